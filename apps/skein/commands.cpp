@@ -84,15 +84,17 @@ namespace {
 void advise_on_binding(const Machine& m) {
     const int online = static_cast<int>(std::thread::hardware_concurrency());
     if (m.threads > m.cores)
-        std::fprintf(stderr,
-                     "warning: %d threads on the %d core%s this rank may use; start with mpirun -n %d --map-by slot:PE=%d "
-                     "--bind-to core, or --bind-to none\n",
-                     m.threads, m.cores, m.cores == 1 ? "" : "s", m.ranks, m.threads);
+        std::fprintf(
+            stderr,
+            "warning: %d threads on the %d core%s this rank may use; start with mpirun -n %d --map-by slot:PE=%d "
+            "--bind-to core, or --bind-to none\n",
+            m.threads, m.cores, m.cores == 1 ? "" : "s", m.ranks, m.threads);
     else if (m.ranks * m.threads < online && m.cores < online / std::max(1, m.ranks))
-        std::fprintf(stderr,
-                     "note: %d of %d cores are used, because this rank is bound to %d; mpirun --bind-to none (or --map-by "
-                     "slot:PE=%d) frees the rest\n",
-                     m.ranks * m.threads, online, m.cores, online / std::max(1, m.ranks));
+        std::fprintf(
+            stderr,
+            "note: %d of %d cores are used, because this rank is bound to %d; mpirun --bind-to none (or --map-by "
+            "slot:PE=%d) frees the rest\n",
+            m.ranks * m.threads, online, m.cores, online / std::max(1, m.ranks));
 }
 
 int environment_int(const char* name, int otherwise) {
@@ -169,8 +171,9 @@ int run_command(RunArguments arguments, int& argc, char**& argv) {
         Simulation simulation(comm, threads, scene, std::move(groups), std::move(plan), options);
         const RunResult result = simulation.run();
         if (comm.root() && result.code == Exit::limit && !simulation.idle())
-            std::printf(options.checkpoint ? "Stopped at a limit, with a checkpoint of step %lld; the same command resumes.\n"
-                                           : "Stopped at a limit at step %lld.\n",
+            std::printf(options.checkpoint
+                            ? "Stopped at a limit, with a checkpoint of step %lld; the same command resumes.\n"
+                            : "Stopped at a limit at step %lld.\n",
                         static_cast<long long>(result.step));
         return static_cast<int>(result.code);
     });
@@ -187,9 +190,14 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
         const std::vector<RodGroup> groups = make_whole_groups(scene);
         const MachineFile machine = arguments.machine.empty() ? MachineFile{} : read_machine_file(arguments.machine);
         const int per_node = arguments.machine.empty() ? cores : static_cast<int>(machine.machine.cores_per_node);
-        const Plan plan = make_plan(
-            scene, groups,
-            {ranks, threads, std::max(threads, cores / ranks), lanes_for(arguments.lanes), {}, arguments.mapping, per_node});
+        const Plan plan = make_plan(scene, groups,
+                                    {ranks,
+                                     threads,
+                                     std::max(threads, cores / ranks),
+                                     lanes_for(arguments.lanes),
+                                     {},
+                                     arguments.mapping,
+                                     per_node});
         refuse_faults(scene, plan, groups);
         // Shares of a fluid are alike, and its plan tells all of them.
         if ((arguments.ranks == 0 && arguments.machine.empty()) || groups.empty()) {
@@ -216,8 +224,8 @@ int check_command(SceneArguments arguments) {
         refuse_faults(scene, plan, groups);
         refuse_run_beyond_memory(scene, plan);
         std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
-                    static_cast<long long>(plan.rods), static_cast<long long>(plan.elements), static_cast<long long>(plan.steps),
-                    plan.dt);
+                    static_cast<long long>(plan.rods), static_cast<long long>(plan.elements),
+                    static_cast<long long>(plan.steps), plan.dt);
         for (const std::string& note : plan.notes) std::printf("  note: %s\n", note.c_str());
     });
 }
@@ -230,13 +238,14 @@ int self_check_command(int threads_wanted, int lanes_wanted, int& argc, char**& 
         const double started = wall_seconds();
         const std::uint64_t digest = self_check(comm, Threads(machine.threads), machine.lanes);
         if (digest != self_check_digest)
-            throw NumericalError("self-check: the digest is " + digest_text(digest) + " and not " + digest_text(self_check_digest) +
-                                 ": this build computes wrong on this machine (" + std::to_string(machine.lanes) + " lanes, " +
-                                 SKEIN_COMPILER + "); trust no result of it");
+            throw NumericalError("self-check: the digest is " + digest_text(digest) + " and not " +
+                                 digest_text(self_check_digest) + ": this build computes wrong on this machine (" +
+                                 std::to_string(machine.lanes) + " lanes, " + SKEIN_COMPILER +
+                                 "); trust no result of it");
         if (comm.root())
-            std::printf("self-check: good on %d x %d, %d lanes (%s), in %.2f s; digest %s\n", machine.ranks, machine.threads,
-                        machine.lanes, std::string(level_name(machine.lanes)).c_str(), wall_seconds() - started,
-                        digest_text(digest).c_str());
+            std::printf("self-check: good on %d x %d, %d lanes (%s), in %.2f s; digest %s\n", machine.ranks,
+                        machine.threads, machine.lanes, std::string(level_name(machine.lanes)).c_str(),
+                        wall_seconds() - started, digest_text(digest).c_str());
         return 0;
     });
 }

@@ -53,9 +53,11 @@ struct DescribeArguments {
     bool json = false;
 };
 
-/// Work done by every rank alike; what it throws on any rank ends all of them with that error's code, told once by root.
+/// Work done by every rank alike; what it throws on any rank ends all of them with that error's code, told once by
+/// root.
 int guarded(const Communicator& comm, const std::function<int()>& work);
-/// Read by root alone: a thousand ranks that open one file bring a shared disk to its knees. Throws InputError on all ranks.
+/// Read by root alone: a thousand ranks that open one file bring a shared disk to its knees. Throws InputError on all
+/// ranks.
 std::string text_for_all(const Communicator& comm, const std::string& file);
 /// Work of one process without ranks; returns the exit code of what it throws, told once.
 int alone(const std::function<void()>& work);
@@ -74,7 +76,8 @@ int self_check_command(int threads, int lanes, int& argc, char**& argv);
 int check_command(SceneArguments arguments);
 int describe_command(const DescribeArguments& arguments, int& argc, char**& argv);
 int info_command(SceneArguments scene, std::string out, int& argc, char**& argv);
-/// Becomes Skein's Python package (python/), with all words behind the program's name; returns where that cannot be started.
+/// Becomes Skein's Python package (python/), with all words behind the program's name; returns where that cannot be
+/// started.
 int draw_command(int argc, char** argv);
 
 } // namespace skein

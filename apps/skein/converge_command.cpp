@@ -33,7 +33,8 @@ void require_own(const std::string& out) {
     const bool own = fs::is_regular_file(figures) &&
                      read_file(figures).find(std::string("\"format\": \"") + study_format + "\"") != std::string::npos;
     for (const std::string& file : {figures, table})
-        if (fs::exists(file) && !own) throw IoError(file + ": is there already, and not from skein converge; use another --out");
+        if (fs::exists(file) && !own)
+            throw IoError(file + ": is there already, and not from skein converge; use another --out");
     fs::create_directories(out);
 }
 
@@ -98,14 +99,15 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
         for (std::size_t number = 0; number < order.size(); ++number) {
             const std::size_t k = order[number];
             const double began = wall_seconds();
-            const RunResult result =
-                make_run(comm, threads, machine, study.runs[k], out, arguments.progress, place_of(study, order, number));
+            const RunResult result = make_run(comm, threads, machine, study.runs[k], out, arguments.progress,
+                                              place_of(study, order, number));
             if (result.code == Exit::unsettled)
-                throw Error(result.code, "run " + study.runs[k].name + ": its rods have not settled; raise time.duration");
+                throw Error(result.code,
+                            "run " + study.runs[k].name + ": its rods have not settled; raise time.duration");
             if (result.code != Exit::done) {
                 if (comm.root())
-                    std::printf("Stopped in the run %s at step %lld; the same command goes on.\n", study.runs[k].name.c_str(),
-                                static_cast<long long>(result.step));
+                    std::printf("Stopped in the run %s at step %lld; the same command goes on.\n",
+                                study.runs[k].name.c_str(), static_cast<long long>(result.step));
                 return static_cast<int>(result.code);
             }
             if (comm.root()) {
@@ -126,15 +128,16 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
             const StudyFigures figures = figures_of(study, samples, core_seconds);
             std::optional<Advice> advice;
             try {
-                if (arguments.tolerance > 0) advice = advice_for(study, figures, arguments.tolerance, arguments.observables);
+                if (arguments.tolerance > 0)
+                    advice = advice_for(study, figures, arguments.tolerance, arguments.observables);
             } catch (const InputError& error) {
                 unknown = error.what();
             }
             write_file(out + "/" + figures_name, to_json(study, figures, advice ? &*advice : nullptr));
             write_file(out + "/" + table_name, to_csv(study, figures));
             std::printf("%s%s", to_text(study, figures).c_str(), advice ? to_text(study, *advice).c_str() : "");
-            std::printf("Figures: %s/%s, %s; a plot of error against core-seconds: apps/figures/converge.py %s\n", out.c_str(),
-                        figures_name.c_str(), table_name.c_str(), out.c_str());
+            std::printf("Figures: %s/%s, %s; a plot of error against core-seconds: apps/figures/converge.py %s\n",
+                        out.c_str(), figures_name.c_str(), table_name.c_str(), out.c_str());
         });
         unknown = comm.broadcast(unknown);
         if (!unknown.empty()) throw InputError(unknown);

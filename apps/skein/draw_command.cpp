@@ -32,8 +32,8 @@ int draw_command(int argc, char** argv) {
     words.insert(words.end(), argv + 1, argv + argc);
     words.push_back(nullptr);
     execvp(words[0], words.data());
-    fmt::print(stderr, "error: cannot start {}: {}; set PYTHON to an interpreter with numpy, h5py and matplotlib\n", python,
-               std::strerror(errno));
+    fmt::print(stderr, "error: cannot start {}: {}; set PYTHON to an interpreter with numpy, h5py and matplotlib\n",
+               python, std::strerror(errno));
     return static_cast<int>(Exit::input);
 }
 

@@ -29,17 +29,17 @@ namespace fs = std::filesystem;
 
 bool holds_results(const std::string& directory) {
     std::error_code error;
-    return fs::is_directory(directory, error) &&
-           (fs::is_regular_file(directory + "/physics.json", error) || !numbered_files(directory, "checkpoint_", ".h5").empty());
+    return fs::is_directory(directory, error) && (fs::is_regular_file(directory + "/physics.json", error) ||
+                                                  !numbered_files(directory, "checkpoint_", ".h5").empty());
 }
 
 /// A file, or a directory without results and without the scene of a branch, is none: the message says what would do.
 void refuse_other_directory(const std::string& directory) {
     std::error_code error;
     if (fs::is_directory(directory, error) && !fs::is_regular_file(fs::path(directory) / "scene.toml", error))
-        throw InputError(fmt::format(
-            "{}: holds no results (physics.json, checkpoint_*.h5) and no scene.toml; give a scene or the directory of a run",
-            directory));
+        throw InputError(fmt::format("{}: holds no results (physics.json, checkpoint_*.h5) and no scene.toml; give a "
+                                     "scene or the directory of a run",
+                                     directory));
 }
 
 /// The newest checkpoint of a directory that can be read, and the scene that it keeps.
@@ -51,11 +51,13 @@ struct Kept {
 
 Kept kept_in(const std::string& directory, int& argc, char**& argv) {
     const char* const ranks = std::getenv("OMPI_COMM_WORLD_SIZE");
-    if (ranks && std::atoi(ranks) > 1) throw InputError("results are looked at by one process: start it without mpirun");
+    if (ranks && std::atoi(ranks) > 1)
+        throw InputError("results are looked at by one process: start it without mpirun");
     const MpiSession session(argc, argv);
     const Communicator comm = Communicator::world();
     auto files = numbered_files(directory, "checkpoint_", ".h5");
-    if (files.empty()) throw InputError(fmt::format("{}: there is no checkpoint in it, which keeps the scene of a run", directory));
+    if (files.empty())
+        throw InputError(fmt::format("{}: there is no checkpoint in it, which keeps the scene of a run", directory));
     std::reverse(files.begin(), files.end());
     for (const NumberedFile& file : files) {
         try {
@@ -76,23 +78,27 @@ void tell_results(const std::string& directory, int& argc, char**& argv) {
     } else {
         const Kept kept = kept_in(directory, argc, argv);
         const double time = kept.info.shift + static_cast<double>(kept.info.step) * kept.info.dt;
-        const auto steps = static_cast<std::int64_t>(std::llround((kept.scene.time.duration - kept.info.shift) / kept.info.dt));
+        const auto steps =
+            static_cast<std::int64_t>(std::llround((kept.scene.time.duration - kept.info.shift) / kept.info.dt));
         std::printf("  scene '%s', from %s\n", kept.scene.title.c_str(),
                     kept.scene.file.empty() ? "a program" : kept.scene.file.c_str());
         for (const RodSpec& rods : kept.scene.rods)
             std::printf("  group '%s': %s\n", rods.name.c_str(),
                         rods.body ? "rigid bodies" : fmt::format("rods of {} elements", rods.shape.elements).c_str());
-        std::printf("  newest of %zu checkpoints: step %lld of %lld, %s; t = %.6g s of %.6g s, dt = %.6g s\n", kept.files,
-                    static_cast<long long>(kept.info.step), static_cast<long long>(steps),
+        std::printf("  newest of %zu checkpoints: step %lld of %lld, %s; t = %.6g s of %.6g s, dt = %.6g s\n",
+                    kept.files, static_cast<long long>(kept.info.step), static_cast<long long>(steps),
                     share_done(kept.info.step, steps).c_str(), time, kept.scene.time.duration, kept.info.dt);
         std::printf("  digest %s\n", digest_text(kept.info.digest).c_str());
     }
-    for (const auto& [prefix, what] : {std::pair{"trajectory_", "segments of frames"}, std::pair{"tips_", "segments of tips"}})
+    for (const auto& [prefix, what] :
+         {std::pair{"trajectory_", "segments of frames"}, std::pair{"tips_", "segments of tips"}})
         if (const auto files = numbered_files(directory, prefix, ".h5"); !files.empty())
-            std::printf("  %zu %s, from step %lld on\n", files.size(), what, static_cast<long long>(files.front().number));
+            std::printf("  %zu %s, from step %lld on\n", files.size(), what,
+                        static_cast<long long>(files.front().number));
     std::error_code error;
-    std::printf("  %s\n", fs::exists(directory + "/summary.json", error) ? "the run ended or was stopped: summary.json"
-                                                                         : "no summary.json: the run goes on, or was killed");
+    std::printf("  %s\n", fs::exists(directory + "/summary.json", error)
+                              ? "the run ended or was stopped: summary.json"
+                              : "no summary.json: the run goes on, or was killed");
 }
 
 } // namespace
@@ -126,7 +132,8 @@ int info_command(SceneArguments scene, std::string out, int& argc, char**& argv)
         std::printf("skein %s, built with %s\n", SKEIN_VERSION, SKEIN_COMPILER);
         std::printf("kernels for %s: %d lanes%s\n", std::string(level_name(widest_lanes())).c_str(), widest_lanes(),
                     std::getenv("SKEIN_LANES") ? " (SKEIN_LANES)" : "");
-        std::printf("this process may use %d of %u cores\n", Threads::available_cores(), std::thread::hardware_concurrency());
+        std::printf("this process may use %d of %u cores\n", Threads::available_cores(),
+                    std::thread::hardware_concurrency());
         std::fflush(stdout);
         if (scene.file.empty()) return;
         if (holds_results(scene.file)) return tell_results(scene.file, argc, argv);

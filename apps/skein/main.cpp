@@ -41,8 +41,9 @@ const std::map<std::string, skein::Balance> balances = {
 const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous},
                                                           {"synchronous", skein::Protocol::synchronous}};
 
-const std::map<std::string, skein::ProgressStyle> progress_styles = {
-    {"auto", skein::ProgressStyle::automatic}, {"bar", skein::ProgressStyle::bar}, {"lines", skein::ProgressStyle::lines}};
+const std::map<std::string, skein::ProgressStyle> progress_styles = {{"auto", skein::ProgressStyle::automatic},
+                                                                     {"bar", skein::ProgressStyle::bar},
+                                                                     {"lines", skein::ProgressStyle::lines}};
 
 void add_overrides(CLI::App& command, skein::SceneArguments& scene) {
     command.add_option("--set", scene.overrides, "override a key, e.g. --set time.duration=10 (may be repeated)")
@@ -56,21 +57,26 @@ void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
 }
 
 void add_progress(CLI::App& command, skein::ProgressStyle& style) {
-    command.add_option("--progress", style, "auto: one line rewritten on a terminal, lines in logs and under MPI launchers")
+    command
+        .add_option("--progress", style,
+                    "auto: one line rewritten on a terminal, lines in logs and under MPI launchers")
         ->transform(CLI::CheckedTransformer(progress_styles))
         ->option_text("{auto,bar,lines}=auto");
 }
 void add_mapping(CLI::App& command, skein::Mapping& mapping) {
-    command.add_option("--mapping", mapping, "of rods onto lanes: one each, or cut and side by side with others; the same bits")
+    command
+        .add_option("--mapping", mapping,
+                    "of rods onto lanes: one each, or cut and side by side with others; the same bits")
         ->transform(CLI::CheckedTransformer(mappings))
         ->option_text("{auto,across,along}=auto");
 }
 
 void add_lanes(CLI::App& command, int& lanes) {
     command
-        .add_option("--lanes", lanes,
-                    "rods side by side in SIMD registers, which chooses the kernels' instructions: x86-64 for 2, x86-64-v3 for "
-                    "1 and 4, x86-64-v4 for 8; default: the most that this processor has; the same bits")
+        .add_option(
+            "--lanes", lanes,
+            "rods side by side in SIMD registers, which chooses the kernels' instructions: x86-64 for 2, x86-64-v3 for "
+            "1 and 4, x86-64-v4 for 8; default: the most that this processor has; the same bits")
         ->check(CLI::IsMember({1, 2, 4, 8}));
 }
 
@@ -89,7 +95,8 @@ int main(int argc, char** argv) {
     run_command->add_option("-t,--threads", run.threads, "threads per rank; default: the cores this rank may use")
         ->check(CLI::PositiveNumber);
     run_command
-        ->add_option("--shuffle", run.shuffle, "seed of a random order in which threads take their work; the same bits, for checks")
+        ->add_option("--shuffle", run.shuffle,
+                     "seed of a random order in which threads take their work; the same bits, for checks")
         ->option_text("SEED");
     add_lanes(*run_command, run.lanes);
     add_mapping(*run_command, run.mapping);
@@ -105,13 +112,15 @@ int main(int argc, char** argv) {
     run_command->add_flag_callback(
         "--no-checkpoint", [&] { run.options.checkpoint = false; }, "write none, not even at the end; for timing");
     run_command
-        ->add_option("--rewind", run.options.rewind,
-                     "keep a copy of the state in memory, to find out where a failure began; auto: up to 1 GiB per rank")
+        ->add_option(
+            "--rewind", run.options.rewind,
+            "keep a copy of the state in memory, to find out where a failure began; auto: up to 1 GiB per rank")
         ->transform(CLI::CheckedTransformer(rewinds))
         ->option_text("{auto,always,never}=auto");
     run_command
         ->add_option("--balance", run.options.balance,
-                     "whether rods that touch may go to other ranks while the run goes on; auto: where the time that it saves pays "
+                     "whether rods that touch may go to other ranks while the run goes on; auto: where the time that "
+                     "it saves pays "
                      "for it; always: at every list of candidates, for checks; the same bits")
         ->transform(CLI::CheckedTransformer(balances))
         ->option_text("{auto,always,never}=auto");
@@ -123,11 +132,13 @@ int main(int argc, char** argv) {
     skein::BranchArguments branch;
     CLI::App* branch_command =
         app.add_subcommand("branch", "begin a new directory with the state of a checkpoint, under changed keys");
-    branch_command->add_option("FROM", branch.from, "directory of a run, for its newest checkpoint, or DIRECTORY@STEP")->required();
+    branch_command->add_option("FROM", branch.from, "directory of a run, for its newest checkpoint, or DIRECTORY@STEP")
+        ->required();
     branch_command->add_option("NEW", branch.to, "directory to begin; `skein run NEW` goes on there")->required();
     branch_command
         ->add_option("--set", branch.overrides,
-                     "change a key, e.g. --set time.dt=1e-4 (may be repeated): times, loads, damping, contact laws, material, how "
+                     "change a key, e.g. --set time.dt=1e-4 (may be repeated): times, loads, damping, contact laws, "
+                     "material, how "
                      "walls move, outputs")
         ->type_name("KEY=VALUE")
         ->allow_extra_args(false);
@@ -138,15 +149,17 @@ int main(int argc, char** argv) {
     verify_command->add_option("DIRECTORY", verify.directory, "of a run")->required();
     verify_command->add_option("--segment", verify.segment, "which segment, from 0, or random; default: the last")
         ->type_name("NUMBER");
-    verify_command->add_option("-t,--threads", verify.layout.threads, "threads per rank; default: the cores this rank may use")
+    verify_command
+        ->add_option("-t,--threads", verify.layout.threads, "threads per rank; default: the cores this rank may use")
         ->check(CLI::PositiveNumber);
     add_lanes(*verify_command, verify.layout.lanes);
     add_mapping(*verify_command, verify.layout.mapping);
 
     skein::ConvergeArguments converge;
     CLI::App* converge_command = app.add_subcommand(
-        "converge", "how large is the error of a scene: runs n, 2n and 4n elements and half the step, and tells orders, Richardson "
-                    "values and error bars of every observable");
+        "converge",
+        "how large is the error of a scene: runs n, 2n and 4n elements and half the step, and tells orders, Richardson "
+        "values and error bars of every observable");
     add_scene_options(*converge_command, converge.scene);
     converge_command->add_option("-o,--out", converge.out, "directory of all runs; default out/<scene name>_converge");
     converge_command
@@ -160,8 +173,10 @@ int main(int argc, char** argv) {
         ->allow_extra_args(false);
     converge_command->add_flag("--coarser", converge.coarser,
                                "n/2, n and 2n elements: a third of the cost, and a less certain error bar");
-    converge_command->add_flag("--dry-run", converge.dry_run, "print the runs with their predicted cost, and make none");
-    converge_command->add_option("-t,--threads", converge.threads, "threads per rank; default: the cores this rank may use")
+    converge_command->add_flag("--dry-run", converge.dry_run,
+                               "print the runs with their predicted cost, and make none");
+    converge_command
+        ->add_option("-t,--threads", converge.threads, "threads per rank; default: the cores this rank may use")
         ->check(CLI::PositiveNumber);
     add_lanes(*converge_command, converge.lanes);
     add_mapping(*converge_command, converge.mapping);
@@ -171,21 +186,27 @@ int main(int argc, char** argv) {
     CLI::App* plan_command = app.add_subcommand("plan", "print what a run would do");
     add_scene_options(*plan_command, plan.scene);
     plan_command->add_flag("--json", plan.json, "as JSON");
-    plan_command->add_option("--ranks", plan.ranks, "number of ranks to plan for: rods, ghosts, messages, memory and time of each")
+    plan_command
+        ->add_option("--ranks", plan.ranks,
+                     "number of ranks to plan for: rods, ghosts, messages, memory and time of each")
         ->check(CLI::PositiveNumber);
-    plan_command->add_option("--machine", plan.machine, "what messages cost there: a file that bench/scaling/netcal has written")
+    plan_command
+        ->add_option("--machine", plan.machine,
+                     "what messages cost there: a file that bench/scaling/netcal has written")
         ->type_name("FILE");
     plan_command->add_option("-t,--threads", plan.threads, "threads per rank")->check(CLI::PositiveNumber);
     add_lanes(*plan_command, plan.lanes);
     add_mapping(*plan_command, plan.mapping);
 
     skein::SceneArguments check;
-    CLI::App* check_command = app.add_subcommand("check", "read and check a scene, run nothing; or check this build (--self)");
+    CLI::App* check_command =
+        app.add_subcommand("check", "read and check a scene, run nothing; or check this build (--self)");
     check_command->add_option("SCENE", check.file, "scene file (TOML), or a directory that a branch began in");
     add_overrides(*check_command, check);
     bool self = false;
     int self_threads = 0, self_lanes = 0;
-    check_command->add_flag("--self", self, "check this build instead: step a known scene, on all ranks, and compare its digest");
+    check_command->add_flag("--self", self,
+                            "check this build instead: step a known scene, on all ranks, and compare its digest");
     check_command->add_option("-t,--threads", self_threads, "of the self-check")->check(CLI::PositiveNumber);
     add_lanes(*check_command, self_lanes);
     check_command->callback([&] {
@@ -193,10 +214,11 @@ int main(int argc, char** argv) {
     });
 
     skein::DescribeArguments describe;
-    CLI::App* describe_command =
-        app.add_subcommand("describe", "a scene as TOML with all keys and what they mean, or the keys that scenes know");
-    describe_command->add_option("SCENE_OR_KEY", describe.what,
-                                 "scene file, directory of a run's results, or a key such as rods.material; default: all keys");
+    CLI::App* describe_command = app.add_subcommand(
+        "describe", "a scene as TOML with all keys and what they mean, or the keys that scenes know");
+    describe_command->add_option(
+        "SCENE_OR_KEY", describe.what,
+        "scene file, directory of a run's results, or a key such as rods.material; default: all keys");
     describe_command->add_flag("--json", describe.json, "keys as JSON: paths, units, types, bounds, defaults");
 
     skein::SceneArguments info;

@@ -22,7 +22,8 @@ std::vector<std::string> options_of(const CLI::App& command) {
     return names;
 }
 
-std::string refused(std::string_view what, std::string_view word, const std::vector<std::string>& known, const std::string& help) {
+std::string refused(std::string_view what, std::string_view word, const std::vector<std::string>& known,
+                    const std::string& help) {
     const std::vector<std::string_view> names(known.begin(), known.end());
     std::string_view near = nearest_name(word, names);
     if (near.empty()) // one that the word goes on from: --output

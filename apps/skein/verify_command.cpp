@@ -37,14 +37,19 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
         if (files.size() < 2)
             throw InputError("'" + arguments.directory + "' holds " + std::to_string(files.size()) +
                              " checkpoints; a segment to be computed again lies between two");
-        const auto count = static_cast<std::int64_t>(files.size()) - 1, segment = chosen(comm, arguments.segment, count);
-        const auto path = [&](std::int64_t i) { return arguments.directory + "/" + files[static_cast<std::size_t>(i)]; };
-        const CheckpointInfo from = read_checkpoint_info(comm, path(segment)), to = read_checkpoint_info(comm, path(segment + 1));
+        const auto count = static_cast<std::int64_t>(files.size()) - 1,
+                   segment = chosen(comm, arguments.segment, count);
+        const auto path = [&](std::int64_t i) {
+            return arguments.directory + "/" + files[static_cast<std::size_t>(i)];
+        };
+        const CheckpointInfo from = read_checkpoint_info(comm, path(segment)),
+                             to = read_checkpoint_info(comm, path(segment + 1));
 
         SceneSpec scene = rebuilt_scene(from.scene, from.settings, from.file);
         std::vector<RodGroup> groups = make_groups(scene);
         read_rods(comm, groups);
-        const Machine machine = machine_of(comm, arguments.layout.threads, arguments.layout.lanes, arguments.layout.mapping);
+        const Machine machine =
+            machine_of(comm, arguments.layout.threads, arguments.layout.lanes, arguments.layout.mapping);
         const Threads threads(machine.threads, arguments.layout.shuffle);
         const double dt = scene.time.dt;
         if (has_automatic_step(from.settings)) scene.time.dt = 0;
@@ -58,8 +63,8 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
                              text_of(key_changes(from.scene, physics_json(scene, groups, plan.dt))));
         if (comm.root())
             std::printf("%s: steps %lld to %lld, segment %lld of 0 to %lld\n", arguments.directory.c_str(),
-                        static_cast<long long>(from.step), static_cast<long long>(to.step), static_cast<long long>(segment),
-                        static_cast<long long>(count - 1));
+                        static_cast<long long>(from.step), static_cast<long long>(to.step),
+                        static_cast<long long>(segment), static_cast<long long>(count - 1));
         RunOptions options;
         options.from = from.file;
         options.checkpoint = false;
@@ -70,9 +75,9 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
         std::string difference = simulation.difference_to(to.file);
         if (difference.empty() && digest != to.digest) difference = "the digest of the state is another one";
         if (!difference.empty())
-            throw DifferenceError(arguments.directory + ": steps " + std::to_string(from.step) + " to " + std::to_string(to.step) +
-                                  " computed again lead to digest " + digest_text(digest) + ", where " + digest_text(to.digest) +
-                                  " was written: " + difference);
+            throw DifferenceError(arguments.directory + ": steps " + std::to_string(from.step) + " to " +
+                                  std::to_string(to.step) + " computed again lead to digest " + digest_text(digest) +
+                                  ", where " + digest_text(to.digest) + " was written: " + difference);
         if (comm.root()) std::printf("the same bits; digest %s\n", digest_text(digest).c_str());
         return static_cast<int>(Exit::done);
     });

@@ -1,5 +1,6 @@
-// Contact at the density of a nest: rods of 20 elements, 31 times as long as thick, at random places and directions, 138 to a cube
-// of one length. Candidates by the grids and by looking at all pairs; then all that contacts cost a step while the list lasts.
+// Contact at the density of a nest: rods of 20 elements, 31 times as long as thick, at random places and directions,
+// 138 to a cube of one length. Candidates by the grids and by looking at all pairs; then all that contacts cost a step
+// while the list lasts.
 //   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>],  contacts/N<rods>/threads<T>
 #include "contact/contacts.hpp"
 #include "support/exposed_bodies.hpp"
@@ -32,7 +33,8 @@ test::BodiesByHand nest(int rods) {
             at[i] = static_cast<std::size_t>(shares[i] * cells);
             if (i > 0 && at[i - 1] % 2) at[i] = static_cast<std::size_t>(cells) - 1 - at[i];
         }
-        places.emplace_back((at[0] * static_cast<std::size_t>(cells) + at[1]) * static_cast<std::size_t>(cells) + at[2], x);
+        places.emplace_back((at[0] * static_cast<std::size_t>(cells) + at[1]) * static_cast<std::size_t>(cells) + at[2],
+                            x);
     }
     std::stable_sort(places.begin(), places.end(), [](const auto& a, const auto& b) { return a.first < b.first; });
     test::BodiesByHand bodies;
@@ -40,7 +42,8 @@ test::BodiesByHand nest(int rods) {
         const Vec3d along{normal(random), normal(random), normal(random)};
         std::vector<Vec3d> nodes;
         for (int k = 0; k <= elements; ++k)
-            nodes.push_back(places[static_cast<std::size_t>(r)].second + ((k - 0.5 * elements) / elements / norm(along)) * along);
+            nodes.push_back(places[static_cast<std::size_t>(r)].second +
+                            ((k - 0.5 * elements) / elements / norm(along)) * along);
         bodies.add(nodes, 0.5 * diameter);
     }
     return bodies;
@@ -100,16 +103,17 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
 int main(int argc, char** argv) {
     for (const int rods : {1000, 10000, 100000})
         for (const int threads : {1, 2})
-            benchmark::RegisterBenchmark(fmt::format("candidates/grids/N{}/threads{}", rods, threads).c_str(), candidates, rods,
-                                         threads, false)
+            benchmark::RegisterBenchmark(fmt::format("candidates/grids/N{}/threads{}", rods, threads).c_str(),
+                                         candidates, rods, threads, false)
                 ->UseRealTime();
     for (const int rods : {250, 500, 1000, 2000})
         for (const bool all : {false, true})
-            benchmark::RegisterBenchmark(fmt::format("candidates/{}/N{}", all ? "all_pairs" : "grids", rods).c_str(), candidates,
-                                         rods, 1, all);
+            benchmark::RegisterBenchmark(fmt::format("candidates/{}/N{}", all ? "all_pairs" : "grids", rods).c_str(),
+                                         candidates, rods, 1, all);
     for (const int rods : {100, 1000, 10000, 100000})
         for (const int threads : {1, 2})
-            benchmark::RegisterBenchmark(fmt::format("contacts/N{}/threads{}", rods, threads).c_str(), contacts, rods, threads)
+            benchmark::RegisterBenchmark(fmt::format("contacts/N{}/threads{}", rods, threads).c_str(), contacts, rods,
+                                         threads)
                 ->UseRealTime();
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;

@@ -1,8 +1,9 @@
-// What each feature adds to the step of uniform, free, undamped rods: gravity, a damper, a clamp, a magnetic couple, a muscle wave,
-// all of them, and all of them in the scene but on other rods; eight lanes, one thread, state in L2.
+// What each feature adds to the step of uniform, free, undamped rods: gravity, a damper, a clamp, a magnetic couple, a
+// muscle wave, all of them, and all of them in the scene but on other rods; eight lanes, one thread, state in L2.
 //   bench_features [--csv FILE] [--repeats 25]
-// Every repeat times each row once, in turn; a row's cost is the median over the repeats of its processor time over that of the
-// base in the same repeat. The bars are 10 % for a feature, 20 % for all, 2 % for what is in the scene but not on these rods.
+// Every repeat times each row once, in turn; a row's cost is the median over the repeats of its processor time over
+// that of the base in the same repeat. The bars are 10 % for a feature, 20 % for all, 2 % for what is in the scene but
+// not on these rods.
 #include "loads/gravity.hpp"
 #include "loads/magnetic_field.hpp"
 #include "loads/muscle_wave.hpp"
@@ -27,7 +28,8 @@ constexpr double state_bytes = 384e3; // in L2
 constexpr double bar_one = 0.10, bar_all = 0.20, bar_off = 0.02;
 
 SceneSpec base(long elements) {
-    const long tiles = static_cast<long>(state_bytes / static_cast<double>((elements + 1) * static_cast<long>(sizeof(Slot<8>))));
+    const long tiles =
+        static_cast<long>(state_bytes / static_cast<double>((elements + 1) * static_cast<long>(sizeof(Slot<8>))));
     SceneSpec scene;
     scene.time.duration = 1e6;
     RodSpec rod = test::simple_rod(elements);
@@ -97,8 +99,8 @@ int main(int argc, char** argv) {
         file.emplace(fmt::output_file(csv));
         file->print("elements,steps_per_visit,feature,ns,over_base,bar,steps,digest\n");
     }
-    fmt::print("{}; ns per element-step, state in L2\n\n{:<4}{:>12}  {:<20}{:>8}{:>11}{:>8}  {}\n", bench::processor(), "n",
-               "steps/visit", "feature", "ns", "over base", "bar", "digest");
+    fmt::print("{}; ns per element-step, state in L2\n\n{:<4}{:>12}  {:<20}{:>8}{:>11}{:>8}  {}\n", bench::processor(),
+               "n", "steps/visit", "feature", "ns", "over base", "bar", "digest");
     for (const long n : {20L, 50L})
         for (const std::int64_t per_visit : {std::int64_t{1}, std::int64_t{Clock::largest_batch}}) {
             std::vector<Row> rows;
@@ -128,8 +130,8 @@ int main(int argc, char** argv) {
                            bar == 0 ? "-" : fmt::format("{:+.1f} %", 100 * cost),
                            bar == 0 ? "-" : fmt::format("{:.0f} %", 100 * bar), row.stage->rods->digest());
                 if (file)
-                    file->print("{},{},\"{}\",{:.4g},{:.4g},{},{},{:016x}\n", n, per_visit, row.feature->name, ns, cost, bar, done,
-                                row.stage->rods->digest());
+                    file->print("{},{},\"{}\",{:.4g},{:.4g},{},{},{:016x}\n", n, per_visit, row.feature->name, ns, cost,
+                                bar, done, row.stage->rods->digest());
             }
         }
     return 0;

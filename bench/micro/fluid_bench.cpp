@@ -1,5 +1,5 @@
-// The fluid on one core, ns per cell: Poisson's equation beside a pair of FFTW's transforms of the same size and multigrid, and
-// whole steps beside what memory alone would take.
+// The fluid on one core, ns per cell: Poisson's equation beside a pair of FFTW's transforms of the same size and
+// multigrid, and whole steps beside what memory alone would take.
 //
 //   bench_fluid [options of Google Benchmark]
 #include "fluid/fast_helmholtz.hpp"
@@ -38,8 +38,11 @@ void poisson(benchmark::State& state, int n, FluidBoundary boundary) {
     AlignedVector<double> field(layout.size(), 1.0);
     for (auto _ : state)
         solver.solve(
-            equation, [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
-            [&](int i, int j, int k, const Pack<8>& p) { store(&field[static_cast<std::size_t>(layout.at(i, j, k))], p); });
+            equation,
+            [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
+            [&](int i, int j, int k, const Pack<8>& p) {
+                store(&field[static_cast<std::size_t>(layout.at(i, j, k))], p);
+            });
     per_cell(state, static_cast<double>(grid.count()));
 }
 
@@ -55,7 +58,9 @@ void multigrid(benchmark::State& state, int n, FluidBoundary boundary, double to
     for (double& f : field) f = normal(random);
     for (auto _ : state)
         solver.solve([&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
-                     [&](int i, int j, int k, const Pack<8>& p) { store(&phi[static_cast<std::size_t>(layout.at(i, j, k))], p); });
+                     [&](int i, int j, int k, const Pack<8>& p) {
+                         store(&phi[static_cast<std::size_t>(layout.at(i, j, k))], p);
+                     });
     per_cell(state, static_cast<double>(grid.count()));
     state.counters["bytes/cell"] = static_cast<double>(solver.bytes()) / static_cast<double>(grid.count());
 }
@@ -78,7 +83,8 @@ void step(benchmark::State& state, int n, FluidBoundary boundary, FlowScheme sch
     const Threads threads(1);
     auto flow = make_flow(Communicator::alone(), threads, constants);
     flow->set_velocity([](const Vec3d& at) {
-        return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z), -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
+        return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z),
+                     -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
     });
     const double middle = std::numbers::pi;
     Immersion bodies(Communicator::alone(), threads, constants.grid, {.sweeps = sweeps},
@@ -127,8 +133,8 @@ int main(int argc, char** argv) {
                     [=](benchmark::State& s) { step(s, n, boundary, scheme); });
             for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::crank_nicolson})
                 for (const int sweeps : {1, 2})
-                    add("step " + std::string(flow_scheme_names[static_cast<std::size_t>(scheme)]) + ", sphere, sweeps " +
-                            std::to_string(sweeps) + box + size,
+                    add("step " + std::string(flow_scheme_names[static_cast<std::size_t>(scheme)]) +
+                            ", sphere, sweeps " + std::to_string(sweeps) + box + size,
                         [=](benchmark::State& s) { step(s, n, boundary, scheme, sweeps); });
         }
     }

@@ -1,6 +1,6 @@
-// What loads cost as formulas: each named load beside its twin, with the largest difference of what they add, and formulas of ten
-// operations, over rods that lie in the second cache, turn about in one run. Medians of 21 turns; ns per element-step of one core,
-// at the widest level of this machine.
+// What loads cost as formulas: each named load beside its twin, with the largest difference of what they add, and
+// formulas of ten operations, over rods that lie in the second cache, turn about in one run. Medians of 21 turns; ns
+// per element-step of one core, at the widest level of this machine.
 //   bench_formulas [--elements N]
 #include "loads/load_passes.hpp"
 #include "measure.hpp"
@@ -55,7 +55,8 @@ Times time_of(const RodGroup& group, const std::vector<Load>& loads) {
             ratio[p].push_back(one / ns[0].back());
         }
     Times times;
-    for (std::size_t p = 0; p < passes.size(); ++p) times.ns.push_back(median(ns[p])), times.ratio.push_back(median(ratio[p]));
+    for (std::size_t p = 0; p < passes.size(); ++p)
+        times.ns.push_back(median(ns[p])), times.ratio.push_back(median(ratio[p]));
     return times;
 }
 
@@ -118,8 +119,8 @@ int main(int argc, char** argv) {
         {MagneticField{.constant = {0, 8e-4, 0.01}}, MagneticFormula{{"0", "8e-4", "0.01"}}},
         {MagneticField{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = {10}},
          MagneticFormula{{"ramp(t, 10)*0.08*sin(2*pi/72*t)", "8e-4*ramp(t, 10)", "ramp(t, 10)*0.08*cos(2*pi/72*t)"}}}};
-    fmt::print("{}, {} lanes, {} elements\n{:<24}{:>10}{:>10}{:>8}{:>12}\n", processor(), W, elements, "load", "named ns",
-               "formula", "ratio", "difference");
+    fmt::print("{}, {} lanes, {} elements\n{:<24}{:>10}{:>10}{:>8}{:>12}\n", processor(), W, elements, "load",
+               "named ns", "formula", "ratio", "difference");
     for (const auto& [named, written] : twins) {
         const Load formula = read(written);
         const Times t = time_of(group, {named, formula});

@@ -1,7 +1,7 @@
-// What rods cost that do not fill tiles: lone rods of 1000, 200 and 50 elements, and rods of 5 to 100 elements in one scene, over
-// the same work on equal rods across tiles: 16 rods of 50 in L2 beside lone rods, as many rods of 52 beside the scenes. Cilia. And
-// a lone rod of 50 that lies on a plane or is dragged through a fluid, over the same rod under gravity alone. Medians of
-// interleaved turns. The bits are those of one lane across, which is checked first.
+// What rods cost that do not fill tiles: lone rods of 1000, 200 and 50 elements, and rods of 5 to 100 elements in one
+// scene, over the same work on equal rods across tiles: 16 rods of 50 in L2 beside lone rods, as many rods of 52 beside
+// the scenes. Cilia. And a lone rod of 50 that lies on a plane or is dragged through a fluid, over the same rod under
+// gravity alone. Medians of interleaved turns. The bits are those of one lane across, which is checked first.
 #include "loads/gravity.hpp"
 #include "loads/plane_friction.hpp"
 #include "loads/slender_body_drag.hpp"
@@ -95,16 +95,18 @@ int main(int argc, char** argv) {
         file.emplace(fmt::output_file(csv));
         file->print("scene,steps_per_visit,ns,equal_rods_ns,ratio,bar,digest_after_64_steps\n");
     }
-    fmt::print("{}; ns per element-step\n\n{:<38}{:>12}{:>8}{:>12}{:>8}{:>7}  {}\n", bench::processor(), "", "steps/visit", "ns",
-               "equal", "ratio", "bar", "digest after 64 steps");
+    fmt::print("{}; ns per element-step\n\n{:<38}{:>12}{:>8}{:>12}{:>8}{:>7}  {}\n", bench::processor(), "",
+               "steps/visit", "ns", "equal", "ratio", "bar", "digest after 64 steps");
     for (const std::int64_t per_visit : {std::int64_t{1}, std::int64_t{Clock::largest_batch}}) {
         std::vector<Row> rows;
         for (const auto& [n, bar] : {std::pair{1000L, 1.4}, std::pair{200L, 1.5}, std::pair{50L, 1.8}})
             rows.push_back({fmt::format("a lone rod of {}", n), bar, cilia(1, n), cilia(16, 50)});
         for (const long count : {1L, 2L, 4L, 8L, 20L})
-            rows.push_back({fmt::format("5 to 100 elements, {} of each", count), 1.3, mixed(count), cilia(96 * count, 52)});
+            rows.push_back(
+                {fmt::format("5 to 100 elements, {} of each", count), 1.3, mixed(count), cilia(96 * count, 52)});
         rows.push_back({"on an anisotropic_plane, over gravity", 2.5, lone_rod(rough_plane()), lone_rod({})});
-        rows.push_back({"with slender_body_drag, over gravity", 2.5, lone_rod(SlenderBodyDrag{.viscosity = 0.02}), lone_rod({})});
+        rows.push_back(
+            {"with slender_body_drag, over gravity", 2.5, lone_rod(SlenderBodyDrag{.viscosity = 0.02}), lone_rod({})});
         for (Row& row : rows) {
             row.stage = std::make_unique<Stage>(row.scene);
             row.block = std::make_unique<Stage>(row.equal);
@@ -119,11 +121,11 @@ int main(int argc, char** argv) {
             if (digest != digest_after(row.scene, 1, 64))
                 return fmt::print("{}: the bits differ from those of one lane\n", row.name), 1;
             const double ns = bench::median(row.ns), block_ns = bench::median(row.block_ns);
-            fmt::print("{:<38}{:>12}{:>8.2f}{:>12.2f}{:>8.2f}{:>7.1f}  {:016x}\n", row.name, per_visit, ns, block_ns, ns / block_ns,
-                       row.bar, digest);
+            fmt::print("{:<38}{:>12}{:>8.2f}{:>12.2f}{:>8.2f}{:>7.1f}  {:016x}\n", row.name, per_visit, ns, block_ns,
+                       ns / block_ns, row.bar, digest);
             if (file)
-                file->print("\"{}\",{},{:.4g},{:.4g},{:.4g},{},{:016x}\n", row.name, per_visit, ns, block_ns, ns / block_ns,
-                            row.bar, digest);
+                file->print("\"{}\",{},{:.4g},{:.4g},{:.4g},{},{:016x}\n", row.name, per_visit, ns, block_ns,
+                            ns / block_ns, row.bar, digest);
         }
     }
     return 0;

@@ -1,8 +1,10 @@
-// Every pass of the step and the step itself, and the rotation of frames alone, at W = 1, 2, 4, 8, with rods of 20, 50 and 100
-// elements whose state lies in L1, L2, L3 or DRAM; each beside the multiply-add peak at its width and the bandwidth of an update in
-// place of as many bytes, from the same run. Medians of five repetitions of processor time; flop by the cost lines of the headers.
+// Every pass of the step and the step itself, and the rotation of frames alone, at W = 1, 2, 4, 8, with rods of 20, 50
+// and 100 elements whose state lies in L1, L2, L3 or DRAM; each beside the multiply-add peak at its width and the
+// bandwidth of an update in place of as many bytes, from the same run. Medians of five repetitions of processor time;
+// flop by the cost lines of the headers.
 //   bench_passes [--csv FILE] [--benchmark_filter=REGEX]
-//   names: <pass>/W<width>/n<elements>/<level>, step/<rods>/visit<steps>/...; rotation/W<width>/<level>, peak/..., stream-.../...
+//   names: <pass>/W<width>/n<elements>/<level>, step/<rods>/visit<steps>/...; rotation/W<width>/<level>, peak/...,
+//   stream-.../...
 // Without a filter: everything at W = 8, and the other widths in L2. With =. all.
 #include "kernels/make_rods_at.hpp"
 #include "loads/load_passes.hpp"
@@ -64,8 +66,8 @@ const RodGroup& group_of(const SceneSpec& scene) {
     return found[0];
 }
 
-template <int W>
-void run_program(benchmark::State& state, const RodGroup& group, TilePasses<W> program, Cost cost, double bytes, int per_visit) {
+template <int W> void run_program(benchmark::State& state, const RodGroup& group, TilePasses<W> program, Cost cost,
+                                  double bytes, int per_visit) {
     WorkingSet<W>& set = working_set<W>(group, bytes);
     for (const RodTile<W>& tile : set.tiles())
         for (const auto& pass : program) pass->bind(tile);
@@ -91,7 +93,8 @@ template <int W> struct Turning {
 
 /// Q <- R(h w) Q in place: no positions, no top's precession.
 template <int W> [[gnu::noinline]] void rotate(Turning<W>* record, std::size_t count, double length) {
-    constexpr std::size_t ahead = 1024 / sizeof(Turning<W>) + 8; // what the hardware asks for by itself comes late from memory
+    constexpr std::size_t ahead =
+        1024 / sizeof(Turning<W>) + 8; // what the hardware asks for by itself comes late from memory
     const Pack<W> half(0.5 * length);
     for (std::size_t k = 0; k < count; ++k) {
         for (std::size_t line = 0; line < sizeof(Turning<W>); line += 64)
@@ -124,21 +127,24 @@ void add_pass(const char* name, long n, const Level& level, Cost cost, const Sce
     });
 }
 
-template <int W> void add_step(const char* name, long n, const Level& level, Cost cost, const SceneSpec& scene, int per_visit) {
+template <int W>
+void add_step(const char* name, long n, const Level& level, Cost cost, const SceneSpec& scene, int per_visit) {
     const RodGroup& group = group_of(scene);
     const GroupPlan plan = make_plan(scene, {&group, 1}, {1, 1, 1, W}).groups[0];
-    add(fmt::format("step/{}/visit{}/W{}/n{}/{}", name, per_visit, W, n, level.name), [=, &group](benchmark::State& state) {
-        const Surroundings around;
-        const PassParts<W> parts{.plan = plan,
-                                 .group = group,
-                                 .scheme = scheme_of(Integrator::verlet),
-                                 .dt = dt,
-                                 .around = around,
-                                 .walls = nullptr,
-                                 .audit = nullptr,
-                                 .moving = nullptr};
-        run_program<W>(state, group, make_program<W>(plan.program, PassMaker<W>(parts)).passes, cost, level.state_bytes, per_visit);
-    });
+    add(fmt::format("step/{}/visit{}/W{}/n{}/{}", name, per_visit, W, n, level.name),
+        [=, &group](benchmark::State& state) {
+            const Surroundings around;
+            const PassParts<W> parts{.plan = plan,
+                                     .group = group,
+                                     .scheme = scheme_of(Integrator::verlet),
+                                     .dt = dt,
+                                     .around = around,
+                                     .walls = nullptr,
+                                     .audit = nullptr,
+                                     .moving = nullptr};
+            run_program<W>(state, group, make_program<W>(plan.program, PassMaker<W>(parts)).passes, cost,
+                           level.state_bytes, per_visit);
+        });
 }
 
 template <int W> void add_width() {
@@ -161,10 +167,12 @@ template <int W> void add_width() {
                         [](const RodGroup&) { return new DriftPass<CircularTop, W>; });
             add_pass<W>("drift-elliptic", n, level, {189, 13, 10}, elliptic,
                         [](const RodGroup&) { return new DriftPass<EllipticTop<1>, W>; });
-            add_pass<W>("elastic", n, level, {211, 7, 0}, circular,
-                        [](const RodGroup&) { return new ElasticPass<IncompressibleLaw, W>(Ends{.start_wall = true}); });
+            add_pass<W>("elastic", n, level, {211, 7, 0}, circular, [](const RodGroup&) {
+                return new ElasticPass<IncompressibleLaw, W>(Ends{.start_wall = true});
+            });
             add_pass<W>("magnetic-field", n, level, {45, 4, 0}, circular, [](const RodGroup& group) {
-                return new LoadPass<MagneticField, W>({.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72}, group);
+                return new LoadPass<MagneticField, W>({.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72},
+                                                      group);
             });
             add_pass<W>("kick-undamped", n, level, {12, 6, 6}, circular, kick(Undamped{}, {}));
             add_pass<W>("kick-constant", n, level, {18, 6, 6}, circular,

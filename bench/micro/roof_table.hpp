@@ -1,4 +1,5 @@
-// One line per benchmark: the median of its repetitions per element(-step), beside the roofs measured before it in the same run.
+// One line per benchmark: the median of its repetitions per element(-step), beside the roofs measured before it in the
+// same run.
 #pragma once
 
 #include <benchmark/benchmark.h>
@@ -20,10 +21,11 @@ public:
         if (!csv.empty()) csv_.emplace(fmt::output_file(csv));
     }
     bool ReportContext(const Context&) override {
-        fmt::print("{:<26}{:>3}{:>5}{:>6}{:>10}{:>9}{:>8}{:>7}{:>8}{:>8}{:>8}\n", "per element(-step)", "W", "n", "in", "kB", "ns",
-                   "GF/s", "peak", "bytes", "GB/s", "update");
+        fmt::print("{:<26}{:>3}{:>5}{:>6}{:>10}{:>9}{:>8}{:>7}{:>8}{:>8}{:>8}\n", "per element(-step)", "W", "n", "in",
+                   "kB", "ns", "GF/s", "peak", "bytes", "GB/s", "update");
         if (csv_)
-            csv_->print("what,width,elements,level,working_set_bytes,ns,flop,bytes,gflops,share_of_peak,gbs,share_of_update\n");
+            csv_->print(
+                "what,width,elements,level,working_set_bytes,ns,flop,bytes,gflops,share_of_peak,gbs,share_of_update\n");
         return true;
     }
     void ReportRuns(const std::vector<Run>& runs) override {

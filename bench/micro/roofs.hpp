@@ -1,5 +1,5 @@
-// What a core can do: fused multiply-adds from registers at every width, and streams through arrays that fill a level of the
-// memory.
+// What a core can do: fused multiply-adds from registers at every width, and streams through arrays that fill a level
+// of the memory.
 #pragma once
 
 #include "skein/core/aligned.hpp"
@@ -13,7 +13,8 @@ namespace skein::bench {
 
 /// Of a row, per element: what its time is set against.
 inline void set_cost(benchmark::State& state, double elements, double flop, double bytes, double working_set) {
-    state.counters["s"] = benchmark::Counter(elements, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["s"] =
+        benchmark::Counter(elements, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
     state.counters["flop"] = flop;
     state.counters["bytes"] = bytes;
     state.counters["working_set"] = working_set;
@@ -34,8 +35,8 @@ template <int W> void run_peak(benchmark::State& state) {
     set_cost(state, 1.0 * chains * links * W, 2, 0, 0);
 }
 
-/// Records of `Read` lines of which `Written` are changed in place, a <- s a + s: update is 8 of 8; a rotation of frames 4 of 7, a
-/// step 13 of 13.
+/// Records of `Read` lines of which `Written` are changed in place, a <- s a + s: update is 8 of 8; a rotation of
+/// frames 4 of 7, a step 13 of 13.
 template <int Read, int Written> void run_update(benchmark::State& state, double bytes) {
     using P = Pack<8>;
     const auto records = static_cast<std::size_t>(bytes / (Read * sizeof(P)));
@@ -45,7 +46,8 @@ template <int Read, int Written> void run_update(benchmark::State& state, double
         P sum(0.0);
         for (std::size_t i = 0; i < a.size(); i += Read) {
             for (int k = Written; k < Read; ++k) sum += a[i + static_cast<std::size_t>(k)];
-            for (int k = 0; k < Written; ++k) a[i + static_cast<std::size_t>(k)] = fma(s, a[i + static_cast<std::size_t>(k)], s);
+            for (int k = 0; k < Written; ++k)
+                a[i + static_cast<std::size_t>(k)] = fma(s, a[i + static_cast<std::size_t>(k)], s);
         }
         benchmark::DoNotOptimize(sum);
         benchmark::ClobberMemory();

@@ -1,5 +1,5 @@
-// What six walls cost per element: rods in the middle of a box, and rods that lie on its floor with every node; beside the elastic
-// pass.
+// What six walls cost per element: rods in the middle of a box, and rods that lie on its floor with every node; beside
+// the elastic pass.
 //   names: <case>/W<width>/n<elements>/<level>
 #include "contact/wall_pass.hpp"
 #include "micro/working_set.hpp"
@@ -30,7 +30,8 @@ std::vector<Wall> box(ContactFriction friction) {
 }
 
 enum class Case { elastic, none_near, all_on_floor, all_on_floor_without_friction };
-constexpr const char* names[] = {"elastic", "walls-none-near", "walls-all-on-floor", "walls-all-on-floor-without-friction"};
+constexpr const char* names[] = {"elastic", "walls-none-near", "walls-all-on-floor",
+                                 "walls-all-on-floor-without-friction"};
 
 template <int W> void run(benchmark::State& state, Case which, long n, double bytes) {
     RodSpec spec = test::simple_rod(n);

@@ -19,7 +19,8 @@ struct Level {
 };
 inline constexpr Level levels[] = {{"L1", 18e3}, {"L2", 384e3}, {"L3", 8e6}, {"DRAM", 256e6}};
 
-/// Rods of one group, one start state in all lanes, in a state that is somewhat bent and moving; and the loads of one thread.
+/// Rods of one group, one start state in all lanes, in a state that is somewhat bent and moving; and the loads of one
+/// thread.
 template <int W> class WorkingSet {
 public:
     WorkingSet(const RodGroup& group, double bytes) : slots_(static_cast<std::size_t>(group.slots())), load_(slots_) {
@@ -36,8 +37,14 @@ public:
             }
         slot_.resize(tiles * slots_);
         for (std::size_t t = 0; t < tiles; ++t) {
-            RodTile<W> tile{
-                slot_.data() + t * slots_, group.element.data(), group.voronoi.data(), &group, group.elements(), t, {}, W};
+            RodTile<W> tile{slot_.data() + t * slots_,
+                            group.element.data(),
+                            group.voronoi.data(),
+                            &group,
+                            group.elements(),
+                            t,
+                            {},
+                            W};
             for (int i = 0; i < W; ++i) tile.index[i] = static_cast<std::int64_t>(t) * W + i;
             tiles_.push_back(tile);
         }
@@ -46,7 +53,8 @@ public:
         elastic.run(tiles_[0], load_.data(), {}); // loads for passes that only read them
     }
     void reset() {
-        for (const RodTile<W>& tile : tiles_) std::memcpy(static_cast<void*>(tile.slot), first_.data(), slots_ * sizeof(Slot<W>));
+        for (const RodTile<W>& tile : tiles_)
+            std::memcpy(static_cast<void*>(tile.slot), first_.data(), slots_ * sizeof(Slot<W>));
     }
     const std::vector<RodTile<W>>& tiles() const { return tiles_; }
     SlotLoad<W>* load() { return load_.data(); }

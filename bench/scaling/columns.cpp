@@ -1,5 +1,5 @@
-// What the two ways cost in which ranks share the columns of the direct solver, solves and whole steps, in turn on the ranks that
-// it is started on; and what a rank sends.
+// What the two ways cost in which ranks share the columns of the direct solver, solves and whole steps, in turn on the
+// ranks that it is started on; and what a rank sends.
 //   mpirun -n 2 build/bin/columns --cells 128 256
 #include "core/timer.hpp"
 #include "fluid/fast_helmholtz.hpp"
@@ -42,7 +42,8 @@ struct Times {
     }
 };
 
-void show(const Communicator& comm, const std::string& what, ColumnExchange exchange, const Times& times, double cells) {
+void show(const Communicator& comm, const std::string& what, ColumnExchange exchange, const Times& times,
+          double cells) {
     if (!comm.root()) return;
     fmt::print("{:<26}{:<12}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.3f}\n", what,
                column_exchange_names[static_cast<std::size_t>(exchange)], 1e3 * times.least(), 1e3 * times.median(),
@@ -77,7 +78,8 @@ void measure(const Communicator& comm, const Threads& threads, int n, FluidBound
     for (std::size_t e = 0; e < 2; ++e) {
         flows[e] = make_flow(comm, threads, {.grid = grid, .kinematic_viscosity = 0.01, .exchange = exchanges[e]});
         flows[e]->set_velocity([](const Vec3d& at) {
-            return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z), -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
+            return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z),
+                         -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
         });
     }
     for (int round = 0; round < rounds; ++round)
@@ -103,8 +105,8 @@ int main(int argc, char** argv) try {
     const Communicator comm = Communicator::world();
     const Threads team(threads);
     if (comm.root())
-        fmt::print("{} ranks of {} threads\n{:<26}{:<12}{:>12}{:>12}{:>12}{:>12}\n", comm.size(), threads, "", "", "least ms",
-                   "median ms", "ns per cell", "MB sent");
+        fmt::print("{} ranks of {} threads\n{:<26}{:<12}{:>12}{:>12}{:>12}{:>12}\n", comm.size(), threads, "", "",
+                   "least ms", "median ms", "ns per cell", "MB sent");
     for (const int n : cells)
         for (const FluidBoundary boundary : {FluidBoundary::free_slip, FluidBoundary::periodic})
             measure(comm, team, n, boundary, rounds, calls);

@@ -2,8 +2,9 @@
 //
 // A rank that starts m messages at once, of n bytes in all, has them after latency + (m - 1) overhead + n / bandwidth:
 //   latency    half a round trip of 8 B between two ranks, while the others wait
-//   overhead   what one more message to send and one more to receive, of 8 B each, add to an exchange of persistent messages
-//   bandwidth  such that latency + n / bandwidth is nearest to half round trips of 8 B to 8 MB: the largest ratio of the two, the
+//   overhead   what one more message to send and one more to receive, of 8 B each, add to an exchange of persistent
+//   messages bandwidth  such that latency + n / bandwidth is nearest to half round trips of 8 B to 8 MB: the largest
+//   ratio of the two, the
 //              misfit, is least. Libraries send short and long messages by different ways, so 2 is usual and 4 is much.
 // Medians over batches of some 2 ms, then over pairs of ranks.
 #pragma once
@@ -68,7 +69,8 @@ inline double time_of(MPI_Comm comm, int batches, const std::function<void()>& a
 /// Persistent messages, as runs have them: `count` to one rank and as many from another, of `bytes` each.
 class Exchange {
 public:
-    Exchange(MPI_Comm comm, int to, int from, int count, int bytes) : out_(data(count, bytes)), in_(data(count, bytes)) {
+    Exchange(MPI_Comm comm, int to, int from, int count, int bytes)
+        : out_(data(count, bytes)), in_(data(count, bytes)) {
         for (int i = 0; i < count; ++i) {
             const auto at = static_cast<std::ptrdiff_t>(i) * bytes;
             MPI_Recv_init(in_.data() + at, bytes, MPI_BYTE, from, i, comm, &requests_.emplace_back());
@@ -125,7 +127,8 @@ inline Link measure_link(MPI_Comm pair, int batches) {
                         });
     }
     Exchange one(pair, other, other, 1, small), more(pair, other, other, many, small);
-    for (int tries = 0; link.overhead <= 0 && tries < 5; ++tries) { // a moment of other programs can outlast 31 messages
+    for (int tries = 0; link.overhead <= 0 && tries < 5;
+         ++tries) { // a moment of other programs can outlast 31 messages
         link.overhead = (time_of(pair, batches, std::ref(more)) - time_of(pair, batches, std::ref(one))) / (many - 1);
         MPI_Bcast(&link.overhead, 1, MPI_DOUBLE, 0, pair);
     }
@@ -151,7 +154,8 @@ inline Link median_of(const std::vector<Link>& links) {
         return median(values);
     };
     Link found;
-    for (std::size_t k = 0; k < found.times.size(); ++k) found.times[k] = over([k](const Link& l) { return l.times[k]; });
+    for (std::size_t k = 0; k < found.times.size(); ++k)
+        found.times[k] = over([k](const Link& l) { return l.times[k]; });
     found.latency = found.times[0];
     found.overhead = over([](const Link& l) { return l.overhead; });
     found.bandwidth = fitted_bandwidth(found.latency, found.times);

@@ -1,8 +1,8 @@
 // What messages cost on this machine, into a machine file that `skein plan --ranks P --machine FILE` reads.
 //   mpirun -n RANKS netcal [--out machine.toml] [--threads T] [--pairs 28] [--batches 15]
-// Start it as a run is started: as many ranks per node, as many threads, the same binding. Two ranks at least; on two nodes at
-// least where runs take several, as the file then holds what goes between nodes (the table on the screen has both).
-// link.hpp says what latency, overhead and bandwidth are.
+// Start it as a run is started: as many ranks per node, as many threads, the same binding. Two ranks at least; on two
+// nodes at least where runs take several, as the file then holds what goes between nodes (the table on the screen has
+// both). link.hpp says what latency, overhead and bandwidth are.
 #include "scaling/link.hpp"
 
 #include <CLI/CLI.hpp>
@@ -42,8 +42,9 @@ double copy_bandwidth(int threads, int batches) {
         from[t].assign(copied, 1);
         to[t].assign(copied, 0);
     });
-    double seconds = time_of(MPI_COMM_WORLD, batches,
-                             [&] { with_all([&](std::size_t t) { std::memcpy(to[t].data(), from[t].data(), copied); }); });
+    double seconds = time_of(MPI_COMM_WORLD, batches, [&] {
+        with_all([&](std::size_t t) { std::memcpy(to[t].data(), from[t].data(), copied); });
+    });
     MPI_Allreduce(MPI_IN_PLACE, &seconds, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
     return static_cast<double>(copied) / seconds;
 }
@@ -62,7 +63,8 @@ void measure_all(All& all, int batches) {
         time_of(MPI_COMM_WORLD, batches, [&] { MPI_Allreduce(&number, &sum, 1, MPI_DOUBLE, MPI_SUM, MPI_COMM_WORLD); });
     Exchange exchange(MPI_COMM_WORLD, (rank + far) % all.ranks, (rank + all.ranks - far) % all.ranks, 1, ghosts);
     double exchanged = time_of(MPI_COMM_WORLD, batches, std::ref(exchange));
-    for (double* seconds : {&reduced, &exchanged}) MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
+    for (double* seconds : {&reduced, &exchanged})
+        MPI_Allreduce(MPI_IN_PLACE, seconds, 1, MPI_DOUBLE, MPI_MAX, MPI_COMM_WORLD);
     all.allreduce = reduced;
     all.bandwidth = ghosts / exchanged;
     all.copy = copy_bandwidth(1, batches);
@@ -111,8 +113,10 @@ std::string list_of(const auto& values, const char* format) {
 }
 
 void show(const char* where, std::size_t pairs, const Link& link) {
-    fmt::print("{} ({} pair{}): latency {:.2f} us, overhead {:.2f} us a message, bandwidth {:.2f} GB/s, misfit {:.2f}\n\n", where,
-               pairs, pairs == 1 ? "" : "s", 1e6 * link.latency, 1e6 * link.overhead, 1e-9 * link.bandwidth, link.misfit);
+    fmt::print(
+        "{} ({} pair{}): latency {:.2f} us, overhead {:.2f} us a message, bandwidth {:.2f} GB/s, misfit {:.2f}\n\n",
+        where, pairs, pairs == 1 ? "" : "s", 1e6 * link.latency, 1e6 * link.overhead, 1e-9 * link.bandwidth,
+        link.misfit);
     fmt::print("{:>10}{:>12}{:>12}{:>10}{:>26}\n", "bytes", "us", "GB/s", "ratio", "to latency + n/bandwidth");
     for (std::size_t k = 0; k < link.times.size(); ++k) {
         const double bytes = message_bytes[k];
@@ -124,34 +128,36 @@ void show(const char* where, std::size_t pairs, const Link& link) {
 
 /// `where`: between which ranks `link` is.
 void write_machine(const std::string& file, const char* where, const Link& link, const All& all) {
-    fmt::output_file(file).print("# Messages {}, as netcal measured them; read by skein plan --ranks P --machine FILE.\n"
-                                 "[network]\n"
-                                 "latency_s = {:.4g}\n"
-                                 "overhead_s = {:.4g} # a message sent and one received, beyond the first\n"
-                                 "bandwidth_B_per_s = {:.4g} # one pair of ranks alone\n"
-                                 "bandwidth_all_B_per_s = {:.4g} # a rank, while all send and receive at once\n"
-                                 "allreduce_s = {:.4g} # one number, over all ranks\n"
-                                 "misfit = {:.4g} # largest ratio of message_s to latency_s + message_bytes / bandwidth_B_per_s\n"
-                                 "message_bytes = {}\n"
-                                 "message_s = {} # one way\n"
-                                 "[machine]\n"
-                                 "processor = '{}'\n"
-                                 "ranks = {}\n"
-                                 "nodes = {}\n"
-                                 "ranks_per_node = {}\n"
-                                 "cores_per_node = {} # that the ranks of a node may use\n"
-                                 "threads_per_rank = {}\n"
-                                 "copy_B_per_s = {:.4g} # by one core of each rank, from memory to memory\n"
-                                 "copy_all_B_per_s = {:.4g} # by each of all cores at once\n",
-                                 where, link.latency, link.overhead, link.bandwidth, all.bandwidth, all.allreduce, link.misfit,
-                                 list_of(message_bytes, "{}"), list_of(link.times, "{:.4g}"), processor(), all.ranks, all.nodes,
-                                 all.ranks_per_node, all.cores_per_node, all.threads, all.copy, all.copy_all);
+    fmt::output_file(file).print(
+        "# Messages {}, as netcal measured them; read by skein plan --ranks P --machine FILE.\n"
+        "[network]\n"
+        "latency_s = {:.4g}\n"
+        "overhead_s = {:.4g} # a message sent and one received, beyond the first\n"
+        "bandwidth_B_per_s = {:.4g} # one pair of ranks alone\n"
+        "bandwidth_all_B_per_s = {:.4g} # a rank, while all send and receive at once\n"
+        "allreduce_s = {:.4g} # one number, over all ranks\n"
+        "misfit = {:.4g} # largest ratio of message_s to latency_s + message_bytes / bandwidth_B_per_s\n"
+        "message_bytes = {}\n"
+        "message_s = {} # one way\n"
+        "[machine]\n"
+        "processor = '{}'\n"
+        "ranks = {}\n"
+        "nodes = {}\n"
+        "ranks_per_node = {}\n"
+        "cores_per_node = {} # that the ranks of a node may use\n"
+        "threads_per_rank = {}\n"
+        "copy_B_per_s = {:.4g} # by one core of each rank, from memory to memory\n"
+        "copy_all_B_per_s = {:.4g} # by each of all cores at once\n",
+        where, link.latency, link.overhead, link.bandwidth, all.bandwidth, all.allreduce, link.misfit,
+        list_of(message_bytes, "{}"), list_of(link.times, "{:.4g}"), processor(), all.ranks, all.nodes,
+        all.ranks_per_node, all.cores_per_node, all.threads, all.copy, all.copy_all);
 }
 
 } // namespace
 
 int main(int argc, char** argv) {
-    CLI::App app("Measures messages between ranks and writes a machine file. Start it under mpirun as a run is started.");
+    CLI::App app(
+        "Measures messages between ranks and writes a machine file. Start it under mpirun as a run is started.");
     std::string out = "machine.toml";
     int threads = 0, most_pairs = 28, batches = 15;
     app.add_option("--out", out, "machine file")->take_last()->capture_default_str();
@@ -160,7 +166,9 @@ int main(int argc, char** argv) {
     app.add_option("--pairs", most_pairs, "pairs of ranks that are measured, at most")
         ->check(CLI::PositiveNumber)
         ->capture_default_str();
-    app.add_option("--batches", batches, "measurements of each figure")->check(CLI::PositiveNumber)->capture_default_str();
+    app.add_option("--batches", batches, "measurements of each figure")
+        ->check(CLI::PositiveNumber)
+        ->capture_default_str();
     CLI11_PARSE(app, argc, argv);
 
     int level = 0;
@@ -182,7 +190,8 @@ int main(int argc, char** argv) {
     const std::vector<int> nodes = nodes_of_ranks(node);
     const auto [own_cores, node_cores] = cores_of(node);
     int per_node = size_of(node), cores_per_node = node_cores;
-    int own = std::max(1, std::min(own_cores, node_cores / per_node)); // ranks that are bound to the same cores share them
+    int own =
+        std::max(1, std::min(own_cores, node_cores / per_node)); // ranks that are bound to the same cores share them
     MPI_Allreduce(MPI_IN_PLACE, &per_node, 1, MPI_INT, MPI_MAX, MPI_COMM_WORLD);
     MPI_Allreduce(MPI_IN_PLACE, &cores_per_node, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
     MPI_Allreduce(MPI_IN_PLACE, &own, 1, MPI_INT, MPI_MIN, MPI_COMM_WORLD);
@@ -190,7 +199,8 @@ int main(int argc, char** argv) {
     MPI_Comm_free(&node);
 
     const auto links = measure_links(nodes, most_pairs, batches);
-    All all{.ranks = ranks, .nodes = 0, .ranks_per_node = per_node, .cores_per_node = cores_per_node, .threads = threads};
+    All all{
+        .ranks = ranks, .nodes = 0, .ranks_per_node = per_node, .cores_per_node = cores_per_node, .threads = threads};
     for (int r = 0; r < ranks; ++r) all.nodes += nodes[static_cast<std::size_t>(r)] == r;
     measure_all(all, batches);
     if (rank != 0) return leave(0, "");
@@ -200,11 +210,11 @@ int main(int argc, char** argv) {
     for (std::size_t where : {0u, 1u})
         if (!links[where].empty()) show(names[where], links[where].size(), median_of(links[where]));
     const Link link = median_of(links[used]);
-    fmt::print(
-        "all ranks at once, {} kB each way: {:.2f} GB/s a rank and direction; all-reduce of a number over {} ranks: {:.2f} us\n"
-        "copies of {} MB: {:.2f} GB/s by one core of each rank, {:.2f} GB/s a core by {} of each\n",
-        ghosts >> 10, 1e-9 * all.bandwidth, ranks, 1e6 * all.allreduce, copied >> 20, 1e-9 * all.copy, 1e-9 * all.copy_all,
-        threads);
+    fmt::print("all ranks at once, {} kB each way: {:.2f} GB/s a rank and direction; all-reduce of a number over {} "
+               "ranks: {:.2f} us\n"
+               "copies of {} MB: {:.2f} GB/s by one core of each rank, {:.2f} GB/s a core by {} of each\n",
+               ghosts >> 10, 1e-9 * all.bandwidth, ranks, 1e6 * all.allreduce, copied >> 20, 1e-9 * all.copy,
+               1e-9 * all.copy_all, threads);
     if (!(link.overhead > 0)) return leave(1, "32 messages took no longer than one: other programs disturb; try again");
     write_machine(out, names[used], link, all);
     fmt::print("{} is written\n", out);

@@ -1,5 +1,5 @@
-// Messages that take longer, and how much longer a step takes for it: ghosts travel while contacts that need none are worked out.
-// The delay of every exchange is made, the bits are those of any run.
+// Messages that take longer, and how much longer a step takes for it: ghosts travel while contacts that need none are
+// worked out. The delay of every exchange is made, the bits are those of any run.
 //   mpirun -n 2 build/bin/overlap apps/nest/nest_1536.toml --from out
 #include "core/timer.hpp"
 #include "parallel/messages.hpp"
@@ -38,14 +38,16 @@ int main(int argc, char** argv) try {
             if (round >= 0) times[d].push_back((skein::wall_seconds() - began) / static_cast<double>(steps));
         }
     if (session.rank() != 0) return 0;
-    fmt::print("{} ranks of {} thread{}, {} rounds of {} steps each\n{:>12}{:>14}{:>14}{:>14}\n", session.ranks(), threads,
-               threads == 1 ? "" : "s", rounds, steps, "delay us", "step us", "rise us", "rise %");
+    fmt::print("{} ranks of {} thread{}, {} rounds of {} steps each\n{:>12}{:>14}{:>14}{:>14}\n", session.ranks(),
+               threads, threads == 1 ? "" : "s", rounds, steps, "delay us", "step us", "rise us", "rise %");
     double first = 0;
     for (std::size_t d = 0; d < delays.size(); ++d) {
-        std::nth_element(times[d].begin(), times[d].begin() + static_cast<std::ptrdiff_t>(times[d].size() / 2), times[d].end());
+        std::nth_element(times[d].begin(), times[d].begin() + static_cast<std::ptrdiff_t>(times[d].size() / 2),
+                         times[d].end());
         const double median = 1e6 * times[d][times[d].size() / 2];
         if (d == 0) first = median;
-        fmt::print("{:>12g}{:>14.1f}{:>14.1f}{:>14.1f}\n", delays[d], median, median - first, 100 * (median / first - 1));
+        fmt::print("{:>12g}{:>14.1f}{:>14.1f}{:>14.1f}\n", delays[d], median, median - first,
+                   100 * (median / first - 1));
     }
     return 0;
 } catch (const std::exception& error) {

@@ -1,10 +1,10 @@
-// The cilia farm, stepped by Skein and by the textbook, plain and vectorised (bench/textbook), in one run: time, and the difference
-// of the results at the end, so that a speed never stands without the error at which it holds. Skein's rows are what its speed is
-// made of, one thing after the other: one sweep with polynomials (W = 1), 2, 4 and 8 rods side by side, 64 steps while a tile is in
-// cache, two threads.
+// The cilia farm, stepped by Skein and by the textbook, plain and vectorised (bench/textbook), in one run: time, and
+// the difference of the results at the end, so that a speed never stands without the error at which it holds. Skein's
+// rows are what its speed is made of, one thing after the other: one sweep with polynomials (W = 1), 2, 4 and 8 rods
+// side by side, 64 steps while a tile is in cache, two threads.
 //   bench_farm [--cilia 111797] [--elements 25] [--steps 64] [--textbook 4000] [--repeats 5] [--csv FILE]
-// Each repeat times every row once, in turn, so that a busy machine slows all rows alike; the table holds medians of wall time
-// and of core time (processor time of all threads, which other programs disturb least).
+// Each repeat times every row once, in turn, so that a busy machine slows all rows alike; the table holds medians of
+// wall time and of core time (processor time of all threads, which other programs disturb least).
 #include "core/timer.hpp"
 #include "measure.hpp"
 #include "support/scenes_for_tests.hpp"
@@ -51,7 +51,9 @@ struct Row {
         return 1e9 * median(seconds) / static_cast<double>(elements * steps);
     }
     bool is(bench::TextbookBuild build) const { return textbook && textbook->build() == build; }
-    std::string code() const { return !textbook ? "skein" : is(bench::TextbookBuild::plain) ? "textbook" : "textbook vectorised"; }
+    std::string code() const {
+        return !textbook ? "skein" : is(bench::TextbookBuild::plain) ? "textbook" : "textbook vectorised";
+    }
     std::string digest() const { return textbook ? "-" : fmt::format("{:016x}", stage->rods->digest()); }
     double bytes_per_element() const {
         return static_cast<double>(textbook ? textbook->bytes() : stage->rods->bytes()) / static_cast<double>(elements);
@@ -84,7 +86,8 @@ double difference(const bench::TextbookRods& a, const bench::TextbookRods& b, lo
     return most / length;
 }
 
-/// Largest distance of a rod's nodes from where they started, over its length: what the difference is to be judged against.
+/// Largest distance of a rod's nodes from where they started, over its length: what the difference is to be judged
+/// against.
 double motion(const Stage& stage, std::size_t rods) {
     double most = 0;
     std::vector<Slot<1>> start(static_cast<std::size_t>(stage.groups[0].slots()));
@@ -126,8 +129,8 @@ int main(int argc, char** argv) {
     const Stage& scene = *rows[0].stage;
     for (const std::int64_t per_visit : {std::int64_t{1}, std::int64_t{Clock::largest_batch}})
         for (const auto build : {bench::TextbookBuild::plain, bench::TextbookBuild::vectorised}) {
-            auto textbook =
-                std::make_unique<bench::TextbookRods>(scene.groups[0], scene.plan.groups[0], scene.plan.dt, subset, build);
+            auto textbook = std::make_unique<bench::TextbookRods>(scene.groups[0], scene.plan.groups[0], scene.plan.dt,
+                                                                  subset, build);
             rows.push_back({0, 1, per_visit, nullptr, std::move(textbook), Clock(scene.plan.dt, 0), subset * elements});
         }
     for (long repeat = 1; repeat <= repeats; ++repeat)
@@ -138,7 +141,8 @@ int main(int argc, char** argv) {
 
     const auto row_of = [&](int lanes, std::int64_t per_visit) -> const Row& {
         return *std::find_if(rows.begin(), rows.end(), [&](const Row& r) {
-            return r.lanes == lanes && r.threads == 1 && r.per_visit == per_visit && !r.is(bench::TextbookBuild::vectorised);
+            return r.lanes == lanes && r.threads == 1 && r.per_visit == per_visit &&
+                   !r.is(bench::TextbookBuild::vectorised);
         });
     };
     const Stage& one = *row_of(8, 1).stage;
@@ -161,28 +165,31 @@ int main(int argc, char** argv) {
         return Figures{wall, twin.ns(twin.wall_s, steps) / wall, core, twin.ns(twin.core_s, steps) / core};
     };
 
-    fmt::print("{}; ns per element-step\n{} cilia x {} elements ({} by the textbook), {} repeats of {} steps, dt = {:.4g} s\n\n",
+    fmt::print("{}; ns per element-step\n{} cilia x {} elements ({} by the textbook), {} repeats of {} steps, dt = "
+               "{:.4g} s\n\n",
                processor(), cilia, elements, subset, repeats, steps, one.plan.dt);
-    fmt::print("{:<19} {:>5} {:>7} {:>11} {:>8} {:>7} {:>8} {:>7} {:>13}  {}\n", "code", "lanes", "threads", "steps/visit",
-               "wall ns", "ratio", "core ns", "ratio", "bytes/element", "digest");
+    fmt::print("{:<19} {:>5} {:>7} {:>11} {:>8} {:>7} {:>8} {:>7} {:>13}  {}\n", "code", "lanes", "threads",
+               "steps/visit", "wall ns", "ratio", "core ns", "ratio", "bytes/element", "digest");
     for (const Row& row : rows) {
         const auto [wall_ns, wall_ratio, core_ns, core_ratio] = figures(row);
         fmt::print("{:<19} {:>5} {:>7} {:>11} {:>8.2f} {:>7.2f} {:>8.2f} {:>7.2f} {:>13.1f}  {}\n", row.code(),
                    std::max(1, row.lanes), row.threads, row.per_visit, wall_ns, wall_ratio, core_ns, core_ratio,
                    row.bytes_per_element(), row.digest());
     }
-    fmt::print("\nafter {} steps: rods moved {:.3g} L; largest difference between Skein and the textbook {:.2g} L, between the "
+    fmt::print("\nafter {} steps: rods moved {:.3g} L; largest difference between Skein and the textbook {:.2g} L, "
+               "between the "
                "textbooks {:.2g} L; digests {}\n",
                repeats * steps, moved, apart, textbooks_apart, agree ? "agree" : "DIFFER");
     if (!csv.empty()) {
         auto file = fmt::output_file(csv);
-        file.print("cpu,cilia,elements,steps,code,lanes,threads,steps_per_visit,wall_ns,wall_ratio,core_ns,core_ratio,bytes_per_"
+        file.print("cpu,cilia,elements,steps,code,lanes,threads,steps_per_visit,wall_ns,wall_ratio,core_ns,core_ratio,"
+                   "bytes_per_"
                    "element,digest,difference_over_length\n");
         for (const Row& row : rows) {
             const auto [wall_ns, wall_ratio, core_ns, core_ratio] = figures(row);
-            file.print("\"{}\",{},{},{},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.5g},{},{:.3g}\n", processor(), cilia, elements,
-                       repeats * steps, row.code(), std::max(1, row.lanes), row.threads, row.per_visit, wall_ns, wall_ratio,
-                       core_ns, core_ratio, row.bytes_per_element(), row.digest(),
+            file.print("\"{}\",{},{},{},{},{},{},{},{:.4g},{:.4g},{:.4g},{:.4g},{:.5g},{},{:.3g}\n", processor(), cilia,
+                       elements, repeats * steps, row.code(), std::max(1, row.lanes), row.threads, row.per_visit,
+                       wall_ns, wall_ratio, core_ns, core_ratio, row.bytes_per_element(), row.digest(),
                        row.is(bench::TextbookBuild::vectorised) ? textbooks_apart : apart);
         }
     }

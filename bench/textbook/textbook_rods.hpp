@@ -1,10 +1,11 @@
-// The yardstick: Skein's discrete model of clamped, magnetised, damped rods, written the way a textbook code writes it. One
-// object per rod; one array per component along the rod; one loop per term, intermediates stored; sines from
-// the C++ library; every step begins and ends with half a drift. No step allocates, and no loop is slower than it need be.
+// The yardstick: Skein's discrete model of clamped, magnetised, damped rods, written the way a textbook code writes it.
+// One object per rod; one array per component along the rod; one loop per term, intermediates stored; sines from the
+// C++ library; every step begins and ends with half a drift. No step allocates, and no loop is slower than it need be.
 //   theory.md (5)-(24), (34)-(35), without merged drifts, packs, tiles, shared constants and polynomials
 //
-// Circular sections, half-cell clamp at the start, free end, incompressible law, legacy damping, uniform magnetic field:
-// anything else is refused. The steps are compiled twice, as users compile such a code and as one who tunes flags does.
+// Circular sections, half-cell clamp at the start, free end, incompressible law, legacy damping, uniform magnetic
+// field: anything else is refused. The steps are compiled twice, as users compile such a code and as one who tunes
+// flags does.
 #pragma once
 
 #include "loads/magnetic_field.hpp"
@@ -14,8 +15,8 @@
 
 namespace skein::bench {
 
-/// How the loops of the steps are compiled: by the program's flags, or told that no arrays overlap, by -Ofast and with the vector
-/// functions of the C library.
+/// How the loops of the steps are compiled: by the program's flags, or told that no arrays overlap, by -Ofast and with
+/// the vector functions of the C library.
 enum class TextbookBuild { plain, vectorised };
 
 /// Three components, each along the rod.
@@ -64,7 +65,8 @@ private:
     std::vector<double> impulse_transverse_, impulse_axial_; ///< h/J_i
     Vectors moment_;                                         ///< V m, A m^2
 
-    // Cells, [n + 1]: cell k lies between elements k-1 and k; the wall's half cell first, the empty one of the free end last.
+    // Cells, [n + 1]: cell k lies between elements k-1 and k; the wall's half cell first, the empty one of the free end
+    // last.
     Vectors skew_, phi_, tau_, first_, second_; ///< twice the sine, log, moment, a = phi x tau, b = g phi x a
     std::vector<double> trace_, cell_angle_, cell_dilatation_, energy_, tension_;
     std::vector<double> cell_length_, share_before_, share_after_, bending_, torsion_;

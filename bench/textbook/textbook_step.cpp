@@ -1,6 +1,6 @@
 // The step of the textbook rod, compiled once per TextbookBuild (SKEIN_TEXTBOOK_BUILD) with flags of its own
-// (bench/CMakeLists.txt). Nothing of Skein's is called here: what inline functions become under -Ofast must not reach the rest of
-// the program.
+// (bench/CMakeLists.txt). Nothing of Skein's is called here: what inline functions become under -Ofast must not reach
+// the rest of the program.
 #include "textbook/textbook_rods.hpp"
 
 #include <algorithm>
@@ -127,18 +127,19 @@ template <TextbookBuild B> void TextbookRod::turns() {
     SKEIN_LOOP
     for (std::size_t k = 0; k < n_; ++k) {
         const std::size_t q = k + 1;
-        skew_.x[k] = d2_.x[q] * d3_.x[k] + d2_.y[q] * d3_.y[k] + d2_.z[q] * d3_.z[k] - d3_.x[q] * d2_.x[k] - d3_.y[q] * d2_.y[k] -
-                     d3_.z[q] * d2_.z[k];
-        skew_.y[k] = d3_.x[q] * d1_.x[k] + d3_.y[q] * d1_.y[k] + d3_.z[q] * d1_.z[k] - d1_.x[q] * d3_.x[k] - d1_.y[q] * d3_.y[k] -
-                     d1_.z[q] * d3_.z[k];
-        skew_.z[k] = d1_.x[q] * d2_.x[k] + d1_.y[q] * d2_.y[k] + d1_.z[q] * d2_.z[k] - d2_.x[q] * d1_.x[k] - d2_.y[q] * d1_.y[k] -
-                     d2_.z[q] * d1_.z[k];
+        skew_.x[k] = d2_.x[q] * d3_.x[k] + d2_.y[q] * d3_.y[k] + d2_.z[q] * d3_.z[k] - d3_.x[q] * d2_.x[k] -
+                     d3_.y[q] * d2_.y[k] - d3_.z[q] * d2_.z[k];
+        skew_.y[k] = d3_.x[q] * d1_.x[k] + d3_.y[q] * d1_.y[k] + d3_.z[q] * d1_.z[k] - d1_.x[q] * d3_.x[k] -
+                     d1_.y[q] * d3_.y[k] - d1_.z[q] * d3_.z[k];
+        skew_.z[k] = d1_.x[q] * d2_.x[k] + d1_.y[q] * d2_.y[k] + d1_.z[q] * d2_.z[k] - d2_.x[q] * d1_.x[k] -
+                     d2_.y[q] * d1_.y[k] - d2_.z[q] * d1_.z[k];
     }
     SKEIN_LOOP
     for (std::size_t k = 0; k < n_; ++k) {
         const std::size_t q = k + 1;
-        trace_[k] = d1_.x[q] * d1_.x[k] + d1_.y[q] * d1_.y[k] + d1_.z[q] * d1_.z[k] + d2_.x[q] * d2_.x[k] + d2_.y[q] * d2_.y[k] +
-                    d2_.z[q] * d2_.z[k] + d3_.x[q] * d3_.x[k] + d3_.y[q] * d3_.y[k] + d3_.z[q] * d3_.z[k];
+        trace_[k] = d1_.x[q] * d1_.x[k] + d1_.y[q] * d1_.y[k] + d1_.z[q] * d1_.z[k] + d2_.x[q] * d2_.x[k] +
+                    d2_.y[q] * d2_.y[k] + d2_.z[q] * d2_.z[k] + d3_.x[q] * d3_.x[k] + d3_.y[q] * d3_.y[k] +
+                    d3_.z[q] * d3_.z[k];
     }
     SKEIN_LOOP
     for (std::size_t k = 0; k < n_; ++k) cell_angle_[k] = trace_[k] < 3 ? std::acos(0.5 * (trace_[k] - 1)) : 0.0;
@@ -155,7 +156,8 @@ template <TextbookBuild B> void TextbookRod::turns() {
 template <TextbookBuild B> void TextbookRod::moments() {
     cell_dilatation_[0] = strain_.z[0];
     SKEIN_LOOP
-    for (std::size_t k = 1; k < n_; ++k) cell_dilatation_[k] = share_before_[k] * strain_.z[k - 1] + share_after_[k] * strain_.z[k];
+    for (std::size_t k = 1; k < n_; ++k)
+        cell_dilatation_[k] = share_before_[k] * strain_.z[k - 1] + share_after_[k] * strain_.z[k];
     SKEIN_LOOP
     for (std::size_t k = 0; k < n_; ++k) {
         const double factor = 1 / (cell_length_[k] * cell_dilatation_[k] * cell_dilatation_[k] * cell_dilatation_[k]);
@@ -164,7 +166,8 @@ template <TextbookBuild B> void TextbookRod::moments() {
         tau_.z[k] = torsion_[k] * phi_.z[k] * factor;
     }
     SKEIN_LOOP
-    for (std::size_t k = 0; k < n_; ++k) energy_[k] = phi_.x[k] * tau_.x[k] + phi_.y[k] * tau_.y[k] + phi_.z[k] * tau_.z[k];
+    for (std::size_t k = 0; k < n_; ++k)
+        energy_[k] = phi_.x[k] * tau_.x[k] + phi_.y[k] * tau_.y[k] + phi_.z[k] * tau_.z[k];
     SKEIN_LOOP
     for (std::size_t k = 0; k < n_; ++k) tension_[k] = -0.75 * energy_[k] / (cell_length_[k] * cell_dilatation_[k]);
     SKEIN_LOOP
@@ -218,9 +221,12 @@ template <TextbookBuild B> void TextbookRod::couples() {
     }
     SKEIN_LOOP
     for (std::size_t k = 0; k < n_; ++k) {
-        couple_.x[k] += tau_.x[k + 1] - tau_.x[k] + 0.5 * (first_.x[k + 1] + first_.x[k]) + second_.x[k + 1] - second_.x[k];
-        couple_.y[k] += tau_.y[k + 1] - tau_.y[k] + 0.5 * (first_.y[k + 1] + first_.y[k]) + second_.y[k + 1] - second_.y[k];
-        couple_.z[k] += tau_.z[k + 1] - tau_.z[k] + 0.5 * (first_.z[k + 1] + first_.z[k]) + second_.z[k + 1] - second_.z[k];
+        couple_.x[k] +=
+            tau_.x[k + 1] - tau_.x[k] + 0.5 * (first_.x[k + 1] + first_.x[k]) + second_.x[k + 1] - second_.x[k];
+        couple_.y[k] +=
+            tau_.y[k + 1] - tau_.y[k] + 0.5 * (first_.y[k + 1] + first_.y[k]) + second_.y[k + 1] - second_.y[k];
+        couple_.z[k] +=
+            tau_.z[k + 1] - tau_.z[k] + 0.5 * (first_.z[k + 1] + first_.z[k]) + second_.z[k + 1] - second_.z[k];
     }
 }
 

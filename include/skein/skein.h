@@ -1,8 +1,9 @@
-/* Skein for programs in other languages: what skein/run.hpp has, by plain C functions of the library libskein.so. Python's is
- * python/skein/simulation.py.
+/* Skein for programs in other languages: what skein/run.hpp has, by plain C functions of the library libskein.so.
+ * Python's is python/skein/simulation.py.
  *
- * Functions that may fail return -1 or a null pointer; skein_error() then says why, as the program would. All numbers are SI, lab
- * frame. All ranks of MPI_COMM_WORLD call everything alike, and one thread at a time; MPI is started where it has not been. */
+ * Functions that may fail return -1 or a null pointer; skein_error() then says why, as the program would. All numbers
+ * are SI, lab frame. All ranks of MPI_COMM_WORLD call everything alike, and one thread at a time; MPI is started where
+ * it has not been. */
 #pragma once
 
 #include <stdint.h>
@@ -24,10 +25,10 @@ SKEIN_API const char* skein_error(void);
 SKEIN_API int skein_rank(void);
 SKEIN_API int skein_ranks(void);
 
-/* A run of the scene in a file, or in `toml` where that is not null (`file` then names it in messages), with overrides "key=value".
- * It writes nothing. threads, lanes: 0 for what this machine has. */
-SKEIN_API skein_run* skein_open(const char* file, const char* toml, const char* const* overrides, int override_count, int threads,
-                                int lanes);
+/* A run of the scene in a file, or in `toml` where that is not null (`file` then names it in messages), with overrides
+ * "key=value". It writes nothing. threads, lanes: 0 for what this machine has. */
+SKEIN_API skein_run* skein_open(const char* file, const char* toml, const char* const* overrides, int override_count,
+                                int threads, int lanes);
 SKEIN_API void skein_close(skein_run* run);
 
 /* As `skein plan` prints it; until the run is closed. */
@@ -60,8 +61,8 @@ SKEIN_API int skein_group_nodes(skein_run* run, int group);
 SKEIN_API int skein_group_elements(skein_run* run, int group);
 /* Their numbers in the group, rising. */
 SKEIN_API int skein_numbers(skein_run* run, int group, int64_t* out);
-/* quantity 0 position [rods, nodes, 3], 1 velocity [rods, nodes, 3], 2 directors [rods, elements, 3, 3], 3 spin [rods, elements, 3]
- * along the directors, at the time of the run; count: numbers that `out` has room for. */
+/* quantity 0 position [rods, nodes, 3], 1 velocity [rods, nodes, 3], 2 directors [rods, elements, 3, 3], 3 spin [rods,
+ * elements, 3] along the directors, at the time of the run; count: numbers that `out` has room for. */
 SKEIN_API int skein_read(skein_run* run, int group, int quantity, double* out, int64_t count);
 
 #ifdef __cplusplus

@@ -1,8 +1,10 @@
-// The nearest points of a segment p + s d, s in [0, 1], and a box |x_i| <= h_i, in the box's own axes.     theory.md (59d)
-//   c_i(s) = x_i - clamp(x_i, -h_i, h_i),  |c|^2 is convex, and quadratic between the s at which the segment passes a face's plane;
-//   its slope d.c rises: it is 0 at the nearest point, or all along an interval, whose middle is taken then.
-// Beside a face or an edge the same components of c are other than 0; sine: of the angle between segment and that face or edge.
-// Within the box the way out is the shortest one. Exact but for round-off; cost: some 100 flop.
+// The nearest points of a segment p + s d, s in [0, 1], and a box |x_i| <= h_i, in the box's own axes.     theory.md
+// (59d)
+//   c_i(s) = x_i - clamp(x_i, -h_i, h_i),  |c|^2 is convex, and quadratic between the s at which the segment passes a
+//   face's plane; its slope d.c rises: it is 0 at the nearest point, or all along an interval, whose middle is taken
+//   then.
+// Beside a face or an edge the same components of c are other than 0; sine: of the angle between segment and that face
+// or edge. Within the box the way out is the shortest one. Exact but for round-off; cost: some 100 flop.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -83,7 +85,8 @@ inline SegmentToBox nearest_to_box(const Vec3d& p, const Vec3d& d, const Vec3d& 
         int faces = 0;
         for (int k = 0; k < 3; ++k)
             if (beyond(k, middle) != 0) steep += along[k] * along[k], ++faces;
-        if (const double sine = steep / squared; faces > 0 && sine < near.sine_squared) near = {near.s, at[i], at[i + 1], sine};
+        if (const double sine = steep / squared; faces > 0 && sine < near.sine_squared)
+            near = {near.s, at[i], at[i + 1], sine};
     }
     return near;
 }

@@ -26,8 +26,9 @@ Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std:
 
 } // namespace
 
-/// Of pairs (a[i], b[i]) those that may touch, whose capsules are less than `skin` apart, and one of which is own. a and b have
-/// room for a tile more. The lower slot is put first before any arithmetic, so all ranks that see a pair come to the same bits.
+/// Of pairs (a[i], b[i]) those that may touch, whose capsules are less than `skin` apart, and one of which is own. a
+/// and b have room for a tile more. The lower slot is put first before any arithmetic, so all ranks that see a pair
+/// come to the same bits.
 void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double skin, std::uint32_t* a, std::uint32_t* b,
                              std::size_t count, Near& near) {
     constexpr std::size_t W = CapsuleTile::width;
@@ -91,7 +92,8 @@ struct BroadPhase::Copies {
             const auto [begin, end] = ranges.range[r];
             if (count + (end - begin) > most) return false;
             for (std::uint32_t i = begin, to = count; i < end; i += 16, to += 16) { // in sixteens, beyond the end
-                std::memcpy(x + to, from.x + i, 64), std::memcpy(y + to, from.y + i, 64), std::memcpy(z + to, from.z + i, 64);
+                std::memcpy(x + to, from.x + i, 64), std::memcpy(y + to, from.y + i, 64),
+                    std::memcpy(z + to, from.z + i, 64);
                 std::memcpy(reach + to, from.reach + i, 64), std::memcpy(body + to, from.body + i, 64),
                     std::memcpy(slot + to, from.slot + i, 64);
             }
@@ -157,7 +159,8 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
             const Vec3d m = middle(bodies, s) - origin_;
             const double reach = half_length(bodies, s) + bodies.node[s].radius;
             grid_of_[s] = static_cast<std::uint8_t>(std::clamp(std::ilogb(reach / smallest_), 0, 31));
-            sphere_[s] = {static_cast<float>(m.x), static_cast<float>(m.y), static_cast<float>(m.z), static_cast<float>(reach)};
+            sphere_[s] = {static_cast<float>(m.x), static_cast<float>(m.y), static_cast<float>(m.z),
+                          static_cast<float>(reach)};
             e.least = least_of(e.least, m), e.most = most_of(e.most, m);
             e.reach[grid_of_[s]] = std::max(e.reach[grid_of_[s]], reach);
             ++e.count[grid_of_[s]];
@@ -167,7 +170,8 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
     std::size_t coarsest = 0;
     for (const Extent& e : parts) {
         all.least = least_of(e.least, all.least), all.most = most_of(e.most, all.most);
-        for (std::size_t g = 0; g < 32; ++g) all.reach[g] = std::max(all.reach[g], e.reach[g]), all.count[g] += e.count[g];
+        for (std::size_t g = 0; g < 32; ++g)
+            all.reach[g] = std::max(all.reach[g], e.reach[g]), all.count[g] += e.count[g];
     }
     for (std::size_t g = 0; g < 32; ++g)
         if (all.count[g] > 0) coarsest = g;
@@ -189,7 +193,8 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
         for (int i = 0; i < 3; ++i)
             grid.size[i] = std::bit_ceil(static_cast<std::uint32_t>(std::clamp(sides[i] / cell + 2, 4.0, 1048576.0)));
         const std::uint64_t most = std::max<std::uint64_t>(64, 4 * all.count[g]);
-        while (std::uint64_t{grid.size[0]} * grid.size[1] * grid.size[2] > most) *std::max_element(grid.size, grid.size + 3) /= 2;
+        while (std::uint64_t{grid.size[0]} * grid.size[1] * grid.size[2] > most)
+            *std::max_element(grid.size, grid.size + 3) /= 2;
         grid.first_cell = cells;
         cells += grid.cells();
     }
@@ -207,8 +212,8 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
             const Grid& grid = grids_[grid_of_[s]];
             const Sphere& sphere = sphere_[s];
             const auto cell = [&](float x, int i) { return grid.cell_at(x) & (grid.size[i] - 1); };
-            cell_of_[s] =
-                grid.first_cell + (cell(sphere.z, 2) * grid.size[1] + cell(sphere.y, 1)) * grid.size[0] + cell(sphere.x, 0);
+            cell_of_[s] = grid.first_cell + (cell(sphere.z, 2) * grid.size[1] + cell(sphere.y, 1)) * grid.size[0] +
+                          cell(sphere.x, 0);
             place_[s] = count_one(cell_begin_[cell_of_[s]], single_thread);
         }
     });
@@ -233,7 +238,8 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
 void BroadPhase::add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const {
     const std::uint32_t mask = grid.size[0] - 1, west = (x - 1) & mask, here = x & mask, east = (x + 1) & mask;
     const std::uint32_t* row =
-        &cell_begin_[grid.first_cell + ((z & (grid.size[2] - 1)) * grid.size[1] + (y & (grid.size[1] - 1))) * grid.size[0]];
+        &cell_begin_[grid.first_cell +
+                     ((z & (grid.size[2] - 1)) * grid.size[1] + (y & (grid.size[1] - 1))) * grid.size[0]];
     if (west < here && here < east) {
         ranges.add(row[west], row[east + 1]);
     } else {
@@ -242,7 +248,8 @@ void BroadPhase::add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std
 }
 
 /// Spheres of some that meet the one at place i.
-SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const {
+SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, const Spheres& others, Range range, float margin,
+                                   Found& found) const {
     const std::uint32_t slot = slot_[i];
     const float x = x_[i], y = y_[i], z = z_[i], reach = reach_[i] + margin;
     const std::int32_t body = body_[i];
@@ -255,8 +262,11 @@ SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, const Spheres& others, Range
         }
         std::fill_n(found.a + count, 16, slot); // all sixteen, as it costs less than to know how many
 #if defined(__AVX512F__)
-        const auto less = [j](const float* v, float by) { return _mm512_sub_ps(_mm512_loadu_ps(v + j), _mm512_set1_ps(by)); };
-        const __m512 dx = less(others.x, x), dy = less(others.y, y), dz = less(others.z, z), r = less(others.reach, -reach);
+        const auto less = [j](const float* v, float by) {
+            return _mm512_sub_ps(_mm512_loadu_ps(v + j), _mm512_set1_ps(by));
+        };
+        const __m512 dx = less(others.x, x), dy = less(others.y, y), dz = less(others.z, z),
+                     r = less(others.reach, -reach);
         const __m512 squared = _mm512_fmadd_ps(dx, dx, _mm512_fmadd_ps(dy, dy, _mm512_mul_ps(dz, dz)));
         const auto valid = static_cast<__mmask16>((1u << std::min(range.end - j, 16u)) - 1);
         const __mmask16 foreign =
@@ -302,8 +312,8 @@ void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, 
                 Ranges around;
                 for (const std::uint32_t dz : {~0u, 0u, 1u})
                     for (const std::uint32_t dy : {~0u, 0u, 1u})
-                        add_row(*coarser, coarser->cell_at(x_[i]), coarser->cell_at(y_[i]) + dy, coarser->cell_at(z_[i]) + dz,
-                                around);
+                        add_row(*coarser, coarser->cell_at(x_[i]), coarser->cell_at(y_[i]) + dy,
+                                coarser->cell_at(z_[i]) + dz, around);
                 for (int r = 0; r < around.count; ++r) meet(i, all, around.range[r], margin, found);
             }
         }

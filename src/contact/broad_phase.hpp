@@ -2,9 +2,9 @@
 //   1. spheres round the elements, in single precision, sorted into cells by counting
 //   2. each against those of half its neighbouring cells, sixteen at a time
 //   3. of those that meet, capsules against capsules, eight pairs at a time
-// There is a grid per size of elements, each twice as coarse as the one before; an element looks into its own grid and all coarser
-// ones. Cells wrap round, so space has no bounds. Pairs are put in order at the end: the list is the same for any number of
-// threads. Cost per element at nest density: see docs/performance.md.
+// There is a grid per size of elements, each twice as coarse as the one before; an element looks into its own grid and
+// all coarser ones. Cells wrap round, so space has no bounds. Pairs are put in order at the end: the list is the same
+// for any number of threads. Cost per element at nest density: see docs/performance.md.
 #pragma once
 
 #include "neighbourhood/exposure.hpp"
@@ -37,11 +37,12 @@ using SelfGaps = std::vector<SelfGap>; ///< by group
 inline bool may_touch(const Exposure& c, const SelfGaps& gaps, std::uint32_t a, std::uint32_t b) {
     if (c.window_of[a] != c.window_of[b])
         return c.kin_of(a) != c.kin_of(b); // of two bodies, or ghosts both: one body has one owner
-    return gaps[static_cast<std::size_t>(c.at(a).group)].may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
+    return gaps[static_cast<std::size_t>(c.at(a).group)].may_touch(static_cast<std::int32_t>(a),
+                                                                   static_cast<std::int32_t>(b));
 }
 
-/// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in rising
-/// order.
+/// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in
+/// rising order.
 struct Candidates {
     std::vector<std::uint32_t> first; ///< [slots + 1]
     std::vector<std::uint32_t> partner;
@@ -55,8 +56,8 @@ public:
     explicit BroadPhase(const Threads& threads);
     ~BroadPhase();
 
-    /// All pairs whose capsules are less than `skin` apart, m, that may touch, and of which one is of an own body. The largest
-    /// element of a grid is at most twice its smallest.
+    /// All pairs whose capsules are less than `skin` apart, m, that may touch, and of which one is of an own body. The
+    /// largest element of a grid is at most twice its smallest.
     void build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
     /// Other bodies come: what the first search told of their sizes no longer serves.
@@ -101,7 +102,7 @@ private:
     void meet(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const;
 
     const Threads& threads_;
-    double smallest_ = 0;               ///< element of the first search of these bodies, m: half its length and its radius
+    double smallest_ = 0; ///< element of the first search of these bodies, m: half its length and its radius
     std::vector<std::uint8_t> grid_of_; ///< of each slot
     std::vector<Grid> grids_;
     Vec3d origin_{0, 0, 0}, next_origin_{0, 0, 0};
@@ -118,8 +119,8 @@ private:
         std::int64_t inactive = 0;
     };
     std::vector<Near> near_; ///< by task
-    static void append_near(const Exposure& bodies, const SelfGaps& gaps, double skin, std::uint32_t* a, std::uint32_t* b,
-                            std::size_t count, Near& near);
+    static void append_near(const Exposure& bodies, const SelfGaps& gaps, double skin, std::uint32_t* a,
+                            std::uint32_t* b, std::size_t count, Near& near);
 };
 
 } // namespace skein

@@ -1,6 +1,6 @@
-// Pairs of capsules eight at a time. Eight tiles are read before the first is worked on: what is done with one is a chain of
-// operations that wait for each other, and only with the reading out of the way do several of them fit into what a core looks
-// ahead.
+// Pairs of capsules eight at a time. Eight tiles are read before the first is worked on: what is done with one is a
+// chain of operations that wait for each other, and only with the reading out of the way do several of them fit into
+// what a core looks ahead.
 #pragma once
 
 #include "core/transposed.hpp"
@@ -17,8 +17,8 @@ struct CapsuleTile {
     Pack<width> radius_1, radius_2;
 };
 
-/// work(i, tile) for i = 0, 8, 16, ... below `count`; pair(i): nodes where the two elements of pair i begin, defined up to the end
-/// of the last tile; ahead(i) is called once for every such i, before.
+/// work(i, tile) for i = 0, 8, 16, ... below `count`; pair(i): nodes where the two elements of pair i begin, defined up
+/// to the end of the last tile; ahead(i) is called once for every such i, before.
 template <class PairAt, class Ahead, class Work>
 SKEIN_INLINE void for_capsule_tiles(std::size_t count, PairAt&& pair, Ahead&& ahead, Work&& work) {
     constexpr int W = CapsuleTile::width;
@@ -29,13 +29,16 @@ SKEIN_INLINE void for_capsule_tiles(std::size_t count, PairAt&& pair, Ahead&& ah
         for (std::size_t i = begin; i < end; i += W) {
             for (std::size_t l = 0; l < W; ++l) ahead(i + l);
             const auto first = [&](int next) {
-                return load_transposed<W>([&](int l) { return &pair(i + static_cast<std::size_t>(l)).first[next].position.x; });
+                return load_transposed<W>(
+                    [&](int l) { return &pair(i + static_cast<std::size_t>(l)).first[next].position.x; });
             };
             const auto second = [&](int next) {
-                return load_transposed<W>([&](int l) { return &pair(i + static_cast<std::size_t>(l)).second[next].position.x; });
+                return load_transposed<W>(
+                    [&](int l) { return &pair(i + static_cast<std::size_t>(l)).second[next].position.x; });
             };
             const auto p = first(0), p_end = first(1), q = second(0), q_end = second(1);
-            tile[(i - begin) / W] = {p.vector, p_end.vector - p.vector, q.vector, q_end.vector - q.vector, p.behind, q.behind};
+            tile[(i - begin) / W] = {p.vector, p_end.vector - p.vector, q.vector, q_end.vector - q.vector, p.behind,
+                                     q.behind};
         }
         for (std::size_t i = begin; i < end; i += W) work(i, tile[(i - begin) / W]);
     }

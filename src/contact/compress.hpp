@@ -49,9 +49,9 @@ requires(sizeof(T) == sizeof(double) && std::is_trivially_copyable_v<T>) SKEIN_I
 }
 SKEIN_INLINE void compress_store(std::uint32_t* to, unsigned bits, const std::uint32_t* from) {
 #if defined(__AVX512VL__)
-    _mm256_storeu_si256(
-        reinterpret_cast<__m256i*>(to),
-        _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from))));
+    _mm256_storeu_si256(reinterpret_cast<__m256i*>(to),
+                        _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits),
+                                                    _mm256_loadu_si256(reinterpret_cast<const __m256i*>(from))));
 #else
     for (; bits != 0; bits &= bits - 1) *to++ = from[std::countr_zero(bits)];
 #endif
@@ -69,7 +69,8 @@ SKEIN_INLINE void compress_store(std::uint8_t* to, unsigned bits, const std::uin
 /// Stores first + i for each bit i of eight that is set, without gaps.
 SKEIN_INLINE void store_places(std::uint32_t* to, unsigned bits, std::uint32_t first) {
 #if defined(__AVX512VL__)
-    const __m256i all = _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(first)), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
+    const __m256i all =
+        _mm256_add_epi32(_mm256_set1_epi32(static_cast<int>(first)), _mm256_setr_epi32(0, 1, 2, 3, 4, 5, 6, 7));
     _mm256_storeu_si256(reinterpret_cast<__m256i*>(to), _mm256_maskz_compress_epi32(static_cast<__mmask8>(bits), all));
 #else
     for (; bits != 0; bits &= bits - 1) *to++ = first + static_cast<std::uint32_t>(std::countr_zero(bits));

@@ -1,7 +1,7 @@
-// Contacts of elements with boxes, one by one, after those of the block's capsules: which of both comes first depends on the scene
-// alone. The candidate of a box is the ball around it; the law is that of capsules, and so are its points: an element that lies
-// near-parallel to a face or an edge pushes at both ends of what lies beside it, and at the nearest point with the rest and all
-// friction.
+// Contacts of elements with boxes, one by one, after those of the block's capsules: which of both comes first depends
+// on the scene alone. The candidate of a box is the ball around it; the law is that of capsules, and so are its points:
+// an element that lies near-parallel to a face or an edge pushes at both ends of what lies beside it, and at the
+// nearest point with the rest and all friction.
 #include "contact/box_distance.hpp"
 #include "contact/work_area.hpp"
 
@@ -42,7 +42,8 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     const ExposedNode* node = &bodies.node[element];
     const ExposedMotion *motion = &bodies.motion[element], *of_box = &bodies.motion[box_slot];
     const Vec3d centre = bodies.node[box_slot].position;
-    const Mat3d axes{of_box[1].velocity, of_box[1].spin, cross(of_box[1].velocity, of_box[1].spin)}; // neighbourhood/surface.hpp
+    const Mat3d axes{of_box[1].velocity, of_box[1].spin,
+                     cross(of_box[1].velocity, of_box[1].spin)}; // neighbourhood/surface.hpp
     const Vec3d p = node[0].position, d = node[1].position - p;
     const unsigned vertices = bodies.vertices[element];
     const auto nearest_between = [&](double low, double high) {
@@ -61,13 +62,15 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
         const BoxPoint point = nearest_on_box(axes * (p + s * d - centre), box.half);
         const Vec3d arm = transpose_times(axes, point.on_box);
         return {{broadcast<1>(-transpose_times(axes, point.outwards)), point.distance, node->radius, box.radius,
-                 broadcast<1>(motion[0].velocity + s * (motion[1].velocity - motion[0].velocity)), broadcast<1>(motion->spin),
-                 broadcast<1>(of_box->velocity + cross(of_box->spin, arm)), broadcast<1>(of_box->spin)},
+                 broadcast<1>(motion[0].velocity + s * (motion[1].velocity - motion[0].velocity)),
+                 broadcast<1>(motion->spin), broadcast<1>(of_box->velocity + cross(of_box->spin, arm)),
+                 broadcast<1>(of_box->spin)},
                 arm};
     };
     const auto exert = [&](const ContactForce<Q>& f, double s, const Vec3d& arm) {
         const Vec3d force = lane(f.on_1, 0), moment = lane(f.moment, 0);
-        out.on_element.first += (1 - s) * force, out.on_element.second += s * force, out.on_element.couple += f.arm_1[0] * moment;
+        out.on_element.first += (1 - s) * force, out.on_element.second += s * force,
+            out.on_element.couple += f.arm_1[0] * moment;
         out.on_box.first -= force, out.on_box.couple += f.arm_2[0] * moment - cross(arm, force);
     };
     double weight = 1;
@@ -77,7 +80,8 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
         const Vec3d &vertex = node[side > 0].position, on_box = centre + transpose_times(axes, point.on_box);
         const auto share = vertex_share<1>(
             reach, side > 0 ? 1 - s : s, broadcast<1>(vertex), broadcast<1>(node[side <= 0].position - vertex),
-            broadcast<1>(bodies.node[neighbour(bodies, element, side > 0) + (side > 0)].position - vertex), broadcast<1>(on_box));
+            broadcast<1>(bodies.node[neighbour(bodies, element, side > 0) + (side > 0)].position - vertex),
+            broadcast<1>(on_box));
         const double apart = sharing<1>(near.sine_squared, share.bend[0] * (node->radius + box.radius))[0];
         weight = 1 + apart * (share.weight[0] - 1);
         const double beyond = apart * share.beyond[0];
@@ -91,9 +95,11 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     if (!out.touches) return out;
     const ContactState<Q>& state = nearest.state;
     out.normal = lane(state.normal, 0);
-    const Vec3d arm_1 = (node->radius - 0.5 * out.overlap) * out.normal, arm_2 = -(box.radius - 0.5 * out.overlap) * out.normal;
+    const Vec3d arm_1 = (node->radius - 0.5 * out.overlap) * out.normal,
+                arm_2 = -(box.radius - 0.5 * out.overlap) * out.normal;
     out.place = p + near.s * d + arm_1;
-    out.slip = lane(state.velocity_1, 0) + cross(motion->spin, arm_1) - lane(state.velocity_2, 0) - cross(of_box->spin, arm_2);
+    out.slip =
+        lane(state.velocity_1, 0) + cross(motion->spin, arm_1) - lane(state.velocity_2, 0) - cross(of_box->spin, arm_2);
 
     const ContactNumbers<Q> law = numbers<1>(bodies, &list_.pair[pair]);
     double share = 0, beside = 1, elsewhere = 0, elastic_energy = 0, viscous_work = 0, stiffest = 0;
@@ -107,7 +113,8 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
             const At end = at(s);
             ContactMemory<Q> none{};
             const Q of_end = 0.5 * share * beside;
-            const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, {of_end, of_end});
+            const auto f =
+                contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, {of_end, of_end});
             elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
                 stiffest = std::max(stiffest, f.stiffness[0]);
             exert(f, s, end.arm);
@@ -118,7 +125,8 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     else if (remembers_) {
         const ContactMemory<double>& last = memory_[pair];
         const FrictionSpring<double> spring =
-            status_[pair] & touching ? last.spring : followed_spring(bodies, pair, first ? 0.5 : near.s, first ? near.s : 0.5);
+            status_[pair] & touching ? last.spring
+                                     : followed_spring(bodies, pair, first ? 0.5 : near.s, first ? near.s : 0.5);
         memory = {{broadcast<1>(spring.x), spring.stiffness}, broadcast<1>(last.viscous_part), last.weight};
     }
     const double crossing = (1 - share) * weight;
@@ -126,7 +134,8 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     out.touches = out.weight > 0;
     out.force = contact_force<1>(kinds_, law, nearest.state, h, memory, {crossing, out.weight}, elsewhere);
     exert(out.force, near.s, nearest.arm);
-    out.memory = {{lane(memory.spring.x, 0), memory.spring.stiffness[0]}, lane(memory.viscous_part, 0), memory.weight[0]};
+    out.memory = {
+        {lane(memory.spring.x, 0), memory.spring.stiffness[0]}, lane(memory.viscous_part, 0), memory.weight[0]};
     out.force.elastic_energy += elastic_energy;
     out.force.viscous_work += viscous_work;
     out.force.stiffness = max(out.force.stiffness, Q(stiffest));
@@ -143,8 +152,9 @@ Contact Contacts::contact_with_box(const Exposure& bodies, std::uint32_t pair) c
     const bool first = box_at(bodies, list_.pair[pair].a) != nullptr;
     const ElementLoad<double>& on_first = first ? c.on_box : c.on_element;
     const double sign = first ? -1 : 1;
-    return {list_.pair[pair], first ? 0 : c.s, first ? c.s : 0, on_first.first + on_first.second, c.overlap, c.diameter, c.weight,
-            c.place,          sign * c.normal, sign * c.slip};
+    return {list_.pair[pair], first ? 0 : c.s, first ? c.s : 0, on_first.first + on_first.second,
+            c.overlap,        c.diameter,      c.weight,        c.place,
+            sign * c.normal,  sign * c.slip};
 }
 
 void Contacts::push_boxes(const Work& work, WorkArea& area) {
@@ -152,7 +162,8 @@ void Contacts::push_boxes(const Work& work, WorkArea& area) {
     const auto first = std::lower_bound(box_pairs_.begin(), box_pairs_.end(), begin),
                last = std::lower_bound(first, box_pairs_.end(), end);
     area.box_contact.clear();
-    for (auto i = first; i != last; ++i) area.box_contact.push_back(evaluate_box(work.bodies, work.h, *i)); // memory is as it was
+    for (auto i = first; i != last; ++i)
+        area.box_contact.push_back(evaluate_box(work.bodies, work.h, *i)); // memory is as it was
     auto c = area.box_contact.begin();
     for (auto i = first; i != last; ++i, ++c) {
         const auto [a, b] = list_.pair[*i];

@@ -18,7 +18,8 @@ double restitution_of_share(double z) {
 struct Bounce {
     double restitution, time;
 };
-/// x'' = -max(0, sqrt(x) (x + d x')) from x = 0, x' = 1 until nothing pushes any more. In steps of 1/1000, fourth order: e to 1e-6.
+/// x'' = -max(0, sqrt(x) (x + d x')) from x = 0, x' = 1 until nothing pushes any more. In steps of 1/1000, fourth
+/// order: e to 1e-6.
 Bounce hertz_bounce(double d) {
     const auto force = [d](double x, double v) { return x > 0 ? std::max(0.0, std::sqrt(x) * (x + d * v)) : 0.0; };
     const double h = 1e-3 / std::max(1.0, d);
@@ -47,9 +48,10 @@ template <class F> double falling_root(F&& f, double value) {
 } // namespace
 
 void ContactLaw::fields(FieldVisitor& f) {
-    f.choice(
-        {.name = "law", .unit = "", .text = "linear: k g + c u_n; hertz: sqrt(g) times that; g: overlap, u_n: speed of approach"},
-        normal, contact_normal_names);
+    f.choice({.name = "law",
+              .unit = "",
+              .text = "linear: k g + c u_n; hertz: sqrt(g) times that; g: overlap, u_n: speed of approach"},
+             normal, contact_normal_names);
     f.visit({.name = "stiffness",
              .unit = "N/m, N/m^1.5",
              .text = "k, at least 0; or \"auto\": such that the contact that bears most overlaps by `accepted_overlap` "
@@ -61,32 +63,37 @@ void ContactLaw::fields(FieldVisitor& f) {
              .above = 0,
              .at_most = 0.5},
             accepted_overlap);
+    f.visit({.name = "damping",
+             .unit = "N s/m, N s/m^1.5",
+             .text = "c; a contact never pulls, whatever its damping",
+             .at_least = 0},
+            damping);
+    f.visit({.name = "restitution",
+             .unit = "-",
+             .text = "instead of stiffness and damping, with collision_time: speed after a central collision of two "
+                     "whole rods over that "
+                     "before; 0: as those say",
+             .at_least = 0,
+             .at_most = 1},
+            restitution);
     f.visit(
-        {.name = "damping", .unit = "N s/m, N s/m^1.5", .text = "c; a contact never pulls, whatever its damping", .at_least = 0},
-        damping);
-    f.visit(
-        {.name = "restitution",
-         .unit = "-",
-         .text =
-             "instead of stiffness and damping, with collision_time: speed after a central collision of two whole rods over that "
-             "before; 0: as those say",
-         .at_least = 0,
-         .at_most = 1},
-        restitution);
-    f.visit({.name = "collision_time", .unit = "s", .text = "how long two colliding rods push each other", .at_least = 0},
-            collision_time);
+        {.name = "collision_time", .unit = "s", .text = "how long two colliding rods push each other", .at_least = 0},
+        collision_time);
     f.visit({.name = "collision_speed",
              .unit = "m/s",
              .text = "hertz: the speed of approach of which these two are meant",
              .at_least = 0},
             collision_speed);
-    f.choice({.name = "friction",
-              .unit = "",
-              .text = "memory: a tangential spring that slides at mu N (Cundall, Strack); regularised: mu_k N u_t/max(|u_t|, "
-                      "slip_speed); published: none below "
-                      "slip_speed, mu_k N from 1.5 times that on; anisotropic, of walls: regularised, with coefficients forward, "
-                      "backward and sideways"},
-             friction, contact_friction_names);
+    f.choice(
+        {.name = "friction",
+         .unit = "",
+         .text =
+             "memory: a tangential spring that slides at mu N (Cundall, Strack); regularised: mu_k N u_t/max(|u_t|, "
+             "slip_speed); published: none below "
+             "slip_speed, mu_k N from 1.5 times that on; anisotropic, of walls: regularised, with coefficients "
+             "forward, "
+             "backward and sideways"},
+        friction, contact_friction_names);
     f.visit({.name = "static_friction", .unit = "-", .text = "mu_s of memory", .at_least = 0}, static_friction);
     f.visit({.name = "kinetic_friction", .unit = "-", .text = "mu_k; below 0: as static_friction", .at_least = -1},
             kinetic_friction);
@@ -95,7 +102,10 @@ void ContactLaw::fields(FieldVisitor& f) {
              .text = "anisotropic: mu_k of motion against the tangent; kinetic_friction is that along it",
              .at_least = 0},
             kinetic_backward);
-    f.visit({.name = "kinetic_sideways", .unit = "-", .text = "anisotropic: mu_k of motion across the tangent", .at_least = 0},
+    f.visit({.name = "kinetic_sideways",
+             .unit = "-",
+             .text = "anisotropic: mu_k of motion across the tangent",
+             .at_least = 0},
             kinetic_sideways);
     f.visit({.name = "tangential_share",
              .unit = "-",
@@ -104,11 +114,15 @@ void ContactLaw::fields(FieldVisitor& f) {
             tangential_share);
     f.visit({.name = "tangential_damping", .unit = "N s/m", .text = "memory: of the tangential spring", .at_least = 0},
             tangential_damping);
-    f.visit({.name = "slip_speed", .unit = "m/s", .text = "regularised, published, anisotropic", .at_least = 0}, slip_speed);
-    f.visit({.name = "soft_until", .unit = "s", .text = "until then soft_stiffness and soft_damping hold", .at_least = 0},
-            soft_until);
-    f.visit({.name = "soft_stiffness", .unit = "N/m, N/m^1.5", .text = "k at the beginning", .at_least = 0}, soft_stiffness);
-    f.visit({.name = "soft_damping", .unit = "N s/m, N s/m^1.5", .text = "c at the beginning", .at_least = 0}, soft_damping);
+    f.visit({.name = "slip_speed", .unit = "m/s", .text = "regularised, published, anisotropic", .at_least = 0},
+            slip_speed);
+    f.visit(
+        {.name = "soft_until", .unit = "s", .text = "until then soft_stiffness and soft_damping hold", .at_least = 0},
+        soft_until);
+    f.visit({.name = "soft_stiffness", .unit = "N/m, N/m^1.5", .text = "k at the beginning", .at_least = 0},
+            soft_stiffness);
+    f.visit({.name = "soft_damping", .unit = "N s/m, N s/m^1.5", .text = "c at the beginning", .at_least = 0},
+            soft_damping);
     f.visit({.name = "friction_from", .unit = "s", .text = "no friction before", .at_least = 0}, friction_from);
 }
 
@@ -128,8 +142,10 @@ ContactLaw ContactLaw::resolved(double effective_mass) const {
         law.stiffness = effective_mass * w * w;
         law.damping = 2 * z * effective_mass * w;
     } else {
-        const double d = restitution < 1 ? falling_root([](double x) { return hertz_bounce(x).restitution; }, restitution) : 0;
-        const double time = collision_time / hertz_bounce(d).time, length = collision_speed * time, root = std::sqrt(length);
+        const double d =
+            restitution < 1 ? falling_root([](double x) { return hertz_bounce(x).restitution; }, restitution) : 0;
+        const double time = collision_time / hertz_bounce(d).time, length = collision_speed * time,
+                     root = std::sqrt(length);
         law.stiffness = effective_mass / (time * time * root);
         law.damping = d * effective_mass / (time * root);
     }
@@ -145,12 +161,14 @@ ContactLaw ContactLaw::at(double time) const {
 }
 
 ContactNumbers<double> ContactLaw::numbers() const {
-    return {stiffness, damping, static_friction, kinetic(), tangential_share * stiffness, tangential_damping, slip_speed};
+    return {stiffness,          damping,   static_friction, kinetic(), tangential_share * stiffness,
+            tangential_damping, slip_speed};
 }
 
 ContactLaws::ContactLaws(const ContactLaw& law) : materials_(1), laws_{law} {}
 
-ContactLaws::ContactLaws(std::size_t materials, std::vector<ContactLaw> laws) : materials_(materials), laws_(std::move(laws)) {
+ContactLaws::ContactLaws(std::size_t materials, std::vector<ContactLaw> laws)
+    : materials_(materials), laws_(std::move(laws)) {
     if (materials == 0 || laws_.size() != materials * materials)
         throw InputError("contact: one law per pair of materials is wanted");
     for (const ContactLaw& law : laws_)
@@ -159,8 +177,9 @@ ContactLaws::ContactLaws(std::size_t materials, std::vector<ContactLaw> laws) : 
 }
 
 bool ContactLaws::remember() const {
-    return friction() != ContactFriction::none ||
-           std::any_of(laws_.begin(), laws_.end(), [](const ContactLaw& law) { return law.damping > 0 || law.soft_damping > 0; });
+    return friction() != ContactFriction::none || std::any_of(laws_.begin(), laws_.end(), [](const ContactLaw& law) {
+               return law.damping > 0 || law.soft_damping > 0;
+           });
 }
 
 std::vector<ContactNumbers<double>> ContactLaws::numbers(double time) const {

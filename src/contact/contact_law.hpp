@@ -1,9 +1,12 @@
-// The law of a contact, normal force and friction, as scenes state it; one law per pair of materials.        theory.md section 18
-//   linear  N = max(0, k g + c u_n)        Hertz  N = max(0, sqrt(g) (k g + c u_n))        friction: contact/response.hpp
-// A law may begin softly, so that rods placed into each other part slowly, and its friction later. Instead of k and c a restitution
-// e and a time t_c may be given, for which bodies of a known effective mass m push each other:
-//   linear  e = exp(-2 z acos(z)/sqrt(1 - z^2)) with z = c/(2 sqrt(k m)), as a contact does not pull;  -ln e = z w t_c, k = m w^2
-//   Hertz   x'' = -max(0, sqrt(x) (x + D x')), x(0) = 0, x'(0) = 1 leaves at -e after T; lengths in G = v t_c/T, times in t_c/T.
+// The law of a contact, normal force and friction, as scenes state it; one law per pair of materials.        theory.md
+// section 18
+//   linear  N = max(0, k g + c u_n)        Hertz  N = max(0, sqrt(g) (k g + c u_n))        friction:
+//   contact/response.hpp
+// A law may begin softly, so that rods placed into each other part slowly, and its friction later. Instead of k and c a
+// restitution e and a time t_c may be given, for which bodies of a known effective mass m push each other:
+//   linear  e = exp(-2 z acos(z)/sqrt(1 - z^2)) with z = c/(2 sqrt(k m)), as a contact does not pull;  -ln e = z w t_c,
+//   k = m w^2 Hertz   x'' = -max(0, sqrt(x) (x + D x')), x(0) = 0, x'(0) = 1 leaves at -e after T; lengths in G = v
+//   t_c/T, times in t_c/T.
 //           e and t_c depend on the speed v: both are those at the one given.
 // Source: Schwager, Poeschel 2007 (Granular Matter 9, 465) for the linear law.
 #pragma once
@@ -21,7 +24,8 @@ namespace skein {
 enum class ContactNormal { linear, hertz };
 inline constexpr std::string_view contact_normal_names[] = {"linear", "hertz"};
 enum class ContactFriction { none, memory, regularised, published, anisotropic };
-inline constexpr std::string_view contact_friction_names[] = {"none", "memory", "regularised", "published", "anisotropic"};
+inline constexpr std::string_view contact_friction_names[] = {"none", "memory", "regularised", "published",
+                                                              "anisotropic"};
 /// Whether friction is a function of the speed of slip, below which it vanishes.
 inline bool slips_always(ContactFriction friction) {
     return friction != ContactFriction::none && friction != ContactFriction::memory;
@@ -61,17 +65,18 @@ template <int W> SKEIN_INLINE void set_lane(ContactNumbers<Pack<W>>& all, int i,
 
 struct ContactLaw {
     ContactNormal normal = ContactNormal::hertz;
-    double stiffness = 0;           ///< k, N/m or N/m^1.5; below 0: automatic, which scene/contact_outlook.hpp makes a number
+    double stiffness = 0; ///< k, N/m or N/m^1.5; below 0: automatic, which scene/contact_outlook.hpp makes a number
     double accepted_overlap = 0.05; ///< over the diameter, of the contact that bears most; of an automatic stiffness
     double damping = 0;             ///< c, N s/m or N s/m^1.5
     ContactFriction friction = ContactFriction::none;
-    double static_friction = 0;                        ///< mu_s
-    double kinetic_friction = -1;                      ///< mu_k; below 0: mu_s
-    double kinetic_backward = 0, kinetic_sideways = 0; ///< mu_k of anisotropic friction against a rod's tangent and across
-    double tangential_share = 0.8;                     ///< kappa
-    double tangential_damping = 0;                     ///< c_t, N s/m
-    double slip_speed = 0;                             ///< v_s, m/s
-    double soft_until = 0;                             ///< s
+    double static_friction = 0;   ///< mu_s
+    double kinetic_friction = -1; ///< mu_k; below 0: mu_s
+    double kinetic_backward = 0,
+           kinetic_sideways = 0;   ///< mu_k of anisotropic friction against a rod's tangent and across
+    double tangential_share = 0.8; ///< kappa
+    double tangential_damping = 0; ///< c_t, N s/m
+    double slip_speed = 0;         ///< v_s, m/s
+    double soft_until = 0;         ///< s
     double soft_stiffness = 0, soft_damping = 0;
     double friction_from = 0;   ///< s
     double restitution = 0;     ///< e; 0: stiffness and damping as they are
@@ -88,7 +93,8 @@ struct ContactLaw {
         return friction == ContactFriction::anisotropic ? coefficient / kinetic_friction : 1;
     }
     double largest_kinetic() const { return std::max({kinetic(), kinetic_backward, kinetic_sideways}); }
-    /// With k and c for this restitution and time of bodies whose effective mass m1 m2/(m1 + m2) is known, kg. Itself without.
+    /// With k and c for this restitution and time of bodies whose effective mass m1 m2/(m1 + m2) is known, kg. Itself
+    /// without.
     ContactLaw resolved(double effective_mass) const;
     /// The law at a time: soft or final stiffness, with or without friction; mu_k always a number.
     ContactLaw at(double time) const;

@@ -29,7 +29,8 @@ ContactMobility mobility_of_surface(const BodyShape& body) {
     const double most_inverse = std::max({inverse.x, inverse.y, inverse.z});
     ContactMobility most;
     for (const BodyShape::Point& p : body.point) {
-        const double turned = most_turned(p.place, inverse), rim = std::sqrt(turned) + p.radius * std::sqrt(most_inverse);
+        const double turned = most_turned(p.place, inverse),
+                     rim = std::sqrt(turned) + p.radius * std::sqrt(most_inverse);
         most.normal = std::max(most.normal, 1 / body.mass + turned);
         most.tangential = std::max(most.tangential, 1 / body.mass + rim * rim);
         most.diameter = std::max(most.diameter, 2 * p.radius);
@@ -100,11 +101,13 @@ double overlap_of_energy(const ContactLaw& law, double energy) {
 
 StifferLaw stiffer_law(const ContactLaw& given, const ContactLaw& law, double effective_mass, double times) {
     const auto of_key = [](const char* key, double value, double now) {
-        return StifferLaw{fmt::format("{} = {:.2g} in place of {:.4g}", key, value, now), fmt::format("{}={:.2g}", key, value)};
+        return StifferLaw{fmt::format("{} = {:.2g} in place of {:.4g}", key, value, now),
+                          fmt::format("{}={:.2g}", key, value)};
     };
     if (given.restitution > 0 && given.resolved(effective_mass).stiffness == law.stiffness) {
         const double power = given.normal == ContactNormal::linear ? 0.5 : 0.4;
-        return of_key("contact.collision_time", rounded_down(given.collision_time * std::pow(times, -power)), given.collision_time);
+        return of_key("contact.collision_time", rounded_down(given.collision_time * std::pow(times, -power)),
+                      given.collision_time);
     }
     if (given.restitution == 0 && given.stiffness == law.stiffness)
         return of_key("contact.stiffness", rounded_up(times * law.stiffness), law.stiffness);
@@ -119,8 +122,9 @@ double contact_limit(const ContactMobility& of, const ContactLaw& law, double st
     };
     double dt = limit(stiffness, damping, of.normal);
     if (law.friction == ContactFriction::memory) {
-        const double spring =
-            law.normal == ContactNormal::linear ? stiffness : stiffness / 1.5; // k_t = kappa k sqrt(g), not its derivative
+        const double spring = law.normal == ContactNormal::linear
+                                  ? stiffness
+                                  : stiffness / 1.5; // k_t = kappa k sqrt(g), not its derivative
         dt = std::min(dt, limit(law.tangential_share * spring, law.tangential_damping, of.tangential));
     }
     return dt;
@@ -134,7 +138,8 @@ double least_slip_speed(const ContactMobility& of, const ContactLaw& law, double
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share) {
     const ContactMobility of = contact_mobility(group);
     const double overlap = share * of.diameter;
-    return {"contact", contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap), of.touching),
+    return {"contact",
+            contact_limit(of, law, tangent_stiffness(law, overlap), tangent_damping(law, overlap), of.touching),
             of.element};
 }
 

@@ -1,14 +1,16 @@
-// The largest stable step that contacts leave.                                                                theory.md (58)
-//   normal     the end node of a rod, squeezed between two others of its kind:  (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c and the
+// The largest stable step that contacts leave.                                                                theory.md
+// (58)
+//   normal     the end node of a rod, squeezed between two others of its kind:  (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c
+//   and the
 //              reduced mass
 //   friction   the same for the tangential spring, which turns the element about its axis as well: 1/m + r^2/J3
 //   slip       friction that is published is a dashpot of 2 mu_k N/v_s where it rises from v_s to 1.5 v_s
-//   body       at the point of its surface that yields most, on a ball of radius r at c:  normal 1/m + A, A the largest eigenvalue
-//   of
-//              [c]x^T J^-1 [c]x; friction at most 1/m + (sqrt(A) + r/sqrt(J_min))^2, which is exact of a ball about the centre.
-//              Each part of a surface may be touched by more others than a node: balls stacked densely, 12 around each, have
-//              eigenvalues up to (2/m) max(4 k + 8 k_t, 20 k_t), which six at once cover; of a box four on each face are allowed
-//              for
+//   body       at the point of its surface that yields most, on a ball of radius r at c:  normal 1/m + A, A the largest
+//   eigenvalue of
+//              [c]x^T J^-1 [c]x; friction at most 1/m + (sqrt(A) + r/sqrt(J_min))^2, which is exact of a ball about the
+//              centre. Each part of a surface may be touched by more others than a node: balls stacked densely, 12
+//              around each, have eigenvalues up to (2/m) max(4 k + 8 k_t, 20 k_t), which six at once cover; of a box
+//              four on each face are allowed for
 #pragma once
 
 #include "contact/response.hpp"
@@ -27,12 +29,13 @@ struct ContactMobility {
 };
 ContactMobility contact_mobility(const RodGroup& group);
 
-/// Mobility for the spring of regularised friction, 1/kg: its compliance is h^2 times that of both groups, or of one at a wall. The
-/// largest tangential mobility that a slip sees, about any axis, times the number of contacts at once.
+/// Mobility for the spring of regularised friction, 1/kg: its compliance is h^2 times that of both groups, or of one at
+/// a wall. The largest tangential mobility that a slip sees, about any axis, times the number of contacts at once.
 double slip_mobility(const RodGroup& group);
 
-/// Masses that a restitution is meant for, kg: of a whole rod or body; of what meets a wall, which a rod does with an end, and a
-/// body with all of its points, or with four of them; and of two that collide with their middles or end by end.
+/// Masses that a restitution is meant for, kg: of a whole rod or body; of what meets a wall, which a rod does with an
+/// end, and a body with all of its points, or with four of them; and of two that collide with their middles or end by
+/// end.
 double body_mass(const RodGroup& group);
 double mass_at_wall(const RodGroup& group);
 double reduced_mass(const RodGroup& a, const RodGroup& b);
@@ -41,11 +44,12 @@ double reduced_mass(const RodGroup& a, const RodGroup& b);
 double tangent_stiffness(const ContactLaw& law, double overlap);
 double tangent_damping(const ContactLaw& law, double overlap);
 
-/// Energy of the normal spring at an overlap, m: k g^2/2, Hertz 2 k g^2.5/5; J. And the overlap that takes up an energy, m.
+/// Energy of the normal spring at an overlap, m: k g^2/2, Hertz 2 k g^2.5/5; J. And the overlap that takes up an
+/// energy, m.
 double energy_at(const ContactLaw& law, double overlap);
 double overlap_of_energy(const ContactLaw& law, double energy);
-/// A law so many times as stiff: which keys of `given`, [contact] as scenes have it, to change. `law`: what `given` is for these
-/// bodies; else it is that of a [[contact_pair]].
+/// A law so many times as stiff: which keys of `given`, [contact] as scenes have it, to change. `law`: what `given` is
+/// for these bodies; else it is that of a [[contact_pair]].
 struct StifferLaw {
     std::string text, setting; ///< in words, and as KEY=VALUE; the latter empty of a [[contact_pair]]
 };
@@ -54,8 +58,8 @@ StifferLaw stiffer_law(const ContactLaw& given, const ContactLaw& law, double ef
 /// s; `touching`: how many at once, at one node.
 double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching);
 
-/// The slip speed, m/s, from which on published friction slows slip under a normal force, N, and does not turn it round within a
-/// step of `dt`, s: below it slip trembles. `bodies`: 2, or 1 against a wall. 0 of other friction.
+/// The slip speed, m/s, from which on published friction slows slip under a normal force, N, and does not turn it round
+/// within a step of `dt`, s: below it slip trembles. `bodies`: 2, or 1 against a wall. 0 of other friction.
 double least_slip_speed(const ContactMobility& of, const ContactLaw& law, double force, int bodies, double dt);
 
 /// Of a group under a law at overlaps up to a share of the diameter, as an entry of its plan.

@@ -10,8 +10,8 @@ namespace skein {
 
 using detail::across, detail::between, detail::edge;
 
-/// The pairs of a block that touch: among all candidates, of which the pruned list then takes those within its margin, or among
-/// that.
+/// The pairs of a block that touch: among all candidates, of which the pruned list then takes those within its margin,
+/// or among that.
 template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& area) {
     using A = WorkArea;
     using P = Pack<A::W>;
@@ -24,7 +24,8 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
     const Pair* const pair = prune ? &list_.pair[begin] : pruned.pair;
     const ExposedNode* const node = work.bodies.node.data();
     const ExposedMotion* const motion = work.bodies.motion.data();
-    const std::uint8_t *const status = status_.data(), *const vertices = prune ? &list_.vertices[begin] : pruned.vertices;
+    const std::uint8_t *const status = status_.data(), *const vertices =
+                                                           prune ? &list_.vertices[begin] : pruned.vertices;
     const auto candidate = [begin, numbers = pruned.candidate](std::size_t k) {
         return prune ? begin + static_cast<std::uint32_t>(k) : numbers[k];
     };
@@ -53,7 +54,8 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
             const P reach = tile.radius_1 + tile.radius_2, squared = dot(closest.apart, closest.apart);
             const std::uint32_t left = count - first;
             const unsigned listed = left >= A::W ? 0xffu : (1u << left) - 1,
-                           valid = prune && has_box ? listed & ~bits_of_bytes(has_box + k) : listed; // boxes: see push_boxes
+                           valid = prune && has_box ? listed & ~bits_of_bytes(has_box + k)
+                                                    : listed; // boxes: see push_boxes
             unsigned before = 0;
             if constexpr (prune) {
                 before = bits_of_bytes(status + begin + k) & valid;
@@ -64,7 +66,8 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
                 compress_store(pruned.vertices + within, some, vertices + k);
                 within += static_cast<std::uint32_t>(std::popcount(some));
             } else {
-                for (std::size_t l = 0; l < A::W; ++l) before |= static_cast<unsigned>(status[candidate(k + l)] & touching) << l;
+                for (std::size_t l = 0; l < A::W; ++l)
+                    before |= static_cast<unsigned>(status[candidate(k + l)] & touching) << l;
                 before &= valid;
             }
             const P within_reach = reach * reach;
@@ -86,7 +89,8 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
             const unsigned beside = bits_of((closest.sine_squared < P(blend * blend)) & both_long) & touch;
             store_places(side + sides, bits_among(beside, touch), n);
             sides += static_cast<std::uint32_t>(std::popcount(beside));
-            // Along an edge the squared distance rises by at least x^2 sin^2 from where it is least: vertices that may touch.
+            // Along an edge the squared distance rises by at least x^2 sin^2 from where it is least: vertices that may
+            // touch.
             const P rises = closest.sine_squared, left_over = within_reach - squared, rest_1 = P(1.0) - closest.s,
                     rest_2 = P(1.0) - closest.t, rise_1 = rises * squared_1, rise_2 = rises * squared_2;
             const unsigned near[4] = {bits_of(closest.s * closest.s * rise_1 < left_over) & starts_1,
@@ -94,8 +98,8 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
                                       bits_of(closest.t * closest.t * rise_2 < left_over) & starts_2,
                                       bits_of(rest_2 * rest_2 * rise_2 < left_over) & ends_2},
                            near_1 = near[0] | near[1], near_2 = near[2] | near[3];
-            const std::uint64_t at =
-                bytes_of_bits(near[0]) | bytes_of_bits(near[1]) << 1 | bytes_of_bits(near[2]) << 2 | bytes_of_bits(near[3]) << 3;
+            const std::uint64_t at = bytes_of_bits(near[0]) | bytes_of_bits(near[1]) << 1 |
+                                     bytes_of_bits(near[2]) << 2 | bytes_of_bits(near[3]) << 3;
             const auto note = [&](unsigned bits, A::NearColumns to, std::uint32_t& count) {
                 store_places(to.which + count, bits_among(bits, touch), n);
                 compress_store(to.vertices + count, bits, reinterpret_cast<const std::uint8_t*>(&at));
@@ -131,8 +135,8 @@ void Contacts::end_contact(const Work& work, std::uint32_t pair) {
     status_[pair] = 0;
 }
 
-/// Adds loads to the nodes of an element of an own body, or defers them: to the first with the couple on the element, to the
-/// second. Share and arm of these rows need not be set.
+/// Adds loads to the nodes of an element of an own body, or defers them: to the first with the couple on the element,
+/// to the second. Share and arm of these rows need not be set.
 template <class Row> void Contacts::exert(const Work& work, std::uint32_t slot, const Row& first, const Row& second) {
     const std::int32_t window = work.bodies.window_of[slot];
     if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
@@ -189,8 +193,12 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
         const int count = static_cast<int>(std::min<std::uint32_t>(W, area.count - i));
         const std::uint32_t* const index = area.index.data() + i;
         const Pair* const pair = area.pair.data() + i;
-        const auto rate = [&](auto&& of) { return load_transposed<W>([&](int l) { return &of(pair[l])->velocity.x; }).vector; };
-        const auto spin = [&](auto&& of) { return load_transposed<W>([&](int l) { return &of(pair[l])->spin.x; }).vector; };
+        const auto rate = [&](auto&& of) {
+            return load_transposed<W>([&](int l) { return &of(pair[l])->velocity.x; }).vector;
+        };
+        const auto spin = [&](auto&& of) {
+            return load_transposed<W>([&](int l) { return &of(pair[l])->spin.x; }).vector;
+        };
         const P s = area.pack(A::s, i), t = area.pack(A::t, i), radius_1 = area.pack(A::radius_1, i),
                 radius_2 = area.pack(A::radius_2, i), weight = area.pack(A::weight, i),
                 weight_of_all = area.pack(A::weight_of_all, i);
@@ -201,15 +209,17 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
         };
         const Vec3<P> no{none, none, none};
         ContactMemory<P> memory = remembers_ ? remembered() : ContactMemory<P>{{no, none}, no, none};
-        const P distance = sqrt(area.pack(A::squared, i)), smaller = min(radius_1, radius_2), some = max(distance, P(1e-150));
+        const P distance = sqrt(area.pack(A::squared, i)), smaller = min(radius_1, radius_2),
+                some = max(distance, P(1e-150));
         const P inverse = one / (some * smaller); // one division for two
         Vec3<P> normal = (smaller * inverse) * Vec3<P>{area.pack(A::x, i), area.pack(A::y, i), area.pack(A::z, i)};
         if (const auto met = distance < P(1e-150); any(met))
             for (int l = 0; l < count; ++l)
                 if (met[l])
-                    set_lane(
-                        normal, l,
-                        lane(across<1>(broadcast<1>(edge(work.bodies, pair[l].a)), broadcast<1>(edge(work.bodies, pair[l].b))), 0));
+                    set_lane(normal, l,
+                             lane(across<1>(broadcast<1>(edge(work.bodies, pair[l].a)),
+                                            broadcast<1>(edge(work.bodies, pair[l].b))),
+                                  0));
         const ContactState<P> state{
             normal,
             distance,
@@ -233,12 +243,15 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
         const unsigned shared = bits_of(weight_of_all > none); // near-parallel pairs may have no share
         if (remembers_) {
             if (count == W) {
-                store_transposed<W>(memory.spring.x, memory.spring.stiffness, [&](int l) { return &kept[index[l]].spring.x.x; });
-                store_transposed<W>(memory.viscous_part, memory.weight, [&](int l) { return &kept[index[l]].viscous_part.x; });
+                store_transposed<W>(memory.spring.x, memory.spring.stiffness,
+                                    [&](int l) { return &kept[index[l]].spring.x.x; });
+                store_transposed<W>(memory.viscous_part, memory.weight,
+                                    [&](int l) { return &kept[index[l]].viscous_part.x; });
             } else {
                 for (int l = 0; l < count; ++l)
-                    kept[index[l]] = {
-                        {lane(memory.spring.x, l), memory.spring.stiffness[l]}, lane(memory.viscous_part, l), memory.weight[l]};
+                    kept[index[l]] = {{lane(memory.spring.x, l), memory.spring.stiffness[l]},
+                                      lane(memory.viscous_part, l),
+                                      memory.weight[l]};
             }
             for (unsigned without = ~shared & ((1u << count) - 1); without != 0; without &= without - 1)
                 kept[index[std::countr_zero(without)]] = {};
@@ -319,7 +332,9 @@ void Contacts::work_through(const Exposure& bodies, double h, std::span<const st
         if (!area) area = std::make_unique<WorkArea>();
         DeferredLoads::Deferring deferring(deferred_, strips[i], next_[static_cast<std::size_t>(thread)]);
         for (std::size_t b = strip.last_block; b-- > strip.first_block;) {
-            push({bodies, h, deferred_.blocks()[b], strip.last_slot, deferring, block_figures_[b], loads.data(), b, prune}, *area);
+            push({bodies, h, deferred_.blocks()[b], strip.last_slot, deferring, block_figures_[b], loads.data(), b,
+                  prune},
+                 *area);
             threads_.poll();
         }
     });
@@ -355,8 +370,8 @@ std::vector<Contact> Contacts::active(const Exposure& bodies) const {
             const ExposedMotion &first = bodies.motion[slot], &second = bodies.motion[slot + 1];
             return first.velocity + share * (second.velocity - first.velocity) + cross(first.spin, arm);
         };
-        all.push_back({pair, c.s, c.t, c.force, overlap, 2 * std::min(a0.radius, b0.radius), c.weight, at_a + arm_a, normal,
-                       velocity(pair.a, c.s, arm_a) - velocity(pair.b, c.t, arm_b)});
+        all.push_back({pair, c.s, c.t, c.force, overlap, 2 * std::min(a0.radius, b0.radius), c.weight, at_a + arm_a,
+                       normal, velocity(pair.a, c.s, arm_a) - velocity(pair.b, c.t, arm_b)});
     }
     return all;
 }

@@ -1,6 +1,6 @@
-// Near-parallel pairs: they push at the two ends of their overlap, and at the nearest points with what is left of the normal force
-// and all friction. Turning them against each other changes the shares, and with these the energy, which is a couple; so does
-// sliding, where an overlap that ends at a vertex counts by its length.                                     theory.md (56b), (56e)
+// Near-parallel pairs: they push at the two ends of their overlap, and at the nearest points with what is left of the
+// normal force and all friction. Turning them against each other changes the shares, and with these the energy, which
+// is a couple; so does sliding, where an overlap that ends at a vertex counts by its length. theory.md (56b), (56e)
 #include "contact/overlap.hpp"
 #include "contact/work_area.hpp"
 
@@ -8,8 +8,8 @@ namespace skein {
 
 using detail::across, detail::between, detail::edge;
 
-/// Of pairs by themselves; `vertices`: of each, see vertices_of_pair. The other numbers are those of the nearest points; where
-/// elements are not near-parallel there is nothing at the ends.
+/// Of pairs by themselves; `vertices`: of each, see vertices_of_pair. The other numbers are those of the nearest
+/// points; where elements are not near-parallel there is nothing at the ends.
 template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, double h, const Pair* pair,
                                                      const std::uint8_t* vertices, Pack<N> sine_squared, Pack<N> weight,
                                                      Pack<N> vertex_energy, Pack<N> distance) const {
@@ -40,7 +40,9 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
     const Q zero(0.0), half(0.5), one(1.0), both = e1.radius + e2.radius, along = dot(e1.edge, e2.edge);
     const auto same_way = along > zero;
     const ContactNumbers<Q> law = numbers<N>(bodies, pair);
-    const auto energy_at = [&](Q at_distance) { return normal_energy(kinds_.normal, law.stiffness, both - at_distance); };
+    const auto energy_at = [&](Q at_distance) {
+        return normal_energy(kinds_.normal, law.stiffness, both - at_distance);
+    };
     // 1 where parallel; without a kink at the edge, where the couple would jump.
     const auto near_parallel = (sine_squared < Q(blend * blend)) & (min(e1.squared, e2.squared) > Q(1e-300));
     const Q near = select(near_parallel, one - sine_squared / Q(blend * blend), zero), share = near * near;
@@ -63,8 +65,9 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
         if (any(met)) end[k].normal = select(met, across<N>(e1.edge, e2.edge), end[k].normal);
     }
     const Q energy_of_ends = half * (energy_at(end[0].distance) + energy_at(end[1].distance));
-    const Overlap<Q> overlap[2] = {overlap_on(e1.node[0], e1.edge, e2.node[0], e2.edge, same_way, e1.vertices, e2.vertices),
-                                   overlap_on(e2.node[0], e2.edge, e1.node[0], e1.edge, same_way, e2.vertices, e1.vertices)};
+    const Overlap<Q> overlap[2] = {
+        overlap_on(e1.node[0], e1.edge, e2.node[0], e2.edge, same_way, e1.vertices, e2.vertices),
+        overlap_on(e2.node[0], e2.edge, e1.node[0], e1.edge, same_way, e2.vertices, e1.vertices)};
     const Q beside = half * (overlap[0].share + overlap[1].share);
     Ends<N> out{};
     out.normal_weight = (one - share) * weight;
@@ -73,7 +76,8 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
     for (const int body : {0, 1})
         for (const int i : {0, 1}) {
             const Element &e = of[body], &o = of[1 - body];
-            const Q foot = overlap[body].foot[i], per_length = half * share * energy_of_ends * overlap[body].change[i] / e.squared;
+            const Q foot = overlap[body].foot[i],
+                    per_length = half * share * energy_of_ends * overlap[body].change[i] / e.squared;
             const Vec3<Q> end_of_other = select(same_way, o.node[i], o.node[1 - i]), pull = per_length * e.edge,
                           turn = per_length * (end_of_other - fma(foot, e.edge, e.node[0]));
             on[body].first += (one - foot) * pull + turn;
@@ -95,7 +99,8 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
                                     e2.spin};
         ContactMemory<Q> none{};
         const auto f = contact_force<N>({kinds_.normal, ContactFriction::none}, law, state, h, none, {of_end, of_end});
-        out.elsewhere += f.normal, out.elastic_energy += f.elastic_energy, out.viscous_work += f.viscous_work + f.viscous_work;
+        out.elsewhere += f.normal, out.elastic_energy += f.elastic_energy,
+            out.viscous_work += f.viscous_work + f.viscous_work;
         out.stiffness = max(out.stiffness, f.stiffness);
         on[0].first += (one - e.s) * f.on_1, on[0].second += e.s * f.on_1, on[0].couple += f.arm_1 * f.moment;
         on[1].first -= (one - e.t) * f.on_1, on[1].second -= e.t * f.on_1, on[1].couple += f.arm_2 * f.moment;
@@ -133,13 +138,14 @@ void Contacts::push_sides(const Work& work, WorkArea& area, Sums& sums) {
             distance.set(to, area[A::squared][at[l]]);
             mine |= static_cast<unsigned>(l < valid && work.bodies.owns_slot(pair[l].a)) << l;
         }
-        const Ends<W> ends = at_ends<W>(work.bodies, work.h, pair, vertices, sine_squared, weight, vertex_energy, sqrt(distance));
+        const Ends<W> ends =
+            at_ends<W>(work.bodies, work.h, pair, vertices, sine_squared, weight, vertex_energy, sqrt(distance));
         sums.add(ends.stiffness, ends.elastic_energy, P(0.0), ends.viscous_work, mine);
         LoadRow first[2][W], second[2][W]{};
         for (const int body : {0, 1}) {
             const ElementLoad<P>& on = body ? ends.on_2 : ends.on_1;
-            // What is between the vectors is nobody's. (With a constant 0 there GCC 12 was seen to store the vector's z in its
-            // place.)
+            // What is between the vectors is nobody's. (With a constant 0 there GCC 12 was seen to store the vector's z
+            // in its place.)
             store_transposed<W>(on.first, on.first.x, [&](int l) { return &first[body][l].number[0]; });
             store_transposed<W>(on.couple, on.couple.x, [&](int l) { return &first[body][l].number[4]; });
             store_transposed<W>(on.second, on.second.x, [&](int l) { return &second[body][l].number[0]; });
@@ -194,7 +200,8 @@ std::vector<double> Contacts::normal_energies(const Exposure& bodies) const {
         if (p.distance[0] >= radii) continue;
         const Pack<1> nearest =
             normal_energy(kinds_.normal, numbers<1>(bodies, &list_.pair[i]).stiffness, Pack<1>(radii) - p.distance);
-        all.push_back((p.ends.normal_weight * nearest + p.ends.elastic_energy + p.vertices.scale * p.vertices.energy)[0]);
+        all.push_back(
+            (p.ends.normal_weight * nearest + p.ends.elastic_energy + p.vertices.scale * p.vertices.energy)[0]);
     }
     return all;
 }
@@ -207,8 +214,9 @@ Contacts::PairContact Contacts::evaluate_pair(const Exposure& bodies, std::uint3
     const ExposedMotion *on_a = &bodies.motion[a], *on_b = &bodies.motion[b];
     const auto [here, distance, vertices, ends] = points(bodies, pair);
     const Q s = here.s, t = here.t;
-    const Vec3<Q> normal = distance[0] > 1e-150 ? (Q(1.0) / distance) * here.apart
-                                                : across<1>(broadcast<1>(edge(bodies, a)), broadcast<1>(edge(bodies, b)));
+    const Vec3<Q> normal = distance[0] > 1e-150
+                               ? (Q(1.0) / distance) * here.apart
+                               : across<1>(broadcast<1>(edge(bodies, a)), broadcast<1>(edge(bodies, b)));
     const ContactState<Q> state{normal,
                                 distance,
                                 a0->radius,

@@ -22,21 +22,23 @@ struct PartBox {
     double radius = 0; ///< 0: it is none
 };
 
-/// Figures of contacts on this rank, over pairs whose first body is own: of the last evaluation, and where so said sums since the
-/// beginning.
+/// Figures of contacts on this rank, over pairs whose first body is own: of the last evaluation, and where so said sums
+/// since the beginning.
 struct ContactFigures {
     std::int64_t candidates = 0, active = 0; ///< pairs; those that touch
-    double weight = 0;                       ///< sum over these of the pair's share in a contact of bodies: number of contacts
-    double max_overlap = 0;                  ///< largest overlap over the smaller diameter
-    std::int64_t rebuilds = 0;               ///< of the list of candidates, since the beginning
-    double skin = 0;                         ///< m
-    double search_s = 0;                     ///< wall time of rebuilds since the beginning
-    double max_stiffness = 0;                ///< largest slope of the normal force over the overlap, N/m
-    BinnedTotal elastic_energy;              ///< energy of normal and tangential springs, J
-    BinnedTotal friction_work; ///< dissipated by friction since the beginning, J, less what springs gain when they are handed over
-    BinnedTotal viscous_work;  ///< dissipated by viscous damping since the beginning, J
+    double weight = 0;          ///< sum over these of the pair's share in a contact of bodies: number of contacts
+    double max_overlap = 0;     ///< largest overlap over the smaller diameter
+    std::int64_t rebuilds = 0;  ///< of the list of candidates, since the beginning
+    double skin = 0;            ///< m
+    double search_s = 0;        ///< wall time of rebuilds since the beginning
+    double max_stiffness = 0;   ///< largest slope of the normal force over the overlap, N/m
+    BinnedTotal elastic_energy; ///< energy of normal and tangential springs, J
+    BinnedTotal friction_work;  ///< dissipated by friction since the beginning, J, less what springs gain when they are
+                                ///< handed over
+    BinnedTotal viscous_work;   ///< dissipated by viscous damping since the beginning, J
 
-    explicit ContactFigures(const SumBins& energies) : elastic_energy(energies), friction_work(energies), viscous_work(energies) {}
+    explicit ContactFigures(const SumBins& energies)
+        : elastic_energy(energies), friction_work(energies), viscous_work(energies) {}
 };
 
 /// A pair in contact at the last evaluation, for tables and messages.
@@ -51,8 +53,8 @@ struct Contact {
     Vec3d slip;          ///< velocity of the first there against the second, m/s
 };
 
-/// Two elements that have changed sides within a step, or are about to: their axes have crossed, or a ball's centre has come within
-/// half the sum of radii.                                                                                    theory.md (58c)
+/// Two elements that have changed sides within a step, or are about to: their axes have crossed, or a ball's centre has
+/// come within half the sum of radii. theory.md (58c)
 struct SideChange {
     Pair pair;      ///< the lower slot first
     double nearest; ///< distance of their axes within the step, over the sum of radii; 0 where these crossed
@@ -78,13 +80,13 @@ struct ContactScene {
     double thinnest = 0;                     ///< radius of the thinnest element, m
     std::vector<double> masses;              ///< of a body, by group, kg
     std::vector<double> slip_mobility;       ///< by group, 1/kg: contact_limits.hpp
-    double largest_energy = 0;               ///< of the stiffest normal spring, of the widest elements one in another, J
+    double largest_energy = 0; ///< of the stiffest normal spring, of the widest elements one in another, J
 };
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
 
-/// One per rank, of the bodies that it sees; bits of the loads on its own depend on the scene alone. A step: `holds`, else a
-/// rebuild; then `begin`, and `finish` when ghosts have arrived. A rebuild: `let_go`, `search` among all that may be near,
-/// `settle`.
+/// One per rank, of the bodies that it sees; bits of the loads on its own depend on the scene alone. A step: `holds`,
+/// else a rebuild; then `begin`, and `finish` when ghosts have arrived. A rebuild: `let_go`, `search` among all that
+/// may be near, `settle`.
 class ContactSolver {
 public:
     virtual ~ContactSolver() = default;
@@ -95,43 +97,49 @@ public:
     virtual bool holds(const Exposure& bodies) = 0;
     /// Distance between elements up to which pairs go into the next list, m: the same on all ranks.
     virtual double next_skin() = 0;
-    /// The numbers of these bodies' slots are about to change: forgets what `begin` did of a step that is to begin anew.
+    /// The numbers of these bodies' slots are about to change: forgets what `begin` did of a step that is to begin
+    /// anew.
     virtual void let_go(const Exposure& bodies) = 0;
-    /// Pairs of all that may be near. Marks slots of ghosts that are in some pair. Returns the number of pairs whose first body is
-    /// own and that do not touch.
+    /// Pairs of all that may be near. Marks slots of ghosts that are in some pair. Returns the number of pairs whose
+    /// first body is own and that do not touch.
     virtual std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) = 0;
     /// Pairs of the last search, until they are settled.
     virtual const Candidates& found() const = 0;
-    /// The list is that of the search; `slot`: by slot of `near`, where it is among `bodies` now. `inactive`: sum of search() over
-    /// ranks.
+    /// The list is that of the search; `slot`: by slot of `near`, where it is among `bodies` now. `inactive`: sum of
+    /// search() over ranks.
     virtual void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) = 0;
 
     /// Memory and work that an earlier run left, before the first search. May hold pairs that are not of this rank.
-    virtual void restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work, const BinnedTotal& viscous_work) = 0;
+    virtual void restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work,
+                         const BinnedTotal& viscous_work) = 0;
     /// Units of the sums of energies and works, the same on all ranks.
     virtual const SumBins& energy_bins() const = 0;
     /// Memory of contacts whose first body is own, in order of pairs.
     virtual std::vector<KeptContact> kept(const Exposure& bodies) const = 0;
 
-    /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s. `may_repeat`: other ranks may still ask for a
-    /// rebuild, after which the step begins anew.
-    virtual void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) = 0;
-    /// Contacts of the other blocks; then loads are those of all contacts. Loads of bodies without contact mean nothing.
+    /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s. `may_repeat`: other ranks may
+    /// still ask for a rebuild, after which the step begins anew.
+    virtual void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads,
+                       bool may_repeat) = 0;
+    /// Contacts of the other blocks; then loads are those of all contacts. Loads of bodies without contact mean
+    /// nothing.
     virtual void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) = 0;
     /// Flags by window: not 0 where the body is own and in contact.
     virtual std::span<const std::uint8_t> touched() const = 0;
 
     virtual ContactFigures figures() const = 0;
-    /// Work in a step on the pairs of each window, by window, in pairs that touch; a pair counts for the body of its first element.
+    /// Work in a step on the pairs of each window, by window, in pairs that touch; a pair counts for the body of its
+    /// first element.
     virtual std::vector<double> work(const Exposure& bodies) const = 0;
-    /// Energies of the normal springs of pairs whose first body is own, J, in order of pairs: by where these bodies are, and by
-    /// nothing that they have done. The bodies are those of the last evaluation, or have moved on by a part of a step.
+    /// Energies of the normal springs of pairs whose first body is own, J, in order of pairs: by where these bodies
+    /// are, and by nothing that they have done. The bodies are those of the last evaluation, or have moved on by a part
+    /// of a step.
     virtual std::vector<double> normal_energies(const Exposure& bodies) const = 0;
     /// Contacts of the last evaluation, which was of these bodies, whose first body is own.
     virtual std::vector<Contact> active(const Exposure& bodies) const = 0;
 
-    /// Bodies have come to where they are at the rates that they show, for so long, s: said before holds(). 0: not known, and
-    /// nothing is looked for.
+    /// Bodies have come to where they are at the rates that they show, for so long, s: said before holds(). 0: not
+    /// known, and nothing is looked for.
     virtual void arrived_in(double drift) = 0;
     /// The longest way of an own element in that time, m, and which of them have to be followed in the next search().
     virtual double longest_way(const Exposure& bodies) = 0;

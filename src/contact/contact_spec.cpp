@@ -7,7 +7,8 @@ void ContactSpec::fields(FieldVisitor& f) {
     f.visit({.name = "self", .unit = "", .text = "rods touch themselves too"}, self);
     f.visit({.name = "self_gap",
              .unit = "m",
-             .text = "elements of one rod nearer than this along it, round a ring either way, never touch; 0: half the way round "
+             .text = "elements of one rod nearer than this along it, round a ring either way, never touch; 0: half the "
+                     "way round "
                      "its section",
              .at_least = 0},
             self_gap);
@@ -19,10 +20,11 @@ void ContactSpec::fields(FieldVisitor& f) {
             overlap);
     f.visit({.name = "allow_overlap",
              .unit = "",
-             .text =
-                 "rods and bodies may overlap at the start by more than `overlap`, and are pushed apart as the law says; elements "
-                 "that never touch, and those whose law has soft_until, may without it; bodies whose axes begin nearer than half "
-                 "the sum of radii may pass each other until they have come apart that far"},
+             .text = "rods and bodies may overlap at the start by more than `overlap`, and are pushed apart as the law "
+                     "says; elements "
+                     "that never touch, and those whose law has soft_until, may without it; bodies whose axes begin "
+                     "nearer than half "
+                     "the sum of radii may pass each other until they have come apart that far"},
             allow_overlap);
 }
 

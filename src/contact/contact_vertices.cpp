@@ -13,8 +13,10 @@ template <int W> SKEIN_INLINE void Contacts::NearVertex<W>::put(int l, Pair pair
     at_start[second] |= (vertices >> 2 & 1) << l, at_end[second] |= (vertices >> 3 & 1) << l;
 }
 
-/// Energies and forces of vertices that pairs in touch share. The first element of each is near a vertex, the second where `both`.
-template <int N, bool both> VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVertex<N>& pairs) const {
+/// Energies and forces of vertices that pairs in touch share. The first element of each is near a vertex, the second
+/// where `both`.
+template <int N, bool both>
+VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVertex<N>& pairs) const {
     using Q = Pack<N>;
     const ExposedNode* const node = bodies.node.data();
     const auto load = [&](auto&& at) { return load_transposed<N>([&](int l) { return &at(l)->position.x; }); };
@@ -31,19 +33,21 @@ template <int N, bool both> VertexTerms<Pack<N>> Contacts::at_vertices(const Exp
         if (i == 1 && !both) continue;
         const unsigned joined[2] = {pairs.at_start[i], pairs.at_end[i]};
         for (const int j : {0, 1}) {
-            e.node[3 * j] = load([&](int l) {
-                                return joined[j] >> l & 1 ? node + neighbour(bodies, slot[l], j) + j : node + slot[l] + (1 - j);
-                            }).vector;
+            e.node[3 * j] =
+                load([&](int l) {
+                    return joined[j] >> l & 1 ? node + neighbour(bodies, slot[l], j) + j : node + slot[l] + (1 - j);
+                }).vector;
             e.joined[j] = where_set<N>(joined[j], 1.0);
         }
     }
     for (int l = 0; l < N; ++l) pair[l] = {pairs.slot[0][l], pairs.slot[1][l]};
-    return vertex_terms<N, both>(kinds_.normal, numbers<N>(bodies, pair).stiffness, radii, pairs.apart, pairs.sine_squared,
-                                 element);
+    return vertex_terms<N, both>(kinds_.normal, numbers<N>(bodies, pair).stiffness, radii, pairs.apart,
+                                 pairs.sine_squared, element);
 }
 
 /// Takes from pairs near vertices what these have of them: of so many pairs, up to W, from the i-th on.
-template <bool both, int W> void Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid) {
+template <bool both, int W>
+void Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid) {
     using A = WorkArea;
     using P = Pack<W>;
     const A::NearColumns near = (both ? area.near_two : area.near_one).columns();
@@ -112,7 +116,8 @@ void Contacts::push_vertices(const Work& work, WorkArea& area, Sums& sums) {
 }
 
 /// Energies and forces of shared vertices, of one pair.
-VertexTerms<Pack<1>> Contacts::at_vertices(const Exposure& bodies, std::uint32_t pair, const ClosestPoints<Pack<1>>& at) const {
+VertexTerms<Pack<1>> Contacts::at_vertices(const Exposure& bodies, std::uint32_t pair,
+                                           const ClosestPoints<Pack<1>>& at) const {
     NearVertex<1> one;
     const unsigned vertices = list_.vertices[pair];
     const bool turned = (vertices & 3) == 0;
@@ -122,13 +127,16 @@ VertexTerms<Pack<1>> Contacts::at_vertices(const Exposure& bodies, std::uint32_t
     one.apart = turned ? -at.apart : at.apart;
     if ((vertices & 3) != 0 && (vertices >> 2) != 0) return at_vertices<1, true>(bodies, one);
     VertexTerms<Pack<1>> terms = at_vertices<1, false>(bodies, one);
-    if (turned) std::swap(terms.force[0], terms.force[1]), std::swap(terms.share[0], terms.share[1]), terms.apart = -terms.apart;
+    if (turned)
+        std::swap(terms.force[0], terms.force[1]), std::swap(terms.share[0], terms.share[1]),
+            terms.apart = -terms.apart;
     return terms;
 }
 
-/// Of a pair that did not touch: the spring of the pair at the neighbour that it shares its contact with, if that touched; else the
-/// pair's own.
-Contacts::Followed Contacts::spring_at_vertex(const Exposure& bodies, std::uint32_t pair, int da, int db, std::uint32_t own) const {
+/// Of a pair that did not touch: the spring of the pair at the neighbour that it shares its contact with, if that
+/// touched; else the pair's own.
+Contacts::Followed Contacts::spring_at_vertex(const Exposure& bodies, std::uint32_t pair, int da, int db,
+                                              std::uint32_t own) const {
     const auto take = [&](PairList::Neighbour n, std::uint32_t else_) {
         const std::uint32_t at = n.is_candidate ? n.pair : pair;
         return n.is_candidate & ((status_[at] & touching) != 0) ? at : else_;
@@ -146,9 +154,10 @@ std::optional<std::uint32_t> Contacts::beyond_seam(const Exposure& bodies, std::
     return bodies.find(bodies.in_scene(slot) - step * (ring - 1));
 }
 
-/// The same where a ring closes at the vertex: neighbours are then no neighbours by number. Elements of one ring may stand in the
-/// other order beyond, where what is 1 in the law is 2 here. `otherwise`: where none closes.
-Contacts::Followed Contacts::spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db, Followed otherwise) const {
+/// The same where a ring closes at the vertex: neighbours are then no neighbours by number. Elements of one ring may
+/// stand in the other order beyond, where what is 1 in the law is 2 here. `otherwise`: where none closes.
+Contacts::Followed Contacts::spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db,
+                                            Followed otherwise) const {
     const auto [a, b] = list_.pair[pair];
     const auto next_a = beyond_seam(bodies, a, da), next_b = beyond_seam(bodies, b, db);
     if (!next_a && !next_b) return otherwise;

@@ -12,8 +12,8 @@ namespace skein {
 
 namespace {
 
-// Skin and margin are such that searches, prunings and pairs that do not touch cost as little as may be, by figures that all ranks
-// know: all choose the same.
+// Skin and margin are such that searches, prunings and pairs that do not touch cost as little as may be, by figures
+// that all ranks know: all choose the same.
 constexpr double search_cost = 15;        // of an element, in such pairs
 constexpr double least_skin = 0.01;       // in diameters
 constexpr double inactive_work = 1.0 / 8; // of a pair that does not touch, in those that do
@@ -36,7 +36,9 @@ SKEIN_INLINE Contacts::Places Contacts::places(const Exposure& bodies, std::size
     const ExposedNode* const node = bodies.node.data();
     const std::size_t last = bodies.slots() - 1;
     if (first + places_at_once <= last + 1)
-        return load_transposed<places_at_once>([&](int l) { return &node[first + static_cast<std::size_t>(l)].position.x; }).vector;
+        return load_transposed<places_at_once>(
+                   [&](int l) { return &node[first + static_cast<std::size_t>(l)].position.x; })
+            .vector;
     return load_transposed<places_at_once>(
                [&](int l) { return &node[std::min(first + static_cast<std::size_t>(l), last)].position.x; })
         .vector;
@@ -46,7 +48,8 @@ namespace {
 
 /// The squared distance that elements may move while no two of them, a gap apart, meet, m^2.
 double farthest_squared(const Exposure& bodies, double gap) {
-    const double half_way = 0.5 * gap / (1 + 2 * bodies.scene().searched_reach()); // of each of two, beyond vertices too
+    const double half_way =
+        0.5 * gap / (1 + 2 * bodies.scene().searched_reach()); // of each of two, beyond vertices too
     return half_way * half_way;
 }
 
@@ -66,7 +69,8 @@ void Contacts::cut_tiles(const Exposure& bodies) {
     }
     for (std::size_t w = 0; w < bodies.window.size(); ++w) {
         if (bodies.owns(w)) continue;
-        const std::size_t first = bodies.window[w].first_slot / places_at_once, last = (bodies.end_of(w) - 1) / places_at_once + 1;
+        const std::size_t first = bodies.window[w].first_slot / places_at_once,
+                          last = (bodies.end_of(w) - 1) / places_at_once + 1;
         if (!ghosts_tiles_.empty() && first <= ghosts_tiles_.back().end)
             ghosts_tiles_.back().end = std::max(ghosts_tiles_.back().end, last);
         else ghosts_tiles_.push_back({first, last, true});
@@ -93,7 +97,8 @@ Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileR
         }
         P since_list(0.0), since_pruned(0.0);
         for (std::size_t tile = begin; tile < end; ++tile) {
-            const Vec3<P> here = places(bodies, tile * W), way = here - place_[tile], last_way = here - pruned_at_[tile];
+            const Vec3<P> here = places(bodies, tile * W), way = here - place_[tile],
+                          last_way = here - pruned_at_[tile];
             since_list = max(since_list, dot(way, way)), since_pruned = max(since_pruned, dot(last_way, last_way));
         }
         if (any(!(since_list < from_list))) list.store(false, std::memory_order_relaxed);
@@ -125,8 +130,8 @@ bool Contacts::holds(const Exposure& bodies) {
     return holding.list;
 }
 
-/// Candidates that do not touch and are looked at in a step, over all that do not touch: those in the pruned list, and as many
-/// where lists are pruned so often as their margin is smaller than the skin.
+/// Candidates that do not touch and are looked at in a step, over all that do not touch: those in the pruned list, and
+/// as many where lists are pruned so often as their margin is smaller than the skin.
 double Contacts::idle_share() const { return 2 * margin_ / figures_.skin; }
 
 /// A list may last so long that its inactive pairs cost more than a new one with less skin.
@@ -138,9 +143,11 @@ bool Contacts::rebuild_pays() const {
 
 double Contacts::next_skin() {
     if (figures_.rebuilds > 0 && age_ > 0) {
-        // Elements move by half the skin in `age` steps, by half the margin in a part of these: pairs that are looked at in a step
-        // are least, 2 inactive / sqrt(age), with a margin of skin / sqrt(age). Age and inactive pairs grow with the skin.
-        const auto age = static_cast<double>(age_), inactive = static_cast<double>(std::max<std::int64_t>(inactive_, 1));
+        // Elements move by half the skin in `age` steps, by half the margin in a part of these: pairs that are looked
+        // at in a step are least, 2 inactive / sqrt(age), with a margin of skin / sqrt(age). Age and inactive pairs
+        // grow with the skin.
+        const auto age = static_cast<double>(age_),
+                   inactive = static_cast<double>(std::max<std::int64_t>(inactive_, 1));
         const double search = search_cost * static_cast<double>(scene_.slots) / age,
                      change = std::clamp(std::pow(search * std::sqrt(age) / inactive, 2.0 / 3), 0.5, 1.5);
         figures_.skin = std::clamp(figures_.skin * change, least_skin * scene_.diameter, scene_.diameter);
@@ -170,7 +177,8 @@ std::vector<KeptContact> Contacts::touching_pairs(const Exposure& bodies, bool o
 void Contacts::let_go(const Exposure& bodies) {
     if (std::exchange(may_repeat_, false))
         for (const std::uint32_t strip : now_)
-            take_back(list_.first[deferred_.strips()[strip].first_slot], list_.first[deferred_.strips()[strip].last_slot]);
+            take_back(list_.first[deferred_.strips()[strip].first_slot],
+                      list_.first[deferred_.strips()[strip].last_slot]);
     if (!list_.first.empty()) kept_ = touching_pairs(bodies, false);
 }
 
@@ -198,7 +206,8 @@ void Contacts::place_kept(const Exposure& bodies) {
             const auto a = bodies.find(kept.a), b = bodies.find(kept.b);
             if (!a && !b) continue; // of other ranks
             if (a && b) {
-                const auto first = list_.pair.begin() + list_.first[*a], last = list_.pair.begin() + list_.first[*a + 1];
+                const auto first = list_.pair.begin() + list_.first[*a],
+                           last = list_.pair.begin() + list_.first[*a + 1];
                 const auto at = std::lower_bound(first, last, Pair{*a, *b});
                 if (at != last && *at == Pair{*a, *b}) {
                     const auto pair = static_cast<std::size_t>(at - list_.pair.begin());
@@ -235,7 +244,8 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     block_figures_.resize(deferred_.blocks().size());
     touched_.assign(bodies.window.size(), 0);
     now_.clear(), later_.clear();
-    for (std::uint32_t i = 0; i < deferred_.strips().size(); ++i) (deferred_.strips()[i].needs_ghosts ? later_ : now_).push_back(i);
+    for (std::uint32_t i = 0; i < deferred_.strips().size(); ++i)
+        (deferred_.strips()[i].needs_ghosts ? later_ : now_).push_back(i);
     place_.resize((bodies.slots() + places_at_once - 1) / places_at_once);
     pruned_at_.resize(place_.size());
     cut_tiles(bodies);
@@ -246,13 +256,16 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     moved_ = 0, way_ = HUGE_VAL;
     pruned_.make_room(list_, deferred_.blocks().size());
     edge_.assign(place_.size() * places_at_once, 0);
-    for (std::size_t w = 0; w < bodies.window.size(); ++w) edge_[bodies.window[w].first_slot] = edge_[bodies.end_of(w) - 1] = 1;
+    for (std::size_t w = 0; w < bodies.window.size(); ++w)
+        edge_[bodies.window[w].first_slot] = edge_[bodies.end_of(w) - 1] = 1;
     figures_.candidates = 0;
     for (std::size_t w = 0; w < bodies.window.size(); ++w)
-        if (bodies.owns(w)) figures_.candidates += list_.first[bodies.end_of(w)] - list_.first[bodies.window[w].first_slot];
+        if (bodies.owns(w))
+            figures_.candidates += list_.first[bodies.end_of(w)] - list_.first[bodies.window[w].first_slot];
 }
 
-void Contacts::restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work, const BinnedTotal& viscous_work) {
+void Contacts::restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work,
+                       const BinnedTotal& viscous_work) {
     figures_.friction_work = friction_work;
     figures_.viscous_work = viscous_work;
     kept_.assign(kept.begin(), kept.end());
@@ -293,7 +306,8 @@ std::vector<double> Contacts::work(const Exposure& bodies) const {
 void Contacts::set_springs(double h) {
     const std::vector<double>& mobility = scene_.slip_mobility;
     if (mobility.empty() || laws_.materials() == 1)
-        return numbers_[0].set_spring(h, mobility.empty() ? 0 : 2 * *std::max_element(mobility.begin(), mobility.end()));
+        return numbers_[0].set_spring(h,
+                                      mobility.empty() ? 0 : 2 * *std::max_element(mobility.begin(), mobility.end()));
     for (std::size_t i = 0; i < laws_.materials(); ++i)
         for (std::size_t j = 0; j < laws_.materials(); ++j)
             numbers_[i * laws_.materials() + j].set_spring(h, mobility[i] + mobility[j]);

@@ -1,17 +1,18 @@
-// Contacts between rods: candidates, pairs in contact, their forces and memory.                              theory.md section 18
+// Contacts between rods: candidates, pairs in contact, their forces and memory.                              theory.md
+// section 18
 //   list of candidates, rebuilt when elements have moved half its skin
-//   pruned list: the candidates that are within a margin of each other, a fraction of the skin; steps look at no others until
-//   elements have moved half of that
-//   push, for a block of bodies, with what the stages hand on in a work area that stays in the second cache:
+//   pruned list: the candidates that are within a margin of each other, a fraction of the skin; steps look at no others
+//   until elements have moved half of that push, for a block of bodies, with what the stages hand on in a work area
+//   that stays in the second cache:
 //     find_touching     the candidates that touch, packed
 //     follow_springs    contacts that begin near vertices go on from the springs of others
-//     push_vertices     what vertices take from them                                                        vertex_terms.hpp
-//     push_sides        near-parallel ones: at the ends of their overlap                                        overlap.hpp
-//     push_touching     forces eight at a time; loads of both elements in order of pairs                        rows.hpp
+//     push_vertices     what vertices take from them vertex_terms.hpp push_sides        near-parallel ones: at the ends
+//     of their overlap                                        overlap.hpp push_touching     forces eight at a time;
+//     loads of both elements in order of pairs                        rows.hpp
 //   blocks from the last to the first, loads on other strips of blocks deferred (drawing: deferred_loads.hpp)
-// No atomic, no order among threads: the bits of a body's loads depend on the bodies alone. Memory of a contact is kept by pair, a
-// line of the cache, in place: what is read of other pairs' is read before any of a block's changes. Cost: see
-// docs/performance.md.
+// No atomic, no order among threads: the bits of a body's loads depend on the bodies alone. Memory of a contact is kept
+// by pair, a line of the cache, in place: what is read of other pairs' is read before any of a block's changes. Cost:
+// see docs/performance.md.
 #pragma once
 
 #include "contact/contact_solver.hpp"
@@ -39,7 +40,8 @@ public:
     std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) override;
     const Candidates& found() const override { return found_; }
     void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) override;
-    void restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work, const BinnedTotal& viscous_work) override;
+    void restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work,
+                 const BinnedTotal& viscous_work) override;
     const SumBins& energy_bins() const override { return bins_; }
     std::vector<KeptContact> kept(const Exposure& bodies) const override;
     void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) override;
@@ -136,10 +138,13 @@ private:
         /// vertices_of_pair().
         void put(int l, Pair pair, unsigned vertices, bool turned);
     };
-    template <int W, bool both> VertexTerms<Pack<W>> at_vertices(const Exposure& bodies, const NearVertex<W>& pairs) const;
-    VertexTerms<Pack<1>> at_vertices(const Exposure& bodies, std::uint32_t pair, const ClosestPoints<Pack<1>>& at) const;
+    template <int W, bool both>
+    VertexTerms<Pack<W>> at_vertices(const Exposure& bodies, const NearVertex<W>& pairs) const;
+    VertexTerms<Pack<1>> at_vertices(const Exposure& bodies, std::uint32_t pair,
+                                     const ClosestPoints<Pack<1>>& at) const;
     template <bool both> void push_those(const Work& work, WorkArea& area, Sums& sums);
-    template <bool both, int W> void push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid);
+    template <bool both, int W>
+    void push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid);
     std::uint32_t neighbour(const Exposure& bodies, std::uint32_t slot, bool at_end) const;
     void end_contact(const Work& work, std::uint32_t pair);
     FrictionSpring<double> followed_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const;
@@ -153,7 +158,8 @@ private:
     std::optional<std::uint32_t> beyond_seam(const Exposure& bodies, std::uint32_t slot, int step) const;
     template <int W> struct Ends;
     template <int W> Ends<W> at_ends(const Exposure& bodies, double h, const Pair* pair, const std::uint8_t* vertices,
-                                     Pack<W> sine_squared, Pack<W> weight, Pack<W> vertex_energy, Pack<W> distance) const;
+                                     Pack<W> sine_squared, Pack<W> weight, Pack<W> vertex_energy,
+                                     Pack<W> distance) const;
     PairContact evaluate_pair(const Exposure& bodies, std::uint32_t pair) const;
     // Elements that change sides: side_changes.cpp.
     using BodyPair = std::array<std::int64_t, 2>; ///< gids, the lower one first
@@ -169,7 +175,8 @@ private:
     void note_far_ways(const Exposure& bodies);
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
     void find_boxes(const Exposure& bodies);
-    BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t pair, const ContactMemory<double>* now = nullptr) const;
+    BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t pair,
+                            const ContactMemory<double>* now = nullptr) const;
     Contact contact_with_box(const Exposure& bodies, std::uint32_t pair) const;
     double normal_energy_with_box(const Exposure& bodies, std::uint32_t pair) const;
     /// Nearest points, what vertices take, and what pushes at the ends.
@@ -208,18 +215,20 @@ private:
     std::vector<std::unique_ptr<WorkArea>> area_;         ///< by thread
     std::vector<std::uint8_t> touched_;                   ///< by window
     std::vector<std::uint8_t> edge_;                      ///< by slot: an end of a window; padded
-    bool may_repeat_ = false;                             ///< the step that is under way, on this rank alone until ghosts arrive
-    std::vector<std::uint8_t> status_before_;             ///< of pairs in now_, as that step found them
-    AlignedVector<ContactMemory<double>> memory_before_;  ///< likewise, of those that touched
-    double drift_ = 0, time_ = 0;                         ///< s; of the step that is under way
-    bool watches_ = false;                                ///< for changes of sides, in that step
-    double moved_ = 0;                                    ///< Holding::moved of the step before, 0 where pruning was due in it
-    double way_ = HUGE_VAL;                               ///< within that step no element in pairs has moved farther, m
-    double way_of_all_ = 0;         ///< largest displacement of an element within that step, over all ranks, m; set before a search
-    std::vector<std::uint8_t> far_; ///< by slot: own elements that have moved far in it; empty: none has
-    std::vector<std::int64_t> far_in_scene_;          ///< these as slots of the scene, for a search
-    std::vector<std::array<std::int64_t, 2>> passed_; ///< pairs that may have changed sides unseen, as slots of the scene
-    std::mutex noting_;                               ///< of what follows
+    bool may_repeat_ = false;                 ///< the step that is under way, on this rank alone until ghosts arrive
+    std::vector<std::uint8_t> status_before_; ///< of pairs in now_, as that step found them
+    AlignedVector<ContactMemory<double>> memory_before_; ///< likewise, of those that touched
+    double drift_ = 0, time_ = 0;                        ///< s; of the step that is under way
+    bool watches_ = false;                               ///< for changes of sides, in that step
+    double moved_ = 0;      ///< Holding::moved of the step before, 0 where pruning was due in it
+    double way_ = HUGE_VAL; ///< within that step no element in pairs has moved farther, m
+    double way_of_all_ =
+        0; ///< largest displacement of an element within that step, over all ranks, m; set before a search
+    std::vector<std::uint8_t> far_;          ///< by slot: own elements that have moved far in it; empty: none has
+    std::vector<std::int64_t> far_in_scene_; ///< these as slots of the scene, for a search
+    std::vector<std::array<std::int64_t, 2>>
+        passed_;        ///< pairs that may have changed sides unseen, as slots of the scene
+    std::mutex noting_; ///< of what follows
     std::vector<SideChange> side_changes_;
     bool begins_ = true;                ///< no step has been looked at: bodies that are in each other may be
     std::vector<BodyPair> overlapping_; ///< bodies deep in each other since they began so; rising

@@ -77,7 +77,8 @@ void DeferredLoads::make_room(const PairList& list, const Exposure& bodies, cons
             if (rows[to] == 0) wanted[from].push_back({to, 0});
             rows[to] += rows_per_pair;
         }
-        std::sort(wanted[from].begin(), wanted[from].end(), [](const Wanted& x, const Wanted& y) { return x.to < y.to; });
+        std::sort(wanted[from].begin(), wanted[from].end(),
+                  [](const Wanted& x, const Wanted& y) { return x.to < y.to; });
         for (Wanted& w : wanted[from]) w.rows = std::exchange(rows[w.to], 0);
     });
     route_.clear();
@@ -109,7 +110,8 @@ DeferredLoads::Deferring::Deferring(DeferredLoads& all, std::size_t strip, std::
 }
 
 DeferredLoads::Deferring::~Deferring() {
-    for (std::size_t r = all_.sent_[strip_]; r < all_.sent_[strip_ + 1]; ++r) all_.route_[r].end = next_[all_.route_[r].to];
+    for (std::size_t r = all_.sent_[strip_]; r < all_.sent_[strip_ + 1]; ++r)
+        all_.route_[r].end = next_[all_.route_[r].to];
 }
 
 } // namespace skein

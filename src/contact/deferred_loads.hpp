@@ -1,8 +1,8 @@
-// Bodies in blocks, blocks in strips, and loads that contacts of one strip exert on elements of strips behind it. A strip is the
-// work of one task, which goes through its blocks from the last to the first and adds to the bodies of all of them; loads on
-// bodies of other strips are deferred until all are done. So what is exerted on a slot is summed in one order, wherever strips
-// begin: what its own block exerts, then the block before, and so on, pairs rising in each. Blocks are those of the scene
-// (SceneSlots): these sums have the same bits for any threads, ranks and lists.
+// Bodies in blocks, blocks in strips, and loads that contacts of one strip exert on elements of strips behind it. A
+// strip is the work of one task, which goes through its blocks from the last to the first and adds to the bodies of all
+// of them; loads on bodies of other strips are deferred until all are done. So what is exerted on a slot is summed in
+// one order, wherever strips begin: what its own block exerts, then the block before, and so on, pairs rising in each.
+// Blocks are those of the scene (SceneSlots): these sums have the same bits for any threads, ranks and lists.
 //
 //   strip 1:  blocks A B        strip 2:  blocks C D        each pair (a, b), a < b, is the work of a's block
 //   task 1:   B: loads of B;  then A: loads of A and B        deferred B -> C, B -> D, A -> C, A -> D

@@ -9,13 +9,14 @@ namespace skein {
 
 /// Increments a counter and returns its value before. `single_thread`: no other thread counts.
 inline std::uint32_t count_one(std::uint32_t& counter, bool single_thread) {
-    return single_thread ? counter++
-                         : std::atomic_ref(counter).fetch_add(1, std::memory_order_relaxed); // a locked addition costs 8 ns
+    return single_thread
+               ? counter++
+               : std::atomic_ref(counter).fetch_add(1, std::memory_order_relaxed); // a locked addition costs 8 ns
 }
 
 /// visit(body) calls body(key, value) for every item, by threads in any order; it is called twice. Keys: 0 .. keys - 1.
-template <class Visit> void group(const Threads& threads, std::size_t keys, Visit&& visit, std::vector<std::uint32_t>& begin,
-                                  std::vector<std::uint32_t>& values) {
+template <class Visit> void group(const Threads& threads, std::size_t keys, Visit&& visit,
+                                  std::vector<std::uint32_t>& begin, std::vector<std::uint32_t>& values) {
     const bool single_thread = threads.count() == 1;
     begin.assign(keys + 1, 0);
     visit([&](std::size_t key, std::uint32_t) { count_one(begin[key], single_thread); });

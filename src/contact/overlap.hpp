@@ -1,9 +1,9 @@
-// How much of an element lies beside a near-parallel other: the weight of their contact where vertices end it.       theory.md
-// (56e)
-//   on the line of one element: the feet f1 < f2 of the other's ends;  the overlap from max(0, f1) to min(1, f2), over min(1, f2 -
-//   f1)
-// Where it is between two free ends, of bodies that go on beyond, this is smoothed from 1 of a contact end by end: 1 - x^2 + x^3.
-// Without vertices it is 1. So it has no jump, and no kink but where those of neighbours make up for it.
+// How much of an element lies beside a near-parallel other: the weight of their contact where vertices end it.
+// theory.md (56e)
+//   on the line of one element: the feet f1 < f2 of the other's ends;  the overlap from max(0, f1) to min(1, f2), over
+//   min(1, f2 - f1)
+// Where it is between two free ends, of bodies that go on beyond, this is smoothed from 1 of a contact end by end: 1 -
+// x^2 + x^3. Without vertices it is 1. So it has no jump, and no kink but where those of neighbours make up for it.
 #pragma once
 
 #include "contact/compress.hpp"
@@ -13,7 +13,8 @@ namespace skein {
 
 template <class P> struct Overlap {
     P share;
-    P foot[2], change[2]; ///< where the ends of the other have their feet, the lower one first; of the share as that foot moves
+    P foot[2], change[2]; ///< where the ends of the other have their feet, the lower one first; of the share as that
+                          ///< foot moves
 };
 
 /// Vertices of eight elements or of one, as masks: at the start and at the end.
@@ -21,8 +22,9 @@ template <int W> struct VertexMasks { Mask<W> at[2]; };
 
 /// `same_way`: both elements lead the same way.
 template <int W> SKEIN_INLINE Overlap<Pack<W>> overlap_on(const Vec3<Pack<W>>& start, const Vec3<Pack<W>>& edge,
-                                                          const Vec3<Pack<W>>& other, const Vec3<Pack<W>>& edge_of_other,
-                                                          const Mask<W>& same_way, const VertexMasks<W>& vertices,
+                                                          const Vec3<Pack<W>>& other,
+                                                          const Vec3<Pack<W>>& edge_of_other, const Mask<W>& same_way,
+                                                          const VertexMasks<W>& vertices,
                                                           const VertexMasks<W>& vertices_of_other) {
     using P = Pack<W>;
     const P zero(0.0), one(1.0), squared = max(dot(edge, edge), P(1e-300)), from = dot(other - start, edge) / squared,
@@ -33,7 +35,8 @@ template <int W> SKEIN_INLINE Overlap<Pack<W>> overlap_on(const Vec3<Pack<W>>& s
                   other_joined[2] = {(same_way & vertices_of_other.at[0]) | ((!same_way) & vertices_of_other.at[1]),
                                      (same_way & vertices_of_other.at[1]) | ((!same_way) & vertices_of_other.at[0])};
     Mask<W> at_vertex = zero > zero;
-    for (const int i : {0, 1}) at_vertex = at_vertex | (by_foot[i] & other_joined[i]) | ((!by_foot[i]) & vertices.at[i]);
+    for (const int i : {0, 1})
+        at_vertex = at_vertex | (by_foot[i] & other_joined[i]) | ((!by_foot[i]) & vertices.at[i]);
     const Mask<W> some = vertices.at[0] | vertices.at[1] | vertices_of_other.at[0] | vertices_of_other.at[1];
     const P span = o.foot[1] - o.foot[0], shorter = max(min(one, span), P(1e-300)),
             x = max(zero, (min(one, o.foot[1]) - max(zero, o.foot[0])) / shorter);

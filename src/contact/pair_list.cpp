@@ -25,7 +25,8 @@ PairList::PairList(Candidates&& candidates, const Exposure& bodies, const Thread
 std::uint32_t PairList::find(Pair wanted) const {
     const auto begin = pair.begin() + first[wanted.a], end = pair.begin() + first[wanted.a + 1];
     const auto at = std::lower_bound(begin, end, wanted);
-    return static_cast<std::uint32_t>(at != end && *at == wanted ? at - pair.begin() : static_cast<std::ptrdiff_t>(count()));
+    return static_cast<std::uint32_t>(at != end && *at == wanted ? at - pair.begin()
+                                                                 : static_cast<std::ptrdiff_t>(count()));
 }
 
 void PairList::find_neighbours(const Threads& threads) {
@@ -34,13 +35,15 @@ void PairList::find_neighbours(const Threads& threads) {
     for_blocks(threads, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t a = begin; a < end; ++a)
             for (const int side : {0, 1}) {
-                const std::size_t other = side ? a + 1 : a - 1; // of another rod only if that slot has no element, and no pairs
+                const std::size_t other =
+                    side ? a + 1 : a - 1; // of another rod only if that slot has no element, and no pairs
                 std::uint32_t at = other < slots ? first[other] : 0, behind = other < slots ? first[other + 1] : 0;
                 for (std::uint32_t i = first[a]; i < first[a + 1]; ++i) {
                     const std::uint32_t from = pair[i].b - 1;
                     while (at < behind && pair[at].b < from) ++at;
                     std::uint32_t word = at << 3;
-                    for (std::uint32_t j = at; j < behind && pair[j].b <= from + 2; ++j) word |= 1u << (pair[j].b - from);
+                    for (std::uint32_t j = at; j < behind && pair[j].b <= from + 2; ++j)
+                        word |= 1u << (pair[j].b - from);
                     beyond_[i][static_cast<std::size_t>(side)] = word;
                 }
             }

@@ -1,5 +1,5 @@
-// Candidate pairs one by one, in order, as the steps go through them until the list is rebuilt, and which pairs lie beyond the
-// vertices of a pair.
+// Candidate pairs one by one, in order, as the steps go through them until the list is rebuilt, and which pairs lie
+// beyond the vertices of a pair.
 #pragma once
 
 #include "contact/broad_phase.hpp"
@@ -9,7 +9,8 @@
 namespace skein {
 
 struct PairList {
-    static constexpr std::size_t padding = 72; ///< copies of a pair behind the last, for those who read in tiles and ahead
+    static constexpr std::size_t padding =
+        72; ///< copies of a pair behind the last, for those who read in tiles and ahead
 
     std::vector<std::uint32_t> first;   ///< of the pairs whose first element is a slot's, and behind the last
     AlignedVector<Pair> pair;           ///< rising; padded
@@ -21,8 +22,8 @@ struct PairList {
     std::size_t count() const { return first.empty() ? 0 : first.back(); }
     /// Number of a pair, a < b, or count() if it is no candidate.
     std::uint32_t find(Pair wanted) const;
-    /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is a candidate. No branch depends on where
-    /// things are.
+    /// The pair of elements a + da and b + db, each -1, 0 or 1 and not both 0, if it is a candidate. No branch depends
+    /// on where things are.
     struct Neighbour {
         std::uint32_t pair;
         bool is_candidate;
@@ -41,8 +42,8 @@ struct PairList {
 private:
     void find_neighbours(const Threads& threads);
 
-    /// Neighbours of pair (a, b) at a - 1 and at a + 1: which of b - 1, b, b + 1 are its partners (three bits), and where the first
-    /// of these is.
+    /// Neighbours of pair (a, b) at a - 1 and at a + 1: which of b - 1, b, b + 1 are its partners (three bits), and
+    /// where the first of these is.
     std::vector<std::array<std::uint32_t, 2>> beyond_;
 };
 

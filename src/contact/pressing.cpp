@@ -52,7 +52,8 @@ struct Extent {
     void take(double x) { least = std::min(least, x), most = std::max(most, x); }
 };
 
-/// Pressure at the foot of the heaviest column, Pa: columns as wide as rods are long, and none wider than the assembly's shadow.
+/// Pressure at the foot of the heaviest column, Pa: columns as wide as rods are long, and none wider than the
+/// assembly's shadow.
 double pressure_of_weight(std::span<const RodGroup> groups, std::span<const Vec3d> gravity, const Assembly& all) {
     const double whole = norm(all.weight);
     if (!(whole > 0)) return 0;
@@ -106,7 +107,8 @@ Pressing pressing(std::span<const RodGroup> groups, std::span<const Vec3d> gravi
     const Assembly all = assemble(groups, gravity);
     const double of_weight = pressure_of_weight(groups, gravity, all), most = std::max(of_weight, pressure);
     if (!(most > 0)) return {};
-    const double mean_pressure = (1 + 2 * sideways) / 3 * most, fill = std::min(densest, crowded * all.diameter / all.length());
+    const double mean_pressure = (1 + 2 * sideways) / 3 * most,
+                 fill = std::min(densest, crowded * all.diameter / all.length());
     const double mean = 6 * mean_pressure * (all.volume / all.rods) / (coordination * fill * all.diameter);
     const double largest = mean * (std::log(0.5 * coordination * all.rods) + euler);
     const double whole = norm(all.weight) + pressure * area;
@@ -123,7 +125,8 @@ double stiffness_for(ContactNormal normal, double force, double overlap) {
 }
 
 double own_force(double youngs_modulus, double radius, double overlap) {
-    return 8.0 / 9.0 * youngs_modulus * std::sqrt(radius) * overlap * std::sqrt(overlap); // 4/3 E* with nu = 1/2 in both
+    return 8.0 / 9.0 * youngs_modulus * std::sqrt(radius) * overlap *
+           std::sqrt(overlap); // 4/3 E* with nu = 1/2 in both
 }
 
 } // namespace skein

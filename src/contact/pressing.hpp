@@ -1,7 +1,7 @@
-// The force that presses the contacts of an assembly, estimated from its weight and the pressure on it, and the overlap and the
-// stiffness that go with a force.                                                                        theory.md (58a), (58b)
-//   mean     f = 3 p V1/(n d), n = z phi/2 contacts per rod and volume (Weber), phi = min(0.6, 5.4 d/L) (Philipse), z = 6
-//   largest  f (ln N + 0.577) of N = z/2 contacts per rod, whose forces fall off exponentially
+// The force that presses the contacts of an assembly, estimated from its weight and the pressure on it, and the overlap
+// and the stiffness that go with a force. theory.md (58a), (58b)
+//   mean     f = 3 p V1/(n d), n = z phi/2 contacts per rod and volume (Weber), phi = min(0.6, 5.4 d/L) (Philipse), z =
+//   6 largest  f (ln N + 0.577) of N = z/2 contacts per rod, whose forces fall off exponentially
 // never below what the heaviest rod weighs, nor above all that there is
 #pragma once
 

@@ -1,6 +1,6 @@
-// Candidates that may touch before long: those of each block that were within a margin when all of them were last looked at. In
-// order, a block's own part of each array, which begins behind room for the padding of those before.
-// As GROMACS prunes its lists of pairs (docs/references.md).
+// Candidates that may touch before long: those of each block that were within a margin when all of them were last
+// looked at. In order, a block's own part of each array, which begins behind room for the padding of those before. As
+// GROMACS prunes its lists of pairs (docs/references.md).
 #pragma once
 
 #include "contact/pair_list.hpp"

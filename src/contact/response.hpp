@@ -1,25 +1,29 @@
-// Forces of a contact, for W pairs at once.                                                                theory.md (53)-(56)
-//   n from 1 to 2 at distance d, overlap g = r1 + r2 - d, contact midway in it: arms a1 = (r1 - g/2) n, a2 = -(r2 - g/2) n
-//   u = v1 + w1 x a1 - (v2 + w2 x a2),   u_n = u.n,   u_t = u - u_n n
-//   linear        N = max(0, k g + c u_n)
+// Forces of a contact, for W pairs at once.                                                                theory.md
+// (53)-(56)
+//   n from 1 to 2 at distance d, overlap g = r1 + r2 - d, contact midway in it: arms a1 = (r1 - g/2) n, a2 = -(r2 -
+//   g/2) n u = v1 + w1 x a1 - (v2 + w2 x a2),   u_n = u.n,   u_t = u - u_n n linear        N = max(0, k g + c u_n)
 //   Hertz         N = max(0, sqrt(g) (k g + c u_n))
 //   memory        k_t = kappa k (linear), kappa k sqrt(g) (Hertz);  x <- min(1, k_t before/k_t) x, in the tangent plane
 //                 x turned about n by h (w1 + w2).n/2, then x <- x + h u_t,  T* = -k_t x - c_t u_t
-//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t: a contact that slides has no dashpot
-//   regularised   T = -mu_k N u_t/max(|u_t|, v_s), through a spring 1/k_h = h^2 sum(1/m) with the dashpot h k_h, of which one step
+//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t: a contact that slides has no
+//                 dashpot
+//   regularised   T = -mu_k N u_t/max(|u_t|, v_s), through a spring 1/k_h = h^2 sum(1/m) with the dashpot h k_h, of
+//   which one step
 //                 is solved:  y = x + 2 h u_t,  T = -mu_k N y/max(|y|, 2 h v_s + mu_k N/k_h),  x <- (x - T/k_h)/2
 //   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
-//   anisotropic   T = -N (mu u_a a + mu_side u_b b)/max(|u_t|, v_s),  a: the rod's axis in the plane, b = n x a, u_a and u_b along
+//   anisotropic   T = -N (mu u_a a + mu_side u_b b)/max(|u_t|, v_s),  a: the rod's axis in the plane, b = n x a, u_a
+//   and u_b along
 //                 them, mu = mu_k where u_a > 0, else that backward; through the same spring, each part of y by itself:
 //                 z = y/(2 h max(|u_t|, v_s) + mu N/k_h),  T = -N mu z/max(|z|, 1)
 //   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
-// A contact pushes, whatever its dashpot says. Where k_t rises with the overlap the pull of the spring stays and its length falls,
-// so that no energy comes from nowhere; where k_t falls the length stays. Energy: springs store k g^2/2 (Hertz 2 k g^2.5/5) and k_t
-// x^2/2. Places and rates stand half a step apart, so over a step of rates u the mean of a force and of that a step before works,
-// exactly. The viscous work is that of N and T beyond their springs; the friction work is the rest of what T takes: that of slip,
-// and of springs that change otherwise than by motion. A contact in which several elements share, or several points of one, has a
-// weight at each: its force and energy there, and its spring of friction, are that share of what is written above. Source: Cundall,
-// Strack 1979 (Geotechnique 29, 47). Cost: 190 flop, of which six divisions and roots.
+// A contact pushes, whatever its dashpot says. Where k_t rises with the overlap the pull of the spring stays and its
+// length falls, so that no energy comes from nowhere; where k_t falls the length stays. Energy: springs store k g^2/2
+// (Hertz 2 k g^2.5/5) and k_t x^2/2. Places and rates stand half a step apart, so over a step of rates u the mean of a
+// force and of that a step before works, exactly. The viscous work is that of N and T beyond their springs; the
+// friction work is the rest of what T takes: that of slip, and of springs that change otherwise than by motion. A
+// contact in which several elements share, or several points of one, has a weight at each: its force and energy there,
+// and its spring of friction, are that share of what is written above. Source: Cundall, Strack 1979 (Geotechnique 29,
+// 47). Cost: 190 flop, of which six divisions and roots.
 #pragma once
 
 #include "contact/contact_law.hpp"
@@ -96,8 +100,9 @@ template <class P> SKEIN_INLINE P normal_energy(ContactNormal normal, P stiffnes
     return normal == ContactNormal::hertz ? P(0.4) * (sqrt(depth) * spring) : P(0.5) * spring;
 }
 
-/// Direction of regularised friction times a number up to 1, against y; along with what friction has of it where it is anisotropic.
-/// `length`: 2 h v_s of the law, m. `give`: mu_k N/k_h, m. A wall's contact, which alone is anisotropic, has all of its weight.
+/// Direction of regularised friction times a number up to 1, against y; along with what friction has of it where it is
+/// anisotropic. `length`: 2 h v_s of the law, m. `give`: mu_k N/k_h, m. A wall's contact, which alone is anisotropic,
+/// has all of its weight.
 template <class P>
 SKEIN_INLINE Vec3<P> against_slip(const Vec3<P>& y, P weight, P length, P give, const Vec3<P>& n, const Lie<P>* lie) {
     const P one(1.0), tiny(1e-300);
@@ -109,13 +114,13 @@ SKEIN_INLINE Vec3<P> against_slip(const Vec3<P>& y, P weight, P length, P give, 
     return (one / max(norm(z), one)) * fma(forward * a, flat, lie->sideways * beside);
 }
 
-/// `elsewhere`: normal force at the other points of this contact, which friction counts too. `memory`: as the contact left it, 0 of
-/// a new one, but for the spring of another that it goes on from, with weight 0; then as it leaves it now, 0 where nothing touches.
-template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law,
-                                                                  const ContactState<Pack<W>>& in, double h,
-                                                                  ContactMemory<Pack<W>>& memory,
-                                                                  const ContactWeight<Pack<W>>& weight = {},
-                                                                  Pack<W> elsewhere = 0.0, const Lie<Pack<W>>* lie = nullptr) {
+/// `elsewhere`: normal force at the other points of this contact, which friction counts too. `memory`: as the contact
+/// left it, 0 of a new one, but for the spring of another that it goes on from, with weight 0; then as it leaves it
+/// now, 0 where nothing touches.
+template <int W> SKEIN_INLINE ContactForce<Pack<W>>
+contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const ContactState<Pack<W>>& in, double h,
+              ContactMemory<Pack<W>>& memory, const ContactWeight<Pack<W>>& weight = {}, Pack<W> elsewhere = 0.0,
+              const Lie<Pack<W>>* lie = nullptr) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
     const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
@@ -128,7 +133,8 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
     const Vec3<P> slip = in.velocity_1 - in.velocity_2 + cross(out.arm_1 * in.spin_1 + out.arm_2 * in.spin_2, n);
     const P approach = dot(slip, n);
     const Vec3<P> tangential = slip - approach * n;
-    const P root = hertz ? sqrt(depth) : one, weighted = weight.normal * root, elastic = weighted * law.stiffness * depth;
+    const P root = hertz ? sqrt(depth) : one, weighted = weight.normal * root,
+            elastic = weighted * law.stiffness * depth;
     out.normal = select(touches, max(zero, fma(weighted * law.damping, approach, elastic)), zero);
     out.stiffness = select(touches, hertz ? P(1.5) * root * law.stiffness : law.stiffness, zero);
     out.elastic_energy = P(hertz ? 0.4 : 0.5) * elastic * depth;
@@ -142,7 +148,8 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
     Vec3<P> friction = none;
     if (kinds.friction == ContactFriction::memory) {
         const P stiffness = law.tangential_stiffness * root;
-        const Vec3<P> kept = hertz ? min(one, memory.spring.stiffness / max(stiffness, tiny)) * memory.spring.x : memory.spring.x;
+        const Vec3<P> kept =
+            hertz ? min(one, memory.spring.stiffness / max(stiffness, tiny)) * memory.spring.x : memory.spring.x;
         const Vec3<P> in_plane =
             fma(step, tangential, turned(kept - dot(kept, n) * n, n, half * step * dot(in.spin_1 + in.spin_2, n)));
         const P spring = weight.all * stiffness, dashpot = weight.all * law.tangential_damping;
@@ -193,7 +200,8 @@ template <int W> SKEIN_INLINE ContactForce<Pack<W>> contact_force(ContactKinds k
     }
     now.viscous_part = now.viscous_part - viscous_normal * n;
     out.viscous_work = select(touches, out.viscous_work, zero);
-    out.friction_work = select(touches, out.friction_work, memory.energy()); // a contact that ends loses the energy of its spring
+    out.friction_work =
+        select(touches, out.friction_work, memory.energy()); // a contact that ends loses the energy of its spring
     memory = now;
     out.moment = cross(n, friction);
     out.on_1 = friction - out.normal * n;

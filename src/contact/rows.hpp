@@ -8,9 +8,9 @@
 
 namespace skein {
 
-/// A force at an element and a couple on it: force[0..2], share of the element's length, couple[0..2], arm. The first node has 1 -
-/// share of the force, the second share; the element has `arm` times the couple. Lab, N and N m (or N and m, where the couple is
-/// n x T of a contact).
+/// A force at an element and a couple on it: force[0..2], share of the element's length, couple[0..2], arm. The first
+/// node has 1 - share of the force, the second share; the element has `arm` times the couple. Lab, N and N m (or N and
+/// m, where the couple is n x T of a contact).
 struct alignas(64) LoadRow {
     double number[8];
 };
@@ -34,7 +34,8 @@ template <int W> SKEIN_INLINE void put(void* to, const Pack<W>& pack) {
 /// One number in the lower half, another one in the upper.
 SKEIN_INLINE Pack<8> halves(double low, double high) {
 #if defined(__AVX512F__)
-    return Pack<8>(std::bit_cast<Pack<8>::Doubles>(_mm512_mask_blend_pd(0xf0, _mm512_set1_pd(low), _mm512_set1_pd(high))));
+    return Pack<8>(
+        std::bit_cast<Pack<8>::Doubles>(_mm512_mask_blend_pd(0xf0, _mm512_set1_pd(low), _mm512_set1_pd(high))));
 #else
     return {Pack<4>(low), Pack<4>(high)};
 #endif
@@ -53,9 +54,9 @@ SKEIN_INLINE LoadRow as_load(const ForceRow& row) { return {row.number[0], row.n
 
 } // namespace detail
 
-/// Adds `first` times a row's force and `arm` times its couple to a slot, and `second` times the force to the slot behind: whole
-/// lines, as what is written in parts has to reach the cache before it can be read as a whole. What the row has between its vectors
-/// is 0, or nobody reads what it is added to.
+/// Adds `first` times a row's force and `arm` times its couple to a slot, and `second` times the force to the slot
+/// behind: whole lines, as what is written in parts has to reach the cache before it can be read as a whole. What the
+/// row has between its vectors is 0, or nobody reads what it is added to.
 SKEIN_INLINE void add_row(ExertedLoad* at, const Pack<8>& row, double first, double second, double arm) {
     using namespace detail;
     put(at, fma(row, halves(first, arm), pack_at<8>(at)));

@@ -1,8 +1,9 @@
-// Drives a wall forth until the stress on a watched wall is high enough, back until it is low enough, and forth again: the lid of a
-// bed of rods that is compressed cycle by cycle.
+// Drives a wall forth until the stress on a watched wall is high enough, back until it is low enough, and forth again:
+// the lid of a bed of rods that is compressed cycle by cycle.
 //   forth -> back   where the stress is above turn_back_above
 //   at first       at the speed of approach, until something touches the wall or the place of approach is reached
-//   back -> forth   where it is below turn_forth_below and the wall is beyond not_before; after the last cycle it stops there
+//   back -> forth   where it is below turn_forth_below and the wall is beyond not_before; after the last cycle it stops
+//   there
 #pragma once
 
 #include "contact/wall.hpp"
@@ -17,8 +18,8 @@ public:
     /// `wall`: as `expanded` gives it.
     explicit Servo(const Wall& wall);
 
-    /// Moves on by h, s, after it has turned if the force that rods exert on the watched wall, N, says so. `touched`: something
-    /// touches the driven wall itself.
+    /// Moves on by h, s, after it has turned if the force that rods exert on the watched wall, N, says so. `touched`:
+    /// something touches the driven wall itself.
     void step(double force_on_watched, bool touched, double h);
 
     WallState wall_state() const { return {offset_ * forth_, (direction_ * speed_) * forth_}; }

@@ -1,12 +1,15 @@
-// Elements that change sides within a step, which contact forces are to prevent.                            theory.md (58c)
+// Elements that change sides within a step, which contact forces are to prevent.                            theory.md
+// (58c)
 //   way of a step: from x - h v to x, as rates have brought bodies there
-//   rods          the vector between nearest points turns round, and axes cross: both points inside before and after, or axes
+//   rods          the vector between nearest points turns round, and axes cross: both points inside before and after,
+//   or axes
 //                 nearer than half the sum of radii on the way
-//   balls         axes come nearer than half the sum of radii; of near-parallel rods, which pass like discs, than an eighth
-// A pair whose relative way is shorter than 0.4 of the sum of its radii ends such a step nearer than half: find_touching() lists
-// it at no cost. Elements that move farther are looked for only where they may be: the list of candidates has all that they touch
-// on the way as long as it holds, and a search finds the rest.
-// Bodies that begin so deep in each other, or whose law is still soft, have no sides: they are watched once they have come apart.
+//   balls         axes come nearer than half the sum of radii; of near-parallel rods, which pass like discs, than an
+//   eighth
+// A pair whose relative way is shorter than 0.4 of the sum of its radii ends such a step nearer than half:
+// find_touching() lists it at no cost. Elements that move farther are looked for only where they may be: the list of
+// candidates has all that they touch on the way as long as it holds, and a search finds the rest. Bodies that begin so
+// deep in each other, or whose law is still soft, have no sides: they are watched once they have come apart.
 #include "contact/contact_limits.hpp"
 #include "contact/work_area.hpp"
 #include "core/closest_points.hpp"
@@ -30,8 +33,8 @@ struct Passing {
     Near near(double share) const {
         Vec3d x[4];
         for (int i = 0; i < 4; ++i) x[i] = at[i] + share * way[i];
-        const auto found =
-            closest_points(broadcast<1>(x[0]), broadcast<1>(x[1] - x[0]), broadcast<1>(x[2]), broadcast<1>(x[3] - x[2]));
+        const auto found = closest_points(broadcast<1>(x[0]), broadcast<1>(x[1] - x[0]), broadcast<1>(x[2]),
+                                          broadcast<1>(x[3] - x[2]));
         const auto within = [](double s) { return s > 0 && s < 1; };
         const Vec3d apart = lane(found.apart, 0);
         return {apart, norm(apart), found.sine_squared[0], within(found.s[0]) && within(found.t[0])};
@@ -44,9 +47,9 @@ struct Passing {
             for (const int k : {2, 3}) most = std::max(most, norm(way[i] - way[k]));
         return most;
     }
-    /// The first distance on the way that is not above `limit`, or that at its end. Distances change no faster than the longest
-    /// relative way, so what is farther off by some way is not reached before. A way of a run that blows up is seen in 10 000
-    /// parts.
+    /// The first distance on the way that is not above `limit`, or that at its end. Distances change no faster than the
+    /// longest relative way, so what is farther off by some way is not reached before. A way of a run that blows up is
+    /// seen in 10 000 parts.
     double first_below(double limit) const {
         const double whole = relative();
         double distance = near(0).distance;
@@ -57,7 +60,8 @@ struct Passing {
 };
 
 constexpr double half = 0.5, eighth = 0.125; ///< of the sum of radii
-/// Share of the sum of radii: where neither of two moves so far, what passes within 0.45 of it ends nearer than half of it.
+/// Share of the sum of radii: where neither of two moves so far, what passes within 0.45 of it ends nearer than half of
+/// it.
 constexpr double far = 0.2;
 
 } // namespace
@@ -89,7 +93,8 @@ void Contacts::recall_overlapping(const Exposure& bodies) {
 std::optional<SideChange> Contacts::side_change(const Exposure& bodies, Pair pair) {
     const auto [a, b] = pair;
     if (box_at(bodies, a) || box_at(bodies, b)) return {};
-    const auto group_a = static_cast<std::size_t>(bodies.at(a).group), group_b = static_cast<std::size_t>(bodies.at(b).group);
+    const auto group_a = static_cast<std::size_t>(bodies.at(a).group),
+               group_b = static_cast<std::size_t>(bodies.at(b).group);
     const ContactLaw& law = laws_.between(group_a, group_b);
     Passing passing;
     const std::uint32_t slots[] = {a, a + 1, b, b + 1};
@@ -149,7 +154,8 @@ double Contacts::longest_way(const Exposure& bodies) {
             if (!goes_far(bodies, slot)) continue;
             far_in_scene_.push_back(bodies.in_scene(slot));
             for (const std::uint32_t end : {slot, slot + 1})
-                if (const double way = drift_ * norm(bodies.motion[end].velocity); std::isfinite(way)) most = std::max(most, way);
+                if (const double way = drift_ * norm(bodies.motion[end].velocity); std::isfinite(way))
+                    most = std::max(most, way);
         }
     }
     return most;
@@ -177,7 +183,9 @@ void Contacts::find_passed(const Exposure& near, std::span<std::uint8_t> wanted)
         std::uint32_t slot;
     };
     std::vector<Element> elements;
-    const auto middle = [&](std::uint32_t slot) { return 0.5 * (near.node[slot].position + near.node[slot + 1].position); };
+    const auto middle = [&](std::uint32_t slot) {
+        return 0.5 * (near.node[slot].position + near.node[slot + 1].position);
+    };
     const auto reach = [&](std::uint32_t slot) {
         return 0.5 * norm(near.node[slot + 1].position - near.node[slot].position) + near.node[slot].radius;
     };
@@ -193,13 +201,14 @@ void Contacts::find_passed(const Exposure& near, std::span<std::uint8_t> wanted)
         if (!slot) continue;
         const Vec3d here = middle(*slot);
         const double own = reach(*slot) + 2 * way_of_all_, window = own + largest;
-        auto other =
-            std::lower_bound(elements.begin(), elements.end(), here.x - window, [](const Element& e, double x) { return e.x < x; });
+        auto other = std::lower_bound(elements.begin(), elements.end(), here.x - window,
+                                      [](const Element& e, double x) { return e.x < x; });
         for (; other != elements.end() && other->x <= here.x + window; ++other) {
             const std::uint32_t low = std::min(*slot, other->slot), high = std::max(*slot, other->slot);
             const Vec3d apart = middle(other->slot) - here;
             const double within = own + reach(other->slot);
-            if (low == high || !(dot(apart, apart) <= within * within) || !may_touch(near, scene_.gaps, low, high)) continue;
+            if (low == high || !(dot(apart, apart) <= within * within) || !may_touch(near, scene_.gaps, low, high))
+                continue;
             passed_.push_back({near.in_scene(low), near.in_scene(high)});
             for (const std::uint32_t one : {low, high})
                 if (!near.owns_slot(one)) near.with_neighbours(one, [&](std::uint32_t ghost) { wanted[ghost] = 1; });

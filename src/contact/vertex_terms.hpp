@@ -1,10 +1,11 @@
-// Energies of vertices, less of contacts of the elements that share them.                                    theory.md (56c), (56d)
+// Energies of vertices, less of contacts of the elements that share them.                                    theory.md
+// (56c), (56d)
 //   Of each pair, with the energy phi of its normal spring at the nearest points of two elements:
 //   E = phi(e, f) - sum_v c_v phi(v, f)/2 - sum_w c_w phi(e, w)/2 + sum_vw c_v c_w phi(v, w)/4
 //   v, w: vertices of e and f, as balls of their radii; each belongs to two elements, which take half of it each
-// So a contact beside a vertex, which the neighbour sees at the vertex, is counted once: of both neighbours and the vertex between
-// them one is left. Forces are minus the gradient of E, with the derivatives of c. With the bend b of both tangents at v, towards
-// f, and x = (Q/S - 1/8)/(3/8) clamped to [0, 1]:
+// So a contact beside a vertex, which the neighbour sees at the vertex, is counted once: of both neighbours and the
+// vertex between them one is left. Forces are minus the gradient of E, with the derivatives of c. With the bend b of
+// both tangents at v, towards f, and x = (Q/S - 1/8)/(3/8) clamped to [0, 1]:
 //   c = p (2 - p) (1 - x^2 (3 - 2 x)),  p = min(1, S/0.25^2),  S = sin^2 of the angle of e and f,  Q = 2 b.A/(l + l')
 //   A from v to its foot on f;  Q/S = 1: the rod lies along the other one, and each of its elements pushes by itself
 // Cost: 60 flop for each vertex and each pair of them; 100 more where c changes.
@@ -17,9 +18,10 @@ namespace skein {
 
 /// An element of a pair that touches.
 template <class P> struct ElementAtVertices {
-    Vec3<P> node[4]; ///< of the neighbour before, its start, its end, of the neighbour behind; anywhere where there is none
-    P share;         ///< where on it the nearest point is
-    P joined[2];     ///< 1 where there is a vertex at its start, at its end, which may touch; else 0
+    Vec3<P>
+        node[4]; ///< of the neighbour before, its start, its end, of the neighbour behind; anywhere where there is none
+    P share;     ///< where on it the nearest point is
+    P joined[2]; ///< 1 where there is a vertex at its start, at its end, which may touch; else 0
 };
 
 template <class P> struct VertexTerms {
@@ -38,12 +40,12 @@ constexpr double most_lying = 0.5;    ///< and from where on it does: two rods w
 /// A bent rod is taken for straight beyond a vertex while it bends away by half of this, over the sum of radii.
 constexpr double straight = 1.0 / 1024;
 
-/// `from_first`: from the nearest point of the first element to that of the second. Vertices of the second element count where
-/// `both`.
-template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiffness, Pack<W> radii,
-                                                                           const Vec3<Pack<W>>& from_first,
-                                                                           Pack<W> sine_squared_of_both,
-                                                                           const ElementAtVertices<Pack<W>> (&element)[2]) {
+/// `from_first`: from the nearest point of the first element to that of the second. Vertices of the second element
+/// count where `both`.
+template <int W, bool both>
+SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiffness, Pack<W> radii,
+                                               const Vec3<Pack<W>>& from_first, Pack<W> sine_squared_of_both,
+                                               const ElementAtVertices<Pack<W>> (&element)[2]) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), none(1e-300);
     const bool hertz = kind == ContactNormal::hertz;
@@ -52,15 +54,18 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
         P normal, energy;
     };
     const auto spring = [&](P at_distance) -> Spring {
-        const P depth = max(radii - at_distance, zero), root = hertz ? sqrt(depth) : one, normal = stiffness * root * depth;
+        const P depth = max(radii - at_distance, zero), root = hertz ? sqrt(depth) : one,
+                normal = stiffness * root * depth;
         return {normal, P(hertz ? 0.4 : 0.5) * normal * depth};
     };
     const Vec3<P> edge[2] = {element[0].node[2] - element[0].node[1], element[1].node[2] - element[1].node[1]};
     const P squared[2] = {max(dot(edge[0], edge[0]), none), max(dot(edge[1], edge[1]), none)};
-    const P inverse_squared[2] = {one / squared[0], one / squared[1]}, own_length[2] = {sqrt(squared[0]), sqrt(squared[1])};
-    const P sine_squared = select(min(squared[0], squared[1]) > none, sine_squared_of_both, one); // a point is across everything
-    const P inverse_sine = one / max(sine_squared, P(1e-30)), steep = min(sine_squared * P(1 / (shallow * shallow)), one),
-            crossing = steep * (P(2.0) - steep),
+    const P inverse_squared[2] = {one / squared[0], one / squared[1]},
+            own_length[2] = {sqrt(squared[0]), sqrt(squared[1])};
+    const P sine_squared =
+        select(min(squared[0], squared[1]) > none, sine_squared_of_both, one); // a point is across everything
+    const P inverse_sine = one / max(sine_squared, P(1e-30)),
+            steep = min(sine_squared * P(1 / (shallow * shallow)), one), crossing = steep * (P(2.0) - steep),
             per_sine = select(steep < one, (P(2.0) - (steep + steep)) * P(1 / (shallow * shallow)), zero);
 
     VertexTerms<P> out;
@@ -127,16 +132,19 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
                 const Vec3<P> force = (push / max(distance_here, tiny)) * apart;
                 out.energy += shares * s.energy, out.normal += push;
                 out.force[0][1 + j] -= force, out.force[1][1 + k] += force;
-                slope[0][j] += P(0.25) * corner[1][k].share * s.energy, slope[1][k] += P(0.25) * corner[0][j].share * s.energy;
+                slope[0][j] += P(0.25) * corner[1][k].share * s.energy,
+                    slope[1][k] += P(0.25) * corner[0][j].share * s.energy;
             }
     P per_angle(0.0); // of the energy over S
     auto changes = zero > zero;
     for (int i = 0; i < 1 + both; ++i)
         for (const int j : {0, 1}) {
             const Corner& c = corner[i][j];
-            const P over_lying = slope[i][j] * c.per_lying, over_crossing = slope[i][j] * c.share_of_crossing * per_sine;
+            const P over_lying = slope[i][j] * c.per_lying,
+                    over_crossing = slope[i][j] * c.share_of_crossing * per_sine;
             per_angle += over_crossing - over_lying * c.lying * inverse_sine;
-            changes = changes | (over_lying < zero) | (over_lying > zero) | (over_crossing < zero) | (over_crossing > zero);
+            changes =
+                changes | (over_lying < zero) | (over_lying > zero) | (over_crossing < zero) | (over_crossing > zero);
         }
     if (any(changes)) {
         out.turns = bits_of(changes);
@@ -148,8 +156,9 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
                 const P bent = dot(c.bend, c.apart), by_length = half * c.curved * c.curved * bent;
                 const Vec3<P> of_next = (c.curved * c.longer) * (c.apart - dot(c.apart, c.outwards) * c.outwards) -
                                         by_length * c.outwards,
-                              of_inner = (c.curved * inverse_length[i]) * (c.apart - dot(c.apart, c.inwards) * c.inwards) +
-                                         by_length * c.inwards;
+                              of_inner =
+                                  (c.curved * inverse_length[i]) * (c.apart - dot(c.apart, c.inwards) * c.inwards) +
+                                  by_length * c.inwards;
                 const P along = dot(c.bend, edge[o]) * c.on_line;
                 const Vec3<P> of_foot = c.curved * (c.bend - along * edge[o]), of_edge = (c.curved * along) * c.apart;
                 out.force[i][3 * j] -= weight * of_next;
@@ -168,7 +177,8 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
     const P near = max(one - sine_squared * P(1 / (blend * blend)), zero);
     out.scale = one - near * near;
     // The nearest point beyond vertices, where neighbours have it: a straight one sees it in the same place.
-    const P cosine = dot(along[0], along[1]), inverse = one / max(sine_squared, P(shallow * shallow)), both_go = goes[0] * goes[1];
+    const P cosine = dot(along[0], along[1]), inverse = one / max(sine_squared, P(shallow * shallow)),
+            both_go = goes[0] * goes[1];
     Vec3<P> apart = from_first;
     P beyond_distance = distance;
     out.share[0] = element[0].share, out.share[1] = element[1].share;
@@ -191,7 +201,8 @@ template <int W, bool both> SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(Conta
             const P &share = element[i].share, s = share + part * there[i] * inverse_length[i];
             there[i] = select(share >= one, max(s, one), select(share <= zero, min(s, zero), clamp01(s)));
         }
-        const Vec3<P> between_them = fma(there[1], edge[1], element[1].node[1]) - fma(there[0], edge[0], element[0].node[1]);
+        const Vec3<P> between_them =
+            fma(there[1], edge[1], element[1].node[1]) - fma(there[0], edge[0], element[0].node[1]);
         const P distance_there = norm(between_them);
         const auto nearer = goes_on & (distance_there < distance);
         apart = select(nearer, between_them, from_first);

@@ -1,13 +1,14 @@
-// Contacts of elements with boxes near vertices, where neighbouring elements share them, and what else knows of vertices. Contacts
-// of elements with each other have energies at vertices instead (vertex_terms.hpp).                              theory.md (59e)
-//   An element reaches beyond its vertices by a share of its length, so that both neighbours see a contact at their vertex:
-//   w = u^2 (3 - 2 u),  u = (1 - x/D)/2 clamped to [0, 1],  D = that share of the shorter neighbour's length
-//   x: where the other element is nearest to the mean tangent of both neighbours, through the vertex; from there outwards
-// It is the same number for both neighbours, but for its sign, so shares sum to 1. A contact beyond the vertex is at s = 1 + x/|e|:
-// a straight neighbour sees it in the same place. At a corner that the other touches from outside both see the vertex. Where
-// elements are bent against each other by a fair part of the angle at which they cross the other, x and s disagree; x is therefore
-// held within D of (s - 1)|e|, s clamped to [0, 1]. Where they disagree by more, and where elements cross at a shallow angle, sine
-// below 0.25, a contact would go from one to the next within a step or two; there w goes over to 1, and each pushes by itself.
+// Contacts of elements with boxes near vertices, where neighbouring elements share them, and what else knows of
+// vertices. Contacts of elements with each other have energies at vertices instead (vertex_terms.hpp). theory.md (59e)
+//   An element reaches beyond its vertices by a share of its length, so that both neighbours see a contact at their
+//   vertex: w = u^2 (3 - 2 u),  u = (1 - x/D)/2 clamped to [0, 1],  D = that share of the shorter neighbour's length x:
+//   where the other element is nearest to the mean tangent of both neighbours, through the vertex; from there outwards
+// It is the same number for both neighbours, but for its sign, so shares sum to 1. A contact beyond the vertex is at s
+// = 1 + x/|e|: a straight neighbour sees it in the same place. At a corner that the other touches from outside both see
+// the vertex. Where elements are bent against each other by a fair part of the angle at which they cross the other, x
+// and s disagree; x is therefore held within D of (s - 1)|e|, s clamped to [0, 1]. Where they disagree by more, and
+// where elements cross at a shallow angle, sine below 0.25, a contact would go from one to the next within a step or
+// two; there w goes over to 1, and each pushes by itself.
 #pragma once
 
 #include "contact/broad_phase.hpp"
@@ -16,14 +17,18 @@
 
 namespace skein {
 
-constexpr double shallow = 0.25; ///< sine of the angle below which elements begin to push by themselves near their vertices
-constexpr double held = 0.25;    ///< by so much of D what both neighbours say of a contact's place may differ, before shares fade
-constexpr double blend = 0.05;   ///< sine of the angle below which elements meet at both ends of their overlap as well
+constexpr double shallow =
+    0.25; ///< sine of the angle below which elements begin to push by themselves near their vertices
+constexpr double held =
+    0.25; ///< by so much of D what both neighbours say of a contact's place may differ, before shares fade
+constexpr double blend = 0.05; ///< sine of the angle below which elements meet at both ends of their overlap as well
 
-/// Elements see contacts beyond their vertices so far, over their length: there they have no share in them, whatever is rounded.
+/// Elements see contacts beyond their vertices so far, over their length: there they have no share in them, whatever is
+/// rounded.
 constexpr double seen_beyond(double reach) { return (1 + held) * reach * (1 + 1e-6); }
 
-/// Where on an element a contact is: -1 and 1 near a vertex at its start and its end, 0 elsewhere, where no neighbour has a share.
+/// Where on an element a contact is: -1 and 1 near a vertex at its start and its end, 0 elsewhere, where no neighbour
+/// has a share.
 inline std::int8_t vertex_side(double s, unsigned vertices, double reach) {
     const double near = seen_beyond(reach);
     return static_cast<std::int8_t>(static_cast<int>((vertices & at_end) && s > 1 - near) -
@@ -58,17 +63,20 @@ template <class P> struct VertexShare {
 };
 
 /// `to_vertex`: way from the contact to the vertex, over the element's length, below 0 beyond; `edge`, `beyond`: of the
-/// element and of its neighbour there, both leading away from the vertex; `on_box`: the nearest point of the box. Cost: 60 flop, of
-/// which six divisions and roots.
-template <int W> SKEIN_INLINE VertexShare<Pack<W>> vertex_share(double reach, Pack<W> to_vertex, const Vec3<Pack<W>>& vertex,
-                                                                const Vec3<Pack<W>>& edge, const Vec3<Pack<W>>& beyond,
+/// element and of its neighbour there, both leading away from the vertex; `on_box`: the nearest point of the box. Cost:
+/// 60 flop, of which six divisions and roots.
+template <int W> SKEIN_INLINE VertexShare<Pack<W>> vertex_share(double reach, Pack<W> to_vertex,
+                                                                const Vec3<Pack<W>>& vertex, const Vec3<Pack<W>>& edge,
+                                                                const Vec3<Pack<W>>& beyond,
                                                                 const Vec3<Pack<W>>& on_box) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-60);
     const P length = max(norm(edge), tiny), next = max(norm(beyond), tiny), inverse = one / (length * next),
-            per_length = next * inverse, per_next = length * inverse, per_zone = P(1 / reach) * max(per_length, per_next);
+            per_length = next * inverse, per_next = length * inverse,
+            per_zone = P(1 / reach) * max(per_length, per_next);
     const Vec3<P> outwards = per_next * beyond - per_length * edge;
-    // The least of |vertex + y outwards - on_box|^2; where neighbours are folded together, which a trifle decides, y is near 0.
+    // The least of |vertex + y outwards - on_box|^2; where neighbours are folded together, which a trifle decides, y is
+    // near 0.
     const P squared = dot(outwards, outwards), y = -dot(outwards, vertex - on_box) / max(P(1 + 2.5e-5) * squared, tiny),
             within = -to_vertex * (length * per_zone),
             x = within + max(min(fma(y, sqrt(squared) * per_zone, -within), P(held)), P(-held));
@@ -77,8 +85,8 @@ template <int W> SKEIN_INLINE VertexShare<Pack<W>> vertex_share(double reach, Pa
             sqrt(max(fnma(P(0.25), squared, one), zero)) * per_zone};
 }
 
-/// c of (59e): 1 where neighbours share contacts, 0 where each pushes by itself. `bend`: that of VertexShare times the sum of
-/// radii.
+/// c of (59e): 1 where neighbours share contacts, 0 where each pushes by itself. `bend`: that of VertexShare times the
+/// sum of radii.
 template <int W> SKEIN_INLINE Pack<W> sharing(Pack<W> sine_squared, Pack<W> bend) {
     using P = Pack<W>;
     const P zero(0.0), one(1.0), steep = min(sine_squared * P(1 / (shallow * shallow)), one),

@@ -25,7 +25,8 @@ void add_sides(const Wall& box, std::vector<Wall>& out) {
     const double lower[] = {box.lower.x, box.lower.y, box.lower.z}, upper[] = {box.upper.x, box.upper.y, box.upper.z};
     for (int side = 0; side < 6; ++side) {
         const int axis = side / 2;
-        if (!(lower[axis] < upper[axis])) refuse(box, "the upper corner must lie beyond the lower one in every direction");
+        if (!(lower[axis] < upper[axis]))
+            refuse(box, "the upper corner must lie beyond the lower one in every direction");
         if (!has_side(box, box_side_names[side])) continue;
         const double inward = side % 2 ? -1 : 1;
         Wall plane = box;
@@ -52,9 +53,12 @@ void ServoSpec::fields(FieldVisitor& f) {
              .text = "name of the wall whose stress decides; of a box a side, as in \"box z-\"",
              .required = true},
             watch);
-    f.visit(
-        {.name = "area", .unit = "m^2", .text = "over which the force on the watched wall is spread", .required = true, .above = 0},
-        area);
+    f.visit({.name = "area",
+             .unit = "m^2",
+             .text = "over which the force on the watched wall is spread",
+             .required = true,
+             .above = 0},
+            area);
     f.visit({.name = "turn_back_above",
              .unit = "Pa",
              .text = "stress at which it turns back, with the weight of the rods",
@@ -67,22 +71,27 @@ void ServoSpec::fields(FieldVisitor& f) {
             turn_forth_below);
     f.visit({.name = "not_before",
              .unit = "m",
-             .text = "it turns forth only when its point, measured against its way forth, is beyond this: of a lid that goes down "
+             .text = "it turns forth only when its point, measured against its way forth, is beyond this: of a lid "
+                     "that goes down "
                      "z, the height"},
             not_before);
-    f.visit({.name = "cycles", .unit = "-", .text = "ways forth and back before it stops; 0: without end", .at_least = 0}, cycles);
     f.visit(
-        {.name = "average",
-         .unit = "s",
-         .text = "time over which the stress is averaged (exponentially), as rods that hit the watched wall make it jump; 0: none",
-         .at_least = 0},
-        average);
+        {.name = "cycles", .unit = "-", .text = "ways forth and back before it stops; 0: without end", .at_least = 0},
+        cycles);
+    f.visit({.name = "average",
+             .unit = "s",
+             .text = "time over which the stress is averaged (exponentially), as rods that hit the watched wall make "
+                     "it jump; 0: none",
+             .at_least = 0},
+            average);
     f.visit({.name = "approach",
              .unit = "m/s",
              .text = "speed at first, until something touches the wall or it is at approach_to; 0: as speed",
              .at_least = 0},
             approach);
-    f.visit({.name = "approach_to", .unit = "m", .text = "where its point, measured against its way forth, ends the approach"},
+    f.visit({.name = "approach_to",
+             .unit = "m",
+             .text = "where its point, measured against its way forth, ends the approach"},
             approach_to);
     f.visit({.name = "ends_run", .unit = "", .text = "the run ends when the last cycle is done"}, ends_run);
 }
@@ -95,24 +104,27 @@ void Wall::fields(FieldVisitor& f) {
     f.visit({.name = "axis", .unit = "-", .text = "tube: its direction"}, axis);
     f.visit({.name = "radius", .unit = "m", .text = "tube, ball", .at_least = 0}, radius);
     f.choice({.name = "side", .unit = "", .text = "tube, ball: where rods are"}, side, wall_side_names);
-    f.visit({.name = "lower", .unit = "m", .text = "box: corner with the smallest coordinates; rods are inside"}, lower);
+    f.visit({.name = "lower", .unit = "m", .text = "box: corner with the smallest coordinates; rods are inside"},
+            lower);
     f.visit({.name = "upper", .unit = "m", .text = "box: corner with the largest coordinates"}, upper);
     f.visit({.name = "open", .unit = "", .text = "box: sides left open, of x-, x+, y-, y+, z-, z+"}, open);
     law.fields(f);
     f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, rods);
-    f.choice(
-        {.name = "touches",
-         .unit = "",
-         .text = "what of the rods touches it: their surface, with round ends, or their axis, as if they were cut off flat and had "
-                 "no width"},
-        touches, wall_touch_names);
+    f.choice({.name = "touches",
+              .unit = "",
+              .text = "what of the rods touches it: their surface, with round ends, or their axis, as if they were cut "
+                      "off flat and had "
+                      "no width"},
+             touches, wall_touch_names);
     f.visit({.name = "allow_overlap",
              .unit = "",
-             .text =
-                 "free nodes may be behind it at the start, or in it by more than 0.1 of the diameter; with soft_until they may "
-                 "without it"},
+             .text = "free nodes may be behind it at the start, or in it by more than 0.1 of the diameter; with "
+                     "soft_until they may "
+                     "without it"},
             allow_overlap);
-    f.visit({.name = "velocity", .unit = "m/s", .text = "at which it moves steadily; with a servo the direction of its way forth"},
+    f.visit({.name = "velocity",
+             .unit = "m/s",
+             .text = "at which it moves steadily; with a servo the direction of its way forth"},
             velocity);
     f.visit({.name = "from", .unit = "s", .text = "time from which it moves", .at_least = 0}, from);
     f.table({.name = "servo", .unit = "", .text = "moves the wall forth and back by the stress on a wall"}, servo);

@@ -1,6 +1,6 @@
-// Walls that rods touch: planes, tubes, balls, and boxes, which are planes; at rest, moving steadily or driven by a servo. What a
-// scene says of them, and where they are. What they do to rods is in wall_pass.hpp. (A clamp's wall is another thing:
-// mechanics/elastic.hpp.)
+// Walls that rods touch: planes, tubes, balls, and boxes, which are planes; at rest, moving steadily or driven by a
+// servo. What a scene says of them, and where they are. What they do to rods is in wall_pass.hpp. (A clamp's wall is
+// another thing: mechanics/elastic.hpp.)
 #pragma once
 
 #include "contact/contact_law.hpp"
@@ -18,7 +18,8 @@ inline constexpr std::string_view wall_side_names[] = {"inside", "outside"};
 enum class WallTouch { surface, axis };
 inline constexpr std::string_view wall_touch_names[] = {"surface", "axis"};
 
-/// A wall that goes forth until a watched wall is pressed, back until it is relieved, and so on (servo.hpp). None where speed is 0.
+/// A wall that goes forth until a watched wall is pressed, back until it is relieved, and so on (servo.hpp). None where
+/// speed is 0.
 struct ServoSpec {
     double speed = 0;            ///< m/s
     std::string watch;           ///< wall whose stress decides
@@ -71,12 +72,12 @@ inline constexpr std::string_view box_side_names[] = {"x-", "x+", "y-", "y+", "z
 /// Whether a box has that side.
 bool has_side(const Wall& box, std::string_view side);
 
-/// The walls of a scene without boxes, directions of length 1: their planes, named after the box and the side ("box z-"). Throws
-/// InputError where numbers contradict each other.
+/// The walls of a scene without boxes, directions of length 1: their planes, named after the box and the side ("box
+/// z-"). Throws InputError where numbers contradict each other.
 std::vector<Wall> expanded(const std::vector<Wall>& walls);
 
-/// Walls of a scene, shared by passes and the interaction of walls, which sets the states of driven ones after each step; steady
-/// walls have none.
+/// Walls of a scene, shared by passes and the interaction of walls, which sets the states of driven ones after each
+/// step; steady walls have none.
 struct Walls {
     std::vector<Wall> wall;
     std::vector<WallState> state; ///< one per wall; of steady ones unused

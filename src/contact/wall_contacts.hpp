@@ -1,5 +1,6 @@
 // Contacts of the rods of one group with walls, per tile, lane and wall: forces of the last step, sums since the start,
-// and the springs of friction. Sums run along the rod and in time, lane by lane: the same bits for any ranks, threads and lanes.
+// and the springs of friction. Sums run along the rod and in time, lane by lane: the same bits for any ranks, threads
+// and lanes.
 #pragma once
 
 #include "contact/wall.hpp"
@@ -32,7 +33,8 @@ public:
     virtual ~WallContacts() = default;
     /// Zeros where the wall does not act.
     virtual WallFigures figures(RodPlace rod, int wall) const = 0;
-    /// Appends the force of each rod that pressed a wall at the last step, N: normal forces, and forces along a direction.
+    /// Appends the force of each rod that pressed a wall at the last step, N: normal forces, and forces along a
+    /// direction.
     virtual void append_normal(int wall, std::vector<double>& forces) const = 0;
     virtual void append_force(int wall, const Vec3d& direction, std::vector<double>& forces) const = 0;
     /// Largest overlap of a node with the wall at the last step, over its diameter.
@@ -53,15 +55,17 @@ public:
     };
     /// Contacts of the rods of one tile.
     struct TileContacts {
-        AlignedVector<Entry> entry;                  ///< [wall], of those that act on the group
-        AlignedVector<Work> work;                    ///< [wall]
-        AlignedVector<ContactMemory<double>> memory; ///< [point][wall][lane]: a line of the cache each, as few of them touch
-        std::vector<std::uint8_t> touched;           ///< [point][wall]: lanes whose springs may be other than zero, as bits
-        std::vector<std::uint8_t> near;              ///< [wall]: the tile's box is within reach at this step
-        std::vector<std::uint8_t> held;              ///< [wall]: some point touched at the last step
-        std::vector<std::size_t> looked_at;          ///< walls, in this step
-        std::vector<std::uint8_t> left, taken;       ///< [wall]: lanes of a point that touch it, to be worked on and under work
-        int lanes = 0;                               ///< that have rods of their own
+        AlignedVector<Entry> entry; ///< [wall], of those that act on the group
+        AlignedVector<Work> work;   ///< [wall]
+        AlignedVector<ContactMemory<double>>
+            memory;                         ///< [point][wall][lane]: a line of the cache each, as few of them touch
+        std::vector<std::uint8_t> touched;  ///< [point][wall]: lanes whose springs may be other than zero, as bits
+        std::vector<std::uint8_t> near;     ///< [wall]: the tile's box is within reach at this step
+        std::vector<std::uint8_t> held;     ///< [wall]: some point touched at the last step
+        std::vector<std::size_t> looked_at; ///< walls, in this step
+        std::vector<std::uint8_t> left,
+            taken;     ///< [wall]: lanes of a point that touch it, to be worked on and under work
+        int lanes = 0; ///< that have rods of their own
 
         ContactMemory<double>& memory_at(int point, std::size_t wall, int lane) {
             return memory[(static_cast<std::size_t>(point) * entry.size() + wall) * W + static_cast<std::size_t>(lane)];
@@ -90,7 +94,8 @@ public:
                 memory[i] = std::bit_cast<ContactMemory<double>>(one);
                 at += one.size();
             }
-            for (std::uint8_t& bits : touched) bits = static_cast<std::uint8_t>(bits | 1u << lane); // these have to be looked at
+            for (std::uint8_t& bits : touched)
+                bits = static_cast<std::uint8_t>(bits | 1u << lane); // these have to be looked at
             std::fill(held.begin(), held.end(), std::uint8_t{1});
             return at;
         }
@@ -143,7 +148,8 @@ public:
         if (at < 0) return {};
         const TileContacts& contacts = tiles_[tile];
         const Entry& e = contacts.entry[static_cast<std::size_t>(at)];
-        WallFigures all{lane(e.force, l), e.normal[l], e.touching[l], e.max_overlap[l], e.stiffness[l], e.elastic_energy[l]};
+        WallFigures all{lane(e.force, l), e.normal[l],    e.touching[l],
+                        e.max_overlap[l], e.stiffness[l], e.elastic_energy[l]};
         const Work& work = contacts.work[static_cast<std::size_t>(at)];
         all.friction_work = work.friction[l], all.viscous_work = work.viscous[l];
         return all;

@@ -1,10 +1,11 @@
-// Walls on the rods of one group.                                                                           theory.md (53)-(56)
-// Points of a rod touch walls, as balls: which they are, and what a load on one does, says `Points` (wall_points.hpp).
-// The wall is body 2 of the contact law: of infinite mass, its surface at distance d of the node, overlap g = r - d, n towards it;
-// so the arm is r - g/2, to the middle of the overlap, as between rods. The point's surface moves at v + w x arm. A tile whose box
-// is away from all walls costs no more than the box, a node no more than looking at the walls that the box is near. Springs are
-// kept by tile, node and wall, touched only where nodes touch. Cost: 7 flop per element where nothing is near; per plane near 5,
-// per tube 19, per ball 10; 250 per node and wall that touch.
+// Walls on the rods of one group.                                                                           theory.md
+// (53)-(56) Points of a rod touch walls, as balls: which they are, and what a load on one does, says `Points`
+// (wall_points.hpp). The wall is body 2 of the contact law: of infinite mass, its surface at distance d of the node,
+// overlap g = r - d, n towards it; so the arm is r - g/2, to the middle of the overlap, as between rods. The point's
+// surface moves at v + w x arm. A tile whose box is away from all walls costs no more than the box, a node no more than
+// looking at the walls that the box is near. Springs are kept by tile, node and wall, touched only where nodes touch.
+// Cost: 7 flop per element where nothing is near; per plane near 5, per tube 19, per ball 10; 250 per node and wall
+// that touch.
 #pragma once
 
 #include "contact/compress.hpp"
@@ -36,7 +37,8 @@ struct WallNow {
 template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W> {
 public:
     WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallContactTiles<W>> contacts)
-        : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group), slip_mobility_(slip_mobility(group)) {
+        : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group),
+          slip_mobility_(slip_mobility(group)) {
         for (const int w : contacts_->acting()) {
             law_.push_back(walls_->wall[static_cast<std::size_t>(w)].law.resolved(mass_at_wall(group)));
         }
@@ -52,19 +54,21 @@ public:
                 const auto at = static_cast<std::size_t>(contacts_->acting()[i]);
                 const Wall& wall = walls_->wall[at];
                 const WallState state = walls_->at(at, step.time);
-                const Vec3d point = wall.point + state.offset, direction = wall.kind == WallKind::tube ? wall.axis : wall.normal;
-                now_[static_cast<std::size_t>(step.slot) * acting() + i] = {wall.kind,
-                                                                            wall.side,
-                                                                            point,
-                                                                            direction,
-                                                                            dot(direction, point),
-                                                                            wall.radius,
-                                                                            wall.touches == WallTouch::axis ? 0.0 : 1.0,
-                                                                            state.velocity,
-                                                                            {wall.law.normal, wall.law.friction},
-                                                                            numbers_at(law_[i], step),
-                                                                            wall.law.over_forward(wall.law.kinetic_backward),
-                                                                            wall.law.over_forward(wall.law.kinetic_sideways)};
+                const Vec3d point = wall.point + state.offset,
+                            direction = wall.kind == WallKind::tube ? wall.axis : wall.normal;
+                now_[static_cast<std::size_t>(step.slot) * acting() + i] = {
+                    wall.kind,
+                    wall.side,
+                    point,
+                    direction,
+                    dot(direction, point),
+                    wall.radius,
+                    wall.touches == WallTouch::axis ? 0.0 : 1.0,
+                    state.velocity,
+                    {wall.law.normal, wall.law.friction},
+                    numbers_at(law_[i], step),
+                    wall.law.over_forward(wall.law.kinetic_backward),
+                    wall.law.over_forward(wall.law.kinetic_sideways)};
             }
     }
 
@@ -98,7 +102,8 @@ public:
                 std::uint8_t& touched = contacts.touched[static_cast<std::size_t>(i) * acting() + w];
                 unsigned now = 0;
                 if (contacts.near[w]) now = bits_of(P(wall[w].width * radius) > surface(wall[w], at).distance);
-                for (unsigned gone = touched & ~now; gone != 0; gone &= gone - 1) contacts.let_go(i, w, std::countr_zero(gone));
+                for (unsigned gone = touched & ~now; gone != 0; gone &= gone - 1)
+                    contacts.let_go(i, w, std::countr_zero(gone));
                 touched = contacts.left[w] = static_cast<std::uint8_t>(now);
                 contacts.held[w] = static_cast<std::uint8_t>(contacts.held[w] | (now != 0));
                 some |= now;
@@ -139,7 +144,8 @@ private:
         for (int i = 1; i < points_.count(rod); ++i) widen(box, points_.position(rod, i));
         return box;
     }
-    /// Marks the walls that the box is near. Round-off is monotonic: no node of the box is nearer to a plane than its corner.
+    /// Marks the walls that the box is near. Round-off is monotonic: no node of the box is nearer to a plane than its
+    /// corner.
     void find_near(const WallNow* wall, const Box& box, TileContacts& contacts) const {
         const Vec3<P> half = P(0.5) * (box.high - box.low), middle = P(0.5) * (box.high + box.low);
         for (std::size_t w = 0; w < acting(); ++w) {
@@ -206,7 +212,8 @@ private:
         }
     };
 
-    /// Takes for each lane the first wall left whose kind of law is that of the first one of all, if no other is to come before it.
+    /// Takes for each lane the first wall left whose kind of law is that of the first one of all, if no other is to
+    /// come before it.
     WallOfLanes take_walls(const WallNow* wall, TileContacts& contacts, int point, const Vec3<P>& at) const {
         WallOfLanes one;
         static thread_local ContactMemory<double> none;
@@ -234,8 +241,8 @@ private:
     }
 
     /// Forces of a point that some lanes have left to push with. Returns which have more.
-    [[gnu::noinline]] unsigned push(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall, TileContacts& contacts,
-                                    int point, const Vec3<P>& at, double radius) const {
+    [[gnu::noinline]] unsigned push(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall,
+                                    TileContacts& contacts, int point, const Vec3<P>& at, double radius) const {
         const WallOfLanes one = take_walls(wall, contacts, point, at);
         const Mask<W> lanes = where_set<W>(one.lanes, 1.0) > P(0.0);
         ContactState<P> state{};
@@ -247,8 +254,9 @@ private:
                    viscous_part = load_transposed<W>([&](int l) { return &one.memory[l]->viscous_part.x; });
         ContactMemory<P> memory{{spring.vector, spring.behind}, viscous_part.vector, viscous_part.behind};
         const Lie<P> lie{points_.axis(rod, point), one.backward, one.sideways};
-        const ContactForce<P> out = contact_force<W>(one.kinds, one.law, state, h, memory, {}, P(0.0),
-                                                     one.kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
+        const ContactForce<P> out =
+            contact_force<W>(one.kinds, one.law, state, h, memory, {}, P(0.0),
+                             one.kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
         points_.push(rod, load, point, lanes, out.on_1, out.arm_1 * out.moment);
         const P none(0.0);
         const Vec3<P> nowhere{none, none, none};

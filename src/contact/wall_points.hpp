@@ -14,7 +14,8 @@ inline std::size_t wall_points(const RodGroup& group) {
     return group.strained() ? static_cast<std::size_t>(group.slots()) : group.body()->point.size();
 }
 
-/// Where nothing touches not even a zero is added: it would turn -0 into 0, and other lanes decide whether this is reached.
+/// Where nothing touches not even a zero is added: it would turn -0 into 0, and other lanes decide whether this is
+/// reached.
 template <int W> SKEIN_INLINE void add_where(const Mask<W>& lanes, Pack<W>& to, const Pack<W>& more) {
     to = select(lanes, to + more, to);
 }
@@ -22,7 +23,8 @@ template <int W> SKEIN_INLINE void add_where(const Mask<W>& lanes, Vec3<Pack<W>>
     to = select(lanes, to + more, to);
 }
 
-/// Nodes, with the mean of their elements' radii at rest and of their lab spins; half of a couple goes to each of these elements.
+/// Nodes, with the mean of their elements' radii at rest and of their lab spins; half of a couple goes to each of these
+/// elements.
 template <int W> class RodNodes {
 public:
     using P = Pack<W>;

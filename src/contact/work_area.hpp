@@ -18,11 +18,12 @@ template <int W> SKEIN_INLINE Vec3<Pack<W>> between(const Vec3<Pack<W>>& a, cons
     return fma(share, b - a, a);
 }
 
-/// Direction from one axis to the other where they intersect: across both, or across one of them where they are parallel.
+/// Direction from one axis to the other where they intersect: across both, or across one of them where they are
+/// parallel.
 template <int N> Vec3<Pack<N>> across(const Vec3<Pack<N>>& d1, const Vec3<Pack<N>>& d2) {
     using Q = Pack<N>;
-    const Vec3<Q> both = cross(d1, d2),
-                  one = cross(d1, select(abs(d1.x) < abs(d1.y), Vec3<Q>{Q(1.0), Q(0.0), Q(0.0)}, Vec3<Q>{Q(0.0), Q(1.0), Q(0.0)}));
+    const Vec3<Q> both = cross(d1, d2), one = cross(d1, select(abs(d1.x) < abs(d1.y), Vec3<Q>{Q(1.0), Q(0.0), Q(0.0)},
+                                                               Vec3<Q>{Q(0.0), Q(1.0), Q(0.0)}));
     const Vec3<Q> some = select(dot(both, both) > Q(1e-24) * dot(d1, d1) * dot(d2, d2), both, one);
     return (Q(1.0) / max(norm(some), Q(1e-300))) * some;
 }
@@ -31,7 +32,8 @@ inline Vec3d edge(const Exposure& c, std::uint32_t slot) { return c.node[slot + 
 
 } // namespace detail
 
-/// Pairs of a block in contact, left-packed, in order of pairs; then that order filled up to whole packs. Belongs to a thread.
+/// Pairs of a block in contact, left-packed, in order of pairs; then that order filled up to whole packs. Belongs to a
+/// thread.
 struct Contacts::WorkArea {
     static constexpr int W = 8;
     enum Number {
@@ -140,7 +142,8 @@ struct Contacts::Sums {
         const auto counted = counts > P(0.0);
         const auto of = [&](P value) { return bits == 0xff ? value : select(counted, value, P(0.0)); };
         max_stiffness = max(max_stiffness, of(stiffness));
-        elastic_energy.add(of(energy), bins), friction_work.add(of(friction), bins), viscous_work.add(of(viscous), bins);
+        elastic_energy.add(of(energy), bins), friction_work.add(of(friction), bins),
+            viscous_work.add(of(viscous), bins);
     }
     template <int N> SKEIN_INLINE void add_energy(Pack<N> energy, unsigned bits) {
         alignas(64) double lane[W] = {};
@@ -177,7 +180,8 @@ SKEIN_INLINE std::uint32_t Contacts::neighbour(const Exposure& bodies, std::uint
     return edge_[slot + at_end] == 0 ? slot + (at_end ? 1u : ~0u) : bodies.beside(slot, at_end ? 1 : -1);
 }
 
-template <int N> SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, const Pair* pair) const {
+template <int N>
+SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, const Pair* pair) const {
     using Q = Pack<N>;
     auto all = numbers_[0].as<Q>();
     if (laws_.materials() == 1) return all;

@@ -23,7 +23,9 @@ BinnedTotal BinnedTotal::of(std::span<const double, parts> numbers) const {
     return total;
 }
 
-double BinnedTotal::unit(std::size_t part) const { return std::ldexp(unit_, SumBins::bits * static_cast<int>(parts - 1 - part)); }
+double BinnedTotal::unit(std::size_t part) const {
+    return std::ldexp(unit_, SumBins::bits * static_cast<int>(parts - 1 - part));
+}
 
 void BinnedTotal::add(const BinnedSum<double>& sum) {
     for (std::size_t i = 1; i < parts; ++i) add_at(i, sum.part[i - 1]);

@@ -1,7 +1,7 @@
-// Sums with the same bits for any order and grouping of the terms, at the cost of some additions a term: each is split into whole
-// multiples of three units, 2^40 apart, whose sums are exact. What is left of a term, half of the last unit at most, is rounded
-// once and for itself. Binned summation: Ahrens, Demmel, Nguyen, ACM Trans. Math. Softw. 46 (2020) 22; here with units that do not
-// depend on the terms.
+// Sums with the same bits for any order and grouping of the terms, at the cost of some additions a term: each is split
+// into whole multiples of three units, 2^40 apart, whose sums are exact. What is left of a term, half of the last unit
+// at most, is rounded once and for itself. Binned summation: Ahrens, Demmel, Nguyen, ACM Trans. Math. Softw. 46 (2020)
+// 22; here with units that do not depend on the terms.
 #pragma once
 
 #include "skein/core/pack.hpp"
@@ -12,8 +12,8 @@
 
 namespace skein {
 
-/// Units of a sum: 2^-40, 2^-80 and 2^-120 of the power of two at or below `largest`, which terms hardly exceed; of a number that
-/// is not positive and finite those of 1. Sums of 2^13 such terms are exact before they go into a total.
+/// Units of a sum: 2^-40, 2^-80 and 2^-120 of the power of two at or below `largest`, which terms hardly exceed; of a
+/// number that is not positive and finite those of 1. Sums of 2^13 such terms are exact before they go into a total.
 class SumBins {
 public:
     static constexpr int count = 3, bits = 40;

@@ -1,10 +1,10 @@
-// Closest points of two segments p1 + s d1 and p2 + t d2, s and t in [0, 1] or in wider ranges, for W pairs at once.  theory.md
-// (52)
-//   The quadratic |r + s d1 - t d2|^2, r = p1 - p2, is convex: the free minimum in s, clamped, then that in t, clamped, then s
-//   again. Parallel segments: every s whose point has a foot on the other is as near; the middle of these is taken, with both
-//   segments as they are without what a range adds to them.
-// Segments without length are points. Where the sine of the angle is below 1e-7 round-off decides, and the middle is taken too.
-// Source: Ericson 2005, Real-Time Collision Detection, section 5.1.9. Cost: 90 flop and a division.
+// Closest points of two segments p1 + s d1 and p2 + t d2, s and t in [0, 1] or in wider ranges, for W pairs at once.
+// theory.md (52)
+//   The quadratic |r + s d1 - t d2|^2, r = p1 - p2, is convex: the free minimum in s, clamped, then that in t, clamped,
+//   then s again. Parallel segments: every s whose point has a foot on the other is as near; the middle of these is
+//   taken, with both segments as they are without what a range adds to them.
+// Segments without length are points. Where the sine of the angle is below 1e-7 round-off decides, and the middle is
+// taken too. Source: Ericson 2005, Real-Time Collision Detection, section 5.1.9. Cost: 90 flop and a division.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -35,7 +35,8 @@ template <int W> SKEIN_INLINE ClosestPoints<Pack<W>> closest_points(const Vec3<P
     const P zero(0.0), one(1.0), tiny(1e-60), parallel(1e-14);
     const Vec3<P> r = p1 - p2;
     const P a = dot(d1, d1), e = dot(d2, d2), b = dot(d1, d2), c = dot(d1, r), f = dot(d2, r);
-    const P some_a = max(a, tiny), some_e = max(e, tiny), both = some_a * some_e, denominator = max(a * e - b * b, zero);
+    const P some_a = max(a, tiny), some_e = max(e, tiny), both = some_a * some_e,
+            denominator = max(a * e - b * b, zero);
     const P some_denominator = max(denominator, parallel * both);
     const P inverse = one / (both * some_denominator); // one division for three
     const P inv_a = some_e * some_denominator * inverse, inv_e = some_a * some_denominator * inverse;

@@ -41,8 +41,8 @@ inline constexpr double mean_decay[] = {1.0,
                                         2.3200975871202737e-08,
                                         -1.3221480811326931e-09};
 
-/// Lanes outside [0, 1], out of line: rates are seldom so large over one step, and only fourth-order schemes step back. Above 1
-/// nothing cancels in 1 - exp(-z); below 0, phi1(z) = exp(-z) phi1(-z).
+/// Lanes outside [0, 1], out of line: rates are seldom so large over one step, and only fourth-order schemes step back.
+/// Above 1 nothing cancels in 1 - exp(-z); below 0, phi1(z) = exp(-z) phi1(-z).
 template <int W> [[gnu::noinline]] void decay_rarely(Pack<W> z, Decay<W>& d) {
     using P = Pack<W>;
     const P size = abs(z), mean = polynomial(size, mean_decay);
@@ -62,11 +62,13 @@ template <int W> SKEIN_INLINE Decay<W> decay(Pack<W> z) {
     return d;
 }
 
-/// The implicit midpoint's a = (2 - z)/(2 + z), 0 above z = 2, and b = (1 - a)/z, of two exponents for one division; z >= 0.
+/// The implicit midpoint's a = (2 - z)/(2 + z), 0 above z = 2, and b = (1 - a)/z, of two exponents for one division; z
+/// >= 0.
 template <int W> struct TwoDecays { Decay<W> x, z; };
 template <int W> SKEIN_INLINE TwoDecays<W> midpoint_decays(Pack<W> x, Pack<W> z) {
     using P = Pack<W>;
-    const P inv_x = max(x, fma(P(0.5), x, P(1.0))), inv_z = max(z, fma(P(0.5), z, P(1.0))); // 1/b: 1 + z/2, and z above 2
+    const P inv_x = max(x, fma(P(0.5), x, P(1.0))),
+            inv_z = max(z, fma(P(0.5), z, P(1.0))); // 1/b: 1 + z/2, and z above 2
     const P both = P(1.0) / (inv_x * inv_z), mean_x = both * inv_z, mean_z = both * inv_x;
     return {{max(P(0.0), fnma(x, mean_x, P(1.0))), mean_x}, {max(P(0.0), fnma(z, mean_z, P(1.0))), mean_z}};
 }

@@ -18,7 +18,8 @@ inline std::uint64_t hash_mixed(std::uint64_t h) {
 }
 } // namespace detail
 
-/// Hash of numbers that belong to a rod (FNV-like over 64-bit words, finalised): the beginning, a step for each number, the end.
+/// Hash of numbers that belong to a rod (FNV-like over 64-bit words, finalised): the beginning, a step for each number,
+/// the end.
 inline std::uint64_t hash_begin(std::int64_t gid) {
     return detail::hash_mixed(static_cast<std::uint64_t>(gid) + detail::hash_prime);
 }

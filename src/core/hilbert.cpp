@@ -1,5 +1,5 @@
-// Hilbert index in three dimensions by J. Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 381 (2004): the cell's
-// coordinates become the index's bits by undoing, level by level, the turns of the curve, then a Gray code.
+// Hilbert index in three dimensions by J. Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 381 (2004):
+// the cell's coordinates become the index's bits by undoing, level by level, the turns of the curve, then a Gray code.
 // Cost: 60 bit operations per level of 3 bits.
 #include "core/hilbert.hpp"
 

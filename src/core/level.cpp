@@ -17,9 +17,9 @@ int processor_lanes() {
     const auto all = [](auto... has) { return (has && ...); };
     const bool v3 = all(__builtin_cpu_supports("avx2"), __builtin_cpu_supports("fma"), __builtin_cpu_supports("bmi"),
                         __builtin_cpu_supports("bmi2"));
-    const bool v4 =
-        v3 && all(__builtin_cpu_supports("avx512f"), __builtin_cpu_supports("avx512bw"), __builtin_cpu_supports("avx512cd"),
-                  __builtin_cpu_supports("avx512dq"), __builtin_cpu_supports("avx512vl"));
+    const bool v4 = v3 && all(__builtin_cpu_supports("avx512f"), __builtin_cpu_supports("avx512bw"),
+                              __builtin_cpu_supports("avx512cd"), __builtin_cpu_supports("avx512dq"),
+                              __builtin_cpu_supports("avx512vl"));
     return v4 ? 8 : v3 ? 4 : 2;
 #else
     return 2;

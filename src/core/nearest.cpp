@@ -41,7 +41,8 @@ std::string_view nearest_name(std::string_view given, std::span<const std::strin
 }
 
 std::string suggestion(std::string_view given, std::span<const std::string_view> names, std::string_view otherwise) {
-    if (const std::string_view near = nearest_name(given, names); !near.empty()) return fmt::format("; did you mean '{}'?", near);
+    if (const std::string_view near = nearest_name(given, names); !near.empty())
+        return fmt::format("; did you mean '{}'?", near);
     return fmt::format("; {} {}", otherwise, joined(names));
 }
 

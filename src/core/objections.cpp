@@ -11,8 +11,8 @@ void Objections::unused(std::initializer_list<std::string_view> keys, const std:
 
 void Objections::length(std::string_view key, std::size_t has, long needs, const std::string& why) {
     if (static_cast<long>(has) == needs) return;
-    add(key, "'" + std::string(key) + "' has " + std::to_string(has) + " value" + (has == 1 ? "" : "s") + ", but needs " +
-                 std::to_string(needs) + ": " + why);
+    add(key, "'" + std::string(key) + "' has " + std::to_string(has) + " value" + (has == 1 ? "" : "s") +
+                 ", but needs " + std::to_string(needs) + ": " + why);
 }
 
 std::string number_text(double x) {

@@ -6,7 +6,8 @@
 namespace skein {
 
 PrincipalAxes principal_axes(const SymmetricMatrix& a) {
-    double m[3][3] = {{a.xx, a.xy, a.xz}, {a.xy, a.yy, a.yz}, {a.xz, a.yz, a.zz}}, v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    double m[3][3] = {{a.xx, a.xy, a.xz}, {a.xy, a.yy, a.yz}, {a.xz, a.yz, a.zz}},
+           v[3][3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     double size = 0;
     for (const auto& row : m)
         for (const double x : row) size = std::max(size, std::abs(x));
@@ -26,7 +27,8 @@ PrincipalAxes principal_axes(const SymmetricMatrix& a) {
         }
     };
     for (int sweep = 0; sweep < 12; ++sweep) rotate(0, 1), rotate(0, 2), rotate(1, 2); // quadratic: 5 do
-    return {{m[0][0], m[1][1], m[2][2]}, {{v[0][0], v[0][1], v[0][2]}, {v[1][0], v[1][1], v[1][2]}, {v[2][0], v[2][1], v[2][2]}}};
+    return {{m[0][0], m[1][1], m[2][2]},
+            {{v[0][0], v[0][1], v[0][2]}, {v[1][0], v[1][1], v[1][2]}, {v[2][0], v[2][1], v[2][2]}}};
 }
 
 } // namespace skein

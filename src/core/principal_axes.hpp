@@ -1,5 +1,5 @@
-// Eigenvalues and eigenvectors of a symmetric 3x3 matrix by Jacobi's rotations, to round-off. Three by three, and at set-up alone:
-// no library is worth its weight for it.
+// Eigenvalues and eigenvectors of a symmetric 3x3 matrix by Jacobi's rotations, to round-off. Three by three, and at
+// set-up alone: no library is worth its weight for it.
 #pragma once
 
 #include "skein/core/vec3.hpp"

@@ -61,8 +61,8 @@ void large_relative_rotation(const Pack<W>& half_cosine, const Vec3<Pack<W>>& ha
     }
 }
 
-#define SKEIN_LARGE_ROTATIONS(W)                                                                                                   \
-    template void large_half_angle(const Pack<W>&, HalfAngle<Pack<W>>&);                                                           \
+#define SKEIN_LARGE_ROTATIONS(W)                                                                                       \
+    template void large_half_angle(const Pack<W>&, HalfAngle<Pack<W>>&);                                               \
     template void large_relative_rotation(const Pack<W>&, const Vec3<Pack<W>>&, RelativeRotation<Pack<W>>&)
 SKEIN_LARGE_ROTATIONS(1);
 SKEIN_LARGE_ROTATIONS(2);

@@ -11,8 +11,12 @@ namespace detail {
 // Chebyshev interpolants in t^2 on [0, 1/16], relative errors 1e-16 and 1e-18: the length of a quaternion is safe.
 inline constexpr double sin_over_t[] = {1.0, -0.16666666666662938, 0.008333333328559567, -0.0001984124845280886,
                                         2.751820077874892e-06};
-inline constexpr double cos_t[] = {
-    1.0, -0.49999999999999994, 0.04166666666665361, -0.0013888888879977843, 2.4801559801962674e-05, -2.751820049899299e-07};
+inline constexpr double cos_t[] = {1.0,
+                                   -0.49999999999999994,
+                                   0.04166666666665361,
+                                   -0.0013888888879977843,
+                                   2.4801559801962674e-05,
+                                   -2.751820049899299e-07};
 inline constexpr double small_half_angle_squared = 0.0625;
 // In y = 1 - cos(theta/2), interpolants on [0, 0.0315], relative errors 2e-17 and 9e-16: theta/sin(theta/2), and
 // g = (1 - (theta/2) cot(theta/2))/theta^2. With y and not sin^2 the nearest singularity is twice as far.
@@ -53,7 +57,9 @@ template <int W> SKEIN_INLINE Quaternion<Pack<W>> rotation_by_twice(const Vec3<P
     const HalfAngle<Pack<W>> f = half_angle(dot(half, half));
     return {f.cosine, f.sine_over * half};
 }
-template <int W> SKEIN_INLINE Quaternion<Pack<W>> rotation(const Vec3<Pack<W>>& u) { return rotation_by_twice(Pack<W>(0.5) * u); }
+template <int W> SKEIN_INLINE Quaternion<Pack<W>> rotation(const Vec3<Pack<W>>& u) {
+    return rotation_by_twice(Pack<W>(0.5) * u);
+}
 inline Quaterniond rotation(const Vec3d& u) { return lane(rotation(broadcast<1>(u)), 0); }
 
 /// log(A B^T), the rotation vector that takes frame B to frame A, |log| < pi; and g of its derivative, theory.md (7).
@@ -67,15 +73,16 @@ template <int W> [[gnu::noinline, gnu::cold]] void
 large_relative_rotation(const Pack<W>& half_cosine, const Vec3<Pack<W>>& half_sine, RelativeRotation<Pack<W>>& r);
 } // namespace detail
 
-template <int W>
-SKEIN_INLINE RelativeRotation<Pack<W>> relative_rotation_and_jacobian(const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {
+template <int W> SKEIN_INLINE RelativeRotation<Pack<W>> relative_rotation_and_jacobian(const Quaternion<Pack<W>>& a,
+                                                                                       const Quaternion<Pack<W>>& b) {
     using P = Pack<W>;
     const P half_cosine = dot(a, b);
     const Vec3<P> half_sine{fma(b.w, a.v.x, fnma(a.w, b.v.x, fma(a.v.y, b.v.z, -(a.v.z * b.v.y)))),
                             fma(b.w, a.v.y, fnma(a.w, b.v.y, fma(a.v.z, b.v.x, -(a.v.x * b.v.z)))),
                             fma(b.w, a.v.z, fnma(a.w, b.v.z, fma(a.v.x, b.v.y, -(a.v.y * b.v.x))))};
     const P versine = P(1.0) - half_cosine;
-    RelativeRotation<P> r{polynomial(versine, detail::angle_over_half_sine) * half_sine, polynomial(versine, detail::log_jacobian)};
+    RelativeRotation<P> r{polynomial(versine, detail::angle_over_half_sine) * half_sine,
+                          polynomial(versine, detail::log_jacobian)};
     if (any(versine > P(detail::small_versine))) [[unlikely]] {
         const P cosine = half_cosine;
         const Vec3<P> sine = half_sine;
@@ -85,7 +92,8 @@ SKEIN_INLINE RelativeRotation<Pack<W>> relative_rotation_and_jacobian(const Quat
     }
     return r;
 }
-template <int W> SKEIN_INLINE Vec3<Pack<W>> relative_rotation(const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {
+template <int W>
+SKEIN_INLINE Vec3<Pack<W>> relative_rotation(const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {
     return relative_rotation_and_jacobian(a, b).log;
 }
 inline Vec3d relative_rotation(const Quaterniond& a, const Quaterniond& b) {

@@ -8,9 +8,24 @@
 
 namespace skein {
 
-inline double wall_seconds() { return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count(); }
+inline double wall_seconds() {
+    return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
 
-enum class Phase { setup, rods, exchange, search, contacts, fluid, markers, balance, observe, output, checkpoint, agree };
+enum class Phase {
+    setup,
+    rods,
+    exchange,
+    search,
+    contacts,
+    fluid,
+    markers,
+    balance,
+    observe,
+    output,
+    checkpoint,
+    agree
+};
 inline constexpr std::string_view phase_names[] = {"setup",   "rods",    "exchange", "search", "contacts",   "fluid",
                                                    "markers", "balance", "observe",  "output", "checkpoint", "agree"};
 inline constexpr std::size_t phase_count = std::size(phase_names);

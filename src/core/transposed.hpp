@@ -1,5 +1,5 @@
-// Four numbers of W records each, transposed: a vector and what lies behind it. at(lane): where those of a lane are, on a multiple
-// of 32 bytes; a function, as pointers by the dozen would go through memory.
+// Four numbers of W records each, transposed: a vector and what lies behind it. at(lane): where those of a lane are, on
+// a multiple of 32 bytes; a function, as pointers by the dozen would go through memory.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -28,8 +28,10 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
     } else if constexpr (W == 4) {
         const auto row = [&](int i) __attribute__((always_inline)) { return *reinterpret_cast<const Four*>(at(i)); };
         const auto r0 = row(0), r1 = row(1), r2 = row(2), r3 = row(3);
-        const auto even01 = __builtin_shufflevector(r0, r1, 0, 4, 2, 6), odd01 = __builtin_shufflevector(r0, r1, 1, 5, 3, 7);
-        const auto even23 = __builtin_shufflevector(r2, r3, 0, 4, 2, 6), odd23 = __builtin_shufflevector(r2, r3, 1, 5, 3, 7);
+        const auto even01 = __builtin_shufflevector(r0, r1, 0, 4, 2, 6),
+                   odd01 = __builtin_shufflevector(r0, r1, 1, 5, 3, 7);
+        const auto even23 = __builtin_shufflevector(r2, r3, 0, 4, 2, 6),
+                   odd23 = __builtin_shufflevector(r2, r3, 1, 5, 3, 7);
         const auto low = [](auto a, auto b) __attribute__((always_inline)) {
             return Pack<W>(__builtin_shufflevector(a, b, 0, 1, 4, 5));
         };
@@ -39,8 +41,8 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
         return {{low(even01, even23), low(odd01, odd23), high(even01, even23)}, high(odd01, odd23)};
     } else if constexpr (W == 8) {
         const auto two = [&](int i) __attribute__((always_inline)) {
-            return __builtin_shufflevector(*reinterpret_cast<const Four*>(at(i)), *reinterpret_cast<const Four*>(at(i + 4)), 0, 1,
-                                           2, 3, 4, 5, 6, 7);
+            return __builtin_shufflevector(*reinterpret_cast<const Four*>(at(i)),
+                                           *reinterpret_cast<const Four*>(at(i + 4)), 0, 1, 2, 3, 4, 5, 6, 7);
         };
         const auto r0 = two(0), r1 = two(1), r2 = two(2), r3 = two(3);
         const auto even01 = __builtin_shufflevector(r0, r1, 0, 8, 2, 10, 4, 12, 6, 14),
@@ -63,11 +65,13 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
     }
 }
 
-template <int W, class At> SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& behind, At&& at) {
+template <int W, class At>
+SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& behind, At&& at) {
     using Four [[maybe_unused]] = detail::FourDoubles;
     if constexpr (Wide<W> && W > 2) {
         store_transposed<W / 2>({vector.x.low, vector.y.low, vector.z.low}, behind.low, at);
-        store_transposed<W / 2>({vector.x.high, vector.y.high, vector.z.high}, behind.high, [&](int i) { return at(i + W / 2); });
+        store_transposed<W / 2>({vector.x.high, vector.y.high, vector.z.high}, behind.high,
+                                [&](int i) { return at(i + W / 2); });
     } else if constexpr (W == 4) {
         const auto xy_even = __builtin_shufflevector(vector.x.v, vector.y.v, 0, 4, 2, 6), // of records 0 and 2
             xy_odd = __builtin_shufflevector(vector.x.v, vector.y.v, 1, 5, 3, 7);         // of records 1 and 3

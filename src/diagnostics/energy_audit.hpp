@@ -7,7 +7,8 @@
 
 namespace skein {
 
-inline constexpr std::string_view audit_names[] = {"work_loads[J]", "work_walls[J]", "dissipated[J]", "energy_defect[J]"};
+inline constexpr std::string_view audit_names[] = {"work_loads[J]", "work_walls[J]", "dissipated[J]",
+                                                   "energy_defect[J]"};
 
 /// Kinetic and elastic energy at one time, and what was done since the rods were made, J.
 struct EnergyAudit {

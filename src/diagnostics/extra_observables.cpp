@@ -31,7 +31,8 @@ void add_curvature(ExtraFigures& f, const RodGroup& group, std::span<const Slot<
         f.sum[ExtraFigures::twist_length] += phi.z;
         f.sum[ExtraFigures::cell_length] += 1 / inv_length;
         f.extreme[ExtraFigures::bend] = std::max(f.extreme[ExtraFigures::bend], inv_length * bend);
-        f.extreme[ExtraFigures::twist_rate] = std::max(f.extreme[ExtraFigures::twist_rate], inv_length * std::abs(phi.z));
+        f.extreme[ExtraFigures::twist_rate] =
+            std::max(f.extreme[ExtraFigures::twist_rate], inv_length * std::abs(phi.z));
     }
 }
 
@@ -72,9 +73,10 @@ std::vector<std::string> extra_names(const ObservableSets& sets) {
     const auto add = [&](bool wanted, std::initializer_list<const char*> some) {
         if (wanted) names.insert(names.end(), some.begin(), some.end());
     };
-    add(sets.angular_momentum, {"angular_momentum_x[kg m^2/s]", "angular_momentum_y[kg m^2/s]", "angular_momentum_z[kg m^2/s]"});
-    add(sets.curvature,
-        {"mean_bend_curvature[1/m]", "max_bend_curvature[1/m]", "mean_twist_per_length[rad/m]", "max_twist_per_length[rad/m]"});
+    add(sets.angular_momentum,
+        {"angular_momentum_x[kg m^2/s]", "angular_momentum_y[kg m^2/s]", "angular_momentum_z[kg m^2/s]"});
+    add(sets.curvature, {"mean_bend_curvature[1/m]", "max_bend_curvature[1/m]", "mean_twist_per_length[rad/m]",
+                         "max_twist_per_length[rad/m]"});
     add(sets.knots, {"twist[turns]", "writhe[turns]", "link[turns]"});
     add(sets.order, {"axis_order[-]", "nematic_order[-]"});
     return names;
@@ -89,7 +91,8 @@ ExtraFigures extra_figures(const RodGroup& group, std::span<const Slot<1>> state
     return f;
 }
 
-std::vector<double> extra_values(const Communicator& comm, std::span<const ExtraFigures> rods, const ObservableSets& sets) {
+std::vector<double> extra_values(const Communicator& comm, std::span<const ExtraFigures> rods,
+                                 const ObservableSets& sets) {
     using F = ExtraFigures;
     std::vector<std::vector<double>> columns(F::sums, std::vector<double>(rods.size()));
     std::array<double, F::extremes> extreme{};
@@ -106,7 +109,8 @@ std::vector<double> extra_values(const Communicator& comm, std::span<const Extra
     };
     const double length = sum[F::cell_length] > 0 ? sum[F::cell_length] : 1; // rods of one element have no cell
     add(sets.angular_momentum, {sum[F::angular_x], sum[F::angular_y], sum[F::angular_z]});
-    add(sets.curvature, {sum[F::bend_length] / length, extreme[F::bend], sum[F::twist_length] / length, extreme[F::twist_rate]});
+    add(sets.curvature,
+        {sum[F::bend_length] / length, extreme[F::bend], sum[F::twist_length] / length, extreme[F::twist_rate]});
     const double directed = std::max(sum[F::directed], 1.0);
     add(sets.knots, {sum[F::twist], sum[F::writhe], sum[F::twist] + sum[F::writhe]});
     add(sets.order, {sum[F::along_axes] / directed, std::hypot(sum[F::cosine], sum[F::sine]) / directed});

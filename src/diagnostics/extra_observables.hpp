@@ -1,5 +1,5 @@
-// Observables that a scene asks for by name (`[output] observables`): angular momentum, curvature, knots, order. What is not asked
-// for is neither computed nor sent.
+// Observables that a scene asks for by name (`[output] observables`): angular momentum, curvature, knots, order. What
+// is not asked for is neither computed nor sent.
 #pragma once
 
 #include "parallel/communicator.hpp"
@@ -49,6 +49,7 @@ struct ExtraFigures {
 ExtraFigures extra_figures(const RodGroup& group, std::span<const Slot<1>> state, const ObservableSets& sets);
 
 /// Values over the rods of all ranks, the same bits for any distribution of them. Collective.
-std::vector<double> extra_values(const Communicator& comm, std::span<const ExtraFigures> rods, const ObservableSets& sets);
+std::vector<double> extra_values(const Communicator& comm, std::span<const ExtraFigures> rods,
+                                 const ObservableSets& sets);
 
 } // namespace skein

@@ -9,13 +9,15 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-std::size_t segments(std::span<const Vec3d> node, Curve curve) { return curve == Curve::closed ? node.size() : node.size() - 1; }
+std::size_t segments(std::span<const Vec3d> node, Curve curve) {
+    return curve == Curve::closed ? node.size() : node.size() - 1;
+}
 
 const Vec3d& after(std::span<const Vec3d> node, std::size_t i) { return node[i + 1 < node.size() ? i + 1 : 0]; }
 
-/// Gauss's integral over two straight segments, 1 to 2 and 3 to 4: the solid angle of the parallelogram of all vectors between
-/// them, over 4 pi. It is cut into two triangles; tan(Omega/2) = a.(b x c)/(|a||b||c| + (a.b)|c| + (b.c)|a| + (c.a)|b|)
-/// (van Oosterom & Strackee 1983), with the same triple product for both.
+/// Gauss's integral over two straight segments, 1 to 2 and 3 to 4: the solid angle of the parallelogram of all vectors
+/// between them, over 4 pi. It is cut into two triangles; tan(Omega/2) = a.(b x c)/(|a||b||c| + (a.b)|c| + (b.c)|a| +
+/// (c.a)|b|) (van Oosterom & Strackee 1983), with the same triple product for both.
 double segment_pair(const Vec3d& x1, const Vec3d& x2, const Vec3d& x3, const Vec3d& x4) {
     const Vec3d a = x3 - x1, b = x4 - x1, c = x4 - x2, d = x3 - x2;
     const double na = norm(a), nb = norm(b), nc = norm(c), nd = norm(d);
@@ -100,12 +102,13 @@ double writhe(std::span<const Vec3d> node, Curve curve) {
 double linking(std::span<const Vec3d> a, Curve curve_a, std::span<const Vec3d> b, Curve curve_b) {
     double sum = 0;
     for (std::size_t i = 0; i < segments(a, curve_a); ++i)
-        for (std::size_t j = 0; j < segments(b, curve_b); ++j) sum += segment_pair(a[i], after(a, i), b[j], after(b, j));
+        for (std::size_t j = 0; j < segments(b, curve_b); ++j)
+            sum += segment_pair(a[i], after(a, i), b[j], after(b, j));
     return sum;
 }
 
-double auxiliary_link(std::span<const Vec3d> node, std::span<const Vec3d> d1, std::span<const double> radius, double length,
-                      EndSegments kind) {
+double auxiliary_link(std::span<const Vec3d> node, std::span<const Vec3d> d1, std::span<const double> radius,
+                      double length, EndSegments kind) {
     std::vector<Vec3d> auxiliary(node.begin(), node.end());
     for (std::size_t i = 0; i < node.size(); ++i) {
         const std::size_t k = i == 0 ? 0 : i - 1;

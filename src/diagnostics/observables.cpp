@@ -29,7 +29,8 @@ void add_extra(std::vector<ExtraFigures>& extra, std::span<const RodGroup> group
 RodEnergy rod_energy(const RodGroup& group, std::span<const Slot<1>> state, double time, std::int64_t index) {
     using F = RodFigures;
     const F f = figures_of(group, state, time, index);
-    return {f.sum[F::translation], f.sum[F::rotation], f.sum[F::stretch], f.sum[F::shear], f.sum[F::bend], f.sum[F::twist]};
+    return {f.sum[F::translation], f.sum[F::rotation], f.sum[F::stretch],
+            f.sum[F::shear],       f.sum[F::bend],     f.sum[F::twist]};
 }
 
 std::vector<std::string> observable_names(const ObservableSets& sets) {
@@ -58,16 +59,16 @@ double observed_energy(std::span<const double> observed) {
     return std::accumulate(energies.begin(), energies.end(), 0.0);
 }
 
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods,
-                            double time, double lag, const ObservableSets& sets) {
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups,
+                            const Rods& rods, double time, double lag, const ObservableSets& sets) {
     using F = RodFigures;
     UnsetArray<RodFigures> all(rods.local().size());
     rods.figures(time, lag, {all.data(), all.size()});
     std::vector<ExtraFigures> extra;
     if (sets.any()) add_extra(extra, groups, rods, lag, sets);
 
-    std::vector<double> values =
-        exact_sums(comm, threads, {all.size() > 0 ? all[0].sum : nullptr, all.size(), F::sums, sizeof(F) / sizeof(double)});
+    std::vector<double> values = exact_sums(
+        comm, threads, {all.size() > 0 ? all[0].sum : nullptr, all.size(), F::sums, sizeof(F) / sizeof(double)});
     std::array<double, F::extremes> extreme{};
     for (std::size_t i = 0; i < all.size(); ++i)
         for (std::size_t x = 0; x < F::extremes; ++x) extreme[x] = std::max(extreme[x], all[i].extreme[x]);

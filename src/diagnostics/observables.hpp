@@ -1,5 +1,5 @@
-// Observables of the whole scene at one time: energies, momenta, extremes. Sums are exact before rounding (parallel/exact_sum.hpp),
-// so a figure has the same bits for any number of ranks and threads.
+// Observables of the whole scene at one time: energies, momenta, extremes. Sums are exact before rounding
+// (parallel/exact_sum.hpp), so a figure has the same bits for any number of ranks and threads.
 #pragma once
 
 #include "diagnostics/extra_observables.hpp"
@@ -33,7 +33,7 @@ inline constexpr std::size_t observed_translation = 0, observed_energies = 6, ob
 double observed_energy(std::span<const double> observed);
 
 /// Collective. `time`: of the rates, s; `lag` moves copies on to it; `sets` come after what every run observes.
-std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups, const Rods& rods,
-                            double time, double lag, const ObservableSets& sets = {});
+std::vector<double> observe(const Communicator& comm, const Threads& threads, std::span<const RodGroup> groups,
+                            const Rods& rods, double time, double lag, const ObservableSets& sets = {});
 
 } // namespace skein

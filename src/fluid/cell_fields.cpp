@@ -3,7 +3,8 @@
 namespace skein {
 
 CellReader::CellReader(const FlowPlanes& flow)
-    : layout_(flow.layout()), ahead_{1, layout_.row, layout_.plane}, velocity_{flow.velocity(0).data(), flow.velocity(1).data(),
+    : layout_(flow.layout()), ahead_{1, layout_.row, layout_.plane}, velocity_{flow.velocity(0).data(),
+                                                                               flow.velocity(1).data(),
                                                                                flow.velocity(2).data()},
       pressure_(flow.pressure().data()), h_(flow.constants().grid.h), density_(flow.constants().density) {}
 

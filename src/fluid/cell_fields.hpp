@@ -1,5 +1,5 @@
-// Fields of a flow at the middles of cells, for pictures: velocity as the mean of a cell's faces, the gradient of it by centred
-// differences.
+// Fields of a flow at the middles of cells, for pictures: velocity as the mean of a cell's faces, the gradient of it by
+// centred differences.
 #pragma once
 
 #include "fluid/whole_planes.hpp"
@@ -36,7 +36,9 @@ public:
 private:
     /// Of component c along d.
     using Gradient = std::array<std::array<double, 3>, 3>;
-    double centred(std::size_t c, std::ptrdiff_t at) const { return 0.5 * (velocity_[c][at] + velocity_[c][at - ahead_[c]]); }
+    double centred(std::size_t c, std::ptrdiff_t at) const {
+        return 0.5 * (velocity_[c][at] + velocity_[c][at - ahead_[c]]);
+    }
     Gradient gradient(std::ptrdiff_t at) const;
 
     FieldLayout layout_;

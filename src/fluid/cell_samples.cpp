@@ -11,7 +11,9 @@ namespace {
 
 /// Planes of cubes whose last planes of cells are in a slab.
 Slab own_planes(const CellBox& box, const Slab& slab) {
-    const auto ended_before = [&](int plane) { return std::clamp((plane - box.first[2]) / box.average, 0, box.count[2]); };
+    const auto ended_before = [&](int plane) {
+        return std::clamp((plane - box.first[2]) / box.average, 0, box.count[2]);
+    };
     const int from = slab.first <= box.first[2] ? 0 : ended_before(slab.first), end = slab.first + slab.count;
     return {from, (end <= box.first[2] ? 0 : ended_before(end)) - from};
 }
@@ -99,18 +101,22 @@ void BlockSampler::find(CellField criterion, double threshold) {
     const CellReader reader(flow_);
     const auto components = static_cast<std::size_t>(entry_of(criterion).components);
     const int nx = counts_[0], ny = counts_[1], nz = counts_[2];
-    std::vector<double> largest(static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz), 0);
-    const int layer = slab.first / edge_, layers = slab.count > 0 ? (slab.first + slab.count - 1) / edge_ - layer + 1 : 0;
+    std::vector<double> largest(
+        static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz), 0);
+    const int layer = slab.first / edge_,
+              layers = slab.count > 0 ? (slab.first + slab.count - 1) / edge_ - layer + 1 : 0;
     threads_.for_each(static_cast<std::size_t>(layers * ny), [&](std::size_t item, int) {
         const int bz = layer + static_cast<int>(item) / ny, by = static_cast<int>(item) % ny;
         double* const row = largest.data() + (static_cast<std::ptrdiff_t>(bz) * ny + by) * nx;
         std::vector<double> value(static_cast<std::size_t>(cells_[0]) * components);
-        for (int k = std::max(bz * edge_, slab.first); k < std::min(bz * edge_ + extent(2, bz), slab.first + slab.count); ++k)
+        for (int k = std::max(bz * edge_, slab.first);
+             k < std::min(bz * edge_ + extent(2, bz), slab.first + slab.count); ++k)
             for (int j = by * edge_; j < by * edge_ + extent(1, by); ++j) {
                 reader.row(criterion, 0, j, k - slab.first, cells_[0], value.data());
                 for (int i = 0; i < cells_[0]; ++i) {
                     const double* const v = value.data() + static_cast<std::size_t>(i) * components;
-                    const double size = components == 1 ? std::abs(v[0]) : std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
+                    const double size =
+                        components == 1 ? std::abs(v[0]) : std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
                     row[i / edge_] = std::max(row[i / edge_], size);
                 }
             }
@@ -134,7 +140,8 @@ std::vector<BlockSampler::Piece> BlockSampler::pieces(std::size_t most_numbers) 
         const int from = std::max(z * edge_, slab.first), end = slab.first + slab.count,
                   until = z == counts_[2] - 1 && end == cells_[2] ? (z + 1) * edge_ : std::min((z + 1) * edge_, end);
         if (until > from && slab.count > 0) {
-            const std::size_t numbers = static_cast<std::size_t>(3 * edge_ * edge_) * static_cast<std::size_t>(until - from),
+            const std::size_t numbers =
+                                  static_cast<std::size_t>(3 * edge_ * edge_) * static_cast<std::size_t>(until - from),
                               most = std::max<std::size_t>(1, most_numbers / numbers);
             for (std::size_t at = first; at < behind; at += most)
                 all.push_back({at, std::min(most, behind - at), from - z * edge_, until - from});
@@ -154,8 +161,8 @@ void BlockSampler::sample(CellField field, const Piece& piece, std::span<double>
         const auto [x, y, z] = blocks_[piece.first + b];
         for (int p = 0; p < std::min(piece.planes, extent(2, z) - piece.plane); ++p)
             for (int j = 0; j < extent(1, y); ++j)
-                reader.row(field, x * edge_, y * edge_ + j, z * edge_ + piece.plane + p - flow_.planes().first, extent(0, x),
-                           out.data() + b * share + static_cast<std::size_t>(p * edge_ + j) * row);
+                reader.row(field, x * edge_, y * edge_ + j, z * edge_ + piece.plane + p - flow_.planes().first,
+                           extent(0, x), out.data() + b * share + static_cast<std::size_t>(p * edge_ + j) * row);
     });
 }
 

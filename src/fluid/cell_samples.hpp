@@ -1,5 +1,6 @@
-// Parts of a flow for output: boxes of cells, or of means over cubes of them, and blocks in which a field exceeds a threshold. All
-// numbers have the same bits on any number of ranks and threads: sums over ranks go plane by plane, in order.
+// Parts of a flow for output: boxes of cells, or of means over cubes of them, and blocks in which a field exceeds a
+// threshold. All numbers have the same bits on any number of ranks and threads: sums over ranks go plane by plane, in
+// order.
 #pragma once
 
 #include "fluid/cell_fields.hpp"

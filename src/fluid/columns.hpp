@@ -1,5 +1,4 @@
-// Tridiagonal systems along z, one for each coefficient along x and y.                                                theory.md
-// (78)
+// Tridiagonal systems along z, one for each coefficient along x and y. theory.md (78)
 #pragma once
 
 #include "fluid/helmholtz.hpp"
@@ -20,7 +19,8 @@ namespace skein {
 class Columns {
 public:
     using P = Pack<8>;
-    static constexpr int chunk = 32; ///< that a thread solves one after the other, so that planes are read in whole cache lines
+    static constexpr int chunk =
+        32; ///< that a thread solves one after the other, so that planes are read in whole cache lines
 
     /// A pivot that is 0 but for rounding is that of the constant, which is free: it is taken as 0.
     SKEIN_INLINE static P inverse_of(P pivot) {
@@ -28,11 +28,12 @@ public:
         return select(some, P(1.0) / select(some, pivot, P(1.0)), P(0.0));
     }
 
-    /// Of one thread: rows of eight numbers one after the other, so that they stay in its nearest cache. A column's own rows are
-    /// whole planes apart.
+    /// Of one thread: rows of eight numbers one after the other, so that they stay in its nearest cache. A column's own
+    /// rows are whole planes apart.
     struct Work {
         explicit Work(int nz) {
-            for (AlignedVector<double>* rows : {&pivots, &values, &lasts}) rows->resize(static_cast<std::size_t>(8 * nz));
+            for (AlignedVector<double>* rows : {&pivots, &values, &lasts})
+                rows->resize(static_cast<std::size_t>(8 * nz));
         }
         AlignedVector<double> pivots, values;
         AlignedVector<double> lasts; ///< answers to the last unknown of a period
@@ -43,7 +44,8 @@ public:
     };
 
     /// n numbers `plane` apart, from right sides over `scale` to answers.
-    static void solve_between(double* f, std::ptrdiff_t plane, int n, P scale, P diagonal, const Ends& ends, Work& work) {
+    static void solve_between(double* f, std::ptrdiff_t plane, int n, P scale, P diagonal, const Ends& ends,
+                              Work& work) {
         if (n == 0) return;
         double *const pivots = work.pivots.data(), *const values = work.values.data();
         P pivot(0.0), value = ends.below;
@@ -66,8 +68,8 @@ public:
             return;
         }
         if (nz == 2) { // both neighbours are the same cell
-            const P a = scale * load<8>(f), b = scale * load<8>(f + plane), sum = (a + b) * inverse_of(diagonal + P(2.0)),
-                    difference = (a - b) * inverse_of(diagonal - P(2.0));
+            const P a = scale * load<8>(f), b = scale * load<8>(f + plane),
+                    sum = (a + b) * inverse_of(diagonal + P(2.0)), difference = (a - b) * inverse_of(diagonal - P(2.0));
             store(f, P(0.5) * (sum + difference)), store(f + plane, P(0.5) * (sum - difference));
             return;
         }
@@ -92,7 +94,8 @@ public:
     }
 
     /// body(at, diagonal): of eight coefficients of y mode j, from x mode first + at on.
-    template <class Body> static void for_packs(const Helmholtz& equation, int j, int first, int begin, int end, Body&& body) {
+    template <class Body>
+    static void for_packs(const Helmholtz& equation, int j, int first, int begin, int end, Body&& body) {
         for (int at = begin; at < end; at += 8) {
             P diagonal(0.0);
             for (int l = 0; l < 8; ++l) diagonal.set(l, equation.diagonal(first + at + l, j));
@@ -108,14 +111,15 @@ private:
     }
 };
 
-/// Columns change ranks: of the slabs' ranks with the same share of the modes along x each solves whole ones, of its modes along
-/// y. The same bits on any ranks.
+/// Columns change ranks: of the slabs' ranks with the same share of the modes along x each solves whole ones, of its
+/// modes along y. The same bits on any ranks.
 class TransposedColumns {
 public:
     using P = Columns::P;
     TransposedColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils)
         : threads_(threads), nz_(grid.cells[2]), first_mode_(pencils.modes(pencils.share()).first),
-          row_(row_of(pencils.modes(pencils.share()).count)), own_(slab_of(grid.cells[1], pencils.slab(), pencils.slabs())),
+          row_(row_of(pencils.modes(pencils.share()).count)),
+          own_(slab_of(grid.cells[1], pencils.slab(), pencils.slabs())),
           work_(static_cast<std::size_t>(threads.count()), Columns::Work(nz_)) {
         column_ = UnsetArray<double>(numbers(nz_, own_.count));
         if (pencils.slabs() == 1) {
@@ -124,17 +128,20 @@ public:
         }
         const int planes = pencils.planes().count, chunks = chunks_of(comm, grid, pencils);
         spectrum_ = UnsetArray<double>(numbers(planes, grid.cells[1]));
-        std::vector<std::vector<RepeatedMessages::Part>> of_planes(static_cast<std::size_t>(chunks)), of_modes = of_planes;
+        std::vector<std::vector<RepeatedMessages::Part>> of_planes(static_cast<std::size_t>(chunks)),
+            of_modes = of_planes;
         for (int s = 0; s < pencils.slabs(); ++s) {
             const int rank = pencils.rank_of(s, pencils.share());
             const Slab other = pencils.planes(s), modes = slab_of(grid.cells[1], s, pencils.slabs());
-            double *const to = spectrum_.data() + numbers(planes, modes.first), *const from = column_.data() +
-                                                                                              numbers(other.first, own_.count);
+            double *const to = spectrum_.data() + numbers(planes, modes.first), *const from =
+                                                                                    column_.data() +
+                                                                                    numbers(other.first, own_.count);
             for (int c = 0; c < chunks; ++c) {
                 const Slab mine = slab_of(planes, c, chunks), theirs = slab_of(other.count, c, chunks);
                 const auto part = [&](double* all, const Slab& of, int row_count) {
-                    return RepeatedMessages::Part{
-                        rank, std::as_writable_bytes(std::span(all + numbers(of.first, row_count), numbers(of.count, row_count)))};
+                    return RepeatedMessages::Part{rank,
+                                                  std::as_writable_bytes(std::span(all + numbers(of.first, row_count),
+                                                                                   numbers(of.count, row_count)))};
                 };
                 of_planes[static_cast<std::size_t>(c)].push_back(part(to, mine, modes.count));
                 of_modes[static_cast<std::size_t>(c)].push_back(part(from, theirs, own_.count));
@@ -143,14 +150,15 @@ public:
         }
         for (int c = 0; c < chunks; ++c) {
             const auto &sent = of_planes[static_cast<std::size_t>(c)], &come = of_modes[static_cast<std::size_t>(c)];
-            chunks_.push_back({slab_of(planes, c, chunks), RepeatedMessages(comm, sent, come), RepeatedMessages(comm, come, sent)});
+            chunks_.push_back(
+                {slab_of(planes, c, chunks), RepeatedMessages(comm, sent, come), RepeatedMessages(comm, come, sent)});
         }
     }
 
     /// Of modes along y, of this rank's planes.
     const PlaneRows& rows() const { return rows_; }
-    /// Of this rank's planes, chunk by chunk: works out their right sides, by body(first, behind). What has been worked out is on
-    /// its way meanwhile. Collective.
+    /// Of this rank's planes, chunk by chunk: works out their right sides, by body(first, behind). What has been worked
+    /// out is on its way meanwhile. Collective.
     template <class Body> void send(int planes, Body&& body) {
         if (chunks_.empty()) return body(0, planes);
         for (Chunk& chunk : chunks_) {
@@ -165,7 +173,8 @@ public:
             solve(equation, static_cast<int>(j), work_[static_cast<std::size_t>(thread)]);
         });
     }
-    /// Of this rank's planes, as send(): takes their answers. Those of later chunks are on their way meanwhile. Collective.
+    /// Of this rank's planes, as send(): takes their answers. Those of later chunks are on their way meanwhile.
+    /// Collective.
     template <class Body> void receive(int planes, Body&& body) {
         if (chunks_.empty()) return body(0, planes);
         for (Chunk& chunk : chunks_) chunk.to_planes.start();
@@ -208,8 +217,8 @@ private:
                                    if (equation.z == LineEnds::periodic)
                                        Columns::solve_period(f, plane, nz_, scale, diagonal, work);
                                    else
-                                       Columns::solve_between(f, plane, unknown, scale, diagonal, {.lower = end, .upper = end},
-                                                              work);
+                                       Columns::solve_between(f, plane, unknown, scale, diagonal,
+                                                              {.lower = end, .upper = end}, work);
                                    if (unknown < nz_) store(f + unknown * plane, P(0.0));
                                });
     }

@@ -1,5 +1,6 @@
 // Those coefficients whose columns couple the slabs of all ranks: a chain of two unknowns a slab, for each of them.
-//                                                                                                      theory.md (79a), (79b)
+//                                                                                                      theory.md (79a),
+//                                                                                                      (79b)
 #pragma once
 
 #include "fluid/columns.hpp"
@@ -10,16 +11,17 @@
 
 namespace skein {
 
-/// Of all equations with the same ends, and of a share of the modes along x. Each of the slabs' ranks with that share solves the
-/// chains of some coefficients.
+/// Of all equations with the same ends, and of a share of the modes along x. Each of the slabs' ranks with that share
+/// solves the chains of some coefficients.
 class CoupledSlabs {
 public:
     using P = Columns::P;
     CoupledSlabs(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils,
                  const Helmholtz& equation)
-        : threads_(threads), slabs_(pencils.slabs()), planes_(grid.cells[2]), first_mode_(pencils.modes(pencils.share()).first),
-          work_(static_cast<std::size_t>(threads.count())) {
-        const int least = equation.unknown(planes_ / slabs_), behind = first_mode_ + pencils.modes(pencils.share()).count;
+        : threads_(threads), slabs_(pencils.slabs()), planes_(grid.cells[2]),
+          first_mode_(pencils.modes(pencils.share()).first), work_(static_cast<std::size_t>(threads.count())) {
+        const int least = equation.unknown(planes_ / slabs_),
+                  behind = first_mode_ + pencils.modes(pencils.share()).count;
         std::vector<Coefficient> all;
         for (int j = 0; j < grid.cells[1]; ++j)
             for (int m = first_mode_; m < behind; ++m)
@@ -32,7 +34,8 @@ public:
             const Slab of_rank = share(r);
             begins.push_back(begin);
             for (int c = 0; c < of_rank.count; ++c)
-                places_.push_back({all[static_cast<std::size_t>(of_rank.first + c)], begin + static_cast<std::size_t>(c),
+                places_.push_back({all[static_cast<std::size_t>(of_rank.first + c)],
+                                   begin + static_cast<std::size_t>(c),
                                    begin + room(of_rank.count) + static_cast<std::size_t>(c)});
             begin += 2 * room(of_rank.count);
         }
@@ -44,7 +47,9 @@ public:
         std::vector<RepeatedMessages::Part> of_slab, of_chains;
         for (int r = 0; r < slabs_; ++r) {
             const int rank = pencils.rank_of(r, pencils.share());
-            const auto numbers = [](double* first, std::size_t count) { return std::as_writable_bytes(std::span(first, count)); };
+            const auto numbers = [](double* first, std::size_t count) {
+                return std::as_writable_bytes(std::span(first, count));
+            };
             const auto at = static_cast<std::size_t>(r);
             const std::size_t count = 2 * room(share(r).count);
             if (count > 0) of_slab.push_back({rank, numbers(sent_.data() + begins[at], count)});
@@ -55,7 +60,8 @@ public:
         for (std::vector<Link>& links : work_) links.resize(static_cast<std::size_t>(slabs_));
     }
 
-    /// From the first and last numbers of this slab by itself, by (j, m), on: those just below and above it will come. Collective.
+    /// From the first and last numbers of this slab by itself, by (j, m), on: those just below and above it will come.
+    /// Collective.
     void start(const Helmholtz& equation, const double* first, const double* last, int row) {
         for (const Place& place : places_) {
             const std::ptrdiff_t at = place.coefficient.at(row, first_mode_);
@@ -63,7 +69,8 @@ public:
         }
         to_chains_.start(), to_chains_.finish();
         threads_.for_each(room_ / 8, [&](std::size_t pack, int thread) {
-            if (equation.z == LineEnds::periodic) solve_ring(equation, 8 * pack, work_[static_cast<std::size_t>(thread)]);
+            if (equation.z == LineEnds::periodic)
+                solve_ring(equation, 8 * pack, work_[static_cast<std::size_t>(thread)]);
             else solve_chain(equation, 8 * pack, work_[static_cast<std::size_t>(thread)]);
         });
         to_slabs_.start();
@@ -76,7 +83,9 @@ public:
         }
     }
 
-    std::size_t bytes() const { return (sent_.size() + chains_.size()) * sizeof(double) + places_.size() * sizeof(Place); }
+    std::size_t bytes() const {
+        return (sent_.size() + chains_.size()) * sizeof(double) + places_.size() * sizeof(Place);
+    }
 
 private:
     struct Coefficient {
@@ -96,7 +105,9 @@ private:
         P p, q, t, a, b, c;
     };
 
-    double* chain(int slab, std::size_t end) { return chains_.data() + (static_cast<std::size_t>(slab) * 2 + end) * room_; }
+    double* chain(int slab, std::size_t end) {
+        return chains_.data() + (static_cast<std::size_t>(slab) * 2 + end) * room_;
+    }
     /// Of n planes, with so much more in the diagonal at the other end.
     static Reach reach(const P& diagonal, int n, const P& end) {
         P pivot(0.0), far(1.0);
@@ -119,8 +130,8 @@ private:
         const Reach thin = reach(diagonal, least, P(0.0)), thick = reach(diagonal, least + 1, P(0.0));
         for (int r = begin; r < end; ++r) {
             const auto& [near, far] = planes(r) == least ? thin : thick;
-            const P inverse = P(1.0) / (P(1.0) - near * q), a = (load<8>(chain(r, 0) + at) + near * p) * inverse, b = far * inverse,
-                    c = near * t * inverse;
+            const P inverse = P(1.0) / (P(1.0) - near * q), a = (load<8>(chain(r, 0) + at) + near * p) * inverse,
+                    b = far * inverse, c = near * t * inverse;
             p = load<8>(chain(r, 1) + at) + far * (p + q * a), t = far * (t + q * c), q = near + far * (q * b);
             links[static_cast<std::size_t>(r)] = {p, q, t, a, b, c};
         }
@@ -135,8 +146,9 @@ private:
         const Link& before = links[static_cast<std::size_t>(last - 1)];
         const P near = reach(diagonal, equation.unknown(planes(last)), end).near;
         // The constant is free: that the last number of all is 0, as whole columns have it.
-        const P first = select(constants(equation, diagonal), -load<8>(chain(last, 1) + at) - before.p,
-                               (load<8>(chain(last, 0) + at) + near * before.p) * Columns::inverse_of(P(1.0) - near * before.q));
+        const P first =
+            select(constants(equation, diagonal), -load<8>(chain(last, 1) + at) - before.p,
+                   (load<8>(chain(last, 0) + at) + near * before.p) * Columns::inverse_of(P(1.0) - near * before.q));
         P above = P(0.0), here = first;
         for (int r = last; r >= 0; --r) {
             const Link& below = links[static_cast<std::size_t>(std::max(r - 1, 0))];
@@ -157,7 +169,8 @@ private:
         }
         const Link& all = links[static_cast<std::size_t>(slabs_ - 1)];
         const P inverse = P(1.0) / (P(1.0) - b), free = P(1.0) - all.t - all.q * c * inverse,
-                last = select(constants(equation, diagonal), P(0.0), (all.p + all.q * a * inverse) * Columns::inverse_of(free)),
+                last = select(constants(equation, diagonal), P(0.0),
+                              (all.p + all.q * a * inverse) * Columns::inverse_of(free)),
                 first = (a + c * last) * inverse;
         P below = last;
         for (int r = 0; r < slabs_; ++r) {
@@ -178,7 +191,8 @@ private:
     std::vector<Place> places_;    ///< of all
     std::vector<Coefficient> own_; ///< whose chains this rank solves
     std::size_t room_;             ///< for them, in whole packs
-    AlignedVector<double> sent_;   ///< [slab whose rank solves][first, last][coefficient] of this slab, and back [below, above]
+    AlignedVector<double>
+        sent_; ///< [slab whose rank solves][first, last][coefficient] of this slab, and back [below, above]
     AlignedVector<double> chains_; ///< [slab][first, last][own coefficient], and back
     RepeatedMessages to_chains_, to_slabs_;
     std::vector<std::vector<Link>> work_; ///< by thread and slab

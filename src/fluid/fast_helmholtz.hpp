@@ -1,5 +1,5 @@
-// The discrete equations of Poisson and Helmholtz of a box, solved directly: transforms of lines along x and y, then a tridiagonal
-// system along z for each of their coefficients.                                                     theory.md (77)-(79), (84)
+// The discrete equations of Poisson and Helmholtz of a box, solved directly: transforms of lines along x and y, then a
+// tridiagonal system along z for each of their coefficients. theory.md (77)-(79), (84)
 #pragma once
 
 #include "fluid/flow.hpp"
@@ -22,12 +22,12 @@ public:
         else whole_.emplace(comm, threads, grid, pencils);
         if (pencils.across() > 1) shared_.emplace(comm, grid, pencils);
         for (int t = 0; t < threads.count(); ++t)
-            work_.push_back(
-                {TransformAlongX(grid.cells[0], pencils.rows().count), TransformAlongY(pencils.modes(pencils.share()).count)});
+            work_.push_back({TransformAlongX(grid.cells[0], pencils.rows().count),
+                             TransformAlongY(pencils.modes(pencils.share()).count)});
     }
 
-    /// source(i, j, k): f in eight cells from (i, j, k) on, of which those beyond the row are left out; sink(i, j, k, phi): takes
-    /// phi there, when all of f has been read. j and k count rows and planes of this rank. Collective.
+    /// source(i, j, k): f in eight cells from (i, j, k) on, of which those beyond the row are left out; sink(i, j, k,
+    /// phi): takes phi there, when all of f has been read. j and k count rows and planes of this rank. Collective.
     template <class Source, class Sink> void solve(const Helmholtz& equation, Source&& source, Sink&& sink) {
         const PlaneRows& columns = slabs_ ? slabs_->rows() : whole_->rows();
         if (shared_) {
@@ -59,7 +59,9 @@ public:
         }
     }
 
-    std::size_t bytes() const { return (slabs_ ? slabs_->bytes() : whole_->bytes()) + (shared_ ? shared_->bytes() : 0); }
+    std::size_t bytes() const {
+        return (slabs_ ? slabs_->bytes() : whole_->bytes()) + (shared_ ? shared_->bytes() : 0);
+    }
 
 private:
     struct Work {

@@ -27,8 +27,9 @@ private:
     Library() {
         void* const library = dlopen("libfftw3.so.3", RTLD_NOW | RTLD_LOCAL);
         if (!library)
-            throw InputError(std::string("a fluid needs the library FFTW 3 (Debian: libfftw3-double3), which was not found: ") +
-                             dlerror());
+            throw InputError(
+                std::string("a fluid needs the library FFTW 3 (Debian: libfftw3-double3), which was not found: ") +
+                dlerror());
         find(library, "fftw_plan_many_dft", plan);
         find(library, "fftw_execute_dft", execute);
         find(library, "fftw_destroy_plan", destroy);
@@ -52,8 +53,8 @@ struct Fft::Plan {
 
 Fft::Fft(int n, int lines, Way way) : plan_(new Plan{nullptr}) {
     AlignedVector<double> from(static_cast<std::size_t>(2 * n * lines)), to(from.size());
-    plan_->plan = Library::get().plan(1, &n, lines, complex(from.data()), nullptr, lines, 1, complex(to.data()), nullptr, lines, 1,
-                                      static_cast<int>(way), FFTW_ESTIMATE | FFTW_DESTROY_INPUT);
+    plan_->plan = Library::get().plan(1, &n, lines, complex(from.data()), nullptr, lines, 1, complex(to.data()),
+                                      nullptr, lines, 1, static_cast<int>(way), FFTW_ESTIMATE | FFTW_DESTROY_INPUT);
 }
 Fft::Fft(Fft&&) noexcept = default;
 Fft& Fft::operator=(Fft&&) noexcept = default;

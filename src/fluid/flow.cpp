@@ -66,7 +66,8 @@ double step_limit(const FlowConstants& constants, double speed, double courant) 
     const double h = constants.grid.h, viscosity = constants.kinematic_viscosity;
     constexpr double stable = 2.5 / 12, margin = 1.5; // of viscosity by itself
     constexpr double steps_of_period = 40;
-    const double fastest = std::max(speed, wall_speed(constants)), by_speed = fastest > 0 ? courant * h / fastest : HUGE_VAL,
+    const double fastest = std::max(speed, wall_speed(constants)),
+                 by_speed = fastest > 0 ? courant * h / fastest : HUGE_VAL,
                  by_viscosity = viscosity > 0 && constants.scheme != FlowScheme::crank_nicolson
                                     ? stable / margin * h * h / viscosity
                                     : HUGE_VAL,
@@ -101,7 +102,8 @@ FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow) {
         all.divergence = std::max(all.divergence, row.divergence), all.speed = std::max(all.speed, row.speed);
     }
     const std::vector<double> sums = exact_sums(comm, terms);
-    all.kinetic_energy = sums[0], all.enstrophy = sums[1], all.dissipation = sums[2], all.momentum = {sums[3], sums[4], sums[5]};
+    all.kinetic_energy = sums[0], all.enstrophy = sums[1], all.dissipation = sums[2],
+    all.momentum = {sums[3], sums[4], sums[5]};
     all.divergence = comm.max(all.divergence), all.speed = comm.max(all.speed);
     return all;
 }

@@ -1,4 +1,5 @@
-// An incompressible viscous fluid in a box: velocity and pressure on a uniform staggered grid, stepped in time. Knows no rods.
+// An incompressible viscous fluid in a box: velocity and pressure on a uniform staggered grid, stepped in time. Knows
+// no rods.
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -112,35 +113,36 @@ public:
 
     virtual const FlowConstants& constants() const = 0;
     virtual const Pencils& pencils() const = 0;
-    /// Sets the velocity to that of a function of place, made free of divergence, and the pressure to that which belongs to it.
-    /// Collective.
+    /// Sets the velocity to that of a function of place, made free of divergence, and the pressure to that which
+    /// belongs to it. Collective.
     virtual void set_velocity(const VelocityRow& velocity) = 0;
     /// The same of a function of one place.
     void set_velocity(const std::function<Vec3d(const Vec3d& place)>& velocity);
     /// What changes velocities in each stage, of bodies in the fluid; null: nothing. Must outlive its use.
     virtual void set_forcing(StageForcing* forcing) = 0;
-    /// Stage s of a step of dt from a time, s; all of stage_parts() in order make the step. First as if there were no bodies, of
-    /// explicit schemes; then, when bodies have come to its end, what they change. Throw NumericalError on all ranks where no
-    /// pressure is found. Collective.
+    /// Stage s of a step of dt from a time, s; all of stage_parts() in order make the step. First as if there were no
+    /// bodies, of explicit schemes; then, when bodies have come to its end, what they change. Throw NumericalError on
+    /// all ranks where no pressure is found. Collective.
     virtual void begin_stage(int s, double time, double dt) = 0;
     virtual void end_stage(int s, double time, double dt) = 0;
     /// All of them.
     void step(double time, double dt);
-    /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows, and a fortieth of a
-    /// period. Collective.
+    /// The longest step, s, of a sum of Courant numbers of 1, or of 1.5 of the most that viscosity allows, and a
+    /// fortieth of a period. Collective.
     virtual double step_limit(double courant = 1) const = 0;
-    /// The largest sum of |u|, |v| and |w| of a cell of this rank at the end of the last step, m/s; where the flow is not finite
-    /// neither is this. Not collective.
+    /// The largest sum of |u|, |v| and |w| of a cell of this rank at the end of the last step, m/s; where the flow is
+    /// not finite neither is this. Not collective.
     virtual double largest_speed() const = 0;
     /// By row of this rank, the same bits on any ranks. Not collective.
     virtual std::vector<FlowFigures> figures() const = 0;
     /// The box moves so many cells along x, to the upper side where positive: fluid at rest comes in there. Collective.
     virtual void move_box(int cells) = 0;
-    /// A step of dt from a time, or equal parts of it, as long as the sum of Courant numbers and viscosity allow. Returns how many.
-    /// Collective.
+    /// A step of dt from a time, or equal parts of it, as long as the sum of Courant numbers and viscosity allow.
+    /// Returns how many. Collective.
     std::int64_t step_within(double time, double dt, double courant);
 
-    /// Fields of this rank, as layout() has them: velocity u, v, w at the upper faces of cells, pressure over density at centres.
+    /// Fields of this rank, as layout() has them: velocity u, v, w at the upper faces of cells, pressure over density
+    /// at centres.
     virtual FieldLayout layout() const = 0;
     virtual std::span<const double> velocity(int component) const = 0;
     virtual std::span<const double> pressure() const = 0;
@@ -153,13 +155,14 @@ public:
     virtual std::size_t bytes() const = 0;
 };
 
-/// The longest step, s, of a fluid whose largest sum of |u|, |v| and |w| is `speed`, m/s, or soon that of its walls; see
-/// FlowSolver::step_limit.
+/// The longest step, s, of a fluid whose largest sum of |u|, |v| and |w| is `speed`, m/s, or soon that of its walls;
+/// see FlowSolver::step_limit.
 double step_limit(const FlowConstants& constants, double speed, double courant);
 /// Sum of the components of the fastest wall's velocity, m/s.
 double wall_speed(const FlowConstants& constants);
 
-/// What acceleration and velocities of walls are multiplied by at a time.                                    theory.md (76a)
+/// What acceleration and velocities of walls are multiplied by at a time.                                    theory.md
+/// (76a)
 double oscillation(const FlowConstants& constants, double time);
 /// Its integral from a time on, s.
 double oscillation_integral(const FlowConstants& constants, double from, double duration);

@@ -12,7 +12,8 @@ namespace skein {
 
 namespace {
 
-constexpr int of_pressure = 3, of_change = 4; ///< `of_change` and the next two: of changes of velocities, 0 at walls that move
+constexpr int of_pressure = 3,
+              of_change = 4; ///< `of_change` and the next two: of changes of velocities, 0 at walls that move
 constexpr Three<double> stage_rate{8.0 / 15, 5.0 / 12, 3.0 / 4}, stage_last{0, -17.0 / 60, -5.0 / 12}; // Wray
 
 Pencils pencils_of(const Communicator& comm, const FlowConstants& constants) {
@@ -34,8 +35,9 @@ double largest_of_lanes(const Pack<8>& p) {
 } // namespace
 
 BoxFlow::BoxFlow(const Communicator& comm, const Threads& threads, const FlowConstants& constants)
-    : comm_(comm), threads_(threads), constants_(constants), pencils_(pencils_of(comm, constants)), layout_(pencils_.layout()),
-      ghosts_(std::make_unique<GhostExchange>(comm, pencils_, constants.grid)), speed_(static_cast<std::size_t>(layout_.nz), 0.0) {
+    : comm_(comm), threads_(threads), constants_(constants), pencils_(pencils_of(comm, constants)),
+      layout_(pencils_.layout()), ghosts_(std::make_unique<GhostExchange>(comm, pencils_, constants.grid)),
+      speed_(static_cast<std::size_t>(layout_.nz), 0.0) {
     if (constants.pressure == PressureMethod::direct) {
         direct_.emplace(comm, threads, constants.grid, pencils_, constants.exchange);
         equations_.push_back(Helmholtz::of_pressure(constants.grid));
@@ -98,8 +100,8 @@ LineEnds BoxFlow::ends(int c, int d) const {
 
 namespace {
 
-/// Ghosts beyond the lower, and beyond the upper, of n numbers `stride` apart, the first of which is `f`; of `width` such lines
-/// side by side.
+/// Ghosts beyond the lower, and beyond the upper, of n numbers `stride` apart, the first of which is `f`; of `width`
+/// such lines side by side.
 template <class Edge> void fill_below(double* f, std::ptrdiff_t stride, std::ptrdiff_t width, const Edge& edge) {
     const auto at = [&](int i) { return f + i * stride; };
     for (std::ptrdiff_t x = 0; x < width; ++x)
@@ -171,7 +173,8 @@ void BoxFlow::refresh(double time) {
         for (int j = 0; j < layout_.ny; ++j)
             for (int i = 0; i < layout_.nx; i += 8) {
                 const auto at = static_cast<std::size_t>(layout_.at(i, j, k));
-                most = max(most, first_lanes(abs(load<8>(&now_[0][at])) + abs(load<8>(&now_[1][at])) + abs(load<8>(&now_[2][at])),
+                most = max(most, first_lanes(abs(load<8>(&now_[0][at])) + abs(load<8>(&now_[1][at])) +
+                                                 abs(load<8>(&now_[2][at])),
                                              layout_.nx - i));
             }
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
@@ -198,8 +201,8 @@ std::vector<std::span<double>> BoxFlow::state() {
 void BoxFlow::set_velocity(const VelocityRow& velocity) {
     std::fill(pressure_.begin(), pressure_.end(), 0.0);
     sample(velocity);
-    // The pressure that belongs to it: that of a step of rates alone, after which the velocities are put back. Its length goes by
-    // the flow, so that rates lose no more digits in one unit of time than in another.
+    // The pressure that belongs to it: that of a step of rates alone, after which the velocities are put back. Its
+    // length goes by the flow, so that rates lose no more digits in one unit of time than in another.
     const double limit = step_limit(1), dt = std::isfinite(limit) ? limit : 1;
     const Field u = now_[0];
     sweep<Viscosity::of_rates>({dt, 0, 0, {0, 0, 0}}, diffusion());
@@ -219,12 +222,14 @@ void BoxFlow::sample(const VelocityRow& velocity) {
         for (int j = 0; j < layout_.ny; ++j) {
             const Vec3d middle =
                 grid.lower + grid.h * Vec3d{0.5, pencils_.rows().first + j + 0.5, pencils_.planes().first + k + 0.5};
-            const Three<Vec3d> first{middle + Vec3d{half, 0, 0}, middle + Vec3d{0, half, 0}, middle + Vec3d{0, 0, half}};
+            const Three<Vec3d> first{middle + Vec3d{half, 0, 0}, middle + Vec3d{0, half, 0},
+                                     middle + Vec3d{0, 0, half}};
             for (int c = 0; c < 3; ++c) {
                 const auto component = static_cast<std::size_t>(c);
-                velocity(c, first[component], grid.h,
-                         std::span(now_[component])
-                             .subspan(static_cast<std::size_t>(layout_.at(0, j, k)), static_cast<std::size_t>(layout_.nx)));
+                velocity(
+                    c, first[component], grid.h,
+                    std::span(now_[component])
+                        .subspan(static_cast<std::size_t>(layout_.at(0, j, k)), static_cast<std::size_t>(layout_.nx)));
             }
         }
     });
@@ -245,7 +250,8 @@ template <Viscosity viscosity> void BoxFlow::sweep(const StageFactors& factors, 
                           {next_[0].data() + at, next_[1].data() + at, next_[2].data() + at});
             }
         }
-        for (int c = 0; viscosity == Viscosity::of_rates && c < 3; ++c) fill_plane(c, next_[static_cast<std::size_t>(c)].data(), k);
+        for (int c = 0; viscosity == Viscosity::of_rates && c < 3; ++c)
+            fill_plane(c, next_[static_cast<std::size_t>(c)].data(), k);
     });
     std::swap(now_, next_);
 }
@@ -257,8 +263,10 @@ void BoxFlow::diffuse(Three<Field>& fields, int first, double b) {
         Helmholtz& equation = equations_[1 + c];
         equation.shift = equation.scale = -1 / b;
         direct_->solve(
-            equation, [&](int i, int j, int k) __attribute__((always_inline)) { return load<8>(u + layout_.at(i, j, k)); },
-            [&](int i, int j, int k, const P& value) __attribute__((always_inline)) { store(u + layout_.at(i, j, k), value); });
+            equation,
+            [&](int i, int j, int k) __attribute__((always_inline)) { return load<8>(u + layout_.at(i, j, k)); },
+            [&](int i, int j, int k, const P& value)
+                __attribute__((always_inline)) { store(u + layout_.at(i, j, k), value); });
     }
     for_planes(0, layout_.nz, [&](int k) {
         for (std::size_t c = 0; c < 3; ++c) fill_plane(first + static_cast<int>(c), fields[c].data(), k);
@@ -345,10 +353,12 @@ void BoxFlow::take_gradient(Three<Field>& u, int first, double dt, const Field& 
                     store(to, velocity);
                     return abs(velocity);
                 };
-                most = max(most, first_lanes(correct(0, 1) + correct(1, layout_.row) + correct(2, layout_.plane), layout_.nx - i));
+                most = max(most, first_lanes(correct(0, 1) + correct(1, layout_.row) + correct(2, layout_.plane),
+                                             layout_.nx - i));
             }
             if (keep && layout_.nx % 8 == 0) // else the last pack has had it
-                pressure_[static_cast<std::size_t>(row + layout_.nx)] += correction[static_cast<std::size_t>(row + layout_.nx)];
+                pressure_[static_cast<std::size_t>(row + layout_.nx)] +=
+                    correction[static_cast<std::size_t>(row + layout_.nx)];
         }
         if (!inside) return;
         speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
@@ -472,10 +482,10 @@ void BoxFlow::end_stage(int s, double time, double dt) {
     begun_ = true;
 }
 
-/// A pressure is that of the mean time of the rates that it makes free of divergence.                                theory.md
-/// (77a)
+/// A pressure is that of the mean time of the rates that it makes free of divergence. theory.md (77a)
 void BoxFlow::note_pressure_time(double time, double dt) {
-    constexpr double last_stage = 5.0 / 6, stage_before = 5.0 / 3; // of rk3_projected: (gamma t + zeta t')/(gamma + zeta)
+    constexpr double last_stage = 5.0 / 6,
+                     stage_before = 5.0 / 3; // of rk3_projected: (gamma t + zeta t')/(gamma + zeta)
     if (constants_.scheme == FlowScheme::rk3_projected) {
         gain_times_ = (1 - last_stage) / (last_stage - stage_before);
         return;
@@ -483,13 +493,15 @@ void BoxFlow::note_pressure_time(double time, double dt) {
     const std::optional<double> before = pressure_time_;
     const bool first = before && *before == time; // the pressure was that of the start
     const double middle = first && keeps_rates(constants_.scheme) ? time : time + 0.5 * dt;
-    // Bodies that begin to act give the fluid a push, whose pressure belongs to no time; nor does that of an implicit first step.
+    // Bodies that begin to act give the fluid a push, whose pressure belongs to no time; nor does that of an implicit
+    // first step.
     pressure_time_ = first && (forcing_ || implicit()) ? std::nullopt : std::optional(middle);
     const bool known = pressure_time_ && before && middle > *before;
     gain_times_ = known ? (time + dt - middle) / (middle - *before) : 0;
 }
 
-/// The first step is Euler's, explicit in convection and implicit in viscosity: it damps what a start at once would leave to swing.
+/// The first step is Euler's, explicit in convection and implicit in viscosity: it damps what a start at once would
+/// leave to swing.
 void BoxFlow::step_half_implicit(const StageOfStep& whole, double time, double dt) {
     const double ahead = begun_ ? 0.5 : 1.0, b = ahead * dt * diffusion();
     sweep<Viscosity::of_velocity>(whole.factors, (1 - ahead) * dt * diffusion());
@@ -520,7 +532,9 @@ void BoxFlow::add_to_gain(double times) {
     });
 }
 
-double BoxFlow::step_limit(double courant) const { return skein::step_limit(constants_, comm_.max(largest_speed()), courant); }
+double BoxFlow::step_limit(double courant) const {
+    return skein::step_limit(constants_, comm_.max(largest_speed()), courant);
+}
 
 void BoxFlow::move_box(int cells) {
     const std::array<Field*, 4> fields{&now_[0], &now_[1], &now_[2], &pressure_};
@@ -559,7 +573,8 @@ std::vector<FlowFigures> BoxFlow::figures() const {
                     loss = fma(here, of(fms(P(6.0), here, around(layout_, f))), loss);
                 }
                 speed = max(speed, here_speed);
-                const double *const u = now_[0].data() + at, *const v = now_[1].data() + at, *const w = now_[2].data() + at;
+                const double *const u = now_[0].data() + at, *const v = now_[1].data() + at,
+                                    *const w = now_[2].data() + at;
                 const P x = of((load<8>(w + r) - load<8>(w)) - (load<8>(v + p) - load<8>(v))),
                         y = of((load<8>(u + p) - load<8>(u)) - (load<8>(w + 1) - load<8>(w))),
                         z = of((load<8>(v + 1) - load<8>(v)) - (load<8>(u + r) - load<8>(u)));
@@ -578,7 +593,8 @@ std::vector<FlowFigures> BoxFlow::figures() const {
     return rows;
 }
 
-std::unique_ptr<FlowSolver> make_flow(const Communicator& comm, const Threads& threads, const FlowConstants& constants) {
+std::unique_ptr<FlowSolver> make_flow(const Communicator& comm, const Threads& threads,
+                                      const FlowConstants& constants) {
     return std::make_unique<BoxFlow>(comm, threads, constants);
 }
 

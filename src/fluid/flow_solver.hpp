@@ -50,8 +50,8 @@ public:
 private:
     using P = Pack<8>;
     using Field = AlignedVector<double>;
-    /// Of the velocity component c, of the pressure (c = 3) or of changes of velocities (c - 4), in direction d, at the lower or
-    /// the upper face.
+    /// Of the velocity component c, of the pressure (c = 3) or of changes of velocities (c - 4), in direction d, at the
+    /// lower or the upper face.
     struct Edge {
         double mirrored; ///< ghost = mirrored * inner + fixed; of a normal velocity: fixed at the face itself
         double fixed;
@@ -70,8 +70,8 @@ private:
     void fill_planes(int c, double* field) const; ///< beyond the box, along z
     /// All ghosts of velocities but those across periods between ranks. This rank alone.
     void fill_beyond_walls();
-    /// Rows and planes of ghosts of fields of component `first` and the next ones, from neighbours and, of planes, beyond the box.
-    /// Collective.
+    /// Rows and planes of ghosts of fields of component `first` and the next ones, from neighbours and, of planes,
+    /// beyond the box. Collective.
     void fill_ghosts(int first, std::span<double* const> fields);
     void fill_pressure(); ///< its ghosts. Collective
     Three<double*> velocities() { return {now_[0].data(), now_[1].data(), now_[2].data()}; }
@@ -95,25 +95,27 @@ private:
     void force(const FlowStage& stage);
     /// Sets the velocity to that of a function, made free of divergence. Collective.
     void sample(const VelocityRow& velocity);
-    /// A stage: velocities from now_ to next_, which then change their names. Where viscosity is that of velocities, ghosts in its
-    /// planes are left alone.
+    /// A stage: velocities from now_ to next_, which then change their names. Where viscosity is that of velocities,
+    /// ghosts in its planes are left alone.
     template <Viscosity viscosity> void sweep(const StageFactors& factors, double diffusion);
-    /// (1 - b sum of second differences) u = f of three fields of component `first` and the next ones, from f to u, with ghosts in
-    /// its planes. Collective.
+    /// (1 - b sum of second differences) u = f of three fields of component `first` and the next ones, from f to u,
+    /// with ghosts in its planes. Collective.
     void diffuse(Three<Field>& fields, int first, double b);
     void add_beyond_walls(int c, double* field, double b) const;
     void step_half_implicit(const StageOfStep& whole, double time, double dt);
     void pass_outflow(double dt);
-    /// Makes velocities free of divergence by the gradient of next_[0], which is added to the pressure with `keep`. Collective.
+    /// Makes velocities free of divergence by the gradient of next_[0], which is added to the pressure with `keep`.
+    /// Collective.
     void project(double dt, bool keep);
     /// Its two parts, of three fields of component `first` and the next ones.
     void find_correction(Three<Field>& u, int first, double dt, Field& correction);
     void take_gradient(Three<Field>& u, int first, double dt, const Field& correction, bool keep);
-    /// Adds so many times (1 - b sum of second differences) correction to the pressure but for its ghosts: what diffuse() makes of
-    /// the pressure's gradient is that of the correction.                                                        theory.md (86)
+    /// Adds so many times (1 - b sum of second differences) correction to the pressure but for its ghosts: what
+    /// diffuse() makes of the pressure's gradient is that of the correction. theory.md (86)
     void keep_diffused(const Field& correction, double times, double b);
     template <class Body> void for_planes(int first, int behind, Body&& body) const {
-        threads_.for_each(static_cast<std::size_t>(behind - first), [&](std::size_t k, int) { body(first + static_cast<int>(k)); });
+        threads_.for_each(static_cast<std::size_t>(behind - first),
+                          [&](std::size_t k, int) { body(first + static_cast<int>(k)); });
     }
     /// body(begin, end) of numbers of fields, of planes with their ghosts and of ghosts.
     template <class Body> void for_whole_planes(Body&& body) const {
@@ -133,7 +135,8 @@ private:
     bool keeps_gain_ = false;
     double gain_times_ = 0;               ///< see Gain; of explicit schemes of next_[0], with which projections end
     std::optional<FastHelmholtz> direct_; ///< this or the next one
-    std::vector<Helmholtz> equations_;    ///< of `direct_`: of the pressure and, where viscosity is implicit, of velocities
+    std::vector<Helmholtz>
+        equations_; ///< of `direct_`: of the pressure and, where viscosity is implicit, of velocities
     std::optional<IteratedPoisson> iterated_poisson_;
     std::unique_ptr<GhostExchange> ghosts_;
     std::vector<double> speed_; ///< of each plane, the largest

@@ -48,7 +48,9 @@ struct FluidGrid {
         return (periodic(0) || std::min(from.x, to.x) >= 0) && (periodic(1) || std::min(from.y, to.y) >= 0) &&
                (periodic(2) || std::min(from.z, to.z) >= 0);
     }
-    bool periodic(int direction) const { return boundary[static_cast<std::size_t>(direction)] == FluidBoundary::periodic; }
+    bool periodic(int direction) const {
+        return boundary[static_cast<std::size_t>(direction)] == FluidBoundary::periodic;
+    }
 };
 
 /// Planes of cells across z, or coefficients along x, of one rank: from `first`, `count` of them.
@@ -72,7 +74,8 @@ struct FieldLayout {
     std::ptrdiff_t row = 0, plane = 0;
 
     FieldLayout() = default;
-    FieldLayout(int x, int y, int z) : nx(x), ny(y), nz(z), row(before + (x + ghosts + 7) / 8 * 8), plane(row * (y + 2 * ghosts)) {}
+    FieldLayout(int x, int y, int z)
+        : nx(x), ny(y), nz(z), row(before + (x + ghosts + 7) / 8 * 8), plane(row * (y + 2 * ghosts)) {}
     std::size_t size() const { return static_cast<std::size_t>(plane) * static_cast<std::size_t>(nz + 2 * ghosts); }
     /// Of cell (i, j, k), ghosts from -2 on.
     std::ptrdiff_t at(int i, int j, int k) const { return (k + ghosts) * plane + (j + ghosts) * row + before + i; }

@@ -23,15 +23,17 @@ struct FluidSpec {
     bool follows_rods = false;                       ///< the box moves along x with them
     double density = 0;                              ///< kg/m^3
     double viscosity = 0;                            ///< dynamic, Pa s
-    FluidBoundary along_x = FluidBoundary::periodic, along_y = FluidBoundary::periodic, along_z = FluidBoundary::periodic;
+    FluidBoundary along_x = FluidBoundary::periodic, along_y = FluidBoundary::periodic,
+                  along_z = FluidBoundary::periodic;
     Vec3d inflow{0, 0, 0}; ///< m/s
     InflowProfile inflow_profile = InflowProfile::uniform;
     Vec3d acceleration{0, 0, 0};        ///< m/s^2
     Vec3d lower_wall_velocity{0, 0, 0}; ///< m/s
     Vec3d upper_wall_velocity{0, 0, 0}; ///< m/s
     MovingWalls moving_walls = MovingWalls::automatic;
-    double frequency = 0;                      ///< of walls and acceleration, Hz; 0: steady
-    std::vector<std::string> velocity_formula; ///< at the start, m/s; none: at rest, or the inflow where something flows through
+    double frequency = 0; ///< of walls and acceleration, Hz; 0: steady
+    std::vector<std::string>
+        velocity_formula; ///< at the start, m/s; none: at rest, or the inflow where something flows through
     FlowScheme scheme = FlowScheme::rk3;
     double courant = 0.5;       ///< largest sum of Courant numbers of a step
     double expected_speed = 0;  ///< m/s, for plans and, with rods, for steps; 0: from what the scene says
@@ -45,8 +47,8 @@ struct FluidSpec {
     bool fitted() const { return margin_lower || margin_upper; }
     FlowConstants constants() const;
     std::array<FluidBoundary, 3> boundaries() const { return {along_x, along_y, along_z}; }
-    /// Across which walls move: as moving_walls says, or else the one direction across which they are no_slip; -1: there is no
-    /// such.
+    /// Across which walls move: as moving_walls says, or else the one direction across which they are no_slip; -1:
+    /// there is no such.
     int moving_direction() const;
     void fields(FieldVisitor& f);
 };

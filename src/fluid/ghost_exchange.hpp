@@ -22,10 +22,12 @@ public:
     void exchange_rows(Fields fields) {
         if (!share_rows_) return;
         auto found = rows_.find(fields.size());
-        if (found == rows_.end()) found = rows_.try_emplace(fields.size(), comm_, along_y_, fields.size() * rows_of_field()).first;
+        if (found == rows_.end())
+            found = rows_.try_emplace(fields.size(), comm_, along_y_, fields.size() * rows_of_field()).first;
         Rows& rows = found->second;
         const int last = layout_.ny - width;
-        if (along_y_.below >= 0) copy_rows(fields, 0, [&](double* from, std::size_t at) { to_buffer(rows.lowest, at, from); });
+        if (along_y_.below >= 0)
+            copy_rows(fields, 0, [&](double* from, std::size_t at) { to_buffer(rows.lowest, at, from); });
         if (along_y_.above >= 0)
             copy_rows(fields, last, [&](double* from, std::size_t at) { to_buffer(rows.uppermost, at, from); });
         rows.messages.start(), rows.messages.finish();
@@ -64,12 +66,15 @@ private:
     void to_buffer(std::vector<double>& buffer, std::size_t at, const double* from) const {
         std::copy_n(from, block(), &buffer[at]);
     }
-    void from_buffer(const std::vector<double>& buffer, std::size_t at, double* to) const { std::copy_n(&buffer[at], block(), to); }
+    void from_buffer(const std::vector<double>& buffer, std::size_t at, double* to) const {
+        std::copy_n(&buffer[at], block(), to);
+    }
     /// body(rows, place in a buffer) of as many rows as ghosts, from j on, in each plane of each field.
     template <class Body> void copy_rows(Fields fields, int j, Body&& body) const {
         std::size_t at = 0;
         for (double* field : fields)
-            for (int k = 0; k < layout_.nz; ++k, at += block()) body(field + layout_.at(0, j, k) - FieldLayout::before, at);
+            for (int k = 0; k < layout_.nz; ++k, at += block())
+                body(field + layout_.at(0, j, k) - FieldLayout::before, at);
     }
 
     std::size_t numbers() const { return static_cast<std::size_t>(layout_.plane) * width; }

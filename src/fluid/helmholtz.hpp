@@ -1,4 +1,5 @@
-// The discrete equations of Poisson and Helmholtz of a box.                                                  theory.md (77), (84)
+// The discrete equations of Poisson and Helmholtz of a box.                                                  theory.md
+// (77), (84)
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -8,7 +9,8 @@
 
 namespace skein {
 
-/// (sum over directions of second differences + shift) phi = scale f, by what phi does at the ends of lines of each direction.
+/// (sum over directions of second differences + shift) phi = scale f, by what phi does at the ends of lines of each
+/// direction.
 struct Helmholtz {
     Helmholtz(const FluidGrid& grid, const std::array<LineEnds, 3>& ends)
         : x(grid.cells[0], ends[0]), y(grid.cells[1], ends[1]), z(ends[2]) {}

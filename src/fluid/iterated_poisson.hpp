@@ -20,7 +20,8 @@ public:
         : threads_(threads), nx_(grid.cells[0]), ny_(grid.cells[1]),
           planes_(slab_of(grid.cells[2], comm.rank(), comm.size()).count),
           solver_(make_multigrid(comm, tensor_grid(grid), tolerance)) {
-        const auto cells = static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) * static_cast<std::size_t>(planes_);
+        const auto cells =
+            static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) * static_cast<std::size_t>(planes_);
         source_.assign(cells, 0.0);
         answer_.assign(cells + 8, 0.0); // packs reach beyond the last row
     }
@@ -53,7 +54,8 @@ private:
             for (int j = 0; j < ny_; ++j)
                 for (int i = 0; i < nx_; i += 8)
                     body(i, j, static_cast<int>(k),
-                         (k * static_cast<std::size_t>(ny_) + static_cast<std::size_t>(j)) * static_cast<std::size_t>(nx_) +
+                         (k * static_cast<std::size_t>(ny_) + static_cast<std::size_t>(j)) *
+                                 static_cast<std::size_t>(nx_) +
                              static_cast<std::size_t>(i));
         });
     }

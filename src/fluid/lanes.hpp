@@ -45,7 +45,8 @@ template <int W> SKEIN_INLINE void transpose(Pack<W> (&r)[W]) {
             quarter[2][i] = r[i + W / 2].low, quarter[3][i] = r[i + W / 2].high;
         }
         for (auto& q : quarter) transpose(q);
-        for (int i = 0; i < W / 2; ++i) r[i] = {quarter[0][i], quarter[2][i]}, r[i + W / 2] = {quarter[1][i], quarter[3][i]};
+        for (int i = 0; i < W / 2; ++i)
+            r[i] = {quarter[0][i], quarter[2][i]}, r[i + W / 2] = {quarter[1][i], quarter[3][i]};
     } else if constexpr (W == 8) {
         typename Pack<W>::Doubles a[8], b[8];
         for (int i = 0; i < 8; i += 2) {
@@ -69,7 +70,8 @@ template <int W> SKEIN_INLINE void transpose(Pack<W> (&r)[W]) {
         r[0].v = __builtin_shufflevector(e01, e23, 0, 1, 4, 5), r[1].v = __builtin_shufflevector(o01, o23, 0, 1, 4, 5);
         r[2].v = __builtin_shufflevector(e01, e23, 2, 3, 6, 7), r[3].v = __builtin_shufflevector(o01, o23, 2, 3, 6, 7);
     } else {
-        const auto even = __builtin_shufflevector(r[0].v, r[1].v, 0, 2), odd = __builtin_shufflevector(r[0].v, r[1].v, 1, 3);
+        const auto even = __builtin_shufflevector(r[0].v, r[1].v, 0, 2),
+                   odd = __builtin_shufflevector(r[0].v, r[1].v, 1, 3);
         r[0].v = even, r[1].v = odd;
     }
 }

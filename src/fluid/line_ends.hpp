@@ -1,4 +1,4 @@
-// Lines of numbers whose second differences have known eigenvalues.                                              theory.md (78)
+// Lines of numbers whose second differences have known eigenvalues. theory.md (78)
 #pragma once
 
 #include <cmath>

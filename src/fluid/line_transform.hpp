@@ -1,7 +1,7 @@
-// Transforms of real lines that diagonalise second differences: of periodic ones, of ones between two ends where the gradient
-// (cosines) or the value (sines) is 0, half a cell beyond the outer numbers, and of ones whose value is 0 one cell before the first
-// number and at the last (sines). Two lines make a complex one, so that all are one complex transform with a pass that takes pairs
-// apart; that of the last kind is twice as long.                                                              theory.md (78), (79)
+// Transforms of real lines that diagonalise second differences: of periodic ones, of ones between two ends where the
+// gradient (cosines) or the value (sines) is 0, half a cell beyond the outer numbers, and of ones whose value is 0 one
+// cell before the first number and at the last (sines). Two lines make a complex one, so that all are one complex
+// transform with a pass that takes pairs apart; that of the last kind is twice as long. theory.md (78), (79)
 #pragma once
 
 #include "fluid/fft.hpp"
@@ -67,7 +67,9 @@ public:
                         odd = swapped(sign_of_second() * fms(P(s), a, P(c) * b));
                 store(at_low, even + odd), store(at_high, even - odd);
             },
-            [&](std::size_t middle, double c) { store(coefficients + middle, P(1 / c) * load<8>(coefficients + middle)); });
+            [&](std::size_t middle, double c) {
+                store(coefficients + middle, P(1 / c) * load<8>(coefficients + middle));
+            });
         inverse_.run(coefficients, numbers);
     }
 
@@ -82,8 +84,8 @@ private:
     }
     static P turned(const P& difference) { return sign_of_second() * swapped(difference); }
 
-    /// Twice the sums of sines: rows 1 to n - 1, made odd about rows 0 and n, have a transform without cosines. `sign`: of the
-    /// exponent.
+    /// Twice the sums of sines: rows 1 to n - 1, made odd about rows 0 and n, have a transform without cosines. `sign`:
+    /// of the exponent.
     void sines(const Fft& fft, double sign, double* from, double* to) const {
         const auto row = static_cast<std::size_t>(lanes_), n = static_cast<std::size_t>(n_);
         const P turn = P(sign) * sign_of_second();

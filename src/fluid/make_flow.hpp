@@ -5,8 +5,8 @@
 
 namespace skein {
 
-/// Throws InputError where Skein was built without the fluid, the ranks are too many for the planes of cells, or what solves for
-/// the pressure cannot be loaded.
+/// Throws InputError where Skein was built without the fluid, the ranks are too many for the planes of cells, or what
+/// solves for the pressure cannot be loaded.
 std::unique_ptr<FlowSolver> make_flow(const Communicator& comm, const Threads& threads, const FlowConstants& constants);
 
 } // namespace skein

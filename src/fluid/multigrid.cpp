@@ -16,7 +16,8 @@ namespace {
 namespace fs = std::filesystem;
 
 /// Of the library: its number changes with PressureSolver and TensorGrid.
-using Maker = PressureSolver* (*)(const Communicator& comm, const TensorGrid& grid, double tolerance, std::string& fault);
+using Maker = PressureSolver* (*)(const Communicator& comm, const TensorGrid& grid, double tolerance,
+                                  std::string& fault);
 constexpr const char *library_name = "libskein_multigrid.so", *maker_name = "skein_multigrid_1";
 
 void* open_library() {
@@ -24,7 +25,8 @@ void* open_library() {
     setenv("OPENBLAS_NUM_THREADS", "1", 0);
     std::error_code none;
     fs::path program = fs::read_symlink("/proc/self/exe", none), code;
-    if (Dl_info here; dladdr(reinterpret_cast<void*>(&make_multigrid), &here)) code = here.dli_fname; // libskein.so, maybe
+    if (Dl_info here; dladdr(reinterpret_cast<void*>(&make_multigrid), &here))
+        code = here.dli_fname; // libskein.so, maybe
     for (const fs::path& place : {program.parent_path().parent_path() / "lib", code.parent_path()})
         if (const fs::path library = place / library_name; fs::exists(library, none))
             return dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -34,10 +36,12 @@ void* open_library() {
 Maker load() {
     void* const library = open_library();
     if (!library)
-        throw InputError(std::string("fluid.pressure = \"multigrid\" needs Skein's library of it, which cannot be loaded: ") +
-                         dlerror());
+        throw InputError(
+            std::string("fluid.pressure = \"multigrid\" needs Skein's library of it, which cannot be loaded: ") +
+            dlerror());
     void* const maker = dlsym(library, maker_name);
-    if (!maker) throw InputError(std::string(library_name) + " belongs to another release of Skein: it has no " + maker_name);
+    if (!maker)
+        throw InputError(std::string(library_name) + " belongs to another release of Skein: it has no " + maker_name);
     return reinterpret_cast<Maker>(maker);
 }
 

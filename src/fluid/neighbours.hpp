@@ -16,16 +16,20 @@ struct Neighbours {
 
     /// Along z.
     static Neighbours of_slabs(const Pencils& pencils, bool periodic) {
-        return of(pencils.slab(), pencils.slabs(), periodic, [&](int slab) { return pencils.rank_of(slab, pencils.share()); });
+        return of(pencils.slab(), pencils.slabs(), periodic,
+                  [&](int slab) { return pencils.rank_of(slab, pencils.share()); });
     }
     /// Along y.
     static Neighbours of_rows(const Pencils& pencils, bool periodic) {
-        return of(pencils.share(), pencils.across(), periodic, [&](int share) { return pencils.rank_of(pencils.slab(), share); });
+        return of(pencils.share(), pencils.across(), periodic,
+                  [&](int share) { return pencils.rank_of(pencils.slab(), share); });
     }
 
 private:
     template <class Rank> static Neighbours of(int own, int count, bool periodic, Rank&& rank) {
-        const auto next = [&](int at) { return at >= 0 && at < count ? rank(at) : periodic ? rank((at + count) % count) : -1; };
+        const auto next = [&](int at) {
+            return at >= 0 && at < count ? rank(at) : periodic ? rank((at + count) % count) : -1;
+        };
         return {next(own - 1), next(own + 1)};
     }
 };
@@ -37,7 +41,9 @@ public:
     explicit NeighbourParts(const Neighbours& ranks) : ranks_(ranks) {}
 
     void add(Numbers lowest, Numbers uppermost, Numbers from_below, Numbers from_above) {
-        const auto part = [](int rank, Numbers numbers) { return RepeatedMessages::Part{rank, std::as_writable_bytes(numbers)}; };
+        const auto part = [](int rank, Numbers numbers) {
+            return RepeatedMessages::Part{rank, std::as_writable_bytes(numbers)};
+        };
         // Between two ranks that are both neighbours of each other messages match in order: upwards first.
         if (ranks_.above >= 0) sent_.push_back(part(ranks_.above, uppermost));
         if (ranks_.below >= 0) received_.push_back(part(ranks_.below, from_below));

@@ -1,4 +1,5 @@
-// In place of flow_solver.cpp where Skein is built without the fluid: kernels of rods are then the same objects in both builds.
+// In place of flow_solver.cpp where Skein is built without the fluid: kernels of rods are then the same objects in both
+// builds.
 #include "fluid/make_flow.hpp"
 
 #include "skein/core/error.hpp"

@@ -8,12 +8,13 @@
 
 namespace skein {
 
-/// Slabs of planes along z, each of ranks that follow each other and share its rows, of which each has all cells along x. Rows
-/// stay in the pairs whose transforms are one, and coefficients along x in the packs whose columns are.
+/// Slabs of planes along z, each of ranks that follow each other and share its rows, of which each has all cells along
+/// x. Rows stay in the pairs whose transforms are one, and coefficients along x in the packs whose columns are.
 class Pencils {
 public:
     Pencils(const FluidGrid& grid, int rank, int ranks, int across = 1)
-        : cells_(grid.cells), rank_(rank), ranks_(ranks), across_(across), planes_(planes(slab())), rows_(rows(share())) {}
+        : cells_(grid.cells), rank_(rank), ranks_(ranks), across_(across), planes_(planes(slab())),
+          rows_(rows(share())) {}
 
     int ranks() const { return ranks_; }
     int across() const { return across_; } ///< ranks of a slab

@@ -1,12 +1,13 @@
-// The library libskein_multigrid.so: PETSc's conjugate gradients and multigrid for Poisson's equation in boxes of a grid.
+// The library libskein_multigrid.so: PETSc's conjugate gradients and multigrid for Poisson's equation in boxes of a
+// grid.
 //
-// An integral over each cell makes the equation symmetric, whatever the edges are: the flow between two neighbours is the
-// difference of their values times the area of their face over the distance of their centres. theory.md (83) Each coarser level
-// joins two neighbouring cells, of an odd number the last three, along the directions whose cells are thinnest; its equation is
-// that of its own cells, and values go between levels by linear interpolation and its transpose. So any number of cells on any
-// number of ranks has levels down to a few cells. Rows of all matrices are cells, plane by plane as ranks have them, which is the
-// order of a DMDA with the processes (1, 1, ranks); a DMDA itself halves even numbers alone and needs a plane of each level on
-// every rank.
+// An integral over each cell makes the equation symmetric, whatever the edges are: the flow between two neighbours is
+// the difference of their values times the area of their face over the distance of their centres. theory.md (83) Each
+// coarser level joins two neighbouring cells, of an odd number the last three, along the directions whose cells are
+// thinnest; its equation is that of its own cells, and values go between levels by linear interpolation and its
+// transpose. So any number of cells on any number of ranks has levels down to a few cells. Rows of all matrices are
+// cells, plane by plane as ranks have them, which is the order of a DMDA with the processes (1, 1, ranks); a DMDA
+// itself halves even numbers alone and needs a plane of each level on every rank.
 #include "fluid/fluid_grid.hpp"
 #include "fluid/pressure_solver.hpp"
 
@@ -22,8 +23,8 @@ namespace skein {
 
 namespace {
 
-constexpr int fewest_cells = 64;     ///< a level of no more is solved directly
-constexpr double alike = 1.5;        ///< directions whose thinnest cells are within this factor are made coarser together
+constexpr int fewest_cells = 64; ///< a level of no more is solved directly
+constexpr double alike = 1.5;    ///< directions whose thinnest cells are within this factor are made coarser together
 constexpr int most_iterations = 200; ///< ten are usual
 
 /// Cells along a direction.
@@ -39,7 +40,8 @@ struct Line {
         for (const double w : width) all.push_back(face + 0.5 * w), face += w;
         return all;
     }
-    /// One over the distance of the centres of cell i and the next, which of a period's last is the first; 0: there is none.
+    /// One over the distance of the centres of cell i and the next, which of a period's last is the first; 0: there is
+    /// none.
     double closeness(int i) const {
         const int next = i + 1 < size() ? i + 1 : 0;
         if (next == i || (next == 0 && !periodic)) return 0;
@@ -80,7 +82,8 @@ std::vector<Weights> interpolation(const Line& fine, const Line& coarse) {
             all.push_back({{own, own}, {1, 0}});
             continue;
         }
-        const double share = ahead / (from[static_cast<std::size_t>(other)] + lap - from[static_cast<std::size_t>(own)]);
+        const double share =
+            ahead / (from[static_cast<std::size_t>(other)] + lap - from[static_cast<std::size_t>(own)]);
         all.push_back({{own, other}, {1 - share, share}});
     }
     return all;
@@ -221,7 +224,8 @@ public:
                 PetscCall(MatDestroy(&whole));
             }
             PetscCall(count_bytes(matrix));
-            bytes_ += (l == count - 1 ? 10 : 7) * sizeof(PetscScalar) * // vectors of the cycle, and of conjugate gradients
+            bytes_ += (l == count - 1 ? 10 : 7) *
+                      sizeof(PetscScalar) * // vectors of the cycle, and of conjugate gradients
                       static_cast<std::size_t>(level.first_cell(rank_ + 1) - level.first_cell(rank_));
             PetscCall(MatDestroy(&matrix));
         }
@@ -237,14 +241,16 @@ public:
         if (run(f, phi, size, reason, left, iterations)) return "PETSc cannot solve for the pressure: " + complaint();
         if (reason > 0) return {};
         if (!std::isfinite(size))
-            return "the velocity of the fluid is not finite, and has no pressure: its step is too long for what drives it; a "
+            return "the velocity of the fluid is not finite, and has no pressure: its step is too long for what drives "
+                   "it; a "
                    "smaller "
                    "fluid.courant or time.dt would do";
         char text[200];
-        std::snprintf(text, sizeof text,
-                      "multigrid finds no pressure: the residual is %.3g of the right side after %d iterations (%s); a larger "
-                      "fluid.pressure_tolerance may do",
-                      left / size, static_cast<int>(iterations), KSPConvergedReasons[reason]);
+        std::snprintf(
+            text, sizeof text,
+            "multigrid finds no pressure: the residual is %.3g of the right side after %d iterations (%s); a larger "
+            "fluid.pressure_tolerance may do",
+            left / size, static_cast<int>(iterations), KSPConvergedReasons[reason]);
         return text;
     }
 
@@ -256,8 +262,8 @@ private:
                 for (int i = 0; i < level.size(0); ++i) body(i, j, k);
     }
 
-    PetscErrorCode run(std::span<const double> f, std::span<double> phi, double& size, KSPConvergedReason& reason, double& left,
-                       PetscInt& iterations) {
+    PetscErrorCode run(std::span<const double> f, std::span<double> phi, double& size, KSPConvergedReason& reason,
+                       double& left, PetscInt& iterations) {
         PetscFunctionBeginUser;
         const Level& level = levels_.front();
         PetscScalar* numbers;
@@ -280,7 +286,8 @@ private:
     }
 
     /// A matrix of this rank's rows: row(i, j, k, entries) says what is in that of a cell.
-    template <class Row> PetscErrorCode assemble(const Level& rows, const Level& columns, Row&& row, Mat* matrix) const {
+    template <class Row>
+    PetscErrorCode assemble(const Level& rows, const Level& columns, Row&& row, Mat* matrix) const {
         PetscFunctionBeginUser;
         const PetscInt first = columns.first_cell(rank_), behind = columns.first_cell(rank_ + 1),
                        mine = rows.first_cell(rank_ + 1) - rows.first_cell(rank_);
@@ -289,9 +296,10 @@ private:
         for_cells(rows, [&](int i, int j, int k) {
             Entries entries;
             row(i, j, k, entries);
-            const auto inside =
-                std::count_if(entries.column, entries.column + entries.count, [&](PetscInt c) { return c >= first && c < behind; });
-            here.push_back(static_cast<PetscInt>(inside)), away.push_back(entries.count - static_cast<PetscInt>(inside));
+            const auto inside = std::count_if(entries.column, entries.column + entries.count,
+                                              [&](PetscInt c) { return c >= first && c < behind; });
+            here.push_back(static_cast<PetscInt>(inside)),
+                away.push_back(entries.count - static_cast<PetscInt>(inside));
         });
         PetscCall(MatCreate(comm_, matrix));
         PetscCall(MatSetSizes(*matrix, mine, behind - first, static_cast<PetscInt>(rows.cells()),
@@ -303,7 +311,8 @@ private:
             Entries entries;
             row(i, j, k, entries);
             const PetscInt at = rows.cell(i, j, k);
-            if (!failed) failed = MatSetValues(*matrix, 1, &at, entries.count, entries.column, entries.value, ADD_VALUES);
+            if (!failed)
+                failed = MatSetValues(*matrix, 1, &at, entries.count, entries.column, entries.value, ADD_VALUES);
         });
         PetscCall(failed);
         PetscCall(MatAssemblyBegin(*matrix, MAT_FINAL_ASSEMBLY));
@@ -311,8 +320,8 @@ private:
         PetscFunctionReturn(0);
     }
 
-    /// Flows out of cells. Where it is to be inverted, the first cell also loses its own value: what sums to 0 is then solved with
-    /// that value at 0, and no other answer changes but by a constant.
+    /// Flows out of cells. Where it is to be inverted, the first cell also loses its own value: what sums to 0 is then
+    /// solved with that value at 0, and no other answer changes but by a constant.
     PetscErrorCode differences(const Level& level, bool inverted, Mat* matrix) const {
         PetscFunctionBeginUser;
         PetscCall(assemble(
@@ -368,8 +377,8 @@ private:
         PetscFunctionReturn(0);
     }
 
-    /// Polynomials of the matrix over its diagonal, whose eigenvalues are at most 2; those of values that alternate along any
-    /// direction are at least 1/3 where cells are cubes. They know nothing of ranks.
+    /// Polynomials of the matrix over its diagonal, whose eigenvalues are at most 2; those of values that alternate
+    /// along any direction are at least 1/3 where cells are cubes. They know nothing of ranks.
     static PetscErrorCode smooth(KSP smoother) {
         PetscFunctionBeginUser;
         PetscCall(KSPSetType(smoother, KSPCHEBYSHEV));
@@ -410,7 +419,8 @@ skein_multigrid_1(const Communicator& comm, const TensorGrid& grid, double toler
     double cells = 1;
     for (const auto& width : grid.width) cells *= static_cast<double>(width.size());
     if (cells > std::numeric_limits<PetscInt>::max()) {
-        fault = "this PETSc counts to " + std::to_string(std::numeric_limits<PetscInt>::max()) + ", and the fluid has more cells";
+        fault = "this PETSc counts to " + std::to_string(std::numeric_limits<PetscInt>::max()) +
+                ", and the fluid has more cells";
         return nullptr;
     }
     auto solver = std::make_unique<PetscMultigrid>(comm, grid);

@@ -1,4 +1,5 @@
-// Transforms of planes of cells along x and along y, to coefficients and back.                               theory.md (78), (79)
+// Transforms of planes of cells along x and along y, to coefficients and back.                               theory.md
+// (78), (79)
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -36,8 +37,8 @@ struct PlanePacks {
 /// Room for so many coefficients along x, of whole blocks.
 inline int row_of(int modes) { return (modes + 15) / 16 * 16; }
 
-/// Coefficients of a plane as transforms along x leave them, in blocks of 8 or 16 rows side by side. For eight rows from j on,
-/// those of mode m and of the next ones, `lanes` apart.
+/// Coefficients of a plane as transforms along x leave them, in blocks of 8 or 16 rows side by side. For eight rows
+/// from j on, those of mode m and of the next ones, `lanes` apart.
 struct PlaneTiles {
     double* first;
     std::ptrdiff_t row;
@@ -76,7 +77,8 @@ public:
                 double* const first = to.first[pack] + k * to.plane[pack] + (j + l) * to.row[pack];
                 P square[8];
                 for (int t = 0; t < 8; ++t)
-                    square[t] = m + t < nx_ ? load<8>(&blocks_.out[static_cast<std::size_t>((m + t) * x.lanes() + l)]) : P(0.0);
+                    square[t] =
+                        m + t < nx_ ? load<8>(&blocks_.out[static_cast<std::size_t>((m + t) * x.lanes() + l)]) : P(0.0);
                 transpose(square);
                 for (int t = 0; t < 8; ++t)
                     if (j + l + t < rows_) store(first + t * to.row[pack], square[t]);
@@ -103,7 +105,8 @@ public:
                 const auto pack = static_cast<std::size_t>(m / 8);
                 const double* const first = from.first[pack] + k * from.plane[pack] + (j + l) * from.row[pack];
                 P square[8];
-                for (int t = 0; t < 8; ++t) square[t] = j + l + t < rows_ ? load<8>(first + t * from.row[pack]) : P(0.0);
+                for (int t = 0; t < 8; ++t)
+                    square[t] = j + l + t < rows_ ? load<8>(first + t * from.row[pack]) : P(0.0);
                 transpose(square);
                 for (int t = 0; t < 8; ++t)
                     if (m + t < nx_) store(&blocks_.in[static_cast<std::size_t>((m + t) * x.lanes() + l)], square[t]);
@@ -152,7 +155,8 @@ private:
                 transpose(square);
                 for (int t = 0; t < 8; ++t)
                     if (i + t < nx_)
-                        store(&blocks_.in[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)], P(x.sign(i + t)) * square[t]);
+                        store(&blocks_.in[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)],
+                              P(x.sign(i + t)) * square[t]);
             }
     }
     void scatter(const LineTransform& x, int j) {
@@ -160,7 +164,8 @@ private:
             P square[8];
             for (int t = 0; t < 8; ++t)
                 square[t] = i + t < nx_
-                                ? P(x.sign(i + t)) * load<8>(&blocks_.out[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)])
+                                ? P(x.sign(i + t)) *
+                                      load<8>(&blocks_.out[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)])
                                 : P(0.0);
             transpose(square);
             for (int t = 0; t < 8; ++t) store(row(j + l + t) + i, square[t]);
@@ -212,7 +217,8 @@ public:
             for_squares(y, [&](int j, int l) {
                 double* const tile = to.at(j, m + l);
                 P square[8];
-                for (int t = 0; t < 8; ++t) square[t] = j + t < y.size() ? P(y.sign(j + t)) * load<8>(out(y, j + t, l)) : P(0.0);
+                for (int t = 0; t < 8; ++t)
+                    square[t] = j + t < y.size() ? P(y.sign(j + t)) * load<8>(out(y, j + t, l)) : P(0.0);
                 transpose(square);
                 for (int t = 0; t < 8; ++t)
                     if (m + l + t < modes_) store(tile + t * to.lanes, square[t]);
@@ -221,7 +227,9 @@ public:
     }
 
 private:
-    double* in(const LineTransform& y, int j, int l) { return &blocks_.in[static_cast<std::size_t>(y.place(j) * y.lanes() + l)]; }
+    double* in(const LineTransform& y, int j, int l) {
+        return &blocks_.in[static_cast<std::size_t>(y.place(j) * y.lanes() + l)];
+    }
     const double* out(const LineTransform& y, int j, int l) const {
         return &blocks_.out[static_cast<std::size_t>(y.place(j) * y.lanes() + l)];
     }
@@ -246,7 +254,8 @@ private:
         }
     }
     /// scatter(m): takes modes from m on from there.
-    template <class Scatter> void transform_back(const LineTransform& y, int k, const PlaneRows& from, Scatter&& scatter) {
+    template <class Scatter>
+    void transform_back(const LineTransform& y, int k, const PlaneRows& from, Scatter&& scatter) {
         blocks_.make_room(y);
         for (int m = 0; m < modes_; m += y.lanes()) {
             for (int j = 0; j < y.size(); ++j) {

@@ -11,13 +11,15 @@
 
 namespace skein {
 
-/// Ranks of a slab exchange coefficients along x: of all modes in their rows for those of their modes in all rows, and back.
+/// Ranks of a slab exchange coefficients along x: of all modes in their rows for those of their modes in all rows, and
+/// back.
 class RowExchange {
 public:
     RowExchange(const Communicator& comm, const FluidGrid& grid, const Pencils& pencils) {
         const int planes = pencils.planes().count, rows = pencils.rows().count, mine = width(pencils, pencils.share());
         const auto numbers = [&](int of_rows, int of_modes) {
-            return static_cast<std::size_t>(planes) * static_cast<std::size_t>(of_rows) * static_cast<std::size_t>(of_modes);
+            return static_cast<std::size_t>(planes) * static_cast<std::size_t>(of_rows) *
+                   static_cast<std::size_t>(of_modes);
         };
         rows_ = AlignedVector<double>(numbers(rows, (grid.cells[0] + 7) / 8 * 8), 0.0);
         modes_ = AlignedVector<double>(numbers(grid.cells[1], mine), 0.0);
@@ -25,13 +27,15 @@ public:
         for (int s = 0; s < pencils.across(); ++s) {
             const int rank = pencils.rank_of(pencils.slab(), s), wide = width(pencils, s);
             const Slab others = pencils.rows(s);
-            double *const to = rows_.data() + numbers(rows, pencils.modes(s).first), *const from = modes_.data() +
-                                                                                                   numbers(others.first, mine);
+            double *const to = rows_.data() + numbers(rows, pencils.modes(s).first), *const from =
+                                                                                         modes_.data() +
+                                                                                         numbers(others.first, mine);
             of_rows.push_back({rank, std::as_writable_bytes(std::span(to, numbers(rows, wide)))});
             of_modes.push_back({rank, std::as_writable_bytes(std::span(from, numbers(others.count, mine)))});
             for (int m = 0; m < wide; m += 8) packs_.add(to + m, static_cast<std::ptrdiff_t>(rows) * wide, wide);
             for (int j = 0; j < others.count; ++j)
-                whole_.add(from + static_cast<std::ptrdiff_t>(j) * mine, static_cast<std::ptrdiff_t>(others.count) * mine);
+                whole_.add(from + static_cast<std::ptrdiff_t>(j) * mine,
+                           static_cast<std::ptrdiff_t>(others.count) * mine);
         }
         to_modes_ = RepeatedMessages(comm, of_rows, of_modes);
         to_rows_ = RepeatedMessages(comm, of_modes, of_rows);

@@ -1,5 +1,6 @@
-// Columns that stay on their ranks: each solves its own planes, and what it has to know of others are the numbers just beyond
-// them.                                                                                              theory.md (79a), (79b)
+// Columns that stay on their ranks: each solves its own planes, and what it has to know of others are the numbers just
+// beyond them.                                                                                              theory.md
+// (79a), (79b)
 #pragma once
 
 #include "fluid/coupled_slabs.hpp"
@@ -9,18 +10,20 @@
 
 namespace skein {
 
-/// Neighbours send each other a number of each column, which tells most coefficients all. Bits depend on the number of slabs, of
-/// which there are at least two. Equations have a period along z where the grid has one.
+/// Neighbours send each other a number of each column, which tells most coefficients all. Bits depend on the number of
+/// slabs, of which there are at least two. Equations have a period along z where the grid has one.
 class SlabColumns {
 public:
     using P = Columns::P;
     SlabColumns(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils)
         : comm_(comm), threads_(threads), grid_(grid), pencils_(pencils), modes_(pencils.modes(pencils.share())),
-          planes_(pencils.planes().count), row_(row_of(modes_.count)), plane_(static_cast<std::ptrdiff_t>(grid.cells[1]) * row_),
+          planes_(pencils.planes().count), row_(row_of(modes_.count)),
+          plane_(static_cast<std::ptrdiff_t>(grid.cells[1]) * row_),
           neighbours_(Neighbours::of_slabs(pencils, grid.periodic(2))),
           work_(static_cast<std::size_t>(threads.count()), Columns::Work(planes_)) {
         numbers_ = UnsetArray<double>(static_cast<std::size_t>(planes_ * plane_));
-        for (int j = 0; j < grid.cells[1]; ++j) rows_.add(numbers_.data() + static_cast<std::ptrdiff_t>(j) * row_, plane_);
+        for (int j = 0; j < grid.cells[1]; ++j)
+            rows_.add(numbers_.data() + static_cast<std::ptrdiff_t>(j) * row_, plane_);
         for (AlignedVector<double>* plane : {&first_, &last_, &beyond_lower_, &beyond_upper_})
             plane->assign(static_cast<std::size_t>(plane_), 0.0);
         NeighbourParts parts(neighbours_);
@@ -34,7 +37,8 @@ public:
     void solve(const Helmholtz& equation) {
         const std::array ends{equation.x.ends(), equation.y.ends(), equation.z};
         auto coupled = coupled_.find(ends);
-        if (coupled == coupled_.end()) coupled = coupled_.try_emplace(ends, comm_, threads_, grid_, pencils_, equation).first;
+        if (coupled == coupled_.end())
+            coupled = coupled_.try_emplace(ends, comm_, threads_, grid_, pencils_, equation).first;
         for_chunks([&](int j, int begin, int end, int) { find_outer(equation, j, begin, end); });
         if (neighbours_.above < 0 && equation.singular() && modes_.first == 0 && modes_.count > 0)
             last_.front() = last_of_constant(equation);
@@ -58,15 +62,16 @@ private:
     /// body(j, begin, end, thread) of coefficients of y mode j, `begin` behind the first x mode of this rank on.
     template <class Body> void for_chunks(Body&& body) {
         threads_.for_each(static_cast<std::size_t>(grid_.cells[1]), [&](std::size_t j, int thread) {
-            for (int m = 0; m < row_; m += Columns::chunk) body(static_cast<int>(j), m, std::min(m + Columns::chunk, row_), thread);
+            for (int m = 0; m < row_; m += Columns::chunk)
+                body(static_cast<int>(j), m, std::min(m + Columns::chunk, row_), thread);
         });
     }
     std::ptrdiff_t place(int j, int m) const { return static_cast<std::ptrdiff_t>(j) * row_ + m; }
     int unknown(const Helmholtz& equation) const { return neighbours_.above < 0 ? equation.unknown(planes_) : planes_; }
     bool at_end() const { return neighbours_.above < 0 || neighbours_.below < 0; }
 
-    /// First and last number of this slab by itself, with 0 beyond interfaces: sums from the other end on, of which a slab at an
-    /// end of the box needs the one that begins there.
+    /// First and last number of this slab by itself, with 0 beyond interfaces: sums from the other end on, of which a
+    /// slab at an end of the box needs the one that begins there.
     void find_outer(const Helmholtz& equation, int j, int begin, int end) {
         const int n = unknown(equation);
         const P scale(equation.scale_of_coefficients()), wall(at_end() ? equation.end() : 0.0);
@@ -123,9 +128,10 @@ private:
     int planes_, row_;
     std::ptrdiff_t plane_;
     Neighbours neighbours_;
-    UnsetArray<double> numbers_;                        ///< [plane][y mode][x mode]
-    AlignedVector<double> first_, last_;                ///< [y mode][x mode]: outer numbers of this slab by itself
-    AlignedVector<double> beyond_lower_, beyond_upper_; ///< [y mode][x mode]: those of neighbours, then the numbers beyond
+    UnsetArray<double> numbers_;         ///< [plane][y mode][x mode]
+    AlignedVector<double> first_, last_; ///< [y mode][x mode]: outer numbers of this slab by itself
+    AlignedVector<double> beyond_lower_,
+        beyond_upper_; ///< [y mode][x mode]: those of neighbours, then the numbers beyond
     PlaneRows rows_;
     RepeatedMessages messages_;
     std::map<std::array<LineEnds, 3>, CoupledSlabs> coupled_; ///< by ends of an equation

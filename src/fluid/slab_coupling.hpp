@@ -1,4 +1,4 @@
-// Which coefficients couple the slabs of all ranks, where columns are solved slab by slab.                      theory.md (79a)
+// Which coefficients couple the slabs of all ranks, where columns are solved slab by slab. theory.md (79a)
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -10,8 +10,8 @@
 
 namespace skein {
 
-/// Of a coefficient with this eigenvalue of the second differences along x and y: whether a number beyond a slab of so many planes
-/// is felt at its other end, by more than 1e-17 of it.
+/// Of a coefficient with this eigenvalue of the second differences along x and y: whether a number beyond a slab of so
+/// many planes is felt at its other end, by more than 1e-17 of it.
 inline bool couples_slabs(double eigenvalue, int planes) {
     constexpr double felt = 39.1; // -log(1e-17)
     const double cosh = 1 - 0.5 * eigenvalue;

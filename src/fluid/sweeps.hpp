@@ -1,5 +1,5 @@
-// What happens to the fluid of a row of cells within a stage. Velocity u of cell (i, j, k) is at its upper face across x, v across
-// y, w across z.                                                                                              theory.md (75), (76)
+// What happens to the fluid of a row of cells within a stage. Velocity u of cell (i, j, k) is at its upper face across
+// x, v across y, w across z. theory.md (75), (76)
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -21,8 +21,9 @@ struct StageFactors {
 /// Where viscosity is: in the rates, or in the velocity that a stage begins with, where a stage is half implicit.
 enum class Viscosity { of_rates, of_velocity };
 
-/// Rates of convection in divergence form, which keeps kinetic energy, and of viscosity; then the velocities after the stage.
-/// `rate` holds those of the stage before, and then those of this one. Cost: 120 flop and 13 numbers in memory per cell.
+/// Rates of convection in divergence form, which keeps kinetic energy, and of viscosity; then the velocities after the
+/// stage. `rate` holds those of the stage before, and then those of this one. Cost: 120 flop and 13 numbers in memory
+/// per cell.
 template <Viscosity viscosity> class StageSweep {
 public:
     using P = Pack<8>;
@@ -37,11 +38,15 @@ public:
         const double *const u = velocity[0], *const v = velocity[1], *const w = velocity[2];
         const std::ptrdiff_t r = row_, p = plane_;
         const auto at = [](const double* from) __attribute__((always_inline)) { return load<8>(from); };
-        const P u0 = at(u), ue = at(u + 1), uw = at(u - 1), un = at(u + r), us = at(u - r), ut = at(u + p), ub = at(u - p);
-        const P v0 = at(v), ve = at(v + 1), vw = at(v - 1), vn = at(v + r), vs = at(v - r), vt = at(v + p), vb = at(v - p);
-        const P w0 = at(w), we = at(w + 1), ww = at(w - 1), wn = at(w + r), ws = at(w - r), wt = at(w + p), wb = at(w - p);
+        const P u0 = at(u), ue = at(u + 1), uw = at(u - 1), un = at(u + r), us = at(u - r), ut = at(u + p),
+                ub = at(u - p);
+        const P v0 = at(v), ve = at(v + 1), vw = at(v - 1), vn = at(v + r), vs = at(v - r), vt = at(v + p),
+                vb = at(v - p);
+        const P w0 = at(w), we = at(w + 1), ww = at(w - 1), wn = at(w + r), ws = at(w - r), wt = at(w + p),
+                wb = at(w - p);
         // Four times the products at edges and centres; both components of an edge take the same.
-        const P uv = (u0 + un) * (v0 + ve), uv_west = (uw + at(u + r - 1)) * (vw + v0), uv_south = (us + u0) * (vs + at(v - r + 1));
+        const P uv = (u0 + un) * (v0 + ve), uv_west = (uw + at(u + r - 1)) * (vw + v0),
+                uv_south = (us + u0) * (vs + at(v - r + 1));
         const P uw_ = (u0 + ut) * (w0 + we), uw_west = (uw + at(u + p - 1)) * (ww + w0),
                 uw_below = (ub + u0) * (wb + at(w - p + 1));
         const P vw_ = (v0 + vt) * (w0 + wn), vw_south = (vs + at(v + p - r)) * (ws + w0),
@@ -62,14 +67,16 @@ public:
                 of_v = rate_of((uv - uv_west) + (square(v0 + vn) - square(vs + v0)) + (vw_ - vw_below), around_v, v0),
                 of_w = rate_of((uw_ - uw_west) + (vw_ - vw_south) + (square(w0 + wt) - square(wb + w0)), around_w, w0);
         const P p0 = at(pressure), gradient(gradient_);
-        const auto put = [&](std::size_t c, const P& now, const P& before, const P& ahead) __attribute__((always_inline)) {
+        const auto put = [&](std::size_t c, const P& now, const P& before, const P& ahead)
+            __attribute__((always_inline)) {
             const P last = at(rate[c]);
             store(rate[c], now);
             P to = before + P(factors_.push[c]);
             to = fma(P(factors_.rate), now, to), to = fma(P(factors_.last_rate), last, to);
             store(out[c], fnma(gradient, ahead - p0, to));
         };
-        put(0, of_u, before_of(around_u, u0), at(pressure + 1)), put(1, of_v, before_of(around_v, v0), at(pressure + r));
+        put(0, of_u, before_of(around_u, u0), at(pressure + 1)),
+            put(1, of_v, before_of(around_v, v0), at(pressure + r));
         put(2, of_w, before_of(around_w, w0), at(pressure + p));
     }
 
@@ -88,7 +95,8 @@ SKEIN_INLINE Pack<8> around(const FieldLayout& layout, const double* f) {
 
 /// Sum of the differences of velocities over eight cells, times h the divergence.
 SKEIN_INLINE Pack<8> outflow_of(const FieldLayout& layout, const Three<const double*>& velocity) {
-    return (load<8>(velocity[0]) - load<8>(velocity[0] - 1)) + (load<8>(velocity[1]) - load<8>(velocity[1] - layout.row)) +
+    return (load<8>(velocity[0]) - load<8>(velocity[0] - 1)) +
+           (load<8>(velocity[1]) - load<8>(velocity[1] - layout.row)) +
            (load<8>(velocity[2]) - load<8>(velocity[2] - layout.plane));
 }
 

@@ -29,7 +29,8 @@ template <class Body> void PlaneExchange::for_sent(Body&& body) const {
         if (planes.count == 0) continue;
         const int first = planes.first - pencils_.planes().first;
         for (int k = -ghosts_; k < planes.count + ghosts_; ++k)
-            for (int j = rows.first; j < rows.first + rows.count; ++j) body(share, j - pencils_.rows().first, first + k);
+            for (int j = rows.first; j < rows.first + rows.count; ++j)
+                body(share, j - pencils_.rows().first, first + k);
     }
 }
 
@@ -43,10 +44,12 @@ template <class Body> void PlaneExchange::for_received(Body&& body) const {
 }
 
 /// Rows of numbers to ranks by share.
-std::vector<double> PlaneExchange::exchanged(std::span<const double> sent, std::span<const std::int64_t> of_shares) const {
+std::vector<double> PlaneExchange::exchanged(std::span<const double> sent,
+                                             std::span<const std::int64_t> of_shares) const {
     std::vector<std::int64_t> counts(static_cast<std::size_t>(comm_.size()), 0), come;
     for (int share = 0; share < pencils_.across(); ++share)
-        counts[static_cast<std::size_t>(pencils_.rank_of(pencils_.slab(), share))] = of_shares[static_cast<std::size_t>(share)];
+        counts[static_cast<std::size_t>(pencils_.rank_of(pencils_.slab(), share))] =
+            of_shares[static_cast<std::size_t>(share)];
     const std::vector<std::byte> arrived =
         comm_.all_to_all(std::as_bytes(sent), static_cast<std::size_t>(layout_.row) * sizeof(double), counts, come);
     std::vector<double> numbers(arrived.size() / sizeof(double));
@@ -97,7 +100,7 @@ void FlowPlanes::take() {
         exchange_.to_planes(fields_[f], copies_[f]);
         fields_[f] = copies_[f];
     }
-    // The pressure becomes that of the flow's time.                                                             theory.md (77a)
+    // The pressure becomes that of the flow's time. theory.md (77a)
     const auto [field, times] = pressure_in_time(flow_).pressure_gain();
     if (times == 0) return;
     std::vector<double> gain;
@@ -128,7 +131,8 @@ WholeState::WholeState(const Communicator& comm, FlowSolver& flow)
 }
 
 std::size_t WholeState::numbers_of_plane() const {
-    return fields_.size() * static_cast<std::size_t>(exchange_.layout().nx) * static_cast<std::size_t>(exchange_.layout().ny);
+    return fields_.size() * static_cast<std::size_t>(exchange_.layout().nx) *
+           static_cast<std::size_t>(exchange_.layout().ny);
 }
 
 void WholeState::put_back() {

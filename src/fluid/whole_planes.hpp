@@ -1,5 +1,5 @@
-// Fields of a flow in whole planes, as files and digests have them: where ranks share the rows of a slab, each takes some of its
-// planes.
+// Fields of a flow in whole planes, as files and digests have them: where ranks share the rows of a slab, each takes
+// some of its planes.
 #pragma once
 
 #include "fluid/flow.hpp"
@@ -44,7 +44,8 @@ class FlowPlanes {
 public:
     FlowPlanes(const Communicator& comm, const FlowSolver& flow);
 
-    /// What the flow is now, from here to release(), while it must not change: copies where ranks share rows. Collective.
+    /// What the flow is now, from here to release(), while it must not change: copies where ranks share rows.
+    /// Collective.
     void take();
     void release();
 

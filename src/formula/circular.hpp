@@ -1,4 +1,5 @@
-// Sine and cosine over packs, of any angle. All widths give the same bits: what a lane gets depends on its own number alone.
+// Sine and cosine over packs, of any angle. All widths give the same bits: what a lane gets depends on its own number
+// alone.
 #pragma once
 
 #include "formula/lane_bits.hpp"
@@ -8,7 +9,8 @@ namespace skein {
 
 namespace detail {
 
-// On |r| <= pi/4, in r^2: (sin(r) - r)/r^3 and (cos(r) - 1)/r^2, of least relative error in the sine, 4e-18, and the cosine, 1e-18.
+// On |r| <= pi/4, in r^2: (sin(r) - r)/r^3 and (cos(r) - 1)/r^2, of least relative error in the sine, 4e-18, and the
+// cosine, 1e-18.
 inline constexpr double sine_series[] = {-0.1666666666666663,    0.00833333333332184,    -0.00019841269829359216,
                                          2.7557313538812847e-06, -2.505073444293488e-08, 1.589543671761376e-10};
 inline constexpr double cosine_series[] = {-0.5,
@@ -41,8 +43,8 @@ template <int W> [[gnu::noinline, gnu::cold]] Pack<W> sine_rarely(const Pack<W>&
     return r;
 }
 
-/// sin(x + more pi/2) for |x| up to largest_angle. Cody and Waite's reduction by k pi/2, with pi/2 in three parts: as x and k times
-/// the first are whole multiples of the last bit of that, the first difference is exact.
+/// sin(x + more pi/2) for |x| up to largest_angle. Cody and Waite's reduction by k pi/2, with pi/2 in three parts: as x
+/// and k times the first are whole multiples of the last bit of that, the first difference is exact.
 template <int more, int W> SKEIN_INLINE Pack<W> sine_of_ordinary(const Pack<W>& x) {
     using P = Pack<W>;
     const P counted = fma(x, P(0.63661977236758134), P(magic)), k = counted - P(magic);

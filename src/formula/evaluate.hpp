@@ -1,6 +1,6 @@
-// Runs a list of instructions over a strip of places, W side by side. One instruction goes over the whole strip before the next, so
-// that choosing an operation is paid once a strip; a strip's registers stay in the first cache. An instruction may be two
-// operations, of which the first one's value never leaves the processor.
+// Runs a list of instructions over a strip of places, W side by side. One instruction goes over the whole strip before
+// the next, so that choosing an operation is paid once a strip; a strip's registers stay in the first cache. An
+// instruction may be two operations, of which the first one's value never leaves the processor.
 #pragma once
 
 #include "formula/program.hpp"

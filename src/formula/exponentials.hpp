@@ -12,15 +12,19 @@ namespace skein {
 namespace detail {
 
 // (exp(r) - 1 - r)/r^2 on |r| <= ln(2)/2, of least relative error in the exponential: 1e-17.
-inline constexpr double exponential_series[] = {
-    0.5000000000000011,     0.16666666666666413,   0.041666666666530155,   0.008333333333494463,  0.001388888894363038,
-    0.00019841269506575744, 2.480149309863533e-05, 2.7557586375678646e-06, 2.763024847316803e-07, 2.5000061183251388e-08};
-// With s = (m - 1)/(m + 1): (ln(m) - 2 s)/s^3 in s^2 on sqrt(1/2) <= m <= sqrt(2), of least relative error in the logarithm: 1e-18.
-inline constexpr double logarithm_series[] = {0.6666666666666734,  0.3999999999941704,  0.28571428741895166, 0.22222198621281986,
-                                              0.18183561927429714, 0.15314109750530142, 0.147953762384299};
+inline constexpr double exponential_series[] = {0.5000000000000011,    0.16666666666666413,    0.041666666666530155,
+                                                0.008333333333494463,  0.001388888894363038,   0.00019841269506575744,
+                                                2.480149309863533e-05, 2.7557586375678646e-06, 2.763024847316803e-07,
+                                                2.5000061183251388e-08};
+// With s = (m - 1)/(m + 1): (ln(m) - 2 s)/s^3 in s^2 on sqrt(1/2) <= m <= sqrt(2), of least relative error in the
+// logarithm: 1e-18.
+inline constexpr double logarithm_series[] = {0.6666666666666734,  0.3999999999941704,  0.28571428741895166,
+                                              0.22222198621281986, 0.18183561927429714, 0.15314109750530142,
+                                              0.147953762384299};
 // (ln(m)/(2 s) - 1 - s^2/3)/s^4 in s^2 there: 1e-20.
-inline constexpr double logarithm_tail[] = {0.1999999999999999,  0.1428571428572255,  0.11111111108769525,  0.09090909434998218,
-                                            0.07692278446372104, 0.06668158290674332, 0.058374177645743514, 0.05994435631695045};
+inline constexpr double logarithm_tail[] = {0.1999999999999999,   0.1428571428572255,  0.11111111108769525,
+                                            0.09090909434998218,  0.07692278446372104, 0.06668158290674332,
+                                            0.058374177645743514, 0.05994435631695045};
 
 inline constexpr double halvings = 1.4426950408889634; ///< 1/ln(2)
 inline constexpr double ln2 = 0x1.62e42fefa39efp-1, ln2_low = 0x1.abc9e3b39803fp-56;
@@ -79,7 +83,8 @@ template <int W> [[gnu::noinline]] Pack<W> logarithm_rarely(const Pack<W>& x, Pa
     using P = Pack<W>;
     Split<W> scaled = split(x * P(0x1p54));
     scaled.k -= P(54.0);
-    const P tiny = select(x > P(0.0), logarithm_of(scaled), select(x < P(0.0), P(std::numeric_limits<double>::quiet_NaN()), x));
+    const P tiny =
+        select(x > P(0.0), logarithm_of(scaled), select(x < P(0.0), P(std::numeric_limits<double>::quiet_NaN()), x));
     const P low = select((x <= P(0.0)) & (x >= P(0.0)), P(-infinity), tiny);
     return select(x < P(smallest_normal), low, select(x < P(infinity), result, x));
 }
@@ -128,7 +133,8 @@ template <int W> SKEIN_INLINE Pack<W> power_of(const Split<W>& a, const Pack<W>&
     return negative ? -r : r;
 }
 
-// expm1(r) = r + r^2 times a series, of the remainder of 2 |x| in two parts; 2^-k - 1 and 2^-k + 1 with the roundings of both sums.
+// expm1(r) = r + r^2 times a series, of the remainder of 2 |x| in two parts; 2^-k - 1 and 2^-k + 1 with the roundings
+// of both sums.
 template <int W> SKEIN_INLINE Pack<W> hyperbolic_tangent_of_size(const Pack<W>& size) {
     using P = Pack<W>;
     const P x = min(size + size, P(88.0)); // above 2^-60 of 1
@@ -166,7 +172,8 @@ template <int W> SKEIN_INLINE Pack<W> hyperbolic_tangent(const Pack<W>& x) {
 /// a^b, for any b.
 template <int W> SKEIN_INLINE Pack<W> power(const Pack<W>& a, const Pack<W>& b) {
     using P = Pack<W>;
-    const Mask<W> good = (a >= P(detail::smallest_normal)) & (a < P(detail::infinity)) & (detail::size_of(b) < P(detail::infinity));
+    const Mask<W> good =
+        (a >= P(detail::smallest_normal)) & (a < P(detail::infinity)) & (detail::size_of(b) < P(detail::infinity));
     P r = detail::power_of(split(select(good, a, P(1.0))), select(good, b, P(1.0)));
     if (any(!good)) [[unlikely]]
         for (int i = 0; i < W; ++i)

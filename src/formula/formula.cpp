@@ -79,7 +79,8 @@ public:
             if (scope_.tables[i].name == call.name) {
                 need(call, given, 1, 1);
                 agree(given[0], unit_of(scope_.tables[i].at_unit), call.name);
-                return push(graph_.tabulated(static_cast<int>(i), given[0].node), unit_of(scope_.tables[i].unit), whole.begin, end);
+                return push(graph_.tabulated(static_cast<int>(i), given[0].node), unit_of(scope_.tables[i].unit),
+                            whole.begin, end);
             }
         for (const Function& f : functions)
             if (f.name == call.name) {
@@ -100,8 +101,12 @@ public:
     }
     void binary(char op) {
         const Item b = stack_.back(), a = stack_[stack_.size() - 2];
-        const auto join = [&](Op o, std::optional<Unit> unit) { push_over(2, graph_.make(o, a.node, b.node), unit, a.begin); };
-        const auto both = [&](auto combine) { return a.unit && b.unit ? std::optional(combine(*a.unit, *b.unit)) : std::nullopt; };
+        const auto join = [&](Op o, std::optional<Unit> unit) {
+            push_over(2, graph_.make(o, a.node, b.node), unit, a.begin);
+        };
+        const auto both = [&](auto combine) {
+            return a.unit && b.unit ? std::optional(combine(*a.unit, *b.unit)) : std::nullopt;
+        };
         switch (op) {
         case '+':
             return join(Op::add, alike(a, b, "the parts of a sum"));
@@ -164,7 +169,8 @@ private:
         if (unit && a.unit && !(*a.unit == *unit))
             throw Refusal{a.begin, a.end - a.begin,
                           fmt::format("'{}' takes {}, and this is in {}", what,
-                                      unit->pure() ? "a pure number" : "a value in " + unit_text(*unit), unit_text(*a.unit))};
+                                      unit->pure() ? "a pure number" : "a value in " + unit_text(*unit),
+                                      unit_text(*a.unit))};
     }
     /// The text of a value as the scene has it.
     std::string words(const Item& item) const {
@@ -181,10 +187,12 @@ private:
             const bool first = b.unit->pure();
             const Item& odd = first ? a : b;
             const std::string_view part = text_.substr(odd.begin, odd.end - odd.begin);
-            const std::string cure = a.unit->pure() || first
-                                         ? fmt::format("divide '{}' by a constant in {}", part, unit_text(*odd.unit))
-                                         : fmt::format("multiply '{}' by a constant in {}", part, unit_text(*a.unit / *b.unit));
-            throw Refusal{a.begin, b.end - a.begin, fmt::format("{} need one unit: {}, {}; {}", what, words(a), words(b), cure)};
+            const std::string cure =
+                a.unit->pure() || first
+                    ? fmt::format("divide '{}' by a constant in {}", part, unit_text(*odd.unit))
+                    : fmt::format("multiply '{}' by a constant in {}", part, unit_text(*a.unit / *b.unit));
+            throw Refusal{a.begin, b.end - a.begin,
+                          fmt::format("{} need one unit: {}, {}; {}", what, words(a), words(b), cure)};
         }
         return a.unit ? b.unit ? a.unit : std::nullopt : std::nullopt;
     }
@@ -198,7 +206,8 @@ private:
         if (a.unit && exponent) unit = a.unit->raised(*exponent);
         else if (a.unit && a.unit->pure()) unit = Unit{};
         else if (a.unit)
-            throw Refusal{a.begin, a.end - a.begin, fmt::format("a power that varies of what is in {}", unit_text(*a.unit))};
+            throw Refusal{a.begin, a.end - a.begin,
+                          fmt::format("a power that varies of what is in {}", unit_text(*a.unit))};
         int r;
         if (exponent && std::abs(*exponent) <= 16 && *exponent == std::floor(*exponent))
             r = graph_.whole_power(a.node, static_cast<int>(*exponent));
@@ -226,12 +235,14 @@ private:
             agree(a, pure, f);
             return {of_two(Op::arc_tangent, a.node, graph_.constant(1)), pure};
         }
-        if (f == "sqrt") return {graph_.make(Op::root, a.node), a.unit ? std::optional(a.unit->raised(0.5)) : std::nullopt};
+        if (f == "sqrt")
+            return {graph_.make(Op::root, a.node), a.unit ? std::optional(a.unit->raised(0.5)) : std::nullopt};
         if (f == "abs") return {graph_.make(Op::absolute, a.node), a.unit};
         const int zero = graph_.constant(0), one = graph_.constant(1);
         if (f == "step") return {graph_.make(Op::choice, of_two(Op::less, a.node, zero), zero, one), pure};
         if (f == "sign")
-            return {graph_.make(Op::choice, of_two(Op::less, a.node, zero), graph_.constant(-1), of_two(Op::less, zero, a.node)),
+            return {graph_.make(Op::choice, of_two(Op::less, a.node, zero), graph_.constant(-1),
+                                of_two(Op::less, zero, a.node)),
                     pure};
         if (f == "if") {
             agree(a, pure, f);
@@ -280,7 +291,8 @@ struct value_name : word {};
 struct call_begin : peg::seq<word, blank, peg::one<'('>, blank> {};
 struct call_end : peg::one<')'> {};
 struct comma : peg::seq<peg::one<','>, blank> {};
-struct call : peg::seq<call_begin, peg::must<expression>, peg::star<comma, peg::must<expression>>, peg::must<call_end>> {};
+struct call
+    : peg::seq<call_begin, peg::must<expression>, peg::star<comma, peg::must<expression>>, peg::must<call_end>> {};
 struct bracket_end : peg::one<')'> {};
 struct bracket : peg::seq<peg::one<'('>, blank, peg::must<expression>, peg::must<bracket_end>> {};
 struct primary : peg::seq<peg::sor<figures, call, value_name, bracket>, blank> {};
@@ -295,18 +307,17 @@ struct product : peg::seq<unary, peg::star<peg::sor<times, over>>> {};
 struct plus_term : peg::seq<peg::one<'+'>, blank, peg::must<product>> {};
 struct minus_term : peg::seq<peg::one<'-'>, blank, peg::must<product>> {};
 struct sum : peg::seq<product, peg::star<peg::sor<plus_term, minus_term>>> {};
-struct comparison
-    : peg::seq<
-          peg::sor<peg::string<'<', '='>, peg::string<'>', '='>, peg::string<'=', '='>, peg::string<'!', '='>, peg::one<'<', '>'>>,
-          blank, peg::must<sum>> {};
+struct comparison : peg::seq<peg::sor<peg::string<'<', '='>, peg::string<'>', '='>, peg::string<'=', '='>,
+                                      peg::string<'!', '='>, peg::one<'<', '>'>>,
+                             blank, peg::must<sum>> {};
 struct expression : peg::seq<sum, peg::opt<comparison>> {};
 struct whole : peg::seq<blank, peg::must<expression>, peg::must<peg::eof>> {};
 
 template <class Rule> struct Action : peg::nothing<Rule> {};
 template <class In> std::size_t begin_of(const In& in) { return in.position().byte; }
 template <class In> std::size_t end_of(const In& in) { return in.position().byte + in.size(); }
-#define SKEIN_ON(rule)                                                                                                             \
-    template <> struct Action<rule> { template <class In> static void apply(const In& in, Builder& build); };                      \
+#define SKEIN_ON(rule)                                                                                                 \
+    template <> struct Action<rule> { template <class In> static void apply(const In& in, Builder& build); };          \
     template <class In> void Action<rule>::apply([[maybe_unused]] const In& in, Builder& build)
 SKEIN_ON(figures) { build.number(in.string_view(), begin_of(in)); }
 SKEIN_ON(value_name) { build.name(in.string_view(), begin_of(in)); }
@@ -350,7 +361,9 @@ void refuse_depth(std::string_view text) {
         if (text[i] == '(' && ++depth > deepest)
             throw Refusal{i, 1, fmt::format("brackets within each other, more than {} deep", deepest)};
         if (text[i] == ')') --depth;
-        signs = text[i] == '-' || text[i] == '+' || text[i] == '^' || text[i] == '*' ? signs + 1 : text[i] == ' ' ? signs : 0;
+        signs = text[i] == '-' || text[i] == '+' || text[i] == '^' || text[i] == '*' ? signs + 1
+                : text[i] == ' '                                                     ? signs
+                                                                                     : 0;
         if (signs > 8) throw Refusal{i, 1, "too many operators in a row"};
     }
 }

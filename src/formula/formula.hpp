@@ -1,6 +1,6 @@
 // Text to graph: the language of formulas, its names and its units.
-//   3.1e-2  k  gust(t)  + - * / ^  < <= > >= == !=  if(condition, a, b)  sin cos tan exp log sqrt abs floor sign step tanh atan
-//   min max atan2 hypot mod ramp  pi e
+//   3.1e-2  k  gust(t)  + - * / ^  < <= > >= == !=  if(condition, a, b)  sin cos tan exp log sqrt abs floor sign step
+//   tanh atan min max atan2 hypot mod ramp  pi e
 #pragma once
 
 #include "formula/graph.hpp"
@@ -24,8 +24,8 @@ struct FormulaValue {
     std::optional<Unit> unit;
 };
 
-/// Reads formula number `number` of those of a graph, in the unit expected. Absent where there are faults. What a place has no
-/// meaning for (`allowed` says) is not among the names.
+/// Reads formula number `number` of those of a graph, in the unit expected. Absent where there are faults. What a place
+/// has no meaning for (`allowed` says) is not among the names.
 std::optional<FormulaValue> read_formula(Graph& graph, const FormulaScope& scope, std::string_view text, int number,
                                          std::string_view expected, std::vector<FormulaFault>& faults);
 

@@ -6,15 +6,16 @@
 namespace skein {
 
 int Graph::put(Node node) {
-    const auto [entry, is_new] = known_.try_emplace({node.op, node.of, std::bit_cast<std::uint64_t>(node.number), node.index},
-                                                    static_cast<int>(nodes_.size()));
+    const auto [entry, is_new] = known_.try_emplace(
+        {node.op, node.of, std::bit_cast<std::uint64_t>(node.number), node.index}, static_cast<int>(nodes_.size()));
     if (is_new) nodes_.push_back(node);
     return entry->second;
 }
 
 double Graph::apply(const Node& node, double a, double b, double c) const {
-    const FormulaTable* table =
-        node.op == Op::tabulated || node.op == Op::tabulated_slope ? &tables_[static_cast<std::size_t>(node.index)] : nullptr;
+    const FormulaTable* table = node.op == Op::tabulated || node.op == Op::tabulated_slope
+                                    ? &tables_[static_cast<std::size_t>(node.index)]
+                                    : nullptr;
     if (node.op == Op::tabulated) return (*table)(a);
     if (node.op == Op::tabulated_slope) return table->slope(a);
     Pack<1> r(0.0);
@@ -155,7 +156,8 @@ int Graph::derivative(int node, Variable by) {
 
 bool Graph::varies_beyond(int node, std::span<const Variable> allowed) const {
     const Node& n = (*this)[node];
-    if (n.op == Op::variable) return std::find(allowed.begin(), allowed.end(), static_cast<Variable>(n.index)) == allowed.end();
+    if (n.op == Op::variable)
+        return std::find(allowed.begin(), allowed.end(), static_cast<Variable>(n.index)) == allowed.end();
     return std::any_of(n.of.begin(), n.of.begin() + operands_of(n.op),
                        [&](int operand) { return varies_beyond(operand, allowed); });
 }

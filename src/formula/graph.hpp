@@ -1,4 +1,5 @@
-// Formulas as a graph: every value once, however often it is written; constants worked out. Operands come before what uses them.
+// Formulas as a graph: every value once, however often it is written; constants worked out. Operands come before what
+// uses them.
 #pragma once
 
 #include "formula/operation.hpp"
@@ -37,7 +38,9 @@ public:
     const std::vector<FormulaTable>& tables() const { return tables_; }
 
     int constant(double value) { return put({.op = Op::constant, .number = value}); }
-    int variable(Variable v) { return put({.op = Op::variable, .index = static_cast<int>(v), .changes = changes_with(v)}); }
+    int variable(Variable v) {
+        return put({.op = Op::variable, .index = static_cast<int>(v), .changes = changes_with(v)});
+    }
     int tabulated(int table, int a) { return look_up(Op::tabulated, table, a); }
     int make(Op op, int a, int b = -1, int c = -1);
     /// a^n for a whole number.

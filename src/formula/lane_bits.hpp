@@ -27,8 +27,10 @@ template <int First, int W, int N> SKEIN_INLINE Pack<W> every_second(const Pack<
     if constexpr (First + 2 >= N) return Pack<W>(c[First]);
     else return fma(every_second<First + 2>(squared, c), squared, Pack<W>(c[First]));
 }
-/// A polynomial as of polynomial(), of fewer products and more waiting: where x^2 is known and packs follow one another.
-template <int W, int N> SKEIN_INLINE Pack<W> odd_and_even(const Pack<W>& x, const Pack<W>& squared, const double (&c)[N]) {
+/// A polynomial as of polynomial(), of fewer products and more waiting: where x^2 is known and packs follow one
+/// another.
+template <int W, int N>
+SKEIN_INLINE Pack<W> odd_and_even(const Pack<W>& x, const Pack<W>& squared, const double (&c)[N]) {
     return fma(every_second<1>(squared, c), x, every_second<0>(squared, c));
 }
 
@@ -45,7 +47,8 @@ template <int W> SKEIN_INLINE Pack<W> times_sign(const Pack<W>& x, const Pack<W>
         x, sign, [](const auto& a, const auto& s) __attribute__((always_inline)) { return a ^ (s & sign_bit); });
 }
 /// Of k + magic, whose last bits are k's: a where k + more is odd, b elsewhere.
-template <int more, int W> SKEIN_INLINE Pack<W> odd_or_even(const Pack<W>& counted, const Pack<W>& a, const Pack<W>& b) {
+template <int more, int W>
+SKEIN_INLINE Pack<W> odd_or_even(const Pack<W>& counted, const Pack<W>& a, const Pack<W>& b) {
     if constexpr (Wide<W>) {
         return {odd_or_even<more>(counted.low, a.low, b.low), odd_or_even<more>(counted.high, a.high, b.high)};
     } else {
@@ -57,7 +60,8 @@ template <int more, int W> SKEIN_INLINE Pack<W> odd_or_even(const Pack<W>& count
 /// x, or -x where k + more is 2 or 3 more than a multiple of 4.
 template <int more, int W> SKEIN_INLINE Pack<W> alternating(const Pack<W>& x, const Pack<W>& counted) {
     return of_bits(
-        x, counted, [](const auto& a, const auto& k) __attribute__((always_inline)) { return a ^ ((k + more) << 62 & sign_bit); });
+        x, counted,
+        [](const auto& a, const auto& k) __attribute__((always_inline)) { return a ^ ((k + more) << 62 & sign_bit); });
 }
 /// x 2^k, of k + magic; x and what comes out are normal.
 template <int W> SKEIN_INLINE Pack<W> doubled(const Pack<W>& x, const Pack<W>& counted) {

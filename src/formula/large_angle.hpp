@@ -1,5 +1,6 @@
-// Angles of many turns, which whole numbers bring back to an eighth of a turn about 0: Payne and Hanek's reduction. As 1/pi = sum
-// b_i 2^-i and x = m 2^e with whole m, bits of weights above 2^-e change x/pi by even numbers, which are turns: they are left away.
+// Angles of many turns, which whole numbers bring back to an eighth of a turn about 0: Payne and Hanek's reduction. As
+// 1/pi = sum b_i 2^-i and x = m 2^e with whole m, bits of weights above 2^-e change x/pi by even numbers, which are
+// turns: they are left away.
 #pragma once
 
 #include <bit>
@@ -16,11 +17,11 @@ struct Remainder {
 };
 
 /// 64 zeros, then the first 1216 bits of 1/pi.
-inline constexpr std::uint64_t inverse_pi[] = {0x0000000000000000, 0x517cc1b727220a94, 0xfe13abe8fa9a6ee0, 0x6db14acc9e21c820,
-                                               0xff28b1d5ef5de2b0, 0xdb92371d2126e970, 0x0324977504e8c90e, 0x7f0ef58e5894d39f,
-                                               0x74411afa975da242, 0x74ce38135a2fbf20, 0x9cc8eb1cc1a99cfa, 0x4e422fc5defc941d,
-                                               0x8ffc4bffef02cc07, 0xf79788c5ad05368f, 0xb69b3f6793e584db, 0xa7a31fb34f2ff516,
-                                               0xba93dd63f5f2f8bd, 0x9e839cfbc5294975, 0x35fdafd88fc6ae84, 0x2b0198237e3db5d5};
+inline constexpr std::uint64_t inverse_pi[] = {
+    0x0000000000000000, 0x517cc1b727220a94, 0xfe13abe8fa9a6ee0, 0x6db14acc9e21c820, 0xff28b1d5ef5de2b0,
+    0xdb92371d2126e970, 0x0324977504e8c90e, 0x7f0ef58e5894d39f, 0x74411afa975da242, 0x74ce38135a2fbf20,
+    0x9cc8eb1cc1a99cfa, 0x4e422fc5defc941d, 0x8ffc4bffef02cc07, 0xf79788c5ad05368f, 0xb69b3f6793e584db,
+    0xa7a31fb34f2ff516, 0xba93dd63f5f2f8bd, 0x9e839cfbc5294975, 0x35fdafd88fc6ae84, 0x2b0198237e3db5d5};
 
 /// Of x from 2^30 on; rest within 0.6 units in the last place, and not a number of an infinity.
 [[gnu::noinline, gnu::cold]] inline Remainder large_remainder(double x) {
@@ -29,11 +30,12 @@ inline constexpr std::uint64_t inverse_pi[] = {0x0000000000000000, 0x517cc1b7272
     const int exponent = static_cast<int>(bits >> 52) - 1075;
     if (!(x <= std::numeric_limits<double>::max())) return {std::numeric_limits<double>::quiet_NaN(), 0};
     const std::uint64_t m = (bits & ((std::uint64_t{1} << 52) - 1)) | std::uint64_t{1} << 52;
-    // Bits of 1/pi of weights 2^-e to 2^-(e + 191). Of their product with x the first has weight 1; what is left away is below
-    // 2^-138.
+    // Bits of 1/pi of weights 2^-e to 2^-(e + 191). Of their product with x the first has weight 1; what is left away
+    // is below 2^-138.
     const auto first = static_cast<unsigned>(exponent + 63), word = first / 64, shift = first % 64;
     const auto from = [&](unsigned i) {
-        return shift == 0 ? inverse_pi[word + i] : inverse_pi[word + i] << shift | inverse_pi[word + i + 1] >> (64 - shift);
+        return shift == 0 ? inverse_pi[word + i]
+                          : inverse_pi[word + i] << shift | inverse_pi[word + i + 1] >> (64 - shift);
     };
     Natural sum = static_cast<Natural>(m) * from(2);
     const auto low = static_cast<std::uint64_t>(sum);

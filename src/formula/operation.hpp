@@ -1,4 +1,5 @@
-// What formulas are made of: operations on packs, each in one place for all widths, for numbers worked out at set-up too.
+// What formulas are made of: operations on packs, each in one place for all widths, for numbers worked out at set-up
+// too.
 #pragma once
 
 #include "formula/arc_tangent.hpp"
@@ -11,7 +12,8 @@
 
 namespace skein {
 
-/// A constant, a variable, then functions of one, two and three values. `tabulated` and `tabulated_slope` look up a table.
+/// A constant, a variable, then functions of one, two and three values. `tabulated` and `tabulated_slope` look up a
+/// table.
 enum class Op : std::uint8_t {
     constant,
     variable,

@@ -8,7 +8,8 @@ namespace skein {
 namespace {
 
 /// `input_of`: number of the input that a node is to this list, -1 where it is worked out in it.
-std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> outputs, const std::function<int(int)>& input_of) {
+std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> outputs,
+                                       const std::function<int(int)>& input_of) {
     InstructionList list;
     const auto count = graph.nodes().size();
     std::vector<int> uses(count, 0), last_use(count, -1), source(count, -1);
@@ -22,16 +23,16 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
         if (made(i))
             for (const int operand : graph.nodes()[i].of)
                 if (operand >= 0) ++uses[static_cast<std::size_t>(operand)];
-    // Of two in a row of + - * /, the first of no other use, one instruction is made: `inner` of each node, and the node it is in.
-    // The negative of x counts as -0 - x, which has its bits.
+    // Of two in a row of + - * /, the first of no other use, one instruction is made: `inner` of each node, and the
+    // node it is in. The negative of x counts as -0 - x, which has its bits.
     std::vector<int> inner(count, -1), within(count, -1);
     for (std::size_t i = 0; i < count; ++i) {
         if (!made(i)) continue;
         const Graph::Node& n = graph.nodes()[i];
         for (const int o : n.of) {
             const auto k = static_cast<std::size_t>(o);
-            if (o >= 0 && inner[i] < 0 && (is_arithmetic(n.op) || n.op == Op::negative) && is_arithmetic(graph[o].op) && made(k) &&
-                uses[k] == 1 && inner[k] < 0)
+            if (o >= 0 && inner[i] < 0 && (is_arithmetic(n.op) || n.op == Op::negative) && is_arithmetic(graph[o].op) &&
+                made(k) && uses[k] == 1 && inner[k] < 0)
                 inner[i] = o, within[k] = static_cast<int>(i);
         }
     }
@@ -74,7 +75,8 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
             const Graph::Node& first = graph[inner[i]];
             in = {first.op, 0, -1, operand(first, 0), operand(first, 1), -1, n.op, n.of[1] == inner[i]};
             if (n.op == Op::negative) {
-                in.c = constant_base + static_cast<int>(list.constants.size()), in.then = Op::subtract, in.reversed = true;
+                in.c = constant_base + static_cast<int>(list.constants.size()), in.then = Op::subtract,
+                in.reversed = true;
                 list.constants.push_back(-0.0);
             } else {
                 in.c = operand(n, in.reversed ? 0 : 1);
@@ -90,7 +92,8 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
         list.code.push_back(in);
     }
     list.registers = static_cast<int>(taken.size());
-    if (list.registers > InstructionList::most_registers || list.sources() > InstructionList::most_sources) return std::nullopt;
+    if (list.registers > InstructionList::most_registers || list.sources() > InstructionList::most_sources)
+        return std::nullopt;
     const auto settle = [&](int& s) {
         if (s >= input_base) s = list.first_input() + s - input_base;
         else if (s >= constant_base) s = list.registers + s - constant_base;
@@ -157,11 +160,13 @@ std::optional<FormulaProgram> compiled(const Graph& graph, std::span<const int> 
     };
     const auto variable_input = [&](int node) { return graph[node].op == Op::variable ? graph[node].index : -1; };
     for (const int o : outputs) program.changes |= graph[o].changes;
-    // Called of nodes in turn that are needed, so that what is numbered is what is used; but asked twice of each, once from above.
+    // Called of nodes in turn that are needed, so that what is numbered is what is used; but asked twice of each, once
+    // from above.
     std::optional<InstructionList> state = list_of(graph, outputs, state_input);
     if (!state) return std::nullopt;
     program.state = std::move(*state);
-    std::optional<InstructionList> time = list_of(graph, of_time, variable_input), place = list_of(graph, of_place, variable_input);
+    std::optional<InstructionList> time = list_of(graph, of_time, variable_input),
+                                   place = list_of(graph, of_place, variable_input);
     if (!time || !place) return std::nullopt;
     program.time = std::move(*time), program.place = std::move(*place);
     return program;

@@ -1,6 +1,6 @@
-// A graph made ready to run: what changes with time alone is worked out once a step, what belongs to places alone once a run, and
-// the rest place by place. Each of the three is a list of instructions over blocks of values (formula/evaluate.hpp), so that
-// telling which operation comes next costs nothing beside doing it.
+// A graph made ready to run: what changes with time alone is worked out once a step, what belongs to places alone once
+// a run, and the rest place by place. Each of the three is a list of instructions over blocks of values
+// (formula/evaluate.hpp), so that telling which operation comes next costs nothing beside doing it.
 #pragma once
 
 #include "formula/graph.hpp"
@@ -32,7 +32,8 @@ struct InstructionList {
     int sources() const { return first_input() + static_cast<int>(inputs.size()); }
 };
 
-/// Inputs of FormulaProgram::state: a variable v is v, value i of `time` or of `place` is time_base + i or place_base + i.
+/// Inputs of FormulaProgram::state: a variable v is v, value i of `time` or of `place` is time_base + i or place_base +
+/// i.
 inline constexpr int time_base = 1000, place_base = 2000;
 
 struct FormulaProgram {

@@ -14,15 +14,18 @@ namespace skein {
 void FormulaTable::fields(FieldVisitor& f) {
     f.visit({.name = "name", .unit = "", .text = "by which formulas call it, as in gust(t)", .required = true}, name);
     f.visit({.name = "at", .unit = "", .text = "points, rising: times, or whatever it is a function of"}, at);
-    f.visit({.name = "value", .unit = "", .text = "its values there, one each; straight lines lie between them"}, value);
-    f.visit(
-        {.name = "file",
-         .unit = "",
-         .text = "instead of both: comma-separated values beside the scene, a line of names, then a point and its value a line"},
-        file);
+    f.visit({.name = "value", .unit = "", .text = "its values there, one each; straight lines lie between them"},
+            value);
+    f.visit({.name = "file",
+             .unit = "",
+             .text = "instead of both: comma-separated values beside the scene, a line of names, then a point and its "
+                     "value a line"},
+            file);
     f.visit({.name = "at_unit", .unit = "", .text = "unit of the points; empty: fits any"}, at_unit);
     f.visit({.name = "unit", .unit = "", .text = "unit of the values, as \"N/m\"; empty: fits any"}, unit);
-    f.visit({.name = "periodic", .unit = "", .text = "begins again behind its last point; else it keeps the values of its ends"},
+    f.visit({.name = "periodic",
+             .unit = "",
+             .text = "begins again behind its last point; else it keeps the values of its ends"},
             periodic);
 }
 
@@ -49,7 +52,9 @@ std::vector<std::pair<std::string, std::string>> faults(const FormulaScope& scop
             return letter(c) || std::isdigit(static_cast<unsigned char>(c));
         });
         const auto known = known_names({});
-        if (!good) found.emplace_back(path, fmt::format("'{}' cannot be named in a formula: use letters, digits and _", given));
+        if (!good)
+            found.emplace_back(path,
+                               fmt::format("'{}' cannot be named in a formula: use letters, digits and _", given));
         else if (std::find(known.begin(), known.end(), given) != known.end())
             found.emplace_back(path, fmt::format("'{}' has a meaning in formulas already: choose another name", given));
         else if (std::find(taken.begin(), taken.end(), given) != taken.end())
@@ -58,10 +63,11 @@ std::vector<std::pair<std::string, std::string>> faults(const FormulaScope& scop
     };
     const auto unit = [&](const std::string& path, const std::string& text) {
         if (!text.empty() && !parse_unit(text))
-            found.emplace_back(path,
-                               fmt::format("\"{}\" is no unit: write it with m, kg, s, A, K, N, Pa, J, W, Hz, T, V, C, rad, as in "
-                                           "\"kg m/s^2\", without prefixes",
-                                           text));
+            found.emplace_back(
+                path,
+                fmt::format("\"{}\" is no unit: write it with m, kg, s, A, K, N, Pa, J, W, Hz, T, V, C, rad, as in "
+                            "\"kg m/s^2\", without prefixes",
+                            text));
     };
     for (const FormulaConstant& c : scope.constants) {
         name("constants." + c.name, c.name);
@@ -73,13 +79,15 @@ std::vector<std::pair<std::string, std::string>> faults(const FormulaScope& scop
         name(path + ".name", t.name);
         unit(path + ".unit", t.unit);
         unit(path + ".at_unit", t.at_unit);
-        if (t.at.size() < 2) found.emplace_back(path + ".at", "a table needs two points at least, in 'at' or in a 'file'");
+        if (t.at.size() < 2)
+            found.emplace_back(path + ".at", "a table needs two points at least, in 'at' or in a 'file'");
         if (t.value.size() != t.at.size())
             found.emplace_back(path + ".value", fmt::format("'value' has {} numbers and 'at' {}: they belong together",
                                                             t.value.size(), t.at.size()));
         for (std::size_t k = 1; k < t.at.size(); ++k)
             if (!(t.at[k] > t.at[k - 1])) {
-                found.emplace_back(path + ".at", fmt::format("points must rise, but {:g} follows {:g}", t.at[k], t.at[k - 1]));
+                found.emplace_back(path + ".at",
+                                   fmt::format("points must rise, but {:g} follows {:g}", t.at[k], t.at[k - 1]));
                 break;
             }
     }

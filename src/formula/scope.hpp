@@ -27,7 +27,8 @@ struct FormulaTable {
     std::string file;   ///< of comma-separated values, which `at` and `value` are read from; empty as soon as they are
     std::string source; ///< file:line of the table, for messages
 
-    /// Where others drive the run (skein/run.hpp): points that this table and all its copies have in place of their own.
+    /// Where others drive the run (skein/run.hpp): points that this table and all its copies have in place of their
+    /// own.
     std::shared_ptr<FormulaTable> driven{};
 
     void fields(FieldVisitor& f);

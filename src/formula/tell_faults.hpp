@@ -14,7 +14,9 @@ inline void tell_faults(const std::string& key, std::span<const FormulaFault> fa
     for (const FormulaFault& fault : faults) {
         const std::string message = "'" + key + "': " + fault.message;
         if (fault.part.formula < 0) objections.add(key, message);
-        else objections.add_within(key + "." + std::to_string(fault.part.formula), fault.part.begin, fault.part.length, message);
+        else
+            objections.add_within(key + "." + std::to_string(fault.part.formula), fault.part.begin, fault.part.length,
+                                  message);
     }
 }
 

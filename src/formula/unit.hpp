@@ -1,5 +1,5 @@
-// Units of measurement as powers of the base units m, kg, s, A and K. Scenes are in SI, so that units are checked and never
-// converted: there are no prefixes.
+// Units of measurement as powers of the base units m, kg, s, A and K. Scenes are in SI, so that units are checked and
+// never converted: there are no prefixes.
 #pragma once
 
 #include <array>
@@ -31,8 +31,8 @@ private:
     }
 };
 
-/// Of "N/m^2", "kg m/s", "1/s", "-": names with powers, side by side or with a "*" between them, and after a "/" below the line.
-/// Absent where it cannot be read.
+/// Of "N/m^2", "kg m/s", "1/s", "-": names with powers, side by side or with a "*" between them, and after a "/" below
+/// the line. Absent where it cannot be read.
 std::optional<Unit> parse_unit(std::string_view text);
 /// "N/m" where the unit has a common name, else of base units.
 std::string unit_text(const Unit& unit);

@@ -39,8 +39,9 @@ void VectorOfTime::try_times(double duration) {
         const std::array<double, 3> value = {p.value.x, p.value.y, p.value.z}, rate = {p.rate.x, p.rate.y, p.rate.z};
         for (std::size_t i = 0; i < 3; ++i) {
             if (std::isfinite(value[i]) && std::isfinite(rate[i])) continue;
-            faults_.push_back({{0, 0, static_cast<int>(i)},
-                               fmt::format("{} is not finite at t = {:.6g} s", std::isfinite(value[i]) ? "its rate" : "it", t)});
+            faults_.push_back(
+                {{0, 0, static_cast<int>(i)},
+                 fmt::format("{} is not finite at t = {:.6g} s", std::isfinite(value[i]) ? "its rate" : "it", t)});
             return;
         }
         if (!(duration > 0)) return;

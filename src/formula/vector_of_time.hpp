@@ -25,8 +25,8 @@ public:
     /// Whether component i is 0 at all times.
     bool vanishes(std::size_t i) const;
 
-    /// What is wrong: part of formula part.formula, or of all of them where that is -1. Values and rates are tried at the start of
-    /// the run, at its end and at some times between.
+    /// What is wrong: part of formula part.formula, or of all of them where that is -1. Values and rates are tried at
+    /// the start of the run, at its end and at some times between.
     const std::vector<FormulaFault>& faults() const { return faults_; }
 
 private:

@@ -1,6 +1,5 @@
-// Regularised delta functions of one dimension: weights of the grid points near a marker, which are 1 in sum and whose first moment
-// is the place of the marker.                                                                                         theory.md
-// (80)
+// Regularised delta functions of one dimension: weights of the grid points near a marker, which are 1 in sum and whose
+// first moment is the place of the marker. theory.md (80)
 #pragma once
 
 #include <array>

@@ -10,8 +10,8 @@
 
 namespace skein {
 
-DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
-                             std::size_t bodies, Place place, bool moves, int across)
+DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
+                             const ForcingNumbers& numbers, std::size_t bodies, Place place, bool moves, int across)
     : comm_(comm), threads_(threads), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
       planes_(comm, threads, grid, numbers.delta, across), given_(bodies, Vec3d{0, 0, 0}) {}
 
@@ -20,7 +20,8 @@ void DirectForcing::settle(const FlowStage& stage) {
     markers_.clear();
     place_(stage.time, markers_);
     planes_.settle(markers_.place, markers_.identity);
-    for (std::vector<Vec3d>* of_markers : {&weight_, &found_, &difference_, &changes_}) of_markers->resize(markers_.count());
+    for (std::vector<Vec3d>* of_markers : {&weight_, &found_, &difference_, &changes_})
+        of_markers->resize(markers_.count());
     planes_.respond_to_ones(stage.scratch, weight_);
     const auto inverse = [](double sum) { return sum > 0 ? 1 / sum : 0; }; // 0: out of reach of all cells
     for_blocks(threads_, weight_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
@@ -62,7 +63,8 @@ void DirectForcing::add_given(const std::vector<Vec3d>& changes) {
                       given_.size(),
                       markers_.body.data()};
     const std::vector<double> sums = exact_sums(comm_, threads_, table);
-    for (std::size_t b = 0; b < given_.size(); ++b) given_[b] += cell_volume * Vec3d{sums[3 * b], sums[3 * b + 1], sums[3 * b + 2]};
+    for (std::size_t b = 0; b < given_.size(); ++b)
+        given_[b] += cell_volume * Vec3d{sums[3 * b], sums[3 * b + 1], sums[3 * b + 2]};
 }
 
 void DirectForcing::recall_held(std::span<const double> kept) {
@@ -117,16 +119,17 @@ void DirectForcing::apply_implicitly(const FlowStage& stage) {
 DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
     const double h = grid_.h;
     if (!numbers_.penalty()) {
-        // All sweeps together give from one to `sweeps` times what the first one does, three times at most, by how rough the slip
-        // is: half way between, what is owed for the difference shrinks from stage to stage.                  theory.md (90a),
-        // (90b)
+        // All sweeps together give from one to `sweeps` times what the first one does, three times at most, by how
+        // rough the slip is: half way between, what is owed for the difference shrinks from stage to stage. theory.md
+        // (90a), (90b)
         const double together = std::clamp(0.5 * numbers_.sweeps, 1.0, 0.5 * most_plain_sweeps);
         const Vec3d volume = (together * h * h * h) * weight_[marker];
         return {volume, scale(volume, found_[marker])};
     }
     const auto [left, set] = shares(marker);
     const Vec3d volume = (h * h * h) * scale(weight_[marker], set);
-    return {volume, scale(volume, found_[marker]) - (h * h * stage_ * numbers_.stiffness) * scale(left, held_.values()[marker])};
+    return {volume, scale(volume, found_[marker]) -
+                        (h * h * stage_ * numbers_.stiffness) * scale(left, held_.values()[marker])};
 }
 
 DirectForcing::SlipShares DirectForcing::shares(std::size_t marker) const {
@@ -150,7 +153,8 @@ void DirectForcing::apply_springs(const FlowStage& stage) {
     subtract_found();
     const std::span<Vec3d> lengths = held_.values();
     const double per_spacing = stage.dt / grid_.h,
-                 back = numbers_.stiffness / (numbers_.damping + stage.dt * numbers_.stiffness); // of springs alone, 1/s
+                 back =
+                     numbers_.stiffness / (numbers_.damping + stage.dt * numbers_.stiffness); // of springs alone, 1/s
     for (std::size_t m = 0; m < changes_.size(); ++m) {
         const auto [left, set] = shares(m);
         const Vec3d slip = scale(left, difference_[m]) - back * scale(set, lengths[m]); // theory.md (92a)

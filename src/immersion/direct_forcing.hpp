@@ -1,7 +1,7 @@
-// Direct forcing: within each stage velocities near markers are changed so that the fluid has the velocity of the markers, in a few
-// sweeps. Where viscosity is implicit, forces at markers stay from step to step, and each sweep solves for what viscosity makes of
-// its part. Instead, springs and dampers may pull fluid and markers together.                            theory.md (80), (81),
-// (87), (92a)
+// Direct forcing: within each stage velocities near markers are changed so that the fluid has the velocity of the
+// markers, in a few sweeps. Where viscosity is implicit, forces at markers stay from step to step, and each sweep
+// solves for what viscosity makes of its part. Instead, springs and dampers may pull fluid and markers together.
+// theory.md (80), (81), (87), (92a)
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
@@ -33,26 +33,28 @@ public:
     /// Sets the markers of this rank to those of a time; each is one rank's.
     using Place = std::function<void(double time, Markers& markers)>;
     /// `moves`: markers are elsewhere at other times.
-    DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
-                  std::size_t bodies, Place place, bool moves, int across = 1);
+    DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
+                  const ForcingNumbers& numbers, std::size_t bodies, Place place, bool moves, int across = 1);
 
     void hold(const FlowStage& stage) override;
     void meet(const FlowStage& stage) override;
     void apply(const FlowStage& stage) override;
     bool changed(int plane) const override { return planes_.reaches(plane); }
 
-    /// Volume times velocity that each body has given the fluid since the last call of forget(), m^4/s; the same on all ranks.
+    /// Volume times velocity that each body has given the fluid since the last call of forget(), m^4/s; the same on all
+    /// ranks.
     const std::vector<Vec3d>& given() const { return given_; }
     void forget() { std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0}); }
-    /// Largest difference of velocities at markers after the last step but for its projection, m/s; the same on all ranks.
+    /// Largest difference of velocities at markers after the last step but for its projection, m/s; the same on all
+    /// ranks.
     double slip() const { return slip_; }
     /// Wall time spent at markers since the last call, but for implicit viscosity, s.
     double take_seconds() { return std::exchange(seconds_, 0); }
 
     /// Of this rank; between meet() and apply() their velocities may be changed.
     Markers& markers() { return markers_; }
-    /// What markers answer to the fluid in the stage that meet() began: volume of fluid that takes up their velocity, m^3 by
-    /// component, and that times the velocity they would have without a motion of their own, m^4/s.
+    /// What markers answer to the fluid in the stage that meet() began: volume of fluid that takes up their velocity,
+    /// m^3 by component, and that times the velocity they would have without a motion of their own, m^4/s.
     struct Answer {
         Vec3d volume, impulse;
     };
@@ -69,13 +71,14 @@ private:
     void settle(const FlowStage& stage);
     void apply_implicitly(const FlowStage& stage);
     void apply_springs(const FlowStage& stage);
-    /// Of a slip without springs and dampers, what is left and what they set to 0 in the stage that meet() began; by component.
+    /// Of a slip without springs and dampers, what is left and what they set to 0 in the stage that meet() began; by
+    /// component.
     struct SlipShares {
         Vec3d left, set;
     };
     SlipShares shares(std::size_t marker) const;
-    /// By how many times this answer to a push the slips become least, in the mean of their squares over what is forced.
-    /// Collective.
+    /// By how many times this answer to a push the slips become least, in the mean of their squares over what is
+    /// forced. Collective.
     double least_slips(std::span<const Vec3d> answer) const;
     /// Velocities of the fluid at markers; and those of markers less them. Collective.
     void find_velocities(const FlowStage& stage);
@@ -96,8 +99,8 @@ private:
     bool moves_, settled_ = false;
     MarkerPlanes planes_;
     Markers markers_;
-    /// Of markers, by component: by what a change of all by 1 is to be multiplied for 1 to come of it; 0 beyond walls, where there
-    /// is no fluid.
+    /// Of markers, by component: by what a change of all by 1 is to be multiplied for 1 to come of it; 0 beyond walls,
+    /// where there is no fluid.
     std::vector<Vec3d> weight_;
     std::vector<Vec3d> found_;      ///< velocities of the fluid at markers, m/s
     std::vector<Vec3d> difference_; ///< of markers, m/s

@@ -1,4 +1,5 @@
-// Loads of the fluid on rods within a step, and the inertia that they move with there.                       theory.md (88), (89)
+// Loads of the fluid on rods within a step, and the inertia that they move with there.                       theory.md
+// (88), (89)
 #pragma once
 
 #include "core/transposed.hpp"
@@ -12,8 +13,8 @@
 
 namespace skein {
 
-/// The last before the kick: its drag is implicit, by what the rates will be after the kick, so that it can be as strong as it
-/// likes. Loads are divided by the share of the inertia that kicks are to feel.
+/// The last before the kick: its drag is implicit, by what the rates will be after the kick, so that it can be as
+/// strong as it likes. Loads are divided by the share of the inertia that kicks are to feel.
 template <int W> class FluidLoadPass final : public TilePass<W> {
 public:
     FluidLoadPass(std::shared_ptr<FluidLoads> loads, const RodGroup& group, const InertiaInFluid& inertia)
@@ -29,8 +30,9 @@ public:
             const auto element = static_cast<std::size_t>(k);
             const Vec3d& felt = inertia.of_elements[element].felt;
             per_turning_share_.push_back({1 / felt.x, 1 / felt.y, 1 / felt.z});
-            per_inertia_.push_back(group.holds_element(k) ? Vec3d{0, 0, 0}
-                                                          : scale(per_turning_share_.back(), group.element[element].inv_inertia));
+            per_inertia_.push_back(group.holds_element(k)
+                                       ? Vec3d{0, 0, 0}
+                                       : scale(per_turning_share_.back(), group.element[element].inv_inertia));
         }
     }
 
@@ -55,8 +57,8 @@ public:
             add(&FluidImpulse::on_node, kick * push);
             load[k].force = P(per_share_[slot]) * (load[k].force + push);
             if (k == rod.n) break;
-            const Vec3<P> couple = implicit(s.director * of(&FluidLoad::couple), of(&FluidLoad::turn_drag), load[k].couple, s.spin,
-                                            broadcast<W>(per_inertia_[slot]), kick);
+            const Vec3<P> couple = implicit(s.director * of(&FluidLoad::couple), of(&FluidLoad::turn_drag),
+                                            load[k].couple, s.spin, broadcast<W>(per_inertia_[slot]), kick);
             add(&FluidImpulse::on_element, kick * transpose_times(s.director, couple));
             load[k].couple = scale(broadcast<W>(per_turning_share_[slot]), load[k].couple + couple);
         }
@@ -71,7 +73,8 @@ private:
             const P gain = kick * per;
             return (a - d * fma(gain, f, v)) / fma(gain, d, P(1.0));
         };
-        return {one(push.x, drag.x, other.x, rate.x, per_inertia.x), one(push.y, drag.y, other.y, rate.y, per_inertia.y),
+        return {one(push.x, drag.x, other.x, rate.x, per_inertia.x),
+                one(push.y, drag.y, other.y, rate.y, per_inertia.y),
                 one(push.z, drag.z, other.z, rate.z, per_inertia.z)};
     }
 

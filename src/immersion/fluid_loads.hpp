@@ -1,5 +1,5 @@
-// What a fluid does to slots of rods from one meeting with it to the next: a load and a drag that stay as they are, and what rods
-// receive of both.                                                                                          theory.md (88), (89)
+// What a fluid does to slots of rods from one meeting with it to the next: a load and a drag that stay as they are, and
+// what rods receive of both. theory.md (88), (89)
 #pragma once
 
 #include "skein/core/aligned.hpp"
@@ -39,7 +39,8 @@ public:
         for (std::size_t i = rods.size(); i-- > 0;) first_of_group_[static_cast<std::size_t>(rods[i].group)] = i;
         first_.assign(1, 0);
         for (const LocalRod& rod : rods)
-            first_.push_back(first_.back() + static_cast<std::size_t>(groups[static_cast<std::size_t>(rod.group)].slots()));
+            first_.push_back(first_.back() +
+                             static_cast<std::size_t>(groups[static_cast<std::size_t>(rod.group)].slots()));
         load.resize(first_.back()), received.resize(first_.back());
     }
     /// First slot of local()[i].

@@ -13,7 +13,8 @@ double mean_of(const Vec3d& a) { return (a.x + a.y + a.z) / 3; }
 } // namespace
 
 ForceBalance::ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
-                           const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid, Weight weight)
+                           const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid,
+                           Weight weight)
     : groups_(groups), rods_(rods), loads_(std::move(loads)), fluid_(fluid), weight_(std::move(weight)),
       inertia_(std::move(inertia)), slots_(loads_->load.size()), velocity_(slots_.size()), spin_(slots_.size()),
       own_push_(slots_.size()), own_turn_(slots_.size()), place_(rods.count()), off_(rods.count()) {
@@ -35,8 +36,9 @@ void ForceBalance::move_fluid_within() {
             Slots& slot = slots_[loads_->first(i) + k];
             slot.owed = (inertia.of_nodes[k].borne * group.node_mass[k]) * lane(rod.state[k].velocity, 0);
             if (k < group.element.size())
-                slot.owed_turn = transpose_times(rod.frames[k], scale(inertia.of_elements[k].borne,
-                                                                      scale(group.element[k].inertia, lane(rod.state[k].spin, 0))));
+                slot.owed_turn =
+                    transpose_times(rod.frames[k], scale(inertia.of_elements[k].borne,
+                                                         scale(group.element[k].inertia, lane(rod.state[k].spin, 0))));
         }
     });
 }
@@ -56,7 +58,8 @@ void ForceBalance::begin_step(double lag) {
 
 void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& answer) {
     pace_ = std::min(1.0, stage.step / fluid_.passing);
-    const double per_length = 1 / stage.length, share = stage.length / stage.step, middle = stage.begin + 0.5 * stage.length;
+    const double per_length = 1 / stage.length, share = stage.length / stage.step,
+                 middle = stage.begin + 0.5 * stage.length;
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         const RodGroup& group = group_of(i);
         const InertiaInFluid& inertia = inertia_of(i);
@@ -73,7 +76,8 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& ans
             before.push += (1 - marker.along) * impulse, before.drag += (1 - marker.along) * mass;
             behind.push += marker.along * impulse, behind.drag += marker.along * mass;
             before.couple += cross(off_[m], impulse);
-            const double across = mean_of(mass), along_d1 = marker.off_d1 * marker.off_d1, along_d2 = marker.off_d2 * marker.off_d2;
+            const double across = mean_of(mass), along_d1 = marker.off_d1 * marker.off_d1,
+                         along_d2 = marker.off_d2 * marker.off_d2;
             before.turn_drag += across * Vec3d{along_d2, along_d1, along_d1 + along_d2};
         });
         if (group.closed()) { // its last node is its first
@@ -85,12 +89,14 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& ans
             const Slots& slot = slots_[first + k];
             FluidLoad& of_slot = load[static_cast<std::ptrdiff_t>(k)];
             const double mass = group.node_mass[k];
-            own_push_[first + k] = (mass * stage.length) * buoyancy + (share * returned(inertia.of_nodes[k].returned)) * slot.lent;
+            own_push_[first + k] =
+                (mass * stage.length) * buoyancy + (share * returned(inertia.of_nodes[k].returned)) * slot.lent;
             of_slot.push = per_length * (of_slot.push + slot.owed + own_push_[first + k]);
             of_slot.drag = per_length * of_slot.drag;
             if (k == group.element.size()) break;
-            own_turn_[first + k] = share * transpose_times(rod.frames[k], scale(returned(inertia.of_elements[k].returned),
-                                                                                rod.frames[k] * slot.lent_turn));
+            own_turn_[first + k] =
+                share * transpose_times(rod.frames[k], scale(returned(inertia.of_elements[k].returned),
+                                                             rod.frames[k] * slot.lent_turn));
             of_slot.couple = per_length * (of_slot.couple + slot.owed_turn + own_turn_[first + k]);
             of_slot.turn_drag = per_length * of_slot.turn_drag;
         }
@@ -121,7 +127,8 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes) {
             slots_[first + marker.element + 1].owed -= marker.along * given;
             slots_[first + marker.element].owed_turn -= cross(off_[m], given);
         });
-        if (group.closed()) slots_[first].owed += slots_[first + count - 1].owed, slots_[first + count - 1].owed = {0, 0, 0};
+        if (group.closed())
+            slots_[first].owed += slots_[first + count - 1].owed, slots_[first + count - 1].owed = {0, 0, 0};
     }
 }
 
@@ -132,13 +139,15 @@ void ForceBalance::end_step(double lag) {
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const std::size_t at = loads_->first(i) + k;
             Slots& slot = slots_[at];
-            slot.lent = (1 - returned(inertia.of_nodes[k].returned)) * slot.lent +
-                        (inertia.of_nodes[k].added * group.node_mass[k]) * (lane(rod.state[k].velocity, 0) - velocity_[at]);
+            slot.lent =
+                (1 - returned(inertia.of_nodes[k].returned)) * slot.lent +
+                (inertia.of_nodes[k].added * group.node_mass[k]) * (lane(rod.state[k].velocity, 0) - velocity_[at]);
             if (k == group.element.size()) break;
             const InertiaShares<Vec3d>& of_element = inertia.of_elements[k];
             const Vec3d lent = rod.frames[k] * slot.lent_turn, gained = lane(rod.state[k].spin, 0) - spin_[at];
-            slot.lent_turn = transpose_times(rod.frames[k], lent - scale(returned(of_element.returned), lent) +
-                                                                scale(of_element.added, scale(group.element[k].inertia, gained)));
+            slot.lent_turn =
+                transpose_times(rod.frames[k], lent - scale(returned(of_element.returned), lent) +
+                                                   scale(of_element.added, scale(group.element[k].inertia, gained)));
         }
     });
 }
@@ -183,7 +192,8 @@ void ForceBalance::recall(std::span<const double> kept) {
     for (std::size_t i = 0; i < rods_.rods().local().size(); ++i)
         for (std::size_t k = 0; k < static_cast<std::size_t>(group_of(i).slots()); ++k) {
             const double* n = kept.data() + record * (static_cast<std::size_t>(first_in_scene(i)) + k);
-            slots_[loads_->first(i) + k] = {{n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]}, {n[9], n[10], n[11]}};
+            slots_[loads_->first(i) + k] = {
+                {n[0], n[1], n[2]}, {n[3], n[4], n[5]}, {n[6], n[7], n[8]}, {n[9], n[10], n[11]}};
         }
 }
 

@@ -1,7 +1,7 @@
-// Rods that feel the fluid: within a stage each slot has the fluid's push and a drag that is linear in its own velocity, which
-// steps of rods take implicitly; then markers are forced to the mean velocities of the stage, and what they give the fluid beyond
-// what rods received is owed to the rods in the next stage. Momentum of fluid and rods is kept to rounding.       theory.md
-// (88)-(91)
+// Rods that feel the fluid: within a stage each slot has the fluid's push and a drag that is linear in its own
+// velocity, which steps of rods take implicitly; then markers are forced to the mean velocities of the stage, and what
+// they give the fluid beyond what rods received is owed to the rods in the next stage. Momentum of fluid and rods is
+// kept to rounding.       theory.md (88)-(91)
 #pragma once
 
 #include "immersion/direct_forcing.hpp"
@@ -21,7 +21,7 @@ class ForceBalance {
 public:
     struct Fluid {
         double density, cell_volume; ///< kg/m^3, m^3
-        double passing;              ///< s: its steps at the Courant number for which shares that are returned were found
+        double passing; ///< s: its steps at the Courant number for which shares that are returned were found
     };
     /// `weight`: acceleration by gravity of a group at a time, m/s^2.
     using Weight = std::function<Vec3d(std::size_t group, double time)>;
@@ -59,7 +59,8 @@ private:
     struct Slots {
         Vec3d owed{0, 0, 0};      ///< N s, lab: impulse that the node has yet to receive
         Vec3d owed_turn{0, 0, 0}; ///< N m s, lab: of the element
-        Vec3d lent{0, 0, 0};      ///< N s, lab: what added inertia has taken of the node's momentum, and returns step by step
+        Vec3d lent{0, 0,
+                   0}; ///< N s, lab: what added inertia has taken of the node's momentum, and returns step by step
         Vec3d lent_turn{0, 0, 0}; ///< N m s, lab: of the element
     };
     void move_fluid_within();
@@ -81,10 +82,11 @@ private:
     std::vector<std::shared_ptr<const InertiaInFluid>> inertia_; ///< by group
     std::vector<std::int64_t> first_slot_;                       ///< of a group's rods among slots of the scene
     std::size_t slots_of_scene_ = 0;
-    std::vector<Slots> slots_;               ///< as loads_ has them
-    std::vector<Vec3d> velocity_, spin_;     ///< by slot, at the begin of the step
-    std::vector<Vec3d> own_push_, own_turn_; ///< by slot: of the loads, what is not the fluid's; N, N m, over the stage N s, N m s
-    std::vector<Vec3d> place_, off_;         ///< of markers at the begin of the stage, m, lab; the second off the axis
+    std::vector<Slots> slots_;           ///< as loads_ has them
+    std::vector<Vec3d> velocity_, spin_; ///< by slot, at the begin of the step
+    std::vector<Vec3d> own_push_,
+        own_turn_; ///< by slot: of the loads, what is not the fluid's; N, N m, over the stage N s, N m s
+    std::vector<Vec3d> place_, off_; ///< of markers at the begin of the stage, m, lab; the second off the axis
 };
 
 } // namespace skein

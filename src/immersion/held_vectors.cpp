@@ -22,7 +22,8 @@ void HeldVectors::settle(const Communicator& comm, std::span<const std::int64_t>
     values_.assign(identities.size(), Vec3d{0, 0, 0});
     std::vector<std::size_t> strangers;
     for (std::size_t m = 0; m < identities_.size(); ++m)
-        if (const auto found = before.find(identities_[m]); found != before.end()) values_[m] = found->second, before.erase(found);
+        if (const auto found = before.find(identities_[m]); found != before.end())
+            values_[m] = found->second, before.erase(found);
         else strangers.push_back(m);
     if (comm.max(static_cast<std::int64_t>(before.size())) == 0) return; // none has left its rank
     std::vector<double> left;

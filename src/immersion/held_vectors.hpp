@@ -1,5 +1,5 @@
-// What markers go on with from one step to the next, wherever the ranks are that hold them: forces, m/s^2 at markers of weight 1,
-// of implicit viscosity, or lengths of springs, m.
+// What markers go on with from one step to the next, wherever the ranks are that hold them: forces, m/s^2 at markers of
+// weight 1, of implicit viscosity, or lengths of springs, m.
 #pragma once
 
 #include "parallel/communicator.hpp"

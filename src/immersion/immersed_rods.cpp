@@ -30,7 +30,8 @@ void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t firs
     read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         const LocalRod& own = rods_->local()[i];
         const auto group = static_cast<std::size_t>(own.group);
-        const std::int64_t first = first_identity + first_[group] + own.index * static_cast<std::int64_t>(of_group_[group].size());
+        const std::int64_t first =
+            first_identity + first_[group] + own.index * static_cast<std::int64_t>(of_group_[group].size());
         for_markers(i, [&](std::size_t m, const RodMarker& marker) {
             const Slot<1>&from = rod.state[marker.element], &to = rod.state[marker.element + 1];
             const Mat3d& frame = rod.frames[marker.element];

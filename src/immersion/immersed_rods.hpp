@@ -33,7 +33,8 @@ public:
         return marker.off_d1 * frame.d1 + marker.off_d2 * frame.d2;
     }
     static Vec3d place_of(const RodMarker& marker, const RodCopy& rod) {
-        return along(marker, lane(rod.state[marker.element].position, 0), lane(rod.state[marker.element + 1].position, 0)) +
+        return along(marker, lane(rod.state[marker.element].position, 0),
+                     lane(rod.state[marker.element + 1].position, 0)) +
                off_axis(marker, rod.frames[marker.element]);
     }
     /// Between what the nodes of its element have.

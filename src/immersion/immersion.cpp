@@ -15,10 +15,11 @@ bool some_move(const std::vector<Obstacle>& obstacles) {
 
 } // namespace
 
-Immersion::Immersion(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
-                     std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods, int across)
-    : grid_(grid), rank_(comm.rank()), pencils_(grid, comm.rank(), comm.size(), across), obstacles_(std::move(obstacles)),
-      rods_(std::move(rods)),
+Immersion::Immersion(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
+                     const ForcingNumbers& numbers, std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods,
+                     int across)
+    : grid_(grid), rank_(comm.rank()), pencils_(grid, comm.rank(), comm.size(), across),
+      obstacles_(std::move(obstacles)), rods_(std::move(rods)),
       forcing_(
           comm, threads, grid, numbers, obstacles_.size() + (rods_ ? rods_->bodies() : 0),
           [this](double time, Markers& markers) { place(time, markers); }, rods_ || some_move(obstacles_), across) {
@@ -59,7 +60,8 @@ void Immersion::end_stage() {
 void Immersion::place_obstacles(double time, Markers& markers) const {
     const auto cell_of = [&](const Vec3d& place, int d) {
         const std::int64_t n = grid_.cells[static_cast<std::size_t>(d)];
-        const auto cell = static_cast<std::int64_t>(std::floor((component_of(place, d) - component_of(grid_.lower, d)) / grid_.h));
+        const auto cell =
+            static_cast<std::int64_t>(std::floor((component_of(place, d) - component_of(grid_.lower, d)) / grid_.h));
         return static_cast<int>(grid_.periodic(d) ? (cell % n + n) % n : std::clamp<std::int64_t>(cell, 0, n - 1));
     };
     std::int64_t identity = 0;

@@ -53,7 +53,9 @@ private:
     void place(double time, Markers& markers) const;
     void place_obstacles(double time, Markers& markers) const;
     /// Of markers, those of own rods, which come behind those of obstacles.
-    template <class Vectors> auto of_rods(Vectors& of_markers) const { return std::span(of_markers).last(rods_->count()); }
+    template <class Vectors> auto of_rods(Vectors& of_markers) const {
+        return std::span(of_markers).last(rods_->count());
+    }
 
     FluidGrid grid_;
     int rank_;

@@ -11,7 +11,8 @@ namespace {
 InertiaShares<double> shares(double borne) {
     constexpr double least = 0.25; // felt, over the fluid's
     const double felt = std::max(1 - borne, least * borne), added = felt - (1 - borne);
-    // Motions that steps of the fluid do not resolve swing up where more of the fluid's inertia than `least` comes back at once.
+    // Motions that steps of the fluid do not resolve swing up where more of the fluid's inertia than `least` comes back
+    // at once.
     const double ratio = added > 0 ? std::min(1.0, least * borne / added) : 1;
     return {borne, felt, added, ratio * std::sqrt(ratio)};
 }
@@ -33,7 +34,8 @@ std::vector<Ring> rings_of(std::span<const RodMarker> markers, std::span<const d
     std::vector<Ring> rings;
     for (const RodMarker& m : markers) {
         if (rings.empty() || rings.back().element != m.element || rings.back().along != m.along)
-            rings.push_back({m.element, m.along, begin[m.element] + m.along * (begin[m.element + 1] - begin[m.element])});
+            rings.push_back(
+                {m.element, m.along, begin[m.element] + m.along * (begin[m.element + 1] - begin[m.element])});
         rings.back().off_d1 |= m.off_d1 != 0, rings.back().off_d2 |= m.off_d2 != 0;
     }
     return rings;
@@ -59,16 +61,17 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
                          scaled = group.rotary_inertia_scale.empty() ? 1 : group.rotary_inertia_scale[k];
             mass[ring.element] += (1 - ring.along) * share * density * e.volume;
             mass[ring.element + 1] += ring.along * share * density * e.volume;
-            turning[ring.element] +=
-                (share * displaced) * Vec3d{ring.off_d2 ? e.inertia.x / scaled : 0, ring.off_d1 ? e.inertia.y / scaled : 0,
-                                            ring.off_d1 || ring.off_d2 ? e.inertia.z : 0};
+            turning[ring.element] += (share * displaced) * Vec3d{ring.off_d2 ? e.inertia.x / scaled : 0,
+                                                                 ring.off_d1 ? e.inertia.y / scaled : 0,
+                                                                 ring.off_d1 || ring.off_d2 ? e.inertia.z : 0};
             if (begin[k + 1] > to) break; // the next ring has the rest of it
         }
     }
     if (group.closed()) mass.front() += mass.back(), mass.back() = 0;
     for (std::size_t i = 0; i < mass.size(); ++i)
         of_nodes.push_back(shares(group.node_mass[i] > 0 ? mass[i] / group.node_mass[i] : 0));
-    for (std::size_t i = 0; i < turning.size(); ++i) of_elements.push_back(shares(scale(turning[i], group.element[i].inv_inertia)));
+    for (std::size_t i = 0; i < turning.size(); ++i)
+        of_elements.push_back(shares(scale(turning[i], group.element[i].inv_inertia)));
 }
 
 double InertiaInFluid::least_felt() const {

@@ -1,4 +1,5 @@
-// What rods weigh against the fluid in their place, which moves with them and bears its own inertia.       theory.md (88), (88a)
+// What rods weigh against the fluid in their place, which moves with them and bears its own inertia.       theory.md
+// (88), (88a)
 #pragma once
 
 #include "immersion/rod_surface.hpp"
@@ -13,15 +14,17 @@ template <class T> struct InertiaShares {
     T borne;    ///< by the fluid
     T felt;     ///< by kicks: what the fluid does not bear, and no less than a quarter of what it does
     T added;    ///< to what the fluid does not bear, for kicks to feel as much
-    T returned; ///< in a step of the fluid, of the momentum that this has taken; where less than 1, at a Courant number of 0.8
+    T returned; ///< in a step of the fluid, of the momentum that this has taken; where less than 1, at a Courant number
+                ///< of 0.8
 };
 
-/// The fluid moves with a rod where markers make it: that around a ring of them, up to half of the way to the next ones, bears its
-/// inertia for the nodes and the element of this ring. About directions from which no marker lies off, it bears nothing.
+/// The fluid moves with a rod where markers make it: that around a ring of them, up to half of the way to the next
+/// ones, bears its inertia for the nodes and the element of this ring. About directions from which no marker lies off,
+/// it bears nothing.
 class InertiaInFluid {
 public:
-    /// Of a group whose rods have these markers, ring after ring, in a fluid of that density, kg/m^3. `inner`: whether the fluid
-    /// within rods bears its own inertia; if not, rods bear all of theirs and it comes on top.
+    /// Of a group whose rods have these markers, ring after ring, in a fluid of that density, kg/m^3. `inner`: whether
+    /// the fluid within rods bears its own inertia; if not, rods bear all of theirs and it comes on top.
     InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner);
 
     double displaced;                              ///< mass of fluid in the place of the rod, over the rod's

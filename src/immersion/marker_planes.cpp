@@ -28,7 +28,8 @@ WeightsAlong weights_along(const FluidGrid& grid, DeltaKind delta, const Vec3d& 
 
 } // namespace
 
-MarkerPlanes::MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta, int across)
+MarkerPlanes::MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta,
+                           int across)
     : comm_(comm), threads_(threads), grid_(grid), delta_(delta), pencils_(grid, comm.rank(), comm.size(), across),
       layout_(pencils_.layout()), visits_(static_cast<std::size_t>(layout_.nz + 2 * ghosts)) {}
 
@@ -48,12 +49,14 @@ template <class Body> void MarkerPlanes::for_ranks_of(const Vec3d& place, Body&&
         const int n = grid_.cells[static_cast<std::size_t>(d)];
         return grid_.periodic(d) ? wrapped(cell, n) : std::clamp(cell, 0, n - 1);
     };
-    const WeightsAlong along_y = weights_along(grid_, delta_, place, 1), along_z = weights_along(grid_, delta_, place, 2);
+    const WeightsAlong along_y = weights_along(grid_, delta_, place, 1),
+                       along_z = weights_along(grid_, delta_, place, 2);
     for (int c = 0; c < 3; ++c) {
         const DeltaWeights &y = along_y.of(c == 1), &z = along_z.of(c == 2);
         const int rows = pencils_.across() > 1 ? y.count : 1;
         for (int k = z.first; k < z.first + z.count; ++k)
-            for (int j = y.first; j < y.first + rows; ++j) found[count++] = pencils_.rank_of_cell(inside(j, 1), inside(k, 2));
+            for (int j = y.first; j < y.first + rows; ++j)
+                found[count++] = pencils_.rank_of_cell(inside(j, 1), inside(k, 2));
     }
     std::sort(found, found + count);
     for (int i = 0; i < count; ++i)
@@ -109,7 +112,8 @@ void MarkerPlanes::order_arrivals(std::span<const Guest> guests) {
     for (const Guest& guest : guests) arrived_.push_back(guest.identity);
     arrival_.resize(guests.size());
     std::iota(arrival_.begin(), arrival_.end(), 0u);
-    std::sort(arrival_.begin(), arrival_.end(), [this](std::uint32_t a, std::uint32_t b) { return arrived_[a] < arrived_[b]; });
+    std::sort(arrival_.begin(), arrival_.end(),
+              [this](std::uint32_t a, std::uint32_t b) { return arrived_[a] < arrived_[b]; });
 }
 
 /// Notes of planes which markers they have, in the order of identities.
@@ -128,7 +132,8 @@ void MarkerPlanes::visit_planes() {
         }
     const auto any = [&](std::size_t first) {
         return std::any_of(visits_.begin() + static_cast<std::ptrdiff_t>(first),
-                           visits_.begin() + static_cast<std::ptrdiff_t>(first + ghosts), [](const auto& v) { return !v.empty(); });
+                           visits_.begin() + static_cast<std::ptrdiff_t>(first + ghosts),
+                           [](const auto& v) { return !v.empty(); });
     };
     beyond_ = any(0) || any(static_cast<std::size_t>(layout_.nz + ghosts));
 }
@@ -156,7 +161,8 @@ void MarkerPlanes::lay_out(const Vec3d& place, Footprint* of_components) const {
         const DeltaWeights& z = along[2].of(c == 2);
         f.along_z = z.weight;
         f.plane.fill(none);
-        for (int k = 0; k < z.count; ++k) f.plane[static_cast<std::size_t>(k)] = here(z.first + k, 2, pencils_.planes());
+        for (int k = 0; k < z.count; ++k)
+            f.plane[static_cast<std::size_t>(k)] = here(z.first + k, 2, pencils_.planes());
     }
 }
 
@@ -206,8 +212,8 @@ template <int points> void MarkerPlanes::sum_footprint(const Visit& visit, const
         sum += of_rows[j];
     }
     const std::size_t rows = rows_of_plane();
-    double* const shares =
-        &shares_[shares_of_marker() * arrival_[visit.marker] + (visit.component * std::size_t{width} + visit.place) * rows];
+    double* const shares = &shares_[shares_of_marker() * arrival_[visit.marker] +
+                                    (visit.component * std::size_t{width} + visit.place) * rows];
     if (rows == 1) *shares = sum;
     else std::copy_n(of_rows, width, shares);
 }
@@ -238,7 +244,8 @@ void MarkerPlanes::add_shares(std::span<Vec3d> values) {
             const auto sum = [&](std::size_t c) {
                 double of_plane[width] = {};
                 for (std::size_t k = 0; k < width; ++k)
-                    for (std::size_t j = 0; j < rows; ++j) of_plane[k] += whole[numbers * m + (c * width + k) * rows + j];
+                    for (std::size_t j = 0; j < rows; ++j)
+                        of_plane[k] += whole[numbers * m + (c * width + k) * rows + j];
                 return (of_plane[0] + of_plane[1]) + (of_plane[2] + of_plane[3]);
             };
             values[m] = {sum(0), sum(1), sum(2)};

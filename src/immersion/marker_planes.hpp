@@ -15,23 +15,25 @@
 
 namespace skein {
 
-/// Any rank may hold any marker: ranks whose cells it reaches work out their share of it, and the holder puts shares together.
-/// Sums are made in the order of identities, rows and planes: the same bits on any ranks and threads.
+/// Any rank may hold any marker: ranks whose cells it reaches work out their share of it, and the holder puts shares
+/// together. Sums are made in the order of identities, rows and planes: the same bits on any ranks and threads.
 class MarkerPlanes {
 public:
     using Fields = std::array<double*, 3>; ///< components, as FieldLayout of this rank has them
     using ReadFields = std::array<const double*, 3>;
 
-    MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta, int across = 1);
+    MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta,
+                 int across = 1);
 
-    /// Markers of this rank are at these places from now on; each has an identity of its own among those of all ranks. Collective.
+    /// Markers of this rank are at these places from now on; each has an identity of its own among those of all ranks.
+    /// Collective.
     void settle(std::span<const Vec3d> places, std::span<const std::int64_t> identities);
     /// What the fields are at markers of this rank. Ghosts are read where markers reach beyond walls. Collective.
     void interpolate(const ReadFields& fields, std::span<Vec3d> values);
     /// Adds changes of the markers of this rank to the fields near them; ghosts are left alone. Collective.
     void spread(std::span<const Vec3d> changes, const Fields& fields);
-    /// What interpolate() finds at markers of this rank in fields of 0 to which a change of 1 at all markers is added; the fields
-    /// are of no meaning before and after. Collective.
+    /// What interpolate() finds at markers of this rank in fields of 0 to which a change of 1 at all markers is added;
+    /// the fields are of no meaning before and after. Collective.
     void respond_to_ones(const Fields& fields, std::span<Vec3d> values);
 
     /// Whether markers reach this plane of this rank.
@@ -42,13 +44,14 @@ public:
 
 private:
     static constexpr int width = DeltaWeights::most;
-    /// Where a component feels a marker. Weights of cells that no field has, and of rows of other ranks, are 0; planes of other
-    /// ranks are `none`.
+    /// Where a component feels a marker. Weights of cells that no field has, and of rows of other ranks, are 0; planes
+    /// of other ranks are `none`.
     struct Footprint {
         std::array<double, width> along_x, along_y, along_z;
         std::array<std::int32_t, width> cell, row, plane; ///< of numbers within a row; of rows within a plane
         std::array<bool, width> inside_x, inside_y;       ///< no ghost
-        bool run, beyond_sides; ///< cells are next to each other, and none is a ghost; some ghosts are beyond walls across x or y
+        bool run, beyond_sides; ///< cells are next to each other, and none is a ghost; some ghosts are beyond walls
+                                ///< across x or y
     };
     /// A plane of a marker's footprint.
     struct Visit {
@@ -60,7 +63,8 @@ private:
         std::int64_t identity;
     };
 
-    /// Shares of a marker, by component and plane: sums over the rows of a plane, or one for each row where ranks share these.
+    /// Shares of a marker, by component and plane: sums over the rows of a plane, or one for each row where ranks share
+    /// these.
     std::size_t shares_of_marker() const { return 3 * width * rows_of_plane(); }
     std::size_t rows_of_plane() const { return pencils_.across() > 1 ? width : 1; }
     void lay_out(const Vec3d& place, Footprint* of_components) const;

@@ -24,8 +24,8 @@ std::vector<Vec3d> ellipse_markers(double a, double b, double spacing) {
     for (int n = 0; n < count; ++n) {
         const double to = arc.back() * (n + 0.5) / count;
         while (arc[static_cast<std::size_t>(i) + 1] < to) ++i;
-        const double share =
-            (to - arc[static_cast<std::size_t>(i)]) / (arc[static_cast<std::size_t>(i) + 1] - arc[static_cast<std::size_t>(i)]);
+        const double share = (to - arc[static_cast<std::size_t>(i)]) /
+                             (arc[static_cast<std::size_t>(i) + 1] - arc[static_cast<std::size_t>(i)]);
         points.push_back((1 - share) * at(i) + share * at(i + 1));
     }
     return points;

@@ -23,8 +23,8 @@ struct Markers {
 std::vector<Vec3d> ellipse_markers(double a, double b, double spacing);
 /// Places on a sphere about the origin, of about one for each `spacing` squared.
 std::vector<Vec3d> sphere_markers(double radius, double spacing);
-/// On rings about z, of half axes a and b, from `low` to `high` along it, a whole number of them; equal arcs, about `spacing`
-/// apart.
+/// On rings about z, of half axes a and b, from `low` to `high` along it, a whole number of them; equal arcs, about
+/// `spacing` apart.
 std::vector<Vec3d> tube_markers(double a, double b, double low, double high, double spacing);
 
 } // namespace skein

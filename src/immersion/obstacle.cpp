@@ -10,25 +10,31 @@ namespace skein {
 
 void Obstacle::fields(FieldVisitor& f) {
     f.visit({.name = "name", .unit = "", .text = "of its columns in the time series"}, name);
-    f.choice({.name = "kind", .unit = "", .text = "sphere, or cylinder along z through the whole box"}, kind, obstacle_names);
-    f.visit({.name = "centre", .unit = "m", .text = "of it at the start; of a cylinder z has no meaning", .required = true},
-            centre);
+    f.choice({.name = "kind", .unit = "", .text = "sphere, or cylinder along z through the whole box"}, kind,
+             obstacle_names);
+    f.visit(
+        {.name = "centre", .unit = "m", .text = "of it at the start; of a cylinder z has no meaning", .required = true},
+        centre);
     f.visit({.name = "radius",
              .unit = "m",
              .text = "radius; of a cylinder with a second one that along x",
              .required = true,
              .above = 0},
             radius);
-    f.visit({.name = "second_radius", .unit = "m", .text = "of a cylinder: half axis along y; 0: as `radius`", .at_least = 0},
+    f.visit({.name = "second_radius",
+             .unit = "m",
+             .text = "of a cylinder: half axis along y; 0: as `radius`",
+             .at_least = 0},
             second_radius);
     f.visit({.name = "velocity", .unit = "m/s", .text = "steady velocity"}, velocity);
     f.visit({.name = "amplitude", .unit = "m", .text = "of a sine that is added to its place"}, amplitude);
     f.visit({.name = "frequency", .unit = "Hz", .text = "of that sine", .at_least = 0}, frequency);
     f.visit({.name = "retraction",
              .unit = "-",
-             .text =
-                 "how far markers lie within the surface, over the spacing of the grid: a body acts as if it were larger than its "
-                 "markers. 0.4 is for the drag at Re = 100 with two sweeps of an explicit scheme, 0.3 for that of Stokes flow",
+             .text = "how far markers lie within the surface, over the spacing of the grid: a body acts as if it were "
+                     "larger than its "
+                     "markers. 0.4 is for the drag at Re = 100 with two sweeps of an explicit scheme, 0.3 for that of "
+                     "Stokes flow",
              .at_least = 0,
              .at_most = 2},
             retraction);
@@ -53,7 +59,8 @@ std::vector<Vec3d> Obstacle::markers(const FluidGrid& grid) const {
     const double within = retraction * grid.h;
     if (kind == ObstacleKind::sphere) return sphere_markers(std::max(radius - within, 0.0), grid.h);
     const double other = second_radius > 0 ? second_radius : radius, low = grid.lower.z;
-    return tube_markers(std::max(radius - within, 0.0), std::max(other - within, 0.0), low, low + grid.h * grid.cells[2], grid.h);
+    return tube_markers(std::max(radius - within, 0.0), std::max(other - within, 0.0), low,
+                        low + grid.h * grid.cells[2], grid.h);
 }
 
 } // namespace skein

@@ -33,7 +33,8 @@ public:
         const std::size_t k = place.element, last = until_.size() - 1,
                           other = place.along < 0.5 ? (k > 0 ? k - 1 : 0) : std::min(k + 1, last);
         const HalfAxes here = half_axes(group_, k), there = half_axes(group_, other);
-        const double distance = std::abs(middle(other) - middle(k)), w = distance > 0 ? std::abs(s - middle(k)) / distance : 0;
+        const double distance = std::abs(middle(other) - middle(k)),
+                     w = distance > 0 ? std::abs(s - middle(k)) / distance : 0;
         return {(1 - w) * here.along_d1 + w * there.along_d1, (1 - w) * here.along_d2 + w * there.along_d2};
     }
 

@@ -34,8 +34,8 @@ SectionMarkers section_markers(const HalfAxes& axes, double spacing, double retr
 /// Whether rectangular sections go along d2 from one side of a periodic box to the other: a plate without edges there.
 bool spans_box(const RodGroup& group, const FluidGrid& grid);
 
-/// Of a rod of the group at rest, ring after ring and about a cell apart, both ends closed; all lie `retraction`, m, within the
-/// surface. Order and number are the same for all rods of the group.
+/// Of a rod of the group at rest, ring after ring and about a cell apart, both ends closed; all lie `retraction`, m,
+/// within the surface. Order and number are the same for all rods of the group.
 std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid, double retraction);
 
 } // namespace skein

@@ -23,9 +23,9 @@ namespace {
 
 const std::string format_name = "skein-checkpoint";
 /// 2: directors are quaternions; with an audit, its sums.
-constexpr std::int64_t format_version = 8, // before 8 works of contacts were kept as one number each, before 7 fluids were kept
-                                           // without slips, before 6 with velocities that rods gained
-    version_of_springs = 5,                // before 5 springs at walls were kept with works of their own, before 4 without a weight
+constexpr std::int64_t format_version = 8, // before 8 works of contacts were kept as one number each, before 7 fluids
+                                           // were kept without slips, before 6 with velocities that rods gained
+    version_of_springs = 5, // before 5 springs at walls were kept with works of their own, before 4 without a weight
     oldest_version = 2;
 
 // A slab is a run of a group's rods that is moved between owners and file at a time: enough for full bandwidth, little
@@ -54,7 +54,8 @@ Record state_record(const RodGroup& group) {
     return {"/groups/" + group.name() + "/state", static_cast<std::uint64_t>(group.slots()), slot_doubles,
             [](const Rods& rods, std::span<const std::size_t> local, const PutRecord& put) {
                 rods.read(local, Copy::canonical, 0, [&](int, std::size_t j, const RodCopy& copy) {
-                    put(j, {reinterpret_cast<const double*>(copy.state.data()), copy.state.size() * slot_doubles}, copy.hash);
+                    put(j, {reinterpret_cast<const double*>(copy.state.data()), copy.state.size() * slot_doubles},
+                        copy.hash);
                 });
             },
             [](Rods& rods, std::size_t i, std::span<const double> in) {
@@ -140,11 +141,14 @@ H5Box box_of(const Record& record, const Slab& slab, std::int64_t begin, std::in
 }
 
 /// Writes a record of a group's rods; returns its digest.
-std::uint64_t write_record(const Communicator& comm, H5File& file, const RodGroup& group, const Record& record, const Rods& rods) {
-    file.make_dataset(record.dataset, H5Type::float64, {static_cast<std::uint64_t>(group.count()), record.rows, record.columns});
+std::uint64_t write_record(const Communicator& comm, H5File& file, const RodGroup& group, const Record& record,
+                           const Rods& rods) {
+    file.make_dataset(record.dataset, H5Type::float64,
+                      {static_cast<std::uint64_t>(group.count()), record.rows, record.columns});
     const std::vector<Slab> all = slabs(comm, group, record);
     const std::vector<Share> owned = shares(rods, group, all);
-    // One slab is made ready while the one before is written. The writing stays on this thread: it alone calls MPI and HDF5.
+    // One slab is made ready while the one before is written. The writing stays on this thread: it alone calls MPI and
+    // HDF5.
     struct Ready {
         std::optional<IndexBlocks> blocks;
         RecordBuffers buffers;
@@ -176,7 +180,8 @@ std::uint64_t write_record(const Communicator& comm, H5File& file, const RodGrou
         for (const std::uint64_t hash : now.hashes) digest += hash;
         const auto block = now.buffers.exchange();
         if (s + 1 < all.size()) start(s + 1);
-        file.write(record.dataset, H5Type::float64, box_of(record, all[s], now.blocks->begin(), now.blocks->size()), block.data());
+        file.write(record.dataset, H5Type::float64, box_of(record, all[s], now.blocks->begin(), now.blocks->size()),
+                   block.data());
     }
     digest = comm.sum_wrapping(digest);
     file.set(record.dataset, "digest", digest);
@@ -212,7 +217,8 @@ std::uint64_t read_record(const Communicator& comm, const H5File& file, const st
     }
     found = comm.sum_wrapping(found);
     if (found != written)
-        throw IoError(fmt::format("{}: {} is damaged (digest {:016x}, {:016x} was written)", path, record.dataset, found, written));
+        throw IoError(fmt::format("{}: {} is damaged (digest {:016x}, {:016x} was written)", path, record.dataset,
+                                  found, written));
     return found;
 }
 
@@ -220,8 +226,10 @@ std::string kept_dataset(const KeptNumbers& kept) { return "/kept/" + kept.name;
 
 /// This rank's part of numbers that all ranks have.
 H5Box part_of(const Communicator& comm, std::size_t count) {
-    const auto begin = static_cast<std::uint64_t>(block_begin(static_cast<std::int64_t>(count), comm.rank(), comm.size()));
-    const auto end = static_cast<std::uint64_t>(block_begin(static_cast<std::int64_t>(count), comm.rank() + 1, comm.size()));
+    const auto begin =
+        static_cast<std::uint64_t>(block_begin(static_cast<std::int64_t>(count), comm.rank(), comm.size()));
+    const auto end =
+        static_cast<std::uint64_t>(block_begin(static_cast<std::int64_t>(count), comm.rank() + 1, comm.size()));
     return {{begin}, {end - begin}};
 }
 
@@ -235,12 +243,14 @@ void write_rows(const Communicator& comm, H5File& file, const std::string& datas
     const auto mine = rows.begin() + comm.rank();
     const auto first = static_cast<std::uint64_t>(std::accumulate(rows.begin(), mine, std::int64_t{0}));
     const std::int64_t all = std::accumulate(rows.begin(), rows.end(), std::int64_t{0});
-    file.make_dataset(dataset, H5Type::float64, {std::max<std::uint64_t>(1, static_cast<std::uint64_t>(all)), kept.columns});
+    file.make_dataset(dataset, H5Type::float64,
+                      {std::max<std::uint64_t>(1, static_cast<std::uint64_t>(all)), kept.columns});
     file.set(dataset, "rows", all);
     file.set(dataset, "columns", static_cast<std::int64_t>(kept.columns));
     file.set(dataset, "digest", digest_of_rows(comm, first, kept));
     if (all > 0)
-        file.write(dataset, H5Type::float64, {{first, 0}, {static_cast<std::uint64_t>(*mine), kept.columns}}, kept.rows.data());
+        file.write(dataset, H5Type::float64, {{first, 0}, {static_cast<std::uint64_t>(*mine), kept.columns}},
+                   kept.rows.data());
 }
 
 void write_kept(const Communicator& comm, H5File& file, const KeptNumbers& kept) {
@@ -265,7 +275,8 @@ void read_rows(const Communicator& comm, const H5File& file, const std::string& 
     const H5Box part = part_of(comm, static_cast<std::size_t>(rows));
     kept.columns = static_cast<std::size_t>(columns);
     kept.rows.resize(part.count[0] * kept.columns);
-    if (rows > 0) file.read(dataset, H5Type::float64, {{part.start[0], 0}, {part.count[0], kept.columns}}, kept.rows.data());
+    if (rows > 0)
+        file.read(dataset, H5Type::float64, {{part.start[0], 0}, {part.count[0], kept.columns}}, kept.rows.data());
     if (digest_of_rows(comm, part.start[0], kept) != written) throw IoError(path + ": " + dataset + " is damaged");
 }
 
@@ -281,7 +292,8 @@ void read_kept(const Communicator& comm, const H5File& file, const std::string& 
     if (file.has(dataset + "_rows")) read_rows(comm, file, path, dataset + "_rows", kept);
 }
 
-std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods, const CheckpointInfo& info) {
+std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods,
+                         const CheckpointInfo& info) {
     std::uint64_t bytes = info.scene.size() + info.settings.size() + info.ancestry.size();
     for (const RodGroup& group : groups)
         for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value()))
@@ -368,13 +380,13 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
     if (!info.kept.empty()) file.make_group("/kept");
     for (const KeptNumbers& kept : info.kept) write_kept(comm, file, kept);
     if (digest += info.beyond; digest != info.digest)
-        throw IoError(
-            fmt::format("{}: the state changed while it was written (digest {:016x}, was {:016x})", path, digest, info.digest));
+        throw IoError(fmt::format("{}: the state changed while it was written (digest {:016x}, was {:016x})", path,
+                                  digest, info.digest));
     file.close();
 }
 
-std::uint64_t read_state(const Communicator& comm, const H5File& file, const std::string& path, std::span<const RodGroup> groups,
-                         bool audited, const Rods& owned_by, Rods* rods) {
+std::uint64_t read_state(const Communicator& comm, const H5File& file, const std::string& path,
+                         std::span<const RodGroup> groups, bool audited, const Rods& owned_by, Rods* rods) {
     std::uint64_t digest = 0;
     for (const RodGroup& group : groups) {
         const auto records = records_of(comm, group, owned_by, audited);
@@ -389,8 +401,8 @@ std::uint64_t read_state(const Communicator& comm, const H5File& file, const std
 CheckpointInfo read_info(const H5File& file, const std::string& path);
 
 /// A disk may keep other bytes than it was given and say nothing.
-void verify(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, const CheckpointInfo& info,
-            const Rods& rods) {
+void verify(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups,
+            const CheckpointInfo& info, const Rods& rods) {
     H5File file(comm, path, H5File::Mode::read);
     read_info(file, path);
     read_state(comm, file, path, groups, info.audited_from.has_value(), rods, nullptr);
@@ -401,8 +413,8 @@ void verify(const Communicator& comm, const std::string& path, std::span<const R
     file.close();
 }
 
-/// Removes what `keeping` lets go of the checkpoints up to `step`. Later ones are what a resumed run could not read and has now
-/// passed by; files of such a name that are no checkpoints stay.
+/// Removes what `keeping` lets go of the checkpoints up to `step`. Later ones are what a resumed run could not read and
+/// has now passed by; files of such a name that are no checkpoints stay.
 void thin(const std::string& directory, std::int64_t step, const Keeping& keeping) {
     std::vector<std::int64_t> steps;
     const auto files = numbered_files(directory, "checkpoint_", ".h5");
@@ -419,8 +431,8 @@ void thin(const std::string& directory, std::int64_t step, const Keeping& keepin
 
 } // namespace
 
-void write_checkpoint(const Communicator& comm, const std::string& directory, std::span<const RodGroup> groups, const Rods& rods,
-                      const CheckpointInfo& info, const Keeping& keeping) {
+void write_checkpoint(const Communicator& comm, const std::string& directory, std::span<const RodGroup> groups,
+                      const Rods& rods, const CheckpointInfo& info, const Keeping& keeping) {
     const std::string path = fmt::format("{}/checkpoint_{:012d}.h5", directory, info.step);
     const std::string temporary = path + ".tmp";
     try {
@@ -448,7 +460,8 @@ namespace {
 std::string scene_differences(const std::string& old_text, const std::string& new_text) {
     using nlohmann::json;
     constexpr int most = 8;
-    const json was = json::parse(old_text, nullptr, false).flatten(), now = json::parse(new_text, nullptr, false).flatten();
+    const json was = json::parse(old_text, nullptr, false).flatten(),
+               now = json::parse(new_text, nullptr, false).flatten();
     json all = was;
     all.update(now);
     std::string lines;
@@ -471,8 +484,8 @@ CheckpointInfo read_info(const H5File& file, const std::string& path) {
     std::int64_t version = 0;
     file.get("/", "version", version);
     if (version < oldest_version || version > format_version)
-        throw InputError(fmt::format("{}: version {} of the format; this program reads versions {} to {}", path, version,
-                                     oldest_version, format_version));
+        throw InputError(fmt::format("{}: version {} of the format; this program reads versions {} to {}", path,
+                                     version, oldest_version, format_version));
 
     CheckpointInfo info;
     info.file = path;
@@ -518,17 +531,18 @@ CheckpointInfo read_checkpoint_info(const Communicator& comm, const std::string&
     return info;
 }
 
-CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, Rods& rods,
-                               const std::function<void(const CheckpointInfo&)>& accept, std::span<const std::string> kept) {
+CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups,
+                               Rods& rods, const std::function<void(const CheckpointInfo&)>& accept,
+                               std::span<const std::string> kept) {
     H5File file(comm, path, H5File::Mode::read);
     CheckpointInfo info = read_info(file, path);
     accept(info);
     const bool in_fluid = std::find(kept.begin(), kept.end(), "fluid") != kept.end();
     if (info.version < (in_fluid ? format_version : version_of_springs) && !kept.empty())
-        throw InputError(
-            fmt::format("{}: version {} of the format, which kept contacts, walls or rods in a fluid otherwise; end that run with "
-                        "the program that began it, or begin anew",
-                        path, info.version));
+        throw InputError(fmt::format(
+            "{}: version {} of the format, which kept contacts, walls or rods in a fluid otherwise; end that run with "
+            "the program that began it, or begin anew",
+            path, info.version));
     if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods) + info.beyond != info.digest)
         throw IoError(path + ": the digest of the whole state differs");
     for (const std::string& name : kept) read_kept(comm, file, path, info.kept.emplace_back(KeptNumbers{.name = name}));
@@ -558,10 +572,11 @@ std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const st
     const auto names = list_checkpoints(comm, directory);
     const auto same_scene = [&scene](const CheckpointInfo& info) {
         if (info.scene != scene)
-            throw InputError(info.file +
-                             ": belongs to another scene; `skein branch` goes on from it under other numbers, --overwrite "
-                             "starts anew; or mend:" +
-                             scene_differences(info.scene, scene));
+            throw InputError(
+                info.file +
+                ": belongs to another scene; `skein branch` goes on from it under other numbers, --overwrite "
+                "starts anew; or mend:" +
+                scene_differences(info.scene, scene));
     };
     for (const std::string& name : names) {
         try {
@@ -571,7 +586,8 @@ std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const st
         }
     }
     if (names.empty()) return std::nullopt;
-    throw IoError(fmt::format("{}: none of its {} checkpoints can be read; start anew with --overwrite", directory, names.size()));
+    throw IoError(fmt::format("{}: none of its {} checkpoints can be read; start anew with --overwrite", directory,
+                              names.size()));
 }
 
 } // namespace skein

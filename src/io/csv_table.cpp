@@ -16,7 +16,8 @@ namespace {
 std::string_view trimmed(std::string_view text) {
     constexpr std::string_view blank = " \t\r\"";
     const std::size_t begin = text.find_first_not_of(blank);
-    return begin == std::string_view::npos ? std::string_view() : text.substr(begin, text.find_last_not_of(blank) + 1 - begin);
+    return begin == std::string_view::npos ? std::string_view()
+                                           : text.substr(begin, text.find_last_not_of(blank) + 1 - begin);
 }
 
 std::vector<std::string_view> cells_of(std::string_view line) {
@@ -47,8 +48,8 @@ CsvTable read_csv(const std::string& path) {
             continue;
         }
         if (cells.size() != table.names.size())
-            throw IoError(fmt::format("{}:{}: expected {} numbers, as the first line names them, found {}", path, number,
-                                      table.names.size(), cells.size()));
+            throw IoError(fmt::format("{}:{}: expected {} numbers, as the first line names them, found {}", path,
+                                      number, table.names.size(), cells.size()));
         for (std::size_t c = 0; c < cells.size(); ++c) {
             const std::string_view digits = cells[c].substr(cells[c].starts_with('+') ? 1 : 0);
             double value = 0;

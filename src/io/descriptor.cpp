@@ -10,7 +10,8 @@
 
 namespace skein {
 
-Descriptor::Descriptor(const std::string& path, int flags) : path_(path), value_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
+Descriptor::Descriptor(const std::string& path, int flags)
+    : path_(path), value_(::open(path.c_str(), flags | O_CLOEXEC, 0644)) {
     if (value_ < 0) throw_system_error(path, "cannot be opened", errno);
 }
 

@@ -49,7 +49,8 @@ void reserve_space(const std::string& path, std::uint64_t bytes) {
     struct rlimit most;
     if (::getrlimit(RLIMIT_FSIZE, &most) == 0 && most.rlim_cur != RLIM_INFINITY && bytes > most.rlim_cur) {
         const auto [wanted, allowed] = bytes_texts(bytes, most.rlim_cur);
-        throw_system_error(path, fmt::format("{} needed, and files may have {} here (ulimit -f)", wanted, allowed), EFBIG);
+        throw_system_error(path, fmt::format("{} needed, and files may have {} here (ulimit -f)", wanted, allowed),
+                           EFBIG);
     }
     if (::fallocate(file, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
     if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
@@ -65,19 +66,23 @@ void publish(const std::string& temporary, const std::string& path) {
     flush_to_disk(directory.empty() ? "." : directory.string());
 }
 
-std::vector<NumberedFile> numbered_files(const std::string& directory, const std::string& prefix, const std::string& suffix) {
+std::vector<NumberedFile> numbered_files(const std::string& directory, const std::string& prefix,
+                                         const std::string& suffix) {
     std::vector<NumberedFile> found;
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(directory, error)) {
         const std::string name = entry.path().filename().string();
-        if (name.size() < prefix.size() + number_digits + suffix.size() || !name.starts_with(prefix) || !name.ends_with(suffix))
+        if (name.size() < prefix.size() + number_digits + suffix.size() || !name.starts_with(prefix) ||
+            !name.ends_with(suffix))
             continue;
         std::int64_t number = 0;
         const char *begin = name.data() + prefix.size(), *end = name.data() + name.size() - suffix.size();
         if (std::from_chars(begin, end, number).ptr == end) found.push_back({name, number});
     }
-    if (error && error != std::errc::no_such_file_or_directory) throw_system_error(directory, "cannot be listed", error.value());
-    std::sort(found.begin(), found.end(), [](const NumberedFile& a, const NumberedFile& b) { return a.number < b.number; });
+    if (error && error != std::errc::no_such_file_or_directory)
+        throw_system_error(directory, "cannot be listed", error.value());
+    std::sort(found.begin(), found.end(),
+              [](const NumberedFile& a, const NumberedFile& b) { return a.number < b.number; });
     return found;
 }
 

@@ -24,7 +24,8 @@ std::string path_of(const std::string& directory) { return directory + "/end.jso
 bool is_record_of(const std::string& name, std::int64_t step) {
     const std::string digits = fmt::format("_{:012d}.", step);
     return is_result_name(name) && !name.starts_with("checkpoint_") && name.find("..") == name.npos &&
-           name.find(digits) != name.npos && std::count(name.begin(), name.end(), '/') == (name.starts_with(frames_folder) ? 1 : 0);
+           name.find(digits) != name.npos &&
+           std::count(name.begin(), name.end(), '/') == (name.starts_with(frames_folder) ? 1 : 0);
 }
 
 std::optional<EndRecord> record_in(const std::string& text) {
@@ -42,14 +43,16 @@ void take_back_row(const std::string& path, std::int64_t step) {
     const std::string content = read_file(path);
     if (content.empty() || content.back() != '\n') return; // a row on the way into the file comes after all others
     const auto before = content.rfind('\n', content.size() - 2);
-    if (before == content.npos || !std::string_view(content).substr(before + 1).starts_with(fmt::format("{},", step))) return;
+    if (before == content.npos || !std::string_view(content).substr(before + 1).starts_with(fmt::format("{},", step)))
+        return;
     write_file(path, std::string_view(content).substr(0, before + 1));
 }
 
 } // namespace
 
 void write_end_record(const std::string& directory, const EndRecord& record) {
-    const nlohmann::ordered_json json = {{"format", format}, {"version", 1}, {"step", record.step}, {"files", record.files}};
+    const nlohmann::ordered_json json = {
+        {"format", format}, {"version", 1}, {"step", record.step}, {"files", record.files}};
     write_file(path_of(directory), json.dump(1) + "\n");
 }
 

@@ -1,5 +1,5 @@
-// Records of a run's last step that no interval asked for. end.json names them before they are written: a run that goes on takes
-// them back, and its files are those of a run that never stopped. Root only.
+// Records of a run's last step that no interval asked for. end.json names them before they are written: a run that goes
+// on takes them back, and its files are those of a run that never stopped. Root only.
 #pragma once
 
 #include <cstdint>
@@ -16,8 +16,8 @@ struct EndRecord {
 /// Writes <directory>/end.json.
 void write_end_record(const std::string& directory, const EndRecord& record);
 
-/// Removes what end.json names, then end.json. A directory without one stays as it is, and so does any file that is none of that
-/// step's frames and tables.
+/// Removes what end.json names, then end.json. A directory without one stays as it is, and so does any file that is
+/// none of that step's frames and tables.
 void take_back_end(const std::string& directory);
 
 } // namespace skein

@@ -27,7 +27,8 @@ std::uint64_t product(const std::vector<std::uint64_t>& shape) {
 }
 
 /// Checksum of a box of a dataset: the sum of its words' digests, each by its place in the whole.
-std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vector<std::uint64_t>& shape, const H5Box& box) {
+std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vector<std::uint64_t>& shape,
+                         const H5Box& box) {
     std::size_t inner = shape.size(); // dimensions from here on are side by side
     std::uint64_t run = 1, below = 1; // words, of the box and of the whole
     while (inner > 0 && run == below) run *= box.count[--inner], below *= shape[inner];
@@ -96,8 +97,8 @@ std::string suffix_of(std::size_t block) { return fmt::format("_{}", block); }
 constexpr std::uint64_t view_bytes = 1 << 10;
 
 std::string document(const std::string& grids) {
-    return "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n<Domain>\n" + grids +
-           "</Domain>\n</Xdmf>\n";
+    return "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n<Domain>\n" +
+           grids + "</Domain>\n</Xdmf>\n";
 }
 
 std::string collection(const char* type, const std::string& grids) {
@@ -106,8 +107,8 @@ std::string collection(const char* type, const std::string& grids) {
 
 } // namespace
 
-FieldSeries::FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift,
-                         const Earlier& earlier)
+FieldSeries::FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt,
+                         double shift, const Earlier& earlier)
     : comm_(comm), names_(std::move(names)), grid_(grid), precision_(precision), dt_(dt), shift_(shift) {
     find_earlier(earlier);
 }
@@ -117,7 +118,8 @@ void FieldSeries::find_earlier(const Earlier& earlier) {
     std::vector<std::string> paths;
     on_root(comm_, [&] {
         for (const std::int64_t step : steps(frames))
-            if (step <= earlier.resume_step) there.push_back(step), paths.push_back(names_.directory + "/" + file_of(step, frames));
+            if (step <= earlier.resume_step)
+                there.push_back(step), paths.push_back(names_.directory + "/" + file_of(step, frames));
     });
     const auto step_of = [](const std::string& path) { return std::stoll(path.substr(path.rfind('_') + 1)); };
     const std::vector<std::int64_t> damaged =
@@ -138,7 +140,8 @@ void FieldSeries::find_earlier(const Earlier& earlier) {
                 tell(fmt::format("{}\n  it is put aside as {}; the run goes on without it", error.what(), now));
             }
         }
-        for (const std::string& gap : missing_frames(name_of(names_.name), names_.directory, places, earlier.expected)) tell(gap);
+        for (const std::string& gap : missing_frames(name_of(names_.name), names_.directory, places, earlier.expected))
+            tell(gap);
         last_step_ = there.empty() ? -1 : there.back();
         if (!listed_.empty()) write_documents();
     });
@@ -165,7 +168,8 @@ void FieldSeries::list(std::int64_t step, const std::string& path) {
         if (rows > 0) file.read("/lower", H5Type::float64, {{0, 0}, {rows, 3}}, blocks.lower.data());
         for (std::uint64_t b = 0; b < rows; ++b) {
             const auto shown = file.shape("/blocks/" + names_.fields.front().name + suffix_of(b));
-            blocks.cells.push_back({static_cast<int>(shown.at(2)), static_cast<int>(shown.at(1)), static_cast<int>(shown.at(0))});
+            blocks.cells.push_back(
+                {static_cast<int>(shown.at(2)), static_cast<int>(shown.at(1)), static_cast<int>(shown.at(0))});
         }
         write_block_document(step, blocks);
     }
@@ -187,7 +191,8 @@ std::vector<std::int64_t> FieldSeries::steps(const char* ending) const {
     for (const auto& entry : std::filesystem::directory_iterator(names_.directory)) {
         const std::string name = entry.path().filename().string();
         const auto end = name.rfind(ending), begin = name.rfind('_');
-        if (begin == name.npos || end == name.npos || end < begin + 13 || end > begin + 19) continue; // digits that a number holds
+        if (begin == name.npos || end == name.npos || end < begin + 13 || end > begin + 19)
+            continue; // digits that a number holds
         const std::string digits = name.substr(begin + 1, end - begin - 1);
         if (digits.find_first_not_of("0123456789") == digits.npos && name == file_of(std::stoll(digits), ending))
             found.push_back(std::stoll(digits));
@@ -197,8 +202,9 @@ std::vector<std::int64_t> FieldSeries::steps(const char* ending) const {
 }
 
 std::string FieldSeries::contents() const {
-    std::string text = fmt::format("{} x {} x {} cells of {} m from ({}, {}, {}) m, {} B:", grid_.cells[0], grid_.cells[1],
-                                   grid_.cells[2], grid_.spacing, grid_.lower.x, grid_.lower.y, grid_.lower.z, number_bytes());
+    std::string text =
+        fmt::format("{} x {} x {} cells of {} m from ({}, {}, {}) m, {} B:", grid_.cells[0], grid_.cells[1],
+                    grid_.cells[2], grid_.spacing, grid_.lower.x, grid_.lower.y, grid_.lower.z, number_bytes());
     for (const FieldName& field : names_.fields) text += " " + field.name;
     return text;
 }
@@ -215,7 +221,8 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
         after = comm_.broadcast(after);
         if (after == step) return;
     }
-    const std::string path = names_.directory + "/" + file_of(step, frames), temporary = path + ".tmp", format(format_name);
+    const std::string path = names_.directory + "/" + file_of(step, frames), temporary = path + ".tmp",
+                      format(format_name);
     const H5Type type = precision_ == Precision::single ? H5Type::float32 : H5Type::float64;
     std::uint64_t bytes = 0;
     for (const FieldName& field : names_.fields)
@@ -240,7 +247,8 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
             const std::uint64_t rows = blocks->cells.size();
             file.make_dataset("/lower", H5Type::float64, {rows, 3});
             file.set("/lower", "unit", std::string("m"));
-            if (rows > 0) file.write("/lower", H5Type::float64, {{0, 0}, {comm_.root() ? rows : 0, 3}}, blocks->lower.data());
+            if (rows > 0)
+                file.write("/lower", H5Type::float64, {{0, 0}, {comm_.root() ? rows : 0, 3}}, blocks->lower.data());
             file.set("/lower", "digest", word_digest(std::as_bytes(std::span(blocks->lower)), sizeof(double), 0));
         }
         for (std::size_t f = 0; f < names_.fields.size(); ++f) {
@@ -288,10 +296,10 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
 void FieldSeries::write_documents() const {
     std::string grids;
     for (const auto& [at, lower] : listed_)
-        grids += blocks_
-                     ? fmt::format("<xi:include href=\"{}\" xpointer=\"xpointer(/Xdmf/Domain/Grid)\"/>\n", file_of(at, documents))
-                     : fmt::format("<Grid Name=\"fluid\" GridType=\"Uniform\">\n{}{}</Grid>\n", time_text(at),
-                                   grid_text(file_of(at, frames), grid_.cells, lower));
+        grids += blocks_ ? fmt::format("<xi:include href=\"{}\" xpointer=\"xpointer(/Xdmf/Domain/Grid)\"/>\n",
+                                       file_of(at, documents))
+                         : fmt::format("<Grid Name=\"fluid\" GridType=\"Uniform\">\n{}{}</Grid>\n", time_text(at),
+                                       grid_text(file_of(at, frames), grid_.cells, lower));
     write_file(names_.directory + "/" + name_of(names_.name) + documents, document(collection("Temporal", grids)));
 }
 
@@ -299,9 +307,9 @@ void FieldSeries::write_block_document(std::int64_t step, const Blocks& blocks) 
     std::string grids = time_text(step);
     for (std::size_t b = 0; b < blocks.cells.size(); ++b) {
         const double* const lower = blocks.lower.data() + 3 * b;
-        grids += fmt::format(
-            "<Grid Name=\"{}\" GridType=\"Uniform\">\n{}</Grid>\n", b,
-            grid_text(file_of(step, frames), blocks.cells[b], {lower[0], lower[1], lower[2]}, "/blocks/", suffix_of(b)));
+        grids += fmt::format("<Grid Name=\"{}\" GridType=\"Uniform\">\n{}</Grid>\n", b,
+                             grid_text(file_of(step, frames), blocks.cells[b], {lower[0], lower[1], lower[2]},
+                                       "/blocks/", suffix_of(b)));
     }
     write_file(names_.directory + "/" + file_of(step, documents), document(collection("Spatial", grids)));
 }
@@ -332,7 +340,8 @@ void FieldSeries::show_blocks(const std::string& path, const Blocks& blocks) con
     for (std::size_t b = 0; b < blocks.cells.size(); ++b)
         for (const FieldName& field : names_.fields) {
             PartView view{field.name + suffix_of(b), "/" + field.name, {{b, 0, 0, 0}, {1}}};
-            for (const std::size_t d : {2, 1, 0}) view.part.count.push_back(static_cast<std::uint64_t>(blocks.cells[b][d]));
+            for (const std::size_t d : {2, 1, 0})
+                view.part.count.push_back(static_cast<std::uint64_t>(blocks.cells[b][d]));
             if (field.components > 1)
                 view.part.start.push_back(0), view.part.count.push_back(static_cast<std::uint64_t>(field.components));
             views.push_back(std::move(view));
@@ -363,16 +372,18 @@ std::string FieldSeries::grid_text(const std::string& file, const std::array<int
                                    "GeometryType=\"ORIGIN_DXDYDZ\">\n",
                                    nz + 1, ny + 1, nx + 1);
     for (const Vec3d& v : {lower, Vec3d{grid_.spacing, grid_.spacing, grid_.spacing}})
-        text += fmt::format("<DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">{:.17g} {:.17g} "
-                            "{:.17g}</DataItem>\n",
-                            v.z, v.y, v.x);
+        text += fmt::format(
+            "<DataItem Dimensions=\"3\" NumberType=\"Float\" Precision=\"8\" Format=\"XML\">{:.17g} {:.17g} "
+            "{:.17g}</DataItem>\n",
+            v.z, v.y, v.x);
     text += "</Geometry>\n";
     for (const FieldName& field : names_.fields) {
         const bool vector = field.components == 3;
-        text += fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Cell\">\n<DataItem Dimensions=\"{} {} {}{}\" "
-                            "NumberType=\"Float\" Precision=\"{}\" Format=\"HDF\">{}:{}{}{}</DataItem>\n</Attribute>\n",
-                            field.name, vector ? "Vector" : "Scalar", nz, ny, nx, vector ? " 3" : "", number_bytes(), file, group,
-                            field.name, suffix);
+        text += fmt::format(
+            "<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Cell\">\n<DataItem Dimensions=\"{} {} {}{}\" "
+            "NumberType=\"Float\" Precision=\"{}\" Format=\"HDF\">{}:{}{}{}</DataItem>\n</Attribute>\n",
+            field.name, vector ? "Vector" : "Scalar", nz, ny, nx, vector ? " 3" : "", number_bytes(), file, group,
+            field.name, suffix);
     }
     return text;
 }

@@ -1,5 +1,5 @@
-// Fields of a fluid at the middles of cells: a file <prefix><step, 12 digits>.h5 for each frame, and an XDMF document, by which
-// ParaView shows them all.
+// Fields of a fluid at the middles of cells: a file <prefix><step, 12 digits>.h5 for each frame, and an XDMF document,
+// by which ParaView shows them all.
 #pragma once
 
 #include "io/h5_file.hpp"
@@ -25,7 +25,8 @@ struct FieldName {
     int components;
 };
 
-/// What a frame shows: cells of a uniform grid, as datasets [z][y][x](3), or blocks of them, as datasets [block][z][y][x](3).
+/// What a frame shows: cells of a uniform grid, as datasets [z][y][x](3), or blocks of them, as datasets
+/// [block][z][y][x](3).
 struct FieldGrid {
     std::array<int, 3> cells; ///< of the grid, or of a block
     double spacing;           ///< m
@@ -46,8 +47,8 @@ public:
 
 class FieldSeries {
 public:
-    /// Files go into `directory`: fields_<step>.h5 and fields.xdmf where the name is empty, else fluid_<name>_<step>.h5 and
-    /// fluid_<name>.xdmf. `labels`: texts that become attributes of each file.
+    /// Files go into `directory`: fields_<step>.h5 and fields.xdmf where the name is empty, else fluid_<name>_<step>.h5
+    /// and fluid_<name>.xdmf. `labels`: texts that become attributes of each file.
     struct Names {
         std::string directory, name;
         std::vector<FieldName> fields;
@@ -59,8 +60,8 @@ public:
         std::optional<std::int64_t> expected = {};         ///< the last that there should be; absent: not known
         std::function<void(const std::string&)> warn = {}; ///< called on root
     };
-    /// The time of step s is shift + s dt. Earlier frames that are not what was written are put aside as *.damaged, and documents
-    /// are made anew; `earlier.warn` gets that and gaps. Collective.
+    /// The time of step s is shift + s dt. Earlier frames that are not what was written are put aside as *.damaged, and
+    /// documents are made anew; `earlier.warn` gets that and gaps. Collective.
     FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift,
                 const Earlier& earlier);
 
@@ -71,9 +72,10 @@ public:
 
     /// Cells of a grid that has moved by `moved`, m. Collective, as all that writes; throws IoError on all ranks alike.
     void write(std::int64_t step, const Vec3d& moved, FieldFrame& frame);
-    /// Blocks of `grid.cells` cells each from these cells of the fluid on, of which those beyond `fluid_cells` are none.
-    void write_blocks(std::int64_t step, const Vec3d& moved, FieldFrame& frame, std::span<const std::array<int, 3>> first_cells,
-                      const std::array<int, 3>& fluid_cells);
+    /// Blocks of `grid.cells` cells each from these cells of the fluid on, of which those beyond `fluid_cells` are
+    /// none.
+    void write_blocks(std::int64_t step, const Vec3d& moved, FieldFrame& frame,
+                      std::span<const std::array<int, 3>> first_cells, const std::array<int, 3>& fluid_cells);
 
     /// Names in the directory of what is written of a step; blocks have a document for each.
     std::vector<std::string> files_of(std::int64_t step, bool blocks) const;
@@ -89,7 +91,8 @@ private:
     };
     Blocks blocks_of(const Vec3d& lower, std::span<const std::array<int, 3>> first_cells,
                      const std::array<int, 3>& fluid_cells) const;
-    void write(std::int64_t step, const Vec3d& lower, FieldFrame& frame, std::vector<std::uint64_t> shape, const Blocks* blocks);
+    void write(std::int64_t step, const Vec3d& lower, FieldFrame& frame, std::vector<std::uint64_t> shape,
+               const Blocks* blocks);
     void show_blocks(const std::string& path, const Blocks& blocks) const;
     /// Takes stock of the directory. Collective.
     void find_earlier(const Earlier& earlier);

@@ -141,15 +141,16 @@ std::string damage_of(std::string_view content, const SeriesMark& mark) {
     return {};
 }
 
-/// Header and rows that a run which resumes keeps of the file, in the names of columns of today. Rows that it will write again are
-/// moved to others that were lost.
-std::string kept_rows(const std::string& path, const std::string& head, std::int64_t resume_step, const SeriesMark* mark,
-                      const std::function<void(const std::string&)>& warn) {
+/// Header and rows that a run which resumes keeps of the file, in the names of columns of today. Rows that it will
+/// write again are moved to others that were lost.
+std::string kept_rows(const std::string& path, const std::string& head, std::int64_t resume_step,
+                      const SeriesMark* mark, const std::function<void(const std::string&)>& warn) {
     const bool there = std::filesystem::exists(path);
     const std::string earlier = earlier_header(head);
     std::string old = there ? read_file(path) : std::string();
     if (mark) {
-        // Killed after the header was brought up to date, and before a checkpoint knew of that: the mark is of the earlier one.
+        // Killed after the header was brought up to date, and before a checkpoint knew of that: the mark is of the
+        // earlier one.
         if (std::string marked = with_header(old, head, earlier);
             !damage_of(old, *mark).empty() && damage_of(marked, *mark).empty())
             old = std::move(marked);
@@ -157,8 +158,8 @@ std::string kept_rows(const std::string& path, const std::string& head, std::int
         if (!damage.empty()) {
             const std::string now = there ? "; put aside as " + set_aside(path, path + ".damaged") : "";
             if (warn)
-                warn(fmt::format("{}: is not what the checkpoint of step {} knows: {}{}; rows begin anew", path, resume_step,
-                                 damage, now));
+                warn(fmt::format("{}: is not what the checkpoint of step {} knows: {}{}; rows begin anew", path,
+                                 resume_step, damage, now));
             return head;
         }
     }
@@ -169,7 +170,8 @@ std::string kept_rows(const std::string& path, const std::string& head, std::int
         set_aside(path, path + ".foreign");
         return head;
     }
-    const std::string_view kept = mark ? std::string_view(old).substr(0, mark->bytes) : rows_up_to(resume_step, old, own);
+    const std::string_view kept =
+        mark ? std::string_view(old).substr(0, mark->bytes) : rows_up_to(resume_step, old, own);
     keep_lost(path, head, std::string_view(old).substr(kept.size()));
     return with_header(kept, own, head);
 }
@@ -199,8 +201,8 @@ SeriesFile::Start SeriesFile::begin(const std::string& path, const std::string& 
     return {{content.size(), text_digest(content), {}}, last_step_in(content, head)};
 }
 
-SeriesFile::SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step, const SeriesMark* mark,
-                       const std::function<void(const std::string&)>& warn)
+SeriesFile::SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step,
+                       const SeriesMark* mark, const std::function<void(const std::string&)>& warn)
     : SeriesFile(path, columns.size(), begin(path, header(columns), resume_step, mark, warn)) {}
 
 SeriesFile::SeriesFile(std::string path, std::size_t columns, Start start)
@@ -234,9 +236,10 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
         const std::string owner = read_file(path);
         throw IoError(directory + ": in use by another run" + (owner.empty() ? "" : " (" + owner + ")"));
     }
-    // In a run's own directory a lock that nobody holds is one, whatever a crash has left in it: a job resumes unattended.
-    const bool own =
-        std::filesystem::is_regular_file(directory + "/physics.json") || !numbered_files(directory, "checkpoint_", ".h5").empty();
+    // In a run's own directory a lock that nobody holds is one, whatever a crash has left in it: a job resumes
+    // unattended.
+    const bool own = std::filesystem::is_regular_file(directory + "/physics.json") ||
+                     !numbered_files(directory, "checkpoint_", ".h5").empty();
     if (const std::string content = own ? "" : read_file(path); !content.empty() && !content.starts_with(lock_begin)) {
         ::close(descriptor_);
         throw IoError(path + ": is not the lock of a run; move it away, or use another --out");

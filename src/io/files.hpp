@@ -31,14 +31,14 @@ std::string read_file(const std::string& path);
 std::uint64_t text_digest(std::string_view text, std::uint64_t digest = 0xcbf29ce484222325ull);
 
 /// observables.csv: step, time, then one column per observable, with units in the header, e.g. "kinetic_energy[J]".
-/// Root only. On resume the rows up to the checkpoint's step stay; later ones, and one that a killed run left unfinished, are
-/// moved to observables.lost.csv; a step of -1 keeps none. Where the file is not what the checkpoint's mark says it is put aside
-/// as observables.csv.damaged, `warn` is told, and a new one begins. A file with the column names of an earlier program gets those
-/// of today (io/series_names.hpp).
+/// Root only. On resume the rows up to the checkpoint's step stay; later ones, and one that a killed run left
+/// unfinished, are moved to observables.lost.csv; a step of -1 keeps none. Where the file is not what the checkpoint's
+/// mark says it is put aside as observables.csv.damaged, `warn` is told, and a new one begins. A file with the column
+/// names of an earlier program gets those of today (io/series_names.hpp).
 class SeriesFile {
 public:
-    SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step, const SeriesMark* mark = nullptr,
-               const std::function<void(const std::string&)>& warn = {});
+    SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step,
+               const SeriesMark* mark = nullptr, const std::function<void(const std::string&)>& warn = {});
     /// 17 significant digits; others see the row at once. A step that the file already holds is left alone.
     /// Where it cannot be written the row goes into mark().
     void append(std::int64_t step, double time, std::span<const double> values);
@@ -53,8 +53,8 @@ private:
         std::int64_t last_step;
     };
     SeriesFile(std::string path, std::size_t columns, Start start);
-    static Start begin(const std::string& path, const std::string& head, std::int64_t resume_step, const SeriesMark* mark,
-                       const std::function<void(const std::string&)>& warn);
+    static Start begin(const std::string& path, const std::string& head, std::int64_t resume_step,
+                       const SeriesMark* mark, const std::function<void(const std::string&)>& warn);
 
     std::string path_;
     std::size_t columns_;
@@ -63,8 +63,8 @@ private:
     Descriptor file_;
 };
 
-/// An exclusive lock on an output directory for the life of the object (flock on <directory>/.lock, so it never outlives
-/// a killed process). Throws IoError naming the other job where it is taken.
+/// An exclusive lock on an output directory for the life of the object (flock on <directory>/.lock, so it never
+/// outlives a killed process). Throws IoError naming the other job where it is taken.
 class DirectoryLock {
 public:
     explicit DirectoryLock(const std::string& directory);

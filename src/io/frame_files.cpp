@@ -40,13 +40,13 @@ std::uint64_t place_digest(std::int64_t step, std::int64_t after) {
     return 1 + 3 * static_cast<std::uint64_t>(step) + 5 * static_cast<std::uint64_t>(after);
 }
 
-std::vector<std::string> missing_frames(const std::string& kind, const std::string& directory, std::span<const FramePlace> frames,
-                                        std::optional<std::int64_t> expected) {
+std::vector<std::string> missing_frames(const std::string& kind, const std::string& directory,
+                                        std::span<const FramePlace> frames, std::optional<std::int64_t> expected) {
     std::vector<std::string> found;
     std::int64_t before = -1;
     const auto gap = [&](std::int64_t to) {
-        found.push_back(
-            fmt::format("{}: the frames after step {} and up to step {} are missing from {}", kind, before, to, directory));
+        found.push_back(fmt::format("{}: the frames after step {} and up to step {} are missing from {}", kind, before,
+                                    to, directory));
     };
     for (const FramePlace& frame : frames) {
         if (frame.after && *frame.after > before) gap(*frame.after);

@@ -76,7 +76,8 @@ Shape prepend(std::uint64_t first, const Shape& rest) {
 }
 
 /// Records [rows, columns] as [columns, rows].
-std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_t rows, std::size_t columns, std::size_t bytes) {
+std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_t rows, std::size_t columns,
+                                  std::size_t bytes) {
     std::vector<std::byte> turned(rows * columns * bytes);
     for (std::size_t row = 0; row < rows; ++row)
         for (std::size_t column = 0; column < columns; ++column)
@@ -86,7 +87,8 @@ std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_
 
 } // namespace
 
-GroupFrames::GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec)
+GroupFrames::GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind,
+                         const OutputSpec& spec)
     : group_(group), rods_(&rods), kind_(kind), precision_(spec.precision), fields_(fields_of(kind, spec, group)),
       owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()), pending_(fields_.size()) {}
 
@@ -98,7 +100,9 @@ void GroupFrames::follow(const Communicator& comm, const Rods& rods) {
     if (pending_frames_ > 0 && !pending_blocks_) pending_blocks_ = std::move(blocks);
 }
 
-std::uint64_t GroupFrames::frame_bytes() const { return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? view_bytes : 0); }
+std::uint64_t GroupFrames::frame_bytes() const {
+    return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? view_bytes : 0);
+}
 
 std::uint64_t GroupFrames::constant_bytes() const {
     const std::uint64_t per_node =
@@ -116,7 +120,8 @@ std::size_t GroupFrames::rod_bytes() const {
 
 void GroupFrames::make(H5File& file, const Communicator& comm) const {
     file.make_group(path());
-    for (const FrameField& field : fields_) file.make_frames(path(field.name), number_type(), prepend(count(), field.shape));
+    for (const FrameField& field : fields_)
+        file.make_frames(path(field.name), number_type(), prepend(count(), field.shape));
     write_constants(file, comm);
 }
 
@@ -132,16 +137,17 @@ void GroupFrames::take(double lag, std::size_t most) {
         pending_[f].sent.need(most * blocks_.sent() * record_bytes(fields_[f]));
     }
     const std::size_t frame = pending_frames_++;
-    rods_->read(owned_.places, directors() ? Copy::frames : Copy::positions, lag, [&](int, std::size_t i, const RodCopy& rod) {
-        const auto [own, place] = blocks_.destination(i);
-        for (std::size_t f = 0; f < fields_.size(); ++f) {
-            std::byte* records = own ? pending_[f].block.data() : pending_[f].sent.data();
-            const std::size_t at = frame * (own ? block_rods() : blocks_.sent()) + place;
-            std::byte* out = records + at * record_bytes(fields_[f]);
-            if (precision_ == Precision::single) fields_[f].fill_single(rod, reinterpret_cast<float*>(out));
-            else fields_[f].fill_double(rod, reinterpret_cast<double*>(out));
-        }
-    });
+    rods_->read(owned_.places, directors() ? Copy::frames : Copy::positions, lag,
+                [&](int, std::size_t i, const RodCopy& rod) {
+                    const auto [own, place] = blocks_.destination(i);
+                    for (std::size_t f = 0; f < fields_.size(); ++f) {
+                        std::byte* records = own ? pending_[f].block.data() : pending_[f].sent.data();
+                        const std::size_t at = frame * (own ? block_rods() : blocks_.sent()) + place;
+                        std::byte* out = records + at * record_bytes(fields_[f]);
+                        if (precision_ == Precision::single) fields_[f].fill_single(rod, reinterpret_cast<float*>(out));
+                        else fields_[f].fill_double(rod, reinterpret_cast<double*>(out));
+                    }
+                });
 }
 
 void GroupFrames::write(H5File& file, std::uint64_t first, std::span<std::uint64_t> digests) {
@@ -181,7 +187,8 @@ void GroupFrames::make_views(const std::string& file, std::uint64_t frames) cons
 template <class T, class Row>
 void GroupFrames::write_rows(H5File& file, const std::string& name, std::uint64_t width, Row row) const {
     std::vector<T> rows(static_cast<std::size_t>(blocks_.size()) * width);
-    for (std::int64_t i = 0; i < blocks_.size(); ++i) row(blocks_.begin() + i, &rows[static_cast<std::size_t>(i) * width]);
+    for (std::int64_t i = 0; i < blocks_.size(); ++i)
+        row(blocks_.begin() + i, &rows[static_cast<std::size_t>(i) * width]);
     const auto begin = static_cast<std::uint64_t>(blocks_.begin()), size = static_cast<std::uint64_t>(blocks_.size());
     file.make_dataset(path(name), h5_type<T>(), {count(), width});
     file.write(path(name), h5_type<T>(), {{begin, 0}, {size, width}}, rows.data());
@@ -209,11 +216,12 @@ void GroupFrames::write_constants(H5File& file, const Communicator& comm) const 
         std::copy_n(radius.begin() + static_cast<std::ptrdiff_t>(first), nodes, out);
     };
     if (group_.sized()) {
-        radius = rows_of_owners(blocks_, owned_.indices, static_cast<std::size_t>(nodes), [&](std::int64_t i, double* out) {
-            with_rod(group_, i, [&](const RodGroup& rod) {
-                for (std::int64_t k = 0; k < nodes; ++k) out[k] = node_radius(rod, k);
+        radius =
+            rows_of_owners(blocks_, owned_.indices, static_cast<std::size_t>(nodes), [&](std::int64_t i, double* out) {
+                with_rod(group_, i, [&](const RodGroup& rod) {
+                    for (std::int64_t k = 0; k < nodes; ++k) out[k] = node_radius(rod, k);
+                });
             });
-        });
         write_rows<double>(file, "radius", width, put_radii);
     } else {
         for (std::int64_t k = 0; k < nodes; ++k) radius.push_back(node_radius(group_, k));
@@ -228,8 +236,8 @@ void GroupFrames::write_constants(H5File& file, const Communicator& comm) const 
         for (const BodyShape::Part& p : body->part) {
             if (!p.box) add(capsules, {p.from.x, p.from.y, p.from.z, p.to.x, p.to.y, p.to.z, p.radius});
             else
-                add(boxes, {p.from.x, p.from.y, p.from.z, p.axes.w, p.axes.v.x, p.axes.v.y, p.axes.v.z, p.half.x, p.half.y,
-                            p.half.z, p.radius});
+                add(boxes, {p.from.x, p.from.y, p.from.z, p.axes.w, p.axes.v.x, p.axes.v.y, p.axes.v.z, p.half.x,
+                            p.half.y, p.half.z, p.radius});
         }
         const auto write_parts = [&](const std::string& name, const std::vector<double>& numbers, std::uint64_t width) {
             if (numbers.empty()) return;

@@ -1,4 +1,5 @@
-// One group's part of trajectory files: frames of its rods wait in memory, in file order, and are written many at a time.
+// One group's part of trajectory files: frames of its rods wait in memory, in file order, and are written many at a
+// time.
 #pragma once
 
 #include "io/h5_file.hpp"
@@ -34,7 +35,8 @@ struct FrameField {
 class GroupFrames {
 public:
     /// `group` and `rods` must outlive it. Collective.
-    GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind, const OutputSpec& spec);
+    GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind,
+                const OutputSpec& spec);
 
     /// Rods have new owners from now on. Frames that are pending must be written before others are taken.
     /// Collective.
@@ -52,14 +54,15 @@ public:
 
     /// Takes a frame of the rods as they are, one of at most `most` that will be pending.
     void take(double lag, std::size_t most);
-    /// Writes the pending frames, as many as there are `digests`, from frame `first` on; adds this rank's part to their digests.
+    /// Writes the pending frames, as many as there are `digests`, from frame `first` on; adds this rank's part to their
+    /// digests.
     void write(H5File& file, std::uint64_t first, std::span<std::uint64_t> digests);
     /// Whether there are pending frames of other owners.
     bool has_left() const { return pending_blocks_.has_value(); }
     void drop_pending() { pending_frames_ = 0, pending_blocks_.reset(); }
 
-    /// Single frames under names of their own, for the side-car: of the XDMF readers in use one knows hyperslabs only in a
-    /// spelling that the other does not. Root only, of a closed file.
+    /// Single frames under names of their own, for the side-car: of the XDMF readers in use one knows hyperslabs only
+    /// in a spelling that the other does not. Root only, of a closed file.
     void make_views(const std::string& file, std::uint64_t frames) const;
 
     XdmfGroup xdmf() const { return {group_.name(), group_.count(), group_.slots(), directors(), magnetised()}; }
@@ -77,7 +80,8 @@ private:
     bool magnetised() const { return group_.spec().magnetisation.pattern != MagnetisationPattern::none; }
 
     /// A dataset [rods, width] that holds for all frames: this rank's rows from row(index, out).
-    template <class T, class Row> void write_rows(H5File& file, const std::string& name, std::uint64_t width, Row row) const;
+    template <class T, class Row>
+    void write_rows(H5File& file, const std::string& name, std::uint64_t width, Row row) const;
     void write_constants(H5File& file, const Communicator& comm) const;
 
     const RodGroup& group_;
@@ -88,7 +92,8 @@ private:
     OwnedRods owned_;
     IndexBlocks blocks_;
     std::optional<IndexBlocks> pending_blocks_; ///< of pending frames, where owners have changed since
-    /// Records of a field that wait to be written: [frames, rods of this rank's block] and [frames, rods of others' blocks].
+    /// Records of a field that wait to be written: [frames, rods of this rank's block] and [frames, rods of others'
+    /// blocks].
     struct Pending {
         UnsetArray<std::byte> block, sent;
     };

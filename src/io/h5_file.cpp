@@ -19,8 +19,8 @@ static_assert(sizeof(hid_t) == sizeof(std::int64_t) && sizeof(hsize_t) == sizeof
 
 namespace {
 
-/// What HDF5 found wrong in the last call that failed, where it found it. Taken down as the call fails: closing a handle on the
-/// way out would wipe HDF5's own record.
+/// What HDF5 found wrong in the last call that failed, where it found it. Taken down as the call fails: closing a
+/// handle on the way out would wipe HDF5's own record.
 std::string last_reason;
 /// Where the link or the dataset of the last call that failed leads, out of the file.
 std::string outside;
@@ -42,7 +42,8 @@ std::string failure_of(const std::string& path, const std::string& deed) {
     return path + ": " + deed + (reason.empty() ? "" : " (" + reason + ")");
 }
 
-/// HDF5 insists on writing its metadata before it lets go of a file. Emptying the file, which is of no use any more, makes room.
+/// HDF5 insists on writing its metadata before it lets go of a file. Emptying the file, which is of no use any more,
+/// makes room.
 void make_room(const std::string& path) { [[maybe_unused]] const int ignored = ::truncate(path.c_str(), 0); }
 
 hid_t type_id(H5Type type) {
@@ -67,9 +68,11 @@ H5Handle file_access() {
     // The newer format has checksums on all metadata, so that damage there is an error and not a wrong number.
     H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_LATEST);
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
-    H5Pset_small_data_block_size(access, 0); // else small datasets leave room behind them, which holds what some buffer held
+    H5Pset_small_data_block_size(access,
+                                 0); // else small datasets leave room behind them, which holds what some buffer held
 #if H5_VERSION_GE(1, 10, 7) && !(H5_VERSION_GE(1, 12, 0) && !H5_VERSION_GE(1, 12, 1))
-    H5Pset_file_locking(access, false, true); // parallel file systems may have none, and the directory has a lock of its own
+    H5Pset_file_locking(access, false,
+                        true); // parallel file systems may have none, and the directory has a lock of its own
 #endif
     return access;
 }
@@ -82,8 +85,8 @@ H5Handle file_access(const Communicator& comm) {
     return access;
 }
 
-/// Open MPI opens a file with memory that ranks share; where one of them gets none, the others wait for it for ever. So each tries
-/// first.
+/// Open MPI opens a file with memory that ranks share; where one of them gets none, the others wait for it for ever. So
+/// each tries first.
 bool has_memory() {
     constexpr std::size_t bytes = 16 << 20; // more than HDF5 and MPI take to open a file
     void* const some = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
@@ -161,8 +164,8 @@ struct Selection {
         if (std::find(box.count.begin(), box.count.end(), 0u) != box.count.end())
             valid = H5Sselect_none(memory) >= 0 && H5Sselect_none(file) >= 0;
         else
-            valid = H5Sselect_hyperslab(file, H5S_SELECT_SET, dimensions(box.start).data(), nullptr, dimensions(box).data(),
-                                        nullptr) >= 0;
+            valid = H5Sselect_hyperslab(file, H5S_SELECT_SET, dimensions(box.start).data(), nullptr,
+                                        dimensions(box).data(), nullptr) >= 0;
     }
 
 private:
@@ -188,15 +191,19 @@ H5Handle text_type(std::size_t length) {
 bool make_attribute(hid_t file, const std::string& object, const std::string& name, hid_t type, const void* value) {
     const H5Handle space(H5Screate(H5S_SCALAR), H5Sclose);
     const H5Handle attribute(
-        H5Acreate_by_name(file, object.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT), H5Aclose);
+        H5Acreate_by_name(file, object.c_str(), name.c_str(), type, space, H5P_DEFAULT, H5P_DEFAULT, H5P_DEFAULT),
+        H5Aclose);
     return attribute.valid() && H5Awrite(attribute, type, value) >= 0;
 }
 
-std::string attribute_name(const std::string& object, const std::string& name) { return "attribute " + name + " of " + object; }
+std::string attribute_name(const std::string& object, const std::string& name) {
+    return "attribute " + name + " of " + object;
+}
 
 } // namespace
 
-H5File::H5File(const Communicator& comm, std::string path, Mode mode) : comm_(comm), path_(std::move(path)), mode_(mode) {
+H5File::H5File(const Communicator& comm, std::string path, Mode mode)
+    : comm_(comm), path_(std::move(path)), mode_(mode) {
     H5Eset_auto2(H5E_DEFAULT, take_down_reason, nullptr); // instead of HDF5's print-out on every rank
     agree(has_memory(), fmt::format("no memory is left on rank {}", comm.rank()));
     id_ = open_file(comm, path_, mode);
@@ -242,8 +249,8 @@ void H5File::make_group(const std::string& path) { agree(new_group(id_, path).va
 void H5File::make_dataset(const std::string& path, H5Type type, const std::vector<std::uint64_t>& shape) {
     const std::vector<hsize_t> size(shape.begin(), shape.end());
     const H5Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
-    const H5Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, dataset_creation(), H5P_DEFAULT),
-                           H5Dclose);
+    const H5Handle dataset(
+        H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, dataset_creation(), H5P_DEFAULT), H5Dclose);
     agree(dataset.valid(), path + " cannot be made");
 }
 
@@ -255,7 +262,8 @@ void H5File::make_frames(const std::string& path, H5Type type, const std::vector
     const H5Handle creation = dataset_creation();
     const auto chunk = chunk_shape(type, frame_shape);
     H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data());
-    const H5Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose);
+    const H5Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, creation, H5P_DEFAULT),
+                           H5Dclose);
     agree(dataset.valid(), path + " cannot be made");
 }
 
@@ -281,7 +289,8 @@ std::vector<std::uint64_t> H5File::shape(const std::string& path) const {
     const H5Handle space(H5Dget_space(dataset), H5Sclose);
     const int dimensions = space.valid() ? H5Sget_simple_extent_ndims(space) : -1;
     std::vector<hsize_t> size(static_cast<std::size_t>(std::max(dimensions, 0)));
-    agree(dimensions >= 0 && H5Sget_simple_extent_dims(space, size.data(), nullptr) >= 0, path + " has no readable size");
+    agree(dimensions >= 0 && H5Sget_simple_extent_dims(space, size.data(), nullptr) >= 0,
+          path + " has no readable size");
     return {size.begin(), size.end()};
 }
 
@@ -317,7 +326,8 @@ void H5File::write(const std::string& path, H5Type type, const H5Box& box, const
     agree(dataset.valid(), path + " cannot be opened");
     const Selection selection(dataset, box);
     agree(selection.valid, path + " has no such part");
-    const bool well = H5Dwrite(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
+    const bool well =
+        H5Dwrite(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
     agree(well, path + " cannot be written");
     std::uint64_t bytes = H5Tget_size(type_id(type));
     for (const std::uint64_t extent : box.count) bytes *= extent;
@@ -340,7 +350,8 @@ void H5File::read(const std::string& path, H5Type type, const H5Box& box, void* 
     agree(dataset.valid(), path + " cannot be opened");
     const Selection selection(dataset, box);
     agree(selection.valid, path + " has no such part");
-    const bool well = H5Dread(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
+    const bool well =
+        H5Dread(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
     agree(well, path + " cannot be read");
 }
 
@@ -353,15 +364,17 @@ void H5File::set(const std::string& object, const std::string& name, std::int64_
 void H5File::set(const std::string& object, const std::string& name, std::uint64_t value) {
     set(object, name, H5Type::uint64, &value);
 }
-void H5File::set(const std::string& object, const std::string& name, double value) { set(object, name, H5Type::float64, &value); }
+void H5File::set(const std::string& object, const std::string& name, double value) {
+    set(object, name, H5Type::float64, &value);
+}
 void H5File::set(const std::string& object, const std::string& name, const std::string& value) {
     agree(make_attribute(id_, object, name, text_type(value.size()), value.c_str()),
           attribute_name(object, name) + " cannot be written");
 }
 
 void H5File::get(const std::string& object, const std::string& name, H5Type type, void* value) const {
-    const H5Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, own_links(H5P_LINK_ACCESS, outside)),
-                             H5Aclose);
+    const H5Handle attribute(
+        H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, own_links(H5P_LINK_ACCESS, outside)), H5Aclose);
     bool well = attribute.valid();
     if (well) {
         const H5Handle found(H5Aget_type(attribute), H5Tclose);
@@ -379,8 +392,8 @@ void H5File::get(const std::string& object, const std::string& name, double& val
     get(object, name, H5Type::float64, &value);
 }
 void H5File::get(const std::string& object, const std::string& name, std::string& value) const {
-    const H5Handle attribute(H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, own_links(H5P_LINK_ACCESS, outside)),
-                             H5Aclose);
+    const H5Handle attribute(
+        H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, own_links(H5P_LINK_ACCESS, outside)), H5Aclose);
     bool well = attribute.valid();
     if (well) {
         const H5Handle found(H5Aget_type(attribute), H5Tclose);
@@ -421,8 +434,8 @@ bool make_views(hid_t file, const std::string& group, const std::vector<std::str
         const std::string path = fmt::format("{}/frames/{}", group, k);
         if (!new_group(file, path).valid()) return false;
         for (std::size_t i = 0; i < names.size(); ++i)
-            if (!frames[i].valid ||
-                !make_view(file, path + "/" + names[i], frames[i].dataset, group + "/" + names[i], frame_of(frames[i], k)))
+            if (!frames[i].valid || !make_view(file, path + "/" + names[i], frames[i].dataset, group + "/" + names[i],
+                                               frame_of(frames[i], k)))
                 return false;
     }
     return true;
@@ -451,7 +464,8 @@ template <class Make> void change_alone(const std::string& path, const std::stri
 
 void make_frame_views(const std::string& path, const std::string& group, const std::vector<std::string>& names,
                       std::uint64_t frames) {
-    change_alone(path, "single frames cannot be shown", [&](hid_t file) { return make_views(file, group, names, frames); });
+    change_alone(path, "single frames cannot be shown",
+                 [&](hid_t file) { return make_views(file, group, names, frames); });
 }
 
 void make_part_views(const std::string& path, const std::string& group, const std::vector<PartView>& views) {

@@ -21,8 +21,8 @@ inline constexpr std::string_view frame_kind_names[] = {"trajectory", "tips"};
 /// What a scene may add to its observables.
 inline constexpr std::string_view observable_set_names[] = {"angular_momentum", "curvature", "knots", "order"};
 
-/// Intervals in simulated seconds, but where wall time is said, rounded to whole steps; 0 switches an output off: it is then not
-/// opened, called or allocated.
+/// Intervals in simulated seconds, but where wall time is said, rounded to whole steps; 0 switches an output off: it is
+/// then not opened, called or allocated.
 struct OutputSpec {
     double trajectory = 0; ///< every node, into HDF5
     bool directors = true; ///< trajectory holds directors too
@@ -44,7 +44,8 @@ struct OutputSpec {
 
     /// Frames also as poly data: asked for, or by themselves where they are small. `nodes`: of all rods.
     bool writes_vtp(std::int64_t nodes) const;
-    static constexpr std::int64_t most_nodes_of_vtp = 100000; ///< 6 MB a frame, about as much as of the trajectory with directors
+    static constexpr std::int64_t most_nodes_of_vtp =
+        100000; ///< 6 MB a frame, about as much as of the trajectory with directors
 
     bool observes(std::string_view set) const;
 

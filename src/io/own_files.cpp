@@ -90,7 +90,8 @@ bool is_unfinished(const std::string& path, const std::string& format) {
 
 std::string set_aside(const std::string& path, const std::string& new_path) {
     std::string free = new_path;
-    for (int n = 2; fs::symlink_status(free).type() != fs::file_type::not_found; ++n) free = new_path + "." + std::to_string(n);
+    for (int n = 2; fs::symlink_status(free).type() != fs::file_type::not_found; ++n)
+        free = new_path + "." + std::to_string(n);
     if (std::rename(path.c_str(), free.c_str()) != 0) throw_system_error(path, "cannot be renamed", errno);
     return free;
 }

@@ -1,5 +1,5 @@
-// ParaView's list of the files of a series (.pvd): one per time. It is whole whenever someone looks: a new line goes over the
-// closing tags, with new ones behind it.
+// ParaView's list of the files of a series (.pvd): one per time. It is whole whenever someone looks: a new line goes
+// over the closing tags, with new ones behind it.
 #pragma once
 
 #include <string>

@@ -37,10 +37,12 @@ void RodFile::refuse(const std::string& what) const { throw InputError(fmt::form
 void RodFile::check_quantities() const {
     if (count_ == 0) refuse("there is no rod in it");
     const auto beside = [&](Which q, Which other, const char* why) {
-        if (has_[q] && has_[other]) refuse(fmt::format("'{}' beside '{}': {}", quantities[q].name, quantities[other].name, why));
+        if (has_[q] && has_[other])
+            refuse(fmt::format("'{}' beside '{}': {}", quantities[q].name, quantities[other].name, why));
     };
     const auto without = [&](Which q, Which other, const char* why) {
-        if (has_[q] && !has_[other]) refuse(fmt::format("'{}' without '{}': {}", quantities[q].name, quantities[other].name, why));
+        if (has_[q] && !has_[other])
+            refuse(fmt::format("'{}' without '{}': {}", quantities[q].name, quantities[other].name, why));
     };
     for (const Which q : {origin, tangent, length}) beside(q, nodes, "the nodes say it already");
     beside(normal, directors, "the first of the directors says it already");
@@ -106,7 +108,8 @@ void RodFile::trace(std::int64_t rod, std::size_t i, const Numbers& numbers, Rod
         before = edge;
         if (has_[directors]) {
             const Vec3d d1 = vector_at(numbers[directors], 3 * (i * elements_ + k));
-            if (norm(d1) == 0 || along(edge, d1)) refuse(directors, rod, fmt::format("d1 of element {} is not across the rod", k));
+            if (norm(d1) == 0 || along(edge, d1))
+                refuse(directors, rod, fmt::format("d1 of element {} is not across the rod", k));
             rows.element_normals.push_back(d1);
         } else if (k == 0 && has_[normal] && (norm(rows.normals[i]) == 0 || along(edge, rows.normals[i]))) {
             refuse(normal, rod, "is not across the first element");

@@ -27,7 +27,8 @@ public:
         bool begins = true;
         while (file.read(buffer.data(), static_cast<std::streamsize>(buffer.size())), file.gcount() > 0) {
             for (std::int64_t i = 0; i < file.gcount(); ++i) {
-                if (begins && buffer[static_cast<std::size_t>(i)] != '\n' && buffer[static_cast<std::size_t>(i)] != '\r') {
+                if (begins && buffer[static_cast<std::size_t>(i)] != '\n' &&
+                    buffer[static_cast<std::size_t>(i)] != '\r') {
                     if (count_ % block == 0) block_begin_.push_back(at + i);
                     ++count_;
                 }
@@ -59,16 +60,16 @@ private:
                         known = true;
                     }
             if (!known)
-                throw InputError(
-                    fmt::format("{}:1: unknown column '{}'; the first line names x, y, z and, where rods differ in them, "
-                                "tx, ty, tz, nx, ny, nz, length, radius",
-                                path_, name));
+                throw InputError(fmt::format(
+                    "{}:1: unknown column '{}'; the first line names x, y, z and, where rods differ in them, "
+                    "tx, ty, tz, nx, ny, nz, length, radius",
+                    path_, name));
         } while (from <= line.size());
         for (std::size_t q = 0; q < std::size(quantities); ++q) {
             const auto axes = std::count_if(named_.begin(), named_.end(), [q](const auto& c) { return c.first == q; });
             if (axes != 0 && axes != static_cast<std::ptrdiff_t>(quantities[q].components))
-                throw InputError(fmt::format("{}:1: of {} only {} of three columns: {}", path_, quantities[q].name, axes,
-                                             fmt::join(quantities[q].columns, ", ")));
+                throw InputError(fmt::format("{}:1: of {} only {} of three columns: {}", path_, quantities[q].name,
+                                             axes, fmt::join(quantities[q].columns, ", ")));
             has_[q] = axes != 0;
         }
     }
@@ -93,7 +94,8 @@ private:
                 at = behind;
                 while (at < last && (*at == ' ' || *at == '\t')) ++at;
                 const bool more = c + 1 < named_.size();
-                if (error != std::errc{}) refuse(q, rod, fmt::format("'{}' is not a number", quantities[q].columns[axis]));
+                if (error != std::errc{})
+                    refuse(q, rod, fmt::format("'{}' is not a number", quantities[q].columns[axis]));
                 if (more ? at == last || *at != ',' : at != last)
                     refuse(q, rod, fmt::format("expected {} values, as the first line names them", named_.size()));
                 at += more;

@@ -53,15 +53,16 @@ private:
     void look() {
         for (std::size_t q = 0; q < std::size(quantities); ++q) look_at(q);
         const auto other = [](hid_t, const char* name, const H5L_info_t*, void* found) -> herr_t {
-            const bool known =
-                std::any_of(std::begin(quantities), std::end(quantities), [&](const RodQuantity& q) { return q.name == name; });
+            const bool known = std::any_of(std::begin(quantities), std::end(quantities),
+                                           [&](const RodQuantity& q) { return q.name == name; });
             if (!known) *static_cast<std::string*>(found) = name;
             return known ? 0 : 1;
         };
         std::string unknown;
         if (H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, other, &unknown) < 0)
             refuse("is damaged: its list of datasets cannot be read");
-        if (!unknown.empty()) refuse(fmt::format("unknown dataset '{}'; a file of rods takes {}", unknown, quantity_names()));
+        if (!unknown.empty())
+            refuse(fmt::format("unknown dataset '{}'; a file of rods takes {}", unknown, quantity_names()));
         check_quantities();
     }
 
@@ -85,7 +86,8 @@ private:
         const auto kind = H5Tget_class(type);
         if (kind != H5T_FLOAT && kind != H5T_INTEGER) refuse(fmt::format("dataset '{}' does not hold numbers", name));
         if (!is_common(type))
-            refuse(fmt::format("dataset '{}' has numbers of a type that is neither a float of 32 or 64 bits nor an integer", name));
+            refuse(fmt::format(
+                "dataset '{}' has numbers of a type that is neither a float of 32 or 64 bits nor an integer", name));
         std::vector<hsize_t> shape(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space))));
         if (!shape.empty()) H5Sget_simple_extent_dims(space, shape.data(), nullptr);
         const RodQuantity& quantity = quantities[q];
@@ -97,7 +99,8 @@ private:
         if (!fits)
             refuse(fmt::format("dataset '{}' has the shape [{}]; it must be [{}]", name, fmt::join(shape, ", "),
                                fmt::join(wanted, ", ")));
-        constexpr hsize_t most = hsize_t{1} << 40; // rods are numbered in 64 bits, and shared among ranks by sums of them
+        constexpr hsize_t most = hsize_t{1}
+                                 << 40; // rods are numbered in 64 bits, and shared among ranks by sums of them
         if (shape[0] > most) refuse(fmt::format("dataset '{}' has {} rows: more than 2^40 rods", name, shape[0]));
         const auto rods = static_cast<std::int64_t>(shape[0]);
         if (!first_.empty() && rods != count_)
@@ -124,9 +127,10 @@ private:
             start[0] = static_cast<hsize_t>(begin);
             const H5Handle memory(H5Screate_simple(static_cast<int>(count.size()), count.data(), nullptr), H5Sclose);
             H5Sselect_hyperslab(space, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr);
-            const herr_t status =
-                quietly([&] { return H5Dread(data, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, numbers[q].data()); });
-            if (status < 0) refuse(fmt::format("dataset '{}', rows {} to {}: cannot be read", quantities[q].name, begin, end - 1));
+            const herr_t status = quietly(
+                [&] { return H5Dread(data, H5T_NATIVE_DOUBLE, memory, space, H5P_DEFAULT, numbers[q].data()); });
+            if (status < 0)
+                refuse(fmt::format("dataset '{}', rows {} to {}: cannot be read", quantities[q].name, begin, end - 1));
         }
     }
     std::string place(std::size_t quantity, std::int64_t rod) const override {

@@ -62,8 +62,10 @@ Segment read_segment(const std::string& directory, const std::string& name) {
     std::string format;
     file.get("/", "format", format);
     if (format != trajectory_format) throw IoError(name + ": is no trajectory (format \"" + format + "\")");
-    Segment segment{
-        name, read_all<std::int64_t>(file, "/step", H5Type::int64), read_all<double>(file, "/time", H5Type::float64), {}};
+    Segment segment{name,
+                    read_all<std::int64_t>(file, "/step", H5Type::int64),
+                    read_all<double>(file, "/time", H5Type::float64),
+                    {}};
     if (segment.steps.size() != segment.times.size() || segment.steps.empty() ||
         !std::is_sorted(segment.steps.begin(), segment.steps.end()))
         throw IoError(name + ": its steps are damaged");
@@ -83,14 +85,16 @@ std::vector<std::string> frame_datasets(const H5File& file, std::span<const std:
 }
 
 std::uint64_t word_digest(std::span<const std::byte> bytes, std::size_t word_bytes, std::uint64_t first) {
-    return word_bytes == 4 ? digest_of_words<std::uint32_t>(bytes, first) : digest_of_words<std::uint64_t>(bytes, first);
+    return word_bytes == 4 ? digest_of_words<std::uint32_t>(bytes, first)
+                           : digest_of_words<std::uint64_t>(bytes, first);
 }
 
 std::uint64_t stamp_digest(std::int64_t step, double time) {
     return 1 + static_cast<std::uint64_t>(step) + 3 * std::bit_cast<std::uint64_t>(time);
 }
 
-std::size_t first_damaged(const std::string& path, std::span<const std::string> groups, std::size_t k, std::size_t stride) {
+std::size_t first_damaged(const std::string& path, std::span<const std::string> groups, std::size_t k,
+                          std::size_t stride) {
     const H5File file(Communicator::alone(), path, H5File::Mode::read);
     const auto steps = read_all<std::int64_t>(file, "/step", H5Type::int64);
     if (!file.has("/digest")) return steps.size();
@@ -111,7 +115,8 @@ std::size_t first_damaged(const std::string& path, std::span<const std::string> 
 }
 
 std::string salvage(const std::string& directory, const std::string& temporary, std::span<const std::string> groups) {
-    const std::string path = directory + "/" + temporary, name = temporary.substr(0, temporary.size() - std::strlen(".tmp"));
+    const std::string path = directory + "/" + temporary,
+                      name = temporary.substr(0, temporary.size() - std::strlen(".tmp"));
     if (!is_unfinished(path, trajectory_format)) return {};
     const std::string lost = directory + "/lost_" + name;
     std::size_t good = 0;
@@ -120,9 +125,9 @@ std::string salvage(const std::string& directory, const std::string& temporary, 
     } catch (const IoError&) { // not even its tables
     }
     const std::string now = set_aside(path, good > 0 ? lost : lost + ".unreadable");
-    return good > 0
-               ? fmt::format("{}: {} good frame{} that a killed run left, kept as {}", temporary, good, good == 1 ? "" : "s", now)
-               : fmt::format("{}: left by a killed run, holds no whole frame; kept as {}", temporary, now);
+    return good > 0 ? fmt::format("{}: {} good frame{} that a killed run left, kept as {}", temporary, good,
+                                  good == 1 ? "" : "s", now)
+                    : fmt::format("{}: left by a killed run, holds no whole frame; kept as {}", temporary, now);
 }
 
 } // namespace skein

@@ -9,14 +9,15 @@ namespace skein {
 void StartSpec::fields(FieldVisitor& f) {
     f.visit({.name = "from",
              .unit = "",
-             .text = "run whose state this one begins with: its directory, newest checkpoint, or directory@step; relative to this "
+             .text = "run whose state this one begins with: its directory, newest checkpoint, or directory@step; "
+                     "relative to this "
                      "file's folder"},
             from);
     f.choice({.name = "time",
               .unit = "",
-              .text =
-                  "goes_on: time and steps go on from that state's; zero: both begin anew, and with them whatever is a function "
-                  "of time"},
+              .text = "goes_on: time and steps go on from that state's; zero: both begin anew, and with them whatever "
+                      "is a function "
+                      "of time"},
              time, start_time_names);
 }
 
@@ -27,7 +28,8 @@ CheckpointName checkpoint_name(const std::string& text) {
     const char *begin = text.data() + at + 1, *end = text.data() + text.size();
     const auto [rest, error] = std::from_chars(begin, end, step);
     if (at == 0 || begin == end || error != std::errc{} || rest != end || step < 0)
-        throw InputError("'" + text + "' names no checkpoint: expected DIRECTORY or DIRECTORY@STEP, e.g. out/first@12800");
+        throw InputError("'" + text +
+                         "' names no checkpoint: expected DIRECTORY or DIRECTORY@STEP, e.g. out/first@12800");
     return {text.substr(0, at), step};
 }
 

@@ -1,4 +1,5 @@
-// What a scene says about where it begins: at rest in the rods' start shapes, or with the state that another run has left.
+// What a scene says about where it begins: at rest in the rods' start shapes, or with the state that another run has
+// left.
 #pragma once
 
 #include "skein/core/fields.hpp"

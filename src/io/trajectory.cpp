@@ -29,8 +29,8 @@ constexpr std::uint64_t stamp_bytes =
     sizeof(std::int64_t) + sizeof(double) + sizeof(std::uint64_t); ///< of a frame's step, time and digest
 
 /// The numbers of frame `first` and later ones, written by root.
-template <class T>
-void write_from(H5File& file, const Communicator& comm, const std::string& path, std::uint64_t first, const std::vector<T>& all) {
+template <class T> void write_from(H5File& file, const Communicator& comm, const std::string& path, std::uint64_t first,
+                                   const std::vector<T>& all) {
     file.write(path, h5_type<T>(), {{first}, {comm.root() ? all.size() - first : 0}}, all.data() + first);
 }
 
@@ -144,8 +144,9 @@ struct FrameWriter::Impl {
         damaged = comm.min(damaged);
         if (damaged == std::numeric_limits<std::int64_t>::max()) return true;
         on_root(comm, [&] {
-            put_aside_damaged(name, damaged < 0 ? name + ": cannot be read"
-                                                : fmt::format("{}: the frame of step {} is not what was written", name, damaged));
+            put_aside_damaged(
+                name, damaged < 0 ? name + ": cannot be read"
+                                  : fmt::format("{}: the frame of step {} is not what was written", name, damaged));
         });
         return false;
     }
@@ -189,7 +190,8 @@ struct FrameWriter::Impl {
     void limit_pending(std::uint64_t bytes) {
         std::uint64_t frame = stamp_bytes;
         for (const GroupFrames& group : groups) frame += group.pending_bytes();
-        most_pending = std::max<std::size_t>(bytes / static_cast<std::uint64_t>(comm.max(static_cast<std::int64_t>(frame))), 1);
+        most_pending =
+            std::max<std::size_t>(bytes / static_cast<std::uint64_t>(comm.max(static_cast<std::int64_t>(frame))), 1);
     }
 
     void open_file(std::uint64_t bytes) {
@@ -209,7 +211,8 @@ struct FrameWriter::Impl {
     }
 
     void write(std::int64_t step, double time, double lag) {
-        if (std::any_of(groups.begin(), groups.end(), [](const GroupFrames& group) { return group.has_left(); })) write_pending();
+        if (std::any_of(groups.begin(), groups.end(), [](const GroupFrames& group) { return group.has_left(); }))
+            write_pending();
         if (open.steps.empty()) open.file = fmt::format("{}_{:012d}.h5", kind_name(), step);
         for (GroupFrames& group : groups) group.take(lag, most_pending);
         open.steps.push_back(step);
@@ -222,7 +225,8 @@ struct FrameWriter::Impl {
         const std::size_t frames = open.steps.size() - written;
         if (frames == 0) return;
         std::uint64_t bytes = frames * stamp_bytes;
-        for (const GroupFrames& group : groups) bytes += frames * group.frame_bytes() + (file ? 0 : group.constant_bytes());
+        for (const GroupFrames& group : groups)
+            bytes += frames * group.frame_bytes() + (file ? 0 : group.constant_bytes());
         on_root(comm, [&] { require_space(directory, bytes); });
         if (file) file->reserve(bytes);
         else open_file(bytes);
@@ -233,7 +237,8 @@ struct FrameWriter::Impl {
         std::vector<std::uint64_t> digests(frames, 0);
         for (GroupFrames& group : groups) group.write(*file, written, digests);
         for (std::uint64_t& digest : digests) digest = comm.sum_wrapping(digest);
-        for (std::size_t k = 0; k < frames; ++k) digests[k] += stamp_digest(open.steps[written + k], open.times[written + k]);
+        for (std::size_t k = 0; k < frames; ++k)
+            digests[k] += stamp_digest(open.steps[written + k], open.times[written + k]);
         file->write("/digest", H5Type::uint64, {{written}, {comm.root() ? frames : 0}}, digests.data());
         written = open.steps.size();
         whole = true;
@@ -264,8 +269,8 @@ struct FrameWriter::Impl {
         if (comm.max(static_cast<std::int64_t>(document_lags(segments.size(), listed))) > 0) write_side_car();
     }
 
-    /// After an error. What was written before it is kept where that can be done, frames that wait are given up; a segment
-    /// that an error has left half written cannot be trusted, and on a full disk it stands in the way.
+    /// After an error. What was written before it is kept where that can be done, frames that wait are given up; a
+    /// segment that an error has left half written cannot be trusted, and on a full disk it stands in the way.
     void give_up() {
         for (GroupFrames& group : groups) group.drop_pending();
         if (file && whole && written > 0) try {
@@ -273,7 +278,8 @@ struct FrameWriter::Impl {
             } catch (const IoError&) {
             }
         file.reset();
-        if (comm.root() && !open.file.empty() && is_unfinished(temporary(), trajectory_format)) ::unlink(temporary().c_str());
+        if (comm.root() && !open.file.empty() && is_unfinished(temporary(), trajectory_format))
+            ::unlink(temporary().c_str());
         last_step = last_closed;
         open = {};
         written = 0;
@@ -288,14 +294,16 @@ struct FrameWriter::Impl {
             std::vector<XdmfSegment> xdmf_segments;
             for (const GroupFrames& group : groups) xdmf_groups.push_back(group.xdmf());
             for (const Segment& segment : segments) xdmf_segments.push_back({segment.file, segment.times});
-            write_file(side_car(), xdmf_document(title, xdmf_groups, xdmf_segments, spec.precision == Precision::single ? 4 : 8));
+            write_file(side_car(),
+                       xdmf_document(title, xdmf_groups, xdmf_segments, spec.precision == Precision::single ? 4 : 8));
         });
     }
 };
 
 FrameWriter::FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
-                         std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step, std::string title,
-                         std::uint64_t buffer_bytes, Warn warn, std::optional<std::int64_t> expected, std::uint64_t flush_bytes)
+                         std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step,
+                         std::string title, std::uint64_t buffer_bytes, Warn warn, std::optional<std::int64_t> expected,
+                         std::uint64_t flush_bytes)
     : impl_(new Impl{comm, std::move(directory), kind, spec, std::move(title), std::move(warn)}) {
     for (const RodGroup& group : groups) {
         impl_->groups.emplace_back(comm, group, rods, kind, spec);
@@ -345,7 +353,8 @@ void write_single_frame(const Communicator& comm, const std::string& directory, 
                         double time, double lag) {
     const OutputSpec spec{.directors = true, .precision = Precision::double_};
     FrameWriter::Impl frame{comm, directory, FrameKind::trajectory, spec, title, {}};
-    for (const RodGroup& group : groups) frame.groups.emplace_back(comm, group, rods, FrameKind::trajectory, frame.spec);
+    for (const RodGroup& group : groups)
+        frame.groups.emplace_back(comm, group, rods, FrameKind::trajectory, frame.spec);
     frame.side_car_name = name + ".xdmf";
     frame.open.file = name + ".h5";
     frame.open.steps = {step};

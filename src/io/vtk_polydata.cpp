@@ -17,8 +17,8 @@ namespace {
 constexpr std::string_view byte_order = std::endian::native == std::endian::little ? "LittleEndian" : "BigEndian";
 constexpr std::string_view type_names[] = {"Int32", "Int64", "Float32", "Float64"};
 
-constexpr std::string_view opening =
-    "<?xml version=\"1.0\"?>\n<!-- skein -->\n<VTKFile type=\"PolyData\" version=\"1.0\" header_type=\"UInt64\" byte_order=";
+constexpr std::string_view opening = "<?xml version=\"1.0\"?>\n<!-- skein -->\n<VTKFile type=\"PolyData\" "
+                                     "version=\"1.0\" header_type=\"UInt64\" byte_order=";
 constexpr std::string_view before_time = "Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">";
 
 /// Elements of XML around the arrays of each VtkPart, in their order.
@@ -30,21 +30,23 @@ std::size_t bytes_of(VtkType type) { return type == VtkType::int32 || type == Vt
 
 const std::string VtkPolyData::tail = "\n</AppendedData>\n</VTKFile>\n";
 
-VtkPolyData::VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_t polygons, std::vector<VtkArray> arrays,
-                         double time)
+VtkPolyData::VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_t polygons,
+                         std::vector<VtkArray> arrays, double time)
     : arrays_(std::move(arrays)) {
     head_ = fmt::format(
         "{}\"{}\">\n<PolyData>\n<FieldData>\n<DataArray type=\"Float64\" {}{:.17g}</DataArray>\n</FieldData>\n"
-        "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" NumberOfPolys=\"{}\">\n",
+        "<Piece NumberOfPoints=\"{}\" NumberOfVerts=\"0\" NumberOfLines=\"{}\" NumberOfStrips=\"0\" "
+        "NumberOfPolys=\"{}\">\n",
         opening, byte_order, before_time, time, points, lines, polygons);
     for (std::size_t part = 0; part < std::size(part_names); ++part) {
         std::string inside;
         std::uint64_t offset = 0;
         for (const VtkArray& array : arrays_) {
             if (static_cast<std::size_t>(array.part) == part)
-                inside += fmt::format(
-                    "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" offset=\"{}\"/>\n",
-                    type_names[static_cast<std::size_t>(array.type)], array.name, array.components, offset);
+                inside +=
+                    fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
+                                "offset=\"{}\"/>\n",
+                                type_names[static_cast<std::size_t>(array.type)], array.name, array.components, offset);
             offset += sizeof(std::uint64_t) + array.bytes();
         }
         if (!inside.empty()) head_ += fmt::format("<{0}>\n{1}</{0}>\n", part_names[part], inside);
@@ -93,7 +95,8 @@ std::optional<VtkStamp> VtkStamp::from(std::string_view text) {
         std::string_view digits = text.substr(at + name.size());
         return std::from_chars(digits.data(), digits.data() + digits.size(), value, base).ec == std::errc();
     };
-    if (!number("step ", stamp.step, 10) || !number("after ", stamp.after, 10) || !number("digest ", stamp.digest, 16)) return {};
+    if (!number("step ", stamp.step, 10) || !number("after ", stamp.after, 10) || !number("digest ", stamp.digest, 16))
+        return {};
     return stamp.text() == text ? std::optional(stamp) : std::nullopt;
 }
 
@@ -114,7 +117,8 @@ std::optional<VtkFound> find_vtk_polydata(const std::string& path) {
     file.seekg(-static_cast<std::streamoff>(end.size()), std::ios::end);
     if (!file.read(end.data(), static_cast<std::streamsize>(end.size()))) return {};
     if (end.ends_with(VtkPolyData::tail)) return found;
-    if (end.starts_with(VtkPolyData::tail)) found.stamp = VtkStamp::from(std::string_view(end).substr(VtkPolyData::tail.size()));
+    if (end.starts_with(VtkPolyData::tail))
+        found.stamp = VtkStamp::from(std::string_view(end).substr(VtkPolyData::tail.size()));
     return found.stamp ? std::optional(found) : std::nullopt;
 }
 

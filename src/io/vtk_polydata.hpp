@@ -1,6 +1,6 @@
-// VTK's poly data files (.vtp): a head of XML, then the numbers of each array as they are in memory ("appended", "raw"), each
-// behind the count of its bytes. Where every array begins is known before any is written, so ranks may write their parts side by
-// side.
+// VTK's poly data files (.vtp): a head of XML, then the numbers of each array as they are in memory ("appended",
+// "raw"), each behind the count of its bytes. Where every array begins is known before any is written, so ranks may
+// write their parts side by side.
 #pragma once
 
 #include "io/descriptor.hpp"
@@ -46,7 +46,8 @@ struct VtkStamp {
 /// Layout of one file: head, and where its arrays are.
 class VtkPolyData {
 public:
-    VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_t polygons, std::vector<VtkArray> arrays, double time);
+    VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_t polygons, std::vector<VtkArray> arrays,
+                double time);
 
     const std::vector<VtkArray>& arrays() const { return arrays_; }
     const std::string& head() const { return head_; }

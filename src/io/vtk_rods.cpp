@@ -32,8 +32,8 @@ void convert(std::span<const double> numbers, VtkType real, std::byte* out) {
 }
 
 /// value(0), value(1), ... as integers of an array, from its number `first` on.
-template <class Value> void write_integers(VtkParts& file, const VtkPolyData& layout, std::size_t array, std::uint64_t first,
-                                           std::uint64_t count, Value value) {
+template <class Value> void write_integers(VtkParts& file, const VtkPolyData& layout, std::size_t array,
+                                           std::uint64_t first, std::uint64_t count, Value value) {
     const std::size_t size = bytes_of(layout.arrays()[array].type);
     std::vector<std::byte> numbers(count * size);
     for (std::uint64_t i = 0; i < count; ++i) {
@@ -50,9 +50,10 @@ bool is_magnetised(const RodGroup& group) { return group.spec().magnetisation.pa
 
 std::vector<VtkArray> VtkContent::arrays() const {
     const VtkType integer = nodes < (1u << 31) ? VtkType::int32 : VtkType::int64;
-    std::vector<VtkArray> all{{VtkPart::points, "Points", real, 3, nodes},        {VtkPart::point_data, "radius", real, 1, nodes},
-                              {VtkPart::point_data, "velocity", real, 3, nodes},  {VtkPart::point_data, "strain", real, 1, nodes},
-                              {VtkPart::point_data, "curvature", real, 1, nodes}, {VtkPart::point_data, "energy", real, 1, nodes}};
+    std::vector<VtkArray> all{
+        {VtkPart::points, "Points", real, 3, nodes},        {VtkPart::point_data, "radius", real, 1, nodes},
+        {VtkPart::point_data, "velocity", real, 3, nodes},  {VtkPart::point_data, "strain", real, 1, nodes},
+        {VtkPart::point_data, "curvature", real, 1, nodes}, {VtkPart::point_data, "energy", real, 1, nodes}};
     if (normals) all.push_back({VtkPart::point_data, "normal", real, 3, nodes});
     if (forces) all.push_back({VtkPart::point_data, "contact_force", real, 3, nodes});
     all.push_back({VtkPart::lines, "connectivity", integer, 1, nodes});
@@ -74,12 +75,14 @@ VtkRods::VtkRods(const Communicator& comm, const RodGroup& group, const Rods& ro
     before.lines += static_cast<std::uint64_t>(group.count() * lines());
     before.nodes += static_cast<std::uint64_t>(group.count() * nodes());
     if (is_magnetised(group))
-        magnetisation_ =
-            rows_of_owners(blocks_, owned_.indices, 3, [&](std::int64_t i, double* out) { put(out, group.magnetisation(i)); });
+        magnetisation_ = rows_of_owners(blocks_, owned_.indices, 3,
+                                        [&](std::int64_t i, double* out) { put(out, group.magnetisation(i)); });
     before.magnetised |= is_magnetised(group);
 }
 
-std::int64_t VtkRods::lines() const { return group_.body() ? static_cast<std::int64_t>(group_.body()->line.size()) : 1; }
+std::int64_t VtkRods::lines() const {
+    return group_.body() ? static_cast<std::int64_t>(group_.body()->line.size()) : 1;
+}
 std::int64_t VtkRods::nodes() const { return group_.body() ? 2 * lines() : group_.slots(); }
 
 void VtkRods::describe_body(const RodCopy& body, const VtkContent& content, Scratch& scratch) const {
@@ -106,7 +109,8 @@ void VtkRods::find_radii() {
     radius_.clear();
     const auto put_radii = [this](const RodGroup& rod) {
         for (std::int64_t k = 0; k < nodes(); ++k)
-            radius_.push_back(rod.body() ? rod.body()->line[static_cast<std::size_t>(k / 2)].radius : node_radius(rod, k));
+            radius_.push_back(rod.body() ? rod.body()->line[static_cast<std::size_t>(k / 2)].radius
+                                         : node_radius(rod, k));
     };
     if (!group_.sized()) put_radii(group_);
     else
@@ -158,7 +162,8 @@ std::span<const std::byte> VtkRods::take(const VtkContent& content, double time,
     return buffers.exchange();
 }
 
-void VtkRods::write(VtkParts& file, const VtkPolyData& layout, const VtkContent& content, std::span<const std::byte> block) const {
+void VtkRods::write(VtkParts& file, const VtkPolyData& layout, const VtkContent& content,
+                    std::span<const std::byte> block) const {
     const std::size_t record = record_bytes(content), nodes = static_cast<std::size_t>(this->nodes()),
                       rods_here = static_cast<std::size_t>(blocks_.size());
     std::size_t within = 0; // a record
@@ -169,7 +174,8 @@ void VtkRods::write(VtkParts& file, const VtkPolyData& layout, const VtkContent&
         column.resize(rods_here * per_rod);
         for (std::size_t i = 0; i < rods_here; ++i)
             std::memcpy(column.data() + i * per_rod, block.data() + i * record + within, per_rod);
-        file.write_at(layout.numbers_at(a) + first_node_ * per_node + static_cast<std::uint64_t>(blocks_.begin()) * per_rod,
+        file.write_at(layout.numbers_at(a) + first_node_ * per_node +
+                          static_cast<std::uint64_t>(blocks_.begin()) * per_rod,
                       text_of(column.data(), column.size()));
         within += per_rod;
     }
@@ -178,18 +184,22 @@ void VtkRods::write(VtkParts& file, const VtkPolyData& layout, const VtkContent&
 
 void VtkRods::write_constants(VtkParts& file, const VtkPolyData& layout, const VtkContent& content) const {
     const auto nodes = static_cast<std::uint64_t>(this->nodes()), of_rod = static_cast<std::uint64_t>(lines()),
-               begin = static_cast<std::uint64_t>(blocks_.begin()), rods_here = static_cast<std::uint64_t>(blocks_.size());
+               begin = static_cast<std::uint64_t>(blocks_.begin()),
+               rods_here = static_cast<std::uint64_t>(blocks_.size());
     const std::uint64_t first_node = first_node_ + begin * nodes, first_line = first_line_ + begin * of_rod,
                         of_line = nodes / of_rod, count = rods_here * of_rod;
     std::size_t array = content.node_arrays();
-    write_integers(file, layout, array++, first_node, rods_here * nodes, [&](std::uint64_t i) { return first_node + i; });
-    write_integers(file, layout, array++, first_line, count, [&](std::uint64_t i) { return first_node + (i + 1) * of_line; });
+    write_integers(file, layout, array++, first_node, rods_here * nodes,
+                   [&](std::uint64_t i) { return first_node + i; });
+    write_integers(file, layout, array++, first_line, count,
+                   [&](std::uint64_t i) { return first_node + (i + 1) * of_line; });
     write_integers(file, layout, array++, first_line, count, [&](std::uint64_t i) { return begin + i / of_rod; });
     write_integers(file, layout, array++, first_line, count, [&](std::uint64_t) { return group_.id(); });
     if (!content.magnetised) return;
     const std::size_t size = 3 * bytes_of(content.real);
     std::vector<std::byte> numbers(count * size);
-    convert(magnetisation_.empty() ? std::vector<double>(3 * count, 0.0) : magnetisation_, content.real, numbers.data());
+    convert(magnetisation_.empty() ? std::vector<double>(3 * count, 0.0) : magnetisation_, content.real,
+            numbers.data());
     file.write_at(layout.numbers_at(array) + first_line * size, text_of(numbers.data(), numbers.size()));
 }
 

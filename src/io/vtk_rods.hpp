@@ -1,6 +1,7 @@
-// The rods of a group in frames of poly data: the numbers of each, and where in the file those of this rank's block stand. A frame
-// has all groups in the order of the scene, rods in that of their group, and of each array the nodes of a rod side by side. A rod
-// is a line; a body some, of two nodes each: its spheres and capsules, and the edges of its boxes.
+// The rods of a group in frames of poly data: the numbers of each, and where in the file those of this rank's block
+// stand. A frame has all groups in the order of the scene, rods in that of their group, and of each array the nodes of
+// a rod side by side. A rod is a line; a body some, of two nodes each: its spheres and capsules, and the edges of its
+// boxes.
 #pragma once
 
 #include "io/output_spec.hpp"
@@ -25,7 +26,8 @@ struct VtkContent {
     bool normals = false, forces = false, magnetised = false;
     std::uint64_t lines = 0, nodes = 0; ///< of all groups
 
-    /// Numbers at nodes come first; behind them connectivity, offsets, rod, group, and magnetisation where there is any.
+    /// Numbers at nodes come first; behind them connectivity, offsets, rod, group, and magnetisation where there is
+    /// any.
     std::vector<VtkArray> arrays() const;
     std::size_t node_arrays() const { return 6 + std::size_t{normals} + std::size_t{forces}; }
     std::size_t bytes_per_node() const;
@@ -33,18 +35,20 @@ struct VtkContent {
 
 class VtkRods {
 public:
-    /// Its rods stand behind those of `before`, to which they are added. `group` and `rods` must outlive it. Collective.
+    /// Its rods stand behind those of `before`, to which they are added. `group` and `rods` must outlive it.
+    /// Collective.
     VtkRods(const Communicator& comm, const RodGroup& group, const Rods& rods, VtkContent& before);
 
     /// Rods have new owners from now on. Collective.
     void follow(const Communicator& comm, const Rods& rods);
 
-    /// This rank's block of the group's rods as they are, all numbers of a rod side by side, in `buffers`. `forces` is asked where
-    /// the content has them. Collective.
+    /// This rank's block of the group's rods as they are, all numbers of a rod side by side, in `buffers`. `forces` is
+    /// asked where the content has them. Collective.
     std::span<const std::byte> take(const VtkContent& content, double time, double lag, const NodeForces& forces,
                                     RecordBuffers& buffers);
     /// Puts a block where it belongs.
-    void write(VtkParts& file, const VtkPolyData& layout, const VtkContent& content, std::span<const std::byte> block) const;
+    void write(VtkParts& file, const VtkPolyData& layout, const VtkContent& content,
+               std::span<const std::byte> block) const;
 
 private:
     /// Memory of a thread for one rod.

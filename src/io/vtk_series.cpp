@@ -39,18 +39,21 @@ std::string VtkSeries::frame_name(const std::string& kind, std::int64_t step) {
     return fmt::format("{}{}_{:012d}.vtp", frames_folder, kind, step);
 }
 
-VtkSeries::VtkSeries(const Communicator& comm, std::string directory, const OutputSpec& spec, std::span<const RodGroup> groups,
-                     const Rods& rods, std::int64_t resume_step, NodeForces forces, const Expected& expected, const Warn& warn)
+VtkSeries::VtkSeries(const Communicator& comm, std::string directory, const OutputSpec& spec,
+                     std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step, NodeForces forces,
+                     const Expected& expected, const Warn& warn)
     : comm_(comm), directory_(std::move(directory)),
-      forces_(std::move(forces)), content_{.real = spec.precision == Precision::single ? VtkType::float32 : VtkType::float64,
+      forces_(std::move(forces)), content_{.real = spec.precision == Precision::single ? VtkType::float32
+                                                                                       : VtkType::float64,
                                            .normals = spec.directors,
                                            .forces = static_cast<bool>(forces_)},
-      rods_(list_of("rods", resume_step, expected.rods, warn)), walls_(list_of("walls", resume_step, expected.walls, warn)) {
+      rods_(list_of("rods", resume_step, expected.rods, warn)),
+      walls_(list_of("walls", resume_step, expected.walls, warn)) {
     for (const RodGroup& group : groups) groups_.emplace_back(comm_, group, rods, content_);
 }
 
-VtkSeries::List VtkSeries::list_of(const std::string& kind, std::int64_t resume_step, std::optional<std::int64_t> expected,
-                                   const Warn& warn) const {
+VtkSeries::List VtkSeries::list_of(const std::string& kind, std::int64_t resume_step,
+                                   std::optional<std::int64_t> expected, const Warn& warn) const {
     const std::string frames = path_of(frames_folder);
     std::vector<NumberedFile> there;
     std::vector<std::string> paths;
@@ -78,9 +81,10 @@ VtkSeries::List VtkSeries::list_of(const std::string& kind, std::int64_t resume_
             }
             const std::string now = set_aside(paths[i], paths[i] + ".damaged");
             if (warn)
-                warn(fmt::format("{}: is no whole frame, or not the one that was written\n  it is put aside as {}; the run goes on "
-                                 "without it",
-                                 paths[i], now));
+                warn(fmt::format(
+                    "{}: is no whole frame, or not the one that was written\n  it is put aside as {}; the run goes on "
+                    "without it",
+                    paths[i], now));
         }
         for (const std::string& gap : missing_frames(kind, frames, places, expected))
             if (warn) warn(gap);
@@ -120,7 +124,8 @@ template <class Deed> void VtkSeries::whole_or_not(List& list, std::int64_t step
     try {
         deed(name);
     } catch (const IoError&) { // on a full disk what is left stands in the way
-        if (const std::string left = path_of(name) + ".tmp"; comm_.root() && is_unfinished_frame(left)) ::unlink(left.c_str());
+        if (const std::string left = path_of(name) + ".tmp"; comm_.root() && is_unfinished_frame(left))
+            ::unlink(left.c_str());
         throw;
     }
     list.last = step;

@@ -1,7 +1,8 @@
-// Frames as poly data for ParaView, whose Tube filter takes them as they are: rods.pvd lists vtp/rods_<step>.vtp, walls.pvd lists
-// vtp/walls_<step>.vtp. A frame is written under a temporary name by all ranks, each its share of the rods in file order, so its
-// bytes do not depend on their number. They depend on its step and the one before alone (but for contact forces where a run
-// resumes), so a run that resumes lists those up to its step and writes later ones over what it finds.
+// Frames as poly data for ParaView, whose Tube filter takes them as they are: rods.pvd lists vtp/rods_<step>.vtp,
+// walls.pvd lists vtp/walls_<step>.vtp. A frame is written under a temporary name by all ranks, each its share of the
+// rods in file order, so its bytes do not depend on their number. They depend on its step and the one before alone (but
+// for contact forces where a run resumes), so a run that resumes lists those up to its step and writes later ones over
+// what it finds.
 #pragma once
 
 #include "io/output_spec.hpp"
@@ -25,14 +26,15 @@ public:
     struct Expected {
         std::optional<std::int64_t> rods = {}, walls = {};
     };
-    /// Goes on after `resume_step` (-1: none), and makes the lists anew. Frames before that are not whole, or not what was written,
-    /// are put aside as *.damaged; `warn` (called on root) gets these and gaps. `forces`: null where rods do not touch. `groups`
-    /// and `rods` must outlive it. Collective.
+    /// Goes on after `resume_step` (-1: none), and makes the lists anew. Frames before that are not whole, or not what
+    /// was written, are put aside as *.damaged; `warn` (called on root) gets these and gaps. `forces`: null where rods
+    /// do not touch. `groups` and `rods` must outlive it. Collective.
     VtkSeries(const Communicator& comm, std::string directory, const OutputSpec& spec, std::span<const RodGroup> groups,
-              const Rods& rods, std::int64_t resume_step, NodeForces forces, const Expected& expected, const Warn& warn);
+              const Rods& rods, std::int64_t resume_step, NodeForces forces, const Expected& expected,
+              const Warn& warn);
 
-    /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there is left
-    /// alone. Collective.
+    /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there
+    /// is left alone. Collective.
     void write(std::int64_t step, double time, double lag);
     /// Rods have new owners from now on. `rods` must outlive it. Collective.
     void follow(const Rods& rods);
@@ -57,7 +59,8 @@ private:
         PvdFile file;           ///< root's
         std::int64_t last = -1; ///< step of the last frame in it
     };
-    List list_of(const std::string& kind, std::int64_t resume_step, std::optional<std::int64_t> expected, const Warn& warn) const;
+    List list_of(const std::string& kind, std::int64_t resume_step, std::optional<std::int64_t> expected,
+                 const Warn& warn) const;
     std::string path_of(const std::string& name) const { return directory_ + "/" + name; }
     /// An empty file of this name's temporary one; returns its path. Root only.
     std::string begin_file(const std::string& name, std::uint64_t bytes) const;

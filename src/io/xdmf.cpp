@@ -41,29 +41,31 @@ public:
 
     std::string grid(const std::string& time) const {
         std::string xml = fmt::format("<Grid Name=\"{}\" GridType=\"Uniform\">\n{}", escaped(group_.name), time);
-        xml += fmt::format("<Topology TopologyType=\"{}\" NodesPerElement=\"{}\" NumberOfElements=\"{}\">\n{}</Topology>\n",
-                           group_.nodes == 1 ? "Polyvertex" : "Polyline", group_.nodes, group_.rods,
-                           item("connectivity", rods_nodes(), "Int", 8));
+        xml += fmt::format(
+            "<Topology TopologyType=\"{}\" NodesPerElement=\"{}\" NumberOfElements=\"{}\">\n{}</Topology>\n",
+            group_.nodes == 1 ? "Polyvertex" : "Polyline", group_.nodes, group_.rods,
+            item("connectivity", rods_nodes(), "Int", 8));
         xml += fmt::format("<Geometry GeometryType=\"XYZ\">\n{}</Geometry>\n", frame_item("position"));
         xml += attribute("radius", "Scalar", "Node", item("point_radius", rods_nodes(), "Float", 8));
         if (group_.normals) xml += attribute("normal", "Vector", "Node", frame_item("normal"));
         xml += attribute("rod", "Scalar", "Cell", item("rod", fmt::format("{} 1", group_.rods), "Int", 8));
         if (group_.magnetised)
-            xml +=
-                attribute("magnetisation", "Vector", "Cell", item("magnetisation", fmt::format("{} 3", group_.rods), "Float", 8));
+            xml += attribute("magnetisation", "Vector", "Cell",
+                             item("magnetisation", fmt::format("{} 3", group_.rods), "Float", 8));
         return xml + "</Grid>\n";
     }
 
 private:
-    static std::string attribute(std::string_view name, std::string_view type, std::string_view centre, const std::string& data) {
-        return fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">\n{}</Attribute>\n", name, type, centre,
-                           data);
+    static std::string attribute(std::string_view name, std::string_view type, std::string_view centre,
+                                 const std::string& data) {
+        return fmt::format("<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"{}\">\n{}</Attribute>\n", name, type,
+                           centre, data);
     }
     std::string rods_nodes() const { return fmt::format("{} {}", group_.rods, group_.nodes); }
     std::string item(std::string_view dataset, const std::string& dimensions, std::string_view type, int bytes) const {
-        return fmt::format(
-            "<DataItem Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\" Format=\"HDF\">{}:/groups/{}/{}</DataItem>\n",
-            dimensions, type, bytes, escaped(segment_.file), escaped(group_.name), dataset);
+        return fmt::format("<DataItem Dimensions=\"{}\" NumberType=\"{}\" Precision=\"{}\" "
+                           "Format=\"HDF\">{}:/groups/{}/{}</DataItem>\n",
+                           dimensions, type, bytes, escaped(segment_.file), escaped(group_.name), dataset);
     }
     /// Vectors at nodes, of this frame.
     std::string frame_item(std::string_view dataset) const {
@@ -76,7 +78,8 @@ private:
     int number_bytes_;
 };
 
-std::string frame_grids(std::span<const XdmfGroup> groups, const XdmfSegment& segment, std::size_t frame, int number_bytes) {
+std::string frame_grids(std::span<const XdmfGroup> groups, const XdmfSegment& segment, std::size_t frame,
+                        int number_bytes) {
     const std::string time = fmt::format("<Time Value=\"{:.17g}\"/>\n", segment.times[frame]);
     if (groups.size() == 1) return Frame(groups[0], segment, frame, number_bytes).grid(time);
     std::string xml = "<Grid Name=\"rods\" GridType=\"Collection\" CollectionType=\"Spatial\">\n" + time;
@@ -86,12 +89,13 @@ std::string frame_grids(std::span<const XdmfGroup> groups, const XdmfSegment& se
 
 } // namespace
 
-std::string xdmf_document(const std::string& title, std::span<const XdmfGroup> groups, std::span<const XdmfSegment> segments,
-                          int number_bytes) {
+std::string xdmf_document(const std::string& title, std::span<const XdmfGroup> groups,
+                          std::span<const XdmfSegment> segments, int number_bytes) {
     std::string xml(document_begin);
     xml += fmt::format("<Grid Name=\"{}\" GridType=\"Collection\" CollectionType=\"Temporal\">\n", escaped(title));
     for (const XdmfSegment& segment : segments)
-        for (std::size_t frame = 0; frame < segment.times.size(); ++frame) xml += frame_grids(groups, segment, frame, number_bytes);
+        for (std::size_t frame = 0; frame < segment.times.size(); ++frame)
+            xml += frame_grids(groups, segment, frame, number_bytes);
     return xml + "</Grid>\n</Domain>\n</Xdmf>\n";
 }
 

@@ -23,11 +23,11 @@ struct XdmfSegment {
 };
 
 /// `number_bytes`: of the frames' floating-point numbers.
-std::string xdmf_document(const std::string& title, std::span<const XdmfGroup> groups, std::span<const XdmfSegment> segments,
-                          int number_bytes);
+std::string xdmf_document(const std::string& title, std::span<const XdmfGroup> groups,
+                          std::span<const XdmfSegment> segments, int number_bytes);
 
-/// Whether a document of the first `listed` of so many segments is to be written anew: when it lags by a sixteenth, so that all
-/// that are written are together in proportion to the last one.
+/// Whether a document of the first `listed` of so many segments is to be written anew: when it lags by a sixteenth, so
+/// that all that are written are together in proportion to the last one.
 inline bool document_lags(std::size_t segments, std::size_t listed) { return segments > listed + listed / 16; }
 
 /// Whether a text is such a document.

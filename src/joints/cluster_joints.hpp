@@ -1,6 +1,6 @@
-// The joints of an assembly over a cluster of tiles (tiles/clusters.hpp), table by table. In a block of copies a joint is between
-// the same slots in all lanes; in a copy by itself W joints are gathered from the lanes where their rods are. Each slot takes its
-// loads in the order of the joints either way, so the bits are the same.
+// The joints of an assembly over a cluster of tiles (tiles/clusters.hpp), table by table. In a block of copies a joint
+// is between the same slots in all lanes; in a copy by itself W joints are gathered from the lanes where their rods
+// are. Each slot takes its loads in the order of the joints either way, so the bits are the same.
 #pragma once
 
 #include "joints/cluster_junctions.hpp"
@@ -61,9 +61,11 @@ template <class F> auto with_joint(const JointSpec& spec, F&& f) {
         return f.template operator()<JointTurn::none, Damped, Repels>();
     };
     const auto with_damping = [&]<bool Repels>() {
-        return spec.law.damped() ? with_turn.template operator()<true, Repels>() : with_turn.template operator()<false, Repels>();
+        return spec.law.damped() ? with_turn.template operator()<true, Repels>()
+                                 : with_turn.template operator()<false, Repels>();
     };
-    return spec.law.repulsion > 0 ? with_damping.template operator()<true>() : with_damping.template operator()<false>();
+    return spec.law.repulsion > 0 ? with_damping.template operator()<true>()
+                                  : with_damping.template operator()<false>();
 }
 
 template <int W> class JointsOfCluster final : public ClusterJoints<W> {
@@ -80,13 +82,16 @@ public:
         }
         if (!junctions.empty())
             junctions_.emplace(
-                junctions, [&](int group, std::int64_t rod, int slot) { return place(groups, group, rod, slot); }, gains);
+                junctions, [&](int group, std::int64_t rod, int slot) { return place(groups, group, rod, slot); },
+                gains);
     }
 
     bool shares_nodes() const override { return junctions_.has_value(); }
     bool wants_moments() const override { return junctions_ && junctions_->turns(); }
     void gather(Slot<W>* slot, bool across) const override { junctions_->gather(slot, across); }
-    void move_as_one(Slot<W>* slot, const Step& step, bool across) const override { junctions_->move_as_one(slot, step, across); }
+    void move_as_one(Slot<W>* slot, const Step& step, bool across) const override {
+        junctions_->move_as_one(slot, step, across);
+    }
 
     void run(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, bool across) const override {
         std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
@@ -153,7 +158,9 @@ private:
 
     ClusterPlace place(std::span<const RodGroup> groups, int group, std::int64_t rod, int slot) const {
         const auto g = static_cast<std::size_t>(group), s = static_cast<std::size_t>(slot);
-        const auto at = [&](const Layout& layout, std::size_t tile) { return layout.first[g] + tile * slots_of_[g] + s; };
+        const auto at = [&](const Layout& layout, std::size_t tile) {
+            return layout.first[g] + tile * slots_of_[g] + s;
+        };
         const auto alone = static_cast<std::size_t>(rod), shared = static_cast<std::size_t>(rod / W);
         const int l = static_cast<int>(rod % W);
         const bool last = rod + 1 == groups[g].rods_per_copy(); // spare lanes repeat it
@@ -174,7 +181,8 @@ private:
         slots_across_.push_back(slots(joint, across_, 1));
         constants_.push_back(constants_of(joint));
         run.behind = slots_across_.size();
-        if (run.behind_pack == run.first_pack || gathered_.back().count == W) gathered_.emplace_back(), ++run.behind_pack;
+        if (run.behind_pack == run.first_pack || gathered_.back().count == W)
+            gathered_.emplace_back(), ++run.behind_pack;
         Gathered& pack = gathered_.back();
         for (int l = pack.count; l < W; ++l) {
             const auto at = static_cast<std::size_t>(l);
@@ -189,9 +197,9 @@ private:
     Slots slots(const Joint& joint, const Layout& layout, std::int64_t rods_of_tile) const {
         const auto node = [&](const JointEnd& end, int next) {
             const auto g = static_cast<std::size_t>(end.group);
-            return static_cast<std::uint32_t>(layout.first[g] + static_cast<std::size_t>(end.rod / rods_of_tile) * slots_of_[g] +
-                                              static_cast<std::size_t>(end.element) +
-                                              (is_body_[g] ? 0u : static_cast<unsigned>(next)));
+            return static_cast<std::uint32_t>(
+                layout.first[g] + static_cast<std::size_t>(end.rod / rods_of_tile) * slots_of_[g] +
+                static_cast<std::size_t>(end.element) + (is_body_[g] ? 0u : static_cast<unsigned>(next)));
         };
         return {node(joint.first, 0), node(joint.first, 1), node(joint.second, 0), node(joint.second, 1)};
     }
@@ -209,15 +217,17 @@ private:
         for (std::size_t j = run.first; j < run.behind; ++j) {
             const Slots& s = slots_across_[j];
             const JointConstants<double>& c = constants_[j];
-            const auto element = [&](std::uint32_t at, std::uint32_t next, double share, double before, const Vec3d& arm,
-                                     const Vec3d& axis) {
+            const auto element = [&](std::uint32_t at, std::uint32_t next, double share, double before,
+                                     const Vec3d& arm, const Vec3d& axis) {
                 const Slot<W>&first = slot[at], &second = slot[next];
-                return JoinedElement<P>{first.position, second.position, first.velocity, second.velocity,   first.director,
-                                        first.spin,     P(share),        P(before),      broadcast<W>(arm), broadcast<W>(axis)};
+                return JoinedElement<P>{first.position,    second.position,   first.velocity, second.velocity,
+                                        first.director,    first.spin,        P(share),       P(before),
+                                        broadcast<W>(arm), broadcast<W>(axis)};
             };
             const JointNodeLoads<P> loads = node_loads<Turn, Damped, Repels, W>(
                 run.law, element(s.a, s.a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
-                element(s.b, s.b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b), broadcast<W>(c.rest), P(c.rest_distance));
+                element(s.b, s.b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b), broadcast<W>(c.rest),
+                P(c.rest_distance));
             load[s.a].force += loads.force_a;
             load[s.a_next].force += loads.force_a_next;
             load[s.a].couple += loads.couple_a;
@@ -247,9 +257,12 @@ private:
         for (std::size_t i = run.first_pack; i < run.behind_pack; ++i) {
             const Gathered& g = gathered_[i];
             const JointConstants<P>& c = g.constants;
-            const auto element = [&](std::uint32_t Slots::*at, std::uint32_t Slots::*next, const std::array<std::uint8_t, W>& lane,
-                                     P share, P before, const Vec3<P>& arm, const Vec3<P>& axis) {
-                const auto first = [&](std::size_t l) { return reinterpret_cast<const double*>(slot + g.slots[l].*at) + lane[l]; };
+            const auto element = [&](std::uint32_t Slots::*at, std::uint32_t Slots::*next,
+                                     const std::array<std::uint8_t, W>& lane, P share, P before, const Vec3<P>& arm,
+                                     const Vec3<P>& axis) {
+                const auto first = [&](std::size_t l) {
+                    return reinterpret_cast<const double*>(slot + g.slots[l].*at) + lane[l];
+                };
                 const auto second = [&](std::size_t l) {
                     return reinterpret_cast<const double*>(slot + g.slots[l].*next) + lane[l];
                 };
@@ -264,7 +277,8 @@ private:
                                    arm,
                                    axis};
                 if constexpr (Damped)
-                    e.velocity = gathered(3, first), e.next_velocity = gathered(3, second), e.spin = gathered(10, first);
+                    e.velocity = gathered(3, first), e.next_velocity = gathered(3, second),
+                    e.spin = gathered(10, first);
                 return e;
             };
             const JointNodeLoads<P> loads = node_loads<Turn, Damped, Repels, W>(

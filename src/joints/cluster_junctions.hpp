@@ -1,9 +1,11 @@
-// Junctions over a cluster of tiles (tiles/clusters.hpp): half cells that meet, and nodes that move as one.         theory.md
+// Junctions over a cluster of tiles (tiles/clusters.hpp): half cells that meet, and nodes that move as one. theory.md
 // (73a)-(73e)
-//   nodes       v = sum w_i v_i/sum w_i,  w_i = m_i/b_i of the kick: what all their loads together would have made of one node
-//   on a body   the impulses that give nodes the velocities V + w x r_i of its places, momentum and angular momentum kept;
+//   nodes       v = sum w_i v_i/sum w_i,  w_i = m_i/b_i of the kick: what all their loads together would have made of
+//   one node on a body   the impulses that give nodes the velocities V + w x r_i of its places, momentum and angular
+//   momentum kept;
 //               g_i = (h/2) w x (w x r_i) besides, so that a drift takes them to where the body's goes
-// In a block of copies a junction is between the same slots in all lanes; in a copy by itself it is worked out in one lane.
+// In a block of copies a junction is between the same slots in all lanes; in a copy by itself it is worked out in one
+// lane.
 #pragma once
 
 #include "joints/star_law.hpp"
@@ -150,7 +152,8 @@ private:
         Vec3<P> impulse{P(0.0), P(0.0), P(0.0)}, angular = impulse; // body axes
         for (std::size_t i = 1; i < h.places.size(); ++i) {
             const Vec3<P> arm = broadcast<V>(h.arms[i]);
-            const Vec3<P> slip = first.director * (at(i).read().velocity - first.velocity) - (cross(w, arm) + ahead(arm));
+            const Vec3<P> slip =
+                first.director * (at(i).read().velocity - first.velocity) - (cross(w, arm) + ahead(arm));
             const Vec3<P> of_node = P(shares.share[i]) * slip;
             impulse += of_node;
             angular += cross(arm, of_node);
@@ -190,9 +193,13 @@ private:
             const EndMoment<Pack<W>>& m = start ? moments[at.tile_within].start : moments[at.tile_within].end;
             return {broadcast<1>(lane(m.body, at.lane)), broadcast<1>(lane(m.lab, at.lane))};
         }
-        static void add(Vec3<Pack<W>>& all, int l, const Vec3<Pack<1>>& one) { set_lane(all, l, lane(all, l) + lane(one, 0)); }
+        static void add(Vec3<Pack<W>>& all, int l, const Vec3<Pack<1>>& one) {
+            set_lane(all, l, lane(all, l) + lane(one, 0));
+        }
         void add_force(const ClusterPlace& at, const Vec3<Pack<1>>& f) const { add(load[at.within].force, at.lane, f); }
-        void add_couple(const ClusterPlace& at, const Vec3<Pack<1>>& c) const { add(load[at.within].couple, at.lane, c); }
+        void add_couple(const ClusterPlace& at, const Vec3<Pack<1>>& c) const {
+            add(load[at.within].couple, at.lane, c);
+        }
     };
 
     template <class L, class Layout> static void add_star(const StarOfCluster& s, const Layout& layout) {

@@ -1,11 +1,12 @@
-// What a joint does to the two elements it joins, W at a time.                                            theory.md (69)-(72)
-//   x = (1 - s) x_k + s x_{k+1} + r,  r = Q^T a     v = (1 - s) v_k + s v_{k+1} + w x r         a point of each; d = x2 - x1
-//   F = k d + nu u,  u = v2 - v1 - (w1 + w2) x d/2                 on 1 and -F on 2, both halfway between the points
-//   hinge   T = k_t n1 x n2 + nu_t (1 - n1 n1^T) (w2 - w1)         on 1 and -T on 2
-//   fixed   T = k_t Q2^T phi + nu_t (w2 - w1),  phi = log(Q2 (C Q1)^T)
-//   R = -k_r (D - |c|)^1.5 c/|c|,  c between the elements' centres     on 1 while |c| < D, and -R on 2
-// Forces and moments of both sides cancel, springs have the energies k d^2/2, k_t |n1 - n2|^2/2, k_t phi^2/2, 2/5 k_r (D -
-// |c|)^2.5, and dashpots only take: F acts where u is measured.
+// What a joint does to the two elements it joins, W at a time.                                            theory.md
+// (69)-(72)
+//   x = (1 - s) x_k + s x_{k+1} + r,  r = Q^T a     v = (1 - s) v_k + s v_{k+1} + w x r         a point of each; d = x2
+//   - x1 F = k d + nu u,  u = v2 - v1 - (w1 + w2) x d/2                 on 1 and -F on 2, both halfway between the
+//   points hinge   T = k_t n1 x n2 + nu_t (1 - n1 n1^T) (w2 - w1)         on 1 and -T on 2 fixed   T = k_t Q2^T phi +
+//   nu_t (w2 - w1),  phi = log(Q2 (C Q1)^T) R = -k_r (D - |c|)^1.5 c/|c|,  c between the elements' centres     on 1
+//   while |c| < D, and -R on 2
+// Forces and moments of both sides cancel, springs have the energies k d^2/2, k_t |n1 - n2|^2/2, k_t phi^2/2, 2/5 k_r
+// (D - |c|)^2.5, and dashpots only take: F acts where u is measured.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -33,7 +34,8 @@ template <class P> struct JointLoad {
 
 enum class JointTurn { none, hinge, fixed };
 inline JointTurn turn_of(const JointSpec& spec) {
-    if (!spec.law.turns() || spec.kind == JointKind::spherical || spec.kind == JointKind::side_by_side) return JointTurn::none;
+    if (!spec.law.turns() || spec.kind == JointKind::spherical || spec.kind == JointKind::side_by_side)
+        return JointTurn::none;
     return spec.kind == JointKind::fixed ? JointTurn::fixed : JointTurn::hinge;
 }
 
@@ -46,17 +48,19 @@ template <class P> SKEIN_INLINE Vec3<P> between(P before, P behind, const Vec3<P
 }
 } // namespace detail
 
-/// Returns the loads on the first element; those on the second go to `other`. With `Figures` energies are worked out too.
+/// Returns the loads on the first element; those on the second go to `other`. With `Figures` energies are worked out
+/// too.
 template <JointTurn Turn, bool Damped, bool Repels, int W>
-SKEIN_INLINE JointLoad<Pack<W>> joint_load(const JointLaw& law, const JoinedElement<Pack<W>>& a, const JoinedElement<Pack<W>>& b,
-                                           const Quaternion<Pack<W>>& rest, const Pack<W>& rest_distance, JointLoad<Pack<W>>& other,
+SKEIN_INLINE JointLoad<Pack<W>> joint_load(const JointLaw& law, const JoinedElement<Pack<W>>& a,
+                                           const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
+                                           const Pack<W>& rest_distance, JointLoad<Pack<W>>& other,
                                            JointFigures<Pack<W>>* figures = nullptr) {
     using P = Pack<W>;
     using detail::between;
     const P half(0.5);
     const Vec3<P> ra = transpose_times(a.director, a.arm), rb = transpose_times(b.director, b.arm);
-    const Vec3<P> apart =
-        (between(b.share_before, b.share, b.node, b.next) + rb) - (between(a.share_before, a.share, a.node, a.next) + ra);
+    const Vec3<P> apart = (between(b.share_before, b.share, b.node, b.next) + rb) -
+                          (between(a.share_before, a.share, a.node, a.next) + ra);
     const Vec3<P> to_middle = half * apart;
     Vec3<P> force = P(law.stiffness) * apart, wa{}, wb{};
     if constexpr (Damped) {

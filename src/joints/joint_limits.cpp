@@ -11,8 +11,8 @@ namespace skein {
 
 namespace {
 
-/// What a unit force at a joint's point does to its element, 1/kg, and a unit couple, 1/(kg m^2). A node's mass is that part of it
-/// which the element brings.
+/// What a unit force at a joint's point does to its element, 1/kg, and a unit couple, 1/(kg m^2). A node's mass is that
+/// part of it which the element brings.
 struct Mobility {
     double shift, turn;
 };
@@ -24,8 +24,8 @@ Mobility mobility(const RodGroup& group, const JointEnd& end) {
     return {(before * before + end.share * end.share) / of_node + dot(end.arm, end.arm) * softest, softest};
 }
 
-/// Bound of the stiffness beside junctions. A spring K between two elements of inertia J and J' holds each with at most K (1/J +
-/// 1/J'); of a star that of the others is the least.
+/// Bound of the stiffness beside junctions. A spring K between two elements of inertia J and J' holds each with at most
+/// K (1/J + 1/J'); of a star that of the others is the least.
 void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, std::vector<JointBounds>& bounds) {
     std::vector<std::map<std::pair<std::int64_t, int>, Vec3d>> held(groups.size());
     for (const Star& star : junctions.stars) {
@@ -34,7 +34,8 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
         };
         const auto add = [&](const Star::Member& m, int element, double stiffness, double others) {
             const Vec3d& j = inertia(m);
-            const auto [at, fresh] = held[static_cast<std::size_t>(m.group)].try_emplace({m.rod, element}, Vec3d{0, 0, 0});
+            const auto [at, fresh] =
+                held[static_cast<std::size_t>(m.group)].try_emplace({m.rod, element}, Vec3d{0, 0, 0});
             const auto about = [&](double of_axis) { return stiffness * (1 / of_axis + others); };
             at->second += Vec3d{about(j.x), about(j.y), about(j.z)};
         };
@@ -44,7 +45,8 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
             if (pair && !star.rigid) { // axis by axis, as the cell between them
                 const Star::Member& other = star.members[1 - i];
                 const Vec3d &a = m.stiffness, &b = other.stiffness, &j = inertia(m), &l = inertia(other);
-                const bool crossed = std::abs(star.members[1].turn.d1.x) < 0.9; // d1 of one is not along that of the other
+                const bool crossed =
+                    std::abs(star.members[1].turn.d1.x) < 0.9; // d1 of one is not along that of the other
                 const double bx = crossed ? std::max(b.x, b.y) : b.x, by = crossed ? bx : b.y,
                              ax = crossed ? std::max(a.x, a.y) : a.x, ay = crossed ? ax : a.y,
                              lx = crossed ? std::min(l.x, l.y) : l.x, ly = crossed ? lx : l.y;
@@ -64,8 +66,8 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
     }
     for (std::size_t g = 0; g < groups.size(); ++g)
         for (const auto& [place, by] : held[g]) {
-            const double eigenvalue =
-                groups[g].strained() ? eigenvalue_of_element(groups[g], place.second, by) : std::max({by.x, by.y, by.z});
+            const double eigenvalue = groups[g].strained() ? eigenvalue_of_element(groups[g], place.second, by)
+                                                           : std::max({by.x, by.y, by.z});
             if (eigenvalue > bounds[g].eigenvalue)
                 bounds[g].eigenvalue = eigenvalue, bounds[g].element_of_eigenvalue = place.second;
         }
@@ -97,16 +99,19 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
             }
         }
     std::vector<JointBounds> bounds(groups.size());
-    for (const std::vector<Joint>& assembly : joints) bound_stars(junctions_of(tables, assembly, groups), groups, bounds);
+    for (const std::vector<Joint>& assembly : joints)
+        bound_stars(junctions_of(tables, assembly, groups), groups, bounds);
     for (std::size_t g = 0; g < groups.size(); ++g)
         for (const auto& [place, sums] : of_element[g]) {
-            if (sums.stiffness > bounds[g].stiffness) bounds[g].stiffness = sums.stiffness, bounds[g].element = place.second;
+            if (sums.stiffness > bounds[g].stiffness)
+                bounds[g].stiffness = sums.stiffness, bounds[g].element = place.second;
             bounds[g].drag = std::max(bounds[g].drag, sums.drag);
         }
     return bounds;
 }
 
-double star_energy(const Star& star, const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of) {
+double star_energy(const Star& star,
+                   const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of) {
     using P = Pack<1>;
     StarElements<P> now;
     StarLoads<P> loads;
@@ -120,8 +125,8 @@ double star_energy(const Star& star, const std::function<std::pair<Slot<1>, Slot
     return energy[0];
 }
 
-JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next, const Slot<1>& b,
-                       const Slot<1>& b_next) {
+JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
+                       const Slot<1>& b, const Slot<1>& b_next) {
     using P = Pack<1>;
     const JointConstants<double> c = constants_of(joint);
     const auto element = [](const Slot<1>& at, const Slot<1>& next, double share, double before, const Vec3d& arm,
@@ -132,7 +137,8 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
     JointFigures<P> figures;
     with_joint(table, [&]<JointTurn Turn, bool Damped, bool Repels>() {
         JointLoad<P> other;
-        joint_load<Turn, Damped, Repels, 1>(table.law, element(a, a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
+        joint_load<Turn, Damped, Repels, 1>(table.law,
+                                            element(a, a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
                                             element(b, b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b),
                                             broadcast<1>(c.rest), P(c.rest_distance), other, &figures);
     });

@@ -10,7 +10,8 @@
 
 namespace skein {
 
-/// Bounds of the squares of frequencies that joints add to a group's, and of the rates at which they slow it down.   theory.md (73)
+/// Bounds of the squares of frequencies that joints add to a group's, and of the rates at which they slow it down.
+/// theory.md (73)
 struct JointBounds {
     double stiffness = 0; ///< 1/s^2
     double drag = 0;      ///< 1/s
@@ -23,14 +24,15 @@ struct JointBounds {
 std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
                                       std::span<const RodGroup> groups);
 
-/// Energy of a joint's springs, and how far its points are apart, as its elements' slots are: node and next of the first, then of
-/// the second (of a body twice the same).
+/// Energy of a joint's springs, and how far its points are apart, as its elements' slots are: node and next of the
+/// first, then of the second (of a body twice the same).
 struct JointState {
     double energy = 0, gap = 0;
 };
 /// Energy of a junction's half cells, J. element_of(group, rod, k): a slot and the next.
-double star_energy(const Star& star, const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of);
-JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next, const Slot<1>& b,
-                       const Slot<1>& b_next);
+double star_energy(const Star& star,
+                   const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of);
+JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
+                       const Slot<1>& b, const Slot<1>& b_next);
 
 } // namespace skein

@@ -39,7 +39,8 @@ public:
     JointEnd end(std::int64_t rod, int k, double share, const Vec3d& to) const {
         const Vec3d off = to - place(rod, k, share);
         const bool none = norm(off) <= 1e-12 * group_.element[static_cast<std::size_t>(k)].rest_length; // rounding
-        return {group_.id(), rod, k, group_.strained() ? share : 0, none ? Vec3d{0, 0, 0} : director(rod, k) * off, {0, 0, 0}};
+        return {group_.id(), rod, k, group_.strained() ? share : 0, none ? Vec3d{0, 0, 0} : director(rod, k) * off,
+                {0, 0, 0}};
     }
     /// The element at a share of the length, and the share of it that is before this place.
     std::pair<int, double> at(double share_of_length) const {
@@ -56,7 +57,8 @@ public:
 
 private:
     const Slot<1>& slot(std::int64_t rod, int k) const {
-        return state_[static_cast<std::size_t>(rod) * static_cast<std::size_t>(group_.slots()) + static_cast<std::size_t>(k)];
+        return state_[static_cast<std::size_t>(rod) * static_cast<std::size_t>(group_.slots()) +
+                      static_cast<std::size_t>(k)];
     }
     const RodGroup& group_;
     std::int64_t rods_;
@@ -68,7 +70,8 @@ class ElementGrid {
 public:
     ElementGrid(const Member& member, double cell) : cell_(cell) {
         for (std::int64_t rod = 0; rod < member.rods(); ++rod)
-            for (int k = 0; k < member.elements(); ++k) cells_[key(cell_at(member.place(rod, k, 0.5)))].push_back({rod, k});
+            for (int k = 0; k < member.elements(); ++k)
+                cells_[key(cell_at(member.place(rod, k, 0.5)))].push_back({rod, k});
     }
     struct Element {
         std::int64_t rod;
@@ -87,7 +90,8 @@ public:
 private:
     using Cell = std::tuple<long, long, long>;
     Cell cell_at(const Vec3d& p) const {
-        return {std::lround(std::floor(p.x / cell_)), std::lround(std::floor(p.y / cell_)), std::lround(std::floor(p.z / cell_))};
+        return {std::lround(std::floor(p.x / cell_)), std::lround(std::floor(p.y / cell_)),
+                std::lround(std::floor(p.z / cell_))};
     }
     static std::uint64_t key(const Cell& c) {
         const auto bits = [](long i) { return static_cast<std::uint64_t>(i + (1 << 20)) & 0x1fffff; };
@@ -133,16 +137,18 @@ private:
         if (spec_.pairs == JointPairs::listed) {
             for (std::size_t i = 0; i < spec_.first.size(); ++i) {
                 if (spec_.first[i] >= first_.rods() || spec_.second[i] >= second_.rods())
-                    refuse(fmt::format("lists rods {} and {}, but a copy has {} and {} of them, counted from 0", spec_.first[i],
-                                       spec_.second[i], first_.rods(), second_.rods()));
+                    refuse(fmt::format("lists rods {} and {}, but a copy has {} and {} of them, counted from 0",
+                                       spec_.first[i], spec_.second[i], first_.rods(), second_.rods()));
                 point(spec_.first[i], spec_.second[i]);
             }
             return;
         }
         const std::int64_t step = spec_.pairs == JointPairs::next;
-        if (same_ && step == 0) refuse("would join every rod with itself: 'pairs' is \"next\" or \"listed\" within a group");
+        if (same_ && step == 0)
+            refuse("would join every rod with itself: 'pairs' is \"next\" or \"listed\" within a group");
         if (!same_ && first_.rods() != second_.rods())
-            refuse(fmt::format("pairs rods by number, but a copy has {} and {} of them: list them", first_.rods(), second_.rods()));
+            refuse(fmt::format("pairs rods by number, but a copy has {} and {} of them: list them", first_.rods(),
+                               second_.rods()));
         for (std::int64_t i = 0; i + step < first_.rods(); ++i) point(i, i + step);
     }
     void point(std::int64_t i, std::int64_t j) {
@@ -162,10 +168,13 @@ private:
     }
 
     void side_by_side() {
-        const auto gap = [&](int k, int l) { return spec_.gap > 0 ? spec_.gap : 0.005 * (first_.radius(k) + second_.radius(l)); };
+        const auto gap = [&](int k, int l) {
+            return spec_.gap > 0 ? spec_.gap : 0.005 * (first_.radius(k) + second_.radius(l));
+        };
         double reach = 0;
         for (int k = 0; k < first_.elements(); ++k)
-            for (int l = 0; l < second_.elements(); ++l) reach = std::max(reach, first_.radius(k) + second_.radius(l) + gap(k, l));
+            for (int l = 0; l < second_.elements(); ++l)
+                reach = std::max(reach, first_.radius(k) + second_.radius(l) + gap(k, l));
         const ElementGrid grid(second_, reach);
         std::vector<ElementGrid::Element> found;
         for (std::int64_t i = 0; i < first_.rods(); ++i)
@@ -177,8 +186,9 @@ private:
                     const double most = first_.radius(k) + second_.radius(e.number) + gap(k, e.number);
                     if (norm(second_.place(e.rod, e.number, 0.5) - x) <= most) found.push_back(e);
                 });
-                std::sort(found.begin(), found.end(),
-                          [](const auto& a, const auto& b) { return std::tie(a.rod, a.number) < std::tie(b.rod, b.number); });
+                std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
+                    return std::tie(a.rod, a.number) < std::tie(b.rod, b.number);
+                });
                 for (const auto& [j, l] : found) {
                     const Vec3d y = second_.place(j, l, 0.5), way = y - x;
                     const double apart = norm(way), between = apart - first_.radius(k) - second_.radius(l);
@@ -203,8 +213,9 @@ private:
             }
         const double radius = second_.radius(side.number);
         if (nearest > radius + first_.radius(k) + spec_.gap)
-            refuse(fmt::format("has a tip, of rod {}, that is {:.3g} m away from the axis of any other, whose radius is {:.3g} m",
-                               i, nearest, radius));
+            refuse(fmt::format(
+                "has a tip, of rod {}, that is {:.3g} m away from the axis of any other, whose radius is {:.3g} m", i,
+                nearest, radius));
         JointEnd a = first_.end(i, k, spec_.at[0], tip), b = second_.end(side.rod, side.number, share, tip);
         a.axis = first_.director(i, k) * unit(way);
         b.axis = second_.director(side.rod, side.number) * unit(way);
@@ -224,7 +235,8 @@ std::vector<Joint> joints_of(std::span<const JointSpec> tables, std::span<const 
     std::vector<Joint> joints;
     for (std::size_t t = 0; t < tables.size(); ++t) {
         const auto named = [&](std::size_t i) {
-            return std::find_if(groups.begin(), groups.end(), [&](const RodGroup& g) { return g.name() == tables[t].between[i]; });
+            return std::find_if(groups.begin(), groups.end(),
+                                [&](const RodGroup& g) { return g.name() == tables[t].between[i]; });
         };
         const auto first = named(0), second = named(1);
         if (!first->assembly() || first->assembly()->number != assembly) continue;

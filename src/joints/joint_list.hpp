@@ -27,8 +27,8 @@ struct Joint {
     double rest_distance; ///< of the elements' centres at the start, m
 };
 
-/// Joints of an assembly by number, in the order of the scene's tables and within one by rods and elements. `groups`: of the scene.
-/// Throws InputError, with the table's line, where nothing is joined, or rods have no element there.
+/// Joints of an assembly by number, in the order of the scene's tables and within one by rods and elements. `groups`:
+/// of the scene. Throws InputError, with the table's line, where nothing is joined, or rods have no element there.
 std::vector<Joint> joints_of(std::span<const JointSpec> tables, std::span<const RodGroup> groups, int assembly);
 
 } // namespace skein

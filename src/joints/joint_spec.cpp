@@ -3,51 +3,59 @@
 namespace skein {
 
 void JointSpec::fields(FieldVisitor& f) {
-    f.choice({.name = "kind",
-              .unit = "",
-              .text = "spherical: two points stay together; hinge: and an axis; fixed: and both frames; side_by_side: sides of "
-                      "neighbouring elements; tip_to_side: an end and the nearest side, as a hinge about the end's own axis",
-              .required = true},
-             kind, joint_names);
+    f.choice(
+        {.name = "kind",
+         .unit = "",
+         .text =
+             "spherical: two points stay together; hinge: and an axis; fixed: and both frames; side_by_side: sides of "
+             "neighbouring elements; tip_to_side: an end and the nearest side, as a hinge about the end's own axis",
+         .required = true},
+        kind, joint_names);
     f.visit({.name = "between",
              .unit = "",
              .text = "two groups outside assemblies, or of one assembly; or twice the same",
              .required = true},
             between);
-    f.choice(
-        {.name = "pairs",
-         .unit = "",
-         .text = "spherical, hinge, fixed: which rods are joined, by their numbers in a copy: i and i, i and i + 1, or listed"},
-        pairs, joint_pairs_names);
+    f.choice({.name = "pairs",
+              .unit = "",
+              .text = "spherical, hinge, fixed: which rods are joined, by their numbers in a copy: i and i, i and i + "
+                      "1, or listed"},
+             pairs, joint_pairs_names);
     f.visit({.name = "first", .unit = "-", .text = "listed: numbers of rods of the first group", .at_least = 0}, first);
-    f.visit({.name = "second", .unit = "-", .text = "listed: numbers of rods of the second group", .at_least = 0}, second);
-    f.visit({.name = "at",
-             .unit = "-",
-             .text = "where both are joined, over their length: 0 is the start, 1 the end; a body is joined where the rod is; "
-                     "tip_to_side: 0 or 1, the end of the first",
-             .at_least = 0,
-             .at_most = 1},
-            at);
-    f.visit({.name = "axis", .unit = "-", .text = "hinge: direction at the start, in the axes of the assembly"}, axis);
+    f.visit({.name = "second", .unit = "-", .text = "listed: numbers of rods of the second group", .at_least = 0},
+            second);
     f.visit(
-        {.name = "gap",
-         .unit = "m",
-         .text = "side_by_side: elements are joined whose surfaces are at most so far apart at the start; 0: 1 % of their radii",
-         .at_least = 0},
-        gap);
-    f.visit({.name = "stiffness",
-             .unit = "N/m",
-             .text = "k, of the spring between both points; of all kinds but fixed by number. \"auto\", of fixed joints: the "
-                     "two places are one node, and the halves of elements beside it bend and twist as within a rod (docs/theory.md "
-                     "22)",
-             .above = 0},
-            law.stiffness);
+        {.name = "at",
+         .unit = "-",
+         .text =
+             "where both are joined, over their length: 0 is the start, 1 the end; a body is joined where the rod is; "
+             "tip_to_side: 0 or 1, the end of the first",
+         .at_least = 0,
+         .at_most = 1},
+        at);
+    f.visit({.name = "axis", .unit = "-", .text = "hinge: direction at the start, in the axes of the assembly"}, axis);
+    f.visit({.name = "gap",
+             .unit = "m",
+             .text = "side_by_side: elements are joined whose surfaces are at most so far apart at the start; 0: 1 % "
+                     "of their radii",
+             .at_least = 0},
+            gap);
+    f.visit(
+        {.name = "stiffness",
+         .unit = "N/m",
+         .text =
+             "k, of the spring between both points; of all kinds but fixed by number. \"auto\", of fixed joints: the "
+             "two places are one node, and the halves of elements beside it bend and twist as within a rod "
+             "(docs/theory.md "
+             "22)",
+         .above = 0},
+        law.stiffness);
     f.visit({.name = "damping", .unit = "N s/m", .text = "of their relative velocity", .at_least = 0}, law.damping);
     f.visit({.name = "torsional_stiffness",
              .unit = "N m/rad",
-             .text =
-                 "hinge, fixed, tip_to_side: of the spring that turns back; a fixed joint with stiffness = \"auto\" has it only "
-                 "where it is given, in the place of the half elements",
+             .text = "hinge, fixed, tip_to_side: of the spring that turns back; a fixed joint with stiffness = "
+                     "\"auto\" has it only "
+                     "where it is given, in the place of the half elements",
              .at_least = 0},
             law.torsional_stiffness);
     f.visit({.name = "torsional_damping",
@@ -57,7 +65,8 @@ void JointSpec::fields(FieldVisitor& f) {
             law.torsional_damping);
     f.visit({.name = "repulsion",
              .unit = "N/m^1.5",
-             .text = "side_by_side, tip_to_side: k_r of a force k_r d^1.5 that parts elements whose centres are by d closer than "
+             .text = "side_by_side, tip_to_side: k_r of a force k_r d^1.5 that parts elements whose centres are by d "
+                     "closer than "
                      "at the start",
              .at_least = 0},
             law.repulsion);

@@ -9,8 +9,9 @@
 
 namespace skein {
 
-/// spherical: two points stay together. hinge: so do two directions. fixed: so do both frames. side_by_side: the sides of elements
-/// that lie beside each other. tip_to_side: an end of a rod and the side of another, and the direction of the end.
+/// spherical: two points stay together. hinge: so do two directions. fixed: so do both frames. side_by_side: the sides
+/// of elements that lie beside each other. tip_to_side: an end of a rod and the side of another, and the direction of
+/// the end.
 enum class JointKind { spherical, hinge, fixed, side_by_side, tip_to_side };
 inline constexpr std::string_view joint_names[] = {"spherical", "hinge", "fixed", "side_by_side", "tip_to_side"};
 
@@ -18,7 +19,8 @@ inline constexpr std::string_view joint_names[] = {"spherical", "hinge", "fixed"
 enum class JointPairs { same, next, listed };
 inline constexpr std::string_view joint_pairs_names[] = {"same", "next", "listed"};
 
-/// Springs and dashpots of a joint.                                                                      theory.md (69)-(72)
+/// Springs and dashpots of a joint.                                                                      theory.md
+/// (69)-(72)
 struct JointLaw {
     double stiffness = 0;           ///< k, N/m
     double damping = 0;             ///< nu, N s/m
@@ -37,7 +39,7 @@ struct JointSpec {
     std::vector<long> first, second; ///< listed: numbers of rods
     std::vector<double> at{1, 0};    ///< places on both, over the length; of a body unused
     Vec3d axis{0, 0, 0};             ///< of a hinge, at the start, in the axes of the assembly
-    double gap = 0;                  ///< m: elements whose surfaces are farther apart are not side by side; 0: 1 % of their radii
+    double gap = 0; ///< m: elements whose surfaces are farther apart are not side by side; 0: 1 % of their radii
     JointLaw law;
     std::string source; ///< file:line of the table, for messages
 

@@ -20,7 +20,9 @@ constexpr double same_place = 1e-6; // of an element's length: what is left of n
 Quaterniond inverse(const Quaterniond& q) { return {q.w, -1.0 * q.v}; }
 
 Mat3d operator+(const Mat3d& a, const Mat3d& b) { return {a.d1 + b.d1, a.d2 + b.d2, a.d3 + b.d3}; }
-Mat3d transposed(const Mat3d& m) { return {{m.d1.x, m.d2.x, m.d3.x}, {m.d1.y, m.d2.y, m.d3.y}, {m.d1.z, m.d2.z, m.d3.z}}; }
+Mat3d transposed(const Mat3d& m) {
+    return {{m.d1.x, m.d2.x, m.d3.x}, {m.d1.y, m.d2.y, m.d3.y}, {m.d1.z, m.d2.z, m.d3.z}};
+}
 Mat3d product(const Mat3d& a, const Mat3d& b) {
     const Mat3d columns = transposed(b);
     const auto row = [&](const Vec3d& r) { return Vec3d{dot(r, columns.d1), dot(r, columns.d2), dot(r, columns.d3)}; };
@@ -66,7 +68,8 @@ public:
             table_ = &table;
             const Side a = side(joint.first), b = side(joint.second);
             if (a.body && b.body)
-                refuse("joins two bodies, between which nothing bends: give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad]");
+                refuse("joins two bodies, between which nothing bends: give 'stiffness' [N/m] and "
+                       "'torsional_stiffness' [N m/rad]");
             if (a.node_held && b.node_held) refuse(fmt::format("joins two places that are held: leave it out"));
             hub(a, b);
             if (turns_by_half_cells(table)) star(a, b, joint);
@@ -93,16 +96,17 @@ private:
     };
 
     [[noreturn]] void refuse(const std::string& what) const {
-        throw InputError(
-            fmt::format("{}: the joint between '{}' and '{}' {}", table_->source, table_->between[0], table_->between[1], what));
+        throw InputError(fmt::format("{}: the joint between '{}' and '{}' {}", table_->source, table_->between[0],
+                                     table_->between[1], what));
     }
     const RodGroup& group(int g) const { return groups_[static_cast<std::size_t>(g)]; }
 
     /// Numbers of the springs that come nearest to the missing cell.
     std::string springs(const RodGroup& g, int element) const {
         const ElementConstants& e = g.element[static_cast<std::size_t>(element)];
-        return fmt::format("stiffness = {:.3g} [N/m] and torsional_stiffness = {:.3g} [N m/rad], which are of first order",
-                           e.stiffness.z * e.inv_rest_length, std::min(e.bending.x, e.bending.y) * e.inv_rest_length);
+        return fmt::format(
+            "stiffness = {:.3g} [N/m] and torsional_stiffness = {:.3g} [N m/rad], which are of first order",
+            e.stiffness.z * e.inv_rest_length, std::min(e.bending.x, e.bending.y) * e.inv_rest_length);
     }
 
     Side side(const JointEnd& end) const {
@@ -121,13 +125,14 @@ private:
                 if (k < end.element) before += g.element[static_cast<std::size_t>(k)].rest_length;
                 length += g.element[static_cast<std::size_t>(k)].rest_length;
             }
-            refuse(fmt::format(
-                "is between two nodes of '{}': with stiffness = \"auto\" 'at' is at a node, here {:.6g} or {:.6g}; or give {}",
-                g.name(), before / length, (before + e.rest_length) / length, springs(g, end.element)));
+            refuse(fmt::format("is between two nodes of '{}': with stiffness = \"auto\" 'at' is at a node, here {:.6g} "
+                               "or {:.6g}; or give {}",
+                               g.name(), before / length, (before + e.rest_length) / length, springs(g, end.element)));
         }
         if (norm(end.arm) > same_place * e.rest_length)
-            refuse(fmt::format("has its place {:.3g} m off the axis of '{}': with stiffness = \"auto\" axes meet; or give {}",
-                               norm(end.arm), g.name(), springs(g, end.element)));
+            refuse(fmt::format(
+                "has its place {:.3g} m off the axis of '{}': with stiffness = \"auto\" axes meet; or give {}",
+                norm(end.arm), g.name(), springs(g, end.element)));
         Side s{.group = end.group, .rod = end.rod, .node = end.element + (after ? 1 : 0)};
         if (g.closed()) s.node %= n;
         s.inner = g.closed() || (s.node > 0 && s.node < n);
@@ -141,9 +146,9 @@ private:
             if (g.slides(s.node))
                 refuse(fmt::format("is at an end of '{}' that slides: give {}", g.name(), springs(g, end.element)));
             if (takes_end_weights(spec))
-                refuse(fmt::format(
-                    "is at an end of '{}' with end_weights = \"gregory\", which are for ends where nothing goes on: leave them out",
-                    g.name()));
+                refuse(fmt::format("is at an end of '{}' with end_weights = \"gregory\", which are for ends where "
+                                   "nothing goes on: leave them out",
+                                   g.name()));
         }
         s.node_held = g.holds_node(s.node), s.element_held = !s.inner && g.holds_element(s.element);
         const Hold& hold = spec.hold;
@@ -152,8 +157,8 @@ private:
                    axes.find('z') != std::string::npos;
         };
         const auto partly = [&] {
-            refuse(
-                fmt::format("is at a place of '{}' that is held in some directions: give {}", g.name(), springs(g, end.element)));
+            refuse(fmt::format("is at a place of '{}' that is held in some directions: give {}", g.name(),
+                               springs(g, end.element)));
         };
         if (holds(hold.nodes, s.node, g.closed() ? n : n + 1)) {
             if (!all(hold.directions)) partly();
@@ -168,8 +173,8 @@ private:
     }
 
     /// The set that a place is in; a new one where it is in none.
-    template <class Key>
-    std::size_t set_of(std::vector<Set>& sets, std::map<Key, std::size_t>& place, const Key& key, const Side& side) const {
+    template <class Key> std::size_t set_of(std::vector<Set>& sets, std::map<Key, std::size_t>& place, const Key& key,
+                                            const Side& side) const {
         const auto [at, fresh] = place.try_emplace(key, sets.size());
         if (fresh) sets.push_back({{side}, table_});
         return at->second;
@@ -186,7 +191,8 @@ private:
     }
 
     void hub(const Side& a, const Side& b) {
-        const std::size_t of_a = set_of(hubs_, place_of_hub_, a.key(), a), of_b = set_of(hubs_, place_of_hub_, b.key(), b);
+        const std::size_t of_a = set_of(hubs_, place_of_hub_, a.key(), a),
+                          of_b = set_of(hubs_, place_of_hub_, b.key(), b);
         if (a.body || b.body) arm_[(a.body ? b : a).key()] = (a.body ? a : b).arm;
         unite(hubs_, place_of_hub_, of_a, of_b);
     }
@@ -215,13 +221,15 @@ private:
         std::vector<Side> sides = set.sides;
         const auto leads = [held](const Side& s) { return s.body || s.*held; };
         if (std::count_if(sides.begin(), sides.end(), leads) > 1)
-            refuse(std::string(fault) + ": give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad] to one of the joints");
+            refuse(std::string(fault) +
+                   ": give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad] to one of the joints");
         std::stable_sort(sides.begin(), sides.end(), [&](const Side& a, const Side& b) { return leads(a) > leads(b); });
         return sides;
     }
 
     Hub finished_hub(const Set& set) {
-        const std::vector<Side> sides = led_by(set, &Side::node_held, "makes one node of places that two bodies or two holds have");
+        const std::vector<Side> sides =
+            led_by(set, &Side::node_held, "makes one node of places that two bodies or two holds have");
         Hub hub{.members = {}, .body = sides.front().body, .held = sides.front().node_held};
         // Nodes that reach a body through other nodes stand where those do.
         Vec3d arm{0, 0, 0};
@@ -229,13 +237,17 @@ private:
             if (const auto at = arm_.find(s.key()); at != arm_.end()) arm = at->second;
         for (const Side& s : sides) {
             const auto at = arm_.find(s.key());
-            hub.members.push_back({s.group, s.rod, s.node, s.body ? Vec3d{0, 0, 0} : at != arm_.end() ? at->second : arm});
+            hub.members.push_back({s.group, s.rod, s.node,
+                                   s.body             ? Vec3d{0, 0, 0}
+                                   : at != arm_.end() ? at->second
+                                                      : arm});
         }
         return hub;
     }
 
     Star finished_star(const Set& set) {
-        const std::vector<Side> sides = led_by(set, &Side::element_held, "makes half cells meet where two bodies or holds are");
+        const std::vector<Side> sides =
+            led_by(set, &Side::element_held, "makes half cells meet where two bodies or holds are");
         Star star{.members = {}, .rigid = sides.front().body || sides.front().element_held};
         const Quaterniond first = start_frame(sides.front());
         Mat3d sum{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
@@ -272,10 +284,13 @@ private:
         for (Star::Member& m : star.members) {
             m.share = m.length / lengths;
             m.to_frame = star.rigid ? diagonal({0, 0, 0}) : product(frame, m.to_frame);
-            if (!star.rigid || m.length > 0) { // against the frame, of the others' inertia as good as rigid: no more than its own
+            if (!star.rigid ||
+                m.length > 0) { // against the frame, of the others' inertia as good as rigid: no more than its own
                 const Mat3d in_frame = product(product(transposed(m.turn), diagonal(m.stiffness)), m.turn);
                 if (star.rigid) star.largest = std::max(star.largest, bound(in_frame));
-                else star.largest = std::max(star.largest, bound(product(in_frame, product(frame, sum + scaled(in_frame, -1)))));
+                else
+                    star.largest =
+                        std::max(star.largest, bound(product(in_frame, product(frame, sum + scaled(in_frame, -1)))));
             }
         }
         return star;
@@ -318,7 +333,8 @@ private:
 
 } // namespace
 
-Junctions junctions_of(std::span<const JointSpec> tables, std::span<const Joint> joints, std::span<const RodGroup> groups) {
+Junctions junctions_of(std::span<const JointSpec> tables, std::span<const Joint> joints,
+                       std::span<const RodGroup> groups) {
     return Builder(tables, joints, groups).build();
 }
 

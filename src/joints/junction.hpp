@@ -1,5 +1,5 @@
-// Joints of kind fixed with stiffness = "auto" as what they are together: nodes that are one (hubs), and half cells that meet in
-// one turning frame (stars).                                                                                  theory.md (73a)-(73e)
+// Joints of kind fixed with stiffness = "auto" as what they are together: nodes that are one (hubs), and half cells
+// that meet in one turning frame (stars). theory.md (73a)-(73e)
 #pragma once
 
 #include "joints/joint_list.hpp"
@@ -11,7 +11,9 @@ namespace skein {
 
 /// Such a joint has one common node. It turns by half cells too, unless the scene gives it a torsional spring.
 inline bool shares_node(const JointSpec& spec) { return spec.kind == JointKind::fixed && spec.law.stiffness == 0; }
-inline bool turns_by_half_cells(const JointSpec& spec) { return shares_node(spec) && spec.law.torsional_stiffness == 0; }
+inline bool turns_by_half_cells(const JointSpec& spec) {
+    return shares_node(spec) && spec.law.torsional_stiffness == 0;
+}
 /// True where a table has springs or dashpots besides.
 inline bool has_springs(const JointSpec& spec) {
     return !shares_node(spec) || spec.law.damped() || spec.law.torsional_stiffness > 0;
@@ -30,23 +32,24 @@ struct Hub {
     bool held = false; ///< the first does not move by loads
 };
 
-/// Half cells that meet in a place. Element i turns against the first by log(Q_i (C_i Q_0)^T); moments of the half cells add up to
-/// none in a frame between them that has no inertia, unless the first is rigid: then that is the frame. A cell that a rod has
-/// itself is taken off by a star of negative stiffnesses.
+/// Half cells that meet in a place. Element i turns against the first by log(Q_i (C_i Q_0)^T); moments of the half
+/// cells add up to none in a frame between them that has no inertia, unless the first is rigid: then that is the frame.
+/// A cell that a rod has itself is taken off by a star of negative stiffnesses.
 struct Star {
     struct Member {
         int group;
         std::int64_t rod;
         int element;
-        double side;      ///< 1: the element is after the place, -1: before it, 0: of an inner node, whose own cell has its muscles
-        Quaterniond rest; ///< C_i
-        Mat3d turn;       ///< C_i as a matrix
-        Vec3d stiffness;  ///< K_i = 2 B/l, N m/rad; 0 of a rigid first
-        Vec3d compliance; ///< l/2B
-        Vec3d rest_turn;  ///< of the half cell against that of the start, outwards, rad
-        Mat3d to_frame;   ///< A_i: what it turns the frame by
-        double length;    ///< of the element, m; 0 of a rigid first
-        double share;     ///< in the dilatation of the joint
+        double side; ///< 1: the element is after the place, -1: before it, 0: of an inner node, whose own cell has its
+                     ///< muscles
+        Quaterniond rest;    ///< C_i
+        Mat3d turn;          ///< C_i as a matrix
+        Vec3d stiffness;     ///< K_i = 2 B/l, N m/rad; 0 of a rigid first
+        Vec3d compliance;    ///< l/2B
+        Vec3d rest_turn;     ///< of the half cell against that of the start, outwards, rad
+        Mat3d to_frame;      ///< A_i: what it turns the frame by
+        double length;       ///< of the element, m; 0 of a rigid first
+        double share;        ///< in the dilatation of the joint
         double rest_stretch; ///< e0
     };
     std::vector<Member> members;
@@ -65,8 +68,9 @@ struct Junctions {
 
 inline constexpr std::size_t most_members = 16;
 
-/// Junctions of a copy of an assembly, whose joints these are. Throws InputError, with the line of the table and a cure, where a
-/// place is between nodes or off a rod's axis, or where two things hold it.
-Junctions junctions_of(std::span<const JointSpec> tables, std::span<const Joint> joints, std::span<const RodGroup> groups);
+/// Junctions of a copy of an assembly, whose joints these are. Throws InputError, with the line of the table and a
+/// cure, where a place is between nodes or off a rod's axis, or where two things hold it.
+Junctions junctions_of(std::span<const JointSpec> tables, std::span<const Joint> joints,
+                       std::span<const RodGroup> groups);
 
 } // namespace skein

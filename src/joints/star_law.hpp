@@ -1,8 +1,9 @@
-// Half cells of two or more elements that meet in a place, as one cell between them.                          theory.md (73a)-(73c)
-//   phi_i = log(Q_i (C_i Q_0)^T), phi_0 = 0;  s_i = phi_i - psi_i - C_i theta;  tau_i = f(E) K_i s_i;  theta such that sum C_i^T
-//   tau_i = 0 on i        a/2 - b,  a = phi_i x tau_i,  b = tau_i + g(phi_i) phi_i x a;       on 0   C_i^T (b + a/2), as a cell's
-//   tension     of the law, from E = sum l_i e_i/sum l_i, on all elements
-//   muscles     m_i at the end of element i: -m_i - K_i C_i theta_m is added to tau_i, theta_m alike
+// Half cells of two or more elements that meet in a place, as one cell between them.                          theory.md
+// (73a)-(73c)
+//   phi_i = log(Q_i (C_i Q_0)^T), phi_0 = 0;  s_i = phi_i - psi_i - C_i theta;  tau_i = f(E) K_i s_i;  theta such that
+//   sum C_i^T tau_i = 0 on i        a/2 - b,  a = phi_i x tau_i,  b = tau_i + g(phi_i) phi_i x a;       on 0   C_i^T (b
+//   + a/2), as a cell's tension     of the law, from E = sum l_i e_i/sum l_i, on all elements muscles     m_i at the
+//   end of element i: -m_i - K_i C_i theta_m is added to tau_i, theta_m alike
 // psi_i: rest curvature of the half cell less that of the start; K_i = 2 B_i/l_i. A rigid first one has theta = 0.
 #pragma once
 
@@ -33,14 +34,15 @@ template <class P> SKEIN_INLINE Vec3<P> times(const Mat3d& m, const Vec3<P>& v) 
     return {row(m.d1), row(m.d2), row(m.d3)};
 }
 template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Mat3d& m, const Vec3<P>& v) {
-    return {fma(P(m.d1.x), v.x, fma(P(m.d2.x), v.y, P(m.d3.x) * v.z)), fma(P(m.d1.y), v.x, fma(P(m.d2.y), v.y, P(m.d3.y) * v.z)),
+    return {fma(P(m.d1.x), v.x, fma(P(m.d2.x), v.y, P(m.d3.x) * v.z)),
+            fma(P(m.d1.y), v.x, fma(P(m.d2.y), v.y, P(m.d3.y) * v.z)),
             fma(P(m.d1.z), v.x, fma(P(m.d2.z), v.y, P(m.d3.z) * v.z))};
 }
 } // namespace detail
 
 /// Loads of a star on its elements; adds to `energy` that of its half cells, J, where it is not null.
-template <class L, int W> void star_loads(const Star& star, bool muscles, const StarElements<Pack<W>>& now, StarLoads<Pack<W>>& out,
-                                          Pack<W>* energy = nullptr) {
+template <class L, int W> void star_loads(const Star& star, bool muscles, const StarElements<Pack<W>>& now,
+                                          StarLoads<Pack<W>>& out, Pack<W>* energy = nullptr) {
     using P = Pack<W>;
     const std::size_t n = star.members.size();
     std::array<RelativeRotation<P>, most_members> turn;
@@ -78,8 +80,8 @@ template <class L, int W> void star_loads(const Star& star, bool muscles, const 
             } else { // one factor for all axes, that of bending
                 tau = both_factors(factor).bending * moment;
                 const P product = dot(per_length, moment), none(0.0);
-                tension = tension + L::bending_tension(Vec3<P>{product, none, none}, Vec3<P>{P(1.0), none, none}, factor,
-                                                       inv_dilatation, rest_stretch);
+                tension = tension + L::bending_tension(Vec3<P>{product, none, none}, Vec3<P>{P(1.0), none, none},
+                                                       factor, inv_dilatation, rest_stretch);
             }
         }
         if (energy) *energy = *energy + P(0.5) * dot(strain, tau);

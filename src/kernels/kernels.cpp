@@ -57,7 +57,8 @@ std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> grou
                                 const Threads& threads, Surroundings& around) {
     const Kernels& of_plan = kernels(plan.machine.lanes);
     std::vector<LocalRod> ordered;
-    for (const std::size_t i : order_of_tiles(groups, owned, of_plan.lanes, threads.count())) ordered.push_back(owned[i]);
+    for (const std::size_t i : order_of_tiles(groups, owned, of_plan.lanes, threads.count()))
+        ordered.push_back(owned[i]);
     around = make_surroundings(plan, groups, ordered, std::move(around.walls));
     return of_plan.make_rods(plan, groups, std::move(ordered), threads, around);
 }

@@ -1,5 +1,5 @@
-// Kernels of one level of instructions: what a run calls through pointers, all else of them being hidden from the rest of the
-// program (cmake/SkeinKernels.cmake). Nothing here depends on the width of packs.
+// Kernels of one level of instructions: what a run calls through pointers, all else of them being hidden from the rest
+// of the program (cmake/SkeinKernels.cmake). Nothing here depends on the width of packs.
 #pragma once
 
 #include "contact/contact_solver.hpp"
@@ -22,14 +22,15 @@ struct Kernels {
                                        const Threads& threads, Surroundings& around);
     std::unique_ptr<ContactSolver> (*make_contacts)(ContactScene scene, const Threads& threads);
     /// Throws InputError where Skein was built without the fluid.
-    std::unique_ptr<FlowSolver> (*make_flow)(const Communicator& comm, const Threads& threads, const FlowConstants& constants);
+    std::unique_ptr<FlowSolver> (*make_flow)(const Communicator& comm, const Threads& threads,
+                                             const FlowConstants& constants);
 };
 
 /// Of the level with so many lanes, or of the widest that this processor runs where that is less.
 const Kernels& kernels(int lanes);
 
-/// Rods of the plan's lanes in their start state, put in the order of their tiles. `groups` and `threads` must outlive them.
-/// `around` becomes what they share with interactions; walls that are there go on.
+/// Rods of the plan's lanes in their start state, put in the order of their tiles. `groups` and `threads` must outlive
+/// them. `around` becomes what they share with interactions; walls that are there go on.
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads, Surroundings& around);
 /// The same of rods by themselves.

@@ -3,7 +3,9 @@
 
 namespace skein {
 
-template std::unique_ptr<TilePass<SKEIN_WIDTH>> make_pass<SKEIN_WIDTH, Across<SKEIN_WIDTH>>(const Load&, const RodGroup&);
-template std::unique_ptr<TilePass<SKEIN_WIDTH>> make_pass<SKEIN_WIDTH, Along<SKEIN_WIDTH>>(const Load&, const RodGroup&);
+template std::unique_ptr<TilePass<SKEIN_WIDTH>> make_pass<SKEIN_WIDTH, Across<SKEIN_WIDTH>>(const Load&,
+                                                                                            const RodGroup&);
+template std::unique_ptr<TilePass<SKEIN_WIDTH>> make_pass<SKEIN_WIDTH, Along<SKEIN_WIDTH>>(const Load&,
+                                                                                           const RodGroup&);
 
 } // namespace skein

@@ -1,5 +1,5 @@
-// From a pass of the plan (scene/program.hpp) to one that runs over tiles, at one width: the one place where run-time choices of
-// the scene become template arguments.
+// From a pass of the plan (scene/program.hpp) to one that runs over tiles, at one width: the one place where run-time
+// choices of the scene become template arguments.
 #pragma once
 
 #include "contact/wall_pass.hpp"
@@ -29,7 +29,8 @@ inline KicksOfGroup kicks_of(const pass::Kick& kick, const GroupPlan& plan, cons
                              double dt) {
     KicksOfGroup kicks;
     const DampingRates rates = damping_rates(group, plan.damping);
-    for (const double share : scheme.kicks) kicks.emplace_back(group, rates, share * (kick.share * dt), plan.damping_scheme);
+    for (const double share : scheme.kicks)
+        kicks.emplace_back(group, rates, share * (kick.share * dt), plan.damping_scheme);
     return kicks;
 }
 
@@ -83,8 +84,9 @@ public:
     Made operator()(pass::Unstrained) const { return std::make_unique<UnstrainedPass<W>>(); }
     Made operator()(const pass::Elastic& p) const {
         if (p.law == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(parts_.group));
-        return with_energy_law(
-            p.law, [&]<class L>(L) -> Made { return std::make_unique<ElasticPass<L, W>>(ends_of(parts_.group), parts_.moving); });
+        return with_energy_law(p.law, [&]<class L>(L) -> Made {
+            return std::make_unique<ElasticPass<L, W>>(ends_of(parts_.group), parts_.moving);
+        });
     }
     Made operator()(pass::AuditInner) const {
         return with_energy_law(parts_.group.law(), [&]<class L>(L) -> Made {
@@ -99,7 +101,8 @@ public:
         return std::make_unique<TakeLoadsPass<W>>(parts_.around.exposure, parts_.around.loads);
     }
     Made operator()(pass::TakeSurfaceLoads) const {
-        return std::make_unique<TakeSurfaceLoadsPass<W>>(parts_.around.exposure, parts_.around.loads, *parts_.group.body());
+        return std::make_unique<TakeSurfaceLoadsPass<W>>(parts_.around.exposure, parts_.around.loads,
+                                                         *parts_.group.body());
     }
     Made operator()(pass::FeelFluid) const {
         return std::make_unique<FluidLoadPass<W>>(parts_.around.fluid, parts_.group, *parts_.plan.inertia_in_fluid);
@@ -109,7 +112,8 @@ public:
     Made operator()(const pass::Kick& p) const {
         KicksOfGroup kicks = kicks_of(p, parts_.plan, parts_.group, parts_.scheme, parts_.dt);
         if (p.kind == KickKind::elastica) return std::make_unique<KickPass<KickKind::elastica, W>>(std::move(kicks));
-        return with_kick(p.kind, [&]<KickKind Kind>() -> Made { return std::make_unique<KickPass<Kind, W>>(std::move(kicks)); });
+        return with_kick(
+            p.kind, [&]<KickKind Kind>() -> Made { return std::make_unique<KickPass<Kind, W>>(std::move(kicks)); });
     }
     Made operator()(pass::NoteForces) const { return std::make_unique<NoteForcesPass<W>>(); }
     Made operator()(const pass::Relax& p) const {
@@ -147,7 +151,8 @@ public:
 
     Made operator()(const pass::Drift& p) const {
         return with_top(p.top, []<class Top>(Top) -> Made {
-            if constexpr (std::is_same_v<Top, EllipticTopOfEach>) throw std::logic_error("tops of each element's own, in a family");
+            if constexpr (std::is_same_v<Top, EllipticTopOfEach>)
+                throw std::logic_error("tops of each element's own, in a family");
             else return std::make_unique<DriftPass<Top, W, Map>>();
         });
     }
@@ -155,16 +160,22 @@ public:
     Made operator()(const pass::Elastic& p) const {
         Ends ends;
         for (const RodGroup* group : family_) ends.start_wall |= ends_of(*group).start_wall;
-        return with_energy_law(p.law, [&]<class L>(L) -> Made { return std::make_unique<ElasticPass<L, W, Map>>(ends); });
+        return with_energy_law(p.law,
+                               [&]<class L>(L) -> Made { return std::make_unique<ElasticPass<L, W, Map>>(ends); });
     }
-    Made operator()(const pass::ApplyLoad& p) const { return make_pass<W, Map>(plan().loads[p.number], *family_.front()); }
+    Made operator()(const pass::ApplyLoad& p) const {
+        return make_pass<W, Map>(plan().loads[p.number], *family_.front());
+    }
     Made operator()(const pass::Kick& p) const {
         const Scheme scheme = scheme_of(plan_.integrator);
         std::map<int, KicksOfGroup> kicks;
-        for (const RodGroup* group : family_) kicks.emplace(group->id(), kicks_of(p, plan_of(*group), *group, scheme, plan_.dt));
+        for (const RodGroup* group : family_)
+            kicks.emplace(group->id(), kicks_of(p, plan_of(*group), *group, scheme, plan_.dt));
         std::function<KicksOfGroup(const RodGroup&)> of_rod;
         if (family_.front()->sized())
-            of_rod = [p, one = plan(), scheme, dt = plan_.dt](const RodGroup& rod) { return kicks_of(p, one, rod, scheme, dt); };
+            of_rod = [p, one = plan(), scheme, dt = plan_.dt](const RodGroup& rod) {
+                return kicks_of(p, one, rod, scheme, dt);
+            };
         return with_kick(p.kind, [&]<KickKind Kind>() -> Made {
             return std::make_unique<KickAlongPass<Kind, W>>(std::move(kicks), std::move(of_rod));
         });

@@ -34,13 +34,17 @@ inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, 
             .lengths = scheme.kicks.size()};
 }
 
-template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups, std::vector<LocalRod> owned,
-                                                    const Threads& threads, Surroundings& around) {
+template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups,
+                                                    std::vector<LocalRod> owned, const Threads& threads,
+                                                    Surroundings& around) {
     std::vector<TileProgram<W>> programs;
     std::vector<std::shared_ptr<EnergyBudget<W>>> audits;
     for (std::size_t g = 0; g < groups.size(); ++g) {
-        PassParts<W> parts{
-            .plan = plan.groups[g], .group = groups[g], .scheme = scheme_of(plan.integrator), .dt = plan.dt, .around = around};
+        PassParts<W> parts{.plan = plan.groups[g],
+                           .group = groups[g],
+                           .scheme = scheme_of(plan.integrator),
+                           .dt = plan.dt,
+                           .around = around};
         if (plan.groups[g].walls) parts.walls = std::make_shared<WallContactTiles<W>>(*around.walls, groups[g]);
         if (plan.audit) parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g]));
         if (groups[g].spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(groups[g]);
@@ -66,10 +70,11 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
         const Junctions junctions = junctions_of(plan.joints, of_copy, groups);
         KickGains gains;
         if (!junctions.empty()) kicks.clear(), gains = kick_gains(plan, groups, kicks);
-        joints.push_back(std::make_unique<JointsOfCluster<W>>(plan.joints, of_copy, groups, static_cast<int>(a), junctions, gains));
+        joints.push_back(
+            std::make_unique<JointsOfCluster<W>>(plan.joints, of_copy, groups, static_cast<int>(a), junctions, gains));
     }
-    return std::make_unique<RodTiles<W>>(groups, std::move(owned), tiling, std::move(programs), threads, std::move(audits),
-                                         step_watch(plan), std::move(joints));
+    return std::make_unique<RodTiles<W>>(groups, std::move(owned), tiling, std::move(programs), threads,
+                                         std::move(audits), step_watch(plan), std::move(joints));
 }
 
 } // namespace skein

@@ -40,8 +40,8 @@ template <class Map, int W> bool valid(const RodTile<W>& tile) {
         least = min(least, e);
         most = max(most, e);
         if constexpr (Map::along) {
-            half_cosine =
-                select(tile.strands->cell[k].inner, min(half_cosine, abs(dot(s.director, tile.slot[k + 1].director))), half_cosine);
+            half_cosine = select(tile.strands->cell[k].inner,
+                                 min(half_cosine, abs(dot(s.director, tile.slot[k + 1].director))), half_cosine);
         } else {
             if (k == cell_count(*tile.group)) break;
             half_cosine = min(half_cosine, abs(dot(s.director, tile.slot[(k + 1) % tile.n].director)));
@@ -49,8 +49,8 @@ template <class Map, int W> bool valid(const RodTile<W>& tile) {
     }
     const Vec3<P> end = tile.slot[tile.last].position + tile.slot[tile.last].velocity;
     zero = fma(end.x + end.y + end.z, P(0.0), zero);
-    const auto good =
-        (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < most_dilatation(tile)) & (half_cosine > P(least_half_cosine));
+    const auto good = (zero >= P(0.0)) & (least > P(least_dilatation)) & (most < most_dilatation(tile)) &
+                      (half_cosine > P(least_half_cosine));
     return !any(!good);
 }
 template <int W> bool valid(const RodTile<W>& tile) {
@@ -59,12 +59,13 @@ template <int W> bool valid(const RodTile<W>& tile) {
 
 } // namespace
 
-template <int W>
-RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
-                      std::vector<TileProgram<W>> programs, const Threads& threads,
-                      std::vector<std::shared_ptr<EnergyBudget<W>>> audits, StepWatch watch, JointsOfAssemblies<W> joints)
-    : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)), threads_(threads),
-      watch_(watch), joints_(std::move(joints)), reading_(static_cast<std::size_t>(threads.count())) {
+template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods,
+                                       const Tiling& tiling, std::vector<TileProgram<W>> programs,
+                                       const Threads& threads, std::vector<std::shared_ptr<EnergyBudget<W>>> audits,
+                                       StepWatch watch, JointsOfAssemblies<W> joints)
+    : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)),
+      threads_(threads), watch_(watch), joints_(std::move(joints)),
+      reading_(static_cast<std::size_t>(threads.count())) {
     std::vector<Boarding> boardings = lay_out(tiling);
     take_start_states(std::move(boardings));
 
@@ -78,12 +79,13 @@ RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> ro
     muscles_.resize(programs_.size());
     for (std::size_t p = 0; p < programs_.size(); ++p)
         for (const auto& pass : programs_[p].passes)
-            if (const auto* muscles = dynamic_cast<const MakesEndMoments<W>*>(pass.get())) muscles_[p].push_back(muscles);
+            if (const auto* muscles = dynamic_cast<const MakesEndMoments<W>*>(pass.get()))
+                muscles_[p].push_back(muscles);
     for (Cluster& cluster : clusters_) {
         most_joined = std::max(most_joined, cluster.slots);
-        cluster.muscles =
-            cluster.joints->wants_moments() && std::any_of(cluster.tiles.begin(), cluster.tiles.end(),
-                                                           [&](std::size_t t) { return !muscles_[tiles_[t].program].empty(); });
+        cluster.muscles = cluster.joints->wants_moments() &&
+                          std::any_of(cluster.tiles.begin(), cluster.tiles.end(),
+                                      [&](std::size_t t) { return !muscles_[tiles_[t].program].empty(); });
         if (cluster.muscles) most_tiles = std::max(most_tiles, cluster.tiles.size());
     }
     joined_.resize(scratch_.size()), moments_.resize(scratch_.size());
@@ -110,8 +112,8 @@ RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> ro
     };
 }
 
-template <int W> void RodTiles<W>::run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind,
-                                              const Step& step) const {
+template <int W> void RodTiles<W>::run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first,
+                                              std::size_t behind, const Step& step) const {
     const TilePasses<W>& program = programs_[tile.program].passes;
     for (std::size_t pass = first; pass < behind; ++pass) program[pass]->run(tile, load, step);
 }
@@ -153,18 +155,22 @@ template <int W> JoinedLoad<W>* RodTiles<W>::couple(const Cluster& cluster, cons
     return joined;
 }
 
-template <int W> const EndMoments<W>* RodTiles<W>::end_moments(const Cluster& cluster, const Step& step, int thread) const {
+template <int W>
+const EndMoments<W>* RodTiles<W>::end_moments(const Cluster& cluster, const Step& step, int thread) const {
     if (!cluster.muscles) return nullptr;
     EndMoments<W>* moments = moments_[static_cast<std::size_t>(thread)].data();
     for (std::size_t i = 0; i < cluster.tiles.size(); ++i) {
         const RodTile<W>& tile = tiles_[cluster.tiles[i]];
         moments[i] = {};
-        for (const MakesEndMoments<W>* muscles : muscles_[tile.program]) muscles->add_end_moments(tile, step, moments[i]);
+        for (const MakesEndMoments<W>* muscles : muscles_[tile.program])
+            muscles->add_end_moments(tile, step, moments[i]);
     }
     return moments;
 }
 
-template <int W> std::vector<std::string_view> RodTiles<W>::passes(std::size_t group) const { return programs_[group].names; }
+template <int W> std::vector<std::string_view> RodTiles<W>::passes(std::size_t group) const {
+    return programs_[group].names;
+}
 
 template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
     if (!valid(tile)) return false;
@@ -306,12 +312,13 @@ template <class Row> void at_least(std::vector<Row>& rows, std::size_t count) {
 
 } // namespace
 
-template <int W> void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy, double lag, double time, const LocalRod* rods,
-                                              Reading& reading) const {
+template <int W> void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy, double lag, double time,
+                                              const LocalRod* rods, Reading& reading) const {
     const RodTile<W> own = moved(tile, copy, lag, reading);
     const auto n = static_cast<std::size_t>(tile.n), slots = static_cast<std::size_t>(tile.last) + 1;
     at_least(reading.state, W * slots);
-    to_rows(&own.slot->position.x, slots * slot_doubles, reinterpret_cast<double*>(reading.state.data()), slots * slot_doubles);
+    to_rows(&own.slot->position.x, slots * slot_doubles, reinterpret_cast<double*>(reading.state.data()),
+            slots * slot_doubles);
     if (copy == Copy::canonical) reading.hash = hashes(tile, rods);
     if (!has_frames(copy)) return;
     at_least(reading.frames, W * n);
@@ -325,10 +332,12 @@ template <int W> void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy,
     at_least(reading.profiles, W * slots);
     rod_profile(own, time, reading.profile.data());
     constexpr std::size_t figures = sizeof(NodeProfile) / sizeof(double);
-    to_rows(&reading.profile[0].strain, slots * figures, reinterpret_cast<double*>(reading.profiles.data()), slots * figures);
+    to_rows(&reading.profile[0].strain, slots * figures, reinterpret_cast<double*>(reading.profiles.data()),
+            slots * figures);
 }
 
-template <int W> void RodTiles<W>::take_along(std::size_t i, Copy copy, double lag, double time, Reading& reading) const {
+template <int W>
+void RodTiles<W>::take_along(std::size_t i, Copy copy, double lag, double time, Reading& reading) const {
     const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
     const auto slots = static_cast<std::size_t>(group.slots());
     at_least(reading.state, slots);
@@ -343,19 +352,22 @@ template <int W> void RodTiles<W>::take_along(std::size_t i, Copy copy, double l
     if (copy != Copy::strained) return;
     at_least(reading.profiles, slots);
     const RodGroup& own = group.sized() ? own_group(reading, 0, group, local_[i].index) : group;
-    rod_profile(tile_of(own, state, local_[i].index), time, reinterpret_cast<NodeProfileOf<Pack<1>>*>(reading.profiles.data()));
+    rod_profile(tile_of(own, state, local_[i].index), time,
+                reinterpret_cast<NodeProfileOf<Pack<1>>*>(reading.profiles.data()));
 }
 
-template <int W>
-void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time) const {
+template <int W> void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag,
+                                        const RodReader& reader, double time) const {
     const auto place = [&](std::size_t i) { return place_[rods[i]]; };
-    const auto same_tile = [&](std::size_t i) { return i > 0 && i < rods.size() && place(i).tile == place(i - 1).tile; };
+    const auto same_tile = [&](std::size_t i) {
+        return i > 0 && i < rods.size() && place(i).tile == place(i - 1).tile;
+    };
     const auto whole_tiles = [&](std::size_t i) {
         while (same_tile(i)) ++i;
         return std::min(i, rods.size());
     };
-    // Rods of a task, and the rest of their last tile. Where rods are few, readers take longer than copies: threads share tiles,
-    // and each copies a tile for itself.
+    // Rods of a task, and the rest of their last tile. Where rods are few, readers take longer than copies: threads
+    // share tiles, and each copies a tile for itself.
     const std::size_t batch = std::clamp<std::size_t>(rods.size() / reading_.size(), 1, 16);
     const auto begin_of = [&](std::size_t task) {
         return batch < W ? std::min(task * batch, rods.size()) : whole_tiles(task * batch);
@@ -366,9 +378,11 @@ void RodTiles<W>::read(std::span<const std::size_t> rods, Copy copy, double lag,
         for (std::size_t i = begin; i < end; ++i) {
             const RodTile<W>& tile = tiles_[place(i).tile];
             const RodGroup& group = groups_[static_cast<std::size_t>(local_[rods[i]].group)];
-            const auto slots = static_cast<std::size_t>(group.slots()), elements = static_cast<std::size_t>(group.elements());
+            const auto slots = static_cast<std::size_t>(group.slots()),
+                       elements = static_cast<std::size_t>(group.elements());
             if (tile.strands) take_along(rods[i], copy, lag, time, reading);
-            else if (i == begin || !same_tile(i)) take_apart(tile, copy, lag, time, &local_[first_rod_[place(i).tile]], reading);
+            else if (i == begin || !same_tile(i))
+                take_apart(tile, copy, lag, time, &local_[first_rod_[place(i).tile]], reading);
             const auto l = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
             RodCopy one{.state = std::span(reading.state).subspan(l * slots, slots), .hash = reading.hash[l]};
             if (copy == Copy::strained) one.profile = std::span(reading.profiles).subspan(l * slots, slots);
@@ -403,7 +417,8 @@ template <int W> std::uint64_t RodTiles<W>::digest() const {
     threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
         if (tiles_[t].strands) return;
         const auto all = hashes(tiles_[t], &local_[first_rod_[t]]);
-        for (int i = 0; i < tiles_[t].lanes; ++i) sums[static_cast<std::size_t>(thread)].sum += all[static_cast<std::size_t>(i)];
+        for (int i = 0; i < tiles_[t].lanes; ++i)
+            sums[static_cast<std::size_t>(thread)].sum += all[static_cast<std::size_t>(i)];
     });
     threads_.for_each(along_.size(), [&](std::size_t a, int thread) {
         Reading& reading = reading_[static_cast<std::size_t>(thread)];
@@ -446,8 +461,8 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
 }
 
 template <int W> std::size_t RodTiles<W>::bytes() const {
-    std::size_t bytes =
-        slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
+    std::size_t bytes = slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) +
+                        local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
     for (const auto& joined : joined_) bytes += joined.size() * sizeof(JoinedLoad<W>);
     for (const auto& audit : audits_) bytes += audit->bytes();
@@ -477,7 +492,8 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
 }
 
 template <int W> std::string RodTiles<W>::name_of(std::size_t i) const {
-    return "rod " + std::to_string(local_[i].index) + " of '" + groups_[static_cast<std::size_t>(local_[i].group)].name() + "', ";
+    return "rod " + std::to_string(local_[i].index) + " of '" +
+           groups_[static_cast<std::size_t>(local_[i].group)].name() + "', ";
 }
 
 template <int W> typename RodTiles<W>::NearLimit RodTiles<W>::nearest_limit() const {
@@ -515,7 +531,8 @@ template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, std
                     [&](const RodGroup& group) { return dissect(i, group, stages); });
 }
 
-template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, const RodGroup& group, std::span<const Step> stages) {
+template <int W>
+std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, const RodGroup& group, std::span<const Step> stages) {
     const auto [t, first] = place_[i];
     const RodTile<W>& tile = tiles_[t];
     SlotLoad<W>* load = scratch_[0].data();
@@ -537,7 +554,8 @@ template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, con
         for (std::size_t p = 0; p < effects.size(); ++p) {
             program.passes[p]->run(own, load, step);
             for (int k = 0; k < group.slots(); ++k) {
-                const auto [row, l] = tile.strands ? tile.strands->place(first, k) : typename Strands<W>::Place{k, first};
+                const auto [row, l] =
+                    tile.strands ? tile.strands->place(first, k) : typename Strands<W>::Place{k, first};
                 const auto at = static_cast<std::size_t>(k);
                 force[at] = lane(load[row].force, l), couple[at] = lane(load[row].couple, l);
             }

@@ -1,5 +1,5 @@
-// Rods at a fixed SIMD width: tiles of W rods of one group or of strands, each tile's slots contiguous and aligned, and per group
-// or family of groups the passes that make a step.
+// Rods at a fixed SIMD width: tiles of W rods of one group or of strands, each tile's slots contiguous and aligned, and
+// per group or family of groups the passes that make a step.
 #pragma once
 
 #include "mechanics/audit.hpp"
@@ -33,11 +33,12 @@ template <int W> using JointsOfAssemblies = std::vector<std::unique_ptr<ClusterJ
 
 template <int W> class RodTiles final : public Rods {
 public:
-    /// `rods` as order_of_tiles() has them; one program per group across, then one per family along; one audit per group or none at
-    /// all. `tiling`: of these rods. Rods take their start state.
+    /// `rods` as order_of_tiles() has them; one program per group across, then one per family along; one audit per
+    /// group or none at all. `tiling`: of these rods. Rods take their start state.
     RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
              std::vector<TileProgram<W>> programs, const Threads& threads,
-             std::vector<std::shared_ptr<EnergyBudget<W>>> audits = {}, StepWatch watch = {}, JointsOfAssemblies<W> joints = {});
+             std::vector<std::shared_ptr<EnergyBudget<W>>> audits = {}, StepWatch watch = {},
+             JointsOfAssemblies<W> joints = {});
 
     bool visit(std::span<const Step> steps, bool check) override;
     void visit_before(const Step& step) override;
@@ -51,7 +52,8 @@ public:
     RodPlace place(std::size_t i) const override { return {tiles_[place_[i].tile].number, place_[i].lane}; }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override;
-    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time) const override;
+    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader,
+              double time) const override;
     void figures(double time, double lag, std::span<RodFigures> out) const override;
     std::uint64_t digest() const override;
     void inspect(std::int64_t step, double dt) const override;
@@ -100,7 +102,8 @@ private:
     JoinedLoad<W>* couple(const Cluster& cluster, const Step& step, int thread) const;
     /// Moments of muscles at the ends of its rods; null where none act, or no joint goes on.
     const EndMoments<W>* end_moments(const Cluster& cluster, const Step& step, int thread) const;
-    void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind, const Step& step) const;
+    void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind,
+                    const Step& step) const;
     void take_start_states(std::vector<Boarding> boardings);
     void take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const;
     /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
@@ -123,7 +126,8 @@ private:
     /// A tile across as a copy has it: itself where nothing is moved.
     RodTile<W> moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const;
     /// Puts its rods together, and works frames and hashes out where asked.
-    void take_apart(const RodTile<W>& tile, Copy copy, double lag, double time, const LocalRod* rods, Reading& reading) const;
+    void take_apart(const RodTile<W>& tile, Copy copy, double lag, double time, const LocalRod* rods,
+                    Reading& reading) const;
     /// The same of one rod along.
     void take_along(std::size_t i, Copy copy, double lag, double time, Reading& reading) const;
     /// `group`: with the constants of rod i.

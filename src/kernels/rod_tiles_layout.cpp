@@ -18,15 +18,16 @@ template <int W> CopyTiling copy_tiling(const AssemblyGroups& assembly, std::spa
 }
 
 /// Of the tiles of each group that belongs to an assembly, in order; none of others.
-template <int W>
-std::vector<std::vector<int>> lanes_of_joined_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> rods, int threads) {
+template <int W> std::vector<std::vector<int>> lanes_of_joined_tiles(std::span<const RodGroup> groups,
+                                                                     std::span<const LocalRod> rods, int threads) {
     std::vector<std::vector<int>> lanes(groups.size());
     for (const AssemblyGroups& assembly : assemblies_of(groups)) {
         const CopyTiling tiling = copy_tiling<W>(assembly, rods, threads);
         for (const RodGroup* group : assembly.groups) {
             std::vector<int>& of_group = lanes[static_cast<std::size_t>(group->id())];
             const std::int64_t in_copy = group->rods_per_copy();
-            for (const int copies : tiling.across) of_group.insert(of_group.end(), static_cast<std::size_t>(in_copy), copies);
+            for (const int copies : tiling.across)
+                of_group.insert(of_group.end(), static_cast<std::size_t>(in_copy), copies);
             for (std::int64_t copy = 0; copy < tiling.within; ++copy)
                 for (std::int64_t left = in_copy; left > 0; left -= W)
                     of_group.push_back(static_cast<int>(std::min<std::int64_t>(left, W)));
@@ -89,7 +90,8 @@ template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_ou
             place_[i] = {tiles_.size(), l};
             l += pieces;
         }
-        open({.n = along.rows, .lanes = static_cast<int>(seats.size())}, groups_.size() + static_cast<std::size_t>(along.family));
+        open({.n = along.rows, .lanes = static_cast<int>(seats.size())},
+             groups_.size() + static_cast<std::size_t>(along.family));
     }
     for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
         if (tiles_of_program[p] == 0) programs_[p] = {};
@@ -165,7 +167,8 @@ const RodGroup& RodTiles<W>::own_group(Reading& reading, std::size_t place, cons
 template <int W>
 void RodTiles<W>::board(RodTile<W>& tile, Boarding& boarding, std::optional<Strands<W>>& strands, Reading& reading) {
     auto& [seats, rods] = boarding;
-    const RodGroup& group = *seats.front().group; // rods with sizes of their own share tiles with those of their group alone
+    const RodGroup& group =
+        *seats.front().group; // rods with sizes of their own share tiles with those of their group alone
     if (group.sized())
         for (std::size_t s = 0; s < seats.size(); ++s) seats[s].group = &own_group(reading, s, group, seats[s].index);
     strands.emplace(seats, tile.n);

@@ -18,8 +18,9 @@ struct Surroundings {
     std::shared_ptr<SlotLoads> loads;   ///< where rods feel each other
     std::shared_ptr<FluidLoads> fluid;  ///< where rods feel a fluid
     std::shared_ptr<Walls> walls;
-    std::shared_ptr<RelaxationResidual> residual;                   ///< where rods relax
-    std::vector<std::shared_ptr<const WallContacts>> wall_contacts; ///< by group, once the rods are made; null where no wall acts
+    std::shared_ptr<RelaxationResidual> residual; ///< where rods relax
+    std::vector<std::shared_ptr<const WallContacts>>
+        wall_contacts; ///< by group, once the rods are made; null where no wall acts
 };
 
 } // namespace skein

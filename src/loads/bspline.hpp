@@ -1,4 +1,5 @@
-// Cubic B-spline on [0, 1] with evenly spaced inner knots, clamped at both ends, as published muscles use it.   theory.md (40)
+// Cubic B-spline on [0, 1] with evenly spaced inner knots, clamped at both ends, as published muscles use it. theory.md
+// (40)
 #pragma once
 
 #include <algorithm>
@@ -8,7 +9,8 @@
 
 namespace skein {
 
-/// sum_i c_i N_i(s) by de Boor's recursion; `coefficients`: [m], m >= 4; s in [0, 1]. It passes through the first and the last.
+/// sum_i c_i N_i(s) by de Boor's recursion; `coefficients`: [m], m >= 4; s in [0, 1]. It passes through the first and
+/// the last.
 inline double cubic_bspline(std::span<const double> coefficients, double s) {
     const auto m = static_cast<int>(coefficients.size());
     const auto knot = [m](int i) { return std::clamp((i - 3) / static_cast<double>(m - 3), 0.0, 1.0); };
@@ -18,7 +20,8 @@ inline double cubic_bspline(std::span<const double> coefficients, double s) {
     for (int level = 1; level <= 3; ++level)
         for (int j = 3; j >= level; --j) {
             const double left = knot(span - 3 + j), right = knot(span + 1 + j - level), a = (s - left) / (right - left);
-            d[static_cast<std::size_t>(j)] = (1 - a) * d[static_cast<std::size_t>(j - 1)] + a * d[static_cast<std::size_t>(j)];
+            d[static_cast<std::size_t>(j)] =
+                (1 - a) * d[static_cast<std::size_t>(j - 1)] + a * d[static_cast<std::size_t>(j)];
         }
     return d[3];
 }

@@ -2,7 +2,8 @@
 //   uniform(c):      nu = c for velocity and spin                                         [1/s]
 //   legacy(c):       nu = c for velocity; spin decays at c m_k e_k/J_i about axis i       [1/s]   (published codes)
 //   physical(ct,cr): nu = ct/m_i for velocity; cr e_k/J_i for spin                        [kg/s], [kg m^2/s]
-//   laplacian(p, c): a filter in the middle of the kick: c for what alternates from node to node (loads/laplacian_filter.hpp) [1/s]
+//   laplacian(p, c): a filter in the middle of the kick: c for what alternates from node to node
+//   (loads/laplacian_filter.hpp) [1/s]
 #pragma once
 
 #include "mechanics/kick.hpp"
@@ -33,7 +34,8 @@ struct Damping {
         f.visit({.name = "rotational", .unit = "kg m^2/s", .text = "physical: cr", .at_least = 0}, rotational);
         f.visit({.name = "order",
                  .unit = "-",
-                 .text = "laplacian: p; waves of angle t from node to node decay at rate sin(t/2)^(2p): the higher, the more long "
+                 .text = "laplacian: p; waves of angle t from node to node decay at rate sin(t/2)^(2p): the higher, "
+                         "the more long "
                          "ones are spared",
                  .at_least = 0,
                  .at_most = 1000},

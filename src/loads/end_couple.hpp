@@ -1,9 +1,9 @@
-// Couples on the first and last elements, fixed in the lab or in the element's axes (a follower), with a ramp. theory.md
-// (33a)
+// Couples on the first and last elements, fixed in the lab or in the element's axes (a follower), with a ramp.
+// theory.md (33a)
 //   c_0 += r(t) Q_0 C_start,  c_{n-1} += r(t) Q_{n-1} C_end        [N m] body; C lab
 //   c_0 += r(t) C_start,      c_{n-1} += r(t) C_end                [N m] body; C body
-// The couple stands at the element's middle: the half cell between it and the end of the rod, which it would bend alike, is not
-// there. Turns of elements and curvatures of cells are those of the moment C all along the rod.
+// The couple stands at the element's middle: the half cell between it and the end of the rod, which it would bend
+// alike, is not there. Turns of elements and curvatures of cells are those of the moment C all along the rod.
 #pragma once
 
 #include "loads/load_frame.hpp"
@@ -25,7 +25,9 @@ struct EndCouple {
     void fields(FieldVisitor& f) {
         f.visit({.name = "start", .unit = "N m", .text = "couple on the first element"}, start);
         f.visit({.name = "end", .unit = "N m", .text = "couple on the last element"}, end);
-        f.choice({.name = "frame", .unit = "", .text = "of `start` and `end`: body turns with the element (a follower couple)"},
+        f.choice({.name = "frame",
+                  .unit = "",
+                  .text = "of `start` and `end`: body turns with the element (a follower couple)"},
                  frame, load_frame_names);
         ramp.fields(f);
     }
@@ -40,7 +42,8 @@ struct EndCouple {
     }
 
 private:
-    template <class Map, int W> void add_to(const RodTile<W>& rod, SlotLoad<W>* load, bool last, const Vec3d& couple) const {
+    template <class Map, int W>
+    void add_to(const RodTile<W>& rod, SlotLoad<W>* load, bool last, const Vec3d& couple) const {
         if constexpr (Map::along) {
             for (const Seat& seat : rod.strands->seats()) {
                 const auto [row, l] = rod.strands->place(seat.lane, last ? seat.group->elements() - 1 : 0);

@@ -5,15 +5,17 @@
 namespace skein {
 
 void FormulaLoad::fields(FieldVisitor& f) {
-    f.visit({.name = "force", .unit = "", .text = "three formulas: force, lab frame [N/m], or as `per` and `at` say"}, force);
+    f.visit({.name = "force", .unit = "", .text = "three formulas: force, lab frame [N/m], or as `per` and `at` say"},
+            force);
     f.visit({.name = "couple", .unit = "", .text = "three formulas: couple [N m/m], or as `per` and `at` say"}, couple);
+    f.choice({.name = "per",
+              .unit = "",
+              .text = "what the formulas are of: a metre of rest length, a kilogram [m/s^2], or the whole rod, shared "
+                      "by length [N]"},
+             per, formula_per_names);
     f.choice(
-        {.name = "per",
-         .unit = "",
-         .text = "what the formulas are of: a metre of rest length, a kilogram [m/s^2], or the whole rod, shared by length [N]"},
-        per, formula_per_names);
-    f.choice({.name = "at", .unit = "", .text = "on all of the rod, or on its first or last node (or element) alone [N]"}, at,
-             formula_at_names);
+        {.name = "at", .unit = "", .text = "on all of the rod, or on its first or last node (or element) alone [N]"},
+        at, formula_at_names);
     f.choice({.name = "frame", .unit = "", .text = "axes of `couple`: lab, or d1 d2 d3 of each element"}, frame,
              formula_frame_names);
 }
@@ -38,7 +40,8 @@ void FormulaLoad::check(RodSpecs groups, Objections& objections) const {
     if (at == FormulaAt::rod) return;
     for (const RodSpec* rods : groups)
         if (rods->shape.closed)
-            objections.add("at", "a load at an end needs rods with two ends, but those of group '" + rods->name + "' are rings");
+            objections.add("at", "a load at an end needs rods with two ends, but those of group '" + rods->name +
+                                     "' are rings");
 }
 
 std::string FormulaLoad::fault_at_start(const RodGroup& group) const {
@@ -58,12 +61,14 @@ double FormulaLoad::weight_over_mass(const RodGroup& group, int node) const {
 
 DragRate FormulaLoad::largest_rate(const RodGroup& group) const {
     if (!reading_) return {};
-    return steepest(*reading_, group, force_nodes_, Variable::vx, [&](int node) { return weight_over_mass(group, node); });
+    return steepest(*reading_, group, force_nodes_, Variable::vx,
+                    [&](int node) { return weight_over_mass(group, node); });
 }
 
 DragRate FormulaLoad::largest_stiffness(const RodGroup& group) const {
     if (!reading_) return {};
-    return steepest(*reading_, group, force_nodes_, Variable::x, [&](int node) { return weight_over_mass(group, node); });
+    return steepest(*reading_, group, force_nodes_, Variable::x,
+                    [&](int node) { return weight_over_mass(group, node); });
 }
 
 } // namespace skein

@@ -1,7 +1,8 @@
-// Force and couple as formulas of a scene.                                                              theory.md (42)-(44)
-//   f_i += w_i F(x_i, v_i, s_i, t)          [N] lab, at nodes;     w: rest length or mass of the node, or its share of the rod's
-//   length c_k += w_k Q_k C(x_k, v_k, s_k, t)      [N m] body, of elements, x_k and v_k in the middle of their nodes; without Q_k
-//   in body axes
+// Force and couple as formulas of a scene.                                                              theory.md
+// (42)-(44)
+//   f_i += w_i F(x_i, v_i, s_i, t)          [N] lab, at nodes;     w: rest length or mass of the node, or its share of
+//   the rod's length c_k += w_k Q_k C(x_k, v_k, s_k, t)      [N m] body, of elements, x_k and v_k in the middle of
+//   their nodes; without Q_k in body axes
 // What changes with time alone is worked out once a step, what belongs to places alone once a run.
 #pragma once
 
@@ -41,7 +42,8 @@ struct FormulaLoad {
     void check(RodSpecs groups, Objections& objections) const;
     /// Whether a formula depends on it.
     bool depends_on(Variable v) const { return force_.program.uses(v) || couple_.program.uses(v); }
-    /// Whether its couple changes with places or velocities, which the limit of the step does not count. theory.md (40c)
+    /// Whether its couple changes with places or velocities, which the limit of the step does not count. theory.md
+    /// (40c)
     bool couple_answers() const { return couple_.given && (couple_.program.changes & with_state) != 0; }
     double predicted_ns() const { return 1 + force_.program.predicted_ns() + couple_.program.predicted_ns(); }
     /// What is wrong with the values at the start of rods and at some times of the run; empty: nothing.
@@ -51,7 +53,8 @@ struct FormulaLoad {
     DragRate largest_stiffness(const RodGroup& group) const;
 
     void prepare(std::span<const Step> steps) {
-        if (!reading_ || !reading_->told().empty()) throw InputError("a load of kind formula whose formulas have not been read");
+        if (!reading_ || !reading_->told().empty())
+            throw InputError("a load of kind formula whose formulas have not been read");
         force_.prepare(steps);
         couple_.prepare(steps);
     }
@@ -79,19 +82,22 @@ struct FormulaLoad {
     // What use() makes of them, and add() calls.
     template <int W, class Map>
     void add_uniform_force(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Vec3d& force) const;
-    template <int W, class Map>
-    void add_uniform_couple(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Vec3d& couple) const;
+    template <int W, class Map> void add_uniform_couple(const RodTile<W>& rod, const TileData<W>& data,
+                                                        SlotLoad<W>* load, const Vec3d& couple) const;
     // From place to place; out of line, so that what is uniform does not pay for their registers.
-    template <int W, class Map>
-    [[gnu::noinline]] void add_forces(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const;
-    template <int W, class Map>
-    [[gnu::noinline]] void add_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const;
+    template <int W, class Map> [[gnu::noinline]] void add_forces(const RodTile<W>& rod, const TileData<W>& data,
+                                                                  SlotLoad<W>* load, const Step& step) const;
+    template <int W, class Map> [[gnu::noinline]] void add_couples(const RodTile<W>& rod, const TileData<W>& data,
+                                                                   SlotLoad<W>* load, const Step& step) const;
     /// Calls f(weight) with w of node i, or of element k: a number across, a pack along.
-    template <int W, class Map, class F> void with_node_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const;
-    template <int W, class Map, class F> void with_element_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const;
+    template <int W, class Map, class F>
+    void with_node_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const;
+    template <int W, class Map, class F>
+    void with_element_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const;
     /// Adds couple_of(k) to elements first to last - 1.
-    template <int W, class Map, class F> void add_element_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load,
-                                                                  int first, int last, F couple_of) const;
+    template <int W, class Map, class F> void add_element_couples(const RodTile<W>& rod, const TileData<W>& data,
+                                                                  SlotLoad<W>* load, int first, int last,
+                                                                  F couple_of) const;
     /// Elements that have a couple: begin and end.
     template <int W, class Map> std::pair<int, int> elements_of(const RodTile<W>& rod) const {
         if (at == FormulaAt::rod || Map::along) return {0, rod.n};
@@ -117,7 +123,8 @@ template <int W> FormulaLoad::TileData<W> FormulaLoad::bind(const RodTile<W>& ro
             const int slot = rod.strands->slot(l, i), elements = rod.group_of(l).elements();
             data.force_weight[static_cast<std::size_t>(i)].set(l, slot == (at == FormulaAt::start ? 0 : elements));
             if (i < rod.n)
-                data.couple_weight[static_cast<std::size_t>(i)].set(l, slot == (at == FormulaAt::start ? 0 : elements - 1));
+                data.couple_weight[static_cast<std::size_t>(i)].set(l, slot ==
+                                                                           (at == FormulaAt::start ? 0 : elements - 1));
         }
     return data;
 }
@@ -142,8 +149,8 @@ SKEIN_INLINE void FormulaLoad::with_element_weight(const RodTile<W>& rod, const 
     else f([&, share = 1.0 / Map::length(rod)](int k) { return share * Map::element(rod, k).rest_length; });
 }
 
-template <int W, class Map>
-void FormulaLoad::add_uniform_force(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Vec3d& force) const {
+template <int W, class Map> void FormulaLoad::add_uniform_force(const RodTile<W>& rod, const TileData<W>& data,
+                                                                SlotLoad<W>* load, const Vec3d& force) const {
     constexpr Vec3d none{-0.0, -0.0, -0.0}; // changes no bit of what it is added to
     if (at == FormulaAt::start) return Map::add_to_ends(rod, load, force, none);
     if (at == FormulaAt::end) return Map::add_to_ends(rod, load, none, force);
@@ -154,8 +161,8 @@ void FormulaLoad::add_uniform_force(const RodTile<W>& rod, const TileData<W>& da
         });
 }
 
-template <int W, class Map>
-void FormulaLoad::add_forces(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+template <int W, class Map> void FormulaLoad::add_forces(const RodTile<W>& rod, const TileData<W>& data,
+                                                         SlotLoad<W>* load, const Step& step) const {
     using P = Pack<W>;
     const bool one_end = at != FormulaAt::rod && !Map::along;
     const int begin = one_end && at == FormulaAt::end ? rod.last : 0, end = one_end ? begin + 1 : rod.last + 1;
@@ -179,9 +186,9 @@ void FormulaLoad::add_forces(const RodTile<W>& rod, const TileData<W>& data, Slo
     }
 }
 
-template <int W, class Map, class F> SKEIN_INLINE void FormulaLoad::add_element_couples(const RodTile<W>& rod,
-                                                                                        const TileData<W>& data, SlotLoad<W>* load,
-                                                                                        int first, int last, F couple_of) const {
+template <int W, class Map, class F>
+SKEIN_INLINE void FormulaLoad::add_element_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load,
+                                                   int first, int last, F couple_of) const {
     using P = Pack<W>;
     with_element_weight<W, Map>(
         rod, data, [&](auto weight) __attribute__((always_inline)) {
@@ -190,14 +197,15 @@ template <int W, class Map, class F> SKEIN_INLINE void FormulaLoad::add_element_
                 Vec3<P> c = couple_of(k);
                 if (frame == FormulaFrame::lab) c = rod.slot[k].director * c;
                 Vec3<P>& sum = load[k].couple;
-                if constexpr (Map::along) sum = select((w > P(0.0)) & (Map::element(rod, k).absent < P(0.5)), fma(w, c, sum), sum);
+                if constexpr (Map::along)
+                    sum = select((w > P(0.0)) & (Map::element(rod, k).absent < P(0.5)), fma(w, c, sum), sum);
                 else sum = fma(w, c, sum);
             }
         });
 }
 
-template <int W, class Map>
-void FormulaLoad::add_couples(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+template <int W, class Map> void FormulaLoad::add_couples(const RodTile<W>& rod, const TileData<W>& data,
+                                                          SlotLoad<W>* load, const Step& step) const {
     FormulaRun<W> run(couple_, data.couple, step.slot);
     const auto [begin, end] = elements_of<W, Map>(rod);
     const int strip = run.strip_of(end - begin);
@@ -211,8 +219,8 @@ void FormulaLoad::add_couples(const RodTile<W>& rod, const TileData<W>& data, Sl
     }
 }
 
-template <int W, class Map>
-void FormulaLoad::add_uniform_couple(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Vec3d& couple) const {
+template <int W, class Map> void FormulaLoad::add_uniform_couple(const RodTile<W>& rod, const TileData<W>& data,
+                                                                 SlotLoad<W>* load, const Vec3d& couple) const {
     const auto [begin, end] = elements_of<W, Map>(rod);
     add_element_couples<W, Map>(rod, data, load, begin, end, [c = broadcast<W>(couple)](int) { return c; });
 }

@@ -57,7 +57,8 @@ struct Sample {
 /// Some of 0 to count - 1, the first and the last among them.
 std::vector<std::int64_t> some_of(std::int64_t count, std::int64_t most) {
     std::vector<std::int64_t> chosen;
-    for (std::int64_t i = 0; i < std::min(count, most); ++i) chosen.push_back(count <= most ? i : i * (count - 1) / (most - 1));
+    for (std::int64_t i = 0; i < std::min(count, most); ++i)
+        chosen.push_back(count <= most ? i : i * (count - 1) / (most - 1));
     return chosen;
 }
 
@@ -69,8 +70,8 @@ std::vector<double> some_times(double duration) {
     return times;
 }
 
-/// Calls `look` until it returns false, for some rods of a group; of those, as far as a file has them, the ones that this rank
-/// holds.
+/// Calls `look` until it returns false, for some rods of a group; of those, as far as a file has them, the ones that
+/// this rank holds.
 template <class Look> void over_samples(const RodGroup& group, double duration, bool middles, Look look) {
     if (!group.strained()) return;
     const bool from_file = group.places().from_file();
@@ -143,7 +144,8 @@ std::vector<int> FormulaReading::read(const char* key, const std::vector<std::st
         std::vector<FormulaFault> found;
         const int number = static_cast<int>(text_.size());
         text_.push_back(texts[i]);
-        if (const auto value = read_formula(graph, scope_, texts[i], number, unit, found)) values.push_back(value->node);
+        if (const auto value = read_formula(graph, scope_, texts[i], number, unit, found))
+            values.push_back(value->node);
         for (const FormulaFault& fault : found)
             told_.push_back({fmt::format("{}.{}", key, i), fault.part, fmt::format("'{}': {}", key, fault.message)});
     }
@@ -154,7 +156,8 @@ std::vector<int> FormulaReading::read(const char* key, const std::vector<std::st
 FormulaVector FormulaReading::compile(const char* key, const std::vector<int>& values) {
     if (values.empty()) return {};
     if (auto program = compiled(graph, values)) return {true, std::move(*program), {}};
-    told_.push_back({key, {}, fmt::format("'{}' keeps too many values at once: write it in fewer terms, or as two loads", key)});
+    told_.push_back(
+        {key, {}, fmt::format("'{}' keeps too many values at once: write it in fewer terms, or as two loads", key)});
     return {};
 }
 
@@ -162,7 +165,8 @@ void FormulaReading::tell(Objections& objections) const {
     for (const Told& t : told_) objections.add_within(t.key, t.part.begin, t.part.length, t.message);
 }
 
-std::string FormulaReading::fault(const char* key, const RodGroup& group, const std::vector<int>& nodes, bool middles) const {
+std::string FormulaReading::fault(const char* key, const RodGroup& group, const std::vector<int>& nodes,
+                                  bool middles) const {
     std::string fault;
     over_samples(group, scope_.duration, middles, [&](const Sample& sample) {
         const std::vector<double> values = graph.values(sample.at);
@@ -171,19 +175,22 @@ std::string FormulaReading::fault(const char* key, const RodGroup& group, const 
             if (where < 0) continue;
             const Graph::Node& bad = graph[where];
             const auto of = [&](std::size_t k) { return values[static_cast<std::size_t>(bad.of[k])]; };
-            const std::string_view what = divides_by_zero(graph, values, where)   ? "divides by 0"
-                                          : bad.op == Op::root                    ? "is the root of a negative number"
-                                          : bad.op == Op::logarithm && of(0) <= 0 ? "is the logarithm of what is not above 0"
-                                                                                  : "is not finite";
+            const std::string_view what = divides_by_zero(graph, values, where) ? "divides by 0"
+                                          : bad.op == Op::root                  ? "is the root of a negative number"
+                                          : bad.op == Op::logarithm && of(0) <= 0
+                                              ? "is the logarithm of what is not above 0"
+                                              : "is not finite";
             const std::string written =
-                bad.part.formula >= 0 ? text_[static_cast<std::size_t>(bad.part.formula)].substr(bad.part.begin, bad.part.length)
-                                      : text_[0];
+                bad.part.formula >= 0
+                    ? text_[static_cast<std::size_t>(bad.part.formula)].substr(bad.part.begin, bad.part.length)
+                    : text_[0];
             const auto value = [&](Variable v) { return sample.at[static_cast<std::size_t>(v)]; };
-            fault = fmt::format(
-                "'{}': \"{}\" {} at t = {:.6g} s at {} {} of rod {} of '{}', where x, y, z = {:.6g}, {:.6g}, {:.6g} m and "
-                "s = {:.6g} m",
-                key, written, what, value(Variable::t), middles ? "element" : "node", sample.place, sample.rod, group.name(),
-                value(Variable::x), value(Variable::y), value(Variable::z), value(Variable::s));
+            fault = fmt::format("'{}': \"{}\" {} at t = {:.6g} s at {} {} of rod {} of '{}', where x, y, z = {:.6g}, "
+                                "{:.6g}, {:.6g} m and "
+                                "s = {:.6g} m",
+                                key, written, what, value(Variable::t), middles ? "element" : "node", sample.place,
+                                sample.rod, group.name(), value(Variable::x), value(Variable::y), value(Variable::z),
+                                value(Variable::s));
             return false;
         }
         return true;
@@ -218,7 +225,8 @@ DragRate steepest(const FormulaReading& reading, const RodGroup& group, const st
         double most = 0;
         for (std::size_t row = 0; row < 3; ++row) {
             double sum = 0;
-            for (std::size_t axis = 0; axis < 3; ++axis) sum += std::abs(values[static_cast<std::size_t>(slope[3 * row + axis])]);
+            for (std::size_t axis = 0; axis < 3; ++axis)
+                sum += std::abs(values[static_cast<std::size_t>(slope[3 * row + axis])]);
             most = std::max(most, sum);
         }
         return most * weight(node);

@@ -1,5 +1,5 @@
-// Formulas of a load, run over the places of a tile. What changes with time alone is worked out once a step, what belongs to places
-// alone once a run.
+// Formulas of a load, run over the places of a tile. What changes with time alone is worked out once a step, what
+// belongs to places alone once a run.
 #pragma once
 
 #include "formula/evaluate.hpp"
@@ -18,13 +18,16 @@ namespace skein {
 struct FormulaVector {
     bool given = false;
     FormulaProgram program;
-    std::vector<double> of_time;                       ///< values of program.time, by value and slot of the batch
-    std::array<Vec3d, Clock::largest_batch> uniform{}; ///< by slot of the batch: the first three formulas, of a same_everywhere()
+    std::vector<double> of_time; ///< values of program.time, by value and slot of the batch
+    std::array<Vec3d, Clock::largest_batch>
+        uniform{}; ///< by slot of the batch: the first three formulas, of a same_everywhere()
 
     void prepare(std::span<const Step> steps);
     /// Nothing changes from place to place.
     bool same_everywhere() const { return (program.changes & ~with_time) == 0; }
-    double time_value(int i, int slot) const { return of_time[static_cast<std::size_t>(i * Clock::largest_batch + slot)]; }
+    double time_value(int i, int slot) const {
+        return of_time[static_cast<std::size_t>(i * Clock::largest_batch + slot)];
+    }
 
 private:
     struct BySlot {
@@ -105,7 +108,8 @@ public:
 
     FormulaRun(const FormulaVector& of, const PlaceValues<W>& places, int slot)
         : list_(of.program.state), tables_(of.program.tables), places_(places) {
-        for (std::size_t i = 0; i < list_.constants.size(); ++i) spread(list_.registers + static_cast<int>(i), list_.constants[i]);
+        for (std::size_t i = 0; i < list_.constants.size(); ++i)
+            spread(list_.registers + static_cast<int>(i), list_.constants[i]);
         for (std::size_t i = 0; i < list_.inputs.size(); ++i)
             if (const int input = list_.inputs[i]; input >= time_base && input < place_base)
                 spread(list_.first_input() + static_cast<int>(i), of.time_value(input - time_base, slot));
@@ -113,7 +117,8 @@ public:
 
     /// Places to run at once, of so many: all of them where there is nothing to work out.
     int strip_of(int places) const {
-        const bool no_state = std::none_of(list_.inputs.begin(), list_.inputs.end(), [](int input) { return input < time_base; });
+        const bool no_state =
+            std::none_of(list_.inputs.begin(), list_.inputs.end(), [](int input) { return input < time_base; });
         if (list_.code.empty() && no_state) return places;
         const int strips = std::max(1, (places + strip<W> - 1) / strip<W>);
         return (places + strips - 1) / strips; // of one length, so that where loops end can be foretold
@@ -132,7 +137,9 @@ public:
             const auto mean = [&](auto component) {
                 for (int k = 0; k < count; ++k) to[k] = P(0.5) * (component(first + k) + component(first + k + 1));
             };
-            const auto part = [axis = variable % 3](const Vec3<P>& v) { return axis == 0 ? v.x : axis == 1 ? v.y : v.z; };
+            const auto part = [axis = variable % 3](const Vec3<P>& v) {
+                return axis == 0 ? v.x : axis == 1 ? v.y : v.z;
+            };
             if (variable < static_cast<int>(Variable::vx)) {
                 mean([&](int k) { return part(rod.slot[k].position); });
             } else {
@@ -177,7 +184,8 @@ inline void FormulaVector::prepare(std::span<const Step> steps) {
     run_in_time(steps);
     if (!given || !same_everywhere()) return;
     const BySlot x = by_slot(0), y = by_slot(1), z = by_slot(2);
-    for (const Step& step : steps) uniform[static_cast<std::size_t>(step.slot)] = {x[step.slot], y[step.slot], z[step.slot]};
+    for (const Step& step : steps)
+        uniform[static_cast<std::size_t>(step.slot)] = {x[step.slot], y[step.slot], z[step.slot]};
 }
 
 /// The steps of the batch side by side, as many as a register holds.
@@ -199,7 +207,8 @@ inline void FormulaVector::run_in_time(std::span<const Step> steps) {
         same[i] = Pack<W>(list.constants[i]);
         source[static_cast<std::size_t>(list.registers) + i] = {&same[i], 0};
     }
-    for (std::size_t i = 0; i < list.inputs.size(); ++i) source[static_cast<std::size_t>(list.first_input()) + i] = {time, 1};
+    for (std::size_t i = 0; i < list.inputs.size(); ++i)
+        source[static_cast<std::size_t>(list.first_input()) + i] = {time, 1};
     evaluate<W>(list, program.tables, source, registers, packs);
     for (std::size_t o = 0; o < list.outputs.size(); ++o) {
         const Strided<W>& value = source[list.outputs[o]];

@@ -1,8 +1,10 @@
-// A spring that holds the first node to a place beside the middle of its rod, as published swimmers are kept on their course.
-//                                                                                                        theory.md (37a)
+// A spring that holds the first node to a place beside the middle of its rod, as published swimmers are kept on their
+// course.
+//                                                                                                        theory.md
+//                                                                                                        (37a)
 //   f_0 -= k D (x_0 - x - p(t)),  x = sum_i x_i/(n + 1)        [N] lab; D: directions of the spring
-// Source: SophT's FishSwimmingCase, where k = E A of the first element. Nothing answers it: momentum along D is not kept.
-// Cost: 3 flop per node.
+// Source: SophT's FishSwimmingCase, where k = E A of the first element. Nothing answers it: momentum along D is not
+// kept. Cost: 3 flop per node.
 #pragma once
 
 #include "formula/tell_faults.hpp"
@@ -30,12 +32,15 @@ struct Guide {
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "stiffness", .unit = "N/m", .text = "of the spring", .required = true, .above = 0}, stiffness);
-        f.visit({.name = "along", .unit = "", .text = "lab directions in which it pulls, such as \"y\" or \"xy\""}, along);
-        f.visit({.name = "place",
-                 .unit = "m",
-                 .text = "three formulas of t: where the first node is to be from the mean of all nodes of its rod, lab frame",
-                 .required = true},
-                place);
+        f.visit({.name = "along", .unit = "", .text = "lab directions in which it pulls, such as \"y\" or \"xy\""},
+                along);
+        f.visit(
+            {.name = "place",
+             .unit = "m",
+             .text =
+                 "three formulas of t: where the first node is to be from the mean of all nodes of its rod, lab frame",
+             .required = true},
+            place);
     }
     void use(const FormulaScope& scope) { place_ = std::make_shared<VectorOfTime>(scope, place, "m"); }
     void check(RodSpecs, Objections& objections) const {
@@ -63,8 +68,9 @@ struct Guide {
                 set_lane(load[first].force, first_lane, lane(load[first].force, first_lane) - pull);
             }
         } else {
-            load[0].force = load[0].force - pull_on_first(
-                                                rod.n, [&](int i) -> const auto& { return rod.slot[i].position; }, step);
+            load[0].force =
+                load[0].force - pull_on_first(
+                                    rod.n, [&](int i) -> const auto& { return rod.slot[i].position; }, step);
         }
     }
 

@@ -1,11 +1,16 @@
-// Laplacian filter of the rates, in the middle of the kick: what alternates from node to node goes.        theory.md (41)-(41c)
-//   F = M^-1 K:  nodes     (F v)_i = (m_{i-1} (v_i - v_{i-1}) + m_i (v_i - v_{i+1}))/(4 M_i),  M of nodes, m = 4/M_k of (26)
-//                elements  (F w)_k = J_k^-1 (C_{k-1} (w_k - w_{k-1}) + C_k (w_k - w_{k+1})),   C_k = (2 J_k^-1 + 2 J_{k+1}^-1)^-1
-//   v <- v - (s + s^2/2) y + (s^2/2) F^p y,   y = F^p v,   s = 1 - exp(-c h);  spins alike, all as lab vectors and tensors
-// Ends are natural: what is beyond them exchanges nothing. In a ring indices run round. K is the sum of squares of differences, and
-// M bounds it, so the eigenvalues of F are in [0, 1] for any masses: every application takes kinetic energy away. What one node
-// gives its neighbour gets: linear momentum and the angular momentum of the spins stay to round-off; uniform motion and a rigid
-// spin of the elements are left alone. What an end holds moves as its wall does. Cost: 130 + 180 p flop per element.
+// Laplacian filter of the rates, in the middle of the kick: what alternates from node to node goes.        theory.md
+// (41)-(41c)
+//   F = M^-1 K:  nodes     (F v)_i = (m_{i-1} (v_i - v_{i-1}) + m_i (v_i - v_{i+1}))/(4 M_i),  M of nodes, m = 4/M_k of
+//   (26)
+//                elements  (F w)_k = J_k^-1 (C_{k-1} (w_k - w_{k-1}) + C_k (w_k - w_{k+1})),   C_k = (2 J_k^-1 + 2
+//                J_{k+1}^-1)^-1
+//   v <- v - (s + s^2/2) y + (s^2/2) F^p y,   y = F^p v,   s = 1 - exp(-c h);  spins alike, all as lab vectors and
+//   tensors
+// Ends are natural: what is beyond them exchanges nothing. In a ring indices run round. K is the sum of squares of
+// differences, and M bounds it, so the eigenvalues of F are in [0, 1] for any masses: every application takes kinetic
+// energy away. What one node gives its neighbour gets: linear momentum and the angular momentum of the spins stay to
+// round-off; uniform motion and a rigid spin of the elements are left alone. What an end holds moves as its wall does.
+// Cost: 130 + 180 p flop per element.
 #pragma once
 
 #include "mechanics/hold.hpp"
@@ -34,7 +39,8 @@ template <class P> struct Symmetric {
 
 /// Of a positive one.
 template <class P> SKEIN_INLINE Symmetric<P> inverse(const Symmetric<P>& a) {
-    const P x = fma(a.yy, a.zz, -(a.yz * a.yz)), y = fma(a.xz, a.yz, -(a.xy * a.zz)), z = fma(a.xy, a.yz, -(a.xz * a.yy));
+    const P x = fma(a.yy, a.zz, -(a.yz * a.yz)), y = fma(a.xz, a.yz, -(a.xy * a.zz)),
+            z = fma(a.xy, a.yz, -(a.xz * a.yy));
     const P over = P(1.0) / fma(a.xx, x, fma(a.xy, y, a.xz * z));
     return {over * x, over * fma(a.xx, a.zz, -(a.xz * a.xz)), over * fma(a.xx, a.yy, -(a.xy * a.xy)), over * y,
             over * z, over * fma(a.xy, a.xz, -(a.xx * a.yz))};
@@ -53,7 +59,8 @@ template <class P> SKEIN_INLINE Symmetric<P> in_lab(const Mat3<P>& q, const Vec3
 template <int W> class LaplacianFilterPass final : public TilePass<W> {
 public:
     /// order: p; rate: c, 1/s; h: length of the step, s.
-    LaplacianFilterPass(const RodGroup& group, long order, double rate, double h) : order_(order), closed_(group.closed()) {
+    LaplacianFilterPass(const RodGroup& group, long order, double rate, double h)
+        : order_(order), closed_(group.closed()) {
         const double s = -std::expm1(-rate * h);
         once_ = s + 0.5 * s * s;
         twice_ = 0.5 * s * s;
@@ -112,7 +119,9 @@ private:
             row[k].conductance = detail::inverse(both + both);
         }
         const auto exchanged = [&](int k, const Vec3<P>& difference) { return row[k].conductance * difference; };
-        const auto per_inertia = [&](int k, const Vec3<P>& f) { return held_[at(k)] ? Vec3<P>{} : row[k].inv_inertia * f; };
+        const auto per_inertia = [&](int k, const Vec3<P>& f) {
+            return held_[at(k)] ? Vec3<P>{} : row[k].inv_inertia * f;
+        };
         const auto apply = [&](double share) {
             for (long p = 0; p < order_; ++p) differ(row, n, exchanged, per_inertia);
             for (int k = 0; k < n; ++k) {
@@ -124,7 +133,8 @@ private:
         apply(twice_);
     }
 
-    /// rate <- F rate of `count` nodes or elements. exchanged(k, difference): between k and the next; divided(k, f): by inertia.
+    /// rate <- F rate of `count` nodes or elements. exchanged(k, difference): between k and the next; divided(k, f): by
+    /// inertia.
     template <class Exchanged, class Divided>
     SKEIN_INLINE void differ(Row* row, int count, const Exchanged& exchanged, const Divided& divided) const {
         const Vec3<P> first = row[0].rate;

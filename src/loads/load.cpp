@@ -12,7 +12,8 @@ std::string_view choice_of_groups(const Objections& objections) { return objecti
 void object_to_rings(const std::string& what, RodSpecs groups, Objections& objections) {
     for (const RodSpec* rods : groups)
         if (rods->shape.closed)
-            objections.add(choice_of_groups(objections), what + " needs rods with two ends, but those of group '" + rods->name +
+            objections.add(choice_of_groups(objections), what + " needs rods with two ends, but those of group '" +
+                                                             rods->name +
                                                              "' are rings (closed = true): name open ones in 'rods'");
 }
 
@@ -21,8 +22,8 @@ void object_to_rings(const std::string& what, RodSpecs groups, Objections& objec
 void object_to_rigid_bodies(const std::string& what, RodSpecs groups, Objections& objections) {
     for (const RodSpec* rods : groups)
         if (rods->body)
-            objections.add(choice_of_groups(objections),
-                           what + " is not for rigid bodies, as those of group '" + rods->name + "': name other groups in 'rods'");
+            objections.add(choice_of_groups(objections), what + " is not for rigid bodies, as those of group '" +
+                                                             rods->name + "': name other groups in 'rods'");
 }
 
 int Load::number() const {

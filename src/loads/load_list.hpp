@@ -1,5 +1,5 @@
-// The loads that scenes know. A new one: its file among these #includes, and its name in the list. Read by one source of each level
-// (kernels/load_passes_at.cpp) and by load_list.cpp: nothing else depends on which loads there are.
+// The loads that scenes know. A new one: its file among these #includes, and its name in the list. Read by one source
+// of each level (kernels/load_passes_at.cpp) and by load_list.cpp: nothing else depends on which loads there are.
 #pragma once
 
 #include "loads/end_couple.hpp"
@@ -22,8 +22,8 @@ namespace skein {
 
 template <class... L> struct LoadTypes {};
 
-using LoadList =
-    LoadTypes<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave, SinusoidalEndForce, SlenderBodyDrag,
-              MuscleTorques, PlaneFriction, EndCouple, FormulaLoad, MagneticFormula, MuscleFormula, Guide>;
+using LoadList = LoadTypes<Gravity, UniformForce, UniformCouple, EndForce, MagneticField, MuscleWave,
+                           SinusoidalEndForce, SlenderBodyDrag, MuscleTorques, PlaneFriction, EndCouple, FormulaLoad,
+                           MagneticFormula, MuscleFormula, Guide>;
 
 } // namespace skein

@@ -29,7 +29,8 @@ template <class L, int W>
 concept MakesMoments = requires(const L l, const RodTile<W>& t, const Step& s, EndMoments<W>& m) {
     l.template add_end_moments<W>(t, s, m);
 }
-|| requires(const L l, const RodTile<W>& t, const typename L::template TileData<W>& data, const Step& s, EndMoments<W>& m) {
+|| requires(const L l, const RodTile<W>& t, const typename L::template TileData<W>& data, const Step& s,
+            EndMoments<W>& m) {
     l.template add_end_moments<W>(t, data, s, m);
 };
 /// The base of a pass of L over rods that lie across, as joined ones do.
@@ -92,8 +93,8 @@ private:
     std::vector<typename detail::KeptOfTile<L, W, binds>::Type> tile_data_;
 };
 
-/// Null for a load whose rods lie across, where Map is along. `group`: of an along mapping any of its family; a load that keeps
-/// tables of its group makes families of one. Defined in loads/load_passes.hpp.
+/// Null for a load whose rods lie across, where Map is along. `group`: of an along mapping any of its family; a load
+/// that keeps tables of its group makes families of one. Defined in loads/load_passes.hpp.
 template <int W, class Map = Across<W>> std::unique_ptr<TilePass<W>> make_pass(const Load& load, const RodGroup& group);
 
 } // namespace skein

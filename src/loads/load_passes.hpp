@@ -13,7 +13,8 @@ std::unique_ptr<TilePass<W>> make_pass_of(LoadTypes<L...>, const Load& load, con
     std::unique_ptr<TilePass<W>> pass;
     const auto make = [&]<class One>(const One* one) {
         if (!one) return false;
-        if constexpr (!Map::along || !needs_whole_rods<One>) pass = std::make_unique<LoadPass<One, W, Map>>(*one, group);
+        if constexpr (!Map::along || !needs_whole_rods<One>)
+            pass = std::make_unique<LoadPass<One, W, Map>>(*one, group);
         return true;
     };
     static_cast<void>((make(load.get_if<L>()) || ...));

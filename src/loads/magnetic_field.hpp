@@ -1,6 +1,7 @@
 // Couple of a uniform, rotating magnetic field on rods magnetised in their material.   theory.md (34)-(35)
-//   b(t) = r(t) ( B0 + B (u sin wt + v cos wt) )        [T] lab, w = 2 pi/T; r(t) rises from `onset` and falls from `until`
-//   c_k += V_k m_k x Q_k b(t)                           [N m] body; m_k = M Q_k(0) m_hat, fixed in the body [A/m]
+//   b(t) = r(t) ( B0 + B (u sin wt + v cos wt) )        [T] lab, w = 2 pi/T; r(t) rises from `onset` and falls from
+//   `until` c_k += V_k m_k x Q_k b(t)                           [N m] body; m_k = M Q_k(0) m_hat, fixed in the body
+//   [A/m]
 // Source: Gu et al. 2020 (Nat. Commun. 11, 2637), Methods. Cost: 45 flop per element.
 #pragma once
 
@@ -31,17 +32,21 @@ struct MagneticField {
     void fields(FieldVisitor& f) {
         f.visit({.name = "constant", .unit = "T", .text = "B0, constant part, lab frame"}, constant);
         f.visit({.name = "rotating", .unit = "T", .text = "B, strength of the rotating part", .at_least = 0}, rotating);
-        f.visit({.name = "sine_axis", .unit = "-", .text = "u: the rotating part is B (u sin wt + v cos wt)"}, sine_axis);
+        f.visit({.name = "sine_axis", .unit = "-", .text = "u: the rotating part is B (u sin wt + v cos wt)"},
+                sine_axis);
         f.visit({.name = "cosine_axis", .unit = "-", .text = "v"}, cosine_axis);
         f.visit({.name = "period", .unit = "s", .text = "2 pi/w; a negative one turns the other way"}, period);
         ramp.fields(f);
-        f.visit({.name = "until", .unit = "s", .text = "the field falls from then on; 0: it stays", .at_least = 0}, until);
+        f.visit({.name = "until", .unit = "s", .text = "the field falls from then on; 0: it stays", .at_least = 0},
+                until);
     }
     static bool acts_on(const RodSpec& rods) { return rods.magnetisation.pattern != MagnetisationPattern::none; }
     void check(RodSpecs groups, Objections& objections) const {
         if (until > 0 && until <= ramp.onset)
-            objections.add("until", "'until' " + number_text(until) + " s is not after 'onset' " + number_text(ramp.onset) + " s");
-        if (!groups.empty() && std::none_of(groups.begin(), groups.end(), [](const RodSpec* rods) { return acts_on(*rods); }))
+            objections.add("until", "'until' " + number_text(until) + " s is not after 'onset' " +
+                                        number_text(ramp.onset) + " s");
+        if (!groups.empty() &&
+            std::none_of(groups.begin(), groups.end(), [](const RodSpec* rods) { return acts_on(*rods); }))
             objections.add("", "none of the groups that this magnetic_field acts on has a [rods.magnetisation]");
         if (rotating == 0) {
             if (zero(constant)) objections.add("", "a magnetic_field needs 'constant' or 'rotating' [T]: both are 0");
@@ -57,7 +62,8 @@ struct MagneticField {
 
     /// r(t).
     double share(double time) const {
-        if (until > 0 && time > until) return ramp.duration > 0 ? 1 - ramp_at(time - until, ramp.duration, ramp.shape) : 0;
+        if (until > 0 && time > until)
+            return ramp.duration > 0 ? 1 - ramp_at(time - until, ramp.duration, ramp.shape) : 0;
         return ramp.at(time);
     }
     /// b(t), T, lab.
@@ -86,7 +92,8 @@ struct MagneticField {
         for (int i = 0; i < W; ++i) {
             const auto start = rod.group_of(i).start_directors();
             for (const Quaterniond& q : start)
-                straight = straight && q.w == start[0].w && q.v.x == start[0].v.x && q.v.y == start[0].v.y && q.v.z == start[0].v.z;
+                straight = straight && q.w == start[0].w && q.v.x == start[0].v.x && q.v.y == start[0].v.y &&
+                           q.v.z == start[0].v.z;
         }
         TileData<W> data;
         data.stride = straight ? 0 : 1;
@@ -94,9 +101,11 @@ struct MagneticField {
         for (int k = 0; k < static_cast<int>(data.moment.size()); ++k)
             for (int i = 0; i < W; ++i) {
                 const RodGroup& group = rod.group_of(i);
-                const Quaterniond start = group.start_director(rod.index_of(i), static_cast<std::size_t>(rod.element_of(i, k)));
+                const Quaterniond start =
+                    group.start_director(rod.index_of(i), static_cast<std::size_t>(rod.element_of(i, k)));
                 set_lane(data.moment[static_cast<std::size_t>(k)], i,
-                         group.magnetisation_strength(rod.index_of(i)) * (start * group.magnetisation(rod.index_of(i))));
+                         group.magnetisation_strength(rod.index_of(i)) *
+                             (start * group.magnetisation(rod.index_of(i))));
             }
         return data;
     }
@@ -106,7 +115,8 @@ struct MagneticField {
         const auto b = broadcast<W>(field[step.slot]);
         const Vec3<Pack<W>>* m = data.moment.data();
         for (int k = 0; k < rod.n; ++k, m += data.stride)
-            load[k].couple = fma(Pack<W>(Map::element(rod, k).volume), cross(*m, rod.slot[k].director * b), load[k].couple);
+            load[k].couple =
+                fma(Pack<W>(Map::element(rod, k).volume), cross(*m, rod.slot[k].director * b), load[k].couple);
     }
 };
 

@@ -28,16 +28,17 @@ void MagneticFormula::use(const FormulaScope& scope) {
 
 void MagneticFormula::check(RodSpecs groups, Objections& objections) const {
     if (reading_) reading_->tell(objections);
-    if (!groups.empty() && std::none_of(groups.begin(), groups.end(), [this](const RodSpec* rods) { return acts_on(*rods); }))
-        objections.add(
-            "", "none of the groups that this magnetic_formula acts on has a [rods.magnetisation], and it has no 'magnetisation'");
+    if (!groups.empty() &&
+        std::none_of(groups.begin(), groups.end(), [this](const RodSpec* rods) { return acts_on(*rods); }))
+        objections.add("", "none of the groups that this magnetic_formula acts on has a [rods.magnetisation], and it "
+                           "has no 'magnetisation'");
     if (moments_.given && (moments_.program.changes & ~with_place) != 0)
         objections.add("magnetisation",
                        "'magnetisation': it is fixed in the material, and may change with s, L, rod, X, Y, Z alone");
     for (const Variable v : {Variable::vx, Variable::vy, Variable::vz})
         if (values_.given && values_.program.uses(v))
-            objections.add("field",
-                           "'field': a field that changes with the velocity of what it acts on has no energy; use places and time");
+            objections.add("field", "'field': a field that changes with the velocity of what it acts on has no energy; "
+                                    "use places and time");
 }
 
 std::string MagneticFormula::fault_at_start(const RodGroup& group) const {
@@ -57,7 +58,8 @@ DragRate MagneticFormula::largest_stiffness(const RodGroup& group) const {
     return reading.largest(group, true, [&](const std::vector<double>& values, int k) {
         const auto size = [&](const std::vector<int>& of, std::size_t first, std::size_t count) {
             double sum = 0;
-            for (std::size_t i = first; i < first + count; ++i) sum += std::pow(values[static_cast<std::size_t>(of[i])], 2);
+            for (std::size_t i = first; i < first + count; ++i)
+                sum += std::pow(values[static_cast<std::size_t>(of[i])], 2);
             return std::sqrt(sum);
         };
         const ElementConstants& c = group.element[static_cast<std::size_t>(k)];

@@ -1,4 +1,4 @@
-// Couple and force of a magnetic field that formulas give, on rods magnetised in their material.                theory.md (40d)
+// Couple and force of a magnetic field that formulas give, on rods magnetised in their material. theory.md (40d)
 //   U = -sum V_k m_k . Q_k B(y_k, t),  y_k = (x_k + x_k+1)/2
 //   c_k += V_k m_k x Q_k B                        [N m] body; m_k as of a magnetic_field, or a formula too [A/m]
 //   f_k, f_k+1 += V_k/2 grad (Q_k^T m_k . B)      [N] lab; by derivatives of the formulas
@@ -22,7 +22,10 @@ struct MagneticFormula {
     std::vector<std::string> field, magnetisation;
 
     void fields(FieldVisitor& f) {
-        f.visit({.name = "field", .unit = "T", .text = "three formulas: B in the middle of elements, lab frame", .required = true},
+        f.visit({.name = "field",
+                 .unit = "T",
+                 .text = "three formulas: B in the middle of elements, lab frame",
+                 .required = true},
                 field);
         f.visit({.name = "magnetisation",
                  .unit = "A/m",
@@ -71,10 +74,13 @@ struct MagneticFormula {
         const auto moment = [&](int k) -> const Vec3<P>& {
             return data.moments.moment[static_cast<std::size_t>(k * data.moments.stride)];
         };
-        const auto triple = [&](int first, int i) { return Vec3<P>{run[first][i], run[first + 1][i], run[first + 2][i]}; };
+        const auto triple = [&](int first, int i) {
+            return Vec3<P>{run[first][i], run[first + 1][i], run[first + 2][i]};
+        };
         /// Half of the force on element k, place i of a strip that has been run.
         const auto half_force = [&](int k, int i) {
-            const Vec3<P> m = (P(0.5) * P(Map::element(rod, k).volume)) * transpose_times(rod.slot[k].director, moment(k));
+            const Vec3<P> m =
+                (P(0.5) * P(Map::element(rod, k).volume)) * transpose_times(rod.slot[k].director, moment(k));
             return where_present<Map>(rod, k, fma(m.x, triple(3, i), fma(m.y, triple(6, i), m.z * triple(9, i))));
         };
         Vec3<P> before = nothing<W>();
@@ -88,8 +94,8 @@ struct MagneticFormula {
             run.template at_middles<Map>(rod, first, count);
             for (int i = 0; i < count; ++i) {
                 const int k = first + i;
-                load[k].couple =
-                    fma(P(Map::element(rod, k).volume), couple_at<Map>(rod, k, moment(k), triple(0, i)), load[k].couple);
+                load[k].couple = fma(P(Map::element(rod, k).volume), couple_at<Map>(rod, k, moment(k), triple(0, i)),
+                                     load[k].couple);
                 if (uniform_) continue;
                 const Vec3<P> half = half_force(k, i);
                 load[k].force = load[k].force + before + half;
@@ -99,8 +105,8 @@ struct MagneticFormula {
         if (!uniform_) load[rod.n].force += before;
     }
 
-    template <class Map, int W>
-    SKEIN_INLINE static Vec3<Pack<W>> couple_at(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& m, const Vec3<Pack<W>>& b) {
+    template <class Map, int W> SKEIN_INLINE static Vec3<Pack<W>>
+    couple_at(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& m, const Vec3<Pack<W>>& b) {
         return where_present<Map>(rod, k, cross(m, rod.slot[k].director * b));
     }
 

@@ -24,7 +24,9 @@ void MuscleFormula::check(RodSpecs, Objections& objections) const {
     if (moment_.given && (moment_.program.changes & with_state) != 0)
         objections.add(
             key(),
-            fmt::format("'{}': muscles know no lab places and velocities; it may change with t, s, L, rod, X, Y, Z alone", key()));
+            fmt::format(
+                "'{}': muscles know no lab places and velocities; it may change with t, s, L, rod, X, Y, Z alone",
+                key()));
 }
 
 std::string MuscleFormula::fault_at_start(const RodGroup& group) const {

@@ -1,8 +1,10 @@
-// Muscles as formulas of a scene: a moment in the rod that changes with time and place along it.           theory.md (36), (36a)
-//   m_j = m(s_j, t)  [N m]  at every vertex j, as couples on the elements beside it             loads/vertex_couples.hpp
-//   or m_j = B_j k(s_j, t), k [1/m] a change of the rest curvature and B_j the stiffness of the vertex's cell
-// A ring's last vertex, s = L, is where it closes; of an open rod s = 0 and s = L are vertices where the end is clamped: the
-// element has m_0, or -m_n, and the clamp what is opposite. Cost: 30 flop per element beside the formulas, about body axes 100.
+// Muscles as formulas of a scene: a moment in the rod that changes with time and place along it.           theory.md
+// (36), (36a)
+//   m_j = m(s_j, t)  [N m]  at every vertex j, as couples on the elements beside it loads/vertex_couples.hpp or m_j =
+//   B_j k(s_j, t), k [1/m] a change of the rest curvature and B_j the stiffness of the vertex's cell
+// A ring's last vertex, s = L, is where it closes; of an open rod s = 0 and s = L are vertices where the end is
+// clamped: the element has m_0, or -m_n, and the clamp what is opposite. Cost: 30 flop per element beside the formulas,
+// about body axes 100.
 #pragma once
 
 #include "loads/formula_reading.hpp"
@@ -34,14 +36,17 @@ struct MuscleFormula {
                  .unit = "N m",
                  .text = "three formulas of s, t, L, rod, X, Y, Z: the moment that muscles make at the vertex at s"},
                 moment);
-        f.visit({.name = "curvature",
-                 .unit = "1/m",
-                 .text = "instead of `moment`: by how much muscles change the rest curvature about d1, d2, d3 at the vertex"},
-                curvature);
-        f.choice({.name = "frame",
-                  .unit = "",
-                  .text = "of `moment`: body axes (d1, d2, d3) turn with the rod, as a change of its rest curvature does"},
-                 frame, load_frame_names);
+        f.visit(
+            {.name = "curvature",
+             .unit = "1/m",
+             .text =
+                 "instead of `moment`: by how much muscles change the rest curvature about d1, d2, d3 at the vertex"},
+            curvature);
+        f.choice(
+            {.name = "frame",
+             .unit = "",
+             .text = "of `moment`: body axes (d1, d2, d3) turn with the rod, as a change of its rest curvature does"},
+            frame, load_frame_names);
     }
     /// Reads the formulas: called where the names are known, and before all that follows.
     void use(const FormulaScope& scope);
@@ -91,7 +96,8 @@ struct MuscleFormula {
         const auto moment = [&](int node, int i) {
             const Mask<W> acts = data.acts[static_cast<std::size_t>(node)] > P(0.5);
             const Vec3<P> value{run[0][i], run[1][i], run[2][i]};
-            return select(acts, data.stiffness.empty() ? value : scale(data.stiffness[static_cast<std::size_t>(node)], value),
+            return select(acts,
+                          data.stiffness.empty() ? value : scale(data.stiffness[static_cast<std::size_t>(node)], value),
                           Vec3<P>{P(0.0), P(0.0), P(0.0)});
         };
         const auto moment_alone = [&](int node) {
@@ -136,8 +142,8 @@ struct MuscleFormula {
     }
 
     /// Moments where an open rod ends, for joints that go on there.
-    template <int W>
-    void add_end_moments(const RodTile<W>& rod, const TileData<W>& data, const Step& step, EndMoments<W>& moments) const {
+    template <int W> void add_end_moments(const RodTile<W>& rod, const TileData<W>& data, const Step& step,
+                                          EndMoments<W>& moments) const {
         if (rod.group->closed()) return;
         FormulaRun<W> run(moment_, data.places, step.slot);
         const auto add = [&](int node, int element, EndMoment<Pack<W>>& at) {
@@ -153,9 +159,11 @@ struct MuscleFormula {
     const char* key() const { return curvature.empty() ? "moment" : "curvature"; }
     /// Of the cell or half cell around a node of a group's rod, N m^2.
     static Vec3d stiffness_at(const RodGroup& group, int node) {
-        if (group.closed()) return group.voronoi[static_cast<std::size_t>(node > 0 ? node - 1 : group.elements() - 1)].stiffness;
+        if (group.closed())
+            return group.voronoi[static_cast<std::size_t>(node > 0 ? node - 1 : group.elements() - 1)].stiffness;
         if (node == 0) return group.start_wall.stiffness;
-        return node == group.elements() ? group.end_wall.stiffness : group.voronoi[static_cast<std::size_t>(node) - 1].stiffness;
+        return node == group.elements() ? group.end_wall.stiffness
+                                        : group.voronoi[static_cast<std::size_t>(node) - 1].stiffness;
     }
     /// Of the vertex after element k; where a rod ends there is no turn.
     template <class Map, int W> SKEIN_INLINE static VertexCouples<Pack<W>>

@@ -1,11 +1,12 @@
 // The published travelling wave of muscle couple, which runs from the rod's end to its start.   theory.md (39)-(40)
 //   a_i(t) = r(t) A_i sin(2 pi t/T - k s_i + phi)                    [N m], s_i = (l_0 + .. + l_i)/L, i = 0 .. n - 1
-//   c_j += Q_j a_{n-1-j} d,   c_{j-1} -= Q_{j-1} a_{n-1-j} d         [N m] body, at vertices j = 1 .. n - 1; d a lab direction,
+//   c_j += Q_j a_{n-1-j} d,   c_{j-1} -= Q_{j-1} a_{n-1-j} d         [N m] body, at vertices j = 1 .. n - 1; d a lab
+//   direction,
 // or with `frame` = "body" a material one, theory.md (36a).
-// A ring has a vertex j = 0 too, where it closes: published codes leave it out. Ends that are clamped by half cells, which those do
-// not have, are vertices: j = 0 with a_{n-1}, and j = n with the a of s = 0. A_i is a table or a cubic B-spline at s_i. The wave
-// of loads/muscle_wave.hpp counts arc length from the start, in metres. Source: Gazzola et al. 2018, as PyElastica's MuscleTorques
-// computes it.
+// A ring has a vertex j = 0 too, where it closes: published codes leave it out. Ends that are clamped by half cells,
+// which those do not have, are vertices: j = 0 with a_{n-1}, and j = n with the a of s = 0. A_i is a table or a cubic
+// B-spline at s_i. The wave of loads/muscle_wave.hpp counts arc length from the start, in metres. Source: Gazzola et
+// al. 2018, as PyElastica's MuscleTorques computes it.
 #pragma once
 
 #include "loads/bspline.hpp"
@@ -60,13 +61,15 @@ struct MuscleTorques {
         if (zero(direction)) objections.add("direction", "'direction' has no direction");
         if (table.empty()) {
             if (coefficients.size() < 4)
-                objections.add("", "muscle_torques need 'coefficients' [N m], at least 4 of them, or a 'table'; there are " +
-                                       std::to_string(coefficients.size()));
+                objections.add(
+                    "", "muscle_torques need 'coefficients' [N m], at least 4 of them, or a 'table'; there are " +
+                            std::to_string(coefficients.size()));
             return;
         }
         objections.unused({"coefficients"}, "beside 'table', which gives the amplitude of every element");
         for (const RodSpec* rods : groups)
-            objections.length("table", table.size(), rods->shape.elements, "one for each element of group '" + rods->name + "'");
+            objections.length("table", table.size(), rods->shape.elements,
+                              "one for each element of group '" + rods->name + "'");
     }
     std::string refine(const Shape& was, const Shape& now) {
         if (table.empty()) return {};
@@ -79,7 +82,9 @@ struct MuscleTorques {
     }
 
     /// At s of the way from the end to the start; `i`: of the table.
-    double amplitude_at(double s, std::size_t i) const { return table.empty() ? cubic_bspline(coefficients, s) : table[i]; }
+    double amplitude_at(double s, std::size_t i) const {
+        return table.empty() ? cubic_bspline(coefficients, s) : table[i];
+    }
     double phase_at(double s) const { return wave_number * s - phase; }
     void bind_group(const RodGroup& group) {
         const int n = group.elements();
@@ -93,10 +98,12 @@ struct MuscleTorques {
             const double s = std::min(1.0, sum / length);
             wave.set(n - 1 - i, amplitude_at(s, at), phase_at(s));
         }
-        if (group.spec().start == EndKind::clamped) wave.set_start(amplitude_at(1, static_cast<std::size_t>(n - 1)), phase_at(1));
+        if (group.spec().start == EndKind::clamped)
+            wave.set_start(amplitude_at(1, static_cast<std::size_t>(n - 1)), phase_at(1));
         if (group.spec().end == EndKind::clamped) wave.set_end(amplitude_at(0, 0), phase_at(0));
         if (!group.closed())
-            wave.set_ends(amplitude_at(1, static_cast<std::size_t>(n - 1)), phase_at(1), amplitude_at(0, 0), phase_at(0));
+            wave.set_ends(amplitude_at(1, static_cast<std::size_t>(n - 1)), phase_at(1), amplitude_at(0, 0),
+                          phase_at(0));
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;

@@ -1,10 +1,11 @@
 // A travelling wave of internal couple, as muscles make it: equal and opposite on the two elements of every vertex.
-//   m_j(t) = r(t) A_j sin(2 pi t/T - 2 pi s_j/lambda + phi)       [N m], vertex j between elements j-1 and j, s_j its arc length
-//   c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body; d a lab direction           theory.md (36)
-// With `frame` = "body", d lies in the material, and m_j acts as a change of the rest curvature does.            theory.md (36a)
-// A ring's last vertex, j = n, is where it closes; of an open rod j = 0 and j = n are vertices where the end is clamped, with the
-// A_j of the next one.
-// Source: Gazzola et al. 2018 (snake), in the form of the active matter of Parthasarathy et al. 2026.
+//   m_j(t) = r(t) A_j sin(2 pi t/T - 2 pi s_j/lambda + phi)       [N m], vertex j between elements j-1 and j, s_j its
+//   arc length c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body; d a lab direction theory.md
+//   (36)
+// With `frame` = "body", d lies in the material, and m_j acts as a change of the rest curvature does. theory.md (36a)
+// A ring's last vertex, j = n, is where it closes; of an open rod j = 0 and j = n are vertices where the end is
+// clamped, with the A_j of the next one. Source: Gazzola et al. 2018 (snake), in the form of the active matter of
+// Parthasarathy et al. 2026.
 #pragma once
 
 #include "loads/vertex_wave.hpp"
@@ -24,8 +25,9 @@ namespace skein {
 struct MuscleWave {
     static constexpr std::string_view kind = "muscle_wave", label = "muscles";
     static constexpr bool for_rigid_bodies = false;
-    double amplitude = 0;             ///< A, N m
-    std::vector<double> profile;      ///< A_j/A of every vertex (elements - 1, in a ring elements), or at these places; empty: 1
+    double amplitude = 0; ///< A, N m
+    std::vector<double>
+        profile; ///< A_j/A of every vertex (elements - 1, in a ring elements), or at these places; empty: 1
     std::vector<double> profile_at;   ///< places over the length, rising
     double period = 0;                ///< T, s
     double wavelength = 0;            ///< lambda, m
@@ -38,16 +40,19 @@ struct MuscleWave {
         f.visit({.name = "amplitude", .unit = "N m", .text = "A, couple", .required = true}, amplitude);
         f.visit({.name = "profile",
                  .unit = "-",
-                 .text = "A of every inner vertex (elements - 1; a ring has elements, the last where it closes) over `amplitude`; "
+                 .text = "A of every inner vertex (elements - 1; a ring has elements, the last where it closes) over "
+                         "`amplitude`; "
                          "with `profile_at` at those places; empty: 1"},
                 profile);
         f.visit({.name = "profile_at",
                  .unit = "-",
-                 .text = "places of `profile` over the length of the rod, rising: linear between them, and as at the nearest one "
+                 .text = "places of `profile` over the length of the rod, rising: linear between them, and as at the "
+                         "nearest one "
                          "beyond; so a profile fits any number of elements"},
                 profile_at);
         f.visit({.name = "period", .unit = "s", .text = "T", .required = true, .above = 0}, period);
-        f.visit({.name = "wavelength", .unit = "m", .text = "lambda; negative: towards the start", .required = true}, wavelength);
+        f.visit({.name = "wavelength", .unit = "m", .text = "lambda; negative: towards the start", .required = true},
+                wavelength);
         f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
         f.visit({.name = "direction", .unit = "-", .text = "axis of the couple"}, direction);
         f.choice({.name = "frame",
@@ -72,8 +77,9 @@ struct MuscleWave {
         for (const RodSpec* rods : groups) {
             const bool ring = rods->shape.closed;
             objections.length("profile", profile.size(), ring ? rods->shape.elements : rods->shape.elements - 1,
-                              std::string("one for each ") + (ring ? "vertex of the rings" : "inner vertex (elements - 1)") +
-                                  " of group '" + rods->name + "'");
+                              std::string("one for each ") +
+                                  (ring ? "vertex of the rings" : "inner vertex (elements - 1)") + " of group '" +
+                                  rods->name + "'");
         }
     }
     std::string refine(const Shape& was, const Shape& now) {
@@ -105,9 +111,11 @@ struct MuscleWave {
             wave.set(j % n, amplitude * share(j, s, length), phase_at(s));
         }
         if (group.spec().start == EndKind::clamped) wave.set_start(amplitude * share(1, 0, length), phase_at(0));
-        if (group.spec().end == EndKind::clamped) wave.set_end(amplitude * share(last, length, length), phase_at(length));
+        if (group.spec().end == EndKind::clamped)
+            wave.set_end(amplitude * share(last, length, length), phase_at(length));
         if (!group.closed() && last > 0)
-            wave.set_ends(amplitude * share(1, 0, length), phase_at(0), amplitude * share(last, length, length), phase_at(length));
+            wave.set_ends(amplitude * share(1, 0, length), phase_at(0), amplitude * share(last, length, length),
+                          phase_at(length));
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;

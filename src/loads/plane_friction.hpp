@@ -1,19 +1,18 @@
 // A plane on which rods lie and slide with a friction of its own forth, back and sideways: snakes.
-// Per element, N the plane's normal, a = unit(t - (t.N) N), b = a x N, arm -r N; touching where the gap g = d - r is at most
-// `tolerance`
+// Per element, N the plane's normal, a = unit(t - (t.N) N), b = a x N, arm -r N; touching where the gap g = d - r is at
+// most `tolerance`
 //   F = sum of nodal loads so far, half from each node (whole from end nodes)
 //   push   P = max(0, -F.N);  plane force (P - k min(0, g) - c v.N) N;  friction goes by P alone
-//   slip   v_a = v.a,  v_b = v.b - r w.(Q a), as N x b = a;  phi(s) = 1 for |s| <= v_s, |2 - |s|/v_s| up to 2 v_s, 0 above
-//   slides, u = unit(v_a a + v_b b):
+//   slip   v_a = v.a,  v_b = v.b - r w.(Q a), as N x b = a;  phi(s) = 1 for |s| <= v_s, |2 - |s|/v_s| up to 2 v_s, 0
+//   above slides, u = unit(v_a a + v_b b):
 //          along -(1 - phi_a) mu_k(sign v_a) P (u.a) a;  across -(1 - phi_b) mu_k,side P (u.b) b
 //   holds, F with sliding friction in it, c the couple so far:
 //          along -clamp(F.a, -phi_a mu_s,back P, phi_a mu_s,forward P) a
 //          across clamp((2 c.(Q a)/r - F.b)/3, +- phi_b mu_s,side P) b
 //   couple of a force f b on its arm: -r f Q a
-// Reads the loads already there, internal and external, so it comes after contacts and walls. The velocity is that of before the
-// kick. theory.md (60)-(62)
-// Source: Gazzola et al. 2018 (R. Soc. Open Sci. 5, 171628), as PyElastica has it. Cost: 230 flop per element, with four square
-// roots and two divisions.
+// Reads the loads already there, internal and external, so it comes after contacts and walls. The velocity is that of
+// before the kick. theory.md (60)-(62) Source: Gazzola et al. 2018 (R. Soc. Open Sci. 5, 171628), as PyElastica has it.
+// Cost: 230 flop per element, with four square roots and two divisions.
 #pragma once
 
 #include "skein/core/error.hpp"
@@ -50,32 +49,46 @@ struct PlaneFriction {
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "point", .unit = "m", .text = "on the plane"}, point);
-        f.visit({.name = "normal",
-                 .unit = "-",
-                 .text = "of the plane, towards the rods; all that presses them on it counts: loads, contacts and walls"},
-                normal);
-        f.visit({.name = "stiffness", .unit = "N/m", .text = "of the plane per element", .required = true, .at_least = 0},
-                stiffness);
+        f.visit(
+            {.name = "normal",
+             .unit = "-",
+             .text = "of the plane, towards the rods; all that presses them on it counts: loads, contacts and walls"},
+            normal);
+        f.visit(
+            {.name = "stiffness", .unit = "N/m", .text = "of the plane per element", .required = true, .at_least = 0},
+            stiffness);
         f.visit({.name = "damping", .unit = "N s/m", .text = "of the plane per element", .at_least = 0}, damping);
         f.visit({.name = "tolerance",
                  .unit = "m",
-                 .text = "gap up to which an element counts as touching, and is held there; or \"auto\": a hundredth of the least "
+                 .text = "gap up to which an element counts as touching, and is held there; or \"auto\": a hundredth "
+                         "of the least "
                          "radius",
                  .at_least = 0},
                 tolerance);
-        f.visit({.name = "kinetic_forward", .unit = "-", .text = "sliding friction of motion along the tangent", .at_least = 0},
+        f.visit({.name = "kinetic_forward",
+                 .unit = "-",
+                 .text = "sliding friction of motion along the tangent",
+                 .at_least = 0},
                 kinetic_forward);
-        f.visit({.name = "kinetic_backward", .unit = "-", .text = "sliding friction of motion against the tangent", .at_least = 0},
+        f.visit({.name = "kinetic_backward",
+                 .unit = "-",
+                 .text = "sliding friction of motion against the tangent",
+                 .at_least = 0},
                 kinetic_backward);
-        f.visit({.name = "kinetic_sideways", .unit = "-", .text = "sliding friction across", .at_least = 0}, kinetic_sideways);
-        f.visit({.name = "static_forward", .unit = "-", .text = "holds against forces along the tangent", .at_least = 0},
-                static_forward);
-        f.visit({.name = "static_backward", .unit = "-", .text = "holds against forces against the tangent", .at_least = 0},
-                static_backward);
-        f.visit({.name = "static_sideways", .unit = "-", .text = "lets roll without slip", .at_least = 0}, static_sideways);
+        f.visit({.name = "kinetic_sideways", .unit = "-", .text = "sliding friction across", .at_least = 0},
+                kinetic_sideways);
+        f.visit(
+            {.name = "static_forward", .unit = "-", .text = "holds against forces along the tangent", .at_least = 0},
+            static_forward);
+        f.visit(
+            {.name = "static_backward", .unit = "-", .text = "holds against forces against the tangent", .at_least = 0},
+            static_backward);
+        f.visit({.name = "static_sideways", .unit = "-", .text = "lets roll without slip", .at_least = 0},
+                static_sideways);
         f.visit({.name = "slip_speed",
                  .unit = "m/s",
-                 .text = "v_s: slower is held, above twice this slides; or \"auto\": 2^-24 sqrt(g r) under the scene's gravity, "
+                 .text = "v_s: slower is held, above twice this slides; or \"auto\": 2^-24 sqrt(g r) under the scene's "
+                         "gravity, "
                          "2^-24 (r/L) sqrt(E/rho) without",
                  .above = 0},
                 slip_speed);
@@ -95,7 +108,8 @@ struct PlaneFriction {
         for (const ElementConstants& e : group.element) least = std::min(least, e.radius);
         return least;
     }
-    /// A speed that rods have where they lie: that of a fall through a radius, m/s, or without gravity [m/s^2] that of bending.
+    /// A speed that rods have where they lie: that of a fall through a radius, m/s, or without gravity [m/s^2] that of
+    /// bending.
     static double speed_of(const RodGroup& group, double gravity) {
         const double radius = least_radius(group);
         if (gravity > 0) return std::sqrt(gravity * radius);
@@ -128,8 +142,8 @@ struct PlaneFriction {
         const auto n = static_cast<std::size_t>(group.elements());
         for (std::size_t k = 0; k < n; ++k) {
             const double r = std::sqrt(group.element[k].volume / (std::numbers::pi * group.element[k].rest_length));
-            rows.push_back(
-                {mass(group, k) / (mass(group, k) + mass(group, k + 1)), r, 1 / r, k == 0 ? 1.0 : 0.5, k == n - 1 ? 1.0 : 0.5});
+            rows.push_back({mass(group, k) / (mass(group, k) + mass(group, k + 1)), r, 1 / r, k == 0 ? 1.0 : 0.5,
+                            k == n - 1 ? 1.0 : 0.5});
         }
     }
 
@@ -143,8 +157,8 @@ struct PlaneFriction {
         const auto row = [&](int k) -> const auto& { return Map::row(rows, lane_rows, k); };
         const bool holds = static_forward > 0 || static_backward > 0 || static_sideways > 0;
         const int n = rod.n;
-        // Every element sees nodes as the stage before has left them for all: its halves are handed on one element late, and those
-        // of the last to the lane after before that begins.
+        // Every element sees nodes as the stage before has left them for all: its halves are handed on one element
+        // late, and those of the last to the lane after before that begins.
         load[n].force = behind<Map>(rod, load[0].force, load[n].force);
         const Vec3<P> last_velocity = behind<Map>(rod, rod.slot[0].velocity, rod.slot[n].velocity);
         const auto push = [&](int k, Grip<P>& grip) __attribute__((always_inline)) {
@@ -211,9 +225,11 @@ private:
         return fma(Pack<W>(c.first), load[k].force, Pack<W>(c.last) * load[k + 1].force);
     }
 
-    /// Force of the plane and of sliding friction; the couple of the latter goes into the load. `next`: velocity of node k + 1.
-    template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> slide(const RodTile<W>& rod, SlotLoad<W>* load, int k, const auto& c,
-                                                                 const Vec3<Pack<W>>& next, Grip<Pack<W>>& g) const {
+    /// Force of the plane and of sliding friction; the couple of the latter goes into the load. `next`: velocity of
+    /// node k + 1.
+    template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> slide(const RodTile<W>& rod, SlotLoad<W>* load, int k,
+                                                                 const auto& c, const Vec3<Pack<W>>& next,
+                                                                 Grip<Pack<W>>& g) const {
         using P = Pack<W>;
         const P zero(0.0), half(0.5), one(1.0);
         const Slot<W>& s = rod.slot[k];
@@ -247,14 +263,15 @@ private:
     }
 
     /// Friction that holds the element; its couple goes into the load.
-    template <class Map, int W>
-    SKEIN_INLINE Vec3<Pack<W>> hold(const RodTile<W>& rod, SlotLoad<W>* load, int k, const auto& c, const Grip<Pack<W>>& g) const {
+    template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> hold(const RodTile<W>& rod, SlotLoad<W>* load, int k,
+                                                                const auto& c, const Grip<Pack<W>>& g) const {
         using P = Pack<W>;
         const Vec3<P> all = element_load(load, k, c);
         const auto clamped = [](P x, P low, P high) { return min(max(x, -low), high); };
-        const P along =
-            clamped(dot(all, g.along), g.rest_along * P(static_backward) * g.push, g.rest_along * P(static_forward) * g.push);
-        const P no_slip = P(1.0 / 3) * fma(g.inverse_radius + g.inverse_radius, dot(load[k].couple, g.axis), -dot(all, g.across));
+        const P along = clamped(dot(all, g.along), g.rest_along * P(static_backward) * g.push,
+                                g.rest_along * P(static_forward) * g.push);
+        const P no_slip =
+            P(1.0 / 3) * fma(g.inverse_radius + g.inverse_radius, dot(load[k].couple, g.axis), -dot(all, g.across));
         const P most = g.rest_across * P(static_sideways) * g.push;
         const P across = clamped(no_slip, most, most);
         turn<Map>(rod, load, k, g, across);
@@ -262,8 +279,8 @@ private:
     }
 
     /// The couple of a force along b on the arm -r N.
-    template <class Map, int W>
-    SKEIN_INLINE static void turn(const RodTile<W>& rod, SlotLoad<W>* load, int k, const Grip<Pack<W>>& g, Pack<W> across) {
+    template <class Map, int W> SKEIN_INLINE static void turn(const RodTile<W>& rod, SlotLoad<W>* load, int k,
+                                                              const Grip<Pack<W>>& g, Pack<W> across) {
         load[k].couple += where_present<Map>(rod, k, (-(g.radius * across)) * g.axis);
     }
 };

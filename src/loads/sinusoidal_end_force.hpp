@@ -28,11 +28,13 @@ struct SinusoidalEndForce {
     void fields(FieldVisitor& f) {
         f.visit({.name = "start", .unit = "N", .text = "size of the force on the first node"}, start);
         f.visit({.name = "end", .unit = "N", .text = "size of the force on the last node"}, end);
-        f.visit(
-            {.name = "normal", .unit = "-", .text = "the force turns in the plane of `normal` and `normal` x `tangent`, lab frame"},
-            normal);
+        f.visit({.name = "normal",
+                 .unit = "-",
+                 .text = "the force turns in the plane of `normal` and `normal` x `tangent`, lab frame"},
+                normal);
         f.visit({.name = "tangent", .unit = "-", .text = "along the rod at the start, lab frame"}, tangent);
-        f.visit({.name = "hold", .unit = "s", .text = "until then the force is steady, along `normal`", .at_least = 0}, hold);
+        f.visit({.name = "hold", .unit = "s", .text = "until then the force is steady, along `normal`", .at_least = 0},
+                hold);
         f.visit({.name = "steady", .unit = "-", .text = "the steady force over the turning one"}, steady);
         f.visit({.name = "period", .unit = "s", .text = "of a turn", .above = 0}, period);
     }

@@ -1,10 +1,11 @@
 // Drag of a thin rod in a viscous fluid at rest, to leading order in 1/ln(L/r): no flow is solved for.   theory.md (38)
 //   F_k = -4 pi mu l'/ln(L'/r) (1 - t t^T/2) v_k,  half to each node of element k        [N] lab
-//   l', t: length and tangent now; L' = sum of l'; r = sqrt(V/(pi l')); v_k = (m_k v_k + m_{k+1} v_{k+1})/(m_k + m_{k+1})
-// Source: Cox 1970 (J. Fluid Mech. 44, 791), Gazzola et al. 2018. The velocity is that of before the kick, so this is an explicit
-// load: first order in the step, and stable only while (step) x (drag rate) < 2: the plan counts it among the limits. Damping of
-// kind "physical" has neither fault. In a ring node n is node 0.
-// Cost: 100 flop per element, of them 45 for the logarithm, with a square root and two divisions.
+//   l', t: length and tangent now; L' = sum of l'; r = sqrt(V/(pi l')); v_k = (m_k v_k + m_{k+1} v_{k+1})/(m_k +
+//   m_{k+1})
+// Source: Cox 1970 (J. Fluid Mech. 44, 791), Gazzola et al. 2018. The velocity is that of before the kick, so this is
+// an explicit load: first order in the step, and stable only while (step) x (drag rate) < 2: the plan counts it among
+// the limits. Damping of kind "physical" has neither fault. In a ring node n is node 0. Cost: 100 flop per element, of
+// them 45 for the logarithm, with a square root and two divisions.
 #pragma once
 
 #include "core/logarithm.hpp"
@@ -25,12 +26,13 @@ struct SlenderBodyDrag {
     double viscosity = 0; ///< mu, Pa s
 
     void fields(FieldVisitor& f) {
-        f.visit({.name = "viscosity",
-                 .unit = "Pa s",
-                 .text = "of the fluid, at rest; an explicit load, whose rate the plan counts among the limits of the step",
-                 .required = true,
-                 .above = 0},
-                viscosity);
+        f.visit(
+            {.name = "viscosity",
+             .unit = "Pa s",
+             .text = "of the fluid, at rest; an explicit load, whose rate the plan counts among the limits of the step",
+             .required = true,
+             .above = 0},
+            viscosity);
     }
     void check(RodSpecs groups, Objections& objections) const {
         for (const RodSpec* rods : groups)
@@ -52,8 +54,8 @@ struct SlenderBodyDrag {
                             std::numbers::pi / group.element[static_cast<std::size_t>(k)].volume});
     }
 
-    /// The largest rate of decay of a velocity at the rest lengths, bounded from above by the sum along a node's row: half of the
-    /// drag of both its elements over its mass. theory.md (38)
+    /// The largest rate of decay of a velocity at the rest lengths, bounded from above by the sum along a node's row:
+    /// half of the drag of both its elements over its mass. theory.md (38)
     DragRate largest_rate(const RodGroup& group) const {
         const int n = group.elements();
         const auto half_drag = [&](int k) {
@@ -72,7 +74,8 @@ struct SlenderBodyDrag {
     }
 
     static constexpr bool data_along_only = true;
-    /// Of a tile along: constants by lane, and lengths of the moment, which are added up along each rod in its own order.
+    /// Of a tile along: constants by lane, and lengths of the moment, which are added up along each rod in its own
+    /// order.
     template <int W> struct TileData {
         LaneRows<Row<Pack<W>>> rows;
         mutable AlignedVector<Pack<W>> length;
@@ -95,7 +98,8 @@ struct SlenderBodyDrag {
             const P slender = P(0.5) * log(total * total * length * P(c.thread)); // ln(L'/r) = ln(L'^2/r^2)/2
             const P inverse = P(1.0) / (squared * slender);                       // of both, for one division
             const Vec3<P> across = v - (P(0.5) * dot(edge, v) * slender * inverse) * edge;
-            return where_present<Map>(rod, k, (P(-2 * std::numbers::pi * viscosity) * length * squared * inverse) * across);
+            return where_present<Map>(rod, k,
+                                      (P(-2 * std::numbers::pi * viscosity) * length * squared * inverse) * across);
         };
         const Vec3<P> last = half_drag(rod.n - 1);
         Vec3<P> before = given_on<Map>(rod, last);
@@ -120,7 +124,8 @@ private:
             for (const Seat& seat : rod.strands->seats()) {
                 double sum = 0;
                 for (int l = seat.lane, left = seat.group->elements(); left > 0; ++l, left -= rod.n)
-                    for (std::size_t k = 0; k < static_cast<std::size_t>(std::min(left, rod.n)); ++k) sum += data.length[k][l];
+                    for (std::size_t k = 0; k < static_cast<std::size_t>(std::min(left, rod.n)); ++k)
+                        sum += data.length[k][l];
                 for (int l = seat.lane; l < seat.lane + seat.lanes; ++l) total.set(l, sum);
             }
         } else {

@@ -15,7 +15,8 @@ struct UniformCouple {
     Ramp ramp;
 
     void fields(FieldVisitor& f) {
-        f.visit({.name = "couple", .unit = "N m", .text = "total couple on each rod, lab frame", .required = true}, couple);
+        f.visit({.name = "couple", .unit = "N m", .text = "total couple on each rod, lab frame", .required = true},
+                couple);
         ramp.fields(f);
     }
 
@@ -23,7 +24,8 @@ struct UniformCouple {
         const auto c = broadcast<W>(couple);
         const auto per_length = ramp.at(step.time) / Map::length(rod);
         for (int k = 0; k < rod.n; ++k)
-            load[k].couple = fma(Pack<W>(per_length * Map::element(rod, k).rest_length), rod.slot[k].director * c, load[k].couple);
+            load[k].couple =
+                fma(Pack<W>(per_length * Map::element(rod, k).rest_length), rod.slot[k].director * c, load[k].couple);
     }
 };
 

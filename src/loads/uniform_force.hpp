@@ -22,7 +22,8 @@ struct UniformForce {
     template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
         const auto f = broadcast<W>(force);
         const auto per_length = ramp.at(step.time) / Map::length(rod);
-        for (int i = 0; i <= rod.last; ++i) load[i].force = fma(Pack<W>(per_length * Map::node_length(rod, i)), f, load[i].force);
+        for (int i = 0; i <= rod.last; ++i)
+            load[i].force = fma(Pack<W>(per_length * Map::node_length(rod, i)), f, load[i].force);
     }
 };
 

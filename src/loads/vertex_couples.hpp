@@ -1,7 +1,9 @@
-// A moment at a vertex as couples on the two elements beside it, one lab vector and its opposite, so that no net couple is left.
+// A moment at a vertex as couples on the two elements beside it, one lab vector and its opposite, so that no net couple
+// is left.
 //   about lab axes    c_{j-1} -= Q_{j-1} m,   c_j += Q_j m                                                 [N m] body
-//   about body axes   the gradient of -p.phi_j, phi_j = log(Q_j Q_{j-1}^T), p in the material              theory.md (36a)
-//   c_{j-1} -= (1 + Phi/2 + g Phi^2) p,   c_j += (1 - Phi/2 + g Phi^2) p                                   [N m] body
+//   about body axes   the gradient of -p.phi_j, phi_j = log(Q_j Q_{j-1}^T), p in the material              theory.md
+//   (36a) c_{j-1} -= (1 + Phi/2 + g Phi^2) p,   c_j += (1 - Phi/2 + g Phi^2) p                                   [N m]
+//   body
 // which is what a change of the rest curvature by B^-1 p does.
 #pragma once
 

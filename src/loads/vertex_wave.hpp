@@ -1,10 +1,11 @@
 // A wave of couple that stands equal and opposite on the two elements of every vertex: what muscles have in common.
-//   c_k += Q_k (m_k - m_{k+1}) d                  [N m] body, vertex j between elements j-1 and j; d a lab direction, or
-//   a moment m_j d about body axes, d in the material                                          loads/vertex_couples.hpp
-// Of an open rod the ends are vertices where they are clamped: the element has m_0 d, or -m_n d, and the clamp what is opposite. In
-// a ring vertex 0 joins the last element to the first. Where a joint goes on it has the moments of the ends
-// (tiles/end_moments.hpp).
-//   m_j(t) = r(t) A_j sin(2 pi t/T - a_j) = A_j cos(a_j) r sin(wt) - A_j sin(a_j) r cos(wt): one sine and cosine a step in all
+//   c_k += Q_k (m_k - m_{k+1}) d                  [N m] body, vertex j between elements j-1 and j; d a lab direction,
+//   or a moment m_j d about body axes, d in the material loads/vertex_couples.hpp
+// Of an open rod the ends are vertices where they are clamped: the element has m_0 d, or -m_n d, and the clamp what is
+// opposite. In a ring vertex 0 joins the last element to the first. Where a joint goes on it has the moments of the
+// ends (tiles/end_moments.hpp).
+//   m_j(t) = r(t) A_j sin(2 pi t/T - a_j) = A_j cos(a_j) r sin(wt) - A_j sin(a_j) r cos(wt): one sine and cosine a step
+//   in all
 // Cost: 33 flop per element; about body axes 102.
 #pragma once
 
@@ -71,8 +72,8 @@ public:
     }
     template <int W> auto bind(const RodTile<W>& rod) const { return in_lanes<Parts>(rod, parts_); }
 
-    template <int W, class Map>
-    void add(const RodTile<W>& rod, const auto& in_lanes, SlotLoad<W>* load, const Step& step, const Vec3d& direction) const {
+    template <int W, class Map> void add(const RodTile<W>& rod, const auto& in_lanes, SlotLoad<W>* load,
+                                         const Step& step, const Vec3d& direction) const {
         const auto d = broadcast<W>(direction);
         if (frame_ == LoadFrame::body) return add_about_body_axes<Map>(rod, in_lanes, load, step, d);
         for (int k = 0; k < rod.n; ++k) {

@@ -1,15 +1,14 @@
 // Energy audit of one group: what loads, walls and damping do to each rod, kick by kick.        theory.md section 16
-//   loads        h F.(v- + v+)/2 + h C.(w- + w+)/2 over all nodes and elements, F and C of external loads alone: of contacts
-//   between
+//   loads        h F.(v- + v+)/2 + h C.(w- + w+)/2 over all nodes and elements, F and C of external loads alone: of
+//   contacts between
 //                bodies, which have an energy of their own, there is none in it
-//   walls        -h f.v - h c.w at held nodes and elements, f and c all loads there; the couple on the far side of a half cell
-//   (12);
+//   walls        -h f.v - h c.w at held nodes and elements, f and c all loads there; the couple on the far side of a
+//   half cell (12);
 //                and the kinetic energy that the walls give what they hold
 //   dissipated   the work of all loads on what is free, less what its kinetic energy has gained
-// v-, w- before the kick and v+, w+ at the end of the step. Sums run along the rod and in time, lane by lane: the same bits for any
-// ranks, threads and lanes.
-// Passes: before the ends are moved (where they move), after the elastic pass, on both sides of what contacts exert (where there
-// are some), before the kick, and last of all.
+// v-, w- before the kick and v+, w+ at the end of the step. Sums run along the rod and in time, lane by lane: the same
+// bits for any ranks, threads and lanes. Passes: before the ends are moved (where they move), after the elastic pass,
+// on both sides of what contacts exert (where there are some), before the kick, and last of all.
 #pragma once
 
 #include "mechanics/elastic.hpp"
@@ -31,9 +30,9 @@ template <int W> struct EnergyBudget {
         AlignedVector<SlotLoad<W>> inner, all; ///< loads that have an energy, all loads, [n + 1]
         bool noted = false;                    ///< `all` is what there was before contacts exerted theirs
         AlignedVector<Rates> before;           ///< rates before the kick, [n + 1]
-        P held_before{};                       ///< kinetic energy of held nodes and elements before their walls moved, J
-        P wall_power{};                        ///< of the couples that half cells exert on walls, W
-        P loads{}, walls{}, dissipated{};      ///< sums, J
+        P held_before{};                  ///< kinetic energy of held nodes and elements before their walls moved, J
+        P wall_power{};                   ///< of the couples that half cells exert on walls, W
+        P loads{}, walls{}, dissipated{}; ///< sums, J
     };
     AlignedVector<TileBudget> tiles;
 
@@ -52,11 +51,14 @@ template <int W> struct EnergyBudget {
     }
     std::size_t bytes() const {
         std::size_t sum = 0;
-        for (const TileBudget& p : tiles) sum += sizeof(TileBudget) + p.inner.size() * (2 * sizeof(SlotLoad<W>) + sizeof(Rates));
+        for (const TileBudget& p : tiles)
+            sum += sizeof(TileBudget) + p.inner.size() * (2 * sizeof(SlotLoad<W>) + sizeof(Rates));
         return sum;
     }
 
-    P node_energy(const Vec3<P>& v, int i) const { return P(0.5 * group_.node_mass[static_cast<std::size_t>(i)]) * dot(v, v); }
+    P node_energy(const Vec3<P>& v, int i) const {
+        return P(0.5 * group_.node_mass[static_cast<std::size_t>(i)]) * dot(v, v);
+    }
     P element_energy(const Vec3<P>& w, int k) const {
         return P(0.5) * dot(w, scale(broadcast<W>(group_.element[static_cast<std::size_t>(k)].inertia), w));
     }
@@ -69,7 +71,8 @@ template <int W> struct EnergyBudget {
             if (group_.holds_node(i)) sum = sum + node_energy(rod.slot[i].velocity, i);
             else if (group_.slides(i)) sum = sum + node_energy(scale(held_directions(i), rod.slot[i].velocity), i);
         if (group_.holds_element(0)) sum = sum + element_energy(rod.slot[0].spin, 0);
-        if (rod.n > 1 && group_.holds_element(rod.n - 1)) sum = sum + element_energy(rod.slot[rod.n - 1].spin, rod.n - 1);
+        if (rod.n > 1 && group_.holds_element(rod.n - 1))
+            sum = sum + element_energy(rod.slot[rod.n - 1].spin, rod.n - 1);
         return sum;
     }
 
@@ -136,7 +139,8 @@ public:
         typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
         std::copy(load, load + rod.n + 1, tile.all.begin());
         tile.noted = true;
-        for (int k = 0; k <= rod.n; ++k) tile.before[static_cast<std::size_t>(k)] = {rod.slot[k].velocity, rod.slot[k].spin};
+        for (int k = 0; k <= rod.n; ++k)
+            tile.before[static_cast<std::size_t>(k)] = {rod.slot[k].velocity, rod.slot[k].spin};
     }
 
 private:
@@ -146,7 +150,8 @@ private:
 /// At the end of the step.
 template <int W> class AuditBalancePass final : public TilePass<W> {
 public:
-    AuditBalancePass(std::shared_ptr<EnergyBudget<W>> budget, bool moving) : budget_(std::move(budget)), moving_(moving) {}
+    AuditBalancePass(std::shared_ptr<EnergyBudget<W>> budget, bool moving)
+        : budget_(std::move(budget)), moving_(moving) {}
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         using P = Pack<W>;
@@ -155,8 +160,8 @@ public:
         tile.noted = false;
         P external(0.0), held(0.0), free(0.0),
             gained(0.0); // power of external loads, of all on the held and on the free; kinetic energy
-        const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after, bool is_held,
-                               const auto& energy) {
+        const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after,
+                               bool is_held, const auto& energy) {
             const Vec3<P> mean = P(0.5) * (before + after);
             const P power = dot(all, mean);
             external = external + dot(all - inner, mean);
@@ -171,7 +176,8 @@ public:
         for (int i = 0; i < nodes; ++i) {
             const auto at = static_cast<std::size_t>(i);
             if (rod.group->slides(i)) { // of whose force the wall takes a part
-                const Vec3<P> by_wall = budget.held_directions(i), &all = tile.all[at].force, &inner = tile.inner[at].force;
+                const Vec3<P> by_wall = budget.held_directions(i), &all = tile.all[at].force,
+                              &inner = tile.inner[at].force;
                 const auto share = [&](const Vec3<P>& of, bool is_held, const Vec3<P>& before, const Vec3<P>& after) {
                     tally(scale(of, all), scale(of, inner), scale(of, before), scale(of, after), is_held,
                           [&](const Vec3<P>& v) { return budget.node_energy(v, i); });
@@ -185,13 +191,14 @@ public:
         }
         for (int k = 0; k < rod.n; ++k) {
             const auto at = static_cast<std::size_t>(k);
-            tally(tile.all[at].couple, tile.inner[at].couple, tile.before[at].spin, rod.slot[k].spin, rod.group->holds_element(k),
-                  [&](const Vec3<P>& w) { return budget.element_energy(w, k); });
+            tally(tile.all[at].couple, tile.inner[at].couple, tile.before[at].spin, rod.slot[k].spin,
+                  rod.group->holds_element(k), [&](const Vec3<P>& w) { return budget.element_energy(w, k); });
         }
         const P h(step.kick);
         tile.loads = fma(h, external, tile.loads);
         tile.dissipated = tile.dissipated + (h * free - gained);
-        if (moving_) tile.walls = tile.walls + (budget.held_energy(rod) - tile.held_before - h * (held + tile.wall_power));
+        if (moving_)
+            tile.walls = tile.walls + (budget.held_energy(rod) - tile.held_before - h * (held + tile.wall_power));
     }
 
 private:

@@ -14,8 +14,8 @@ struct Deflection {
 
 bool clamped(EndKind end) { return end == EndKind::clamped || end == EndKind::clamped_frozen; }
 
-/// Lowest bending mode of a slender uniform rod of length 1: roots b of the frequency equation of its ends, at x from the end that
-/// is held more.
+/// Lowest bending mode of a slender uniform rod of length 1: roots b of the frequency equation of its ends, at x from
+/// the end that is held more.
 class SlenderMode {
 public:
     SlenderMode(EndKind more, EndKind less) : start_(more), end_(less) {
@@ -25,12 +25,14 @@ public:
         else root_ = less == EndKind::pinned ? 3.926602312047919 : 1.875104068711961;
         const double b = root_;
         if (start_ == EndKind::pinned) share_ = same ? 0 : std::sin(b) / std::sinh(b);
-        else if (clamped(start_) && end_ == EndKind::free) share_ = (std::cosh(b) + std::cos(b)) / (std::sinh(b) + std::sin(b));
+        else if (clamped(start_) && end_ == EndKind::free)
+            share_ = (std::cosh(b) + std::cos(b)) / (std::sinh(b) + std::sin(b));
         else share_ = (std::cosh(b) - std::cos(b)) / (std::sinh(b) - std::sin(b));
     }
     Deflection at(double x) const {
         const double b = root_, y = b * x;
-        if (start_ == EndKind::pinned) return {std::sin(y) + share_ * std::sinh(y), b * (std::cos(y) + share_ * std::cosh(y))};
+        if (start_ == EndKind::pinned)
+            return {std::sin(y) + share_ * std::sinh(y), b * (std::cos(y) + share_ * std::cosh(y))};
         const double sign = clamped(start_) ? -1 : 1;
         return {std::cosh(y) + sign * std::cos(y) - share_ * (std::sinh(y) + sign * std::sin(y)),
                 b * (std::sinh(y) - sign * std::sin(y) - share_ * (std::cosh(y) + sign * std::cos(y)))};
@@ -43,7 +45,8 @@ private:
 
 int held(EndKind end) { return clamped(end) ? 2 : end == EndKind::pinned ? 1 : 0; }
 
-/// How an end is held against bending: one that slides sideways leaves a pinned rod free, and holds of a clamped one its direction.
+/// How an end is held against bending: one that slides sideways leaves a pinned rod free, and holds of a clamped one
+/// its direction.
 struct Support {
     EndKind kind;
     bool guided = false;
@@ -58,7 +61,8 @@ Support support(EndKind kind, const std::string& free, const Vec3d& tangent) {
 
 /// Lowest mode at x from the start, over the length. A guided end is the middle of a rod of twice the length.
 Deflection lowest_mode(const Support& start, const Support& end, double x) {
-    if (start.guided && end.guided) return {std::cos(std::numbers::pi * x), std::numbers::pi * std::sin(std::numbers::pi * x)};
+    if (start.guided && end.guided)
+        return {std::cos(std::numbers::pi * x), std::numbers::pi * std::sin(std::numbers::pi * x)};
     if (start.guided) return lowest_mode(end, start, 1 - x);
     if (end.guided) {
         const Deflection d = SlenderMode(start.kind, start.kind).at(0.5 * x);
@@ -77,7 +81,9 @@ Ratio kinetic_ratio(const RodGroup& group) {
     const double length = group.spec().shape.length;
     const double Vec3d::*axis = group.element[0].bending.x <= group.element[0].bending.y ? &Vec3d::x : &Vec3d::y;
     const RodSpec& spec = group.spec();
-    const auto tangent = [&](const Quaterniond& frame) { return group.turned() ? Vec3d{0, 0, 0} : third_director(frame); };
+    const auto tangent = [&](const Quaterniond& frame) {
+        return group.turned() ? Vec3d{0, 0, 0} : third_director(frame);
+    };
     const Support start = support(spec.start, spec.start_free, tangent(group.frame())),
                   end = support(spec.end, spec.end_free, tangent(group.end_frame()));
     double translation = 0, scaled = 0, plain = 0, s = 0;
@@ -85,7 +91,8 @@ Ratio kinetic_ratio(const RodGroup& group) {
         const ElementConstants& c = group.element[k];
         const double middle = (s + 0.5 * c.rest_length) / length, mass = group.spec().material.density * c.volume;
         Deflection d = lowest_mode(start, end, middle);
-        // A ring as a figure of two waves, w = cos 2a and -sin(2a)/2 along it: turns by 1.5 sin 2a over its radius. The means:
+        // A ring as a figure of two waves, w = cos 2a and -sin(2a)/2 along it: turns by 1.5 sin 2a over its radius. The
+        // means:
         if (group.closed()) d = {std::sqrt(1.25), 1.5 * 2 * std::numbers::pi};
         const double rotation = c.inertia.*axis * d.slope * d.slope / (length * length);
         translation += mass * d.w * d.w;

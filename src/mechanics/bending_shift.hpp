@@ -1,4 +1,5 @@
-// How far scaled rotary inertia slows a group's lowest bending mode: an estimate for the plan.       docs/theory.md, end of section
+// How far scaled rotary inertia slows a group's lowest bending mode: an estimate for the plan.       docs/theory.md,
+// end of section
 // 9
 #pragma once
 
@@ -6,7 +7,8 @@
 
 namespace skein {
 
-/// Relative shift of the lowest bending frequency, by the mode of the slender uniform rod with the group's ends; 0 without scaling.
+/// Relative shift of the lowest bending frequency, by the mode of the slender uniform rod with the group's ends; 0
+/// without scaling.
 double bending_shift(const RodGroup& group);
 
 } // namespace skein

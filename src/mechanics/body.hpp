@@ -1,5 +1,5 @@
-// What a rigid body does in a step that a rod does otherwise. A body is one element and one node, its centre of mass, in one slot;
-// drift, kick and loads are those of rods, with the inertia of the whole body.                                 theory.md (59)
+// What a rigid body does in a step that a rod does otherwise. A body is one element and one node, its centre of mass,
+// in one slot; drift, kick and loads are those of rods, with the inertia of the whole body. theory.md (59)
 #pragma once
 
 #include "skein/tiles/tile.hpp"

@@ -1,11 +1,12 @@
 // Exact drift: positions at constant velocity, frames as free tops.                theory.md (16)-(19)
 //   x += h v
 //   circular (J1 = J2):  u = h (w1, w2, J3/J1 w3);  Q <- R(u) Q;  then Q and w turn about d3 by (1 - J3/J1) h w3
-//   elliptic:            half a turn of the rest about the axis r of the smaller of J1, J2 by (h/2) p_r (1/J_r - 1/J_b); the top
-//   about d3 with
-//                        transverse inertia J_b; the other half. p = J w, b the third axis. (The wrong choice of r fails.)
-// Both conserve the lab angular momentum to round-off; half drifts between two kicks merge into one (exactly for circles).
-// Cost: 112 flop per element (circular), 189 (elliptic).
+//   elliptic:            half a turn of the rest about the axis r of the smaller of J1, J2 by (h/2) p_r (1/J_r -
+//   1/J_b); the top about d3 with
+//                        transverse inertia J_b; the other half. p = J w, b the third axis. (The wrong choice of r
+//                        fails.)
+// Both conserve the lab angular momentum to round-off; half drifts between two kicks merge into one (exactly for
+// circles). Cost: 112 flop per element (circular), 189 (elliptic).
 #pragma once
 
 #include "core/rotation.hpp"
@@ -36,7 +37,8 @@ template <int Axis, int W> SKEIN_INLINE void turn_about(Quaternion<Pack<W>>& q, 
 
 /// J1 = J2; J3/J1 is 2 for the inertia of the section itself, less where the rotary inertia is scaled.
 struct CircularTop {
-    template <class C, int W> SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <class C, int W>
+    SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         const Pack<W> ratio(c.inertia_ratio);
         const Vec3<Pack<W>> half = (Pack<W>(0.5) * h) * w;
         Quaternion<Pack<W>> turned = rotation_by_twice<W>({half.x, half.y, ratio * half.z});
@@ -45,15 +47,19 @@ struct CircularTop {
     }
 };
 
-/// J1 != J2; SmallAxis is the axis of the smaller one, 0 or 1. J3 = J1 + J2 is the largest unless the others are scaled.
+/// J1 != J2; SmallAxis is the axis of the smaller one, 0 or 1. J3 = J1 + J2 is the largest unless the others are
+/// scaled.
 template <int SmallAxis> struct EllipticTop {
-    template <class C, int W> SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <class C, int W>
+    SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         using P = Pack<W>;
         const auto small = SmallAxis == 0 ? c.inv_inertia.x : c.inv_inertia.y,
                    other = SmallAxis == 0 ? c.inv_inertia.y : c.inv_inertia.x;
         const P half_rest_rate(0.25 * (small - other)), top(other), half_axial(0.5 * (c.inv_inertia.z - other));
         Vec3<P> p = scale(broadcast<W>(c.inertia), w);
-        const auto half_rest = [&] { detail::turn_about<SmallAxis>(q, p, h * (half_rest_rate * (SmallAxis == 0 ? p.x : p.y))); };
+        const auto half_rest = [&] {
+            detail::turn_about<SmallAxis>(q, p, h * (half_rest_rate * (SmallAxis == 0 ? p.x : p.y)));
+        };
         half_rest();
         q = rotation((h * top) * p) * q;
         detail::turn_about<2>(q, p, h * (half_axial * p.z));
@@ -64,7 +70,8 @@ template <int SmallAxis> struct EllipticTop {
 
 /// The smaller of J1 and J2 is that of the element: of rods whose lanes have the same constants.
 struct EllipticTopOfEach {
-    template <int W> SKEIN_INLINE static void turn(const ElementConstants& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <int W>
+    SKEIN_INLINE static void turn(const ElementConstants& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         if (c.inertia.x < c.inertia.y) EllipticTop<0>::turn(c, q, w, h);
         else EllipticTop<1>::turn(c, q, w, h);
     }
@@ -84,7 +91,9 @@ template <class Top, int W, class Map = Across<W>> SKEIN_INLINE void drift(const
 
 template <class Top, int W, class Map = Across<W>> class DriftPass final : public TilePass<W> {
 public:
-    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override { drift<Top, W, Map>(rod, step.drift); }
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
+        drift<Top, W, Map>(rod, step.drift);
+    }
 };
 
 /// q <- q (3 - |q|^2)/2: takes round-off out of the frames, every so many steps.  theory.md (25)
@@ -97,13 +106,15 @@ public:
         for (int k = 0; k < rod.n; ++k) {
             Quaternion<P>& q = rod.slot[k].director;
             P scale = fnma(P(0.5), dot(q, q), P(1.5));
-            if constexpr (Map::along) scale = select(Map::element(rod, k).absent > P(0.0), P(1.0), scale); // a wall's frame stays
+            if constexpr (Map::along)
+                scale = select(Map::element(rod, k).absent > P(0.0), P(1.0), scale); // a wall's frame stays
             q = {scale * q.w, scale * q.v};
         }
     }
 };
 
-/// A ring's last node is its first: after the drift its slot takes that node's place, before the kick it hands over its load.
+/// A ring's last node is its first: after the drift its slot takes that node's place, before the kick it hands over its
+/// load.
 template <int W> void close_ring(const RodTile<W>& rod) {
     rod.slot[rod.n].position = rod.slot[0].position;
     rod.slot[rod.n].velocity = rod.slot[0].velocity;
@@ -115,7 +126,9 @@ public:
 template <int W> class FoldRingPass final : public TilePass<W> {
 public:
     bool adds_loads() const override { return false; }
-    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override { load[0].force += load[rod.n].force; }
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
+        load[0].force += load[rod.n].force;
+    }
 };
 
 } // namespace skein

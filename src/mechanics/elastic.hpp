@@ -1,12 +1,14 @@
 // Internal forces and couples: the exact negative gradient of the discrete energy, in one sweep along the rod.
-//   theory.md (8)-(15); derivation there, checked against finite differences of the energy in tests/unit/rod/elastic_test.cpp
+//   theory.md (8)-(15); derivation there, checked against finite differences of the energy in
+//   tests/unit/rod/elastic_test.cpp
 //
 //   element k      nu = Q (x[k+1]-x[k])/l0,  e = nu_3,  n = dWs/dnu             [N] body
 //                  f[k] += Q^T n,  f[k+1] -= Q^T n,  c[k] += l0 nu x n
 //   cell k|k+1     phi = log(Q[k+1] Q[k]^T),  kappa = phi/D,  tau = B (kappa-kappa0)/E^3
 //                  a = phi x tau,  b = g(phi) phi x a
 //                  c[k] += tau + a/2 + b,   c[k+1] += -tau + a/2 - b
-//                  n_3 -= (3/4) q/E^4 in both elements, q = (kappa-kappa0).B(kappa-kappa0); E^-3 and this as the law has them
+//                  n_3 -= (3/4) q/E^4 in both elements, q = (kappa-kappa0).B(kappa-kappa0); E^-3 and this as the law
+//                  has them
 //   ring           one more cell, between elements n-1 and 0
 //   wall           a half cell, D = l0/2, between the wall's frame and the first or last element; E = that element's e
 //
@@ -47,8 +49,9 @@ SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const CellStrain<Pack<W>>& cell, cons
     const Vec3<P> a = cross(phi, tau);
     const Vec3<P> straight = fma(cell.turn.jacobian, cross(phi, a), tau); // tau + b
     const P half(0.5);
-    CellLoads<P> loads{
-        fma(half, a, straight), {fms(half, a.x, straight.x), fms(half, a.y, straight.y), fms(half, a.z, straight.z)}, {}};
+    CellLoads<P> loads{fma(half, a, straight),
+                       {fms(half, a.x, straight.x), fms(half, a.y, straight.y), fms(half, a.z, straight.z)},
+                       {}};
     if constexpr (Law::bending_pulls)
         loads.tension = Law::bending_tension(strain, moment, factor, cell.inv_dilatation, rest_stretch);
     return loads;
@@ -65,7 +68,8 @@ inline Ends ends_of(const RodGroup& group) {
 template <class Law, int W, class Map = Across<W>> class ElasticPass final : public TilePass<W> {
 public:
     /// `moving`: where the walls are, if they move.
-    explicit ElasticPass(Ends ends, std::shared_ptr<const MovingEnds> moving = nullptr) : ends_(ends), moving_(std::move(moving)) {}
+    explicit ElasticPass(Ends ends, std::shared_ptr<const MovingEnds> moving = nullptr)
+        : ends_(ends), moving_(std::move(moving)) {}
 
     /// Rods with directions of their own have walls of their own.
     void bind(const RodTile<W>& rod) override {
@@ -91,7 +95,8 @@ public:
         CellLoads<P> seam, before;
         if constexpr (Map::along) {
             seam = loads(rod, n - 1, cell(rod, n - 1, n, strain(rod, n - 1).z, from_lane_after(nu.z)));
-            before = from_seam(rod.strands->first, seam, ends_.start_wall ? start_wall(rod, step, nu.z) : CellLoads<P>{});
+            before =
+                from_seam(rod.strands->first, seam, ends_.start_wall ? start_wall(rod, step, nu.z) : CellLoads<P>{});
         } else {
             seam = ends_.closed       ? loads(rod, n - 1, cell(rod, n - 1, 0, strain(rod, n - 1).z, nu.z))
                    : ends_.start_wall ? start_wall(rod, step, nu.z)
@@ -111,7 +116,8 @@ public:
 
         int k = 0;
         if (n > 1) {
-            // A cell's strain is worked out one element ahead of its loads: two chains of arithmetic under way instead of one.
+            // A cell's strain is worked out one element ahead of its loads: two chains of arithmetic under way instead
+            // of one.
             Vec3<P> nu_next = strain(rod, 1);
             CellStrain<P> next = cell(rod, 0, 1, nu.z, nu_next.z);
             for (; k < n - 2; ++k) {
@@ -129,7 +135,8 @@ public:
         }
         finish(k, Map::along || ends_.closed ? seam : ends_.end_wall ? end_wall(rod, step, nu.z) : CellLoads<P>{});
         load[n].force = -force_before;
-        if constexpr (Map::along) load[0].force += select(rod.strands->first, Vec3<P>{}, from_lane_before(load[n].force));
+        if constexpr (Map::along)
+            load[0].force += select(rod.strands->first, Vec3<P>{}, from_lane_before(load[n].force));
     }
 
     /// Couples that the half cells exert on the walls, body of the wall, N m; 0 without half cells.
@@ -161,8 +168,8 @@ private:
     }
     template <class C, class R> [[gnu::noinline]] static CellLoads<P>
     wall(const C& cell, const Quaternion<P>& after, const Quaternion<P>& before, P e, const R& rest_stretch) {
-        return cell_loads<Law, W>({relative_rotation_and_jacobian(after, before), P(1.0) / e}, cell.inv_length, cell.stiffness,
-                                  cell.rest_curvature, rest_stretch);
+        return cell_loads<Law, W>({relative_rotation_and_jacobian(after, before), P(1.0) / e}, cell.inv_length,
+                                  cell.stiffness, cell.rest_curvature, rest_stretch);
     }
     CellLoads<P> start_wall(const RodTile<W>& rod, const Step& step, P e) const {
         if constexpr (Map::along) {
@@ -171,16 +178,19 @@ private:
             const Quaternion<P>& first = rod.slot[0].director;
             const CellLoads<P> held =
                 wall(s.start_cell, first, select(s.start_wall, s.start_frame, first), e, s.element[0].rest_stretch);
-            return {held.before, select(s.start_wall, held.after, Vec3<P>{}), select(s.start_wall, held.tension, P(0.0))};
+            return {held.before, select(s.start_wall, held.after, Vec3<P>{}),
+                    select(s.start_wall, held.tension, P(0.0))};
         } else {
-            const Quaternion<P> frame = !walls_.empty() ? walls_[rod.number].start
-                                                        : broadcast<W>(moving_ ? moving_->start(step).frame : rod.group->frame());
+            const Quaternion<P> frame = !walls_.empty()
+                                            ? walls_[rod.number].start
+                                            : broadcast<W>(moving_ ? moving_->start(step).frame : rod.group->frame());
             return wall(rod.group->start_wall, rod.slot[0].director, frame, e, rod.element[0].rest_stretch);
         }
     }
     CellLoads<P> end_wall(const RodTile<W>& rod, const Step& step, P e) const {
-        const Quaternion<P> frame =
-            !walls_.empty() ? walls_[rod.number].end : broadcast<W>(moving_ ? moving_->end(step).frame : rod.group->end_frame());
+        const Quaternion<P> frame = !walls_.empty()
+                                        ? walls_[rod.number].end
+                                        : broadcast<W>(moving_ ? moving_->end(step).frame : rod.group->end_frame());
         return wall(rod.group->end_wall, frame, rod.slot[rod.n - 1].director, e, rod.element[rod.n - 1].rest_stretch);
     }
 

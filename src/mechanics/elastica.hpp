@@ -1,5 +1,6 @@
-// The published rod (Gazzola et al. 2018, R. Soc. Open Sci. 5, 171628, as its authors discretise it): for comparison and replays.
-// It has no energy: powers of the dilatation, a dilatation-rate term and the explicit gyroscopic term.      theory.md (48)-(50)
+// The published rod (Gazzola et al. 2018, R. Soc. Open Sci. 5, 171628, as its authors discretise it): for comparison
+// and replays. It has no energy: powers of the dilatation, a dilatation-rate term and the explicit gyroscopic term.
+// theory.md (48)-(50)
 //
 //   element k      e = |dx|/l0,  sigma = Q dx/l0 - e3,  n = S (sigma - sigma0),  f = Q^T n/e
 //   cell k|k+1     kappa = log(Q[k+1] Q[k]^T)/D,  tau = B (kappa - kappa0)/E^3,  E = mean length over D
@@ -14,7 +15,8 @@ namespace skein {
 
 /// The frame turns at the body's angular velocity, whatever its inertia.
 struct PlainTop {
-    template <class C, int W> SKEIN_INLINE static void turn(const C&, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <class C, int W>
+    SKEIN_INLINE static void turn(const C&, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         q = rotation<W>(h * w) * q;
     }
 };
@@ -26,25 +28,26 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         const int n = rod.n;
         Edge edge = edge_of(rod, 0);
-        const Cell first =
-            ends_.closed ? cell(rod, n - 1, 0, edge_of(rod, n - 1).e, edge.e)
-            : ends_.start_wall
-                ? wall(rod.group->start_wall, relative_rotation(rod.slot[0].director, broadcast<W>(rod.group->frame())), edge.e)
-                : Cell{};
+        const Cell first = ends_.closed ? cell(rod, n - 1, 0, edge_of(rod, n - 1).e, edge.e)
+                           : ends_.start_wall
+                               ? wall(rod.group->start_wall,
+                                      relative_rotation(rod.slot[0].director, broadcast<W>(rod.group->frame())), edge.e)
+                               : Cell{};
         Cell before = first;
         Vec3<P> force_before{};
         for (int k = 0; k < n; ++k) {
             const bool last = k == n - 1;
             const Edge next = last ? edge : edge_of(rod, k + 1);
-            const Cell after = !last          ? cell(rod, k, k + 1, edge.e, next.e)
-                               : ends_.closed ? first
-                               : ends_.end_wall
-                                   ? wall(rod.group->end_wall,
-                                          relative_rotation(broadcast<W>(rod.group->end_frame()), rod.slot[k].director), edge.e)
-                                   : Cell{};
+            const Cell after =
+                !last          ? cell(rod, k, k + 1, edge.e, next.e)
+                : ends_.closed ? first
+                : ends_.end_wall
+                    ? wall(rod.group->end_wall,
+                           relative_rotation(broadcast<W>(rod.group->end_frame()), rod.slot[k].director), edge.e)
+                    : Cell{};
             const ElementConstants& c = rod.element[k];
-            const Vec3<P> n_body =
-                scale(broadcast<W>(c.stiffness), edge.nu - broadcast<W>(c.rest_strain) - Vec3<P>{P(0.0), P(0.0), P(1.0)});
+            const Vec3<P> n_body = scale(broadcast<W>(c.stiffness),
+                                         edge.nu - broadcast<W>(c.rest_strain) - Vec3<P>{P(0.0), P(0.0), P(1.0)});
             const P inv_e = P(1.0) / edge.e;
             const Vec3<P> force = inv_e * transpose_times(rod.slot[k].director, n_body);
             const Vec3<P> spin = rod.slot[k].spin, momentum = inv_e * scale(broadcast<W>(c.inertia), spin);
@@ -71,11 +74,13 @@ private:
     };
 
     static Edge edge_of(const RodTile<W>& rod, int k) {
-        const Vec3<P> dx = rod.slot[k + 1].position - rod.slot[k].position, dv = rod.slot[k + 1].velocity - rod.slot[k].velocity;
+        const Vec3<P> dx = rod.slot[k + 1].position - rod.slot[k].position,
+                      dv = rod.slot[k + 1].velocity - rod.slot[k].velocity;
         const P inverse(rod.element[k].inv_rest_length), length = norm(dx);
         return {inverse * (rod.slot[k].director * dx), inverse * length, inverse * dot(dx, dv) / length};
     }
-    static Cell loads(const Vec3<P>& phi, P dilatation, double inv_length, const Vec3d& stiffness, const Vec3d& rest_curvature) {
+    static Cell loads(const Vec3<P>& phi, P dilatation, double inv_length, const Vec3d& stiffness,
+                      const Vec3d& rest_curvature) {
         const Vec3<P> tau = P(1.0) / (dilatation * dilatation * dilatation) *
                             scale(broadcast<W>(stiffness), fma(P(inv_length), phi, -broadcast<W>(rest_curvature)));
         return {tau, cross(phi, tau)};

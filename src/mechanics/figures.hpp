@@ -2,11 +2,11 @@
 //
 //   node i         m v.v/2,  m v,  m x
 //   element k      nu = Q dx/l0,  w.J w/2,  l0 times shear and axial energy of the law
-//   cell k|k+1     phi = log(Q[k+1] Q[k]^T),  D/2 (kappa - kappa0).B(kappa - kappa0) times the law's factor; half cells at walls
-//   too
+//   cell k|k+1     phi = log(Q[k+1] Q[k]^T),  D/2 (kappa - kappa0).B(kappa - kappa0) times the law's factor; half cells
+//   at walls too
 //
-// The published law has no energy: what stands for it are the integrals of its axial force, shear force and moment, each alone.
-// Cost: 220 flop per element.
+// The published law has no energy: what stands for it are the integrals of its axial force, shear force and moment,
+// each alone. Cost: 220 flop per element.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -50,11 +50,13 @@ template <class Law, int W> SKEIN_INLINE void add_cell(TileFigures<W>& f, const 
                                                        const Pack<W>& dilatation, const Vec3d& stiffness,
                                                        const Vec3d& rest_curvature, double rest_stretch) {
     using P = Pack<W>;
-    const Vec3<P> strain = fma(P(inv_length), phi, -broadcast<W>(rest_curvature)), moment = scale(broadcast<W>(stiffness), strain);
+    const Vec3<P> strain = fma(P(inv_length), phi, -broadcast<W>(rest_curvature)),
+                  moment = scale(broadcast<W>(stiffness), strain);
     CellFactor<P> weight = both_factors(P(0.5 / inv_length));
     if constexpr (Law::bending_pulls)
         weight = both_factors(Law::bending_factor(P(1.0) / dilatation, rest_stretch)) * weight.bending;
-    f.sum[RodFigures::bend] = fma(weight.bending, fma(moment.x, strain.x, moment.y * strain.y), f.sum[RodFigures::bend]);
+    f.sum[RodFigures::bend] =
+        fma(weight.bending, fma(moment.x, strain.x, moment.y * strain.y), f.sum[RodFigures::bend]);
     f.sum[RodFigures::twist] = fma(weight.twist, moment.z * strain.z, f.sum[RodFigures::twist]);
 }
 
@@ -77,8 +79,8 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
         const VoronoiConstants& v = rod.voronoi[k];
         const Vec3<P> phi = relative_rotation(slot[next].director, slot[k].director);
         raise(turned, dot(phi, phi));
-        add_cell<Law>(f, phi, v.inv_length, fma(P(v.share_before), e, P(v.share_after) * e_next), v.stiffness, v.rest_curvature,
-                      rod.element[k].rest_stretch);
+        add_cell<Law>(f, phi, v.inv_length, fma(P(v.share_before), e, P(v.share_after) * e_next), v.stiffness,
+                      v.rest_curvature, rod.element[k].rest_stretch);
     };
     for (int k = 0; k < n; ++k) {
         const ElementConstants& c = rod.element[k];
@@ -90,7 +92,8 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
         const P sx = nu.x - P(c.rest_strain.x), sy = nu.y - P(c.rest_strain.y);
         f.sum[F::rotation] = fma(half, dot(w, scale(broadcast<W>(c.inertia), w)), f.sum[F::rotation]);
         f.sum[F::shear] =
-            fma(half, P(c.rest_length * c.stiffness.x) * (sx * sx) + P(c.rest_length * c.stiffness.y) * (sy * sy), f.sum[F::shear]);
+            fma(half, P(c.rest_length * c.stiffness.x) * (sx * sx) + P(c.rest_length * c.stiffness.y) * (sy * sy),
+                f.sum[F::shear]);
         f.sum[F::stretch] = fma(P(c.rest_length), Law::stretch_energy(c, e), f.sum[F::stretch]);
         raise(f.extreme[F::strain], abs(nu.z - P(c.rest_stretch)));
         raise(f.extreme[F::skew], abs(dot(q, q) - P(1.0)));
@@ -100,7 +103,8 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
     }
     if (cells == n) cell(n - 1, 0, e_before, first_e); // a ring
     f.extreme[F::turn] = sqrt(turned);
-    const auto wall = [&](const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before, const P& e) {
+    const auto wall = [&](const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before,
+                          const P& e) {
         add_cell<Law>(f, relative_rotation(after, before), v.inv_length, e, v.stiffness, v.rest_curvature,
                       rod.element[0].rest_stretch);
     };

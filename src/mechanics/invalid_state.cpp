@@ -39,7 +39,8 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
         if (k == cell_count(group)) break;
         const int after = (k + 1) % group.elements();
         if (!(std::abs(dot(s.director, state[static_cast<std::size_t>(after)].director)[0]) > least_half_cosine)) {
-            std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k, after);
+            std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k,
+                          after);
             return InvalidState{k, true, text};
         }
     }
@@ -58,7 +59,8 @@ Stretched most_stretched(const RodGroup& group, std::span<const Slot<1>> state) 
     Stretched most;
     for (int k = 0; k < group.elements(); ++k) {
         const auto at = static_cast<std::size_t>(k);
-        const double e = group.element[at].inv_rest_length * norm(lane(state[at + 1].position, 0) - lane(state[at].position, 0));
+        const double e =
+            group.element[at].inv_rest_length * norm(lane(state[at + 1].position, 0) - lane(state[at].position, 0));
         if (e > most.dilatation) most = {e, k};
     }
     return most;
@@ -74,11 +76,11 @@ std::string law_hint(const RodGroup& group, std::span<const Slot<1>> state) {
     const double share = 1 - c.rest_stretch / most.dilatation;
     if (!(share > near)) return {};
     char text[320];
-    std::snprintf(
-        text, sizeof text,
-        "\n  the law \"incompressible\" bears a pull of at most E A = %.4g N: element %d is stretched to e = %.4g, by %.2g of "
-        "it; a weaker load, a larger radius or youngs_modulus, or the law \"neo_hookean\" would do",
-        c.stiffness.z, most.element, most.dilatation, share);
+    std::snprintf(text, sizeof text,
+                  "\n  the law \"incompressible\" bears a pull of at most E A = %.4g N: element %d is stretched to e = "
+                  "%.4g, by %.2g of "
+                  "it; a weaker load, a larger radius or youngs_modulus, or the law \"neo_hookean\" would do",
+                  c.stiffness.z, most.element, most.dilatation, share);
     return text;
 }
 
@@ -88,7 +90,8 @@ std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state) 
     const auto [most, element] = most_stretched(group, state);
     char text[160] = "";
     if (most > limit)
-        std::snprintf(text, sizeof text, "; tension instability of element %d: e = %.4g, limit e_c = %.4g", element, most, limit);
+        std::snprintf(text, sizeof text, "; tension instability of element %d: e = %.4g, limit e_c = %.4g", element,
+                      most, limit);
     return text;
 }
 

@@ -16,7 +16,8 @@ inline constexpr double least_dilatation = 0.05;
 /// Beyond the tension limit directors flip, so a run must not go on.
 double most_dilatation(const RodGroup& group);
 
-/// Number of cells between elements: one less than elements, and in a ring, whose last element has the first as neighbour, as many.
+/// Number of cells between elements: one less than elements, and in a ring, whose last element has the first as
+/// neighbour, as many.
 inline int cell_count(const RodGroup& group) { return static_cast<int>(group.voronoi.size()); }
 
 /// Element at which the state of a rod is invalid, and why.
@@ -28,12 +29,14 @@ struct InvalidState {
 /// The first invalid element along the rod.
 std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const Slot<1>> state);
 
-/// "; tension instability of element ..." of the most stretched element, where it is beyond the group's tension limit: directors
-/// flip there, and all else follows from it.
+/// "; tension instability of element ..." of the most stretched element, where it is beyond the group's tension limit:
+/// directors flip there, and all else follows from it.
 std::string tension_hint(const RodGroup& group, std::span<const Slot<1>> state);
 
-/// A line on the most that the law "incompressible" bears, E A, where the most stretched element is not far from it; else empty.
-///                                                                                                          theory.md (11)
+/// A line on the most that the law "incompressible" bears, E A, where the most stretched element is not far from it;
+/// else empty.
+///                                                                                                          theory.md
+///                                                                                                          (11)
 std::string law_hint(const RodGroup& group, std::span<const Slot<1>> state);
 
 } // namespace skein

@@ -3,9 +3,9 @@
 //   midpoint      a = max(0, (2 - z)/(2 + z)),  b = (1 - a)/z: slow motion feels the right drag and the right inertia
 //   exponential   a = exp(-z),  b = phi1(z) = (1 - exp(-z))/z: the exact flow, so that fourth order is kept
 //   after         a = b = exp(-z): as published codes do it, first order
-// The first two are second order with any damping, and never less stable than the undamped kick. Held nodes and elements have
-// infinite mass: their gain is 0 and their rates stay as they are.
-// Cost: 12 flop per element undamped, 18 at constant rates, 41 with rates that follow the stretch (exponential 90).
+// The first two are second order with any damping, and never less stable than the undamped kick. Held nodes and
+// elements have infinite mass: their gain is 0 and their rates stay as they are. Cost: 12 flop per element undamped, 18
+// at constant rates, 41 with rates that follow the stretch (exponential 90).
 #pragma once
 
 #include "core/exponential.hpp"
@@ -49,7 +49,8 @@ struct KickConstants {
     std::vector<Element> element; ///< [n]
 
     /// h: length of the kick, s; a fourth-order scheme has negative ones.
-    KickConstants(const RodGroup& group, const DampingRates& rates, double h, DampingScheme scheme = DampingScheme::midpoint);
+    KickConstants(const RodGroup& group, const DampingRates& rates, double h,
+                  DampingScheme scheme = DampingScheme::midpoint);
 };
 
 enum class KickKind { undamped, constant_rates, stretched_rates, stretched_exponential, stretched_after, elastica };
@@ -88,7 +89,8 @@ public:
             kick_element<Alike>(at(c.element, k), load[k], s.spin);
             kick_node(at(c.node, k), load[k].force, s.velocity);
         }
-        if (rod.last == rod.n) kick_node(at(c.node, rod.n), load[rod.n].force, rod.slot[rod.n].velocity); // not of a body
+        if (rod.last == rod.n)
+            kick_node(at(c.node, rod.n), load[rod.n].force, rod.slot[rod.n].velocity); // not of a body
     }
 
 private:
@@ -104,12 +106,15 @@ private:
         else velocity = fma(P(c.gain), force, P(c.decay) * velocity);
     }
 
-    template <bool Alike, class C> SKEIN_INLINE static void kick_element(const C& c, const SlotLoad<W>& load, Vec3<P>& spin) {
+    template <bool Alike, class C>
+    SKEIN_INLINE static void kick_element(const C& c, const SlotLoad<W>& load, Vec3<P>& spin) {
         const Vec3<P>& couple = load.couple;
         if constexpr (Kind == KickKind::undamped) {
-            spin = {fma(P(c.gain.x), couple.x, spin.x), fma(P(c.gain.y), couple.y, spin.y), fma(P(c.gain.z), couple.z, spin.z)};
+            spin = {fma(P(c.gain.x), couple.x, spin.x), fma(P(c.gain.y), couple.y, spin.y),
+                    fma(P(c.gain.z), couple.z, spin.z)};
         } else if constexpr (Kind == KickKind::constant_rates) {
-            spin = {fma(P(c.gain.x), couple.x, P(c.decay.x) * spin.x), fma(P(c.gain.y), couple.y, P(c.decay.y) * spin.y),
+            spin = {fma(P(c.gain.x), couple.x, P(c.decay.x) * spin.x),
+                    fma(P(c.gain.y), couple.y, P(c.decay.y) * spin.y),
                     fma(P(c.gain.z), couple.z, P(c.decay.z) * spin.z)};
         } else {
             const P e = load.dilatation;
@@ -142,8 +147,10 @@ private:
 /// The same along the rod.
 template <KickKind Kind, int W> class KickAlongPass final : public TilePass<W> {
 public:
-    /// Constants of every group of the family, by RodGroup::id; `of_rod` works out those of a rod with a size of its own.
-    explicit KickAlongPass(std::map<int, KicksOfGroup> constants, std::function<KicksOfGroup(const RodGroup&)> of_rod = {})
+    /// Constants of every group of the family, by RodGroup::id; `of_rod` works out those of a rod with a size of its
+    /// own.
+    explicit KickAlongPass(std::map<int, KicksOfGroup> constants,
+                           std::function<KicksOfGroup(const RodGroup&)> of_rod = {})
         : constants_(std::move(constants)), of_rod_(std::move(of_rod)) {
         for (const auto& [group, kicks] : constants_) alike_ = alike_ && rates_alike(kicks);
     }

@@ -1,5 +1,6 @@
-// Rod laws: how axial force, shear and bending stiffness follow from strain. One struct per law with an energy; kernels take it as
-// a template argument. theory.md section 3. (The published law has no energy and passes of its own: elastica.hpp.)
+// Rod laws: how axial force, shear and bending stiffness follow from strain. One struct per law with an energy; kernels
+// take it as a template argument. theory.md section 3. (The published law has no energy and passes of its own:
+// elastica.hpp.)
 #pragma once
 
 #include "core/logarithm.hpp"
@@ -24,9 +25,9 @@ template <class P> SKEIN_INLINE CellFactor<P> both_factors(const CellFactor<P>& 
 template <class P> SKEIN_INLINE P factored_norm(const P& f, const Vec3<P>& v) { return f * norm(v); }
 template <class P> SKEIN_INLINE P factored_norm(const CellFactor<P>& f, const Vec3<P>& v) { return norm(f * v); }
 
-/// Section shrinks as the rod stretches (constant volume); the axial force EA(e - e0)/e and moment B kappa/E^3 of the published
-/// model, from an energy:  U = sum l0 [EA(e - e0 - e0 ln(e/e0)) + aGA d^2/2] + sum D/2 (kappa-kappa0).B(kappa-kappa0)/E^3.
-/// Stable in tension for every e where aG >= E/4.
+/// Section shrinks as the rod stretches (constant volume); the axial force EA(e - e0)/e and moment B kappa/E^3 of the
+/// published model, from an energy:  U = sum l0 [EA(e - e0 - e0 ln(e/e0)) + aGA d^2/2] + sum D/2
+/// (kappa-kappa0).B(kappa-kappa0)/E^3. Stable in tension for every e where aG >= E/4.
 struct IncompressibleLaw {
     static constexpr bool bending_pulls = true;
 
@@ -39,22 +40,25 @@ struct IncompressibleLaw {
     template <class P, class R> SKEIN_INLINE static P bending_factor(const P& inv_dilatation, const R&) {
         return inv_dilatation * inv_dilatation * inv_dilatation;
     }
-    /// Axial force on both elements of a cell from its bending energy, of `strain` kappa - kappa0 and `moment` B (kappa - kappa0),
-    /// q their product: -(3/4) q/E^4.
-    template <class P, class R> SKEIN_INLINE static P bending_tension(const Vec3<P>& strain, const Vec3<P>& moment, const P& factor,
-                                                                      const P& inv_dilatation, const R&) {
+    /// Axial force on both elements of a cell from its bending energy, of `strain` kappa - kappa0 and `moment` B (kappa
+    /// - kappa0), q their product: -(3/4) q/E^4.
+    template <class P, class R> SKEIN_INLINE static P
+    bending_tension(const Vec3<P>& strain, const Vec3<P>& moment, const P& factor, const P& inv_dilatation, const R&) {
         return P(-0.75) * dot(strain, moment) * (factor * inv_dilatation);
     }
     /// What that force's derivative by the dilatation adds to dn_3/de of an element, N: 3 q/E^5.
-    template <class P, class R>
-    static P bending_stiffness(const Vec3<P>& strain, const Vec3<P>& moment, const P& factor, const P& inv_dilatation, const R&) {
+    template <class P, class R> static P bending_stiffness(const Vec3<P>& strain, const Vec3<P>& moment,
+                                                           const P& factor, const P& inv_dilatation, const R&) {
         return P(3.0) * dot(strain, moment) * factor * inv_dilatation * inv_dilatation;
     }
     /// dn_3/de [N] without bending.
-    template <class C, class P> static P stretch_stiffness(const C& c, P e) { return P(c.stiffness.z * c.rest_stretch) / (e * e); }
+    template <class C, class P> static P stretch_stiffness(const C& c, P e) {
+        return P(c.stiffness.z * c.rest_stretch) / (e * e);
+    }
     /// Axial energy per rest length, J/m.
     template <int W> SKEIN_INLINE static Pack<W> stretch_energy(const ElementConstants& c, const Pack<W>& e) {
-        return Pack<W>(c.stiffness.z * c.rest_stretch) * less_log(Pack<W>(1 / c.rest_stretch) * (e - Pack<W>(c.rest_stretch)));
+        return Pack<W>(c.stiffness.z * c.rest_stretch) *
+               less_log(Pack<W>(1 / c.rest_stretch) * (e - Pack<W>(c.rest_stretch)));
     }
 };
 
@@ -75,9 +79,9 @@ struct LinearLaw {
     }
 };
 
-/// Sections of incompressible neo-Hookean material, of constant volume, with lambda = e/e0 and u = e0/E (of a cell): W is a third
-/// of E A (lambda^2/2 + 1/lambda - 3/2); fibres in uniaxial tension make the factor (u + 2 u^4)/3 on bending, and the sheared
-/// cylinder u on twist, over B at rest.                                                                      theory.md (11b)-(11d)
+/// Sections of incompressible neo-Hookean material, of constant volume, with lambda = e/e0 and u = e0/E (of a cell): W
+/// is a third of E A (lambda^2/2 + 1/lambda - 3/2); fibres in uniaxial tension make the factor (u + 2 u^4)/3 on
+/// bending, and the sheared cylinder u on twist, over B at rest. theory.md (11b)-(11d)
 struct NeoHookeanLaw {
     static constexpr bool bending_pulls = true;
 
@@ -87,7 +91,8 @@ struct NeoHookeanLaw {
         return {P(c.stiffness.x) * (nu.x - P(c.rest_strain.x)), P(c.stiffness.y) * (nu.y - P(c.rest_strain.y)),
                 P(c.stiffness.z) * (e - e0) * fma(e, e + e0, e0 * e0) / (P(3.0) * (e0 * e0) * (e * e))};
     }
-    template <class P, class R> SKEIN_INLINE static CellFactor<P> bending_factor(const P& inv_dilatation, const R& rest_stretch) {
+    template <class P, class R>
+    SKEIN_INLINE static CellFactor<P> bending_factor(const P& inv_dilatation, const R& rest_stretch) {
         const P u = P(rest_stretch) * inv_dilatation, u_squared = u * u;
         return {P(1.0 / 3) * fma(u_squared, P(2.0) * u_squared, u), u};
     }
@@ -100,8 +105,9 @@ struct NeoHookeanLaw {
         return P(-0.25) * inv_dilatation * work(strain, moment, bending, u);
     }
     /// (1/4E^2) ((2 u + 40 u^4) q_bending/3 + 2 u q_twist)
-    template <class P, class R> static P bending_stiffness(const Vec3<P>& strain, const Vec3<P>& moment, const CellFactor<P>&,
-                                                           const P& inv_dilatation, const R& rest_stretch) {
+    template <class P, class R> static P bending_stiffness(const Vec3<P>& strain, const Vec3<P>& moment,
+                                                           const CellFactor<P>&, const P& inv_dilatation,
+                                                           const R& rest_stretch) {
         const P u = P(rest_stretch) * inv_dilatation, u_squared = u * u;
         const P bending = P(2.0 / 3) * fma(u_squared, P(20.0) * u_squared, u);
         return P(0.25) * inv_dilatation * inv_dilatation * work(strain, moment, bending, u + u);
@@ -116,14 +122,15 @@ struct NeoHookeanLaw {
     }
 
 private:
-    template <class P> SKEIN_INLINE static P work(const Vec3<P>& strain, const Vec3<P>& moment, const P& bending, const P& twist) {
+    template <class P>
+    SKEIN_INLINE static P work(const Vec3<P>& strain, const Vec3<P>& moment, const P& bending, const P& twist) {
         return fma(bending, fma(strain.x, moment.x, strain.y * moment.y), twist * (strain.z * moment.z));
     }
 };
 
 /// Passes that set internal loads, in the order of Law.
-inline constexpr std::string_view elastic_names[] = {"elastic (incompressible)", "elastic (linear)", "elastica (as published)",
-                                                     "elastic (neo-Hookean)"};
+inline constexpr std::string_view elastic_names[] = {"elastic (incompressible)", "elastic (linear)",
+                                                     "elastica (as published)", "elastic (neo-Hookean)"};
 
 /// Calls f(Law{}) for a law that has an energy; those that have none are for the caller to tell apart.
 template <class F> auto with_energy_law(Law law, F&& f) {

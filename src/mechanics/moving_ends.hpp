@@ -64,7 +64,8 @@ private:
     Pose start_[Clock::largest_batch], end_[Clock::largest_batch];
 };
 
-/// After the drift: moved nodes go where the motion says, with its velocity; frozen elements take the wall's frame and spin.
+/// After the drift: moved nodes go where the motion says, with its velocity; frozen elements take the wall's frame and
+/// spin.
 template <int W> class MoveEndsPass final : public TilePass<W> {
 public:
     explicit MoveEndsPass(std::shared_ptr<MovingEnds> ends) : ends_(std::move(ends)) {}
@@ -83,9 +84,11 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         const RodSpec& spec = rod.group->spec();
         const Home& home = home_[rod.number];
-        const auto move = [&](const MovingEnds::Pose& pose, const Vec3<Pack<W>>& from, EndKind kind, int i, Slot<W>& element) {
+        const auto move = [&](const MovingEnds::Pose& pose, const Vec3<Pack<W>>& from, EndKind kind, int i,
+                              Slot<W>& element) {
             Slot<W>& node = rod.slot[i];
-            const Vec3<Pack<W>> position = from + broadcast<W>(pose.displacement), velocity = broadcast<W>(pose.velocity);
+            const Vec3<Pack<W>> position = from + broadcast<W>(pose.displacement),
+                                velocity = broadcast<W>(pose.velocity);
             const bool slides = rod.group->slides(i);
             const Vec3d free = slides ? rod.group->free_directions(i) : Vec3d{0, 0, 0};
             node.position = slides ? held_and_free(free, position, node.position) : position;

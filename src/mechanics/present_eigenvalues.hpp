@@ -1,10 +1,10 @@
-// What strains leave of the largest stable step: rod/time_limits.hpp with the stiffness of the moment.            theory.md (51)
+// What strains leave of the largest stable step: rod/time_limits.hpp with the stiffness of the moment. theory.md (51)
 //   axial               A' M/l,  A' = dn_3/de + 3 sum q/E^5 over the cells beside
-//   about d1, d2        (a + d + sqrt((a - d)^2 + 4 b^2))/2,  a = s M/l,  d = l (s e - n_3) e/J + beta,  b = (s e - n_3) sqrt(M/J)
-//   twist               beta_3
-//   beta = sum over cells of (B g/(E^3 D) + |tau|/2)(1/J + 1/J_nb), g = ((phi/2)/sin(phi/2))^2, and of walls, B/(e^3 l/2)/J
-// Measured true limit over it: 1.00 where rods are stretched or compressed, 0.93 to 1.12 where they are crumpled as well.
-// Cost: 250 flop per element, once in 64 steps: 0.2 ns per element-step of 12.
+//   about d1, d2        (a + d + sqrt((a - d)^2 + 4 b^2))/2,  a = s M/l,  d = l (s e - n_3) e/J + beta,  b = (s e -
+//   n_3) sqrt(M/J) twist               beta_3 beta = sum over cells of (B g/(E^3 D) + |tau|/2)(1/J + 1/J_nb), g =
+//   ((phi/2)/sin(phi/2))^2, and of walls, B/(e^3 l/2)/J
+// Measured true limit over it: 1.00 where rods are stretched or compressed, 0.93 to 1.12 where they are crumpled as
+// well. Cost: 250 flop per element, once in 64 steps: 0.2 ns per element-step of 12.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -31,7 +31,8 @@ SKEIN_INLINE PresentCell<Pack<W>> present_cell(const RodTile<W>& rod, int k, int
     const auto& v = Map::cell(rod, k);
     const Quaternion<P>&q = rod.slot[k].director, &q_next = neighbour_frame<Map>(rod, k, next);
     const P inv_dilatation = P(1.0) / fma(P(v.share_before), e, P(v.share_after) * e_next);
-    const Vec3<P> phi = relative_rotation(q_next, q), strain = fma(P(v.inv_length), phi, -broadcast<W>(v.rest_curvature));
+    const Vec3<P> phi = relative_rotation(q_next, q),
+                  strain = fma(P(v.inv_length), phi, -broadcast<W>(v.rest_curvature));
     const Vec3<P> moment = scale(broadcast<W>(v.stiffness), strain);
     const auto& e0 = Map::element(rod, k).rest_stretch;
     const auto factor = Law::bending_factor(inv_dilatation, e0);
@@ -55,7 +56,8 @@ template <int W> PresentCell<Pack<W>> inner_only(Mask<W> inner, const PresentCel
             select(inner, cell.stiffness, none)};
 }
 template <int W> PresentCell<Pack<W>> from_lane_before(const PresentCell<Pack<W>>& cell) {
-    return {skein::from_lane_before(cell.spring), skein::from_lane_before(cell.tension), skein::from_lane_before(cell.stiffness)};
+    return {skein::from_lane_before(cell.spring), skein::from_lane_before(cell.tension),
+            skein::from_lane_before(cell.stiffness)};
 }
 
 /// Calls f(present, cell) for the half cells that hold element k; `present`: 1 in lanes that have one.
@@ -77,7 +79,8 @@ template <class Law, class Map, int W> PresentCell<Pack<W>> seam_cell(const RodT
     const int n = rod.n;
     const auto e = [&](int k) { return element_strain<Map>(rod, k).z; };
     if constexpr (Map::along)
-        return inner_only(rod.strands->cell[n - 1].inner, present_cell<Law, Map>(rod, n - 1, n, e(n - 1), from_lane_after(e(0))));
+        return inner_only(rod.strands->cell[n - 1].inner,
+                          present_cell<Law, Map>(rod, n - 1, n, e(n - 1), from_lane_after(e(0))));
     else return ends.closed ? present_cell<Law, Map>(rod, n - 1, 0, e(n - 1), e(0)) : PresentCell<Pack<W>>{};
 }
 
@@ -129,8 +132,9 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
         bool round = false; // strands may differ
         if constexpr (!Map::along)
             round = c.inertia.x == c.inertia.y && c.stiffness.x == c.stiffness.y && c.bending.x == c.bending.y;
-        f(k, PresentEigenvalues<P>{P(m * c.inv_rest_length) * stretching, about_d1,
-                                   round ? about_d1 : shear_rotation(c.stiffness.x, mobility.y, beta.y), looser * beta.z});
+        f(k,
+          PresentEigenvalues<P>{P(m * c.inv_rest_length) * stretching, about_d1,
+                                round ? about_d1 : shear_rotation(c.stiffness.x, mobility.y, beta.y), looser * beta.z});
         before = after;
         nu = nu_next;
         mobility_before = mobility;

@@ -24,7 +24,8 @@ void rod_profile(const RodGroup& group, std::span<const Slot<1>> state, double t
     std::vector<Slot<1>> copy(state.begin(), state.end());
     std::vector<NodeProfileOf<Pack<1>>> profile(state.size());
     rod_profile(tile_of(group, copy, index), time, profile.data());
-    for (std::size_t i = 0; i < out.size(); ++i) out[i] = {profile[i].strain[0], profile[i].curvature[0], profile[i].energy[0]};
+    for (std::size_t i = 0; i < out.size(); ++i)
+        out[i] = {profile[i].strain[0], profile[i].curvature[0], profile[i].energy[0]};
 }
 
 } // namespace skein

@@ -1,5 +1,7 @@
-// How rods of a tile are strained, node by node: for those who look at them.                                theory.md (5)-(10)
-//   energy  of the elements beside a node, half of each, and of the cell around it, over the rest length of both halves: summed
+// How rods of a tile are strained, node by node: for those who look at them.                                theory.md
+// (5)-(10)
+//   energy  of the elements beside a node, half of each, and of the cell around it, over the rest length of both
+//   halves: summed
 //           over nodes times that length it is the rod's elastic energy
 // Cost: 250 flop per node.
 #pragma once
@@ -18,10 +20,11 @@ namespace detail {
 
 /// Where a cell is turned by phi. `weight` is D_w/D; the curvature is phi/D_w.
 template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& at, const Vec3<Pack<W>>& phi,
-                                                       const VoronoiConstants& v, double weight, const Pack<W>& dilatation,
-                                                       double rest_stretch) {
+                                                       const VoronoiConstants& v, double weight,
+                                                       const Pack<W>& dilatation, double rest_stretch) {
     using P = Pack<W>;
-    const Vec3<P> curvature = P(v.inv_length / weight) * phi, strain = P(v.inv_length) * phi - broadcast<W>(v.rest_curvature);
+    const Vec3<P> curvature = P(v.inv_length / weight) * phi,
+                  strain = P(v.inv_length) * phi - broadcast<W>(v.rest_curvature);
     const Vec3<P> moment = scale(broadcast<W>(v.stiffness), strain);
     at.curvature = sqrt(fma(curvature.x, curvature.x, curvature.y * curvature.y));
     P half_length(0.5 / v.inv_length), work = dot(strain, moment);
@@ -34,7 +37,8 @@ template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& a
 }
 
 /// `Published`: the law that has no energy; what stands for it is that of the observables.
-template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out) {
+template <class Law, bool Published, int W>
+void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out) {
     using P = Pack<W>;
     const RodGroup& group = *rod.group;
     const Slot<W>* slot = rod.slot;
@@ -43,8 +47,8 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
     const auto cell = [&](int k, int next, const P& e, const P& e_next) __attribute__((always_inline)) {
         const VoronoiConstants& v = rod.voronoi[k];
         add_cell<Law>(out[k + 1], relative_rotation(slot[next].director, slot[k].director), v,
-                      cell_weight(group, static_cast<std::size_t>(k) + 1), fma(P(v.share_before), e, P(v.share_after) * e_next),
-                      rod.element[k].rest_stretch);
+                      cell_weight(group, static_cast<std::size_t>(k) + 1),
+                      fma(P(v.share_before), e, P(v.share_after) * e_next), rod.element[k].rest_stretch);
     };
     for (int k = 0; k < n; ++k) {
         const ElementConstants& c = rod.element[k];
@@ -53,7 +57,8 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
         if constexpr (Published) e = norm(nu), half = half / e;
         const P sx = nu.x - P(c.rest_strain.x), sy = nu.y - P(c.rest_strain.y);
         const P shear = half * fma(P(c.stiffness.x) * sx, sx, P(c.stiffness.y) * sy * sy);
-        const P strain = P(0.5) * (e - P(c.rest_stretch)), energy = P(0.5 * c.rest_length) * (shear + Law::stretch_energy(c, e));
+        const P strain = P(0.5) * (e - P(c.rest_stretch)),
+                energy = P(0.5 * c.rest_length) * (shear + Law::stretch_energy(c, e));
         out[k].strain += strain, out[k].energy += energy;
         out[k + 1].strain += strain, out[k + 1].energy += energy;
         if (k == 0) first_e = e;
@@ -63,8 +68,8 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
     if (group.closed()) cell(n - 1, 0, e_before, first_e);
     const auto wall = [&](int node, const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before,
                           const P& e) {
-        add_cell<Law>(out[node], relative_rotation(after, before), v, cell_weight(group, static_cast<std::size_t>(node)), e,
-                      rod.element[0].rest_stretch);
+        add_cell<Law>(out[node], relative_rotation(after, before), v,
+                      cell_weight(group, static_cast<std::size_t>(node)), e, rod.element[0].rest_stretch);
     };
     if (group.spec().start == EndKind::clamped)
         wall(0, group.start_wall, slot[0].director, wall_frames(rod, time, start_wall_frame), first_e);
@@ -75,7 +80,8 @@ template <class Law, bool Published, int W> void rod_profile(const RodTile<W>& r
     for (int i = 1; i < n; ++i) out[i].energy *= P(1 / (half_length(i - 1) + half_length(i)));
     if (group.closed()) {
         const P length_inverse(1 / (half_length(n - 1) + half_length(0)));
-        out[0] = out[n] = {out[0].strain + out[n].strain, out[n].curvature, length_inverse * (out[0].energy + out[n].energy)};
+        out[0] = out[n] = {out[0].strain + out[n].strain, out[n].curvature,
+                           length_inverse * (out[0].energy + out[n].energy)};
     } else {
         for (const auto& [node, k] : {std::pair{0, 0}, std::pair{n, n - 1}})
             out[node].strain *= P(2.0), out[node].energy *= P(1 / half_length(k));

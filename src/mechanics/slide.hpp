@@ -1,6 +1,8 @@
 // Held ends that slide in some lab directions.                                                        theory.md (47a)
-//   v <- s v + (1 - s) u'     after the kick; s: 1 in the free directions, u': the velocity that the end is moved with, or 0
-// The node has the mass of its half element, and a clamp its half cell, which feels the wall's frame alone: it may stand anywhere.
+//   v <- s v + (1 - s) u'     after the kick; s: 1 in the free directions, u': the velocity that the end is moved with,
+//   or 0
+// The node has the mass of its half element, and a clamp its half cell, which feels the wall's frame alone: it may
+// stand anywhere.
 #pragma once
 
 #include "mechanics/moving_ends.hpp"
@@ -34,7 +36,9 @@ public:
                     nodes.push_back(node);
                 });
         } else {
-            ends(*rod.group, [&](int slot, const Vec3d& free) { nodes.push_back({slot, slot > 0, broadcast<W>(free)}); });
+            ends(*rod.group, [&](int slot, const Vec3d& free) {
+                nodes.push_back({slot, slot > 0, broadcast<W>(free)});
+            });
         }
     }
 

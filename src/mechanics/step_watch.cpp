@@ -21,9 +21,10 @@ Tightest tightest(const RodGroup& group, std::span<Slot<1>> state) {
 }
 
 std::string text_of(const Tightest& at, const StepWatch& watch) {
-    return fmt::format(
-        "element {}: dt = {:.4g} s is {} of the limit {:.4g} s that its present strains leave ({} mode, dilatation e = {:.4g})",
-        at.element, watch.dt, share_text(watch.share(at.eigenvalue)), watch.limit(at.eigenvalue), at.mode, at.dilatation);
+    return fmt::format("element {}: dt = {:.4g} s is {} of the limit {:.4g} s that its present strains leave ({} mode, "
+                       "dilatation e = {:.4g})",
+                       at.element, watch.dt, share_text(watch.share(at.eigenvalue)), watch.limit(at.eigenvalue),
+                       at.mode, at.dilatation);
 }
 
 } // namespace skein

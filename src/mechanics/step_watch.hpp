@@ -1,4 +1,5 @@
-// How long the step is against what present strains leave of its limit, and where in a rod they leave least.  theory.md (51)
+// How long the step is against what present strains leave of its limit, and where in a rod they leave least.  theory.md
+// (51)
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
@@ -23,7 +24,7 @@ struct StepWatch {
     /// (tests/stress/resonance.cpp).
     static constexpr double feeds = 0.707;
     static constexpr double keeps = 0.35; ///< share at which their energy keeps to a hundredth of the work of loads
-    std::vector<char> undamped;           ///< by group: nothing takes energy from its modes; empty: of none is that known
+    std::vector<char> undamped; ///< by group: nothing takes energy from its modes; empty: of none is that known
 
     /// (dt over the limit)^2 of a mode over its eigenvalue, s^2.
     double share_squared() const { return 0.25 * dt * dt / (stability * stability); }

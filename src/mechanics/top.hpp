@@ -14,8 +14,8 @@ enum class TopKind {
     plain          ///< of the published law
 };
 /// Each its own: groups whose passes have the same names share tiles along.
-inline constexpr std::string_view drift_names[] = {"drift (circular)", "drift (elliptic, J1 < J2)", "drift (elliptic, J2 < J1)",
-                                                   "drift (elliptic)", "drift (elastica)"};
+inline constexpr std::string_view drift_names[] = {"drift (circular)", "drift (elliptic, J1 < J2)",
+                                                   "drift (elliptic, J2 < J1)", "drift (elliptic)", "drift (elastica)"};
 
 inline TopKind top_of(const RodGroup& group) {
     if (group.law() == Law::elastica) return TopKind::plain;

@@ -12,18 +12,20 @@ Exposure::Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> b
     first_of_group_.assign(groups.size(), bodies_.size());
     for (std::size_t i = bodies_.size(); i-- > 0;) first_of_group_[static_cast<std::size_t>(bodies_[i].group)] = i;
     for (const LocalRod& body : bodies_)
-        window.push_back(
-            {body.gid, scene_.first_slot(body.gid), 0, static_cast<std::uint32_t>(scene_.slots_of(body.gid)), body.group, true});
+        window.push_back({body.gid, scene_.first_slot(body.gid), 0,
+                          static_cast<std::uint32_t>(scene_.slots_of(body.gid)), body.group, true});
     std::sort(window.begin(), window.end(), [](const Window& x, const Window& y) { return x.gid < y.gid; });
     lay_out(true);
     find_own();
     for (const Window& w : window) {
         const RodGroup& group = groups[static_cast<std::size_t>(w.group)];
-        for (std::uint32_t k = 0; k < w.slots; ++k) node[w.first_slot + k].radius = group.exposed_radius(static_cast<int>(k));
+        for (std::uint32_t k = 0; k < w.slots; ++k)
+            node[w.first_slot + k].radius = group.exposed_radius(static_cast<int>(k));
     }
 }
 
-Exposure::Exposure(const SceneSlots& scene, std::vector<Window> windows, bool rates) : window(std::move(windows)), scene_(scene) {
+Exposure::Exposure(const SceneSlots& scene, std::vector<Window> windows, bool rates)
+    : window(std::move(windows)), scene_(scene) {
     lay_out(rates);
     if (!std::all_of(window.begin(), window.end(), [](const Window& w) { return w.own; }))
         for (const Window& w : window) own.push_back(w.own);
@@ -35,7 +37,8 @@ void Exposure::lay_out(bool rates) {
         window_of.insert(window_of.end(), window[i].slots, static_cast<std::int32_t>(i));
         const Window& w = window[i];
         const Chain chain = scene_.chain_of(w.gid);
-        const std::int64_t first = w.first_in_scene - scene_.first_slot(w.gid), last_element = scene_.slots_of(w.gid) - 2;
+        const std::int64_t first = w.first_in_scene - scene_.first_slot(w.gid),
+                           last_element = scene_.slots_of(w.gid) - 2;
         for (std::int64_t k = first; k < first + w.slots; ++k) {
             const bool before = chain == Chain::ring || (chain == Chain::open && k > 0),
                        behind = chain == Chain::ring || (chain == Chain::open && k < last_element);
@@ -63,7 +66,8 @@ void Exposure::find_own() {
 std::uint32_t Exposure::beside(std::size_t slot, int step) const {
     const std::int64_t k = element(slot), last = scene_.slots_of(at(slot).gid) - 2;
     const bool seam = step < 0 ? k == 0 : k == last; // of a ring
-    return seam ? find(in_scene(slot) - step * last).value() : static_cast<std::uint32_t>(static_cast<std::int64_t>(slot) + step);
+    return seam ? find(in_scene(slot) - step * last).value()
+                : static_cast<std::uint32_t>(static_cast<std::int64_t>(slot) + step);
 }
 
 std::optional<std::uint32_t> Exposure::find(std::int64_t in_scene) const {

@@ -1,6 +1,6 @@
-// Exposure: places and rates of bodies, by slot, for interactions to read; and the loads that interactions give back. A rank has
-// its own bodies in it and *windows* of others': the elements of ghosts that may touch its own. All stand in order of their slots'
-// numbers in the scene, so sums over them have the same order on any number of ranks.
+// Exposure: places and rates of bodies, by slot, for interactions to read; and the loads that interactions give back. A
+// rank has its own bodies in it and *windows* of others': the elements of ghosts that may touch its own. All stand in
+// order of their slots' numbers in the scene, so sums over them have the same order on any number of ranks.
 #pragma once
 
 #include "core/transposed.hpp"
@@ -20,8 +20,8 @@ namespace skein {
 
 struct BodyShape;
 
-/// Place of a slot, which is all that a search and the test of a candidate need. Element k of a body lies between its slots k and
-/// k + 1; the last slot of a window has no element.
+/// Place of a slot, which is all that a search and the test of a candidate need. Element k of a body lies between its
+/// slots k and k + 1; the last slot of a window has no element.
 struct ExposedNode {
     Vec3d position; ///< lab, m
     double radius;  ///< of the element at rest, m; below 0 where the slot has none
@@ -58,7 +58,8 @@ public:
     std::vector<std::uint8_t> vertices;  ///< of each slot's element, as bits of Vertex
     std::vector<Window> window;          ///< in rising order of slots
     std::vector<std::uint8_t> own;       ///< by window; none where all are
-    std::vector<std::int32_t> kin; ///< by window: the first of its copy of an assembly here; none where there are no assemblies
+    std::vector<std::int32_t>
+        kin; ///< by window: the first of its copy of an assembly here; none where there are no assemblies
 
     /// Own bodies, in any order; radii are set, places and rates are not.
     Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> bodies);
@@ -83,7 +84,8 @@ public:
     }
     /// Element of its body that a slot has.
     std::int64_t element(std::size_t slot) const { return in_scene(slot) - scene_.first_slot(at(slot).gid); }
-    /// The slot of the element before (step -1) or behind (1) that of a slot, at a vertex; whoever has a pair has its neighbours.
+    /// The slot of the element before (step -1) or behind (1) that of a slot, at a vertex; whoever has a pair has its
+    /// neighbours.
     std::uint32_t beside(std::size_t slot, int step) const;
     /// f(slot) for an element and those that are joined to it.
     template <class F> void with_neighbours(std::uint32_t slot, F&& f) const {
@@ -138,8 +140,8 @@ struct SlotLoads {
     static constexpr double bytes_per_slot = sizeof(ExertedLoad);
 };
 
-/// Last before rods feel each other: nodes and spins in the lab. Radii stay those of rest: were they to follow the stretch, contact
-/// would do work on it that no force takes.
+/// Last before rods feel each other: nodes and spins in the lab. Radii stay those of rest: were they to follow the
+/// stretch, contact would do work on it that no force takes.
 template <int W> class ExposePass final : public TilePass<W> {
 public:
     explicit ExposePass(std::shared_ptr<Exposure> exposure) : exposure_(std::move(exposure)) {}

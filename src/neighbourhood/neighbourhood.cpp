@@ -16,7 +16,8 @@ struct Box {
 
     void add(const Vec3d& x, double radius) {
         const double c[3] = {x.x, x.y, x.z};
-        for (int i = 0; i < 3; ++i) least[i] = std::min(least[i], c[i] - radius), most[i] = std::max(most[i], c[i] + radius);
+        for (int i = 0; i < 3; ++i)
+            least[i] = std::min(least[i], c[i] - radius), most[i] = std::max(most[i], c[i] + radius);
     }
     void add(const Box& o) {
         for (int i = 0; i < 3; ++i) least[i] = std::min(least[i], o.least[i]), most[i] = std::max(most[i], o.most[i]);
@@ -81,14 +82,16 @@ std::vector<OwnBody> own_bodies(const Exposure& bodies) {
     for (const Window& w : bodies.window) {
         if (!w.own) continue;
         Box& box = own.emplace_back(&w, Box{}).box;
-        for (std::uint32_t slot = w.first_slot; slot + 1 < w.first_slot + w.slots; ++slot) box.add(box_of(bodies, slot));
+        for (std::uint32_t slot = w.first_slot; slot + 1 < w.first_slot + w.slots; ++slot)
+            box.add(box_of(bodies, slot));
     }
     return own;
 }
 
-/// Boxes of parts of the bodies, as many in each: halves along the longest side, and halves of these. `order`: numbers of the
-/// bodies.
-void add_boxes_of_parts(std::span<const OwnBody> own, std::span<std::uint32_t> order, std::size_t parts, std::vector<Box>& boxes) {
+/// Boxes of parts of the bodies, as many in each: halves along the longest side, and halves of these. `order`: numbers
+/// of the bodies.
+void add_boxes_of_parts(std::span<const OwnBody> own, std::span<std::uint32_t> order, std::size_t parts,
+                        std::vector<Box>& boxes) {
     Box box;
     for (const std::uint32_t i : order) box.add(own[i].box);
     if (parts == 1) {
@@ -135,8 +138,8 @@ struct Visitors {
     std::vector<ExposedNode> nodes;
 };
 
-/// Own elements that come within `margin` of any of these boxes, and their neighbours along the body, which contacts at vertices
-/// ask for.
+/// Own elements that come within `margin` of any of these boxes, and their neighbours along the body, which contacts at
+/// vertices ask for.
 Visitors visitors_to(std::span<const Box> boxes, const Exposure& bodies, std::span<const OwnBody> own, double margin) {
     Visitors visitors;
     if (boxes.empty()) return visitors;
@@ -160,7 +163,8 @@ Visitors visitors_to(std::span<const Box> boxes, const Exposure& bodies, std::sp
             bodies, w, [&](std::uint32_t slot) { return asked[slot - w.first_slot] != 0; },
             [&](std::uint32_t first, std::uint32_t count) {
                 visitors.runs.push_back({w.first_in_scene + (first - w.first_slot), count});
-                visitors.nodes.insert(visitors.nodes.end(), bodies.node.begin() + first, bodies.node.begin() + first + count);
+                visitors.nodes.insert(visitors.nodes.end(), bodies.node.begin() + first,
+                                      bodies.node.begin() + first + count);
                 visitors.nodes.back().radius = -1;
             });
     }
@@ -191,8 +195,8 @@ void Neighbourhood::Route::settle() {
 }
 
 Neighbourhood::Neighbourhood(const Communicator& comm, const Threads& threads, std::shared_ptr<Exposure> exposure)
-    : comm_(comm), channel_(comm.size() > 1 ? comm.duplicate() : comm), threads_(threads), exposure_(std::move(exposure)),
-      rank_of_(exposure_->window.size(), comm.rank()), vote_(channel_) {}
+    : comm_(comm), channel_(comm.size() > 1 ? comm.duplicate() : comm), threads_(threads),
+      exposure_(std::move(exposure)), rank_of_(exposure_->window.size(), comm.rank()), vote_(channel_) {}
 
 Neighbourhood::~Neighbourhood() {
     threads_.set_poll({});
@@ -226,7 +230,8 @@ void Neighbourhood::unpack() {
             const Run& run = received_.runs[r];
             const double* from = received_.numbers.data() + run.at;
             for (std::uint32_t slot = run.first_slot; slot < run.first_slot + run.slots; ++slot)
-                for (Vec3d* v : {&exposure_->node[slot].position, &exposure_->motion[slot].velocity, &exposure_->motion[slot].spin})
+                for (Vec3d* v : {&exposure_->node[slot].position, &exposure_->motion[slot].velocity,
+                                 &exposure_->motion[slot].spin})
                     v->x = *from++, v->y = *from++, v->z = *from++;
         }
     });
@@ -266,7 +271,8 @@ const Exposure& Neighbourhood::widen(double reach) {
     for (std::size_t r = 0; r < static_cast<std::size_t>(comm_.size()); ++r) {
         std::vector<Box> others; // of most ranks none
         for (std::size_t i = r * boxes_of_rank; i < (r + 1) * boxes_of_rank; ++i)
-            if (static_cast<int>(r) != comm_.rank() && whole.meets(all_boxes[i], margin)) others.push_back(all_boxes[i]);
+            if (static_cast<int>(r) != comm_.rank() && whole.meets(all_boxes[i], margin))
+                others.push_back(all_boxes[i]);
         Visitors visitors = visitors_to(others, *exposure_, own, margin);
         runs.push_back(std::move(visitors.runs));
         nodes.push_back(std::move(visitors.nodes));
@@ -384,8 +390,8 @@ void Neighbourhood::set_up_messages() {
 
 std::vector<GhostFigures> Neighbourhood::figures_of_ranks() const {
     std::vector<GhostFigures> all(static_cast<std::size_t>(comm_.size()));
-    for (const auto of : {&GhostFigures::bodies, &GhostFigures::elements, &GhostFigures::neighbours, &GhostFigures::messages,
-                          &GhostFigures::bytes}) {
+    for (const auto of : {&GhostFigures::bodies, &GhostFigures::elements, &GhostFigures::neighbours,
+                          &GhostFigures::messages, &GhostFigures::bytes}) {
         const std::vector<std::int64_t> values = comm_.all_gather(figures_.*of);
         for (std::size_t r = 0; r < all.size(); ++r) all[r].*of = values[r];
     }

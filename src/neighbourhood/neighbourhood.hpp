@@ -1,6 +1,7 @@
-// The boundary between ranks. A rank's ghosts are the elements of others' bodies that may touch its own: no halo of a domain, so no
-// shape of one can lose a contact. Both ranks work out what such a pair does, so no loads are sent back. Which elements are ghosts
-// changes at rebuilds of candidates only; in between the same messages go to the same ranks in every step.
+// The boundary between ranks. A rank's ghosts are the elements of others' bodies that may touch its own: no halo of a
+// domain, so no shape of one can lose a contact. Both ranks work out what such a pair does, so no loads are sent back.
+// Which elements are ghosts changes at rebuilds of candidates only; in between the same messages go to the same ranks
+// in every step.
 #pragma once
 
 #include "neighbourhood/exposure.hpp"
@@ -25,7 +26,8 @@ struct GhostFigures {
 class Neighbourhood {
 public:
     static constexpr std::uint32_t gone = UINT32_MAX;
-    static constexpr std::size_t runs_of_task = 128; ///< windows whose numbers a thread copies to or from messages at a time
+    static constexpr std::size_t runs_of_task =
+        128; ///< windows whose numbers a thread copies to or from messages at a time
 
     /// `exposure`: of own bodies. Collective.
     Neighbourhood(const Communicator& comm, const Threads& threads, std::shared_ptr<Exposure> exposure);
@@ -35,16 +37,16 @@ public:
     /// Other own bodies, in this exposure; a rebuild of ghosts must follow.
     void follow(std::shared_ptr<Exposure> exposure);
 
-    /// Exposure of own elements starts on its way to the ranks whose ghosts they are, and so does a vote: whether lists of partners
-    /// still hold on all ranks. Loops until arrive() let both move on (Threads::poll).
+    /// Exposure of own elements starts on its way to the ranks whose ghosts they are, and so does a vote: whether lists
+    /// of partners still hold on all ranks. Loops until arrive() let both move on (Threads::poll).
     void publish(bool holds);
     /// Ghosts are as their owners have exposed them; true where lists hold on all ranks.
     bool arrive();
 
     /// Own bodies, and all elements of others that may be within `reach` of them, m: places and radii. Collective.
     const Exposure& widen(double reach);
-    /// Keeps the elements that are wanted, by slot of widen(), as ghosts, and lets them arrive. Returns where each of its slots is
-    /// now, or `gone`. Collective.
+    /// Keeps the elements that are wanted, by slot of widen(), as ghosts, and lets them arrive. Returns where each of
+    /// its slots is now, or `gone`. Collective.
     std::vector<std::uint32_t> narrow(std::span<const std::uint8_t> wanted);
 
     const Exposure& exposure() const { return *exposure_; }

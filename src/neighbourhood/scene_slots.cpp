@@ -10,7 +10,9 @@ namespace {
 
 /// The last of those that begin at or before a number; the first begins at 0.
 template <class T> const T& last_before(const std::vector<T>& all, std::int64_t number, std::int64_t T::*first) {
-    return *(std::upper_bound(all.begin(), all.end(), number, [first](std::int64_t n, const T& t) { return n < t.*first; }) - 1);
+    return *(
+        std::upper_bound(all.begin(), all.end(), number, [first](std::int64_t n, const T& t) { return n < t.*first; }) -
+        1);
 }
 
 std::vector<SceneSlots::Alike> alike(std::span<const RodGroup> groups) {
@@ -34,7 +36,8 @@ SceneSlots::SceneSlots(std::span<const RodGroup> groups) : SceneSlots(alike(grou
     for (const RodGroup& group : groups) {
         has_boxes_ |= group.body() && group.body()->has_boxes();
         for (const ElementConstants& c : group.element)
-            if (group.strained()) vertex_reach_ = std::max(vertex_reach_, std::min(0.4 * c.radius / c.rest_length, 0.25));
+            if (group.strained())
+                vertex_reach_ = std::max(vertex_reach_, std::min(0.4 * c.radius / c.rest_length, 0.25));
     }
 }
 

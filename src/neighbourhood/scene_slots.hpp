@@ -1,4 +1,5 @@
-// Slots of the whole scene by number: those of all bodies one after another, in order of gid. No rank holds an array of them.
+// Slots of the whole scene by number: those of all bodies one after another, in order of gid. No rank holds an array of
+// them.
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
@@ -9,7 +10,8 @@
 
 namespace skein {
 
-/// How elements of a body with consecutive numbers are joined: as a rod's, as those of a ring, whose last joins the first, or not.
+/// How elements of a body with consecutive numbers are joined: as a rod's, as those of a ring, whose last joins the
+/// first, or not.
 enum class Chain : std::uint8_t { open, ring, none };
 
 class SceneSlots {
@@ -35,16 +37,16 @@ public:
     bool has_kin() const { return has_kin_; }
     /// The same number for all bodies of a copy of an assembly: gid of its first one; of a body of none its own.
     std::int64_t kin_of(std::int64_t gid) const;
-    /// Number of the body's block. Blocks are consecutive bodies with no more than block_slots() slots, or one body: loads of a
-    /// block are summed by one task, so sums depend on the scene alone. Rising with gid.
+    /// Number of the body's block. Blocks are consecutive bodies with no more than block_slots() slots, or one body:
+    /// loads of a block are summed by one task, so sums depend on the scene alone. Rising with gid.
     std::int64_t block_of(std::int64_t gid) const;
-    /// Elements reach beyond their vertices by this share of their length, where they meet others.              theory.md (56c)
+    /// Elements reach beyond their vertices by this share of their length, where they meet others. theory.md (56c)
     double vertex_reach() const { return vertex_reach_; }
     /// The same where pairs are looked for: boxes alone meet elements beyond their vertices.
     double searched_reach() const { return has_boxes_ ? vertex_reach_ : 0; }
 
-    /// A sixteenth of the scene, for threads to share, but no fewer than 256 slots, so that packs are full, and no more than 1024,
-    /// what contacts read and write of which fits the second cache.
+    /// A sixteenth of the scene, for threads to share, but no fewer than 256 slots, so that packs are full, and no more
+    /// than 1024, what contacts read and write of which fits the second cache.
     std::int64_t block_slots() const { return block_slots_; }
 
 private:

@@ -1,7 +1,8 @@
-// The surface of rigid bodies among what interactions read: each part is an element of its own, between two slots, and what is
-// exerted on these comes together at the centre of mass. A box shows its centre, a radius that covers it, and for the rates of the
-// slot behind, which has no element, its first two axes.                                                      theory.md (59c)
-//   x_s = x_c + Q^T a,  v_s = v_c + Q^T (w x a)       F = sum f_s,  C = sum [a x Q f_s + Q c_s]       a: of slot s, along the axes
+// The surface of rigid bodies among what interactions read: each part is an element of its own, between two slots, and
+// what is exerted on these comes together at the centre of mass. A box shows its centre, a radius that covers it, and
+// for the rates of the slot behind, which has no element, its first two axes. theory.md (59c)
+//   x_s = x_c + Q^T a,  v_s = v_c + Q^T (w x a)       F = sum f_s,  C = sum [a x Q f_s + Q c_s]       a: of slot s,
+//   along the axes
 // Cost: 60 flop per slot each way.
 #pragma once
 
@@ -15,7 +16,9 @@ template <int W, class Show> SKEIN_INLINE void for_surface_slots(const BodyShape
     using P = Pack<W>;
     const Vec3<P> turning = transpose_times(s.director, s.spin);
     for (const BodyShape::Part& part : body.part) {
-        const auto place = [&](const Vec3d& arm) { return s.position + transpose_times(s.director, broadcast<W>(arm)); };
+        const auto place = [&](const Vec3d& arm) {
+            return s.position + transpose_times(s.director, broadcast<W>(arm));
+        };
         const auto rate = [&](const Vec3d& arm) {
             return s.velocity + transpose_times(s.director, cross(s.spin, broadcast<W>(arm)));
         };
@@ -30,14 +33,16 @@ template <int W, class Show> SKEIN_INLINE void for_surface_slots(const BodyShape
 
 template <int W> class ExposeSurfacePass final : public TilePass<W> {
 public:
-    ExposeSurfacePass(std::shared_ptr<Exposure> exposure, const BodyShape& body) : exposure_(std::move(exposure)), body_(body) {}
+    ExposeSurfacePass(std::shared_ptr<Exposure> exposure, const BodyShape& body)
+        : exposure_(std::move(exposure)), body_(body) {}
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
         using P = Pack<W>;
         ExposedNode* node[W];
         ExposedMotion* motion[W];
         for (int l = 0; l < W; ++l) {
-            const std::size_t first = exposure_->of_own(rod.group->id(), ExposePass<W>::place_in_group(rod, l)).first_slot;
+            const std::size_t first =
+                exposure_->of_own(rod.group->id(), ExposePass<W>::place_in_group(rod, l)).first_slot;
             node[l] = &exposure_->node[first];
             motion[l] = &exposure_->motion[first];
         }
@@ -58,7 +63,8 @@ private:
 
 template <int W> class TakeSurfaceLoadsPass final : public TilePass<W> {
 public:
-    TakeSurfaceLoadsPass(std::shared_ptr<const Exposure> exposure, std::shared_ptr<const SlotLoads> loads, const BodyShape& body)
+    TakeSurfaceLoadsPass(std::shared_ptr<const Exposure> exposure, std::shared_ptr<const SlotLoads> loads,
+                         const BodyShape& body)
         : exposure_(std::move(exposure)), loads_(std::move(loads)), body_(body) {}
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {

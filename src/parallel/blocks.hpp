@@ -16,8 +16,9 @@ inline std::size_t blocks_of(std::size_t n) { return (n + block_size - 1) / bloc
 
 /// body(begin, end, block) over [0, n).
 template <class F> void for_blocks(const Threads& threads, std::size_t n, F&& body) {
-    threads.for_each(blocks_of(n),
-                     [&](std::size_t block, int) { body(block * block_size, std::min(n, (block + 1) * block_size), block); });
+    threads.for_each(blocks_of(n), [&](std::size_t block, int) {
+        body(block * block_size, std::min(n, (block + 1) * block_size), block);
+    });
 }
 
 /// Turns counts into where each begins, and returns their sum.

@@ -149,29 +149,31 @@ std::vector<std::int64_t> Communicator::all_gather(std::int64_t value) const {
 std::vector<std::string> Communicator::all_gather(const std::string& text) const {
     const Layout layout(all_gather(static_cast<std::int64_t>(text.size())));
     std::string all(static_cast<std::size_t>(layout.offsets.back() + layout.counts.back()), '\0');
-    MPI_Allgatherv(text.data(), static_cast<int>(text.size()), MPI_CHAR, all.data(), layout.counts.data(), layout.offsets.data(),
-                   MPI_CHAR, native(handle_));
+    MPI_Allgatherv(text.data(), static_cast<int>(text.size()), MPI_CHAR, all.data(), layout.counts.data(),
+                   layout.offsets.data(), MPI_CHAR, native(handle_));
     ++counted.calls;
     std::vector<std::string> texts;
     for (std::size_t r = 0; r < layout.counts.size(); ++r)
-        texts.push_back(all.substr(static_cast<std::size_t>(layout.offsets[r]), static_cast<std::size_t>(layout.counts[r])));
+        texts.push_back(
+            all.substr(static_cast<std::size_t>(layout.offsets[r]), static_cast<std::size_t>(layout.counts[r])));
     return texts;
 }
 
-void Communicator::all_gather(std::span<const double> mine, std::span<const std::int64_t> counts, std::span<double> all) const {
+void Communicator::all_gather(std::span<const double> mine, std::span<const std::int64_t> counts,
+                              std::span<double> all) const {
     const Layout layout(counts);
-    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size()), MPI_DOUBLE, all.data(), layout.counts.data(), layout.offsets.data(),
-                   MPI_DOUBLE, native(handle_));
+    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size()), MPI_DOUBLE, all.data(), layout.counts.data(),
+                   layout.offsets.data(), MPI_DOUBLE, native(handle_));
     ++counted.calls;
     counted.bytes += static_cast<std::int64_t>(mine.size_bytes()) * (size_ - 1);
 }
 
-void Communicator::all_gather(std::span<const std::byte> mine, std::size_t record_bytes, std::span<const std::int64_t> counts,
-                              std::span<std::byte> all) const {
+void Communicator::all_gather(std::span<const std::byte> mine, std::size_t record_bytes,
+                              std::span<const std::int64_t> counts, std::span<std::byte> all) const {
     const Layout layout(counts);
     const Record record(record_bytes);
-    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size() / record_bytes), record.type, all.data(), layout.counts.data(),
-                   layout.offsets.data(), record.type, native(handle_));
+    MPI_Allgatherv(mine.data(), static_cast<int>(mine.size() / record_bytes), record.type, all.data(),
+                   layout.counts.data(), layout.offsets.data(), record.type, native(handle_));
     ++counted.calls;
     counted.bytes += static_cast<std::int64_t>(mine.size_bytes()) * (size_ - 1);
 }
@@ -193,8 +195,8 @@ std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> recor
     const std::int64_t sent = total(send_counts), received = total(receive_counts);
     const std::int64_t largest = max(std::max({sent, received, static_cast<std::int64_t>(record_bytes)}));
     if (largest > largest_count)
-        throw Error(Exit::internal,
-                    "all_to_all: " + std::to_string(largest) + " records on one rank are more than MPI can count; use more ranks");
+        throw Error(Exit::internal, "all_to_all: " + std::to_string(largest) +
+                                        " records on one rank are more than MPI can count; use more ranks");
 
     std::vector<std::byte> arrived(static_cast<std::size_t>(received) * record_bytes);
     const Layout out(send_counts), in(receive_counts);
@@ -252,7 +254,8 @@ void on_out_of_memory() { MpiSession::abort("out of memory", static_cast<int>(Ex
 MpiSession::MpiSession(int& argc, char**& argv) : exceptions_at_start_(std::uncaught_exceptions()) {
     int provided = 0;
     MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
-    if (provided < MPI_THREAD_FUNNELED) abort("this MPI library does not work beside threads", static_cast<int>(Exit::internal));
+    if (provided < MPI_THREAD_FUNNELED)
+        abort("this MPI library does not work beside threads", static_cast<int>(Exit::internal));
     MPI_Errhandler handler;
     MPI_Comm_create_errhandler(on_mpi_error, &handler);
     MPI_Comm_set_errhandler(MPI_COMM_WORLD, handler);
@@ -263,7 +266,8 @@ MpiSession::MpiSession(int& argc, char**& argv) : exceptions_at_start_(std::unca
 
 MpiSession::~MpiSession() {
     // The others may wait for this rank in a collective call; MPI_Finalize would wait for them.
-    if (std::uncaught_exceptions() > exceptions_at_start_) abort("left by an exception", static_cast<int>(Exit::internal));
+    if (std::uncaught_exceptions() > exceptions_at_start_)
+        abort("left by an exception", static_cast<int>(Exit::internal));
     MPI_Finalize();
 }
 

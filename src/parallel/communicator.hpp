@@ -48,10 +48,12 @@ public:
                     std::span<std::byte> all) const;
     /// The same where only the rank itself knows how many it has.
     std::vector<double> all_gather(std::span<const double> mine) const;
-    /// Sends send_counts[r] records of `record_bytes` each, packed in rank order, to every rank r; returns what arrived, in rank
-    /// order, with its counts in `receive_counts`. At most 2^31 - 1 records each way; throws on all ranks alike beyond.
+    /// Sends send_counts[r] records of `record_bytes` each, packed in rank order, to every rank r; returns what
+    /// arrived, in rank order, with its counts in `receive_counts`. At most 2^31 - 1 records each way; throws on all
+    /// ranks alike beyond.
     std::vector<std::byte> all_to_all(std::span<const std::byte> records, std::size_t record_bytes,
-                                      std::span<const std::int64_t> send_counts, std::vector<std::int64_t>& receive_counts) const;
+                                      std::span<const std::int64_t> send_counts,
+                                      std::vector<std::int64_t>& receive_counts) const;
 
     /// The text of the lowest rank that has one (empty: none has). For errors found on some rank only.
     std::string first_text(const std::string& mine) const;
@@ -59,8 +61,8 @@ public:
     /// For io, for the library of multigrid, and within this module: MPI_Comm_f2c(handle()) is the MPI_Comm.
     int handle() const { return handle_; }
 
-    /// Bytes that this rank has sent to single others so far, by all_to_all, all_gather and messages; the number of collective
-    /// calls of any kind; and the number of messages to single others.
+    /// Bytes that this rank has sent to single others so far, by all_to_all, all_gather and messages; the number of
+    /// collective calls of any kind; and the number of messages to single others.
     struct Traffic {
         std::int64_t bytes = 0, calls = 0, messages = 0;
     };
@@ -73,8 +75,8 @@ private:
     int rank_ = 0, size_ = 1;
 };
 
-/// Initialises MPI for the life of the object. An MPI error, lack of memory, an exception that nobody catches, and unwinding
-/// past the object all end every rank through abort(): a rank that left alone would leave the others waiting.
+/// Initialises MPI for the life of the object. An MPI error, lack of memory, an exception that nobody catches, and
+/// unwinding past the object all end every rank through abort(): a rank that left alone would leave the others waiting.
 class MpiSession {
 public:
     MpiSession(int& argc, char**& argv);

@@ -17,7 +17,8 @@ using Fixed = __int128;
 // |term| < 2^86 quanta, so 2^40 terms stay below 2^126.
 constexpr int term_bits = 86;
 
-// A 128-bit integer in pieces whose sums over 2^31 ranks fit int64: three unsigned ones of 32 bits, and the signed rest.
+// A 128-bit integer in pieces whose sums over 2^31 ranks fit int64: three unsigned ones of 32 bits, and the signed
+// rest.
 constexpr int limbs = 4;
 using Limbs = std::array<std::int64_t, limbs>;
 
@@ -150,7 +151,8 @@ std::vector<BinnedTotal> totals(const Communicator& comm, std::span<const Binned
     const std::vector<double> sums = exact_sums(comm, columns);
     std::vector<BinnedTotal> all;
     for (std::size_t i = 0; i < mine.size(); ++i)
-        all.push_back(mine[i].of(std::span<const double, BinnedTotal::parts>(&sums[i * BinnedTotal::parts], BinnedTotal::parts)));
+        all.push_back(
+            mine[i].of(std::span<const double, BinnedTotal::parts>(&sums[i * BinnedTotal::parts], BinnedTotal::parts)));
     return all;
 }
 

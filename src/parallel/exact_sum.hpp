@@ -1,6 +1,6 @@
-// Sums of doubles over all ranks with the same bits for any distribution and order of the terms. Each term is rounded once, to
-// a multiple of a quantum that depends on the largest term of all; the rest is integer arithmetic.
-// Error: at most half a quantum, 2^-86 of the largest term, per term. Cost: two collectives for all columns together.
+// Sums of doubles over all ranks with the same bits for any distribution and order of the terms. Each term is rounded
+// once, to a multiple of a quantum that depends on the largest term of all; the rest is integer arithmetic. Error: at
+// most half a quantum, 2^-86 of the largest term, per term. Cost: two collectives for all columns together.
 #pragma once
 
 #include "core/binned_sum.hpp"
@@ -13,8 +13,9 @@
 
 namespace skein {
 
-/// Sum of every column over the terms of all ranks; all ranks pass the same number of columns, each with any number of terms (in
-/// all fewer than 2^40). A sum with NaN, or with infinities of both signs, is NaN; one with infinities of one sign is that.
+/// Sum of every column over the terms of all ranks; all ranks pass the same number of columns, each with any number of
+/// terms (in all fewer than 2^40). A sum with NaN, or with infinities of both signs, is NaN; one with infinities of one
+/// sign is that.
 std::vector<double> exact_sums(const Communicator& comm, std::span<const std::vector<double>> columns);
 
 /// Totals of all ranks, the same on each for any distribution of the terms.

@@ -43,14 +43,16 @@ RepeatedMessages::RepeatedMessages(RepeatedMessages&&) noexcept = default;
 RepeatedMessages& RepeatedMessages::operator=(RepeatedMessages&&) noexcept = default;
 RepeatedMessages::~RepeatedMessages() = default;
 
-RepeatedMessages::RepeatedMessages(const Communicator& comm, std::span<const Part> sent, std::span<const Part> received) {
+RepeatedMessages::RepeatedMessages(const Communicator& comm, std::span<const Part> sent,
+                                   std::span<const Part> received) {
     if (sent.empty() && received.empty()) return;
     requests_ = std::make_unique<Requests>();
     for (const auto parts : {sent, received})
         for (const Part& part : parts)
             if (part.bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
                 throw Error(Exit::internal, "a message of " + std::to_string(part.bytes.size()) + " bytes to rank " +
-                                                std::to_string(part.rank) + " is longer than MPI can count; use more ranks");
+                                                std::to_string(part.rank) +
+                                                " is longer than MPI can count; use more ranks");
     for (const Part& part : received)
         MPI_Recv_init(part.bytes.data(), static_cast<int>(part.bytes.size()), MPI_BYTE, part.rank, tag, native(comm),
                       &requests_->all.emplace_back());
@@ -72,7 +74,8 @@ void RepeatedMessages::start() {
 
 void RepeatedMessages::poll() {
     int done = 0;
-    if (requests_) MPI_Testall(static_cast<int>(requests_->all.size()), requests_->all.data(), &done, MPI_STATUSES_IGNORE);
+    if (requests_)
+        MPI_Testall(static_cast<int>(requests_->all.size()), requests_->all.data(), &done, MPI_STATUSES_IGNORE);
 }
 
 void RepeatedMessages::finish() {

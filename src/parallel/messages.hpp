@@ -51,7 +51,8 @@ private:
     std::unique_ptr<Ballot> ballot_;
 };
 
-/// From now on messages and votes take at least so long from start to finish, s; for studies of how much of it is hidden by work.
+/// From now on messages and votes take at least so long from start to finish, s; for studies of how much of it is
+/// hidden by work.
 void delay_messages(double seconds);
 
 } // namespace skein

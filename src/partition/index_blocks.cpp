@@ -14,8 +14,8 @@ int part_of(std::int64_t i, std::int64_t count, int parts) { return static_cast<
 
 IndexBlocks::IndexBlocks(const Communicator& comm, std::span<const std::int64_t> owned_indices, std::int64_t count)
     : comm_(comm), begin_(block_begin(count, comm.rank(), comm.size())),
-      size_(block_begin(count, comm.rank() + 1, comm.size()) - begin_), send_counts_(static_cast<std::size_t>(comm.size()), 0),
-      send_order_(owned_indices.size()) {
+      size_(block_begin(count, comm.rank() + 1, comm.size()) - begin_),
+      send_counts_(static_cast<std::size_t>(comm.size()), 0), send_order_(owned_indices.size()) {
     for (const auto index : owned_indices) ++send_counts_[static_cast<std::size_t>(part_of(index, count, comm.size()))];
     std::vector<std::int64_t> next(send_counts_.size(), 0);
     for (std::size_t r = 1; r < next.size(); ++r) next[r] = next[r - 1] + send_counts_[r - 1];
@@ -26,13 +26,15 @@ IndexBlocks::IndexBlocks(const Communicator& comm, std::span<const std::int64_t>
         send_order_[static_cast<std::size_t>(place)] = static_cast<std::int64_t>(i);
         sent[static_cast<std::size_t>(place)] = owned_indices[i];
     }
-    const auto bytes = comm.all_to_all(std::as_bytes(std::span(sent)), sizeof(std::int64_t), send_counts_, receive_counts_);
+    const auto bytes =
+        comm.all_to_all(std::as_bytes(std::span(sent)), sizeof(std::int64_t), send_counts_, receive_counts_);
     receive_index_.resize(bytes.size() / sizeof(std::int64_t));
     if (!bytes.empty()) std::memcpy(receive_index_.data(), bytes.data(), bytes.size());
     for (auto& index : receive_index_) index -= begin_;
 
     const auto me = static_cast<std::size_t>(comm.rank());
-    const std::int64_t own_begin = std::accumulate(send_counts_.begin(), send_counts_.begin() + comm.rank(), std::int64_t{0});
+    const std::int64_t own_begin =
+        std::accumulate(send_counts_.begin(), send_counts_.begin() + comm.rank(), std::int64_t{0});
     sent_ = owned_indices.size() - static_cast<std::size_t>(send_counts_[me]);
     destination_.resize(owned_indices.size());
     for (std::size_t place = 0; place < send_order_.size(); ++place) {
@@ -68,9 +70,10 @@ void RecordBuffers::begin(const IndexBlocks& blocks, std::size_t record_bytes) {
 }
 
 std::span<const std::byte> RecordBuffers::exchange() {
-    blocks_->send({sent_.data(), blocks_->sent() * record_bytes_}, record_bytes_, [&](std::size_t place, const std::byte* record) {
-        std::memcpy(block_.data() + place * record_bytes_, record, record_bytes_);
-    });
+    blocks_->send({sent_.data(), blocks_->sent() * record_bytes_}, record_bytes_,
+                  [&](std::size_t place, const std::byte* record) {
+                      std::memcpy(block_.data() + place * record_bytes_, record, record_bytes_);
+                  });
     return {block_.data(), static_cast<std::size_t>(blocks_->size()) * record_bytes_};
 }
 
@@ -80,7 +83,8 @@ namespace {
 std::vector<std::byte> scatter(std::span<const std::byte> in, std::span<const std::int64_t> to, std::size_t count,
                                std::size_t bytes) {
     std::vector<std::byte> out(count * bytes);
-    for (std::size_t i = 0; i < to.size(); ++i) std::memcpy(&out[static_cast<std::size_t>(to[i]) * bytes], &in[i * bytes], bytes);
+    for (std::size_t i = 0; i < to.size(); ++i)
+        std::memcpy(&out[static_cast<std::size_t>(to[i]) * bytes], &in[i * bytes], bytes);
     return out;
 }
 
@@ -96,7 +100,8 @@ std::vector<std::byte> gather(std::span<const std::byte> in, std::span<const std
 
 std::vector<std::byte> IndexBlocks::to_owners(std::span<const std::byte> block, std::size_t record_bytes) const {
     std::vector<std::int64_t> counts;
-    const auto arrived = comm_.all_to_all(gather(block, receive_index_, record_bytes), record_bytes, receive_counts_, counts);
+    const auto arrived =
+        comm_.all_to_all(gather(block, receive_index_, record_bytes), record_bytes, receive_counts_, counts);
     return scatter(arrived, send_order_, send_order_.size(), record_bytes);
 }
 

@@ -54,16 +54,19 @@ Cube bounding_cube(const Communicator& comm, std::span<const Vec3d> centres) {
         for (int i = 0; i < 6; ++i) bounds[i] = std::max(bounds[i], values[i]);
     }
     comm.max(bounds);
-    return {{-bounds[3], -bounds[4], -bounds[5]}, std::max({bounds[0] + bounds[3], bounds[1] + bounds[4], bounds[2] + bounds[5]})};
+    return {{-bounds[3], -bounds[4], -bounds[5]},
+            std::max({bounds[0] + bounds[3], bounds[1] + bounds[4], bounds[2] + bounds[5]})};
 }
 
 std::uint64_t key_in(const Cube& cube, const Vec3d& centre) {
     const Vec3d offset = centre - cube.corner;
-    if (!(cube.side > 0) || !std::isfinite(cube.side) || !std::isfinite(offset.x + offset.y + offset.z)) return 0; // lost
+    if (!(cube.side > 0) || !std::isfinite(cube.side) || !std::isfinite(offset.x + offset.y + offset.z))
+        return 0; // lost
     return hilbert_key({offset.x / cube.side, offset.y / cube.side, offset.z / cube.side});
 }
 
-/// Rods that some rank knows of, in any distribution: their places along the curve, and the weight of those before each.
+/// Rods that some rank knows of, in any distribution: their places along the curve, and the weight of those before
+/// each.
 class Curve {
 public:
     /// Collective.
@@ -80,8 +83,9 @@ public:
     }
     std::span<const Keyed> rods() const { return rods_; }
 
-    /// Where the pieces of ranks 1, 2, ... begin: piece r with the first rod that has at least r/P of the whole weight before it.
-    /// So each of `pieces` is within one rod of its share. All cuts are bisected at once, in the numbers (key, gid). Collective.
+    /// Where the pieces of ranks 1, 2, ... begin: piece r with the first rod that has at least r/P of the whole weight
+    /// before it. So each of `pieces` is within one rod of its share. All cuts are bisected at once, in the numbers
+    /// (key, gid). Collective.
     std::vector<Keyed> cuts(int pieces) const {
         using Place = unsigned __int128;
         const int gid_bits = std::bit_width(static_cast<std::uint64_t>(last_gid_ + 1));
@@ -128,8 +132,8 @@ int piece_of(std::span<const Keyed> cuts, const Keyed& rod) {
     return static_cast<int>(std::upper_bound(cuts.begin(), cuts.end(), rod) - cuts.begin());
 }
 
-/// This rank's index block of every group, where rods start. Whose block a rod is in changes nothing. The first rod of a copy of an
-/// assembly stands for all of it.
+/// This rank's index block of every group, where rods start. Whose block a rod is in changes nothing. The first rod of
+/// a copy of an assembly stands for all of it.
 std::vector<WeighedRod> index_block(const Communicator& comm, std::span<const RodGroup> groups) {
     std::vector<WeighedRod> rods;
     const std::vector<AssemblyGroups> assemblies = assemblies_of(groups);
@@ -150,8 +154,8 @@ std::vector<WeighedRod> index_block(const Communicator& comm, std::span<const Ro
 }
 
 /// Calls f(group, index) for the rods that one of index_block stands for.
-template <class F>
-void for_rods_of(std::span<const RodGroup> groups, const std::vector<AssemblyGroups>& assemblies, std::int64_t gid, F&& f) {
+template <class F> void for_rods_of(std::span<const RodGroup> groups, const std::vector<AssemblyGroups>& assemblies,
+                                    std::int64_t gid, F&& f) {
     const RodGroup& group = group_of(groups, gid);
     const std::int64_t index = gid - group.first_gid();
     if (!group.assembly()) return f(group, index);
@@ -185,7 +189,9 @@ OwnedRods owned_rods(const Rods& rods, int group) {
     return owned;
 }
 
-std::int64_t block_begin(std::int64_t count, int part, int parts) { return count / parts * part + count % parts * part / parts; }
+std::int64_t block_begin(std::int64_t count, int part, int parts) {
+    return count / parts * part + count % parts * part / parts;
+}
 
 void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
     std::string error;
@@ -228,7 +234,8 @@ void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::sp
             places.keep(indices[g]);
             continue;
         }
-        const auto records = IndexBlocks(comm, indices[g], places.count()).to_owners(places.records(), places.record_bytes());
+        const auto records =
+            IndexBlocks(comm, indices[g], places.count()).to_owners(places.records(), places.record_bytes());
         places.keep(indices[g], records);
     }
 }
@@ -241,7 +248,8 @@ std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGro
         for_rods_of(groups, assemblies, rod.gid, [&](const RodGroup& group, std::int64_t i) {
             local.push_back({group.first_gid() + i, group.id(), i});
         });
-    std::stable_sort(local.begin(), local.end(), [](const LocalRod& a, const LocalRod& b) { return a.group < b.group; });
+    std::stable_sort(local.begin(), local.end(),
+                     [](const LocalRod& a, const LocalRod& b) { return a.group < b.group; });
     return local;
 }
 
@@ -265,8 +273,8 @@ std::vector<Assignment> assign(const Communicator& comm, std::span<const Weighed
     std::sort(by_gid.begin(), by_gid.end(), [](const Keyed& a, const Keyed& b) { return a.gid < b.gid; });
     std::vector<Assignment> assigned;
     for (const WeighedRod& rod : rods) {
-        const Keyed& found =
-            *std::lower_bound(by_gid.begin(), by_gid.end(), rod.gid, [](const Keyed& k, std::int64_t gid) { return k.gid < gid; });
+        const Keyed& found = *std::lower_bound(by_gid.begin(), by_gid.end(), rod.gid,
+                                               [](const Keyed& k, std::int64_t gid) { return k.gid < gid; });
         assigned.push_back({found.key, piece_of(cuts, found)});
     }
     return assigned;

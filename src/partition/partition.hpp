@@ -1,5 +1,6 @@
-// Who owns which rod. A space-filling curve through the rods' centres, cut into one piece of equal weight per rank: of the start
-// shapes with their elements as weights, so that the scene alone decides, or of rods as they are now with what they cost.
+// Who owns which rod. A space-filling curve through the rods' centres, cut into one piece of equal weight per rank: of
+// the start shapes with their elements as weights, so that the scene alone decides, or of rods as they are now with
+// what they cost.
 #pragma once
 
 #include "parallel/communicator.hpp"
@@ -17,8 +18,8 @@
 namespace skein {
 
 /// Owned rods of this rank, ordered by group and, within a group, along the curve. Weight of a rod: its elements.
-/// O(N/P) memory and time per rank: each rank keys its index block of every group, the cuts are found by bisection on (key, gid)
-/// with collective weight sums, and owners receive their rods in one all_to_all. Collective.
+/// O(N/P) memory and time per rank: each rank keys its index block of every group, the cuts are found by bisection on
+/// (key, gid) with collective weight sums, and owners receive their rods in one all_to_all. Collective.
 std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups);
 /// Rank of each rod, by gid, that so many ranks would give it; worked out by this one alone.
 std::vector<int> owners(std::span<const RodGroup> groups, int ranks);
@@ -34,15 +35,17 @@ struct Assignment {
     std::uint64_t key;
     int rank;
 };
-/// Owners of rods by where they are and what they cost now: every rank gets as much weight as others, within one rod's. `own`: the
-/// rods of this rank, in any distribution; the result is in their order. Collective.
+/// Owners of rods by where they are and what they cost now: every rank gets as much weight as others, within one rod's.
+/// `own`: the rods of this rank, in any distribution; the result is in their order. Collective.
 std::vector<Assignment> assign(const Communicator& comm, std::span<const WeighedRod> own);
 
-/// Reads what files say of the rods: each rank its index block of a group (see IndexBlocks), and all agree on what depends on every
-/// rod. Groups that have been read, or have no file, are left alone. Throws InputError on all ranks alike. Collective.
+/// Reads what files say of the rods: each rank its index block of a group (see IndexBlocks), and all agree on what
+/// depends on every rod. Groups that have been read, or have no file, are left alone. Throws InputError on all ranks
+/// alike. Collective.
 void read_rods(const Communicator& comm, std::span<RodGroup> groups);
 
-/// From blocks to owners: what is known of single rods goes to the ranks that own them, and is forgotten elsewhere. Collective.
+/// From blocks to owners: what is known of single rods goes to the ranks that own them, and is forgotten elsewhere.
+/// Collective.
 void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::span<const LocalRod> own);
 
 /// A group's rods of this rank: their places in Rods::local(), and their numbers in the group.
@@ -52,19 +55,21 @@ struct OwnedRods {
 };
 OwnedRods owned_rods(const Rods& rods, int group);
 
-/// First of the items that part `part` of `parts` holds when `count` items are dealt out in order: floor(part count / parts).
+/// First of the items that part `part` of `parts` holds when `count` items are dealt out in order: floor(part count /
+/// parts).
 std::int64_t block_begin(std::int64_t count, int part, int parts);
 
 /// Moves fixed-size records between the owners of a group's rods and contiguous blocks of rod index, one block per rank
-/// (rank r holds indices [r N/P, (r+1) N/P)): the order in which files are written and read. Every index in [0, count) is owned
-/// by one rank. Collective calls.
+/// (rank r holds indices [r N/P, (r+1) N/P)): the order in which files are written and read. Every index in [0, count)
+/// is owned by one rank. Collective calls.
 class IndexBlocks {
 public:
     IndexBlocks(const Communicator& comm, std::span<const std::int64_t> owned_indices, std::int64_t count);
 
     std::int64_t begin() const { return begin_; } ///< first index of this rank's block
     std::int64_t size() const { return size_; }
-    /// Where the record of an owned rod (by its place in owned_indices) goes: into this rank's block, or among those to send.
+    /// Where the record of an owned rod (by its place in owned_indices) goes: into this rank's block, or among those to
+    /// send.
     struct Destination {
         bool own;
         std::size_t place;
@@ -86,8 +91,8 @@ private:
     std::size_t sent_ = 0;
 };
 
-/// Records of a group's rods on their way from owners to blocks, in buffers that are kept from one group of them to the next. Those
-/// that stay on this rank are put where they belong at once.
+/// Records of a group's rods on their way from owners to blocks, in buffers that are kept from one group of them to the
+/// next. Those that stay on this rank are put where they belong at once.
 class RecordBuffers {
 public:
     /// Collective calls of `blocks` follow; it must outlive them.
@@ -112,7 +117,8 @@ public:
     /// `own`: gids; each of [0, bodies) is owned by one rank. Collective.
     OwnerDirectory(const Communicator& comm, std::span<const std::int64_t> own, std::int64_t bodies);
 
-    /// Records of bodies with these gids to the ranks whose blocks they are in: all of lower gids come to lower ranks. Collective.
+    /// Records of bodies with these gids to the ranks whose blocks they are in: all of lower gids come to lower ranks.
+    /// Collective.
     std::vector<std::byte> to_blocks(std::span<const std::byte> records, std::size_t record_bytes,
                                      std::span<const std::int64_t> gids) const;
     /// The same to the ranks that own the bodies. Collective.
@@ -127,10 +133,10 @@ private:
     std::vector<int> owner_; ///< of the gids of this rank's block
 };
 
-/// Rows of numbers of this rank's block of a group, of what the owners of its rods alone may know: row(index, out) of each owned
-/// rod. Collective.
-template <class Row> std::vector<double> rows_of_owners(const IndexBlocks& blocks, std::span<const std::int64_t> owned_indices,
-                                                        std::size_t width, Row row) {
+/// Rows of numbers of this rank's block of a group, of what the owners of its rods alone may know: row(index, out) of
+/// each owned rod. Collective.
+template <class Row> std::vector<double>
+rows_of_owners(const IndexBlocks& blocks, std::span<const std::int64_t> owned_indices, std::size_t width, Row row) {
     RecordBuffers buffers;
     buffers.begin(blocks, width * sizeof(double));
     std::vector<double> own(width);

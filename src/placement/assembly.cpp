@@ -6,10 +6,15 @@
 namespace skein {
 
 void AssemblySpec::fields(FieldVisitor& f) {
-    f.visit({.name = "name", .unit = "", .text = "name of the assembly, which `assembly` of its groups says", .required = true},
+    f.visit({.name = "name",
+             .unit = "",
+             .text = "name of the assembly, which `assembly` of its groups says",
+             .required = true},
             name);
     f.table({.name = "placement", .unit = "", .text = ""}, placement);
-    f.visit({.name = "scatter", .unit = "m", .text = "every copy is moved by a random part of this, forth or back, lab frame"},
+    f.visit({.name = "scatter",
+             .unit = "m",
+             .text = "every copy is moved by a random part of this, forth or back, lab frame"},
             scatter);
     f.visit({.name = "magnetisation_scatter",
              .unit = "-",

@@ -1,6 +1,6 @@
-// Which capsules may be near an axis: a grid of cells above a floor, open at the top. Axes are looked at in points at most a cell
-// apart. Two axes closer than `reach` have points closer than reach + cell, so a capsule is listed in the cells that this cube
-// around its points touches, and one point of the other axis lies in one of them.
+// Which capsules may be near an axis: a grid of cells above a floor, open at the top. Axes are looked at in points at
+// most a cell apart. Two axes closer than `reach` have points closer than reach + cell, so a capsule is listed in the
+// cells that this cube around its points touches, and one point of the other axis lies in one of them.
 #pragma once
 
 #include "placement/packing.hpp"
@@ -41,10 +41,11 @@ public:
         const long points = points_of(asked);
         for (long i = 0; i <= points; ++i) {
             const Vec3d p = point(asked, i, points);
-            const std::size_t at =
-                index(std::clamp(cell_of(p.x - lower_.x), 0L, nx_ - 1), std::clamp(cell_of(p.y - lower_.y), 0L, ny_ - 1),
-                      std::clamp(cell_of(p.z - lower_.z), 0L, nz_ - 1));
-            for (std::int32_t entry = newest_[at]; entry >= 0; entry = entries_[static_cast<std::size_t>(entry)].older) {
+            const std::size_t at = index(std::clamp(cell_of(p.x - lower_.x), 0L, nx_ - 1),
+                                         std::clamp(cell_of(p.y - lower_.y), 0L, ny_ - 1),
+                                         std::clamp(cell_of(p.z - lower_.z), 0L, nz_ - 1));
+            for (std::int32_t entry = newest_[at]; entry >= 0;
+                 entry = entries_[static_cast<std::size_t>(entry)].older) {
                 Listed& other = capsules_[static_cast<std::size_t>(entries_[static_cast<std::size_t>(entry)].capsule)];
                 if (other.question == question_) continue;
                 other.question = question_;
@@ -67,7 +68,9 @@ private:
     long cells(double extent) const { return std::max(1L, static_cast<long>(std::ceil(extent / cell_))); }
     long cell_of(double x) const { return static_cast<long>(std::floor(x / cell_)); }
     std::size_t index(long x, long y, long z) const { return static_cast<std::size_t>((z * ny_ + y) * nx_ + x); }
-    long points_of(const Capsule& c) const { return std::max(1L, static_cast<long>(std::ceil(norm(c.end - c.start) / cell_))); }
+    long points_of(const Capsule& c) const {
+        return std::max(1L, static_cast<long>(std::ceil(norm(c.end - c.start) / cell_)));
+    }
     static Vec3d point(const Capsule& c, long i, long points) {
         return c.start + (static_cast<double>(i) / static_cast<double>(points)) * (c.end - c.start);
     }

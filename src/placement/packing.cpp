@@ -26,7 +26,9 @@ class Random {
 public:
     explicit Random(long seed) : engine_(static_cast<std::uint64_t>(seed)) {}
     /// Even over [low, high): std::uniform_real_distribution may differ from library to library.
-    double between(double low, double high) { return low + (high - low) * 0x1p-53 * static_cast<double>(engine_() >> 11); }
+    double between(double low, double high) {
+        return low + (high - low) * 0x1p-53 * static_cast<double>(engine_() >> 11);
+    }
 
 private:
     std::mt19937_64 engine_;
@@ -36,7 +38,8 @@ private:
 Vec3d draw_direction(const Packing& p, Random& random) {
     const double degree = pi / 180, low = degree * p.elevation[0], high = degree * p.elevation[1];
     const double even = random.between(0, 1);
-    const double elevation = low + even * (high - low), sine_between = std::sin(low) + even * (std::sin(high) - std::sin(low));
+    const double elevation = low + even * (high - low),
+                 sine_between = std::sin(low) + even * (std::sin(high) - std::sin(low));
     const double sine = p.elevation_law == ElevationLaw::uniform ? std::sin(elevation) : sine_between,
                  across = std::sqrt(std::max(0.0, 1 - sine * sine));
     const double azimuth = degree * random.between(p.azimuth[0], p.azimuth[1]);
@@ -53,7 +56,8 @@ Quaterniond frame_along(const Vec3d& direction) {
 /// Where centres may lie: of capsules wholly inside.
 class Region {
 public:
-    Region(const Packing& p, double length, double radius) : kind_(p.region), lower_(p.lower), upper_(p.upper), radius_(radius) {
+    Region(const Packing& p, double length, double radius)
+        : kind_(p.region), lower_(p.lower), upper_(p.upper), radius_(radius) {
         const double steepest = pi / 180 * std::max(std::abs(p.elevation[0]), std::abs(p.elevation[1]));
         tallest_ = length * std::sin(steepest) + 2 * radius;
         if (kind_ == PackingRegion::cylinder) {
@@ -90,8 +94,10 @@ public:
             if (room.z < 0) return std::nullopt;
             return low + Vec3d{random.between(0, room.x), random.between(0, room.y), random.between(rise, room.z)};
         }
-        const double x = random.between(-across_, across_), y = random.between(-across_, across_), z = random.between(0, room.z);
-        const bool inside = std::hypot(x + half.x, y + half.y) <= across_ && std::hypot(x - half.x, y - half.y) <= across_;
+        const double x = random.between(-across_, across_), y = random.between(-across_, across_),
+                     z = random.between(0, room.z);
+        const bool inside =
+            std::hypot(x + half.x, y + half.y) <= across_ && std::hypot(x - half.x, y - half.y) <= across_;
         return inside ? std::optional(Vec3d{centre_.x + x, centre_.y + y, low.z + z}) : std::nullopt;
     }
 
@@ -129,13 +135,14 @@ std::vector<std::size_t> along_curve(const std::vector<Vec3d>& centres, const Re
 } // namespace
 
 bool closer(const Capsule& a, const Capsule& b, double distance) {
-    const auto apart =
-        closest_points(broadcast<1>(a.start), broadcast<1>(a.end - a.start), broadcast<1>(b.start), broadcast<1>(b.end - b.start))
-            .apart;
+    const auto apart = closest_points(broadcast<1>(a.start), broadcast<1>(a.end - a.start), broadcast<1>(b.start),
+                                      broadcast<1>(b.end - b.start))
+                           .apart;
     return dot(apart, apart)[0] < distance * distance;
 }
 
-PackedRods pack(const Packing& p, double length, double radius, std::vector<Capsule>& occupied, const std::string& where) {
+PackedRods pack(const Packing& p, double length, double radius, std::vector<Capsule>& occupied,
+                const std::string& where) {
     const double gap = p.gap > 0 ? p.gap : 0.05 * radius, reach = 2 * radius + gap;
     const auto count = static_cast<std::size_t>(p.count);
     Region region(p, length, radius);
@@ -151,10 +158,12 @@ PackedRods pack(const Packing& p, double length, double radius, std::vector<Caps
     std::vector<Vec3d> centres, directions;
     const auto draw_direction_that_fits = [&] {
         for (long attempt = 0; attempt < p.attempts; ++attempt)
-            if (const Vec3d direction = draw_direction(p, random); region.holds(0.5 * length * direction)) return direction;
-        throw InputError(fmt::format("{}: none of {} directions drawn lets a rod of length {:g} m fit into the region to pack, "
-                                     "whatever else is there: enlarge it, or change 'elevation' or 'azimuth'",
-                                     where, p.attempts, length));
+            if (const Vec3d direction = draw_direction(p, random); region.holds(0.5 * length * direction))
+                return direction;
+        throw InputError(
+            fmt::format("{}: none of {} directions drawn lets a rod of length {:g} m fit into the region to pack, "
+                        "whatever else is there: enlarge it, or change 'elevation' or 'azimuth'",
+                        where, p.attempts, length));
     };
     while (centres.size() < count) {
         Vec3d direction = draw_direction_that_fits(), half = 0.5 * length * direction;
@@ -168,12 +177,15 @@ PackedRods pack(const Packing& p, double length, double radius, std::vector<Caps
                 continue;
             }
             if (attempt - patience >= patience)
-                throw InputError(fmt::format(
-                    "{}: {} of {} rods could be packed, {:.1f} % of the region's volume; the next one found no place in {} "
-                    "attempts in one direction and in as many in others: enlarge the region, lower 'count' or 'gap', narrow "
-                    "'elevation', or raise 'attempts'",
-                    where, centres.size(), count,
-                    100 * static_cast<double>(centres.size()) * volume_of(length, radius) / region.volume(), p.attempts));
+                throw InputError(
+                    fmt::format("{}: {} of {} rods could be packed, {:.1f} % of the region's volume; the next one "
+                                "found no place in {} "
+                                "attempts in one direction and in as many in others: enlarge the region, lower 'count' "
+                                "or 'gap', narrow "
+                                "'elevation', or raise 'attempts'",
+                                where, centres.size(), count,
+                                100 * static_cast<double>(centres.size()) * volume_of(length, radius) / region.volume(),
+                                p.attempts));
             if (attempt >= patience) direction = draw_direction_that_fits(), half = 0.5 * length * direction;
             const auto centre = region.draw(half, random);
             if (!centre) {

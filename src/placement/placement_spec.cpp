@@ -3,12 +3,14 @@
 namespace skein {
 
 void Placement::fields(FieldVisitor& f) {
-    f.choice({.name = "kind",
-              .unit = "",
-              .text = "single rod, `line` or `lattice` of rods, `mask` bitmap, `list` of origins, `packing` at random without "
-                      "overlap, `file` of "
-                      "rods"},
-             kind, placement_names);
+    f.choice(
+        {.name = "kind",
+         .unit = "",
+         .text =
+             "single rod, `line` or `lattice` of rods, `mask` bitmap, `list` of origins, `packing` at random without "
+             "overlap, `file` of "
+             "rods"},
+        kind, placement_names);
     f.visit({.name = "origin", .unit = "m", .text = "start of the first rod"}, origin);
     f.visit({.name = "tangent", .unit = "-", .text = "direction of every rod at its start (d3)"}, tangent);
     f.visit_optional(
@@ -16,26 +18,36 @@ void Placement::fields(FieldVisitor& f) {
          .unit = "-",
          .text = "direction of d1 at the start, made orthogonal to the tangent; where absent x, or y for rods along x"},
         normal);
-    f.visit({.name = "counts", .unit = "-", .text = "line: [n] along x; lattice: [nx, ny] or [nx, ny, nz]", .at_least = 1}, counts);
-    f.visit({.name = "spacing", .unit = "m", .text = "distance between neighbours, one per count (mask: [dx, dy])", .above = 0},
-            spacing);
-    f.visit({.name = "stagger",
-             .unit = "m",
-             .text = "lattice: how far every other row is moved along x: those whose numbers along y and z have an odd sum",
-             .at_least = 0},
-            stagger);
     f.visit(
-        {.name = "file",
-         .unit = "",
-         .text =
-             "beside the scene; mask: PBM (P1) bitmap, each 1 carries a rod, the last row is y = 0; file: .h5 or .csv, a row per "
-             "rod (docs/files.md)"},
-        file);
+        {.name = "counts", .unit = "-", .text = "line: [n] along x; lattice: [nx, ny] or [nx, ny, nz]", .at_least = 1},
+        counts);
+    f.visit({.name = "spacing",
+             .unit = "m",
+             .text = "distance between neighbours, one per count (mask: [dx, dy])",
+             .above = 0},
+            spacing);
+    f.visit(
+        {.name = "stagger",
+         .unit = "m",
+         .text = "lattice: how far every other row is moved along x: those whose numbers along y and z have an odd sum",
+         .at_least = 0},
+        stagger);
+    f.visit({.name = "file",
+             .unit = "",
+             .text = "beside the scene; mask: PBM (P1) bitmap, each 1 carries a rod, the last row is y = 0; file: .h5 "
+                     "or .csv, a row per "
+                     "rod (docs/files.md)"},
+            file);
     f.visit({.name = "origins", .unit = "m", .text = "list: start of every rod"}, origins);
-    f.visit({.name = "tangents", .unit = "-", .text = "list: direction of each rod at its start; replaces `tangent`"}, tangents);
-    f.visit({.name = "normals", .unit = "-", .text = "list: direction of d1 of each rod, beside `tangents`; replaces `normal`"},
+    f.visit({.name = "tangents", .unit = "-", .text = "list: direction of each rod at its start; replaces `tangent`"},
+            tangents);
+    f.visit({.name = "normals",
+             .unit = "-",
+             .text = "list: direction of d1 of each rod, beside `tangents`; replaces `normal`"},
             normals);
-    f.choice({.name = "trace", .unit = "", .text = "file with `nodes`: whether they are the shape at rest, or at the start alone"},
+    f.choice({.name = "trace",
+              .unit = "",
+              .text = "file with `nodes`: whether they are the shape at rest, or at the start alone"},
              trace, trace_names);
     packing.fields(f);
 }
@@ -51,10 +63,11 @@ void Packing::fields(FieldVisitor& f) {
              .text = "packing: of the random numbers; a placement depends on nothing else, so give each group its own",
              .at_least = 0},
             seed);
-    f.choice({.name = "region",
-              .unit = "",
-              .text = "packing: what holds the rods to their whole width; a slab is a box that grows upwards as needed"},
-             region, packing_region_names);
+    f.choice(
+        {.name = "region",
+         .unit = "",
+         .text = "packing: what holds the rods to their whole width; a slab is a box that grows upwards as needed"},
+        region, packing_region_names);
     f.visit({.name = "lower", .unit = "m", .text = "packing: corner of the box or slab"}, lower);
     f.visit({.name = "upper", .unit = "m", .text = "packing: opposite corner; a slab looks at x and y alone"}, upper);
     f.visit({.name = "point", .unit = "m", .text = "packing: cylinder, centre of its base; its axis is z"}, point);
@@ -72,15 +85,18 @@ void Packing::fields(FieldVisitor& f) {
              .at_least = -360,
              .at_most = 360},
             azimuth);
-    f.choice({.name = "elevation_law", .unit = "", .text = "packing: even in solid angle, or in the angle itself"}, elevation_law,
-             elevation_law_names);
-    f.visit({.name = "gap", .unit = "m", .text = "packing: least distance of surfaces; 0 stands for 0.05 radii", .at_least = 0},
+    f.choice({.name = "elevation_law", .unit = "", .text = "packing: even in solid angle, or in the angle itself"},
+             elevation_law, elevation_law_names);
+    f.visit({.name = "gap",
+             .unit = "m",
+             .text = "packing: least distance of surfaces; 0 stands for 0.05 radii",
+             .at_least = 0},
             gap);
     f.visit({.name = "attempts",
              .unit = "-",
-             .text =
-                 "packing: attempts to place a rod in one direction, then as many in new directions, before the packing fails; a "
-                 "slab grows by a layer after a hundredth of them",
+             .text = "packing: attempts to place a rod in one direction, then as many in new directions, before the "
+                     "packing fails; a "
+                     "slab grows by a layer after a hundredth of them",
              .at_least = 1},
             attempts);
 }

@@ -41,8 +41,8 @@ Bitmap read_mask(const std::string& path, const std::string& source) {
             char pixel = 0;
             if (!(file >> pixel) || (pixel != '0' && pixel != '1'))
                 throw InputError(path + ": row " + std::to_string(row + 1) + ", column " + std::to_string(column + 1) +
-                                 ": expected 0 or 1 (the bitmap is " + std::to_string(width) + " x " + std::to_string(height) +
-                                 ")");
+                                 ": expected 0 or 1 (the bitmap is " + std::to_string(width) + " x " +
+                                 std::to_string(height) + ")");
             if (pixel == '1') map.pixels.push_back(static_cast<std::uint32_t>((height - 1 - row) * width + column));
         }
     if (map.pixels.empty()) throw InputError(path + ": the bitmap has no 1, so the group has no rod");
@@ -64,9 +64,10 @@ struct Traced {
     std::vector<Vec3d> curvatures; ///< of the cells between elements
 };
 
-/// Frames follow the edges; d1 is given of every element, or turned along as little as may be, from that of the first. The frame
-/// at s = 0 is where the half cell of a clamped end begins.
-Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals, const std::optional<Vec3d>& normal) {
+/// Frames follow the edges; d1 is given of every element, or turned along as little as may be, from that of the first.
+/// The frame at s = 0 is where the half cell of a clamped end begins.
+Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals,
+              const std::optional<Vec3d>& normal) {
     Traced rod;
     std::vector<Quaterniond> frames;
     for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
@@ -80,11 +81,13 @@ Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_norma
         } else {
             const Vec3d before = third_director(frames.back()), d1 = transpose_times(frames.back(), Vec3d{1, 0, 0});
             const Vec3d axis = cross(before, d3);
-            frames.push_back(frame_of(d3, d1 + cross(axis, d1) + (1 / (1 + dot(before, d3))) * cross(axis, cross(axis, d1))));
+            frames.push_back(
+                frame_of(d3, d1 + cross(axis, d1) + (1 / (1 + dot(before, d3))) * cross(axis, cross(axis, d1))));
         }
     }
     for (std::size_t k = 0; k + 1 < frames.size(); ++k)
-        rod.curvatures.push_back((2 / (rod.lengths[k] + rod.lengths[k + 1])) * relative_rotation(frames[k + 1], frames[k]));
+        rod.curvatures.push_back((2 / (rod.lengths[k] + rod.lengths[k + 1])) *
+                                 relative_rotation(frames[k + 1], frames[k]));
     rod.frame = rotation(-0.5 * rod.lengths[0] * rod.curvatures[0]) * frames[0];
     return rod;
 }
@@ -116,7 +119,8 @@ Quaterniond frame_of(const Vec3d& tangent, const std::optional<Vec3d>& normal) {
 }
 
 Places::Places(const Placement& p, const std::string& source, const std::string& directory) : first_(p.origin) {
-    for (std::size_t axis = 0; axis < std::min<std::size_t>(3, p.spacing.size()); ++axis) spacing_[axis] = p.spacing[axis];
+    for (std::size_t axis = 0; axis < std::min<std::size_t>(3, p.spacing.size()); ++axis)
+        spacing_[axis] = p.spacing[axis];
     switch (p.kind) {
     case PlacementKind::line:
     case PlacementKind::lattice:
@@ -135,7 +139,9 @@ Places::Places(const Placement& p, const std::string& source, const std::string&
     }
     case PlacementKind::list: {
         std::vector<Quaterniond> turns;
-        const auto normal = [&](std::size_t i) { return p.normals.empty() ? std::nullopt : std::optional(p.normals[i]); };
+        const auto normal = [&](std::size_t i) {
+            return p.normals.empty() ? std::nullopt : std::optional(p.normals[i]);
+        };
         for (std::size_t i = 0; i < p.tangents.size(); ++i) turns.push_back(frame_of(p.tangents[i], normal(i)));
         *this = Places(p.origins, std::move(turns));
         for (Vec3d& o : origins_) o += p.origin;
@@ -149,12 +155,12 @@ Places::Places(const Placement& p, const std::string& source, const std::string&
 }
 
 Places::Places(std::vector<Vec3d> origins, std::vector<Quaterniond> turns)
-    : count_(static_cast<std::int64_t>(origins.size())), listed_(true), turned_(!turns.empty()), origins_(std::move(origins)),
-      turns_(std::move(turns)) {}
+    : count_(static_cast<std::int64_t>(origins.size())), listed_(true), turned_(!turns.empty()),
+      origins_(std::move(origins)), turns_(std::move(turns)) {}
 
 Places::Places(std::shared_ptr<const RodSource> source, const Vec3d& origin, std::int64_t elements)
-    : count_(source->count()), first_(origin), listed_(true), turned_(source->columns().turned()), source_(std::move(source)),
-      columns_(source_->columns()), elements_(static_cast<std::size_t>(elements)) {
+    : count_(source->count()), first_(origin), listed_(true), turned_(source->columns().turned()),
+      source_(std::move(source)), columns_(source_->columns()), elements_(static_cast<std::size_t>(elements)) {
     width_ = columns_.length + columns_.radius + (columns_.nodes ? elements_ + 3 * (elements_ - 1) : 0) +
              (columns_.radii ? elements_ : 0);
 }
@@ -212,8 +218,8 @@ Vec3d Places::origin(std::int64_t i) const {
     const std::int64_t point = pixels_.empty() ? i : pixels_[static_cast<std::size_t>(i)];
     const std::int64_t x = point % counts_[0], rows = point / counts_[0];
     const std::int64_t y = pixels_.empty() ? rows % counts_[1] : rows, z = pixels_.empty() ? rows / counts_[1] : 0;
-    return Vec3d{static_cast<double>(x) * spacing_[0] + ((y + z) % 2 == 1 ? stagger_ : 0), static_cast<double>(y) * spacing_[1],
-                 static_cast<double>(z) * spacing_[2]} +
+    return Vec3d{static_cast<double>(x) * spacing_[0] + ((y + z) % 2 == 1 ? stagger_ : 0),
+                 static_cast<double>(y) * spacing_[1], static_cast<double>(z) * spacing_[2]} +
            first_;
 }
 
@@ -254,7 +260,8 @@ void Places::read(std::int64_t begin, std::int64_t end) {
                 sizes_.insert(sizes_.end(), shape->lengths.begin(), shape->lengths.end());
                 for (const Vec3d& c : shape->curvatures) sizes_.insert(sizes_.end(), {c.x, c.y, c.z});
             } else if (turned_)
-                turns_.push_back(frame_of(rows.tangents[i], rows.normals.empty() ? std::nullopt : std::optional(rows.normals[i])));
+                turns_.push_back(
+                    frame_of(rows.tangents[i], rows.normals.empty() ? std::nullopt : std::optional(rows.normals[i])));
             if (columns_.radii) {
                 const auto first = rows.element_radii.begin() + static_cast<std::ptrdiff_t>(i * elements_);
                 sizes_.insert(sizes_.end(), first, first + static_cast<std::ptrdiff_t>(elements_));
@@ -288,7 +295,8 @@ void Places::keep(std::span<const std::int64_t> indices) {
     if (width_ > 0) {
         std::vector<double> sizes;
         sizes.reserve(rows.size() * width_);
-        for (const std::size_t row : rows) sizes.insert(sizes.end(), &sizes_[row * width_], &sizes_[row * width_] + width_);
+        for (const std::size_t row : rows)
+            sizes.insert(sizes.end(), &sizes_[row * width_], &sizes_[row * width_] + width_);
         sizes_ = std::move(sizes);
     }
     held_ = std::move(held);
@@ -301,7 +309,8 @@ std::vector<std::byte> Places::records() const {
         std::byte* record = &bytes[row * record_bytes()];
         std::memcpy(record, &origins_[row], sizeof(Vec3d));
         if (turned_) std::memcpy(record + sizeof(Vec3d), &turns_[row], sizeof(Quaterniond));
-        if (width_ > 0) std::memcpy(record + sizeof(Vec3d) + sizeof(Quaterniond), &sizes_[row * width_], width_ * sizeof(double));
+        if (width_ > 0)
+            std::memcpy(record + sizeof(Vec3d) + sizeof(Quaterniond), &sizes_[row * width_], width_ * sizeof(double));
     }
     return bytes;
 }
@@ -316,7 +325,8 @@ void Places::keep(std::span<const std::int64_t> indices, std::span<const std::by
         const std::byte* record = &records[order[row] * record_bytes()];
         std::memcpy(&origins_[row], record, sizeof(Vec3d));
         if (turned_) std::memcpy(&turns_[row], record + sizeof(Vec3d), sizeof(Quaterniond));
-        if (width_ > 0) std::memcpy(&sizes_[row * width_], record + sizeof(Vec3d) + sizeof(Quaterniond), width_ * sizeof(double));
+        if (width_ > 0)
+            std::memcpy(&sizes_[row * width_], record + sizeof(Vec3d) + sizeof(Quaterniond), width_ * sizeof(double));
         held_[row] = indices[order[row]];
     }
     forget_consecutive(begin_, held_);
@@ -324,8 +334,8 @@ void Places::keep(std::span<const std::int64_t> indices, std::span<const std::by
 }
 
 std::size_t Places::bytes() const {
-    return pixels_.size() * sizeof(std::uint32_t) + origins_.size() * sizeof(Vec3d) + turns_.size() * sizeof(Quaterniond) +
-           held_.size() * sizeof(std::int64_t) + sizes_.size() * sizeof(double);
+    return pixels_.size() * sizeof(std::uint32_t) + origins_.size() * sizeof(Vec3d) +
+           turns_.size() * sizeof(Quaterniond) + held_.size() * sizeof(std::int64_t) + sizes_.size() * sizeof(double);
 }
 
 } // namespace skein

@@ -1,6 +1,8 @@
-// Linear systems of a node and its element after the other along a rod: symmetric, positive, and each coupled to the next alone.
+// Linear systems of a node and its element after the other along a rod: symmetric, positive, and each coupled to the
+// next alone.
 //   A = G G^T, block by block along the rod; G y = b on the way, G^T u = y on the way back.      One rod a lane.
-//   ring      the last block is coupled to the first one as well: it keeps a coupling to the block that is at hand, which what is
+//   ring      the last block is coupled to the first one as well: it keeps a coupling to the block that is at hand,
+//   which what is
 //             eliminated hands on, a second off-diagonal of G
 // 6 unknowns a block: displacement of the node, turn of its element.
 #pragma once
@@ -9,9 +11,9 @@
 
 namespace skein {
 
-/// One node and its element. Before it is solved: the block, of which the lower triangle counts; the coupling to the next one,
-/// next[i][j] of row i there and column j here; right sides. After it: the block's factor with inverses on the diagonal, what the
-/// factor makes of the coupling, and the solution.
+/// One node and its element. Before it is solved: the block, of which the lower triangle counts; the coupling to the
+/// next one, next[i][j] of row i there and column j here; right sides. After it: the block's factor with inverses on
+/// the diagonal, what the factor makes of the coupling, and the solution.
 template <int W> struct BandBlock {
     static constexpr int size = 6;
     using P = Pack<W>;
@@ -73,7 +75,8 @@ template <int W> void eliminate(const BandBlock<W>& b, Coupling<W>& coupling, Ba
         }
         for (int m = 0; m < b.size; ++m) after.u[i] = fnma(coupling[i][m], b.u[m], after.u[i]);
         for (int j = 0; j <= i; ++j)
-            for (int m = 0; m < b.size; ++m) after.diagonal[i][j] = fnma(coupling[i][m], coupling[j][m], after.diagonal[i][j]);
+            for (int m = 0; m < b.size; ++m)
+                after.diagonal[i][j] = fnma(coupling[i][m], coupling[j][m], after.diagonal[i][j]);
     }
 }
 
@@ -93,7 +96,8 @@ template <int W> void solve_back(BandBlock<W>& b) {
 
 } // namespace detail
 
-/// Blocks 0 to `last`; the coupling of the last is not looked at. Where the matrix is not positive the solution is no number.
+/// Blocks 0 to `last`; the coupling of the last is not looked at. Where the matrix is not positive the solution is no
+/// number.
 template <int W> void solve_band(int last, BandBlock<W>* block) {
     for (int k = 0; k <= last; ++k) {
         detail::factorise(block[k]);
@@ -105,8 +109,8 @@ template <int W> void solve_band(int last, BandBlock<W>* block) {
     }
 }
 
-/// Of a ring of at least three blocks: the coupling of the last is to the first. `ring`: [last], memory for what the last is
-/// coupled to.
+/// Of a ring of at least three blocks: the coupling of the last is to the first. `ring`: [last], memory for what the
+/// last is coupled to.
 template <int W> void solve_ring(int last, BandBlock<W>* block, RingCoupling<W>* ring) {
     for (int i = 0; i < BandBlock<W>::size; ++i)
         for (int j = 0; j < BandBlock<W>::size; ++j) ring[0].last[j][i] = block[last].next[i][j];

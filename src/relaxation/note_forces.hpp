@@ -1,4 +1,5 @@
-// What pushes rods that relax besides their own loads: walls and other rods.                              theory.md section 21
+// What pushes rods that relax besides their own loads: walls and other rods.                              theory.md
+// section 21
 #pragma once
 
 #include "skein/core/aligned.hpp"

@@ -1,15 +1,18 @@
-// Relaxation: the kick of rods whose rest is wanted and not their motion.                              theory.md (64)-(68)
-//   M u = (f, c),  v <- a v + h u,  w <- a w + h Q u_turn       M: the rod's own stiffness, in blocks of a node and its element
-// The inertia of a rod at rest is free. Masses of nodes leave frequencies of stretch and of bending a factor of 2 (n/1.9)^2 l/r and
-// more apart, 1e5 of a rod with L/r = 5000 in 50 elements; with M they are all about 1/s, so that steps of 1 s settle them
-// together. M is the sum of
-//   strained  what the rod answers now                                                                  tangent_stiffness.hpp
-//   touched   dx^2 and t^2 of what walls and other rods push, as stiff as contacts may be
-//   all       dx^2 and t^2 as stiff as a tenth of the whole rod, so that free rods have a finite answer
-// and positive, so it is split block by block, one rod or ring a lane (block_band.hpp). A rod that moves against its forces,
-// v.f + w.c < 0, forgets its rates; one that would turn or stretch too far in a step is slowed down as a whole; where it may touch
-// something, how far it may go is halved with every turn against its forces, and grows by 1.05 a step otherwise. Each rod decides
-// alone, so that there are no sums over rods. Cost: 1300 flop per element, of rings 2100.
+// Relaxation: the kick of rods whose rest is wanted and not their motion.                              theory.md
+// (64)-(68)
+//   M u = (f, c),  v <- a v + h u,  w <- a w + h Q u_turn       M: the rod's own stiffness, in blocks of a node and its
+//   element
+// The inertia of a rod at rest is free. Masses of nodes leave frequencies of stretch and of bending a factor of 2
+// (n/1.9)^2 l/r and more apart, 1e5 of a rod with L/r = 5000 in 50 elements; with M they are all about 1/s, so that
+// steps of 1 s settle them together. M is the sum of
+//   strained  what the rod answers now tangent_stiffness.hpp touched   dx^2 and t^2 of what walls and other rods push,
+//   as stiff as contacts may be all       dx^2 and t^2 as stiff as a tenth of the whole rod, so that free rods have a
+//   finite answer
+// and positive, so it is split block by block, one rod or ring a lane (block_band.hpp). A rod that moves against its
+// forces, v.f + w.c < 0, forgets its rates; one that would turn or stretch too far in a step is slowed down as a whole;
+// where it may touch something, how far it may go is halved with every turn against its forces, and grows by 1.05 a
+// step otherwise. Each rod decides alone, so that there are no sums over rods. Cost: 1300 flop per element, of rings
+// 2100.
 #pragma once
 
 #include "relaxation/note_forces.hpp"
@@ -24,9 +27,11 @@ namespace skein {
 
 template <class Law, int W> class RelaxPass final : public TilePass<W> {
 public:
-    static constexpr double momentum = 0.9;          ///< a: modes down to (1 - sqrt a)^2 of M's settle alike
-    static constexpr double touched_momentum = 0.98; ///< the same of rods that may touch something: these have softer modes
-    static constexpr double least_reach = 1e-4;      ///< of the farthest step, down to which rods that bounce are slowed down
+    static constexpr double momentum = 0.9; ///< a: modes down to (1 - sqrt a)^2 of M's settle alike
+    static constexpr double touched_momentum =
+        0.98; ///< the same of rods that may touch something: these have softer modes
+    static constexpr double least_reach =
+        1e-4; ///< of the farthest step, down to which rods that bounce are slowed down
 
     RelaxPass(const RodGroup& group, RelaxationContacts contacts, std::shared_ptr<RelaxationResidual> residual)
         : group_(group.id()), ends_(ends_of(group)), rod_(group), contacts_(contacts), residual_(std::move(residual)),
@@ -97,7 +102,8 @@ private:
     static void load_of(const RodTile<W>& rod, const SlotLoad<W>* load, int k, Block& b) {
         const Vec3<P>& f = load[k].force;
         b.u[0] = f.x, b.u[1] = f.y, b.u[2] = f.z;
-        const Vec3<P> c = k < rod.n ? transpose_times(rod.slot[k].director, load[k].couple) : Vec3<P>{P(0.0), P(0.0), P(0.0)};
+        const Vec3<P> c =
+            k < rod.n ? transpose_times(rod.slot[k].director, load[k].couple) : Vec3<P>{P(0.0), P(0.0), P(0.0)};
         b.u[3] = c.x, b.u[4] = c.y, b.u[5] = c.z;
     }
 

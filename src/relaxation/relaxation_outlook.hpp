@@ -1,4 +1,5 @@
-// What a relaxation knows of contacts, and a run of a relaxation.                                            theory.md section 21
+// What a relaxation knows of contacts, and a run of a relaxation.                                            theory.md
+// section 21
 #pragma once
 
 #include <algorithm>

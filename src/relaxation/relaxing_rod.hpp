@@ -1,5 +1,5 @@
-// Constants of a rod that relaxes, node by node: what is free to move, how far it may go in a step, and a small stiffness of its
-// own, so that free rods have a finite answer.                                                            theory.md (65), (67)
+// Constants of a rod that relaxes, node by node: what is free to move, how far it may go in a step, and a small
+// stiffness of its own, so that free rods have a finite answer. theory.md (65), (67)
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
@@ -14,8 +14,9 @@ namespace skein {
 class RelaxingRod {
 public:
     static constexpr double farthest_turn = 0.1; ///< rad in a step
-    static constexpr double farthest_share = 2; ///< of the radius, across an element: what it stretches by then is of order (r/l)^2
-    static constexpr double own_share = 0.1;    ///< of EI/L^3 and of EI/L, spread over the rod
+    static constexpr double farthest_share =
+        2; ///< of the radius, across an element: what it stretches by then is of order (r/l)^2
+    static constexpr double own_share = 0.1; ///< of EI/L^3 and of EI/L, spread over the rod
 
     struct Row {
         std::array<double, 6> free; ///< 0: held; of the node and of its element, along lab axes
@@ -27,7 +28,8 @@ public:
         const int n = group.elements();
         for (const ElementConstants& e : group.element) length_ += e.rest_length;
         double bending = 0;
-        for (const ElementConstants& e : group.element) bending += 0.5 * (e.bending.x + e.bending.y) * e.rest_length / length_;
+        for (const ElementConstants& e : group.element)
+            bending += 0.5 * (e.bending.x + e.bending.y) * e.rest_length / length_;
         const double per_length = own_share * bending / (length_ * length_);
         for (int k = 0; k <= n; ++k) {
             Row& row = row_.emplace_back();

@@ -1,8 +1,10 @@
-// Stiffness of a rod as it is strained now, made positive: what relaxation takes for inertia.             theory.md (65)
-//   element   y = dx[k+1] - dx[k] - t x X,    y.C y,  C = Q^T S Q/l, S tangent;  y = change of X = x[k+1] - x[k] but for the turn
+// Stiffness of a rod as it is strained now, made positive: what relaxation takes for inertia.             theory.md
+// (65)
+//   element   y = dx[k+1] - dx[k] - t x X,    y.C y,  C = Q^T S Q/l, S tangent;  y = change of X = x[k+1] - x[k] but
+//   for the turn
 //             (dx[k+1] - dx[k])^2 N/l         of tension N > 0: what strings have across
-//   cell      (t[k+1] - t[k]).B (t[k+1] - t[k])/(D E^3), B in the lab, the mean of both elements' frames;  t^2 q D/4 of moments
-//   wall      t.B t/(D E^3)
+//   cell      (t[k+1] - t[k]).B (t[k+1] - t[k])/(D E^3), B in the lab, the mean of both elements' frames;  t^2 q D/4 of
+//   moments wall      t.B t/(D E^3)
 // Displacements dx and turns t in the lab.
 #pragma once
 
@@ -48,7 +50,8 @@ private:
         Tensor t;
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
-                t.a[i][j] = fma(d.x * rows[0][i], rows[0][j], fma(d.y * rows[1][i], rows[1][j], d.z * rows[2][i] * rows[2][j]));
+                t.a[i][j] =
+                    fma(d.x * rows[0][i], rows[0][j], fma(d.y * rows[1][i], rows[1][j], d.z * rows[2][i] * rows[2][j]));
         return t;
     }
     /// Turns that stretch nothing else: onto the diagonal.
@@ -58,8 +61,8 @@ private:
     }
 
     /// Stretch and shear of element k, and tension.
-    static void stretch(const RodTile<W>& rod, const ElementConstants& c, const Mat3<P>& q, const Vec3<P>& nu, int k, Block& b,
-                        Block& after) {
+    static void stretch(const RodTile<W>& rod, const ElementConstants& c, const Mat3<P>& q, const Vec3<P>& nu, int k,
+                        Block& b, Block& after) {
         const P inv_length(c.inv_rest_length);
         const Vec3<P> stiffness{P(c.stiffness.x), P(c.stiffness.y), Law::stretch_stiffness(c, nu.z)};
         const Tensor s = in_lab(q, inv_length * stiffness);
@@ -69,7 +72,8 @@ private:
         const P zero(0.0), X[3][3] = {{zero, -x.z, x.y}, {x.z, zero, -x.x}, {-x.y, x.x, zero}};
         P sx[3][3];
         for (int i = 0; i < 3; ++i)
-            for (int j = 0; j < 3; ++j) sx[i][j] = fma(s.a[i][0], X[0][j], fma(s.a[i][1], X[1][j], s.a[i][2] * X[2][j]));
+            for (int j = 0; j < 3; ++j)
+                sx[i][j] = fma(s.a[i][0], X[0][j], fma(s.a[i][1], X[1][j], s.a[i][2] * X[2][j]));
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) {
                 const P along = i == j ? s.a[i][j] + pull : s.a[i][j];
@@ -86,8 +90,8 @@ private:
     static void bend(const RodTile<W>& rod, const Mat3<P>& q, P e, P e_next, int k, int next, Block* block) {
         const VoronoiConstants& v = rod.voronoi[k];
         const Mat3<P> q_next = matrix(rod.slot[next].director);
-        const auto factor =
-            Law::bending_factor(P(1.0) / fma(P(v.share_before), e, P(v.share_after) * e_next), rod.element[k].rest_stretch);
+        const auto factor = Law::bending_factor(P(1.0) / fma(P(v.share_before), e, P(v.share_after) * e_next),
+                                                rod.element[k].rest_stretch);
         const Vec3<P> half = (factor * P(0.5 * v.inv_length)) * broadcast<W>(v.stiffness);
         const Tensor one = in_lab(q, half), other = in_lab(q_next, half);
         Tensor s;

@@ -54,14 +54,16 @@ double second_moment(double a, double b, double c, double r) {
 
 /// h: half sides without the rounding.
 Solid box(const Vec3d& centre, const Vec3d& h, double r) {
-    const double volume = 8 * h.x * h.y * h.z + 8 * r * (h.x * h.y + h.y * h.z + h.z * h.x) + 2 * pi * r * r * (h.x + h.y + h.z) +
-                          4.0 / 3 * pi * r * r * r;
+    const double volume = 8 * h.x * h.y * h.z + 8 * r * (h.x * h.y + h.y * h.z + h.z * h.x) +
+                          2 * pi * r * r * (h.x + h.y + h.z) + 4.0 / 3 * pi * r * r * r;
     const double x = second_moment(h.x, h.y, h.z, r) / volume, y = second_moment(h.y, h.z, h.x, r) / volume,
                  z = second_moment(h.z, h.x, h.y, r) / volume;
     return {volume, centre, {y + z, x + z, x + y}};
 }
 
-SymmetricMatrix times(double a, const SymmetricMatrix& m) { return {a * m.xx, a * m.yy, a * m.zz, a * m.xy, a * m.xz, a * m.yz}; }
+SymmetricMatrix times(double a, const SymmetricMatrix& m) {
+    return {a * m.xx, a * m.yy, a * m.zz, a * m.xy, a * m.xz, a * m.yz};
+}
 
 /// |d|^2 1 - d d^T: of a point mass.
 SymmetricMatrix of_point(const Vec3d& d) {
@@ -112,11 +114,12 @@ BodyShape::BodyShape(const RodSpec& spec) {
     const Vec3d& v = principal.value;
     const double least = std::min({v.x, v.y, v.z}), most = std::max({v.x, v.y, v.z});
     if (!(least > 0))
-        refuse(fmt::format("its principal moments of inertia are {:g}, {:g} and {:g} kg m^2: all must be above 0", v.x, v.y, v.z));
+        refuse(fmt::format("its principal moments of inertia are {:g}, {:g} and {:g} kg m^2: all must be above 0", v.x,
+                           v.y, v.z));
     if (most > (v.x + v.y + v.z - most) * (1 + 1e-9))
-        refuse(fmt::format(
-            "its principal moments of inertia are {:g}, {:g} and {:g} kg m^2: none may be larger than the other two together", v.x,
-            v.y, v.z));
+        refuse(fmt::format("its principal moments of inertia are {:g}, {:g} and {:g} kg m^2: none may be larger than "
+                           "the other two together",
+                           v.x, v.y, v.z));
     take_axes(v, principal.axes);
     for (Part& p : part) {
         p.from = axes * (p.from - centre), p.to = axes * (p.to - centre);
@@ -140,10 +143,12 @@ void BodyShape::add_corners_and_edges(const Part& box, int slot) {
         return box.from + transpose_times(box.axes, at);
     };
     for (int bits = 0; bits < 8; ++bits) {
-        const bool again = (bits & 1 && box.half.x == 0) || (bits & 2 && box.half.y == 0) || (bits & 4 && box.half.z == 0);
+        const bool again =
+            (bits & 1 && box.half.x == 0) || (bits & 2 && box.half.y == 0) || (bits & 4 && box.half.z == 0);
         if (!again) point.push_back({corner(bits), box.radius}); // of a plate four
         for (const int side : {1, 2, 4})
-            if (!(bits & side)) line.push_back({corner(bits), corner(bits | side), box.radius, bits == 0 && side == 1 ? slot : -1});
+            if (!(bits & side))
+                line.push_back({corner(bits), corner(bits | side), box.radius, bits == 0 && side == 1 ? slot : -1});
     }
 }
 

@@ -1,5 +1,5 @@
-// A rigid body made ready: mass, centre and principal axes of its parts, and its surface in these axes.     theory.md (59)-(59b)
-// Parts that overlap count twice.
+// A rigid body made ready: mass, centre and principal axes of its parts, and its surface in these axes.     theory.md
+// (59)-(59b) Parts that overlap count twice.
 //
 //   m = sum m_p,  x_c = sum m_p x_p/m,  J = sum [J_p + m_p (|d|^2 1 - d d^T)],  d = x_p - x_c
 //   sphere    m = 4/3 pi rho r^3,  J = 2/5 m r^2 1
@@ -7,11 +7,12 @@
 //             J_1 = J_2 = m_c (l^2/12 + r^2/4) + m_b (2 r^2/5 + l^2/4 + 3 l r/8)
 //   box       |x_i| <= h_i and all within r of it:
 //             V = 8 h1 h2 h3 + 8 r (h1 h2 + h2 h3 + h3 h1) + 2 pi r^2 (h1 + h2 + h3) + 4/3 pi r^3,
-//             J_1 = rho (I_2 + I_3), I_i the integral of x_i^2: of box, plates on its faces, quarters of cylinders, corners
+//             J_1 = rho (I_2 + I_3), I_i the integral of x_i^2: of box, plates on its faces, quarters of cylinders,
+//             corners
 //
-// d3 is the axis whose 1/J differs most from the others', which are nearly alike then; so that the free top is split where least
-// is lost (mechanics/drift.hpp), and a symmetric top has its axis along d3. d1, d2, d3 are the axes of the parts where these are
-// principal, but for their order, which is cyclic.
+// d3 is the axis whose 1/J differs most from the others', which are nearly alike then; so that the free top is split
+// where least is lost (mechanics/drift.hpp), and a symmetric top has its axis along d3. d1, d2, d3 are the axes of the
+// parts where these are principal, but for their order, which is cyclic.
 #pragma once
 
 #include "skein/core/quaternion.hpp"

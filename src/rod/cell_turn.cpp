@@ -19,7 +19,8 @@ CellTurn turn_by(const Shape& shape, const Vec3d& uniform, const std::vector<Vec
     const auto n = static_cast<std::size_t>(shape.elements), cells = shape.closed ? n : n - 1;
     const std::vector<double>& parts = shape.length_profile;
     CellTurn most;
-    if (shape.elements < 2 || (!profile.empty() && profile.size() != cells) || (!parts.empty() && parts.size() != n)) return most;
+    if (shape.elements < 2 || (!profile.empty() && profile.size() != cells) || (!parts.empty() && parts.size() != n))
+        return most;
     if (profile.empty() && zero(uniform)) return most;
     const double sum = parts.empty() ? static_cast<double>(n) : std::accumulate(parts.begin(), parts.end(), 0.0);
     const auto part = [&](std::size_t k) { return parts.empty() ? 1.0 : parts[k]; };
@@ -54,10 +55,11 @@ void refuse_large_turns(const RodGroup& group) {
         if (group.sized()) put_sizes(places, spec, i, own);
         const auto [most, curvature] = largest_turn(own.shape);
         if (most.angle < CellTurn::largest) return;
-        throw InputError(fmt::format("{}: the {} curvature of rod {} of '{}', {:g} m long by file '{}', {}; two that follow each "
-                                     "other can be told apart up to pi: at most {:.4g} 1/m there",
-                                     spec.source, curvature, i, spec.name, own.shape.length, spec.placement.file, text_of(most),
-                                     most.curvature(CellTurn::largest)));
+        throw InputError(
+            fmt::format("{}: the {} curvature of rod {} of '{}', {:g} m long by file '{}', {}; two that follow each "
+                        "other can be told apart up to pi: at most {:.4g} 1/m there",
+                        spec.source, curvature, i, spec.name, own.shape.length, spec.placement.file, text_of(most),
+                        most.curvature(CellTurn::largest)));
     };
     const std::vector<std::int64_t> held = places.held();
     if (held.empty()) return;
@@ -67,8 +69,9 @@ void refuse_large_turns(const RodGroup& group) {
         return;
     }
     // Rods that differ in length alone: the longest turns most.
-    look_at(*std::max_element(held.begin(), held.end(),
-                              [&](std::int64_t a, std::int64_t b) { return places.length(a, 0) < places.length(b, 0); }));
+    look_at(*std::max_element(held.begin(), held.end(), [&](std::int64_t a, std::int64_t b) {
+        return places.length(a, 0) < places.length(b, 0);
+    }));
 }
 
 } // namespace skein

@@ -1,5 +1,5 @@
-// How far a curvature turns an element against the one before it. Two frames tell their rotation vector up to pi, theory.md (6):
-// a cell that is to turn by more never reaches its shape.
+// How far a curvature turns an element against the one before it. Two frames tell their rotation vector up to pi,
+// theory.md (6): a cell that is to turn by more never reaches its shape.
 #pragma once
 
 #include "skein/rod/rod_spec.hpp"
@@ -21,7 +21,8 @@ struct CellTurn {
     double curvature(double angle) const { return angle / length; }
 };
 
-/// The cell that turns most at rest, or at the start. None (angle 0) of lists that have not the number of entries that they need.
+/// The cell that turns most at rest, or at the start. None (angle 0) of lists that have not the number of entries that
+/// they need.
 CellTurn rest_turn(const Shape& shape);
 CellTurn start_turn(const Shape& shape);
 /// The larger of both.
@@ -32,8 +33,8 @@ struct LargestTurn {
 LargestTurn largest_turn(const Shape& shape);
 
 class RodGroup;
-/// Of the rods of a file that are held: throws InputError naming the first whose curvature at rest or at the start turns a cell by
-/// pi or more. What a scene says by itself its own check refuses.
+/// Of the rods of a file that are held: throws InputError naming the first whose curvature at rest or at the start
+/// turns a cell by pi or more. What a scene says by itself its own check refuses.
 void refuse_large_turns(const RodGroup& group);
 
 /// "turns element 4 against element 3 by 3.3 rad".

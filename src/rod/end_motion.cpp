@@ -16,15 +16,22 @@ void EndMotion::fields(FieldVisitor& f) {
     f.visit({.name = "times", .unit = "s", .text = "times of the tables' entries, rising", .at_least = 0}, times);
     f.visit({.name = "translation", .unit = "m", .text = "displacement of the end at `times`, lab frame"}, translation);
     f.visit({.name = "rotation", .unit = "rad", .text = "rotation vector of the wall at `times`, lab frame"}, rotation);
-    f.visit({.name = "smooth", .unit = "", .text = "start and stop at rest between entries (3 s^2 - 2 s^3) instead of linearly"},
+    f.visit({.name = "smooth",
+             .unit = "",
+             .text = "start and stop at rest between entries (3 s^2 - 2 s^3) instead of linearly"},
             smooth);
     f.visit({.name = "amplitude", .unit = "m", .text = "sinusoidal displacement, lab frame"}, amplitude);
-    f.visit({.name = "rotation_amplitude", .unit = "rad", .text = "sinusoidal rotation vector, lab frame"}, rotation_amplitude);
+    f.visit({.name = "rotation_amplitude", .unit = "rad", .text = "sinusoidal rotation vector, lab frame"},
+            rotation_amplitude);
     f.visit({.name = "period", .unit = "s", .text = "of the sinusoids", .at_least = 0}, period);
     f.visit({.name = "phase", .unit = "rad", .text = "of the sinusoids at t = 0"}, phase);
-    f.visit({.name = "translation_formula", .unit = "m", .text = "three formulas of `t`: displacement of the end, lab frame"},
+    f.visit({.name = "translation_formula",
+             .unit = "m",
+             .text = "three formulas of `t`: displacement of the end, lab frame"},
             translation_formula);
-    f.visit({.name = "rotation_formula", .unit = "rad", .text = "three formulas of `t`: rotation vector of the wall, lab frame"},
+    f.visit({.name = "rotation_formula",
+             .unit = "rad",
+             .text = "three formulas of `t`: rotation vector of the wall, lab frame"},
             rotation_formula);
 }
 
@@ -44,7 +51,8 @@ void EndMotion::check_formulas(const Vec3d& free, Objections& objections) const 
         if (slides[i] > 0 && !formula_u->vanishes(i))
             objections.add_within(
                 fmt::format("translation_formula.{}", i), 0, translation_formula[i].size(),
-                fmt::format("'translation_formula' moves the end along {}, in which it is free to slide: write \"0\"", "xyz"[i]));
+                fmt::format("'translation_formula' moves the end along {}, in which it is free to slide: write \"0\"",
+                            "xyz"[i]));
 }
 
 EndMotion::Point EndMotion::at(double time, const std::vector<Vec3d>& table, const Vec3d& swing,

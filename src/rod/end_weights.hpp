@@ -1,5 +1,5 @@
-// Gregory's weights of the three cells, or of the three node masses, beside an end: with them sums along the rod lose the end's
-// term of second order, and a free rod has the moments of inertia of its length.                       theory.md, end of section 3
+// Gregory's weights of the three cells, or of the three node masses, beside an end: with them sums along the rod lose
+// the end's term of second order, and a free rod has the moments of inertia of its length. theory.md, end of section 3
 #pragma once
 
 #include "skein/rod/rod_spec.hpp"
@@ -13,14 +13,15 @@ namespace skein {
 /// Over those of the trapezoid rule, 1/2, 1, 1: lengths 3/8, 7/6 and 23/24 of an element.
 inline constexpr std::array<double, 3> gregory_weight = {3.0 / 4, 7.0 / 6, 23.0 / 24};
 
-/// Rods whose ends may have them: uniform, open and straight at rest, and not those that reproduce published results. Where a rod
-/// is curved at rest the end's term is as often of the other sign than what the cells within leave.
+/// Rods whose ends may have them: uniform, open and straight at rest, and not those that reproduce published results.
+/// Where a rod is curved at rest the end's term is as often of the other sign than what the cells within leave.
 inline bool takes_end_weights(const RodSpec& spec) {
     const auto published = [](EndKind end) { return end == EndKind::clamped_frozen; };
-    return spec.shape.end_weights == EndWeights::gregory && !spec.body && !spec.shape.closed && spec.shape.elements >= 6 &&
-           spec.shape.length_profile.empty() && spec.section.taper == 1 && spec.section.profile.empty() &&
-           zero(spec.shape.rest_curvature) && spec.shape.rest_curvature_profile.empty() && spec.material.law != Law::elastica &&
-           !published(spec.start) && !published(spec.end);
+    return spec.shape.end_weights == EndWeights::gregory && !spec.body && !spec.shape.closed &&
+           spec.shape.elements >= 6 && spec.shape.length_profile.empty() && spec.section.taper == 1 &&
+           spec.section.profile.empty() && zero(spec.shape.rest_curvature) &&
+           spec.shape.rest_curvature_profile.empty() && spec.material.law != Law::elastica && !published(spec.start) &&
+           !published(spec.end);
 }
 /// At a pinned end moment and deflection are odd: sums of their squares have no term to lose.
 inline bool weighs_cells(EndKind end) { return end != EndKind::pinned; }
@@ -37,8 +38,8 @@ template <class Weighs, class F> void with_end_weights(const RodSpec& spec, Weig
     }
 }
 
-/// Largest 1/m + 1/m' of an element, m and m' what it brings to its nodes, over that of halves of its mass. The nodes beside a free
-/// end are divided among their elements so that it is small.                                                   theory.md (26)
+/// Largest 1/m + 1/m' of an element, m and m' what it brings to its nodes, over that of halves of its mass. The nodes
+/// beside a free end are divided among their elements so that it is small. theory.md (26)
 constexpr double inverse_mass_of_ends() {
     constexpr double inner[] = {0.6835, 0.4855, 0.5}; // of the elements' masses; to the nodes farther from the end
     double most = 0, outer = 0.5 * gregory_weight[0];

@@ -13,9 +13,9 @@ constexpr Variable known[] = {Variable::s, Variable::length};
 
 } // namespace
 
-std::vector<std::vector<double>> values_along(std::span<const std::string> texts, std::string_view unit, const Shape& shape,
-                                              std::span<const double> places, const FormulaScope& names,
-                                              std::vector<FormulaFault>& faults) {
+std::vector<std::vector<double>> values_along(std::span<const std::string> texts, std::string_view unit,
+                                              const Shape& shape, std::span<const double> places,
+                                              const FormulaScope& names, std::vector<FormulaFault>& faults) {
     Graph graph(names.tables);
     const std::size_t before = faults.size();
     std::vector<std::size_t> node(texts.size());
@@ -26,7 +26,8 @@ std::vector<std::vector<double>> values_along(std::span<const std::string> texts
         const auto read = read_formula(graph, names, texts[i], static_cast<int>(i), unit, faults);
         if (!read) continue;
         node[i] = static_cast<std::size_t>(read->node);
-        if (graph.varies_beyond(read->node, known)) refuse(i, "it may name 's', 'L', constants, tables and functions alone");
+        if (graph.varies_beyond(read->node, known))
+            refuse(i, "it may name 's', 'L', constants, tables and functions alone");
     }
     if (faults.size() > before) return {};
 

@@ -5,7 +5,8 @@
 
 namespace skein {
 
-/// Takes the held components out of velocities and lab angular velocities of a rod; a ring's slot n is no node of its own.
+/// Takes the held components out of velocities and lab angular velocities of a rod; a ring's slot n is no node of its
+/// own.
 template <int W> void apply_hold(const RodGroup& group, Slot<W>* slot) {
     using P = Pack<W>;
     const auto free_of = [](const std::string& held) {
@@ -22,8 +23,8 @@ template <int W> void apply_hold(const RodGroup& group, Slot<W>* slot) {
     const bool all = axis.x + axis.y + axis.z == 0;
     for (const long k : hold.elements) {
         Slot<W>& s = slot[k < 0 ? n + k : k];
-        s.spin =
-            all ? Vec3<P>{P(0.0), P(0.0), P(0.0)} : s.director * scale(broadcast<W>(axis), transpose_times(s.director, s.spin));
+        s.spin = all ? Vec3<P>{P(0.0), P(0.0), P(0.0)}
+                     : s.director * scale(broadcast<W>(axis), transpose_times(s.director, s.spin));
     }
 }
 

@@ -8,9 +8,9 @@
 
 namespace skein {
 
-/// Gives a shape that has formulas for its rest curvature the profile that they say: their values at its vertices. Returns what is
-/// wrong with them, part.formula of -1: with all; the shape is then as it was. Reads nothing where the names have faults, which
-/// are told where they stand.
+/// Gives a shape that has formulas for its rest curvature the profile that they say: their values at its vertices.
+/// Returns what is wrong with them, part.formula of -1: with all; the shape is then as it was. Reads nothing where the
+/// names have faults, which are told where they stand.
 std::vector<FormulaFault> read_rest_curvature(Shape& shape, const FormulaScope& names);
 
 } // namespace skein

@@ -71,7 +71,8 @@ double outer_radius(const RodSpec& spec, std::size_t k, const Share& share) {
     return s.kind != SectionKind::circular ? std::max(radius, second_factor(s, k, share) * s.radius_2) : radius;
 }
 
-/// Integrals over a section that reaches a along d1 and b along d2.                                         theory.md (3), (3a)
+/// Integrals over a section that reaches a along d1 and b along d2.                                         theory.md
+/// (3), (3a)
 struct SectionIntegrals {
     double a, b;    ///< m
     double area;    ///< m^2
@@ -155,9 +156,9 @@ void scale_rotary_inertia(ElementConstants& c, double j) {
     c.inertia_ratio = c.inertia.z / c.inertia.x;
 }
 
-// Cells and half cells have the stiffness of the section at their node, of which the scale is on the line through those at the
-// middles of the elements beside, or of what taper.hpp puts in its place. A mean of stiffnesses is not near, which go as its fourth
-// power.
+// Cells and half cells have the stiffness of the section at their node, of which the scale is on the line through those
+// at the middles of the elements beside, or of what taper.hpp puts in its place. A mean of stiffnesses is not near,
+// which go as its fourth power.
 
 /// Cell between elements, whose own section has these scales along d1 and d2.
 VoronoiConstants voronoi_constants(const RodSpec& spec, const ElementConstants& before, const ElementConstants& after,
@@ -166,14 +167,15 @@ VoronoiConstants voronoi_constants(const RodSpec& spec, const ElementConstants& 
     return {.inv_length = 2 / sum,
             .share_before = l / sum,
             .share_after = l_after / sum,
-            .stiffness =
-                same_section ? (1 / sum) * (l * before.bending + l_after * after.bending) : bending_stiffness(spec, scale, scale_2),
+            .stiffness = same_section ? (1 / sum) * (l * before.bending + l_after * after.bending)
+                                      : bending_stiffness(spec, scale, scale_2),
             .rest_curvature = rest_curvature};
 }
 
-/// Scale of the section at an end of the rod: where a profile gives it, on the line through the last element's and the next one's,
-/// but half to twice the last element's, should there be a step.
-double scale_at_end(const std::vector<double>& profile, double taper, const Shares& share, std::size_t last, std::size_t next) {
+/// Scale of the section at an end of the rod: where a profile gives it, on the line through the last element's and the
+/// next one's, but half to twice the last element's, should there be a step.
+double scale_at_end(const std::vector<double>& profile, double taper, const Shares& share, std::size_t last,
+                    std::size_t next) {
     if (profile.empty()) return last == 0 ? 1 : taper;
     const double l = share[last].length, slope = (profile[last] - profile[next]) / (l + share[next].length);
     return std::clamp(profile[last] + slope * l, 0.5 * profile[last], 2 * profile[last]);
@@ -200,8 +202,8 @@ template <class Factor> SectionScales section_scales(const RodSpec& spec, const 
     return scales;
 }
 
-/// What a scene leaves out: a ring that says nothing of its curvature is a circle; a body is an element as long as it reaches both
-/// ways.
+/// What a scene leaves out: a ring that says nothing of its curvature is a circle; a body is an element as long as it
+/// reaches both ways.
 RodSpec completed(RodSpec spec, const BodyShape* body) {
     Shape& s = spec.shape;
     if (body) {
@@ -210,8 +212,8 @@ RodSpec completed(RodSpec spec, const BodyShape* body) {
         spec.material.density = body->mass / body->volume;
         return spec;
     }
-    const bool straight =
-        s.rest_curvature.x == 0 && s.rest_curvature.y == 0 && s.rest_curvature.z == 0 && s.rest_curvature_profile.empty();
+    const bool straight = s.rest_curvature.x == 0 && s.rest_curvature.y == 0 && s.rest_curvature.z == 0 &&
+                          s.rest_curvature_profile.empty();
     if (s.closed && straight && !s.start_curvature && s.start_curvature_profile.empty())
         s.rest_curvature = {2 * pi / s.length, 0, 0};
     return spec;
@@ -221,9 +223,10 @@ RodSpec completed(RodSpec spec, const BodyShape* body) {
 
 RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
                    std::vector<Capsule>* occupied, std::shared_ptr<const RodSource> source)
-    : body_(spec.body ? std::make_shared<const BodyShape>(spec) : nullptr), spec_(completed(spec, body_.get())), id_(id),
-      first_gid_(first_gid), places_(source ? Places(std::move(source), spec.placement.origin, spec.shape.elements)
-                                            : Places(spec_.placement, spec_.source, directory)) {
+    : body_(spec.body ? std::make_shared<const BodyShape>(spec) : nullptr), spec_(completed(spec, body_.get())),
+      id_(id), first_gid_(first_gid),
+      places_(source ? Places(std::move(source), spec.placement.origin, spec.shape.elements)
+                     : Places(spec_.placement, spec_.source, directory)) {
     spec_.placement.origins = spec_.placement.tangents = spec_.placement.normals = {}; // places_ has them
     frame_ = turned() ? no_turn : frame_of(spec.placement.tangent, spec.placement.normal);
     work_out_constants();
@@ -297,13 +300,15 @@ void RodGroup::work_out_constants() {
     };
     const Section& section = spec_.section;
     const bool two = !section.profile_2.empty(), tapers = section.taper != 1 || !section.profile.empty() || two;
-    const SectionScales scales = tapers ? section_scales(spec_, element, radius_factor, section.profile) : SectionScales{};
+    const SectionScales scales =
+        tapers ? section_scales(spec_, element, radius_factor, section.profile) : SectionScales{};
     const SectionScales scales_2 = two ? section_scales(spec_, element, second_factor, section.profile_2) : scales;
     const bool varies = tapers && !(scales.uniform() && scales_2.uniform());
     const auto scale_at = [&](std::size_t node) { return varies ? scales.node[node] : 1; };
     const auto scale_2_at = [&](std::size_t node) { return varies ? scales_2.node[node] : 1; };
     const auto same_section = [&](std::size_t before, std::size_t after) {
-        return !varies || (scales.element[before] == scales.element[after] && scales_2.element[before] == scales_2.element[after]);
+        return !varies ||
+               (scales.element[before] == scales.element[after] && scales_2.element[before] == scales_2.element[after]);
     };
     for (long k = 0; k < cells; ++k) {
         const auto before = static_cast<std::size_t>(k), after = static_cast<std::size_t>((k + 1) % n);
@@ -313,11 +318,13 @@ void RodGroup::work_out_constants() {
     if (varies && !two && !closed() && n > 1 && shape.length_profile.empty()) {
         const std::vector<double> cell = cell_scales(scales, spec_.start, spec_.end);
         for (std::size_t k = 0; k < voronoi.size(); ++k)
-            if (cell[k + 1] != scales.node[k + 1]) voronoi[k].stiffness = bending_stiffness(spec_, cell[k + 1], cell[k + 1]);
+            if (cell[k + 1] != scales.node[k + 1])
+                voronoi[k].stiffness = bending_stiffness(spec_, cell[k + 1], cell[k + 1]);
     }
     const auto last = static_cast<std::size_t>(n - 1);
     const auto stiffness_at_end = [&](std::size_t k, std::size_t node) {
-        const bool same = !varies || (scales.node[node] == scales.element[k] && scales_2.node[node] == scales_2.element[k]);
+        const bool same =
+            !varies || (scales.node[node] == scales.element[k] && scales_2.node[node] == scales_2.element[k]);
         return same ? element[k].bending : bending_stiffness(spec_, scales.node[node], scales_2.node[node]);
     };
     start_wall = {2 * element[0].inv_rest_length, 0, 1, stiffness_at_end(0, 0), kappa0(0)};
@@ -325,7 +332,9 @@ void RodGroup::work_out_constants() {
     weigh_cells();
     // Part of an element's mass that is its first node's.
     const auto share_before = [&](std::size_t k) {
-        return varies ? mass_share_before({scales.node[k], scales_2.node[k]}, {scales.node[k + 1], scales_2.node[k + 1]}) : 0.5;
+        return varies
+                   ? mass_share_before({scales.node[k], scales_2.node[k]}, {scales.node[k + 1], scales_2.node[k + 1]})
+                   : 0.5;
     };
     const bool masses_weighted = takes_end_weights(spec_) && (weighs_masses(spec_.start) || weighs_masses(spec_.end));
     double inverse_mass = masses_weighted ? inverse_mass_of_ends() : 1; // 1/m + 1/m' over that of halves: the largest
@@ -333,7 +342,8 @@ void RodGroup::work_out_constants() {
         inverse_mass = std::max(inverse_mass, 0.25 / (share_before(k) * (1 - share_before(k))));
     nodal_density = spec_.material.density / inverse_mass;
     rotary_inertia_scale = rotary_inertia_scales(*this);
-    for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k) scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
+    for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k)
+        scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
     const auto share_out = [&](std::vector<double>& of_node, auto of_element, auto first_share) {
         of_node.assign(static_cast<std::size_t>(n) + 1, 0.0);
         for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) {
@@ -388,16 +398,17 @@ void RodGroup::work_out_constants() {
         const Quaterniond joined = bent(q, start_curvature(n - 1), 1 / voronoi.back().inv_length);
         const double gap = norm(x) / shape.length, misfit = norm(relative_rotation(joined, start_directors_.front()));
         if (gap > 1e-6 || misfit > 1e-6)
-            throw InputError(fmt::format("{}: the ring '{}' does not close: its ends are {:.3g} of its length apart and turned by "
-                                         "{:.3g} rad; a circle has the "
-                                         "curvature 2 pi/length = {:.9g} 1/m",
-                                         spec_.source, spec_.name, gap, misfit, 2 * pi / shape.length));
+            throw InputError(
+                fmt::format("{}: the ring '{}' does not close: its ends are {:.3g} of its length apart and turned by "
+                            "{:.3g} rad; a circle has the "
+                            "curvature 2 pi/length = {:.9g} 1/m",
+                            spec_.source, spec_.name, gap, misfit, 2 * pi / shape.length));
         start_offsets_.back() = start_offsets_.front();
     }
 }
 
-/// A cell of a rod that is straight at rest has the energy B/(2 D_w) phi^2. A stiffness of B D/D_w makes that of (D/2) q, so that
-/// the lengths stay, and with them the share of each element and the pull of bending.
+/// A cell of a rod that is straight at rest has the energy B/(2 D_w) phi^2. A stiffness of B D/D_w makes that of (D/2)
+/// q, so that the lengths stay, and with them the share of each element and the pull of bending.
 void RodGroup::weigh_cells() {
     cell_weight.clear();
     with_end_weights(spec_, weighs_cells, [&](std::size_t i, double weight) {
@@ -419,7 +430,8 @@ void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
             radius = std::max(radius, std::hypot(at.x, at.y) + p.radius);
         }
         PackedRods packed = pack(spec_.placement.packing, highest - lowest, radius, occupied ? *occupied : none, where);
-        for (std::size_t i = 0; i < packed.origins.size(); ++i) packed.origins[i] -= lowest * third_director(packed.frames[i]);
+        for (std::size_t i = 0; i < packed.origins.size(); ++i)
+            packed.origins[i] -= lowest * third_director(packed.frames[i]);
         take_packed(std::move(packed));
         return;
     }
@@ -454,8 +466,8 @@ void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) c
     }
     const Shares share(spec_.shape);
     for (std::size_t k = 0; k < share.size(); ++k)
-        capsules.push_back({origin(i) + as_turned(i, start_offsets_[k]), origin(i) + as_turned(i, start_offsets_[k + 1]),
-                            outer_radius(spec_, k, share[k])});
+        capsules.push_back({origin(i) + as_turned(i, start_offsets_[k]),
+                            origin(i) + as_turned(i, start_offsets_[k + 1]), outer_radius(spec_, k, share[k])});
 }
 
 Vec3d RodGroup::pivot() const {
@@ -486,7 +498,8 @@ void RodGroup::join(std::shared_ptr<const AssemblyCopies> copies) {
     if (turned && !within_.turned()) {
         std::vector<Vec3d> own_origins;
         for (std::int64_t i = 0; i < within_.count(); ++i) own_origins.push_back(within_.origin(i));
-        within_ = Places(std::move(own_origins), std::vector<Quaterniond>(static_cast<std::size_t>(within_.count()), frame_));
+        within_ =
+            Places(std::move(own_origins), std::vector<Quaterniond>(static_cast<std::size_t>(within_.count()), frame_));
     }
     places_ = Places(std::move(origins), std::move(turns));
     if (turned) frame_ = no_turn;
@@ -538,7 +551,8 @@ void RodGroup::start_state(const Vec3d& start, const Quaterniond& turn, bool tur
 Vec3d RodGroup::magnetisation(std::int64_t i) const {
     if (copies_ && copies_->count() > 1) {
         const Vec3d in_copy = magnetisation_at(within_.origin(i % rods_per_copy()) - within_.corner());
-        return copies_->turns.empty() ? in_copy : transpose_times(copies_->turns[static_cast<std::size_t>(copy_of(i))], in_copy);
+        return copies_->turns.empty() ? in_copy
+                                      : transpose_times(copies_->turns[static_cast<std::size_t>(copy_of(i))], in_copy);
     }
     return magnetisation_at(origin(i) - corner_);
 }
@@ -567,7 +581,8 @@ Vec3d RodGroup::magnetisation_at(const Vec3d& place) const {
     case MagnetisationPattern::wave_x:
         return {std::sin(px), 0, std::cos(px)};
     case MagnetisationPattern::wave_xy: {
-        // |(sin px, sin py, cos px + cos py)|^2 = 2 + 2 cos px cos py vanishes only where both sines do and the cosines oppose.
+        // |(sin px, sin py, cos px + cos py)|^2 = 2 + 2 cos px cos py vanishes only where both sines do and the cosines
+        // oppose.
         const double length = std::sqrt(2 + 2 * std::cos(px) * std::cos(py) + 1e-12);
         return (1 / length) * Vec3d{std::sin(px), std::sin(py), std::cos(px) + std::cos(py)};
     }

@@ -4,24 +4,25 @@ namespace skein {
 
 void Material::fields(FieldVisitor& f) {
     f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density", .required = true, .above = 0}, density);
-    f.choice(
-        {.name = "law",
-         .unit = "",
-         .text =
-             "rod law (docs/theory.md 3); neo_hookean: sections of that material; elastica: as published, without an energy, for "
-             "comparison"},
-        law, law_names);
+    f.choice({.name = "law",
+              .unit = "",
+              .text = "rod law (docs/theory.md 3); neo_hookean: sections of that material; elastica: as published, "
+                      "without an energy, for "
+                      "comparison"},
+             law, law_names);
     f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E", .required = true, .above = 0}, youngs_modulus);
-    f.visit({.name = "shear_modulus", .unit = "Pa", .text = "G; 0 stands for E/3 (incompressible material)", .at_least = 0},
-            shear_modulus);
-    f.visit({.name = "shear_factor", .unit = "-", .text = "alpha_c, Timoshenko shear correction", .above = 0, .at_most = 2},
-            shear_factor);
     f.visit(
-        {.name = "rotary_inertia_scale",
-         .unit = "-",
-         .text = "factor on the rotary inertia about d1 and d2 (not d3): a longer step, slower bending; the plan tells by how much",
-         .at_least = 1},
-        rotary_inertia_scale);
+        {.name = "shear_modulus", .unit = "Pa", .text = "G; 0 stands for E/3 (incompressible material)", .at_least = 0},
+        shear_modulus);
+    f.visit(
+        {.name = "shear_factor", .unit = "-", .text = "alpha_c, Timoshenko shear correction", .above = 0, .at_most = 2},
+        shear_factor);
+    f.visit({.name = "rotary_inertia_scale",
+             .unit = "-",
+             .text = "factor on the rotary inertia about d1 and d2 (not d3): a longer step, slower bending; the plan "
+                     "tells by how much",
+             .at_least = 1},
+            rotary_inertia_scale);
     f.visit({.name = "rotary_inertia_for_dt",
              .unit = "s",
              .text = "the same factor, for every element the least that lifts its shear-rotation limit to this; 0: off",
@@ -42,10 +43,14 @@ void Section::fields(FieldVisitor& f) {
              .text = "elliptic: semi-axis along d2; rectangular: half of the side along d2",
              .at_least = 0},
             radius_2);
-    f.visit({.name = "taper", .unit = "-", .text = "radius at the end over radius at the start, linear between", .above = 0},
+    f.visit({.name = "taper",
+             .unit = "-",
+             .text = "radius at the end over radius at the start, linear between",
+             .above = 0},
             taper);
-    f.visit({.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0},
-            profile);
+    f.visit(
+        {.name = "profile", .unit = "-", .text = "radius of every element over `radius`; replaces `taper`", .above = 0},
+        profile);
     f.visit({.name = "profile_2",
              .unit = "-",
              .text = "not circular: semi-axis along d2 of every element over `radius_2`; as the other one where absent",
@@ -53,17 +58,18 @@ void Section::fields(FieldVisitor& f) {
             profile_2);
     f.visit({.name = "radius_formula",
              .unit = "m",
-             .text =
-                 "formula of `s` [m], arc length at rest, and `L`: radius, or semi-axis along d1, at the middle of every element; "
-                 "instead of `profile`"},
+             .text = "formula of `s` [m], arc length at rest, and `L`: radius, or semi-axis along d1, at the middle of "
+                     "every element; "
+                     "instead of `profile`"},
             radius_formula);
-    f.visit({.name = "radius_2_formula", .unit = "m", .text = "the same of the semi-axis along d2; instead of `profile_2`"},
-            radius_2_formula);
+    f.visit(
+        {.name = "radius_2_formula", .unit = "m", .text = "the same of the semi-axis along d2; instead of `profile_2`"},
+        radius_2_formula);
     f.visit({.name = "torsion_constant",
              .unit = "m^4",
-             .text =
-                 "torsional stiffness over G where `radius` holds, as the fourth power of the radius along the rod; 0: St Venant's "
-                 "of the shape",
+             .text = "torsional stiffness over G where `radius` holds, as the fourth power of the radius along the "
+                     "rod; 0: St Venant's "
+                     "of the shape",
              .at_least = 0},
             torsion_constant);
     f.visit({.name = "shear_factors",
@@ -74,45 +80,56 @@ void Section::fields(FieldVisitor& f) {
             shear_factors);
     f.visit({.name = "bending_stiffness",
              .unit = "N m^2",
-             .text =
-                 "E I1 about d1 and E I2 about d2 where `radius` holds, as the fourth power of the radius along the rod; those of "
-                 "the shape where absent",
+             .text = "E I1 about d1 and E I2 about d2 where `radius` holds, as the fourth power of the radius along "
+                     "the rod; those of "
+                     "the shape where absent",
              .above = 0},
             bending_stiffness);
 }
 
 void Shape::fields(FieldVisitor& f) {
     f.visit({.name = "length", .unit = "m", .text = "rest length", .required = true, .above = 0}, length);
-    f.visit({.name = "elements", .unit = "-", .text = "number of elements", .required = true, .at_least = 2, .at_most = 100000},
+    f.visit({.name = "elements",
+             .unit = "-",
+             .text = "number of elements",
+             .required = true,
+             .at_least = 2,
+             .at_most = 100000},
             elements);
     f.visit({.name = "length_profile",
              .unit = "-",
              .text = "lengths of the elements relative to each other; all equal where absent",
              .above = 0},
             length_profile);
-    f.visit({.name = "rest_curvature", .unit = "1/m", .text = "kappa0 about d1, d2, d3, all along the rod"}, rest_curvature);
+    f.visit({.name = "rest_curvature", .unit = "1/m", .text = "kappa0 about d1, d2, d3, all along the rod"},
+            rest_curvature);
     f.visit({.name = "rest_curvature_profile",
              .unit = "1/m",
              .text = "kappa0 of every inner vertex (elements - 1; a ring: elements); replaces `rest_curvature`"},
             rest_curvature_profile);
     f.visit({.name = "rest_curvature_formula",
              .unit = "1/m",
-             .text = "three formulas of `s` [m], arc length at rest, and `L`: kappa0 about d1, d2, d3 at every vertex; instead of "
+             .text = "three formulas of `s` [m], arc length at rest, and `L`: kappa0 about d1, d2, d3 at every vertex; "
+                     "instead of "
                      "the other two"},
             rest_curvature_formula);
-    f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"}, rest_strain);
-    f.visit(
-        {.name = "closed", .unit = "", .text = "a ring: the last element joins the first; without a curvature a circle about d1"},
-        closed);
-    f.visit_optional({.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"},
-                     start_curvature);
+    f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"},
+            rest_strain);
+    f.visit({.name = "closed",
+             .unit = "",
+             .text = "a ring: the last element joins the first; without a curvature a circle about d1"},
+            closed);
+    f.visit_optional(
+        {.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"},
+        start_curvature);
     f.visit({.name = "start_curvature_profile",
              .unit = "1/m",
              .text = "the same for every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
             start_curvature_profile);
     f.choice({.name = "end_weights",
               .unit = "",
-              .text = "of cells and node masses beside clamped and free ends; plain: 1/2, 1, 1; gregory: 3/8, 7/6, 23/24, in open "
+              .text = "of cells and node masses beside clamped and free ends; plain: 1/2, 1, 1; gregory: 3/8, 7/6, "
+                      "23/24, in open "
                       "rods of 6 equal elements or more, straight at rest and of one section"},
              end_weights, end_weight_names);
     f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
@@ -127,7 +144,8 @@ void Shape::fields(FieldVisitor& f) {
 }
 
 void Magnetisation::fields(FieldVisitor& f) {
-    f.choice({.name = "pattern", .unit = "", .text = "how the magnetisation varies from rod to rod"}, pattern, magnetisation_names);
+    f.choice({.name = "pattern", .unit = "", .text = "how the magnetisation varies from rod to rod"}, pattern,
+             magnetisation_names);
     f.visit({.name = "strength", .unit = "A/m", .text = "M, magnetic moment per volume", .at_least = 0}, strength);
     f.visit({.name = "direction", .unit = "-", .text = "uniform: direction in the lab frame at the start"}, direction);
     f.visit({.name = "wavelength_x", .unit = "m", .text = "wave_x, wave_xy: lambda_x; a negative one mirrors the wave"},
@@ -138,17 +156,27 @@ void Magnetisation::fields(FieldVisitor& f) {
 
 void RodSpec::fields(FieldVisitor& f) {
     if (body) {
-        f.visit({.name = "name", .unit = "", .text = "name of the group, used by loads, outputs and messages", .required = true},
+        f.visit({.name = "name",
+                 .unit = "",
+                 .text = "name of the group, used by loads, outputs and messages",
+                 .required = true},
                 name);
-        f.visit({.name = "assembly", .unit = "", .text = "assembly in whose copies the bodies are, in its axes"}, assembly);
-        f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density of all parts", .at_least = 0}, material.density);
+        f.visit({.name = "assembly", .unit = "", .text = "assembly in whose copies the bodies are, in its axes"},
+                assembly);
+        f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density of all parts", .at_least = 0},
+                material.density);
         body->fields(f);
-        f.visit({.name = "velocity", .unit = "m/s", .text = "of the centre of mass at t = 0, lab frame"}, shape.velocity);
+        f.visit({.name = "velocity", .unit = "m/s", .text = "of the centre of mass at t = 0, lab frame"},
+                shape.velocity);
         f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "at t = 0, lab frame"}, shape.angular_velocity);
         f.table({.name = "placement", .unit = "", .text = ""}, placement);
         return;
     }
-    f.visit({.name = "name", .unit = "", .text = "name of the group, used by loads, outputs and messages", .required = true}, name);
+    f.visit({.name = "name",
+             .unit = "",
+             .text = "name of the group, used by loads, outputs and messages",
+             .required = true},
+            name);
     f.visit({.name = "assembly", .unit = "", .text = "assembly in whose copies the rods are, in its axes"}, assembly);
     f.table({.name = "material", .unit = "", .text = "", .required = true}, material);
     f.table({.name = "section", .unit = "", .text = "", .required = true}, section);
@@ -158,7 +186,8 @@ void RodSpec::fields(FieldVisitor& f) {
     f.choice({.name = "end", .unit = "", .text = "how the last end is held"}, end, end_names);
     f.visit({.name = "start_free",
              .unit = "",
-             .text = "lab directions in which the held first end slides, such as \"z\" or \"xy\": its node is free in them, and a "
+             .text = "lab directions in which the held first end slides, such as \"z\" or \"xy\": its node is free in "
+                     "them, and a "
                      "clamp holds its direction all the same"},
             start_free);
     f.visit({.name = "end_free", .unit = "", .text = "the same of the last end"}, end_free);

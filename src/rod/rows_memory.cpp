@@ -15,8 +15,9 @@ void require_memory_of_rows(const RodGroup& group, std::int64_t rows) {
     const double there = free_memory();
     if (!(needed > there)) return;
     const RodSpec& spec = group.spec();
-    throw InputError(fmt::format("{}: file '{}': {} rods (rows) of '{}' need {} of memory, and {} are free here", spec.source,
-                                 spec.placement.file, rows, spec.name, bytes_text(needed), bytes_text(there)));
+    throw InputError(fmt::format("{}: file '{}': {} rods (rows) of '{}' need {} of memory, and {} are free here",
+                                 spec.source, spec.placement.file, rows, spec.name, bytes_text(needed),
+                                 bytes_text(there)));
 }
 
 } // namespace skein

@@ -17,9 +17,9 @@ std::vector<SectionFault> read_section(RodSpec& rods, const FormulaScope& names)
         auto values = values_along({&text, 1}, "m", rods.shape, places, names, of_formula);
         for (std::size_t k = 0; of_formula.empty() && k < places.size(); ++k)
             if (values[0][k] <= 0)
-                of_formula.push_back(
-                    {{0, text.size(), 0},
-                     fmt::format("it is {:g} m at s = {:.6g} m: above 0 is needed", values[0][k], places[k] * rods.shape.length)});
+                of_formula.push_back({{0, text.size(), 0},
+                                      fmt::format("it is {:g} m at s = {:.6g} m: above 0 is needed", values[0][k],
+                                                  places[k] * rods.shape.length)});
         for (const FormulaFault& fault : of_formula) found.push_back({key, fault});
         if (!of_formula.empty()) return;
         for (double& value : values[0]) value /= radius;

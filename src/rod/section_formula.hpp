@@ -9,9 +9,9 @@
 
 namespace skein {
 
-/// Gives a section that has formulas for its radii the profiles that they say: their values at the middles of elements. Returns
-/// what is wrong with them by key of the section; its profiles are then as they were. Reads nothing where the names have faults,
-/// which are told where they stand.
+/// Gives a section that has formulas for its radii the profiles that they say: their values at the middles of elements.
+/// Returns what is wrong with them by key of the section; its profiles are then as they were. Reads nothing where the
+/// names have faults, which are told where they stand.
 struct SectionFault {
     std::string key;
     FormulaFault fault;

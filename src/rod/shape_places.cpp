@@ -8,7 +8,8 @@ namespace skein {
 std::vector<double> nodes_of(const Shape& shape) {
     std::vector<double> at{0};
     for (long i = 0; i < shape.elements; ++i)
-        at.push_back(at.back() + (shape.length_profile.empty() ? 1 : shape.length_profile[static_cast<std::size_t>(i)]));
+        at.push_back(at.back() +
+                     (shape.length_profile.empty() ? 1 : shape.length_profile[static_cast<std::size_t>(i)]));
     for (double& s : at) s /= at.back();
     return at;
 }
@@ -55,12 +56,12 @@ template <class T> std::vector<T> values_between(const std::vector<double>& at, 
 
 } // namespace
 
-std::vector<double> between(const std::vector<double>& at, const std::vector<double>& value, const std::vector<double>& to,
-                            bool ring) {
+std::vector<double> between(const std::vector<double>& at, const std::vector<double>& value,
+                            const std::vector<double>& to, bool ring) {
     return values_between(at, value, to, ring);
 }
-std::vector<Vec3d> between(const std::vector<double>& at, const std::vector<Vec3d>& value, const std::vector<double>& to,
-                           bool ring) {
+std::vector<Vec3d> between(const std::vector<double>& at, const std::vector<Vec3d>& value,
+                           const std::vector<double>& to, bool ring) {
     return values_between(at, value, to, ring);
 }
 

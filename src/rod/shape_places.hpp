@@ -15,10 +15,11 @@ std::vector<double> middles_of(const Shape& shape);
 /// Of inner vertices; of a ring also where it closes, as the last.
 std::vector<double> vertices_of(const Shape& shape);
 
-/// Values at `to` of what is linear between values at rising places, of a ring round it; beyond them as in the last piece.
-std::vector<double> between(const std::vector<double>& at, const std::vector<double>& value, const std::vector<double>& to,
-                            bool ring);
-std::vector<Vec3d> between(const std::vector<double>& at, const std::vector<Vec3d>& value, const std::vector<double>& to,
-                           bool ring);
+/// Values at `to` of what is linear between values at rising places, of a ring round it; beyond them as in the last
+/// piece.
+std::vector<double> between(const std::vector<double>& at, const std::vector<double>& value,
+                            const std::vector<double>& to, bool ring);
+std::vector<Vec3d> between(const std::vector<double>& at, const std::vector<Vec3d>& value,
+                           const std::vector<double>& to, bool ring);
 
 } // namespace skein

@@ -16,8 +16,8 @@ struct Parts {
     double before = 0, after = 0, curved = 0;
 };
 
-/// The scale is linear, but at least a third of that of the thicker node: a tip that falls further is not resolved, and what bends
-/// it is no parabola any more. Gauss' rule of six points on each half.
+/// The scale is linear, but at least a third of that of the thicker node: a tip that falls further is not resolved, and
+/// what bends it is no parabola any more. Gauss' rule of six points on each half.
 Parts integrate(double before, double after) {
     constexpr std::array<double, 3> place = {0.2386191860831969, 0.6612093864662645, 0.9324695142031521},
                                     weight = {0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
@@ -44,8 +44,8 @@ bool SectionScales::uniform() const {
 
 double mass_share_before(const NodeScales& before, const NodeScales& after) {
     if (before.first == after.first && before.second == after.second) return 0.5;
-    const double a = before.first * before.second, b = 0.5 * (before.first * after.second + after.first * before.second),
-                 c = after.first * after.second;
+    const double a = before.first * before.second,
+                 b = 0.5 * (before.first * after.second + after.first * before.second), c = after.first * after.second;
     return (3 * a + 2 * b + c) / (4 * (a + b + c));
 }
 
@@ -58,9 +58,10 @@ std::vector<double> cell_scales(const SectionScales& scales, EndKind start, EndK
         weight[k] += part[k].before;
         weight[k + 1] += part[k].after;
     }
-    // A parabola through three nodes is a straight line less t (1 - t)/2 times the second difference, for which those about both
-    // nodes of the element stand. No node gives more than a quarter of what it has to an element that is not its own; what it
-    // keeps back, the thinner side gives. Beyond an end that turns freely all is mirrored, and its own node has no moment.
+    // A parabola through three nodes is a straight line less t (1 - t)/2 times the second difference, for which those
+    // about both nodes of the element stand. No node gives more than a quarter of what it has to an element that is not
+    // its own; what it keeps back, the thinner side gives. Beyond an end that turns freely all is mirrored, and its own
+    // node has no moment.
     const std::vector<double> linear = weight;
     constexpr double most = 0.25, all = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < n; ++k) {

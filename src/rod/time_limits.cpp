@@ -23,7 +23,8 @@ double bending_divisor(const RodGroup& g, double e) {
 /// dn_3/de at rest, N.
 double axial_stiffness(const RodGroup& g, const ElementConstants& c) {
     if (g.law() == Law::linear) return c.stiffness.z;
-    return g.law() == Law::neo_hookean ? c.stiffness.z / (c.rest_stretch * c.rest_stretch) : c.stiffness.z / c.rest_stretch;
+    return g.law() == Law::neo_hookean ? c.stiffness.z / (c.rest_stretch * c.rest_stretch)
+                                       : c.stiffness.z / c.rest_stretch;
 }
 
 /// Rotational stiffness over inertia that the cells and walls beside element k hold it with at rest, theory.md (26);
@@ -54,10 +55,13 @@ double cell_term(const RodGroup& g, int k, double Vec3d::*axis) {
 }
 
 /// 1/m of the stretching of element k: half of it on each side.
-double inverse_mass_of(const RodGroup& g, int k) { return 4 / (g.nodal_density * g.element[static_cast<std::size_t>(k)].volume); }
+double inverse_mass_of(const RodGroup& g, int k) {
+    return 4 / (g.nodal_density * g.element[static_cast<std::size_t>(k)].volume);
+}
 
 /// Largest eigenvalue of the element's shear and rotation about `axis`, sheared along `along`.
-double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double inverse_mass, double held = 0) {
+double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double inverse_mass,
+                      double held = 0) {
     const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
     const double s = c.stiffness.*along, j = c.inertia.*axis, e = c.rest_stretch;
     const double a = s * inverse_mass * c.inv_rest_length;
@@ -66,9 +70,11 @@ double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3
     return 0.5 * (a + d + std::sqrt((a - d) * (a - d) + 4 * b * b));
 }
 
-/// The j of element k at which (27) has the eigenvalue `aim`: there (aim - a)(aim - d) = b^2, and both d - others and b^2 go as
-/// 1/j. `own` and `others` are the parts of beta with 1/J of the element and of its neighbours. Not positive: there is none.
-double scale_at(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double own, double others, double aim) {
+/// The j of element k at which (27) has the eigenvalue `aim`: there (aim - a)(aim - d) = b^2, and both d - others and
+/// b^2 go as 1/j. `own` and `others` are the parts of beta with 1/J of the element and of its neighbours. Not positive:
+/// there is none.
+double scale_at(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double own, double others,
+                double aim) {
     const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
     const double s = c.stiffness.*along, j = c.inertia.*axis, e = c.rest_stretch, inverse_mass = inverse_mass_of(g, k);
     const double a = s * inverse_mass * c.inv_rest_length, d = c.rest_length * s * e * e / j + own,
@@ -100,11 +106,11 @@ std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
 [[noreturn]] void refuse_size(const RodGroup& g, std::int64_t i, const TimeLimit& limit) {
     const RodSpec& spec = g.spec();
     const Places& places = g.places();
-    throw InputError(
-        fmt::format("{}: file '{}', row {}: a rod of '{}' with length {:g} m and radius {:g} m has a limit of the time step of "
-                    "{:g} s ({} mode): correct its numbers",
-                    spec.source, spec.placement.file, i, spec.name, places.length(i, spec.shape.length),
-                    places.radius(i, spec.section.radius), limit.dt, limit.mode));
+    throw InputError(fmt::format(
+        "{}: file '{}', row {}: a rod of '{}' with length {:g} m and radius {:g} m has a limit of the time step of "
+        "{:g} s ({} mode): correct its numbers",
+        spec.source, spec.placement.file, i, spec.name, places.length(i, spec.shape.length),
+        places.radius(i, spec.section.radius), limit.dt, limit.mode));
 }
 
 } // namespace
@@ -114,15 +120,17 @@ std::vector<TimeLimit> time_limits(const RodGroup& g) {
     std::vector<TimeLimit> limits = limits_by_mode(g);
     if (g.sized())
         for (std::size_t mode = 0; mode < limits.size(); ++mode) limits[mode].dt = g.least_limits()[mode];
-    std::stable_sort(limits.begin(), limits.end(),
-                     [](const TimeLimit& a, const TimeLimit& b) { return std::isnan(a.dt) ? !std::isnan(b.dt) : a.dt < b.dt; });
+    std::stable_sort(limits.begin(), limits.end(), [](const TimeLimit& a, const TimeLimit& b) {
+        return std::isnan(a.dt) ? !std::isnan(b.dt) : a.dt < b.dt;
+    });
     return limits;
 }
 
 double eigenvalue_of_element(const RodGroup& g, int k, const Vec3d& held) {
     const double inverse_mass = inverse_mass_of(g, k);
     return std::max({shear_rotation(g, k, &Vec3d::x, &Vec3d::y, inverse_mass, held.x),
-                     shear_rotation(g, k, &Vec3d::y, &Vec3d::x, inverse_mass, held.y), cell_term(g, k, &Vec3d::z) + held.z});
+                     shear_rotation(g, k, &Vec3d::y, &Vec3d::x, inverse_mass, held.y),
+                     cell_term(g, k, &Vec3d::z) + held.z});
 }
 
 LeastLimits least_limits_of_rods(const RodGroup& g) {
@@ -143,9 +151,9 @@ LeastLimits least_limits_of_rods(const RodGroup& g) {
         for (const std::int64_t i : places.held()) consider(i);
         return least;
     }
-    // Every entry of the matrices behind (26)-(29) falls with the length and with the radius of the whole rod, and so do their
-    // largest eigenvalues: only rods that no other undercuts in both can have the smallest limit. Of a million there are some
-    // dozens.
+    // Every entry of the matrices behind (26)-(29) falls with the length and with the radius of the whole rod, and so
+    // do their largest eigenvalues: only rods that no other undercuts in both can have the smallest limit. Of a million
+    // there are some dozens.
     struct Size {
         double length, radius;
         std::int64_t rod;
@@ -153,7 +161,9 @@ LeastLimits least_limits_of_rods(const RodGroup& g) {
     std::vector<Size> smallest;
     for (const std::int64_t i : places.held()) {
         const Size size{places.length(i, g.spec().shape.length), places.radius(i, g.spec().section.radius), i};
-        const auto undercuts = [](const Size& a, const Size& b) { return a.length <= b.length && a.radius <= b.radius; };
+        const auto undercuts = [](const Size& a, const Size& b) {
+            return a.length <= b.length && a.radius <= b.radius;
+        };
         if (std::any_of(smallest.begin(), smallest.end(), [&](const Size& s) { return undercuts(s, size); })) continue;
         std::erase_if(smallest, [&](const Size& s) { return undercuts(size, s); });
         smallest.push_back(size);
@@ -170,16 +180,18 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
         const auto [own, others] = beta_of(axis);
         const double least = scale_at(g, k, axis, along, own, others, aim);
         if (!(least > 0))
-            throw InputError(fmt::format("{}: 'rotary_inertia_for_dt' of {:g} s is out of reach for element {} of '{}': its shear "
-                                         "has a limit that rotary inertia does not lift",
-                                         g.spec().source, dt, k, g.name()));
+            throw InputError(
+                fmt::format("{}: 'rotary_inertia_for_dt' of {:g} s is out of reach for element {} of '{}': its shear "
+                            "has a limit that rotary inertia does not lift",
+                            g.spec().source, dt, k, g.name()));
         j = std::max(j, least * (1 + 1e-12)); // so that round-off leaves the limit above dt
     };
     const auto raise_both = [&](double& j, int k, const auto& beta_of) {
         raise(j, k, &Vec3d::x, &Vec3d::y, beta_of);
         raise(j, k, &Vec3d::y, &Vec3d::x, beta_of);
     };
-    // First as if neighbours had the same j; then against what these have. More inertia only helps a neighbour, so twice is enough.
+    // First as if neighbours had the same j; then against what these have. More inertia only helps a neighbour, so
+    // twice is enough.
     for (int k = 0; k < g.elements(); ++k)
         raise_both(alike[static_cast<std::size_t>(k)], k,
                    [&](double Vec3d::*axis) { return std::pair(cell_term(g, k, axis), 0.0); });
@@ -188,8 +200,8 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
         raise_both(scale[static_cast<std::size_t>(k)], k, [&](double Vec3d::*axis) {
             const auto at = [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; };
             const double own = cell_term(g, k, axis, [&](int i) { return i == k ? at(i) : infinite; });
-            const double others =
-                cell_term(g, k, axis, [&](int i) { return i == k ? infinite : alike[static_cast<std::size_t>(i)] * at(i); });
+            const double others = cell_term(
+                g, k, axis, [&](int i) { return i == k ? infinite : alike[static_cast<std::size_t>(i)] * at(i); });
             return std::pair(own, others);
         });
     return scale;
@@ -206,7 +218,8 @@ double tension_limit(const RodGroup& g) {
         const double rest = 1 - 3 * shear * e0 * e0 / m.youngs_modulus;
         return rest > 0 ? e0 / std::cbrt(rest) : infinite;
     }
-    if (g.law() != Law::incompressible) return shear < m.youngs_modulus ? e0 / (1 - shear / m.youngs_modulus) : infinite;
+    if (g.law() != Law::incompressible)
+        return shear < m.youngs_modulus ? e0 / (1 - shear / m.youngs_modulus) : infinite;
     const double discriminant = 1 - 4 * e0 * shear / m.youngs_modulus;
     if (discriminant <= 0) return infinite;
     return (1 - std::sqrt(discriminant)) * m.youngs_modulus / (2 * shear);

@@ -26,16 +26,19 @@ void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections)
     std::vector<std::string_view> names;
     for (const AssemblySpec& assembly : scene.assemblies) names.push_back(assembly.name);
     if (number_of(scene, rods.assembly) < 0)
-        return objections.add("assembly", fmt::format("there is no assembly '{}'{}", rods.assembly,
-                                                      names.empty() ? "" : suggestion(rods.assembly, names, "the assemblies are")));
+        return objections.add("assembly",
+                              fmt::format("there is no assembly '{}'{}", rods.assembly,
+                                          names.empty() ? "" : suggestion(rods.assembly, names, "the assemblies are")));
     const PlacementKind kind = rods.placement.kind;
     if (kind == PlacementKind::packing || kind == PlacementKind::file)
         objections.add("placement.kind", fmt::format("a placement of kind \"{}\" is not for rods of an assembly",
                                                      placement_names[static_cast<std::size_t>(kind)]));
     if (rods.ends_move() || rods.start != EndKind::free || rods.end != EndKind::free || rods.hold.any())
         objections.add(
-            "", "the ends of rods in an [[assembly]] are free: what holds them would have to go along with the copy. Plain "
-                "groups with joints may be held: leave 'assembly' out of [[rods]], and without copies leave [[assembly]] out");
+            "",
+            "the ends of rods in an [[assembly]] are free: what holds them would have to go along with the copy. Plain "
+            "groups with joints may be held: leave 'assembly' out of [[rods]], and without copies leave [[assembly]] "
+            "out");
 }
 
 void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {
@@ -47,8 +50,9 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
         groups.push_back(group_named(scene, spec.between[i], objections, fmt::format("between.{}", i)));
     if (!groups[0] || !groups[1]) return;
     if (groups[0]->assembly != groups[1]->assembly)
-        objections.add("between", fmt::format("'{}' and '{}' belong to different assemblies: joints are between rods of one copy",
-                                              spec.between[0], spec.between[1]));
+        objections.add("between",
+                       fmt::format("'{}' and '{}' belong to different assemblies: joints are between rods of one copy",
+                                   spec.between[0], spec.between[1]));
     const bool points = kind == JointKind::spherical || kind == JointKind::hinge || kind == JointKind::fixed;
     if (!points) objections.unused({"pairs", "first", "second"}, where);
     else if (spec.pairs != JointPairs::listed) objections.unused({"first", "second"}, "without pairs = \"listed\"");
@@ -62,14 +66,16 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
     if (kind == JointKind::spherical) objections.unused({"torsional_stiffness", "torsional_damping"}, where);
     if (kind != JointKind::hinge) objections.unused({"axis"}, where);
     else if (zero(spec.axis)) objections.add("axis", "a hinge needs 'axis', a direction");
-    if (kind != JointKind::side_by_side && kind != JointKind::tip_to_side) objections.unused({"repulsion", "gap"}, where);
+    if (kind != JointKind::side_by_side && kind != JointKind::tip_to_side)
+        objections.unused({"repulsion", "gap"}, where);
     const bool common_node = shares_node(spec);
     if (kind != JointKind::fixed && spec.law.stiffness == 0)
         objections.add("", fmt::format("'stiffness' [N/m] is needed by number {}", where));
     if (common_node) objections.unused({"damping"}, "of two places that are one node, with stiffness = \"auto\"");
     if ((kind == JointKind::fixed || kind == JointKind::hinge) && spec.law.torsional_stiffness == 0 && !common_node)
-        objections.add("", fmt::format("'torsional_stiffness' [N m/rad] is needed {}{}", where,
-                                       kind == JointKind::fixed ? " whose 'stiffness' is a number; both may be left out" : ""));
+        objections.add(
+            "", fmt::format("'torsional_stiffness' [N m/rad] is needed {}{}", where,
+                            kind == JointKind::fixed ? " whose 'stiffness' is a number; both may be left out" : ""));
     if (common_node && scene.has_immersed() && scene.immersion.coupling == RodCoupling::two_way)
         objections.add("stiffness", "rods that feel the fluid have no common nodes yet: give 'stiffness' [N/m] and "
                                     "'torsional_stiffness' [N m/rad]");
@@ -78,7 +84,8 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
                        "a rod and a body have a common node in steps of time.integrator = \"verlet\" alone: leave that "
                        "out, or give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad]");
     const auto body = [&](std::size_t i) { return groups[i]->body.has_value(); };
-    if (!points && (body(0) || body(1))) objections.add("between", fmt::format("bodies have no elements side by side {}", where));
+    if (!points && (body(0) || body(1)))
+        objections.add("between", fmt::format("bodies have no elements side by side {}", where));
 }
 
 } // namespace
@@ -90,10 +97,13 @@ void check_assemblies(const SceneSpec& scene, Objections& objections) {
         if (!good_name(spec.name))
             table.add("name", fmt::format("'{}' cannot name an assembly: use letters, digits, _ and -", spec.name));
         for (std::size_t b = 0; b < a; ++b)
-            if (scene.assemblies[b].name == spec.name) table.add("name", fmt::format("two assemblies are named '{}'", spec.name));
-        if (std::none_of(scene.rods.begin(), scene.rods.end(), [&](const RodSpec& rods) { return rods.assembly == spec.name; }))
-            table.add("name", fmt::format("no group belongs to the assembly '{}': say assembly = \"{}\" in its [[rods]]", spec.name,
-                                          spec.name));
+            if (scene.assemblies[b].name == spec.name)
+                table.add("name", fmt::format("two assemblies are named '{}'", spec.name));
+        if (std::none_of(scene.rods.begin(), scene.rods.end(),
+                         [&](const RodSpec& rods) { return rods.assembly == spec.name; }))
+            table.add("name",
+                      fmt::format("no group belongs to the assembly '{}': say assembly = \"{}\" in its [[rods]]",
+                                  spec.name, spec.name));
         if (spec.placement.kind == PlacementKind::packing || spec.placement.kind == PlacementKind::file)
             table.add("placement.kind", fmt::format("assemblies are not placed by kind \"{}\" yet: list their origins",
                                                     placement_names[static_cast<std::size_t>(spec.placement.kind)]));
@@ -152,7 +162,8 @@ std::vector<int> assembly_of_groups(const SceneSpec& scene) {
 }
 
 std::string assembly_name(const SceneSpec& scene, int assembly) {
-    if (assembly < static_cast<int>(scene.assemblies.size())) return scene.assemblies[static_cast<std::size_t>(assembly)].name;
+    if (assembly < static_cast<int>(scene.assemblies.size()))
+        return scene.assemblies[static_cast<std::size_t>(assembly)].name;
     std::string name;
     const std::vector<int> of_group = assembly_of_groups(scene);
     for (std::size_t g = 0; g < of_group.size(); ++g)

@@ -12,8 +12,8 @@ namespace skein {
 void check_assemblies(const SceneSpec& scene, Objections& objections);
 void check_joints(const SceneSpec& scene, Objections& objections);
 
-/// Of each group the number of its assembly, -1: none. Behind the scene's own assemblies come those that joints make of groups of
-/// none, which have one copy.
+/// Of each group the number of its assembly, -1: none. Behind the scene's own assemblies come those that joints make of
+/// groups of none, which have one copy.
 std::vector<int> assembly_of_groups(const SceneSpec& scene);
 
 /// Its name: that of an [[assembly]], or of the groups that joints make one of.

@@ -38,12 +38,15 @@ void parts(const BodySpec& body, Objections& of_body) {
 
 void check_body(const RodSpec& spec, Objections& objections) {
     const BodySpec& body = *spec.body;
-    if (spec.material.density == 0 && body.mass == 0) objections.add("", "a body needs 'density' [kg/m^3] or 'mass' [kg]");
-    if (spec.material.density > 0 && body.mass > 0) objections.add("mass", "'mass' has no use beside 'density', which says it");
+    if (spec.material.density == 0 && body.mass == 0)
+        objections.add("", "a body needs 'density' [kg/m^3] or 'mass' [kg]");
+    if (spec.material.density > 0 && body.mass > 0)
+        objections.add("mass", "'mass' has no use beside 'density', which says it");
     if (const std::size_t n = body.inertia.size(); n != 0 && n != 3 && n != 6)
         objections.add(
             "inertia",
-            fmt::format("'inertia' needs 3 numbers, J_xx, J_yy and J_zz, or 6, these and J_xy, J_xz and J_yz, and has {}", n));
+            fmt::format(
+                "'inertia' needs 3 numbers, J_xx, J_yy and J_zz, or 6, these and J_xy, J_xz and J_yz, and has {}", n));
     parts(body, objections);
     if (spec.placement.kind == PlacementKind::file)
         TableObjections(objections, "placement").add("kind", "bodies are not placed by a file: use a list");

@@ -29,7 +29,8 @@ void law(const ContactLaw& law, double assumed, Objections& objections) {
     } else {
         if (law.collision_time <= 0) objections.add("", "'restitution' needs 'collision_time' [s]");
         if (law.normal == ContactNormal::linear) objections.unused({"collision_speed"}, "for the linear law");
-        else if (law.collision_speed <= 0) objections.add("", "'restitution' of the hertz law needs 'collision_speed' [m/s]");
+        else if (law.collision_speed <= 0)
+            objections.add("", "'restitution' of the hertz law needs 'collision_speed' [m/s]");
     }
     if (law.friction == ContactFriction::none)
         objections.unused({"static_friction", "kinetic_friction", "friction_from"}, "without 'friction'");
@@ -54,7 +55,8 @@ void watched(const SceneSpec& scene, const std::string& name, Objections& object
     }
     if (std::find(names.begin(), names.end(), name) != names.end()) return;
     const std::vector<std::string_view> known(names.begin(), names.end());
-    objections.add("servo.watch", fmt::format("there is no wall '{}' to watch{}", name, suggestion(name, known, "the walls are")));
+    objections.add("servo.watch",
+                   fmt::format("there is no wall '{}' to watch{}", name, suggestion(name, known, "the walls are")));
 }
 
 void contact_pair(const SceneSpec& scene, const ContactPair& pair, Objections& objections) {
@@ -76,7 +78,8 @@ void check_contact(const SceneSpec& scene, Objections& objections) {
     }
     TableObjections contact(objections, "contact");
     law(scene.contact->law, scene.contact->overlap, contact);
-    if (scene.contact->law.friction == ContactFriction::anisotropic) contact.add("friction", "anisotropic friction is for walls");
+    if (scene.contact->law.friction == ContactFriction::anisotropic)
+        contact.add("friction", "anisotropic friction is for walls");
     if (!scene.contact->self) contact.unused({"self_gap"}, "without 'self'");
     if (scene.time.integrator != Integrator::verlet)
         contact.add("", "contact needs integrator = \"verlet\": the kicks of \"pefrl\" go backwards too");

@@ -49,8 +49,9 @@ public:
         const double overlap = law.accepted_overlap * smaller_diameter(groups_, names);
         const double force = force_ > 0 && !ends_move_ ? force_ : std::max(force_, softest_force(names, overlap));
         if (!(force > 0))
-            throw InputError(where + ": stiffness = \"auto\" finds neither weight nor a lid's pressure, and rigid bodies have no "
-                                     "stiffness of their own: give a number");
+            throw InputError(
+                where + ": stiffness = \"auto\" finds neither weight nor a lid's pressure, and rigid bodies have no "
+                        "stiffness of their own: give a number");
         law.stiffness = stiffness_for(law.normal, force, overlap);
     }
 
@@ -59,7 +60,8 @@ private:
     double softest_force(const std::vector<std::string>& names, double overlap) const {
         double least = HUGE_VAL;
         for (const RodGroup& group : groups_)
-            if (const double young = group.spec().material.youngs_modulus; names_group(names, group.name()) && young > 0)
+            if (const double young = group.spec().material.youngs_modulus;
+                names_group(names, group.name()) && young > 0)
                 least = std::min(least, own_force(young, 0.5 * mean_diameter(group), overlap));
         return std::isfinite(least) ? least : 0;
     }
@@ -79,8 +81,10 @@ SceneSpec with_stiffnesses(SceneSpec scene, std::span<const RodGroup> groups) {
         return scene;
     const Stiffnesses stiffnesses(scene, groups);
     if (scene.contact) stiffnesses.choose(scene.contact->law, {}, scene.file + ": [contact]");
-    for (ContactPair& pair : scene.contact_pairs) stiffnesses.choose(pair.law, pair.between, pair.source + ": [[contact_pair]]");
-    for (Wall& wall : scene.walls) stiffnesses.choose(wall.law, wall.rods, fmt::format("{}: wall '{}'", wall.source, wall.name));
+    for (ContactPair& pair : scene.contact_pairs)
+        stiffnesses.choose(pair.law, pair.between, pair.source + ": [[contact_pair]]");
+    for (Wall& wall : scene.walls)
+        stiffnesses.choose(wall.law, wall.rods, fmt::format("{}: wall '{}'", wall.source, wall.name));
     return scene;
 }
 
@@ -99,7 +103,8 @@ ContactOutlook contact_outlook(const SceneSpec& scene, const ContactLaws* laws, 
         double most = 0;
         for (const RodGroup& group : groups)
             if (wall.acts_on(group.name()))
-                most = std::max(most, overlap_under(wall.law.resolved(mass_at_wall(group)), press.force) / mean_diameter(group));
+                most = std::max(most, overlap_under(wall.law.resolved(mass_at_wall(group)), press.force) /
+                                          mean_diameter(group));
         out.wall_overlaps.push_back(most);
     }
     return out;

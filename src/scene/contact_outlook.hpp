@@ -1,5 +1,6 @@
 // Forces and overlaps of contacts expected before a step is taken, from what a scene says; and the stiffness that
-// stiffness = "auto" stands for.                                                                         theory.md (58a), (58b)
+// stiffness = "auto" stands for.                                                                         theory.md
+// (58a), (58b)
 #pragma once
 
 #include "scene/scene_spec.hpp"
@@ -21,7 +22,8 @@ struct ContactOutlook {
 /// Outlook of a scene whose stiffnesses are numbers. `laws`: by pair of groups; null where rods do not feel each other.
 ContactOutlook contact_outlook(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups);
 
-/// The scene with a number in place of every automatic stiffness. Throws InputError where there is nothing to find it from.
+/// The scene with a number in place of every automatic stiffness. Throws InputError where there is nothing to find it
+/// from.
 SceneSpec with_stiffnesses(SceneSpec scene, std::span<const RodGroup> groups);
 
 } // namespace skein

@@ -24,38 +24,40 @@ void tell_large_turns(const RodGroup& group, std::vector<std::string>& found) {
     const Shape& s = group.spec().shape;
     const auto [most, curvature] = largest_turn(s);
     if (most.angle > near)
-        found.push_back(fmt::format(
-            "rods.{}.shape: the {} curvature {}; at 3 rad a run stops, and up to 1 rad cells follow a bend: elements = {} would do",
-            group.name(), curvature, text_of(most), static_cast<long>(std::ceil(static_cast<double>(s.elements) * most.angle))));
+        found.push_back(fmt::format("rods.{}.shape: the {} curvature {}; at 3 rad a run stops, and up to 1 rad cells "
+                                    "follow a bend: elements = {} would do",
+                                    group.name(), curvature, text_of(most),
+                                    static_cast<long>(std::ceil(static_cast<double>(s.elements) * most.angle))));
 }
 
 /// Lengths and moduli as they look with a wrong unit.
 void tell_units(const RodGroup& group, std::vector<std::string>& found) {
-    constexpr double slender = 2e4;             // radii; a hair is 2500 long, the thinnest sutures and cables 10 000
-    constexpr double softest = 20, heavy = 100; // Pa and kg/m^3: jellies have 100 Pa; what is as light may have units of its own
-    constexpr double stiffest = 2e12;           // Pa: diamond has 1.1e12
+    constexpr double slender = 2e4; // radii; a hair is 2500 long, the thinnest sutures and cables 10 000
+    constexpr double softest = 20,
+                     heavy = 100;     // Pa and kg/m^3: jellies have 100 Pa; what is as light may have units of its own
+    constexpr double stiffest = 2e12; // Pa: diamond has 1.1e12
     const RodSpec& spec = group.spec();
     const double length = spec.shape.length, radius = spec.section.radius, modulus = spec.material.youngs_modulus;
     if (!group.sized() && radius > length)
-        found.push_back(
-            fmt::format("rods.{}.section: radius = {:g} m is {:.3g} times the length of {:g} m: lengths are in m; were {:g} mm "
-                        "meant, write {:g}",
-                        spec.name, radius, radius / length, length, radius, 1e-3 * radius));
+        found.push_back(fmt::format(
+            "rods.{}.section: radius = {:g} m is {:.3g} times the length of {:g} m: lengths are in m; were {:g} mm "
+            "meant, write {:g}",
+            spec.name, radius, radius / length, length, radius, 1e-3 * radius));
     if (!group.sized() && length > slender * radius)
-        found.push_back(
-            fmt::format("rods.{}.shape: length = {:g} m is {:.3g} radii of {:g} m: lengths are in m; were {:g} mm meant, write "
-                        "{:g}",
-                        spec.name, length, length / radius, radius, length, 1e-3 * length));
+        found.push_back(fmt::format(
+            "rods.{}.shape: length = {:g} m is {:.3g} radii of {:g} m: lengths are in m; were {:g} mm meant, write "
+            "{:g}",
+            spec.name, length, length / radius, radius, length, 1e-3 * length));
     if (modulus < softest && spec.material.density > heavy)
-        found.push_back(
-            fmt::format("rods.{}.material: youngs_modulus = {:g} Pa is softer than any jelly: moduli are in Pa; were {:g} MPa "
-                        "meant, write {:g}, of GPa {:g}",
-                        spec.name, modulus, modulus, 1e6 * modulus, 1e9 * modulus));
+        found.push_back(fmt::format(
+            "rods.{}.material: youngs_modulus = {:g} Pa is softer than any jelly: moduli are in Pa; were {:g} MPa "
+            "meant, write {:g}, of GPa {:g}",
+            spec.name, modulus, modulus, 1e6 * modulus, 1e9 * modulus));
     if (modulus > stiffest && spec.material.density > heavy)
-        found.push_back(
-            fmt::format("rods.{}.material: youngs_modulus = {:g} Pa is stiffer than diamond: moduli are in Pa, 1e9 of them a "
-                        "GPa",
-                        spec.name, modulus));
+        found.push_back(fmt::format(
+            "rods.{}.material: youngs_modulus = {:g} Pa is stiffer than diamond: moduli are in Pa, 1e9 of them a "
+            "GPa",
+            spec.name, modulus));
 }
 
 /// Ends whose motion is not 0 when it begins.
@@ -65,14 +67,14 @@ void tell_jumps(const RodGroup& group, std::vector<std::string>& found) {
     const auto look = [&](const EndMotion& motion, const char* end, const ElementConstants& element) {
         const double moved = norm(motion.displacement(0).value), turned = norm(motion.turn(0).value);
         if (moved > share * element.rest_length)
-            found.push_back(
-                fmt::format("rods.{}.{}_motion: the displacement is {:.3g} m at t = 0, {:.2g} of an element's length: the end "
-                            "jumps there in the first step",
-                            spec.name, end, moved, moved / element.rest_length));
+            found.push_back(fmt::format(
+                "rods.{}.{}_motion: the displacement is {:.3g} m at t = 0, {:.2g} of an element's length: the end "
+                "jumps there in the first step",
+                spec.name, end, moved, moved / element.rest_length));
         if (turned > share)
-            found.push_back(
-                fmt::format("rods.{}.{}_motion: the rotation is {:.3g} rad at t = 0: the end jumps there in the first step",
-                            spec.name, end, turned));
+            found.push_back(fmt::format(
+                "rods.{}.{}_motion: the rotation is {:.3g} rad at t = 0: the end jumps there in the first step",
+                spec.name, end, turned));
     };
     look(spec.start_motion, "start", group.element.front());
     look(spec.end_motion, "end", group.element.back());
@@ -88,16 +90,19 @@ void tell_rigid_joints(const SceneSpec& scene, std::span<const RodGroup> groups,
         for (const RodGroup& group : groups)
             for (std::size_t side = 0; side < joint.between.size(); ++side) {
                 const double at = joint.at[side];
-                if (group.name() != joint.between[side] || !group.strained() || group.sized() || (at != 0 && at != 1)) continue;
+                if (group.name() != joint.between[side] || !group.strained() || group.sized() || (at != 0 && at != 1))
+                    continue;
                 const ElementConstants& element = at == 0 ? group.element.front() : group.element.back();
                 compliance += 0.5 * element.rest_length / element.bending.x, rigid += 0.5 * element.rest_length;
             }
         if (compliance * joint.law.torsional_stiffness > much)
-            found.push_back(fmt::format(
-                "joint.{}: torsional_stiffness = {:g} N m/rad is {:.2g} times that of the half cells at the ends that it joins, in "
-                "which the rods do not bend themselves: they bend as if {:.2g} m of them were rigid; stiffness = \"auto\" without "
-                "a torsional_stiffness bends there as within a rod",
-                j, joint.law.torsional_stiffness, compliance * joint.law.torsional_stiffness, rigid));
+            found.push_back(fmt::format("joint.{}: torsional_stiffness = {:g} N m/rad is {:.2g} times that of the half "
+                                        "cells at the ends that it joins, in "
+                                        "which the rods do not bend themselves: they bend as if {:.2g} m of them were "
+                                        "rigid; stiffness = \"auto\" without "
+                                        "a torsional_stiffness bends there as within a rod",
+                                        j, joint.law.torsional_stiffness, compliance * joint.law.torsional_stiffness,
+                                        rigid));
     }
 }
 
@@ -139,11 +144,13 @@ private:
 };
 
 /// Slip that friction without memory turns round within a step.
-void tell_trembling(const std::string& where, const ContactLaw& law, double force, double least, std::vector<std::string>& found) {
+void tell_trembling(const std::string& where, const ContactLaw& law, double force, double least,
+                    std::vector<std::string>& found) {
     if (law.slip_speed >= least) return;
-    found.push_back(fmt::format("{}: {} friction is too steep for the step under the {:.3g} N that are expected: slip trembles; "
-                                "slip_speed = {:.2g} would do, or a shorter step",
-                                where, contact_friction_names[static_cast<std::size_t>(law.friction)], force, least));
+    found.push_back(
+        fmt::format("{}: {} friction is too steep for the step under the {:.3g} N that are expected: slip trembles; "
+                    "slip_speed = {:.2g} would do, or a shorter step",
+                    where, contact_friction_names[static_cast<std::size_t>(law.friction)], force, least));
 }
 
 } // namespace
@@ -163,19 +170,19 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
         tell_units(group, found);
         const double ratio = m.shear_modulus > 0 ? m.youngs_modulus / m.shear_modulus : 3;
         if (ratio > 1e4 || ratio < 1e-3)
-            found.push_back(
-                fmt::format("rods.{}.material: youngs_modulus is {:.0e} times shear_modulus; it is 2 to 3 times of solids that "
-                            "are alike in all directions",
-                            group.name(), ratio));
+            found.push_back(fmt::format(
+                "rods.{}.material: youngs_modulus is {:.0e} times shear_modulus; it is 2 to 3 times of solids that "
+                "are alike in all directions",
+                group.name(), ratio));
         if (crossings < 1e-3)
-            found.push_back(
-                fmt::format("rods.{}.material: sound takes {:.0e} times the duration to pass along a rod (density = {:g} "
-                            "kg/m^3, youngs_modulus = {:g} Pa): nothing will be seen to move",
-                            group.name(), 1 / crossings, m.density, m.youngs_modulus));
+            found.push_back(fmt::format(
+                "rods.{}.material: sound takes {:.0e} times the duration to pass along a rod (density = {:g} "
+                "kg/m^3, youngs_modulus = {:g} Pa): nothing will be seen to move",
+                group.name(), 1 / crossings, m.density, m.youngs_modulus));
     }
     if (scene.time.duration / dt > 1e13)
-        found.push_back(
-            fmt::format("time.duration = {:g} s is {:.0e} steps of {:g} s", scene.time.duration, scene.time.duration / dt, dt));
+        found.push_back(fmt::format("time.duration = {:g} s is {:.0e} steps of {:g} s", scene.time.duration,
+                                    scene.time.duration / dt, dt));
     tell_rigid_joints(scene, groups, found);
     std::vector<std::string> poles = formula_doubts(scene);
     std::move(poles.begin(), poles.end(), std::back_inserter(found));
@@ -195,17 +202,19 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
     return found;
 }
 
-std::vector<std::string> slip_doubts(const ContactOutlook& outlook, const ContactLaws* laws, std::span<const Wall> walls,
-                                     std::span<const RodGroup> groups, double dt) {
+std::vector<std::string> slip_doubts(const ContactOutlook& outlook, const ContactLaws* laws,
+                                     std::span<const Wall> walls, std::span<const RodGroup> groups, double dt) {
     std::vector<std::string> found;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const ContactMobility mobility = contact_mobility(groups[g]);
         const auto look = [&](const std::string& where, const ContactLaw& law, int bodies) {
-            tell_trembling(where, law, outlook.force, least_slip_speed(mobility, law, outlook.force, bodies, dt), found);
+            tell_trembling(where, law, outlook.force, least_slip_speed(mobility, law, outlook.force, bodies, dt),
+                           found);
         };
         if (laws) look(fmt::format("contact of '{}'", groups[g].name()), laws->between(g, g), 2);
         for (const Wall& wall : walls)
-            if (wall.acts_on(groups[g].name())) look(fmt::format("wall '{}' and '{}'", wall.name, groups[g].name()), wall.law, 1);
+            if (wall.acts_on(groups[g].name()))
+                look(fmt::format("wall '{}' and '{}'", wall.name, groups[g].name()), wall.law, 1);
     }
     return found;
 }

@@ -13,9 +13,11 @@ namespace skein {
 std::string unfitted(const SceneSpec& scene) {
     if (scene.rods.empty()) return "margins need rods, which the box is fitted to";
     for (const RodSpec& rods : scene.rods)
-        if (rods.placement.kind == PlacementKind::packing || rods.placement.kind == PlacementKind::file || !rods.assembly.empty())
+        if (rods.placement.kind == PlacementKind::packing || rods.placement.kind == PlacementKind::file ||
+            !rods.assembly.empty())
             return fmt::format(
-                "margins need rods whose places the scene says: those of '{}' are packed, of a file or of an assembly", rods.name);
+                "margins need rods whose places the scene says: those of '{}' are packed, of a file or of an assembly",
+                rods.name);
     return {};
 }
 

@@ -25,7 +25,8 @@ constexpr long least_between_walls = 4;
 void check_cells(const FluidSpec& fluid, Objections& table) {
     const std::array bounds = fluid.boundaries();
     if (fluid.cells.empty() && fluid.fitted()) return; // what no box could be fitted to has been told
-    if (fluid.cells.empty()) return table.add("", "'cells' along x, y and z are needed, or 'margin_lower' [m] around the rods");
+    if (fluid.cells.empty())
+        return table.add("", "'cells' along x, y and z are needed, or 'margin_lower' [m] around the rods");
     table.length("cells", fluid.cells.size(), 3, "along x, y and z");
     for (std::size_t d = 0; d < std::min<std::size_t>(3, fluid.cells.size()); ++d) {
         const long n = fluid.cells[d];
@@ -34,11 +35,12 @@ void check_cells(const FluidSpec& fluid, Objections& table) {
             table.add(key, fmt::format("{} cells along {}: from 1 to {} are possible", n, "xyz"[d], most_cells));
         else if (!is_smooth(n) && fluid.pressure == PressureMethod::direct)
             table.add(key,
-                      fmt::format("{} cells along {} are no product of 2, 3, 5 and 7; {} would do, or pressure = \"multigrid\"", n,
-                                  "xyz"[d], next_smooth(n)));
+                      fmt::format(
+                          "{} cells along {} are no product of 2, 3, 5 and 7; {} would do, or pressure = \"multigrid\"",
+                          n, "xyz"[d], next_smooth(n)));
         else if (bounds[d] != FluidBoundary::periodic && n < least_between_walls)
-            table.add(key, fmt::format("{} cells along {}, which is not periodic, are too few: at least {}", n, "xyz"[d],
-                                       least_between_walls));
+            table.add(key, fmt::format("{} cells along {}, which is not periodic, are too few: at least {}", n,
+                                       "xyz"[d], least_between_walls));
     }
 }
 
@@ -46,12 +48,14 @@ void check_cells(const FluidSpec& fluid, Objections& table) {
 void check_ranks(const FluidSpec& fluid, Objections& table) {
     if (fluid.ranks_across <= 1) return;
     if (fluid.pressure == PressureMethod::multigrid)
-        table.add("ranks_across", "multigrid needs whole planes: 'ranks_across' must be 1 with pressure = \"multigrid\"");
+        table.add("ranks_across",
+                  "multigrid needs whole planes: 'ranks_across' must be 1 with pressure = \"multigrid\"");
     if (fluid.cells.size() != 3) return;
     const long most = std::max(1L, fluid.cells[1] / FieldLayout::ghosts);
     if (fluid.ranks_across > most)
-        table.add("ranks_across", fmt::format("{} rows of cells along y are too few for {} ranks: at most {} can share them",
-                                              fluid.cells[1], fluid.ranks_across, most));
+        table.add("ranks_across",
+                  fmt::format("{} rows of cells along y are too few for {} ranks: at most {} can share them",
+                              fluid.cells[1], fluid.ranks_across, most));
 }
 
 /// What moves, and whether it can.
@@ -61,17 +65,24 @@ void check_walls(const FluidSpec& fluid, Objections& table) {
     const bool moves = norm(fluid.lower_wall_velocity) > 0 || norm(fluid.upper_wall_velocity) > 0;
     const int across = fluid.moving_direction(), sets = no_slip(0) + no_slip(1) + no_slip(2);
     if (!moves && norm(fluid.acceleration) == 0) table.unused({"frequency"}, "where nothing drives the fluid");
-    if (sets == 0) return table.unused({"lower_wall_velocity", "upper_wall_velocity", "moving_walls"}, "without \"no_slip\" walls");
+    if (sets == 0)
+        return table.unused({"lower_wall_velocity", "upper_wall_velocity", "moving_walls"},
+                            "without \"no_slip\" walls");
     if (across >= 0 && !no_slip(across))
-        return table.add("moving_walls", fmt::format("there are no walls across {0}: along_{0} is not \"no_slip\"", "xyz"[across]));
+        return table.add("moving_walls",
+                         fmt::format("there are no walls across {0}: along_{0} is not \"no_slip\"", "xyz"[across]));
     if (!moves) return table.unused({"moving_walls"}, "without 'lower_wall_velocity' or 'upper_wall_velocity'");
     for (const auto& [key, velocity] : {std::pair{"lower_wall_velocity", fluid.lower_wall_velocity},
                                         std::pair{"upper_wall_velocity", fluid.upper_wall_velocity}}) {
         if (across < 0 && norm(velocity) > 0)
-            table.add(key, fmt::format("walls across {} directions are \"no_slip\": 'moving_walls' says which of them move", sets));
+            table.add(key,
+                      fmt::format("walls across {} directions are \"no_slip\": 'moving_walls' says which of them move",
+                                  sets));
         if (across >= 0 && component_of(velocity, across) != 0)
-            table.add(key, fmt::format("walls across {0} move along themselves alone: the {0} component must be 0, not {1:g} m/s",
-                                       "xyz"[across], component_of(velocity, across)));
+            table.add(
+                key,
+                fmt::format("walls across {0} move along themselves alone: the {0} component must be 0, not {1:g} m/s",
+                            "xyz"[across], component_of(velocity, across)));
     }
 }
 
@@ -84,7 +95,8 @@ void check_obstacles(const SceneSpec& scene, Objections& objections) {
         if (!good_name(o.name))
             table.add("name", fmt::format("'{}' cannot name an obstacle: use letters, digits, _ and -", o.name));
         for (std::size_t j = 0; j < i; ++j)
-            if (scene.obstacles[j].name == o.name) table.add("name", fmt::format("two obstacles are named '{}'", o.name));
+            if (scene.obstacles[j].name == o.name)
+                table.add("name", fmt::format("two obstacles are named '{}'", o.name));
         if (o.kind == ObstacleKind::sphere) table.unused({"second_radius"}, "of a sphere");
         else if (fluid.along_z != FluidBoundary::periodic)
             table.add("kind", "a cylinder goes through the whole box along z, which must be periodic");
@@ -93,8 +105,8 @@ void check_obstacles(const SceneSpec& scene, Objections& objections) {
         const double least =
             o.kind == ObstacleKind::cylinder && o.second_radius > 0 ? std::min(o.radius, o.second_radius) : o.radius;
         if (fluid.spacing > 0 && least < (o.retraction + 0.5) * fluid.spacing)
-            table.add("radius", fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m", least,
-                                            fluid.spacing, (o.retraction + 0.5) * fluid.spacing));
+            table.add("radius", fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m",
+                                            least, fluid.spacing, (o.retraction + 0.5) * fluid.spacing));
     }
 }
 
@@ -128,7 +140,8 @@ void check_rods(const SceneSpec& scene, Objections& objections) {
     if (scene.rods.empty()) return;
     if (scene.immersion.coupling == RodCoupling::two_way) check_two_way(scene, objections);
     if (scene.time.relax) objections.add("time.relax", "'relax' has no motion for the fluid to follow");
-    if (!scene.start.from.empty()) objections.add("start.from", "rods in a fluid cannot begin with the state of another run yet");
+    if (!scene.start.from.empty())
+        objections.add("start.from", "rods in a fluid cannot begin with the state of another run yet");
     for (std::size_t g = 0; g < scene.rods.size(); ++g) {
         const RodSpec& rods = scene.rods[g];
         const std::string path = fmt::format("rods.{}", g);
@@ -146,7 +159,8 @@ void check_motion(const SceneSpec& scene, TableObjections& table) {
     if (fluid.along_x != FluidBoundary::free_slip && fluid.along_x != FluidBoundary::no_slip)
         table.add(key, "a box that moves along x needs along_x = \"free_slip\" or \"no_slip\"");
     if (!scene.obstacles.empty()) table.add(key, "obstacles stand in a box that stays where it is");
-    if (keeps_rates(fluid.scheme)) table.add(key, "a box that moves needs a scheme without rates of the last step: \"rk3\"");
+    if (keeps_rates(fluid.scheme))
+        table.add(key, "a box that moves needs a scheme without rates of the last step: \"rk3\"");
     for (std::size_t i = 0; i < scene.fluid_outputs.size(); ++i)
         if (scene.fluid_outputs[i].kind == FluidOutputKind::slice && scene.fluid_outputs[i].across == Direction::x)
             table.add(key, fmt::format("the output '{}' is of a slice across x, which would move with the box",
@@ -172,8 +186,9 @@ void check_slice(const FluidOutputSpec& spec, const FluidGrid& grid, Objections&
     const auto d = static_cast<std::size_t>(spec.across);
     const double lower = component_of(grid.lower, static_cast<int>(d)), upper = lower + grid.h * grid.cells[d];
     if (spec.at < lower || spec.at > upper)
-        table.add("at", fmt::format("a slice across {} at {:g} m is outside of the fluid, which reaches from {:g} to {:g} m",
-                                    direction_names[d], spec.at, lower, upper));
+        table.add("at",
+                  fmt::format("a slice across {} at {:g} m is outside of the fluid, which reaches from {:g} to {:g} m",
+                              direction_names[d], spec.at, lower, upper));
 }
 
 void check_box(const FluidOutputSpec& spec, const FluidGrid& grid, Objections& table) {
@@ -183,22 +198,24 @@ void check_box(const FluidOutputSpec& spec, const FluidGrid& grid, Objections& t
         if (!corner) continue;
         const Vec3d below = *corner - grid.lower, above = upper - *corner;
         if (std::min({below.x, below.y, below.z, above.x, above.y, above.z}) < -within)
-            return table.add(key,
-                             fmt::format("this corner is outside of the fluid, which reaches from [{:g}, {:g}, {:g}] to [{:g}, "
-                                         "{:g}, {:g}] m",
-                                         grid.lower.x, grid.lower.y, grid.lower.z, upper.x, upper.y, upper.z));
+            return table.add(
+                key, fmt::format("this corner is outside of the fluid, which reaches from [{:g}, {:g}, {:g}] to [{:g}, "
+                                 "{:g}, {:g}] m",
+                                 grid.lower.x, grid.lower.y, grid.lower.z, upper.x, upper.y, upper.z));
     }
     FluidOutputSpec whole = spec;
     whole.average = 1;
     const CellBox box = cells_of(whole, grid);
     for (std::size_t d = 0; d < 3; ++d) {
         const std::string along(direction_names[d]);
-        if (box.count[d] < 1) return table.add(spec.upper ? "upper" : "lower", fmt::format("the box has no cells along {}", along));
+        if (box.count[d] < 1)
+            return table.add(spec.upper ? "upper" : "lower", fmt::format("the box has no cells along {}", along));
         if (const long rest = box.count[d] % spec.average; rest > 0)
             table.add(
                 "average",
-                fmt::format("cubes of {} cells do not fill the box, which has {} cells along {}: the last {} would be left out",
-                            spec.average, box.count[d], along, rest));
+                fmt::format(
+                    "cubes of {} cells do not fill the box, which has {} cells along {}: the last {} would be left out",
+                    spec.average, box.count[d], along, rest));
     }
 }
 
@@ -213,8 +230,8 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
             if (scene.fluid_outputs[j].name == spec.name)
                 table.add("name", fmt::format("two outputs of the fluid are named '{}'", spec.name));
         if (spec.every > scene.time.duration)
-            table.add("every",
-                      fmt::format("'every' {} s never comes due within 'duration' of {} s", spec.every, scene.time.duration));
+            table.add("every", fmt::format("'every' {} s never comes due within 'duration' of {} s", spec.every,
+                                           scene.time.duration));
         check_names(spec, table);
         const std::string where =
             fmt::format("for an output of kind \"{}\"", fluid_output_names[static_cast<std::size_t>(spec.kind)]);
@@ -243,13 +260,15 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
         fitted.fluid = fitted_fluid(given);
     }
     const SceneSpec& scene = fitted.fluid ? fitted : given;
-    if (scene.output.fluid_fields > 0 && !scene.fluid) objections.add("output.fields", "'fields' has no use without [fluid]");
+    if (scene.output.fluid_fields > 0 && !scene.fluid)
+        objections.add("output.fields", "'fields' has no use without [fluid]");
     TableObjections immersion(objections, "immersion");
     if (!scene.has_immersed())
         immersion.unused({"delta", "forcing", "sweeps", "slip"}, "without [[obstacle]] or rods in a [fluid]");
     if (!scene.fluid || scene.rods.empty())
         immersion.unused({"retraction", "coupling", "inner_inertia"}, "without rods in a [fluid]");
-    if (scene.immersion.coupling == RodCoupling::one_way) immersion.unused({"inner_inertia"}, "with coupling = \"one_way\"");
+    if (scene.immersion.coupling == RodCoupling::one_way)
+        immersion.unused({"inner_inertia"}, "with coupling = \"one_way\"");
     if (!scene.fluid) {
         for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
             objections.add(fmt::format("obstacle.{}", i), "[[obstacle]] has no use without [fluid]");
@@ -263,29 +282,35 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
     check_forcing(scene, immersion);
     check_cells(fluid, table);
     for (const auto& [key, bound] : {std::pair{"along_y", fluid.along_y}, std::pair{"along_z", fluid.along_z}})
-        if (bound == FluidBoundary::through) table.add(key, fmt::format("'{}': the fluid flows through along x alone", key));
-    if (fluid.along_x != FluidBoundary::through) table.unused({"inflow", "inflow_profile"}, "without along_x = \"through\"");
+        if (bound == FluidBoundary::through)
+            table.add(key, fmt::format("'{}': the fluid flows through along x alone", key));
+    if (fluid.along_x != FluidBoundary::through)
+        table.unused({"inflow", "inflow_profile"}, "without along_x = \"through\"");
     else if (!(fluid.inflow.x > 0))
         table.add("inflow", "'inflow' [m/s] towards positive x is needed where the fluid flows through");
     else if (fluid.inflow_profile == InflowProfile::parabolic && fluid.along_y != FluidBoundary::no_slip &&
              fluid.along_z != FluidBoundary::no_slip)
         table.add("inflow_profile", "a parabolic inflow needs \"no_slip\" walls across y or z");
-    if (fluid.pressure != PressureMethod::multigrid) table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
+    if (fluid.pressure != PressureMethod::multigrid)
+        table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
     else table.unused({"pressure_exchange"}, "with pressure = \"multigrid\"");
     check_ranks(fluid, table);
     check_walls(fluid, table);
     check_motion(scene, table);
     if (fluid.scheme == FlowScheme::crank_nicolson) {
         if (fluid.along_x == FluidBoundary::through)
-            table.add("scheme",
-                      "'crank_nicolson' solves for viscosity between walls and periods, not where the fluid flows through: "
-                      "use another scheme or another 'along_x'");
+            table.add(
+                "scheme",
+                "'crank_nicolson' solves for viscosity between walls and periods, not where the fluid flows through: "
+                "use another scheme or another 'along_x'");
         if (fluid.pressure == PressureMethod::multigrid)
-            table.add("scheme", "'crank_nicolson' solves for viscosity by transforms alone: it needs pressure = \"direct\"");
+            table.add("scheme",
+                      "'crank_nicolson' solves for viscosity by transforms alone: it needs pressure = \"direct\"");
     }
     check_obstacles(scene, objections);
     const auto& cells = fluid.cells;
-    check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0, objections);
+    check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0,
+                  objections);
     if (!fluid.velocity_formula.empty()) {
         const StartVelocity start(fluid.velocity_formula, names_for_formulas(scene));
         tell_faults("velocity_formula", start.faults(), table);
@@ -293,13 +318,14 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
     if (!scene.rods.empty()) return;
     TableObjections(objections, "output").unused({"trajectory", "tips", "audit", "observables"}, "without rods");
     TableObjections(objections, "time")
-        .unused({"safety", "e_min", "integrator", "damping", "rest_speed", "relax", "relax_tolerance", "force_dt"}, "without rods");
+        .unused({"safety", "e_min", "integrator", "damping", "rest_speed", "relax", "relax_tolerance", "force_dt"},
+                "without rods");
     const auto no_use = [&](const char* name, const auto& list) {
         for (std::size_t i = 0; i < list.size(); ++i)
             objections.add(fmt::format("{}.{}", name, i), fmt::format("[[{}]] has no use without rods", name));
     };
-    no_use("load", scene.loads), no_use("damping", scene.damping), no_use("wall", scene.walls), no_use("joint", scene.joints),
-        no_use("assembly", scene.assemblies);
+    no_use("load", scene.loads), no_use("damping", scene.damping), no_use("wall", scene.walls),
+        no_use("joint", scene.joints), no_use("assembly", scene.assemblies);
     if (scene.contact) objections.add("contact", "[contact] has no use without rods");
     if (!scene.start.from.empty()) objections.add("start.from", "a scene of a fluid begins with its own start");
 }

@@ -43,16 +43,19 @@ std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidG
     const bool flat = is_flat(group, grid);
     const double spacing = grid.h, radius = rods.least_axis, length = group.spec().shape.length / spacing;
     const auto has = [&](SectionMarkers kind) { return rods.has[static_cast<std::size_t>(kind)]; };
-    const std::string what = fmt::format("rods.{}: {:.3g} cells in {}", rods.name, radius, flat ? "half the thickness" : "radius");
+    const std::string what =
+        fmt::format("rods.{}: {:.3g} cells in {}", rods.name, radius, flat ? "half the thickness" : "radius");
     const std::string cure = fmt::format("; fluid.spacing = {:.3g} gives two cells", radius * spacing / resolved);
     if (flat) return what + ", too few for the fluid: " + std::string(flat_bodies) + cure;
     const bool on_axis = has(SectionMarkers::centre_line);
     const double error = drag_error(radius, length, on_axis);
-    std::string text = what + fmt::format(", too few for the fluid, which sees about {:.2g} cells", seen_radius(radius, on_axis));
+    std::string text =
+        what + fmt::format(", too few for the fluid, which sees about {:.2g} cells", seen_radius(radius, on_axis));
     if (std::isfinite(error))
-        text +=
-            fmt::format(": in slow flow the drag across it will be about {:.2g} times its own ({:+.1f} %)", 1 + error, 100 * error);
-    text += "; at Re = 40 cylinders of 1.6 cells in radius have 4 to 12 % too little drag, those of 1 cell twice their own";
+        text += fmt::format(": in slow flow the drag across it will be about {:.2g} times its own ({:+.1f} %)",
+                            1 + error, 100 * error);
+    text +=
+        "; at Re = 40 cylinders of 1.6 cells in radius have 4 to 12 % too little drag, those of 1 cell twice their own";
     constexpr double close = 0.02;
     if (on_axis && !(std::abs(error) < close))
         text += fmt::format("; fluid.spacing = {:.3g} makes the width right in slow flow", radius * spacing / 0.78);
@@ -60,15 +63,17 @@ std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidG
 }
 
 std::string of_obstacle(const Obstacle& o, double least, double spacing) {
-    const bool sphere = o.kind == ObstacleKind::sphere, flat = !sphere && std::max(o.radius, o.second_radius) > 2 * least;
+    const bool sphere = o.kind == ObstacleKind::sphere,
+               flat = !sphere && std::max(o.radius, o.second_radius) > 2 * least;
     const std::string_view known =
         sphere ? "spheres of 3.6 cells in radius have 7 % too much drag in slow flow, and the error grows as "
                  "the square of the spacing"
         : flat ? flat_bodies
                : "at Re = 40 cylinders of 3.3 cells in radius have up to 7 % too little drag, those of 1.6 "
                  "cells 4 to 12 %, those of 1 cell twice their own";
-    return fmt::format("obstacle '{}': {:.3g} cells in {} are too few for the fluid: {}; fluid.spacing = {:.3g} gives two cells",
-                       o.name, least / spacing, flat ? "half the thickness" : "radius", known, least / resolved);
+    return fmt::format(
+        "obstacle '{}': {:.3g} cells in {} are too few for the fluid: {}; fluid.spacing = {:.3g} gives two cells",
+        o.name, least / spacing, flat ? "half the thickness" : "radius", known, least / resolved);
 }
 
 } // namespace

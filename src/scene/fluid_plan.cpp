@@ -58,7 +58,8 @@ FluidSpeed speed_of(const FluidPlan& plan, double expected, std::span<const Stat
     take(largest_inflow_share(plan.constants) * sum_of(plan.constants.inflow), "the inflow");
     take(wall_speed(plan.constants), "a moving wall");
     if (plan.constants.frequency > 0)
-        take(sum_of(plan.constants.acceleration) / (2 * std::numbers::pi * plan.constants.frequency), "the acceleration");
+        take(sum_of(plan.constants.acceleration) / (2 * std::numbers::pi * plan.constants.frequency),
+             "the acceleration");
     if (!plan.velocity_formula.empty()) take(speed_at_start(plan), "the velocity at the start");
     for (const Obstacle& o : plan.obstacles)
         take(sum_of(o.velocity) + 2 * std::numbers::pi * o.frequency * sum_of(o.amplitude), "an obstacle");
@@ -76,7 +77,8 @@ std::vector<CellField> fields_of(const std::vector<std::string>& names) {
 std::vector<FluidOutput> outputs_of(const SceneSpec& scene, const FluidGrid& grid) {
     std::vector<FluidOutput> outputs;
     if (scene.output.fluid_fields > 0)
-        outputs.push_back({.interval = scene.output.fluid_fields, .fields = fields_of({}), .box = {{0, 0, 0}, grid.cells, 1}});
+        outputs.push_back(
+            {.interval = scene.output.fluid_fields, .fields = fields_of({}), .box = {{0, 0, 0}, grid.cells, 1}});
     for (const FluidOutputSpec& spec : scene.fluid_outputs)
         outputs.push_back({.name = spec.name,
                            .kind = spec.kind,
@@ -104,10 +106,15 @@ double FluidPlan::solve_bytes(int ranks) const {
     if (constants.pressure != PressureMethod::direct || ranks == 1) return 0;
     const FluidGrid& grid = constants.grid;
     const double shares = across(ranks), slabs = ranks / shares, own = static_cast<double>(grid.count()) / ranks;
-    const auto there_and_back = [](double numbers, double among) { return 2 * sizeof(double) * numbers * (among - 1) / among; };
+    const auto there_and_back = [](double numbers, double among) {
+        return 2 * sizeof(double) * numbers * (among - 1) / among;
+    };
     const double rows = there_and_back(own, shares);
     if (constants.exchange == ColumnExchange::transposes) return rows + there_and_back(own, slabs);
-    const double neighbours = slabs == 1 ? 0 : grid.periodic(2) || slabs > 2 ? 2 : 1, columns = 1.0 * grid.cells[0] * grid.cells[1];
+    const double neighbours = slabs == 1                      ? 0
+                              : grid.periodic(2) || slabs > 2 ? 2
+                                                              : 1,
+                 columns = 1.0 * grid.cells[0] * grid.cells[1];
     const auto coupling = static_cast<double>(coupling_coefficients(grid, static_cast<int>(slabs)));
     return rows + neighbours * sizeof(double) * columns / shares + 2 * there_and_back(coupling / shares, slabs);
 }
@@ -121,7 +128,8 @@ double FluidPlan::ns_per_cell_step() const {
     constexpr double with_one_projection = 45, multigrid = 1000; // to the default tolerance
     constexpr double implicit_stage = 10, implicit_solve = 57;
     if (constants.scheme == FlowScheme::crank_nicolson) return implicit_stage + implicit_solve * implicit_solves(*this);
-    return with_one_projection + (constants.pressure == PressureMethod::direct ? 0 : multigrid * projections(constants.scheme));
+    return with_one_projection +
+           (constants.pressure == PressureMethod::direct ? 0 : multigrid * projections(constants.scheme));
 }
 
 double FluidPlan::ghost_bytes(int ranks) const {
@@ -146,7 +154,8 @@ double FluidOutput::bytes_per_cell() const {
 }
 
 double FluidOutput::frame_bytes() const {
-    const double cells = kind == FluidOutputKind::blocks ? std::pow(edge, 3) : 1.0 * box.count[0] * box.count[1] * box.count[2];
+    const double cells =
+        kind == FluidOutputKind::blocks ? std::pow(edge, 3) : 1.0 * box.count[0] * box.count[1] * box.count[2];
     return bytes_per_cell() * cells;
 }
 
@@ -172,8 +181,8 @@ CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
         for (std::size_t d = 0; d < 3; ++d) {
             const auto corner = [&](const std::optional<Vec3d>& of, int absent) {
                 if (!of) return absent;
-                const double cell =
-                    std::round((component_of(*of, static_cast<int>(d)) - component_of(grid.lower, static_cast<int>(d))) / grid.h);
+                const double cell = std::round(
+                    (component_of(*of, static_cast<int>(d)) - component_of(grid.lower, static_cast<int>(d))) / grid.h);
                 return static_cast<int>(std::clamp(cell, 0.0, 1.0 * grid.cells[d]));
             };
             box.first[d] = corner(spec.lower, 0);
@@ -198,7 +207,8 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
         const double across = spans ? axes.along_d1 : axes.along_d2; // a plate is as thick as it is along d1
         rods.least_axis = std::min({rods.least_axis, axes.along_d1 / h, across / h});
         rods.most_axis = std::max({rods.most_axis, axes.along_d1 / h, across / h});
-        const SectionMarkers kind = spans ? plate_markers(axes.along_d1, h, retraction) : section_markers(axes, h, retraction);
+        const SectionMarkers kind =
+            spans ? plate_markers(axes.along_d1, h, retraction) : section_markers(axes, h, retraction);
         rods.has[static_cast<std::size_t>(kind)] = true;
     }
     if (fluid.coupling == RodCoupling::two_way)

@@ -39,8 +39,8 @@ struct FluidOutput {
     double most_bytes(const FluidGrid& grid) const;
 };
 
-/// The cells of a slice or a box: the plane that its coordinate is in; corners are moved to the nearest ones of cells, and what
-/// does not fill a cube is left out.
+/// The cells of a slice or a box: the plane that its coordinate is in; corners are moved to the nearest ones of cells,
+/// and what does not fill a cube is left out.
 CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid);
 
 /// What steps are predicted from.
@@ -76,7 +76,8 @@ struct FluidPlan {
     bool inner_inertia = true;        ///< see ImmersionSpec
     bool follows_rods = false;        ///< the box
     std::string ranks_across_at = {}; ///< "file:line" where the scene says how many share the rows of a slab
-    std::int64_t every = 0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
+    std::int64_t every =
+        0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
     std::vector<RodsInFluid> rods; ///< by group
 
     bool felt() const { return !rods.empty() && coupling == RodCoupling::two_way; }
@@ -86,16 +87,18 @@ struct FluidPlan {
 
     /// Of a step of the fluid, at the speed that is known, s.
     double step_limit() const { return skein::step_limit(constants, speed.value, courant); }
-    /// Steps of this length have a Courant number of 0.8; as long as they can be where no speed is known, s.     theory.md (88a)
+    /// Steps of this length have a Courant number of 0.8; as long as they can be where no speed is known, s. theory.md
+    /// (88a)
     double passing() const { return speed.value > 0 ? 0.8 * constants.grid.h / speed.value : step_limit(); }
 
-    /// Ten fields, one more of implicit schemes with bodies, and coefficients and as many to be sent on more ranks than one, twice
-    /// that where ranks share rows, or what multigrid keeps, as measured.
+    /// Ten fields, one more of implicit schemes with bodies, and coefficients and as many to be sent on more ranks than
+    /// one, twice that where ranks share rows, or what multigrid keeps, as measured.
     double bytes_per_cell(int ranks) const;
     static constexpr double multigrid_bytes_per_cell = 400;
     /// Of so many ranks, those that share the rows of a slab; 1 where they cannot share the fluid at all.
     int across(int ranks) const { return unshared(constants, ranks).empty() ? ranks_across(constants, ranks) : 1; }
-    /// Sent by a rank: in a direct solve for the pressure, and in all of a step; and rows and planes of ghosts in a step.
+    /// Sent by a rank: in a direct solve for the pressure, and in all of a step; and rows and planes of ghosts in a
+    /// step.
     double solve_bytes(int ranks) const;
     double column_bytes(int ranks) const;
     double ghost_bytes(int ranks) const;

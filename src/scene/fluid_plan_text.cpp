@@ -11,12 +11,15 @@ namespace skein {
 
 std::string fluid_text(const FluidPlan& fluid) {
     const FlowConstants& c = fluid.constants;
-    const auto bound = [&](std::size_t d) { return fluid_boundary_names[static_cast<std::size_t>(c.grid.boundary[d])]; };
-    return fmt::format("{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}{}{}",
-                       c.grid.cells[0], c.grid.cells[1], c.grid.cells[2], c.grid.h, bound(0), bound(1), bound(2), c.density,
-                       c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant,
-                       c.scheme == FlowScheme::crank_nicolson ? "; viscosity does not limit the step" : "",
-                       fluid.follows_rods ? "; the box moves along x with the rods" : "");
+    const auto bound = [&](std::size_t d) {
+        return fluid_boundary_names[static_cast<std::size_t>(c.grid.boundary[d])];
+    };
+    return fmt::format(
+        "{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}{}{}",
+        c.grid.cells[0], c.grid.cells[1], c.grid.cells[2], c.grid.h, bound(0), bound(1), bound(2), c.density,
+        c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant,
+        c.scheme == FlowScheme::crank_nicolson ? "; viscosity does not limit the step" : "",
+        fluid.follows_rods ? "; the box moves along x with the rods" : "");
 }
 
 std::string drive_text(const FluidPlan& fluid) {
@@ -27,7 +30,8 @@ std::string drive_text(const FluidPlan& fluid) {
     for (std::size_t d = 0; d < 3; ++d)
         for (std::size_t upper = 0; upper < 2; ++upper)
             if (const Vec3d& v = c.wall_velocity[d][upper]; norm(v) > 0)
-                all.push_back(fmt::format("{} wall across {} at {} m/s", upper ? "upper" : "lower", direction_names[d], vector(v)));
+                all.push_back(fmt::format("{} wall across {} at {} m/s", upper ? "upper" : "lower", direction_names[d],
+                                          vector(v)));
     if (all.empty()) return {};
     return joined(all, ", ") + (c.frequency > 0 ? fmt::format("; times cos(2 pi {:.4g} Hz t)", c.frequency) : "");
 }
@@ -43,17 +47,18 @@ std::string pressure_text(const FluidPlan& fluid, int ranks) {
                               100.0 * static_cast<double>(coupling_coefficients(c.grid, ranks / fluid.across(ranks))) /
                                   (1.0 * c.grid.cells[0] * c.grid.cells[1]))
                 : "");
-    return fmt::format("multigrid to {:g} of the right side, {} ({:.0f} B per cell); bits depend on the number of ranks",
-                       c.pressure_tolerance, bytes_text(FluidPlan::multigrid_bytes_per_cell * static_cast<double>(c.grid.count())),
-                       FluidPlan::multigrid_bytes_per_cell);
+    return fmt::format(
+        "multigrid to {:g} of the right side, {} ({:.0f} B per cell); bits depend on the number of ranks",
+        c.pressure_tolerance, bytes_text(FluidPlan::multigrid_bytes_per_cell * static_cast<double>(c.grid.count())),
+        FluidPlan::multigrid_bytes_per_cell);
 }
 
 std::string sent_text(const FluidPlan& fluid, int ranks) {
     const std::string ghosts = fmt::format("{} as ghosts", bytes_text(fluid.ghost_bytes(ranks)));
     const int across = fluid.across(ranks);
-    const std::string shared =
-        across > 1 ? fmt::format("{} of planes, the rows of each on {} ranks; ", counted(ranks / across, "slab"), across)
-                   : std::string();
+    const std::string shared = across > 1 ? fmt::format("{} of planes, the rows of each on {} ranks; ",
+                                                        counted(ranks / across, "slab"), across)
+                                          : std::string();
     if (fluid.constants.pressure != PressureMethod::direct) return fmt::format("by a rank in a step: {}", ghosts);
     const bool whole = fluid.constants.exchange == ColumnExchange::transposes;
     return fmt::format("{}by a rank in a step: {} {} ({} a solve), {}", shared, bytes_text(fluid.column_bytes(ranks)),
@@ -63,8 +68,8 @@ std::string sent_text(const FluidPlan& fluid, int ranks) {
 std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
     const double h = fluid.constants.grid.h;
     return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name,
-                       obstacle_names[static_cast<std::size_t>(o.kind)], 2 * o.radius / h, o.markers(fluid.constants.grid).size(),
-                       o.moves() ? ", moves" : "", fluid.forcing.sweeps);
+                       obstacle_names[static_cast<std::size_t>(o.kind)], 2 * o.radius / h,
+                       o.markers(fluid.constants.grid).size(), o.moves() ? ", moves" : "", fluid.forcing.sweeps);
 }
 
 std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) {
@@ -75,17 +80,21 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
     if (has(SectionMarkers::centre_line)) as.emplace_back("the centre line, which the fluid sees 1.6 to 2 cells wide");
     const std::string feel =
         fluid.felt()
-            ? fmt::format("{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia at least",
-                          rods.density_ratio, rods.inertia->least_felt())
+            ? fmt::format(
+                  "{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia at least",
+                  rods.density_ratio, rods.inertia->least_felt())
             : "they do not feel the fluid";
-    const std::string by = fluid.forcing.penalty() ? "springs and dampers" : fmt::format("{} sweeps", fluid.forcing.sweeps);
-    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a rod, on {}; {}; {}", rods.name, rods.least_axis,
-                       rods.most_axis, rods.markers, joined(as, ", "), feel, by);
+    const std::string by =
+        fluid.forcing.penalty() ? "springs and dampers" : fmt::format("{} sweeps", fluid.forcing.sweeps);
+    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a rod, on {}; {}; {}", rods.name,
+                       rods.least_axis, rods.most_axis, rods.markers, joined(as, ", "), feel, by);
 }
 
 namespace {
 
-double frames_in(const FluidOutput& output, std::int64_t steps) { return static_cast<double>(steps / output.every + 1); }
+double frames_in(const FluidOutput& output, std::int64_t steps) {
+    return static_cast<double>(steps / output.every + 1);
+}
 
 std::vector<std::string_view> names_of(const FluidOutput& output) {
     std::vector<std::string_view> names;
@@ -100,7 +109,8 @@ std::string output_text(const FluidOutput& o, const FluidGrid& grid, std::int64_
     if (o.kind == FluidOutputKind::slice)
         what = fmt::format("slice across {}, {}", direction_names[static_cast<std::size_t>(o.across)], what);
     if (o.box.average > 1)
-        what = fmt::format("{} x {} x {} means over {}^3 cells", o.box.count[0], o.box.count[1], o.box.count[2], o.box.average);
+        what = fmt::format("{} x {} x {} means over {}^3 cells", o.box.count[0], o.box.count[1], o.box.count[2],
+                           o.box.average);
     if (o.kind == FluidOutputKind::blocks)
         what = fmt::format("blocks of {0}^3 cells where {1} exceeds {2:g} {3}", o.edge,
                            o.criterion == CellField::q ? "|q|" : "vorticity", o.threshold, entry_of(o.criterion).unit);
@@ -108,8 +118,8 @@ std::string output_text(const FluidOutput& o, const FluidGrid& grid, std::int64_
     const double frames = frames_in(o, steps), most = o.most_bytes(grid);
     const std::string bytes =
         o.kind == FluidOutputKind::blocks
-            ? fmt::format("{} a block, up to {:.0f} blocks: up to {} a frame, {} in the run", bytes_text(o.frame_bytes()),
-                          o.most_blocks(grid), bytes_text(most), bytes_text(frames * most))
+            ? fmt::format("{} a block, up to {:.0f} blocks: up to {} a frame, {} in the run",
+                          bytes_text(o.frame_bytes()), o.most_blocks(grid), bytes_text(most), bytes_text(frames * most))
             : fmt::format("{} a frame, {} in the run", bytes_text(most), bytes_text(frames * most));
     return fmt::format("{}: {}; {}; {}", what, joined(names_of(o), ", "), every(o.every, dt), bytes);
 }
@@ -118,15 +128,17 @@ std::string fluid_steps_text(const FluidPlan& fluid, std::int64_t steps, double 
     const double all = fluid.steps(steps, dt);
     if (fluid.speed.value == 0)
         return fmt::format("{:.0f} at least: no speed is known, which fluid.expected_speed [m/s] would tell", all);
-    return fmt::format("{:.0f}, of a speed of {:.4g} m/s ({}), which is taken to last", all, fluid.speed.value, fluid.speed.by);
+    return fmt::format("{:.0f}, of a speed of {:.4g} m/s ({}), which is taken to last", all, fluid.speed.value,
+                       fluid.speed.by);
 }
 
 std::string fluid_cost_text(const FluidPlan& fluid, std::int64_t steps, double dt, int cores, int cores_per_node) {
     const double seconds = fluid.steps(steps, dt) * fluid.step_seconds() / cores, core_hours = seconds * cores / 3600;
     const double step = fluid.step_seconds() / cores;
-    std::string text = fmt::format("{} a step of the fluid, {}{}; {:.3g} core-hours",
-                                   step < 1 ? fmt::format("{:.3g} ms", 1e3 * step) : duration_text(step),
-                                   fluid.speed.value == 0 ? "at least " : "", duration_text(seconds) + " of stepping", core_hours);
+    std::string text =
+        fmt::format("{} a step of the fluid, {}{}; {:.3g} core-hours",
+                    step < 1 ? fmt::format("{:.3g} ms", 1e3 * step) : duration_text(step),
+                    fluid.speed.value == 0 ? "at least " : "", duration_text(seconds) + " of stepping", core_hours);
     if (cores_per_node > 0) {
         const double nodes = std::ceil(static_cast<double>(cores) / cores_per_node);
         text += fmt::format(", {:.3g} node-hours on {:.0f} node{} of {} cores", nodes * seconds / 3600, nodes,

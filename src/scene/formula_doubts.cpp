@@ -35,7 +35,8 @@ private:
     std::array<double, variables> at_{};
 };
 
-/// A time in [begin, end] at which the value is 0, where its sign changes between the ends or it is smallest between them.
+/// A time in [begin, end] at which the value is 0, where its sign changes between the ends or it is smallest between
+/// them.
 double zero_between(OfTime& value, int node, double begin, double end) {
     double at_begin = value(node, begin);
     const bool changes = (at_begin < 0) != (value(node, end) < 0);
@@ -111,11 +112,11 @@ private:
             if (node.op != Op::divide || graph[node.of[1]].changes != with_time) continue;
             const auto at = pole(value, read->node, node.of[1], scope_.duration);
             if (!at) continue;
-            found_.push_back(
-                fmt::format("{}.{}: '{}' has a pole at t = {:.6g} s, between two steps: there it divides by 0, and what it "
-                            "does depends on how near a step comes; keep what it divides by away from 0, or let the run "
-                            "end before",
-                            fmt::join(path_, "."), f.name, text, *at));
+            found_.push_back(fmt::format(
+                "{}.{}: '{}' has a pole at t = {:.6g} s, between two steps: there it divides by 0, and what it "
+                "does depends on how near a step comes; keep what it divides by away from 0, or let the run "
+                "end before",
+                fmt::join(path_, "."), f.name, text, *at));
             return;
         }
     }

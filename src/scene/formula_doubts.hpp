@@ -8,7 +8,8 @@
 
 namespace skein {
 
-/// One sentence each: a denominator that depends on time alone, is 0 at some time of the run, and takes the formula with it.
+/// One sentence each: a denominator that depends on time alone, is 0 at some time of the run, and takes the formula
+/// with it.
 std::vector<std::string> formula_doubts(const SceneSpec& scene);
 
 } // namespace skein

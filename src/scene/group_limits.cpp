@@ -11,8 +11,8 @@ namespace skein {
 
 namespace {
 
-/// What loads do to the step together: the sum of their rates or stiffnesses, over the inertia that kicks feel, told of the load
-/// that has the largest.
+/// What loads do to the step together: the sum of their rates or stiffnesses, over the inertia that kicks feel, told of
+/// the load that has the largest.
 struct Together {
     double sum = 0;
     DragRate largest;
@@ -33,15 +33,16 @@ void limit_by_loads(GroupPlan& p, const Together& loads, double dt) {
     if (dt < 0.99 * p.limits.front().dt) p.limits.insert(p.limits.begin(), {loads.label, dt, loads.largest.element});
 }
 
-/// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h nu/2 < 1,
-/// with the scheme's own figures for 2. theory.md (38)
+/// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h
+/// nu/2 < 1, with the scheme's own figures for 2. theory.md (38)
 void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
     const Together drag = together(p, group, &Load::largest_rate);
     const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * drag.sum / scheme.drag;
     limit_by_loads(p, drag, fastest * (std::sqrt(1 + half * half) - half));
 }
 
-/// The stiffness of loads adds to that of the rod: w^2 grows by at most what all of them have over mass. theory.md (40c)
+/// The stiffness of loads adds to that of the rod: w^2 grows by at most what all of them have over mass. theory.md
+/// (40c)
 void limit_by_stiffness(GroupPlan& p, const RodGroup& group) {
     const Together stiff = together(p, group, &Load::largest_stiffness);
     const double rate = 2 / p.limits.front().dt;
@@ -80,7 +81,8 @@ void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scen
     if (!std::isfinite(least.dt)) return;
     if (!group.strained()) p.limits.clear();
     p.limits.push_back(least);
-    std::stable_sort(p.limits.begin(), p.limits.end(), [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
+    std::stable_sort(p.limits.begin(), p.limits.end(),
+                     [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
 }
 
 } // namespace

@@ -1,5 +1,5 @@
-// How long a step rods of a group bear: by their own modes, by contacts, loads and joints, and by the inertia that a fluid leaves
-// them.
+// How long a step rods of a group bear: by their own modes, by contacts, loads and joints, and by the inertia that a
+// fluid leaves them.
 #pragma once
 
 #include "contact/contact_limits.hpp"
@@ -19,8 +19,8 @@ template <class F> void with_contact_laws(const SceneSpec& scene, const RodGroup
         if (wall.acts_on(group.name())) f(wall.law, ContactSpec{}.overlap, mass_at_wall(group));
 }
 
-/// Sets the limits of a group whose loads and share of its inertia are known, smallest first. `joints`: null where its rods are not
-/// joined.
+/// Sets the limits of a group whose loads and share of its inertia are known, smallest first. `joints`: null where its
+/// rods are not joined.
 void find_limits(GroupPlan& p, const RodGroup& group, const SceneSpec& scene, const JointBounds* joints);
 
 } // namespace skein

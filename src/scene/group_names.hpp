@@ -13,12 +13,14 @@ namespace skein {
 bool good_name(const std::string& name);
 
 /// Null where there is none, which is told of `key`.
-const RodSpec* group_named(const SceneSpec& scene, const std::string& name, Objections& objections, const std::string& key);
+const RodSpec* group_named(const SceneSpec& scene, const std::string& name, Objections& objections,
+                           const std::string& key);
 
 /// Whether a list of names, as of the key `rods`, means a group: all groups where it is empty.
 bool names_group(const std::vector<std::string>& names, const std::string& group);
 
 /// The groups that the key `rods` of a table stands for: all where it names none.
-std::vector<const RodSpec*> acted_on(const SceneSpec& scene, const std::vector<std::string>& names, Objections& objections);
+std::vector<const RodSpec*> acted_on(const SceneSpec& scene, const std::vector<std::string>& names,
+                                     Objections& objections);
 
 } // namespace skein

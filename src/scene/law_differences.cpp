@@ -30,7 +30,8 @@ std::optional<std::string> law_differences(const RodGroup& group) {
     }
     if (!(std::max(bent, twisted) > small)) return std::nullopt;
     return fmt::format(
-        "r kappa reaches {:.2g} in bending and {:.2g} in twist; from straight to that a free rod gets longer by {:.2g} % "
+        "r kappa reaches {:.2g} in bending and {:.2g} in twist; from straight to that a free rod gets longer by {:.2g} "
+        "% "
         "with \"incompressible\", {:.2g} % with \"neo_hookean\" and not at all with \"linear\": theory.md (11a)",
         bent, twisted, 150 * (by_bending + by_twist), 50 * (3 * by_bending + by_twist));
 }

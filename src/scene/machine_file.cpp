@@ -7,7 +7,8 @@ namespace skein {
 
 void MachineFile::Network::fields(FieldVisitor& f) {
     f.visit({"latency_s", "s", "time of a short message", true, 0}, latency);
-    f.visit({"overhead_s", "s", "time of a message sent and one received, beyond the first", true, -HUGE_VAL, 0}, overhead);
+    f.visit({"overhead_s", "s", "time of a message sent and one received, beyond the first", true, -HUGE_VAL, 0},
+            overhead);
     f.visit({"bandwidth_B_per_s", "B/s", "of one pair of ranks alone", true, 0}, bandwidth);
     f.visit({"bandwidth_all_B_per_s", "B/s", "of a rank, while all send and receive at once", true, 0}, bandwidth_all);
     f.visit({"allreduce_s", "s", "time of one number over all ranks", false, -HUGE_VAL, 0}, allreduce);

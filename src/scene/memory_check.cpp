@@ -26,8 +26,8 @@ void refuse(const std::string& where, const std::string& count, double needed) {
     if (needed < little) return;
     const double there = free_memory();
     if (!(needed > there)) return;
-    throw InputError(
-        fmt::format("{}: {} need {} of memory, and {} are free here", where, count, bytes_text(needed), bytes_text(there)));
+    throw InputError(fmt::format("{}: {} need {} of memory, and {} are free here", where, count, bytes_text(needed),
+                                 bytes_text(there)));
 }
 
 } // namespace
@@ -37,9 +37,11 @@ void refuse_beyond_memory(const SceneSpec& scene) {
         const RodSpec& rods = scene.rods[g];
         const std::string where = rods.source.empty() ? path_of_group(scene, g) : rods.source;
         const double elements = rods.body ? 1 : static_cast<double>(rods.shape.elements);
-        refuse(where, fmt::format("shape.elements = {} of '{}'", rods.shape.elements, rods.name), elements * bytes_per_element);
+        refuse(where, fmt::format("shape.elements = {} of '{}'", rods.shape.elements, rods.name),
+               elements * bytes_per_element);
         if (rods.placement.kind == PlacementKind::packing)
-            refuse(where, fmt::format("placement.count = {} packed rods of '{}'", rods.placement.packing.count, rods.name),
+            refuse(where,
+                   fmt::format("placement.count = {} packed rods of '{}'", rods.placement.packing.count, rods.name),
                    static_cast<double>(rods.placement.packing.count) * bytes_per_packed_rod);
     }
     for (std::size_t a = 0; a < scene.assemblies.size(); ++a) {
@@ -53,19 +55,20 @@ void refuse_beyond_memory(const SceneSpec& scene) {
                 for (const long n : of.placement.counts) here *= static_cast<double>(n);
                 rods += here;
             }
-        refuse(assembly.source.empty() ? fmt::format("assembly.{}", a) : assembly.source,
-               fmt::format("placement.counts: {:.6g} copies of '{}' with {:.6g} rods each", copies, assembly.name, rods),
-               copies * (1 + rods) * bytes_per_place);
+        refuse(
+            assembly.source.empty() ? fmt::format("assembly.{}", a) : assembly.source,
+            fmt::format("placement.counts: {:.6g} copies of '{}' with {:.6g} rods each", copies, assembly.name, rods),
+            copies * (1 + rods) * bytes_per_place);
     }
 }
 
 void refuse_run_beyond_memory(const SceneSpec& scene, const Plan& plan) {
     const double needed = plan.state_bytes + plan.frame_bytes, there = free_memory();
     if (!(needed > there)) return;
-    throw InputError(
-        fmt::format("{}: {} rods with {} elements{} need {} of memory to run, and {} are free here; fewer would do, or more "
-                    "machines: skein plan --ranks tells how many",
-                    scene.file, plan.rods, plan.elements, plan.fluid ? " in a fluid" : "", bytes_text(needed), bytes_text(there)));
+    throw InputError(fmt::format(
+        "{}: {} rods with {} elements{} need {} of memory to run, and {} are free here; fewer would do, or more "
+        "machines: skein plan --ranks tells how many",
+        scene.file, plan.rods, plan.elements, plan.fluid ? " in a fluid" : "", bytes_text(needed), bytes_text(there)));
 }
 
 } // namespace skein

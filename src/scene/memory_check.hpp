@@ -7,8 +7,8 @@ namespace skein {
 
 struct Plan;
 
-/// Elements of a rod, rods that are packed, and copies of an assembly are worked out one by one wherever a scene is read. Throws
-/// InputError naming the table, the count, what they need and what is free.
+/// Elements of a rod, rods that are packed, and copies of an assembly are worked out one by one wherever a scene is
+/// read. Throws InputError naming the table, the count, what they need and what is free.
 void refuse_beyond_memory(const SceneSpec& scene);
 
 /// The state of a run on this machine alone: what `skein check` looks at.

@@ -14,17 +14,21 @@ namespace {
 void counts_and_spacing(const Placement& p, Objections& objections, const std::string& where, std::size_t fewest,
                         std::size_t most) {
     const std::size_t n = p.counts.size();
-    const std::string needed = fewest == most ? fmt::format("{} value", fewest) : fmt::format("{} or {} values", fewest, most);
-    if (n < fewest || n > most) objections.add("counts", fmt::format("'counts' needs {} {}, and has {}", needed, where, n));
+    const std::string needed =
+        fewest == most ? fmt::format("{} value", fewest) : fmt::format("{} or {} values", fewest, most);
+    if (n < fewest || n > most)
+        objections.add("counts", fmt::format("'counts' needs {} {}, and has {}", needed, where, n));
     else if (p.spacing.size() != n)
-        objections.add("spacing", fmt::format("'spacing' needs one value per count, {} in all, and has {}", n, p.spacing.size()));
+        objections.add("spacing",
+                       fmt::format("'spacing' needs one value per count, {} in all, and has {}", n, p.spacing.size()));
 }
 
 /// Of a list whose rods have directions of their own.
 void directions(const Placement& p, Objections& objections) {
     if (!p.tangents.empty()) {
         objections.unused({"tangent", "normal"}, "beside 'tangents'");
-        objections.length("tangents", p.tangents.size(), static_cast<long>(p.origins.size()), "one for each of 'origins'");
+        objections.length("tangents", p.tangents.size(), static_cast<long>(p.origins.size()),
+                          "one for each of 'origins'");
     }
     for (std::size_t i = 0; i < p.tangents.size(); ++i)
         if (zero(p.tangents[i])) return objections.add(fmt::format("tangents.{}", i), "a tangent without direction");
@@ -33,7 +37,8 @@ void directions(const Placement& p, Objections& objections) {
     objections.length("normals", p.normals.size(), static_cast<long>(p.tangents.size()), "one for each of 'tangents'");
     for (std::size_t i = 0; i < std::min(p.normals.size(), p.tangents.size()); ++i)
         if (zero(p.normals[i]) || parallel(p.tangents[i], p.normals[i]))
-            return objections.add(fmt::format("normals.{}", i), "a normal that has no direction, or that of its tangent");
+            return objections.add(fmt::format("normals.{}", i),
+                                  "a normal that has no direction, or that of its tangent");
 }
 
 /// Packed rods start straight, each in a frame of its own: there are no walls for them.
@@ -47,22 +52,24 @@ void packing(const RodSpec& rods, Objections& objections, const std::string& whe
         !s.start_curvature_profile.empty() ||
         (s.start_curvature ? !zero(*s.start_curvature) : !zero(s.rest_curvature) || !s.rest_curvature_profile.empty());
     if (s.closed || curved || !zero(s.rest_strain))
-        objections.add(
-            "",
-            fmt::format("the rods must start straight, without rest_strain, {}: curved ones can with start_curvature = [0, 0, 0]",
-                        where));
+        objections.add("", fmt::format("the rods must start straight, without rest_strain, {}: curved ones can with "
+                                       "start_curvature = [0, 0, 0]",
+                                       where));
     for (const auto& [key, range] : {std::pair{"elevation", &p.elevation}, std::pair{"azimuth", &p.azimuth}})
         if (range->size() != 2 || (*range)[0] > (*range)[1])
             objections.add(key, fmt::format("'{}' needs two angles, the least and the largest", key));
     if (p.region == PackingRegion::cylinder) {
         objections.unused({"lower", "upper"}, "for the region \"cylinder\"");
-        if (p.radius == 0 || p.height == 0) objections.add("", "'radius' and 'height' [m] are needed for the region \"cylinder\"");
+        if (p.radius == 0 || p.height == 0)
+            objections.add("", "'radius' and 'height' [m] are needed for the region \"cylinder\"");
         return;
     }
-    const std::string region = fmt::format("for the region \"{}\"", packing_region_names[static_cast<std::size_t>(p.region)]);
+    const std::string region =
+        fmt::format("for the region \"{}\"", packing_region_names[static_cast<std::size_t>(p.region)]);
     objections.unused({"point", "radius", "height"}, region);
     if (!(p.upper.x > p.lower.x && p.upper.y > p.lower.y && (p.region == PackingRegion::slab || p.upper.z > p.lower.z)))
-        objections.add(objections.given("upper") ? "upper" : "", fmt::format("'upper' must lie beyond 'lower' {}", region));
+        objections.add(objections.given("upper") ? "upper" : "",
+                       fmt::format("'upper' must lie beyond 'lower' {}", region));
 }
 
 } // namespace
@@ -76,17 +83,18 @@ void check_placement(const RodSpec& rods, Objections& of_group) {
         objections.add("normal", "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
     const bool own = p.kind == PlacementKind::file || !p.tangents.empty();
     if (own && rods.ends_move())
-        objections.add(
-            "", "rods with directions of their own have walls of their own, which cannot be moved: their ends must be still");
+        objections.add("", "rods with directions of their own have walls of their own, which cannot be moved: their "
+                           "ends must be still");
     if (own && rods.material.law == Law::elastica && (rods.start == EndKind::clamped || rods.end == EndKind::clamped))
-        objections.add(
-            "", "the walls of the law \"elastica\" are the same for all rods of a group: use \"clamped_frozen\" for rods with "
-                "directions of their own");
-    const std::string where = fmt::format("for a placement of kind \"{}\"", placement_names[static_cast<std::size_t>(p.kind)]);
+        objections.add("", "the walls of the law \"elastica\" are the same for all rods of a group: use "
+                           "\"clamped_frozen\" for rods with "
+                           "directions of their own");
+    const std::string where =
+        fmt::format("for a placement of kind \"{}\"", placement_names[static_cast<std::size_t>(p.kind)]);
     if (p.kind != PlacementKind::lattice) objections.unused({"stagger"}, where);
     if (p.kind != PlacementKind::packing)
-        objections.unused({"count", "seed", "region", "lower", "upper", "point", "radius", "height", "elevation", "azimuth",
-                           "elevation_law", "gap", "attempts"},
+        objections.unused({"count", "seed", "region", "lower", "upper", "point", "radius", "height", "elevation",
+                           "azimuth", "elevation_law", "gap", "attempts"},
                           where);
     switch (p.kind) {
     case PlacementKind::single:
@@ -116,7 +124,8 @@ void check_placement(const RodSpec& rods, Objections& of_group) {
         if (p.file.empty()) objections.add("", fmt::format("'file', with a row per rod, is needed {}", where));
         break;
     case PlacementKind::packing:
-        objections.unused({"origin", "tangent", "normal", "counts", "spacing", "file", "origins", "tangents", "normals"}, where);
+        objections.unused(
+            {"origin", "tangent", "normal", "counts", "spacing", "file", "origins", "tangents", "normals"}, where);
         packing(rods, objections, where);
         break;
     }

@@ -77,19 +77,19 @@ std::vector<std::string> hints_for(const RodGroup& group) {
     for (const ElementConstants& c : group.element)
         if (c.rest_length * radius < length * c.radius) length = c.rest_length, radius = c.radius;
     if (length < radius)
-        hints.push_back(
-            fmt::format("elements are {:.2g} radii long; below 1 they cost time and gain little: elements = {} would do",
-                        length / radius, std::max(2L, static_cast<long>(static_cast<double>(shape.elements) * length / radius))));
+        hints.push_back(fmt::format(
+            "elements are {:.2g} radii long; below 1 they cost time and gain little: elements = {} would do",
+            length / radius, std::max(2L, static_cast<long>(static_cast<double>(shape.elements) * length / radius))));
     constexpr double longest_element = 1000; // radii; of hair in 20 elements 100
     if (length > longest_element * radius)
-        hints.push_back(
-            fmt::format("elements are {:.2g} radii long, so that bends shorter than that are not seen; if the radius is right, "
-                        "elements = {:.2g} would have a hundred each",
-                        length / radius, static_cast<double>(shape.elements) * length / (100 * radius)));
+        hints.push_back(fmt::format(
+            "elements are {:.2g} radii long, so that bends shorter than that are not seen; if the radius is right, "
+            "elements = {:.2g} would have a hundred each",
+            length / radius, static_cast<double>(shape.elements) * length / (100 * radius)));
     if (const auto told = law_differences(group)) hints.push_back(*told);
     if (group.spec().start == EndKind::clamped_frozen || group.spec().end == EndKind::clamped_frozen)
-        hints.push_back(
-            "\"clamped_frozen\" is of first order, an error of about 1/elements; \"clamped\" is of second order at the same cost");
+        hints.push_back("\"clamped_frozen\" is of first order, an error of about 1/elements; \"clamped\" is of second "
+                        "order at the same cost");
     return hints;
 }
 
@@ -97,8 +97,9 @@ std::vector<std::string> hints_for(const RodGroup& group) {
 void refuse_drag(const GroupPlan& p, const RodGroup& group) {
     for (const Load& load : p.loads)
         if (load.largest_rate(group).value > 0)
-            throw InputError(fmt::format("{}: a load of kind {} slows '{}' down, and time.relax has no motion that it could answer",
-                                         group.spec().source, load.kind(), group.name()));
+            throw InputError(
+                fmt::format("{}: a load of kind {} slows '{}' down, and time.relax has no motion that it could answer",
+                            group.spec().source, load.kind(), group.name()));
 }
 
 /// As stiff as any of a group's contacts is at the largest overlap that is allowed, on a node that touches four others.
@@ -132,8 +133,8 @@ double kept_bytes(const FlowConstants& fluid) {
     return (keeps_rates(fluid.scheme) ? 7 : 4) * sizeof(double) * static_cast<double>(fluid.grid.count());
 }
 
-GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group, const JointBounds* joints,
-                     std::shared_ptr<const InertiaInFluid> inertia_in_fluid) {
+GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, const RodGroup& group,
+                     const JointBounds* joints, std::shared_ptr<const InertiaInFluid> inertia_in_fluid) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     if (const BodyShape* body = group.body())
         p.body = fmt::format("{:.4g} kg, J = ({:.4g}, {:.4g}, {:.4g}) kg m^2, {} part{}", body->mass, body->inertia.x,
@@ -152,7 +153,8 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
     const DampingRates rates = damping_rates(group, p.damping);
     p.kick = kick_of(group, rates, p.damping_scheme);
     p.undamped = group.law() == Law::elastica ? p.damping.empty() : rates.none();
-    p.walls = std::any_of(scene.walls.begin(), scene.walls.end(), [&](const Wall& wall) { return wall.acts_on(group.name()); });
+    p.walls = std::any_of(scene.walls.begin(), scene.walls.end(),
+                          [&](const Wall& wall) { return wall.acts_on(group.name()); });
     p.program = program_of(group, {.loads = p.loads,
                                    .damping = p.damping,
                                    .kick = p.kick,
@@ -179,7 +181,8 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
         p.packed_fill = group.packed_fill(), p.packed_top = group.packed_top();
     p.hints = hints_for(group);
     const auto named = [](EndKind kind, const std::string& free) {
-        return fmt::format("{}{}{}", end_names[static_cast<std::size_t>(kind)], free.empty() ? "" : ", free along ", free);
+        return fmt::format("{}{}{}", end_names[static_cast<std::size_t>(kind)], free.empty() ? "" : ", free along ",
+                           free);
     };
     p.start = named(group.spec().start, group.spec().start_free);
     p.end = named(group.spec().end, group.spec().end_free);
@@ -194,8 +197,9 @@ bool can_lie_along(const GroupProgram& program) {
 /// What has constants of a group where rods have their own.
 void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_along) {
     const auto refuse = [&](const std::string& what) {
-        throw InputError(fmt::format("{}: the rods of '{}' have lengths, radii or shapes of their own, by file '{}': {}",
-                                     group.spec().source, group.name(), group.spec().placement.file, what));
+        throw InputError(
+            fmt::format("{}: the rods of '{}' have lengths, radii or shapes of their own, by file '{}': {}",
+                        group.spec().source, group.name(), group.spec().placement.file, what));
     };
     for (const Load& load : p.loads)
         if (load.keeps_tables_of_group() || load.needs_whole_rods())
@@ -206,11 +210,12 @@ void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_alo
     };
     if (has(pass::FeelFluid{}))
         refuse("they do not feel a fluid yet; immersion.coupling = \"one_way\" has them move as if there were none");
-    if (has(pass::Relax{})) refuse("time.relax solves along whole rods that are alike; give each size a group of its own");
+    if (has(pass::Relax{}))
+        refuse("time.relax solves along whole rods that are alike; give each size a group of its own");
     if (!can_lie_along)
-        refuse(
-            "contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, a clamp that slides at the last end (the first "
-            "may), 'hold', the laplacian damping and audits need rods that are alike");
+        refuse("contact, walls, rings, rigid bodies, the law \"elastica\", moved ends, a clamp that slides at the last "
+               "end (the first "
+               "may), 'hold', the laplacian damping and audits need rods that are alike");
     if (group.spec().material.rotary_inertia_for_dt > 0) refuse("'rotary_inertia_for_dt' needs rods that are alike");
 }
 
@@ -259,7 +264,8 @@ double lay_out(Plan& plan) {
         int least = m.lanes, most = 1;
         for (const AlongTile& tile : tiling.along)
             for (const AlongTile::Part& part : tile.parts)
-                if (part.group == static_cast<int>(g)) least = std::min(least, part.pieces), most = std::max(most, part.pieces);
+                if (part.group == static_cast<int>(g))
+                    least = std::min(least, part.pieces), most = std::max(most, part.pieces);
         if (p.along > 0)
             p.pieces = most == 1       ? "whole"
                        : least == most ? fmt::format("in {} pieces each", most)
@@ -284,7 +290,8 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
     std::vector<bool> has(load_kinds().size(), false);
     for (const GroupPlan& g : plan.groups)
         for (const Load& load : g.loads) has[static_cast<std::size_t>(load.number())] = true;
-    for (std::size_t kind = 0; kind < has.size(); ++kind) need(has[kind], std::string(make_load(static_cast<int>(kind)).label()));
+    for (std::size_t kind = 0; kind < has.size(); ++kind)
+        need(has[kind], std::string(make_load(static_cast<int>(kind)).label()));
     need(plan.cadence.trajectory > 0, "trajectory");
     need(plan.cadence.tips > 0, "tips");
     need(plan.cadence.series > 0, "time series");
@@ -297,21 +304,24 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
 /// Of frames that wait to be written together: as many as a rank's buffer holds of its share, but one at least.
 double waiting_bytes(double frames, double frame_bytes, int ranks) {
     if (frames == 0) return 0;
-    const double most = std::max(1.0, std::floor(static_cast<double>(FrameWriter::default_buffer_bytes) * ranks / frame_bytes));
+    const double most =
+        std::max(1.0, std::floor(static_cast<double>(FrameWriter::default_buffer_bytes) * ranks / frame_bytes));
     return std::min(frames, most) * frame_bytes;
 }
 
 /// That between two groups: of a [[contact_pair]], or else that of all.
 const ContactLaw& law_between(const SceneSpec& scene, const std::string& a, const std::string& b) {
     for (const ContactPair& pair : scene.contact_pairs)
-        if ((pair.between[0] == a && pair.between[1] == b) || (pair.between[0] == b && pair.between[1] == a)) return pair.law;
+        if ((pair.between[0] == a && pair.between[1] == b) || (pair.between[0] == b && pair.between[1] == a))
+            return pair.law;
     return scene.contact->law;
 }
 
 ContactLaws contact_laws(const SceneSpec& scene, std::span<const RodGroup> groups) {
     std::vector<ContactLaw> laws;
     for (const RodGroup& a : groups)
-        for (const RodGroup& b : groups) laws.push_back(law_between(scene, a.name(), b.name()).resolved(reduced_mass(a, b)));
+        for (const RodGroup& b : groups)
+            laws.push_back(law_between(scene, a.name(), b.name()).resolved(reduced_mass(a, b)));
     const bool alike = scene.contact_pairs.empty() && scene.contact->law.restitution == 0;
     return alike ? ContactLaws(laws.front()) : ContactLaws(groups.size(), std::move(laws));
 }
@@ -323,10 +333,10 @@ void refuse_boxes_that_meet(const SceneSpec& scene, std::span<const RodGroup> gr
         if (!group.body() || !group.body()->has_boxes()) continue;
         bodies += group.count();
         if (bodies > 1)
-            throw InputError(
-                fmt::format("{}: the body '{}': with [contact] one body of a scene may have boxes, as boxes do not touch each "
-                            "other yet, and there are {} so far: make others of spheres and capsules",
-                            group.spec().source.empty() ? scene.file : group.spec().source, group.name(), bodies));
+            throw InputError(fmt::format(
+                "{}: the body '{}': with [contact] one body of a scene may have boxes, as boxes do not touch each "
+                "other yet, and there are {} so far: make others of spheres and capsules",
+                group.spec().source.empty() ? scene.file : group.spec().source, group.name(), bodies));
     }
 }
 
@@ -381,10 +391,12 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
         read_section(spec, names);
         const bool in_file = spec.placement.kind == PlacementKind::file;
         auto source =
-            in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source) : nullptr;
+            in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source)
+                    : nullptr;
         if (source && source->elements() > 0 && source->elements() != spec.shape.elements)
-            throw InputError(fmt::format("{}: file '{}' is of rods of {} elements, but shape.elements of '{}' is {}", spec.source,
-                                         spec.placement.file, source->elements(), spec.name, spec.shape.elements));
+            throw InputError(fmt::format("{}: file '{}' is of rods of {} elements, but shape.elements of '{}' is {}",
+                                         spec.source, spec.placement.file, source->elements(), spec.name,
+                                         spec.shape.elements));
         groups.emplace_back(spec, static_cast<int>(g), first, directory, &occupied, std::move(source));
         if (const int assembly = assembly_of_group[g]; assembly >= 0) {
             auto& of_assembly = copies[assembly];
@@ -397,8 +409,10 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
             groups.back().join(of_assembly);
         }
         first += groups.back().count();
-        if (scene.contact || !scene.walls.empty()) groups.back().read_all(); // how hard rods press is told from all of them
-        if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed)) continue;
+        if (scene.contact || !scene.walls.empty())
+            groups.back().read_all(); // how hard rods press is told from all of them
+        if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed))
+            continue;
         groups.back().read_all(); // what is packed keeps clear of all of them
         for (std::int64_t i = 0; i < groups.back().count(); ++i) groups.back().append_capsules(i, occupied);
     }
@@ -463,7 +477,8 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
         const RodGroup& group = groups[g];
         const int assembly = group.assembly() ? group.assembly()->number : -1;
         const bool joined = assembly >= 0 && !joints[static_cast<std::size_t>(assembly)].empty();
-        plan.groups.push_back(plan_group(scene, loads, group, joined ? &bounds[static_cast<std::size_t>(group.id())] : nullptr,
+        plan.groups.push_back(plan_group(scene, loads, group,
+                                         joined ? &bounds[static_cast<std::size_t>(group.id())] : nullptr,
                                          plan.fluid ? plan.fluid->rods[g].inertia : nullptr));
         plan.groups.back().assembly = assembly;
     }
@@ -515,33 +530,38 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.cadence = cadence_of(scene.output, plan);
     plan.keeping = {scene.output.keep, scene.output.milestones};
     tell_uneven_outputs(plan, scene);
-    const auto note = [&](std::vector<std::string> all) { std::move(all.begin(), all.end(), std::back_inserter(plan.notes)); };
+    const auto note = [&](std::vector<std::string> all) {
+        std::move(all.begin(), all.end(), std::back_inserter(plan.notes));
+    };
     note(doubts(scene, groups, plan.dt));
     if (plan.fluid) note(fluid_doubts(*plan.fluid, groups));
     if (!plan.relax) note(plan.speeds.doubts), note(plan.speeds.doubts_of_step(plan.dt));
     if (scene.fluid) note(abrupt_starts(scene, groups, loads));
     for (std::size_t i = 0; i < loads.size(); ++i)
         if (const auto* formula = loads[i].get_if<FormulaLoad>(); formula && formula->couple_answers())
-            plan.notes.push_back(
-                fmt::format("load.{}: its couple changes with places or velocities, which the limit of the step does not "
-                            "count: a run that breaks under it may need a shorter one",
-                            i));
+            plan.notes.push_back(fmt::format(
+                "load.{}: its couple changes with places or velocities, which the limit of the step does not "
+                "count: a run that breaks under it may need a shorter one",
+                i));
     if (plan.force_dt && !plan.relax && plan.dt > plan.limit)
-        plan.notes.push_back(
-            fmt::format("time.force_dt lets a step pass that is {} of its limit: what sets the limit may gain energy without "
-                        "end, and a run is stopped only where rods break or go through walls",
-                        share_text(plan.dt / plan.limit)));
+        plan.notes.push_back(fmt::format(
+            "time.force_dt lets a step pass that is {} of its limit: what sets the limit may gain energy without "
+            "end, and a run is stopped only where rods break or go through walls",
+            share_text(plan.dt / plan.limit)));
     note(plane_doubts(scene, groups));
     note(slip_doubts(plan.outlook, plan.contact_laws ? &*plan.contact_laws : nullptr, plan.walls, groups, plan.dt));
     plan.audit = scene.output.audit;
     plan.observables = scene.output.observables;
-    const auto frames = [&](std::int64_t every) { return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0; };
+    const auto frames = [&](std::int64_t every) {
+        return every > 0 ? static_cast<double>(plan.steps / every + 1) : 0.0;
+    };
     const double value_bytes = scene.output.precision == Precision::single ? 4 : 8;
-    plan.output_bytes = value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);
+    plan.output_bytes =
+        value_bytes * (frames(plan.cadence.trajectory) * frame_values + frames(plan.cadence.tips) * tip_values);
     plan.vtp = scene.output.writes_vtp(static_cast<std::int64_t>(nodes));
     if (plan.vtp)
-        plan.output_bytes +=
-            frames(plan.cadence.trajectory) * VtkSeries::frame_bytes(scene.output, lines, nodes, plan.contact.has_value());
+        plan.output_bytes += frames(plan.cadence.trajectory) *
+                             VtkSeries::frame_bytes(scene.output, lines, nodes, plan.contact.has_value());
     plan.frame_bytes = waiting_bytes(frames(plan.cadence.trajectory), value_bytes * frame_values, machine.ranks) +
                        waiting_bytes(frames(plan.cadence.tips), value_bytes * tip_values, machine.ranks);
     if (plan.fluid) {
@@ -550,14 +570,16 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
             if (plan.fluid->felt())
                 plan.state_bytes += static_cast<double>(group.count() * group.slots()) * FluidLoads::bytes_per_slot;
         plan.state_bytes += static_cast<double>(grid.count()) * plan.fluid->bytes_per_cell(machine.ranks);
-        if (const std::string fault = unshared(plan.fluid->constants, machine.ranks); !fault.empty()) plan.notes.push_back(fault);
+        if (const std::string fault = unshared(plan.fluid->constants, machine.ranks); !fault.empty())
+            plan.notes.push_back(fault);
         for (FluidOutput& output : plan.fluid->outputs) {
             output.every = whole_steps(output.interval, plan);
             (output.kind == FluidOutputKind::blocks ? plan.most_block_bytes : plan.output_bytes) +=
                 frames(output.every) * output.most_bytes(grid);
         }
     }
-    plan.predicted_s = ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps);
+    plan.predicted_s =
+        ns * 1e-9 * static_cast<double>(scheme_of(plan.integrator).stages.size()) * static_cast<double>(plan.steps);
     if (plan.fluid)
         plan.predicted_s += plan.fluid->steps(plan.steps, plan.dt) * plan.fluid->step_seconds() /
                             (machine.ranks * std::min(machine.threads, machine.cores));

@@ -1,5 +1,5 @@
-// The plan: what a run of a scene will do, worked out before anything is allocated. A pure function of the scene and of where it
-// runs; printed before each run and by `skein plan`, and held by snapshot tests.
+// The plan: what a run of a scene will do, worked out before anything is allocated. A pure function of the scene and of
+// where it runs; printed before each run and by `skein plan`, and held by snapshot tests.
 #pragma once
 
 #include "contact/contact_spec.hpp"
@@ -45,7 +45,7 @@ struct GroupPlan {
     std::int64_t along = 0; ///< rods that lie along, on all ranks
     std::string pieces;     ///< how these are cut
     int family = -1;        ///< groups with the same passes, which may share tiles along; -1: across only
-    bool sized = false;     ///< rods have lengths, radii or shapes of their own: they lie along, each with its constants
+    bool sized = false; ///< rods have lengths, radii or shapes of their own: they lie along, each with its constants
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool walls = false;                    ///< it may touch some
     KickKind kick = KickKind::undamped;
@@ -60,9 +60,9 @@ struct GroupPlan {
     std::vector<TimeLimit> limits;  ///< smallest first
     double tension_limit = 0;
     double least_rotary_scale = 1, largest_rotary_scale = 1; ///< j of the elements
-    double packed_fill = 0, packed_top = 0;                  ///< of packed rods: share of the region's volume; its upper end, m
-    double bending_shift = 0;                                ///< what j does to the lowest bending frequency, relative, estimated
-    std::vector<std::string> hints;                          ///< where numbers cost time or accuracy for nothing (numerics.md)
+    double packed_fill = 0, packed_top = 0; ///< of packed rods: share of the region's volume; its upper end, m
+    double bending_shift = 0;               ///< what j does to the lowest bending frequency, relative, estimated
+    std::vector<std::string> hints;         ///< where numbers cost time or accuracy for nothing (numerics.md)
     std::string start, end;
     std::string body;  ///< of bodies: mass, inertia and parts
     int assembly = -1; ///< of Plan::assemblies; -1: none
@@ -96,7 +96,7 @@ struct Plan {
     std::int64_t rods = 0, elements = 0;
     double dt = 0, limit = 0;
     bool automatic_dt = false;
-    std::string divides;        ///< interval that an automatic step divides, and what it belongs to; empty: the step is given
+    std::string divides; ///< interval that an automatic step divides, and what it belongs to; empty: the step is given
     double rest_speed = 0;      ///< m/s, at which the run ends; 0: none
     bool relax = false;         ///< rest is wanted: the run ends when rods have settled
     double relax_tolerance = 0; ///< correction at which they have
@@ -139,8 +139,8 @@ struct Plan {
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine);
 
 bool has_rods_of_files(std::span<const RodGroup> groups);
-/// What is wrong with the values of loads at the start of those rods of files that this rank holds, which plans do not look at;
-/// empty: nothing.
+/// What is wrong with the values of loads at the start of those rods of files that this rank holds, which plans do not
+/// look at; empty: nothing.
 std::string fault_of_read_rods(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups);
 
 StepWatch step_watch(const Plan& plan);
@@ -151,7 +151,8 @@ Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lan
 /// Rods must wait for each other in every step: they touch, or a wall reacts to their forces.
 bool is_coupled(const Plan& plan);
 
-/// The groups of a scene with their constants worked out. What files say of single rods is not read yet, unless rods press.
+/// The groups of a scene with their constants worked out. What files say of single rods is not read yet, unless rods
+/// press.
 std::vector<RodGroup> make_groups(const SceneSpec& scene);
 /// The same, with all that files say of their rods.
 std::vector<RodGroup> make_whole_groups(const SceneSpec& scene);

@@ -14,8 +14,8 @@ namespace skein {
 
 namespace {
 
-/// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or fewer and strain
-/// drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
+/// Undamped rods are lost after 1e5 steps and more above 0.707 of the limit, where modes go round in four steps or
+/// fewer and strain drives them (tests/stress/resonance.cpp); at 0.6 their energy settles.
 constexpr double undamped_share = 0.6;
 
 /// Intervals of outputs that come at exact times: a checkpoint may come a step earlier or later.
@@ -47,9 +47,9 @@ struct Interval {
     std::string of;    ///< what it belongs to, in words
 };
 
-/// An automatic step divides this, so that outputs fall on whole steps: what the scene names, or else what divides all intervals of
-/// outputs; where that is not much longer than the step may be, the shortest of them. Outputs that are more frequent than `least`
-/// do not count.
+/// An automatic step divides this, so that outputs fall on whole steps: what the scene names, or else what divides all
+/// intervals of outputs; where that is not much longer than the step may be, the shortest of them. Outputs that are
+/// more frequent than `least` do not count.
 Interval interval_to_divide(const SceneSpec& scene, double longest_step, double least = 0) {
     constexpr double fewest_steps = 8; // a step is up to an eighth shorter for it
     if (scene.time.divide > 0) return {scene.time.divide, "time.divide"};
@@ -64,7 +64,9 @@ Interval interval_to_divide(const SceneSpec& scene, double longest_step, double 
     return together ? Interval{common, "what divides the intervals of all outputs"} : shortest;
 }
 
-void note_divided(Plan& plan, const Interval& interval) { plan.divides = fmt::format("{:g} s ({})", interval.length, interval.of); }
+void note_divided(Plan& plan, const Interval& interval) {
+    plan.divides = fmt::format("{:g} s ({})", interval.length, interval.of);
+}
 
 /// Steps of 1 s, half of what M of theory.md (64) leaves: the limits of motion mean nothing.
 void choose_relaxation(Plan& plan, const SceneSpec& scene) {
@@ -75,8 +77,8 @@ void choose_relaxation(Plan& plan, const SceneSpec& scene) {
     plan.steps = std::max<std::int64_t>(1, std::llround(scene.time.duration));
 }
 
-/// A fluid by itself divides steps as its velocities want: one of the run goes from an output to the next, or part of that way, so
-/// that a run sees signals and its walltime every so many steps of the fluid.
+/// A fluid by itself divides steps as its velocities want: one of the run goes from an output to the next, or part of
+/// that way, so that a run sees signals and its walltime every so many steps of the fluid.
 void choose_step_of_fluid(Plan& plan, const SceneSpec& scene) {
     const TimeSpec& t = scene.time;
     plan.automatic_dt = t.dt == 0;
@@ -90,14 +92,15 @@ void choose_step_of_fluid(Plan& plan, const SceneSpec& scene) {
     plan.steps = std::max<std::int64_t>(1, std::llround(t.duration / plan.dt));
 }
 
-/// A step of the fluid lasts at most so long, s, by the speeds that the scene states. Where it states none, steps of a run at rest
-/// would be as long as viscosity lets them: a share of the duration.
+/// A step of the fluid lasts at most so long, s, by the speeds that the scene states. Where it states none, steps of a
+/// run at rest would be as long as viscosity lets them: a share of the duration.
 double longest_step_of_fluid(const FluidPlan& fluid, const TimeSpec& time) {
     constexpr double fewest = 64;
     return fluid.speed.value > 0 ? fluid.step_limit() : std::min(fluid.step_limit(), time.duration / fewest);
 }
 
-/// The shortest step that slip may ask for, s: about where it comes to the share of the speed that is allowed. theory.md (95)
+/// The shortest step that slip may ask for, s: about where it comes to the share of the speed that is allowed.
+/// theory.md (95)
 double shortest_step_of_fluid(const FluidPlan& fluid, double step) {
     constexpr double courant_per_slip = 0.6;
     const double speed = fluid.stated > 0 ? fluid.stated : fluid.speed.value;
@@ -116,7 +119,8 @@ void divide_step_of_fluid(Plan& plan, const SceneSpec& scene, double longest) {
     const double step = interval.length / std::max(1.0, std::ceil(interval.length / of_fluid * (1 - 1e-12)));
     constexpr double fewest = 4; // and a smooth number: the fluid may divide them
     const double of_rods = std::min(longest, shortest_step_of_fluid(fluid, step) / unit);
-    const std::int64_t parts = next_smooth(std::llround(std::max(fewest, std::ceil(step / (unit * of_rods) * (1 - 1e-12)))));
+    const std::int64_t parts =
+        next_smooth(std::llround(std::max(fewest, std::ceil(step / (unit * of_rods) * (1 - 1e-12)))));
     plan.dt = step / (unit * static_cast<double>(parts));
     fluid.every = static_cast<std::int64_t>(unit) * parts;
 }
@@ -126,12 +130,14 @@ void count_steps_in_fluid(Plan& plan, const SceneSpec& scene) {
     FluidPlan& fluid = *plan.fluid;
     const int unit = stage_parts(fluid.constants.scheme).unit;
     const double named = scene.time.divide > 0 ? scene.time.divide : scene.time.duration,
-                 limit = std::min(longest_step_of_fluid(fluid, scene.time), named), parts = std::floor(limit / (unit * plan.dt));
+                 limit = std::min(longest_step_of_fluid(fluid, scene.time), named),
+                 parts = std::floor(limit / (unit * plan.dt));
     if (parts < 1)
-        throw InputError(fmt::format("{}: time.dt = {:g} s: a step of the fluid, of {:.4g} s here, holds {} steps of rods with the "
-                                     "scheme {}: at most {:.4g} s, or dt = \"auto\"",
-                                     scene.file, plan.dt, limit, unit,
-                                     flow_scheme_names[static_cast<std::size_t>(fluid.constants.scheme)], limit / unit));
+        throw InputError(
+            fmt::format("{}: time.dt = {:g} s: a step of the fluid, of {:.4g} s here, holds {} steps of rods with the "
+                        "scheme {}: at most {:.4g} s, or dt = \"auto\"",
+                        scene.file, plan.dt, limit, unit,
+                        flow_scheme_names[static_cast<std::size_t>(fluid.constants.scheme)], limit / unit));
     fluid.every = unit * static_cast<std::int64_t>(parts);
 }
 
@@ -139,7 +145,9 @@ void count_steps_in_fluid(Plan& plan, const SceneSpec& scene) {
 
 std::int64_t whole_steps(double interval, const Plan& plan) {
     const std::int64_t every = plan.events_every();
-    return interval > 0 ? every * std::max<std::int64_t>(1, std::llround(interval / (plan.dt * static_cast<double>(every)))) : 0;
+    return interval > 0
+               ? every * std::max<std::int64_t>(1, std::llround(interval / (plan.dt * static_cast<double>(every))))
+               : 0;
 }
 
 void choose_step(Plan& plan, const SceneSpec& scene) {
@@ -154,18 +162,18 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
     plan.integrator = t.integrator;
     plan.limit = limit.dt * scheme_of(t.integrator).stability;
     if (!(plan.limit > 0))
-        throw InputError(
-            fmt::format("{}: the limit of the time step is {:g} s, set by the {} mode of element {} of '{}': look at the "
-                        "numbers of its material, section and shape",
-                        scene.file, plan.limit, limit.mode, limit.element, governing.name));
+        throw InputError(fmt::format(
+            "{}: the limit of the time step is {:g} s, set by the {} mode of element {} of '{}': look at the "
+            "numbers of its material, section and shape",
+            scene.file, plan.limit, limit.mode, limit.element, governing.name));
     plan.automatic_dt = t.dt == 0;
     plan.force_dt = t.force_dt;
     plan.rest_speed = t.rest_speed;
     if (plan.automatic_dt) {
         if (!std::isfinite(plan.limit))
-            throw InputError(fmt::format(
-                "{}: time.dt: nothing limits the time step, as there are none but rigid bodies, which touch nothing: give 'dt'",
-                scene.file));
+            throw InputError(fmt::format("{}: time.dt: nothing limits the time step, as there are none but rigid "
+                                         "bodies, which touch nothing: give 'dt'",
+                                         scene.file));
         double longest = plan.limit;
         for (const GroupPlan& g : plan.groups) {
             const double share = g.undamped ? std::min(undamped_share, t.safety * t.e_min) : t.safety * t.e_min;
@@ -183,10 +191,10 @@ void choose_step(Plan& plan, const SceneSpec& scene) {
         plan.dt = t.dt;
         if (plan.fluid) count_steps_in_fluid(plan, scene);
         if (t.dt > plan.limit && !t.force_dt)
-            throw InputError(
-                fmt::format("{}: time.dt = {:g} s is beyond the stable limit {:.6g} s, set by the {} mode of element {} of '{}'; "
-                            "use dt = \"auto\", a smaller dt, or force_dt = true",
-                            scene.file, t.dt, plan.limit, limit.mode, limit.element, governing.name));
+            throw InputError(fmt::format(
+                "{}: time.dt = {:g} s is beyond the stable limit {:.6g} s, set by the {} mode of element {} of '{}'; "
+                "use dt = \"auto\", a smaller dt, or force_dt = true",
+                scene.file, t.dt, plan.limit, limit.mode, limit.element, governing.name));
     }
     plan.steps = whole_steps(t.duration, plan);
 }
@@ -207,10 +215,11 @@ void tell_uneven_outputs(Plan& plan, const SceneSpec& scene) {
     for (const auto& [name, interval] : output_intervals(scene)) {
         const double actual = std::max(1.0, std::round(interval / event)) * event;
         if (std::abs(actual - interval) > 1e-6 * interval)
-            plan.notes.push_back(fmt::format("{} every {:g} s is no whole number of steps{}: it comes every {:.6g} s; {}", name,
-                                             interval, plan.events_every() > 1 ? " of the fluid" : "", actual,
-                                             plan.automatic_dt ? "time.divide names the interval that dt divides"
-                                                               : "a dt that divides it would do"));
+            plan.notes.push_back(
+                fmt::format("{} every {:g} s is no whole number of steps{}: it comes every {:.6g} s; {}", name,
+                            interval, plan.events_every() > 1 ? " of the fluid" : "", actual,
+                            plan.automatic_dt ? "time.divide names the interval that dt divides"
+                                              : "a dt that divides it would do"));
     }
 }
 

@@ -7,8 +7,8 @@
 
 namespace skein {
 
-/// Sets dt, its limit and the number of steps, when groups have their limits and the fluid its own. Throws InputError where a given
-/// step is too long.
+/// Sets dt, its limit and the number of steps, when groups have their limits and the fluid its own. Throws InputError
+/// where a given step is too long.
 void choose_step(Plan& plan, const SceneSpec& scene);
 /// Steps of an interval, s, those of the fluid where rods are in it; at least one, and 0 of no interval.
 std::int64_t whole_steps(double interval, const Plan& plan);

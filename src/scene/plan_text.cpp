@@ -34,12 +34,13 @@ std::string failure_text(const Plan& p) {
     const double predicted = p.predicted_s * std::min(share, 1.0);
     if (p.cadence.checkpoint_wall > 0 && p.cadence.checkpoint_wall < predicted)
         return "costs at most " + duration_text(p.cadence.checkpoint_wall) + " of work";
-    return fmt::format("costs at most {} of work, as predicted{}", predicted < 1 ? "a second" : duration_text(predicted),
-                       share >= 1 ? ": all there is to do" : "");
+    return fmt::format("costs at most {} of work, as predicted{}",
+                       predicted < 1 ? "a second" : duration_text(predicted), share >= 1 ? ": all there is to do" : "");
 }
 
 std::string law_text(const ContactLaw& law) {
-    std::string text = fmt::format("{} {:.4g}", contact_normal_names[static_cast<std::size_t>(law.normal)], law.stiffness);
+    std::string text =
+        fmt::format("{} {:.4g}", contact_normal_names[static_cast<std::size_t>(law.normal)], law.stiffness);
     if (law.restitution > 0)
         text = fmt::format("{}, restitution {:g} in {:g} s", contact_normal_names[static_cast<std::size_t>(law.normal)],
                            law.restitution, law.collision_time);
@@ -54,24 +55,28 @@ std::string law_text(const ContactLaw& law) {
     return text;
 }
 
-/// Overlap expected where something presses, and the stiffness that would hold it where that is too far. `only_law`: of all
-/// contacts.
+/// Overlap expected where something presses, and the stiffness that would hold it where that is too far. `only_law`: of
+/// all contacts.
 std::string overlap_text(const ContactOutlook& outlook, const ContactLaw& law, bool only_law, double assumed) {
     if (outlook.force == 0)
         return fmt::format("neither weight nor a lid presses; the step allows for up to {:g} of the diameter", assumed);
-    std::string text = fmt::format("{:.2g} of the diameter expected under {:.3g} N ({}); the step allows for up to {:g}",
-                                   outlook.overlap, outlook.force, outlook.by, assumed);
+    std::string text =
+        fmt::format("{:.2g} of the diameter expected under {:.3g} N ({}); the step allows for up to {:g}",
+                    outlook.overlap, outlook.force, outlook.by, assumed);
     const double ratio = outlook.overlap / assumed, power = law.normal == ContactNormal::linear ? 1 : 1.5;
     if (ratio <= 1) return text;
     const double times = std::pow(ratio, power);
-    if (only_law && law.restitution == 0) text += fmt::format(", which stiffness = {:.2g} would hold", times * law.stiffness);
+    if (only_law && law.restitution == 0)
+        text += fmt::format(", which stiffness = {:.2g} would hold", times * law.stiffness);
     else text += fmt::format(", which {:.2g} times the stiffness would hold", times);
     return text;
 }
 
 std::string wall_text(const Wall& wall, double overlap) {
-    std::string text = fmt::format("'{}', {}, {}", wall.name, wall_names[static_cast<std::size_t>(wall.kind)], law_text(wall.law));
-    if (wall.servo.drives()) text += fmt::format("; driven at {:g} m/s by the stress on '{}'", wall.servo.speed, wall.servo.watch);
+    std::string text =
+        fmt::format("'{}', {}, {}", wall.name, wall_names[static_cast<std::size_t>(wall.kind)], law_text(wall.law));
+    if (wall.servo.drives())
+        text += fmt::format("; driven at {:g} m/s by the stress on '{}'", wall.servo.speed, wall.servo.watch);
     else if (wall.moves_steadily()) text += "; moves";
     if (overlap > 0) text += fmt::format("; overlap of {:.2g} expected", overlap);
     return text;
@@ -106,7 +111,9 @@ std::string coupling_text(const Plan& p) {
 std::string to_text(const Plan& p) {
     std::string text;
     const auto out = std::back_inserter(text);
-    const auto line = [&](const char* label, const std::string& value) { fmt::format_to(out, "  {:<14}{}\n", label, value); };
+    const auto line = [&](const char* label, const std::string& value) {
+        fmt::format_to(out, "  {:<14}{}\n", label, value);
+    };
 
     fmt::format_to(out, "Plan: {}\n", p.title.empty() ? "(untitled)" : p.title);
     if (!p.groups.empty())
@@ -123,104 +130,122 @@ std::string to_text(const Plan& p) {
         for (const RodsInFluid& rods : p.fluid->rods) line("  rods", rods_in_fluid_text(rods, *p.fluid));
     if (p.events_every() > 1)
         line("  meets rods",
-             fmt::format("every {} steps of rods, {:.4g} s: a step of the fluid, or up to {} where it has to be shorter{}",
-                         p.events_every(), static_cast<double>(p.events_every()) * p.dt, p.fluid->most_parts(),
-                         p.fluid->largest_slip > 0 ? fmt::format(", as for slips above {:g} of the speed", p.fluid->largest_slip)
-                                                   : ""));
-    line("runs on",
-         fmt::format("{} x {} ({} per rank{}), {} ({})", counted(p.machine.ranks, "rank"), counted(p.machine.threads, "thread"),
-                     counted(p.machine.cores, "core"), p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores,
-                     counted(p.machine.lanes, "lane"), level_name(p.machine.lanes)));
+             fmt::format(
+                 "every {} steps of rods, {:.4g} s: a step of the fluid, or up to {} where it has to be shorter{}",
+                 p.events_every(), static_cast<double>(p.events_every()) * p.dt, p.fluid->most_parts(),
+                 p.fluid->largest_slip > 0
+                     ? fmt::format(", as for slips above {:g} of the speed", p.fluid->largest_slip)
+                     : ""));
+    line("runs on", fmt::format("{} x {} ({} per rank{}), {} ({})", counted(p.machine.ranks, "rank"),
+                                counted(p.machine.threads, "thread"), counted(p.machine.cores, "core"),
+                                p.machine.which_cores.empty() ? "" : ": " + p.machine.which_cores,
+                                counted(p.machine.lanes, "lane"), level_name(p.machine.lanes)));
     for (const GroupPlan& g : p.groups) {
         const std::string across = g.tiles > 0 ? counted(g.tiles, "tile") : "",
-                          along = g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.pieces) : "";
+                          along =
+                              g.along > 0 ? fmt::format("{} along tiles, {}", counted(g.along, "rod"), g.pieces) : "";
         if (!g.body.empty())
             fmt::format_to(out, "  group '{}': {}, {}, each {}\n", g.name,
                            g.rods == 1 ? "1 body" : fmt::format("{} bodies", g.rods), across, g.body);
         else
-            fmt::format_to(out, "  group '{}': {} x {} elements, {}{}{}, ends {} / {}\n", g.name, counted(g.rods, "rod"),
-                           g.elements, across, across.empty() || along.empty() ? "" : " and ", along, g.start, g.end);
+            fmt::format_to(out, "  group '{}': {} x {} elements, {}{}{}, ends {} / {}\n", g.name,
+                           counted(g.rods, "rod"), g.elements, across, across.empty() || along.empty() ? "" : " and ",
+                           along, g.start, g.end);
         line("  passes", fmt::format("{}", fmt::join(g.program.names(), " | ")));
         std::vector<std::string> limits;
         for (const TimeLimit& l : g.limits) limits.push_back(fmt::format("{} {:.4g}", l.mode, l.dt));
         if (!p.relax) line("  limits [s]", joined(limits, ", ")); // of motion
         if (g.packed_fill > 0)
-            line("  packed", fmt::format("{:.3g} % of the volume of their region, which ends at z = {:.4g} m", 100 * g.packed_fill,
-                                         g.packed_top));
+            line("  packed", fmt::format("{:.3g} % of the volume of their region, which ends at z = {:.4g} m",
+                                         100 * g.packed_fill, g.packed_top));
         if (g.largest_rotary_scale > 1) {
             const std::string least =
                 g.least_rotary_scale < g.largest_rotary_scale ? fmt::format("{:.4g} to ", g.least_rotary_scale) : "";
             line("  rotary",
-                 fmt::format("inertia about d1 and d2 times {}{:.4g}, which shifts the lowest bending frequency by {:.2g} %", least,
-                             g.largest_rotary_scale, 100 * g.bending_shift));
+                 fmt::format(
+                     "inertia about d1 and d2 times {}{:.4g}, which shifts the lowest bending frequency by {:.2g} %",
+                     least, g.largest_rotary_scale, 100 * g.bending_shift));
         }
         for (const Load& load : g.loads)
             if (const auto* plane = load.get_if<PlaneFriction>())
-                line("  plane", fmt::format("elements touch it up to a gap of {:.3g} m; what slips slower than {:.3g} m/s is held",
-                                            plane->tolerance, plane->slip_speed));
+                line("  plane",
+                     fmt::format("elements touch it up to a gap of {:.3g} m; what slips slower than {:.3g} m/s is held",
+                                 plane->tolerance, plane->slip_speed));
         for (const std::string& hint : g.hints) line("  hint", hint);
         if (std::isfinite(g.tension_limit))
             line("  tension", fmt::format("directors flip beyond dilatation e_c = {:.4g}", g.tension_limit));
     }
     for (const AssemblyPlan& a : p.assemblies) {
-        line("assembly", fmt::format("'{}': {}, of {} with {} elements and {}", a.name,
-                                     a.copies == 1 ? "1 copy" : fmt::format("{} copies", a.copies), counted(a.rods, "rod"),
-                                     a.elements, counted(static_cast<std::int64_t>(a.joints.size()), "joint")));
+        line("assembly",
+             fmt::format("'{}': {}, of {} with {} elements and {}", a.name,
+                         a.copies == 1 ? "1 copy" : fmt::format("{} copies", a.copies), counted(a.rods, "rod"),
+                         a.elements, counted(static_cast<std::int64_t>(a.joints.size()), "joint")));
         for (std::size_t t = 0; t < a.joints_of_table.size(); ++t)
             if (a.joints_of_table[t] > 0) line("  joints", joint_text(p.joints[t], a.joints_of_table[t]));
     }
     if (p.contact) {
         line("contact", law_text(p.contact->law) + (p.automatic_stiffness ? " (auto)" : "") +
                             (p.contact->self ? ", of rods with themselves too" : ""));
-        line("  overlap", overlap_text(p.outlook, p.contact->law, p.contact_laws->materials() == 1, p.contact->overlap));
+        line("  overlap",
+             overlap_text(p.outlook, p.contact->law, p.contact_laws->materials() == 1, p.contact->overlap));
     }
     for (std::size_t w = 0; w < p.walls.size(); ++w) line("wall", wall_text(p.walls[w], p.outlook.wall_overlaps[w]));
-    const bool servos = std::any_of(p.walls.begin(), p.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
+    const bool servos =
+        std::any_of(p.walls.begin(), p.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
     if (p.contact || servos) line("protocol", "one step per visit: rods wait for each other");
     else if (is_coupled(p) && !p.groups.empty()) line("protocol", "rods by themselves until the fluid meets them");
     if (p.contact) line("coupling", coupling_text(p));
     if (p.integrator != Integrator::verlet)
-        line("integrator", fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],
-                                       scheme_of(p.integrator).stability));
+        line("integrator",
+             fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],
+                         scheme_of(p.integrator).stability));
     if (p.relax)
-        line("dt", fmt::format("1 s: rods relax, time counts steps; they have settled when none wants a correction beyond {:g}",
-                               p.relax_tolerance));
+        line("dt", fmt::format(
+                       "1 s: rods relax, time counts steps; they have settled when none wants a correction beyond {:g}",
+                       p.relax_tolerance));
     else if (p.groups.empty())
-        line("dt",
-             fmt::format("{:.6g} s{}, which the fluid divides as its velocities want", p.dt, p.automatic_dt ? " (auto)" : ""));
+        line("dt", fmt::format("{:.6g} s{}, which the fluid divides as its velocities want", p.dt,
+                               p.automatic_dt ? " (auto)" : ""));
     else
-        line("dt", fmt::format("{:.6g} s{}, {} of the limit {:.6g} s ({} of '{}')", p.dt, p.automatic_dt ? " (auto)" : "",
-                               share_text(p.dt / p.limit), p.limit, p.groups[p.governing].limits.front().mode,
-                               p.groups[p.governing].name));
+        line("dt", fmt::format("{:.6g} s{}, {} of the limit {:.6g} s ({} of '{}')", p.dt,
+                               p.automatic_dt ? " (auto)" : "", share_text(p.dt / p.limit), p.limit,
+                               p.groups[p.governing].limits.front().mode, p.groups[p.governing].name));
     if (p.automatic_dt && p.dt > 0.5 * p.speeds.longest_step() && !p.relax)
-        line("  speeds", fmt::format("{} may meet at {:.3g} m/s, {:.3g} of the diameter in a step; {:g} is allowed for",
-                                     p.speeds.fastest.who, p.speeds.fastest.speed,
-                                     p.speeds.fastest.speed * p.dt / p.speeds.fastest.diameter, p.speeds.fastest.allowed));
+        line("  speeds",
+             fmt::format("{} may meet at {:.3g} m/s, {:.3g} of the diameter in a step; {:g} is allowed for",
+                         p.speeds.fastest.who, p.speeds.fastest.speed,
+                         p.speeds.fastest.speed * p.dt / p.speeds.fastest.diameter, p.speeds.fastest.allowed));
     if (!p.divides.empty()) line("  divides", p.divides);
     line("steps", fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
                               static_cast<double>(p.steps) * static_cast<double>(p.elements)));
-    const auto interval = [&p](std::int64_t steps) { return steps == 0 && p.relax ? "at the end" : every(steps, p.dt); };
+    const auto interval = [&p](std::int64_t steps) {
+        return steps == 0 && p.relax ? "at the end" : every(steps, p.dt);
+    };
     line("trajectory", interval(p.cadence.trajectory) + (p.vtp ? ", as poly data (rods.pvd) too" : ""));
     line("tips", every(p.cadence.tips, p.dt));
     line("series", interval(p.cadence.series) + (p.observables.empty() ? "" : ", with " + joined(p.observables, ", ")));
     if (p.fluid)
-        for (const FluidOutput& o : p.fluid->outputs) line("fluid output", output_text(o, p.fluid->constants.grid, p.steps, p.dt));
+        for (const FluidOutput& o : p.fluid->outputs)
+            line("fluid output", output_text(o, p.fluid->constants.grid, p.steps, p.dt));
     if (p.cadence.contacts > 0) line("contacts", every(p.cadence.contacts, p.dt));
     if (p.rest_speed > 0) line("ends", fmt::format("at rest, when no node is faster than {:g} m/s", p.rest_speed));
     line("checkpoint", checkpoint_text(p));
     line("a failure", failure_text(p));
     if (p.groups.empty())
-        line("memory", fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes),
-                                   p.fluid->bytes_per_cell(p.machine.ranks), bytes_text(p.output_bytes)) +
-                           (p.most_block_bytes > 0 ? fmt::format(", and up to {} of blocks", bytes_text(p.most_block_bytes)) : ""));
+        line("memory",
+             fmt::format("{} ({:.0f} B per cell), {} to disk", bytes_text(p.state_bytes),
+                         p.fluid->bytes_per_cell(p.machine.ranks), bytes_text(p.output_bytes)) +
+                 (p.most_block_bytes > 0 ? fmt::format(", and up to {} of blocks", bytes_text(p.most_block_bytes))
+                                         : ""));
     else
         line("memory",
-             fmt::format("{} for {}{}{}, {} to disk", bytes_text(p.state_bytes),
-                         p.fluid ? fmt::format("rods and fluid ({:.0f} B per cell)", p.fluid->bytes_per_cell(p.machine.ranks))
-                                 : fmt::format("rods ({:.0f} B per element)", p.state_bytes / static_cast<double>(p.elements)),
-                         p.copy_bytes > 0 ? fmt::format(", {} for a copy to go back to", bytes_text(p.copy_bytes)) : "",
-                         p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
-                         bytes_text(p.output_bytes)));
+             fmt::format(
+                 "{} for {}{}{}, {} to disk", bytes_text(p.state_bytes),
+                 p.fluid ? fmt::format("rods and fluid ({:.0f} B per cell)", p.fluid->bytes_per_cell(p.machine.ranks))
+                         : fmt::format("rods ({:.0f} B per element)", p.state_bytes / static_cast<double>(p.elements)),
+                 p.copy_bytes > 0 ? fmt::format(", {} for a copy to go back to", bytes_text(p.copy_bytes)) : "",
+                 p.frame_bytes > 0 ? fmt::format(", {} for frames that wait", bytes_text(p.frame_bytes)) : "",
+                 bytes_text(p.output_bytes)));
     for (const std::string& note : p.notes) line("note", note);
     if (p.fluid) {
         const int cores = p.machine.ranks * std::min(p.machine.threads, p.machine.cores);
@@ -252,8 +277,8 @@ std::string to_json(const Plan& p) {
                            {{"least_scale", g.least_rotary_scale},
                             {"largest_scale", g.largest_rotary_scale},
                             {"bending_shift", g.bending_shift}}},
-                          {"tension_limit",
-                           std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit) : nlohmann::ordered_json()}});
+                          {"tension_limit", std::isfinite(g.tension_limit) ? nlohmann::ordered_json(g.tension_limit)
+                                                                           : nlohmann::ordered_json()}});
     }
     nlohmann::ordered_json walls = nlohmann::ordered_json::array();
     for (std::size_t w = 0; w < p.walls.size(); ++w) {
@@ -297,7 +322,8 @@ std::string to_json(const Plan& p) {
         {"divides", p.divides},
         {"relax", p.relax},
         {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
-        {"governing_group", p.groups.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(p.groups[p.governing].name)},
+        {"governing_group",
+         p.groups.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(p.groups[p.governing].name)},
         {"steps", p.steps},
         {"cadence",
          {{"trajectory", p.cadence.trajectory},

@@ -47,10 +47,11 @@ std::vector<std::string> plane_doubts(const SceneSpec& scene, std::span<const Ro
             if (!plane || !names_group(scene.loads[i].rods, group.name())) continue;
             const double radius = PlaneFriction::least_radius(group), share = plane->tolerance / radius;
             if (share > PlaneFriction::most_tolerance)
-                found.push_back(fmt::format("load.{}.tolerance = {:g} m is {:.2g} radii of '{}': elements up to that far above the "
-                                            "plane are held and rubbed as if they lay on it; tolerance = {:.2g} would do, or "
-                                            "\"auto\"",
-                                            i, plane->tolerance, share, group.name(), PlaneFriction::touching_share * radius));
+                found.push_back(
+                    fmt::format("load.{}.tolerance = {:g} m is {:.2g} radii of '{}': elements up to that far above the "
+                                "plane are held and rubbed as if they lay on it; tolerance = {:.2g} would do, or "
+                                "\"auto\"",
+                                i, plane->tolerance, share, group.name(), PlaneFriction::touching_share * radius));
         }
     }
     return found;

@@ -1,4 +1,5 @@
-// Numbers that planes with friction take from the rods that lie on them and from gravity.                   theory.md section 19
+// Numbers that planes with friction take from the rods that lie on them and from gravity.                   theory.md
+// section 19
 #pragma once
 
 #include "scene/scene_spec.hpp"

@@ -40,12 +40,15 @@ Snippet window(const std::string& line, int first, int length) {
 std::string snippet(const Place& place, const std::string& whole_line) {
     const int size = static_cast<int>(whole_line.size());
     const int start = std::clamp(place.column - 1, 0, size);
-    const auto [line, first, length] = window(whole_line, start, std::clamp(place.length, 1, std::max(1, size - start)));
+    const auto [line, first, length] =
+        window(whole_line, start, std::clamp(place.length, 1, std::max(1, size - start)));
     std::string indent;
     for (int i = 0; i < first; ++i)
-        if (starts_character(line[static_cast<std::size_t>(i)])) indent += line[static_cast<std::size_t>(i)] == '\t' ? '\t' : ' ';
+        if (starts_character(line[static_cast<std::size_t>(i)]))
+            indent += line[static_cast<std::size_t>(i)] == '\t' ? '\t' : ' ';
     const int marked = std::max(1, characters(line, first, std::min(first + length, static_cast<int>(line.size()))));
-    return fmt::format("{:5} | {}\n{:5} | {}{}", place.line, line, "", indent, std::string(static_cast<std::size_t>(marked), '^'));
+    return fmt::format("{:5} | {}\n{:5} | {}{}", place.line, line, "", indent,
+                       std::string(static_cast<std::size_t>(marked), '^'));
 }
 
 } // namespace

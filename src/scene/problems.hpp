@@ -24,7 +24,8 @@ struct Place {
     std::string table_name() const;
 };
 
-/// "file:line:column: message" and, below it, the line with carets under the place; "--set path=value: message" for an override.
+/// "file:line:column: message" and, below it, the line with carets under the place; "--set path=value: message" for an
+/// override.
 std::string message_at(const Place& place, const std::string& message);
 
 /// What is wrong with a scene, gathered so that one run names it all.

@@ -10,12 +10,14 @@ namespace {
 
 // Medians of bench/micro at 8 lanes on a 2.5 GHz Cascade Lake core, ns per element-step.
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6;
-// Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with floor and lid.
+// Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with
+// floor and lid.
 constexpr double contact_ns = 40, walls_ns = 8;
-constexpr double joints_ns = 8;                        // of the millipede: a joint to an element
-constexpr double fluid_ns = 9;                         // of 256 rods of 50 elements, by runs that feel a fluid and do not
-constexpr double relax_ns = 400;                       // of 64 rods of 50 elements
-constexpr double filter_ns = 9, filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
+constexpr double joints_ns = 8;  // of the millipede: a joint to an element
+constexpr double fluid_ns = 9;   // of 256 rods of 50 elements, by runs that feel a fluid and do not
+constexpr double relax_ns = 400; // of 64 rods of 50 elements
+constexpr double filter_ns = 9,
+                 filter_order_ns = 1.5; // by the ratio of runs with and without a filter of order 1, 2 and 4
 
 template <class... F> struct Overloaded : F... { using F::operator()...; };
 
@@ -31,28 +33,29 @@ std::string_view name_of(const PassSpec& pass) {
 }
 
 bool may_lie_along(const PassSpec& pass) {
-    return std::visit(Overloaded{[](const pass::Drift& p) { return p.top != TopKind::plain && p.top != TopKind::elliptic_each; },
-                                 [](pass::Orthonormalise) { return true; }, [](pass::Slide p) { return !p.clamped_last; },
-                                 [](const pass::Elastic& p) { return p.law != Law::elastica; },
-                                 [](const pass::ApplyLoad& p) { return !p.needs_whole_rods; },
-                                 [](const pass::Kick& p) { return p.kind != KickKind::elastica; },
-                                 [](const auto&) { return false; }},
-                      pass);
+    return std::visit(
+        Overloaded{[](const pass::Drift& p) { return p.top != TopKind::plain && p.top != TopKind::elliptic_each; },
+                   [](pass::Orthonormalise) { return true; }, [](pass::Slide p) { return !p.clamped_last; },
+                   [](const pass::Elastic& p) { return p.law != Law::elastica; },
+                   [](const pass::ApplyLoad& p) { return !p.needs_whole_rods; },
+                   [](const pass::Kick& p) { return p.kind != KickKind::elastica; }, [](const auto&) { return false; }},
+        pass);
 }
 
 double predicted_ns(const PassSpec& pass) {
-    return std::visit(Overloaded{[](const pass::Drift& p) { return p.top == TopKind::circular ? drift_ns : elliptic_drift_ns; },
-                                 [](pass::Elastic) { return elastic_ns; }, [](const pass::ApplyLoad& p) { return p.ns; },
-                                 [](pass::Walls) { return walls_ns; }, [](pass::SurfaceWalls) { return walls_ns; },
-                                 [](pass::TakeJoinedLoads) { return joints_ns; }, [](pass::FeelFluid) { return fluid_ns; },
-                                 [](const pass::Kick& p) {
-                                     const bool plain = p.kind == KickKind::undamped || p.kind == KickKind::constant_rates;
-                                     return p.share * (plain ? kick_ns : stretched_kick_ns);
-                                 },
-                                 [](pass::Relax) { return relax_ns; },
-                                 [](const pass::Filter& p) { return filter_ns + filter_order_ns * static_cast<double>(p.order); },
-                                 [](const auto&) { return 0.0; }},
-                      pass);
+    return std::visit(
+        Overloaded{[](const pass::Drift& p) { return p.top == TopKind::circular ? drift_ns : elliptic_drift_ns; },
+                   [](pass::Elastic) { return elastic_ns; }, [](const pass::ApplyLoad& p) { return p.ns; },
+                   [](pass::Walls) { return walls_ns; }, [](pass::SurfaceWalls) { return walls_ns; },
+                   [](pass::TakeJoinedLoads) { return joints_ns; }, [](pass::FeelFluid) { return fluid_ns; },
+                   [](const pass::Kick& p) {
+                       const bool plain = p.kind == KickKind::undamped || p.kind == KickKind::constant_rates;
+                       return p.share * (plain ? kick_ns : stretched_kick_ns);
+                   },
+                   [](pass::Relax) { return relax_ns; },
+                   [](const pass::Filter& p) { return filter_ns + filter_order_ns * static_cast<double>(p.order); },
+                   [](const auto&) { return 0.0; }},
+        pass);
 }
 
 std::string_view name_of(const InteractionSpec& interaction) {

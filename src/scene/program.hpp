@@ -1,5 +1,6 @@
-// The step of one group as data: passes over its tiles, in order. The plan prints these lists, and kernels/make_pass.hpp makes
-// exactly what they name. A new stage is a struct here, a line in program.cpp and a line in make_pass.hpp.        theory.md (20)
+// The step of one group as data: passes over its tiles, in order. The plan prints these lists, and
+// kernels/make_pass.hpp makes exactly what they name. A new stage is a struct here, a line in program.cpp and a line in
+// make_pass.hpp.        theory.md (20)
 #pragma once
 
 #include "loads/damping.hpp"
@@ -118,7 +119,8 @@ struct Hold {
 /// Held directions of ends that slide in others.
 struct Slide {
     static constexpr std::string_view name = "slide";
-    bool clamped_last; ///< strands keep the frame of such a wall where an element would be, whose pull the held node does not feel
+    bool clamped_last; ///< strands keep the frame of such a wall where an element would be, whose pull the held node
+                       ///< does not feel
 };
 /// Audit: what the step has done.
 struct AuditBalance {
@@ -127,11 +129,11 @@ struct AuditBalance {
 
 } // namespace pass
 
-using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
-                              pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad,
-                              pass::TakeJoinedLoads, pass::Walls, pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads,
-                              pass::FoldRing, pass::AuditLoads, pass::FeelFluid, pass::Kick, pass::NoteForces, pass::Relax,
-                              pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
+using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise,
+                              pass::Expose, pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner,
+                              pass::ApplyLoad, pass::TakeJoinedLoads, pass::Walls, pass::SurfaceWalls, pass::TakeLoads,
+                              pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads, pass::FeelFluid, pass::Kick,
+                              pass::NoteForces, pass::Relax, pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
 
 std::string_view name_of(const PassSpec& pass);
 /// Whether the pass can run over rods cut into strands (rod/strands.hpp).
@@ -170,7 +172,8 @@ struct Fluid {
 
 } // namespace interact
 
-/// What rods do to each other between `before` and `after`, or to walls; interactions are made from these, in this order.
+/// What rods do to each other between `before` and `after`, or to walls; interactions are made from these, in this
+/// order.
 using InteractionSpec = std::variant<interact::Joints, interact::Contacts, interact::Walls, interact::Fluid>;
 
 std::string_view name_of(const InteractionSpec& interaction);

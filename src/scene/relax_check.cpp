@@ -31,7 +31,8 @@ void rods(const RodSpec& rods, Objections& group) {
         if (has) group.add(key, fmt::format("time.relax {}", message));
     };
     refuse(rods.body.has_value(), "",
-           "is not for rigid bodies, which have no stiffness of their own to come to rest by: leave it out, and damp their motion");
+           "is not for rigid bodies, which have no stiffness of their own to come to rest by: leave it out, and damp "
+           "their motion");
     refuse(rods.material.law == Law::elastica, "material.law", "needs a law with an energy, and \"elastica\" has none");
     refuse(rods.material.rotary_inertia_scale != 1, "material.rotary_inertia_scale", chosen);
     refuse(rods.material.rotary_inertia_for_dt != 0, "material.rotary_inertia_for_dt", chosen);
@@ -45,7 +46,8 @@ bool by_formula(const Load& load, Variable v) {
     const auto* formula = load.get_if<FormulaLoad>();
     const auto* field = load.get_if<MagneticFormula>();
     const auto* muscles = load.get_if<MuscleFormula>();
-    return (formula && formula->depends_on(v)) || (field && field->depends_on(v)) || (muscles && muscles->depends_on(v));
+    return (formula && formula->depends_on(v)) || (field && field->depends_on(v)) ||
+           (muscles && muscles->depends_on(v));
 }
 
 void contact_law(const ContactLaw& law, Objections& table) {
@@ -67,8 +69,10 @@ void check_relax(const SceneSpec& scene, std::span<const Load> loads, Objections
     of_time.unused({"dt", "divide", "safety", "e_min", "integrator", "damping", "rest_speed", "force_dt"},
                    "with relax = true, which chooses steps and damping, and ends when rods have settled");
     if (time.duration < 1) of_time.add("duration", "with relax = true 'duration' counts steps of 1 s: give at least 1");
-    if (!scene.start.from.empty()) objections.add("start.from", "time.relax begins with the shape of the scene, at rest");
-    if (scene.output.audit) objections.add("output.audit", "there is no audit with time.relax: inertia is not that of the rods");
+    if (!scene.start.from.empty())
+        objections.add("start.from", "time.relax begins with the shape of the scene, at rest");
+    if (scene.output.audit)
+        objections.add("output.audit", "there is no audit with time.relax: inertia is not that of the rods");
     for (std::size_t i = 0; i < scene.rods.size(); ++i) {
         TableObjections group(objections, path_of_group(scene, i));
         rods(scene.rods[i], group);
@@ -81,13 +85,17 @@ void check_relax(const SceneSpec& scene, std::span<const Load> loads, Objections
         TimesOf times;
         Load(load).fields(times);
         if (!times.name.empty())
-            objections.add(
-                table, fmt::format("time.relax needs loads that do not change with time, and this one has '{}' [s]", times.name));
+            objections.add(table,
+                           fmt::format("time.relax needs loads that do not change with time, and this one has '{}' [s]",
+                                       times.name));
         if (by_formula(load, Variable::t))
-            objections.add(table, "time.relax needs loads that do not change with time, and a formula of this one names 't'");
-        const bool answers = by_formula(load, Variable::vx) || by_formula(load, Variable::vy) || by_formula(load, Variable::vz);
+            objections.add(table,
+                           "time.relax needs loads that do not change with time, and a formula of this one names 't'");
+        const bool answers =
+            by_formula(load, Variable::vx) || by_formula(load, Variable::vy) || by_formula(load, Variable::vz);
         if (load.feels_all() || answers)
-            objections.add(table, fmt::format("a load of kind \"{}\" answers motion, which time.relax has none of", load.kind()));
+            objections.add(
+                table, fmt::format("a load of kind \"{}\" answers motion, which time.relax has none of", load.kind()));
     }
     const auto law_of = [&](const std::string& table, const ContactLaw& law) {
         TableObjections of_law(objections, table);
@@ -100,7 +108,8 @@ void check_relax(const SceneSpec& scene, std::span<const Load> loads, Objections
         const Wall& wall = scene.walls[i];
         const std::string table = fmt::format("wall.{}", i);
         law_of(table, wall.law);
-        if (wall.servo.drives() || wall.moves_steadily()) objections.add(table, "time.relax is not for walls that move");
+        if (wall.servo.drives() || wall.moves_steadily())
+            objections.add(table, "time.relax is not for walls that move");
     }
 }
 

@@ -1,4 +1,5 @@
-// What a scene may not have whose rods relax (theory.md section 21): all that depends on time, on velocities or on true inertia.
+// What a scene may not have whose rods relax (theory.md section 21): all that depends on time, on velocities or on true
+// inertia.
 #pragma once
 
 #include "scene/scene_spec.hpp"

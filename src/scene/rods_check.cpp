@@ -18,7 +18,8 @@ namespace {
 
 void rotary_inertia(const RodSpec& rods, Objections& of_group) {
     if (rods.material.rotary_inertia_for_dt > 0)
-        TableObjections(of_group, "material").unused({"rotary_inertia_scale"}, "beside 'rotary_inertia_for_dt', which chooses it");
+        TableObjections(of_group, "material")
+            .unused({"rotary_inertia_scale"}, "beside 'rotary_inertia_for_dt', which chooses it");
 }
 
 void section(const RodSpec& rods, Objections& of_group) {
@@ -45,24 +46,28 @@ void section(const RodSpec& rods, Objections& of_group) {
         objections.unused({"taper"}, "beside radii along d2 of each element's own");
         for (const bool given : {s.torsion_constant > 0, !s.bending_stiffness.empty()})
             if (given)
-                objections.add(s.torsion_constant > 0 ? "torsion_constant" : "bending_stiffness",
-                               "it goes as the fourth power of one radius along the rod, and this section has two of their own");
+                objections.add(
+                    s.torsion_constant > 0 ? "torsion_constant" : "bending_stiffness",
+                    "it goes as the fourth power of one radius along the rod, and this section has two of their own");
     }
     if (s.profile.empty()) return;
-    if (s.radius_formula.empty()) objections.unused({"taper"}, "beside 'profile', which says the radius of every element");
+    if (s.radius_formula.empty())
+        objections.unused({"taper"}, "beside 'profile', which says the radius of every element");
     objections.length("profile", s.profile.size(), rods.shape.elements, "one for each of the elements");
 }
 
-/// A cell that is to turn by pi or more never gets there. Rods of a file may be of other lengths: see refuse_large_turns.
+/// A cell that is to turn by pi or more never gets there. Rods of a file may be of other lengths: see
+/// refuse_large_turns.
 void curvatures(const RodSpec& rods, TableObjections& objections) {
     const Shape& s = rods.shape;
     if (rods.placement.kind == PlacementKind::file) return;
     const auto look = [&](const std::string& name, const CellTurn& most, bool listed) {
         if (most.angle < CellTurn::largest) return;
-        objections.add(listed ? fmt::format("{}.{}", name, most.cell) : name,
-                       fmt::format("'{}' {}; two that follow each other can be told apart up to pi: at most {:.4g} 1/m there, or "
-                                   "shorter elements",
-                                   name, text_of(most), most.curvature(CellTurn::largest)));
+        objections.add(
+            listed ? fmt::format("{}.{}", name, most.cell) : name,
+            fmt::format("'{}' {}; two that follow each other can be told apart up to pi: at most {:.4g} 1/m there, or "
+                        "shorter elements",
+                        name, text_of(most), most.curvature(CellTurn::largest)));
     };
     if (!s.rest_curvature_formula.empty()) look("rest_curvature_formula", rest_turn(s), false);
     else if (!s.rest_curvature_profile.empty()) look("rest_curvature_profile", rest_turn(s), true);
@@ -80,22 +85,25 @@ void shape(const RodSpec& rods, Objections& of_group) {
     const auto clamped = [](EndKind end) { return end == EndKind::clamped || end == EndKind::clamped_frozen; };
     const bool both = rods.start != EndKind::free && rods.end != EndKind::free;
     if (!zero(s.angular_velocity) && (both || clamped(rods.start) || clamped(rods.end)))
-        objections.add("angular_velocity", "'angular_velocity' turns a rod as a whole, which must be free or pinned at one end "
-                                           "only; 'element_spin' is that of elements in their places");
+        objections.add("angular_velocity",
+                       "'angular_velocity' turns a rod as a whole, which must be free or pinned at one end "
+                       "only; 'element_spin' is that of elements in their places");
     if (s.rest_strain.z <= -1)
-        objections.add("rest_strain",
-                       fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1", s.rest_strain.z));
+        objections.add("rest_strain", fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1",
+                                                  s.rest_strain.z));
     if (!s.length_profile.empty())
         objections.length("length_profile", s.length_profile.size(), s.elements, "one for each of the elements");
     if (!s.start_curvature_profile.empty()) {
         objections.unused({"start_curvature"}, "beside 'start_curvature_profile'");
-        objections.length("start_curvature_profile", s.start_curvature_profile.size(), s.closed ? s.elements : s.elements - 1,
+        objections.length("start_curvature_profile", s.start_curvature_profile.size(),
+                          s.closed ? s.elements : s.elements - 1,
                           s.closed ? "one for each vertex of the ring" : "one for each inner vertex (elements - 1)");
     }
     curvatures(rods, objections);
     if (s.end_weights == EndWeights::gregory && !takes_end_weights(rods))
         objections.add("end_weights",
-                       "'end_weights' = \"gregory\" has no use here: it is for open rods, straight at rest and uniform, of 6 equal "
+                       "'end_weights' = \"gregory\" has no use here: it is for open rods, straight at rest and "
+                       "uniform, of 6 equal "
                        "elements or more, of a law with an energy and with no end that is clamped_frozen");
     if (s.rest_curvature_profile.empty() || !s.rest_curvature_formula.empty()) return;
     objections.unused({"rest_curvature"}, "beside 'rest_curvature_profile'");
@@ -107,13 +115,16 @@ void sliding(EndKind end, const std::string& free, const EndMotion& m, std::stri
     if (free.empty()) return;
     const std::string key = std::string(name) + "_free", motion = std::string(name) + "_motion";
     if (end == EndKind::free) {
-        of_group.add(key, fmt::format("'{}' has no use for an end that is free: hold it (\"pinned\" or \"clamped\")", key));
+        of_group.add(key,
+                     fmt::format("'{}' has no use for an end that is free: hold it (\"pinned\" or \"clamped\")", key));
         return;
     }
     std::string once = free;
     std::sort(once.begin(), once.end());
-    if (free.find_first_not_of("xyz") != std::string::npos || std::adjacent_find(once.begin(), once.end()) != once.end()) {
-        of_group.add(key, fmt::format("'{}' is \"{}\"; it names lab axes, each once, such as \"z\" or \"xy\"", key, free));
+    if (free.find_first_not_of("xyz") != std::string::npos ||
+        std::adjacent_find(once.begin(), once.end()) != once.end()) {
+        of_group.add(key,
+                     fmt::format("'{}' is \"{}\"; it names lab axes, each once, such as \"z\" or \"xy\"", key, free));
         return;
     }
     if (end == EndKind::pinned && free.size() == 3)
@@ -121,7 +132,8 @@ void sliding(EndKind end, const std::string& free, const EndMotion& m, std::stri
     const Vec3d axes = lab_directions(free);
     const auto along_free = [&](const Vec3d& u) { return !zero(scale(axes, u)); };
     const auto conflict = [&](const char* table) {
-        of_group.add(motion + "." + table, fmt::format("'{}' moves the end along {}, where '{}' leaves it free", table, free, key));
+        of_group.add(motion + "." + table,
+                     fmt::format("'{}' moves the end along {}, where '{}' leaves it free", table, free, key));
     };
     if (std::any_of(m.translation.begin(), m.translation.end(), along_free)) conflict("translation");
     if (along_free(m.amplitude)) conflict("amplitude");
@@ -141,7 +153,8 @@ void motion(const EndMotion& m, EndKind end, Law law, TableObjections objections
     if (std::adjacent_find(m.times.begin(), m.times.end(), std::greater_equal<>()) != m.times.end())
         objections.add("times", "'times' must rise from entry to entry");
     if (!m.translation.empty())
-        objections.length("translation", m.translation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
+        objections.length("translation", m.translation.size(), static_cast<long>(m.times.size()),
+                          "one for each of 'times'");
     if (!m.rotation.empty())
         objections.length("rotation", m.rotation.size(), static_cast<long>(m.times.size()), "one for each of 'times'");
 }
@@ -151,16 +164,19 @@ void hold(const RodSpec& rods, Objections& of_group) {
     const auto within = [&](const std::vector<long>& numbers, const char* key, long count) {
         for (const long i : numbers)
             if (i >= count || i < -count) {
-                objections.add(key, fmt::format("'{}' names {}, but there are {}: give 0 to {}, or -1 to {} from the end", key, i,
-                                                count, count - 1, -count));
+                objections.add(key,
+                               fmt::format("'{}' names {}, but there are {}: give 0 to {}, or -1 to {} from the end",
+                                           key, i, count, count - 1, -count));
                 return;
             }
     };
     within(rods.hold.nodes, "nodes", rods.shape.closed ? rods.shape.elements : rods.shape.elements + 1);
     within(rods.hold.elements, "elements", rods.shape.elements);
-    for (const auto& [key, letters] : {std::pair{"directions", &rods.hold.directions}, std::pair{"axes", &rods.hold.axes}})
+    for (const auto& [key, letters] :
+         {std::pair{"directions", &rods.hold.directions}, std::pair{"axes", &rods.hold.axes}})
         if (letters->empty() || letters->find_first_not_of("xyz") != std::string::npos)
-            objections.add(key, fmt::format("'{}' is \"{}\"; it names lab axes, such as \"x\" or \"xy\"", key, *letters));
+            objections.add(key,
+                           fmt::format("'{}' is \"{}\"; it names lab axes, such as \"x\" or \"xy\"", key, *letters));
     if (rods.hold.nodes.empty()) objections.unused({"directions"}, "without 'nodes'");
     if (rods.hold.elements.empty()) objections.unused({"axes"}, "without 'elements'");
 }

@@ -60,7 +60,9 @@ public:
         return std::move(found_);
     }
 
-    void add(std::string_view path, const std::string& message) override { found_.push_back({std::string(path), message}); }
+    void add(std::string_view path, const std::string& message) override {
+        found_.push_back({std::string(path), message});
+    }
     void add_within(std::string_view path, std::size_t begin, std::size_t length, const std::string& message) override {
         found_.push_back({std::string(path), message, begin, length});
     }
@@ -110,11 +112,12 @@ private:
         if (moved > most * length)
             table.add(
                 displacement,
-                fmt::format("the end would jump by {:.3g} m, {:.2g} of an element's length, as its motion begins at t = 0: {}",
-                            moved, moved / length, remedy));
+                fmt::format(
+                    "the end would jump by {:.3g} m, {:.2g} of an element's length, as its motion begins at t = 0: {}",
+                    moved, moved / length, remedy));
         if (turned > most)
-            table.add(turn,
-                      fmt::format("the end would turn by {:.3g} rad at once as its motion begins at t = 0: {}", turned, remedy));
+            table.add(turn, fmt::format("the end would turn by {:.3g} rad at once as its motion begins at t = 0: {}",
+                                        turned, remedy));
     }
 
     void groups() {
@@ -123,7 +126,8 @@ private:
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             const std::string& name = scene_.rods[i].name;
             const std::string path = path_of_group(scene_, i) + ".name";
-            if (!good_name(name)) add(path, fmt::format("'{}' cannot name a group of rods: use letters, digits, _ and -", name));
+            if (!good_name(name))
+                add(path, fmt::format("'{}' cannot name a group of rods: use letters, digits, _ and -", name));
             for (std::size_t j = 0; j < i; ++j)
                 if (scene_.rods[j].name == name) {
                     add(path, fmt::format("two groups of rods are named '{}'", name));
@@ -134,7 +138,8 @@ private:
     }
 
     void count_rods() {
-        constexpr double most = 1099511627776.0; // 2^40: rods are numbered in 64 bits, and shared among ranks by sums of them
+        constexpr double most =
+            1099511627776.0; // 2^40: rods are numbered in 64 bits, and shared among ranks by sums of them
         double rods = 0;
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             double here = 1;
@@ -153,9 +158,9 @@ private:
         if (scene_.time.dt > duration)
             add("time.dt", fmt::format("'dt' of {} s is longer than 'duration' of {} s", scene_.time.dt, duration));
         const OutputSpec& out = scene_.output;
-        const std::pair<const char*, double> intervals[] = {{"trajectory", out.trajectory}, {"tips", out.tips},
-                                                            {"series", out.series},         {"fields", out.fluid_fields},
-                                                            {"contacts", out.contacts},     {"checkpoint", out.checkpoint}};
+        const std::pair<const char*, double> intervals[] = {
+            {"trajectory", out.trajectory}, {"tips", out.tips},         {"series", out.series},
+            {"fields", out.fluid_fields},   {"contacts", out.contacts}, {"checkpoint", out.checkpoint}};
         for (const auto& [key, interval] : intervals)
             if (interval > duration)
                 add(fmt::format("output.{}", key),
@@ -168,7 +173,8 @@ private:
             add("time.rest_speed", "'rest_speed' is looked at in the rows of the series: give output.series [s]");
         for (const RodSpec& rods : scene_.rods)
             if (out.audit && rods.material.law == Law::elastica)
-                add("output.audit", fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
+                add("output.audit",
+                    fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
         for (const RodSpec& rods : scene_.rods)
             if (out.audit && rods.body)
                 add("output.audit", fmt::format("there is no audit of the rigid bodies of group '{}'", rods.name));
@@ -177,7 +183,8 @@ private:
             const std::string path = fmt::format("output.observables.{}", i);
             const std::vector<std::string_view> known(std::begin(observable_set_names), std::end(observable_set_names));
             if (std::find(known.begin(), known.end(), set) == known.end())
-                add(path, fmt::format("there are no observables '{}'{}", set, suggestion(set, known, "the choices are")));
+                add(path,
+                    fmt::format("there are no observables '{}'{}", set, suggestion(set, known, "the choices are")));
             else if (std::find(out.observables.begin(), out.observables.begin() + static_cast<long>(i), set) !=
                      out.observables.begin() + static_cast<long>(i))
                 add(path, fmt::format("'{}' is named twice", set));
@@ -191,27 +198,32 @@ private:
             add("start.from", e.what());
         }
         for (const RodSpec& rods : scene_.rods)
-            if (scene_.start.time == StartTime::zero &&
-                (rods.start_motion.moves() || rods.start_motion.turns() || rods.end_motion.moves() || rods.end_motion.turns()))
-                add("start.time", fmt::format("the ends of group '{}' are moved as functions of time: at time zero they would jump "
-                                              "back; let time go on",
-                                              rods.name));
+            if (scene_.start.time == StartTime::zero && (rods.start_motion.moves() || rods.start_motion.turns() ||
+                                                         rods.end_motion.moves() || rods.end_motion.turns()))
+                add("start.time",
+                    fmt::format("the ends of group '{}' are moved as functions of time: at time zero they would jump "
+                                "back; let time go on",
+                                rods.name));
     }
 
     void damping(const Damping& d, const std::vector<const RodSpec*>& groups, Objections& objections) {
         if (d.kind == DampingKind::legacy || d.kind == DampingKind::laplacian)
-            object_to_rigid_bodies(fmt::format("a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]), groups,
-                                   objections);
-        const std::string where = fmt::format("for a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]);
+            object_to_rigid_bodies(
+                fmt::format("a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]), groups,
+                objections);
+        const std::string where =
+            fmt::format("for a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]);
         if (d.kind == DampingKind::laplacian) {
             objections.unused({"translational", "rotational"}, where);
             if (d.order == 0) objections.add("", fmt::format("'order', at least 1, is needed {}", where));
             if (!objections.given("rate"))
-                objections.add("rate",
-                               fmt::format("'rate' [1/s] is needed {}: that of motion which alternates from node to node", where));
+                objections.add(
+                    "rate",
+                    fmt::format("'rate' [1/s] is needed {}: that of motion which alternates from node to node", where));
             if (scene_.time.integrator != Integrator::verlet)
-                objections.add("kind", "a damping of kind \"laplacian\" needs integrator = \"verlet\": the kicks of \"pefrl\" go "
-                                       "backwards too");
+                objections.add(
+                    "kind", "a damping of kind \"laplacian\" needs integrator = \"verlet\": the kicks of \"pefrl\" go "
+                            "backwards too");
             return;
         }
         objections.unused({"order"}, where);

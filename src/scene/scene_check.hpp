@@ -15,8 +15,8 @@ struct Contradiction {
     std::size_t begin = 0, length = 0; ///< part of the key's text that is at fault, in bytes; length 0: all of it
 };
 
-/// Keys that a valid scene has to set although they are at their defaults: those that contradictions() misses where `given` holds
-/// none but the changed ones.
+/// Keys that a valid scene has to set although they are at their defaults: those that contradictions() misses where
+/// `given` holds none but the changed ones.
 std::set<std::string> needed_keys(const SceneSpec& scene);
 
 /// `given` holds the paths of all keys the scene sets, so that keys without use can be told from defaults.

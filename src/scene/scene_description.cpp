@@ -29,8 +29,8 @@ Json json_of(const KeyEntry& key) {
                  {"text", key.field.text}};
     if (!key.field.required) json["default"] = key.value == "-" ? Json() : Json(key.value);
     if (!key.choices.empty()) json["choices"] = std::vector<std::string_view>(key.choices.begin(), key.choices.end());
-    for (const auto& [name, bound] :
-         {std::pair{"above", key.field.above}, std::pair{"at_least", key.field.at_least}, std::pair{"at_most", key.field.at_most}})
+    for (const auto& [name, bound] : {std::pair{"above", key.field.above}, std::pair{"at_least", key.field.at_least},
+                                      std::pair{"at_most", key.field.at_most}})
         if (std::isfinite(bound)) json[name] = bound;
     return json;
 }

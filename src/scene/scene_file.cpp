@@ -51,8 +51,8 @@ Place part_of(Place place, const Contradiction& c) {
     if (column < 1 || column + c.begin >= text.size()) return place;
     const char quote = text[column - 1];
     const std::string_view before = std::string_view(text).substr(column, c.begin);
-    const bool plain =
-        (quote == '"' || quote == '\'') && !before.starts_with(std::string(2, quote)) && before.find('\\') == std::string::npos;
+    const bool plain = (quote == '"' || quote == '\'') && !before.starts_with(std::string(2, quote)) &&
+                       before.find('\\') == std::string::npos;
     if (!plain) return place;
     place.column += 1 + static_cast<int>(c.begin);
     place.length = static_cast<int>(std::min(c.length, text.size() - column - c.begin));
@@ -69,7 +69,8 @@ bool lists_tables(const TomlValue& value) {
     return list && (list->empty() || list->front().as<TomlTable>());
 }
 
-/// Tables of another file become part of this one: lists of tables stand before its own, and where both set a key, its own counts.
+/// Tables of another file become part of this one: lists of tables stand before its own, and where both set a key, its
+/// own counts.
 void merge(TomlValue& own, TomlValue&& other) {
     for (TomlEntry& entry : *other.as<TomlTable>()) {
         TomlEntry* const same = own.find(entry.key);
@@ -117,7 +118,8 @@ void read_table(const std::string& path, FormulaTable& table) {
     table.at = std::move(file.columns[0]), table.value = std::move(file.columns[1]);
     for (std::size_t k = 1; k < table.at.size(); ++k)
         if (!(table.at[k] > table.at[k - 1]))
-            throw IoError(fmt::format("{}: points must rise, but {:g} follows {:g}", path, table.at[k], table.at[k - 1]));
+            throw IoError(
+                fmt::format("{}: points must rise, but {:g} follows {:g}", path, table.at[k], table.at[k - 1]));
     table.file.clear();
 }
 

@@ -95,7 +95,8 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     Json json;
     json["time"] = echo([&](FieldVisitor& f) { copy.time.fields(f); });
     json["rods"] = json["load"] = json["damping"] = Json::array();
-    for (RodSpec& rods : copy.rods) json[rods.body ? "bodies" : "rods"].push_back(echo([&](FieldVisitor& f) { rods.fields(f); }));
+    for (RodSpec& rods : copy.rods)
+        json[rods.body ? "bodies" : "rods"].push_back(echo([&](FieldVisitor& f) { rods.fields(f); }));
     for (const FormulaConstant& c : copy.constants) json["constants"][c.name] = {{"value", c.value}, {"unit", c.unit}};
     if (copy.contact) json["contact"] = contact_echo(*copy.contact);
     if (copy.fluid) json["fluid"] = table_echo(*copy.fluid);
@@ -107,8 +108,10 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     for_each_list(copy, [&](const char* name, auto& specs) {
         for (auto& spec : specs)
             if constexpr (requires { spec.law.stiffness_is_automatic(); }) json[name].push_back(contact_echo(spec));
-            else if constexpr (std::is_same_v<std::decay_t<decltype(spec)>, JointSpec>) json[name].push_back(joint_echo(spec));
-            else if constexpr (std::is_same_v<std::decay_t<decltype(spec)>, LoadSpec>) json[name].push_back(load_echo(spec));
+            else if constexpr (std::is_same_v<std::decay_t<decltype(spec)>, JointSpec>)
+                json[name].push_back(joint_echo(spec));
+            else if constexpr (std::is_same_v<std::decay_t<decltype(spec)>, LoadSpec>)
+                json[name].push_back(load_echo(spec));
             else json[name].push_back(table_echo(spec));
     });
     if (!scene.start.from.empty()) json["start"] = echo([&](FieldVisitor& f) { copy.start.fields(f); });

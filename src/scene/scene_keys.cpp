@@ -15,8 +15,9 @@ namespace {
 constexpr std::string_view absent = "-";
 
 /// An entry of [constants]: any name.
-constexpr Field constant_field{
-    .name = "(any name)", .unit = "", .text = "a number, or `{ value = 2.0, unit = \"N/m\" }`: formulas know it by this name"};
+constexpr Field constant_field{.name = "(any name)",
+                               .unit = "",
+                               .text = "a number, or `{ value = 2.0, unit = \"N/m\" }`: formulas know it by this name"};
 
 std::string text_of(double x) { return fmt::format("{}", x); }
 std::string text_of(long i) { return fmt::format("{}", i); }
@@ -29,7 +30,9 @@ std::string text_of(const std::string& s) {
     }
     return text + "\"";
 }
-std::string text_of(const Vec3d& v) { return std::isnan(v.x) ? std::string(absent) : fmt::format("[{}, {}, {}]", v.x, v.y, v.z); }
+std::string text_of(const Vec3d& v) {
+    return std::isnan(v.x) ? std::string(absent) : fmt::format("[{}, {}, {}]", v.x, v.y, v.z);
+}
 template <class T> std::string text_of(const std::vector<T>& list) {
     std::string text;
     for (const T& item : list) text += (text.empty() ? "[" : ", ") + text_of(item);
@@ -105,8 +108,8 @@ public:
 
     void key(const KeyEntry& key, bool given) { text_ += line_of(key, given); }
     /// `path`: of this one among its list, where that is another than its name.
-    template <class Spec> void table(const std::string& heading, const std::string& name, const Spec& spec, const Spec& defaults,
-                                     const std::string& path = {}) {
+    template <class Spec> void table(const std::string& heading, const std::string& name, const Spec& spec,
+                                     const Spec& defaults, const std::string& path = {}) {
         table(heading, name, path.empty() ? name : path, keys_of(spec, name), keys_of(defaults, name));
     }
 
@@ -122,27 +125,32 @@ private:
     std::string line_of(const KeyEntry& key, bool given) const {
         const std::string value = key.value == absent ? "" : key.value;
         if (!all_) return given ? fmt::format("{} = {}\n", key.field.name, value) : "";
-        const std::string unit = key.field.unit.empty() || key.field.unit == "-" ? "" : fmt::format("[{}] ", key.field.unit);
+        const std::string unit =
+            key.field.unit.empty() || key.field.unit == "-" ? "" : fmt::format("[{}] ", key.field.unit);
         return fmt::format("{}{} = {}  # {}{}\n", given ? "" : "# ", key.field.name, value, unit, key.field.text);
     }
 
     /// With the tables in it. Its own keys come first: TOML knows no way back from an inner table.
     void table(const std::string& heading, const std::string& name, const std::string& path, const KeyList& now,
                const KeyList& defaults) {
-        const auto needed = [&](const KeyEntry& key) { return needed_.contains(path + key.path().substr(name.size())); };
+        const auto needed = [&](const KeyEntry& key) {
+            return needed_.contains(path + key.path().substr(name.size()));
+        };
         std::vector<std::string> tables = {name};
         for (const KeyEntry& key : now)
             if (key.type == "table") tables.push_back(key.path());
         for (const std::string& inner : tables) {
             const auto in_it = [&](std::size_t i) { return now[i].table == inner && now[i].type != "table"; };
-            const auto differs = [&](std::size_t i) { return now[i].value != absent && now[i].value != defaults[i].value; };
+            const auto differs = [&](std::size_t i) {
+                return now[i].value != absent && now[i].value != defaults[i].value;
+            };
             bool any = inner == name;
             for (std::size_t i = 0; i < now.size(); ++i) any |= in_it(i) && differs(i);
             std::string lines;
             for (std::size_t i = 0; i < now.size(); ++i)
                 if (in_it(i))
-                    lines += line_of(now[i],
-                                     any && (differs(i) || ((now[i].field.required || needed(now[i])) && now[i].value != absent)));
+                    lines += line_of(now[i], any && (differs(i) || ((now[i].field.required || needed(now[i])) &&
+                                                                    now[i].value != absent)));
             const std::string head = inner == name ? heading : fmt::format("[{}]", inner);
             if (!lines.empty()) text_ += fmt::format("\n{}{}\n{}", any ? "" : "# ", head, lines);
         }
@@ -170,7 +178,8 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
     if (scene.has_immersed()) out.table("[immersion]", "immersion", scene.immersion, ImmersionSpec{});
     for_each_list(scene, [&](const char* name, const auto& specs) {
         for (std::size_t i = 0; i < specs.size(); ++i)
-            out.table(fmt::format("[[{}]]", name), name, specs[i], defaults_of(specs[i]), fmt::format("{}.{}", name, i));
+            out.table(fmt::format("[[{}]]", name), name, specs[i], defaults_of(specs[i]),
+                      fmt::format("{}.{}", name, i));
     });
     out.table("[output]", "output", scene.output, OutputSpec{});
     return out.text();

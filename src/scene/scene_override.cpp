@@ -61,7 +61,8 @@ public:
             at = &step(*at, part, so_far);
             so_far += (so_far.empty() ? "" : ".") + part;
         }
-        if (path.size() == 1 && (at->as<TomlArray>() || at->as<TomlTable>())) fail("a path names a key, not a whole table");
+        if (path.size() == 1 && (at->as<TomlArray>() || at->as<TomlTable>()))
+            fail("a path names a key, not a whole table");
         *at = value_of(trimmed(text_.substr(equals + 1)), place_);
     }
 
@@ -87,7 +88,8 @@ private:
         const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
         if (error == std::errc{} && end == part.data() + part.size()) {
             if (number >= list.size())
-                fail(fmt::format("there is no '{}.{}': '{}' has {}, counted from 0", so_far, part, so_far, list.size()));
+                fail(
+                    fmt::format("there is no '{}.{}': '{}' has {}, counted from 0", so_far, part, so_far, list.size()));
             return list[number];
         }
         TomlValue* match = nullptr;
@@ -95,7 +97,9 @@ private:
         for (TomlValue& candidate : list) {
             names.push_back(name_of(candidate));
             if (names.back() != part) continue;
-            if (match) fail(fmt::format("'{}.{}' is not the only one of this name; use its number, counted from 0", so_far, part));
+            if (match)
+                fail(fmt::format("'{}.{}' is not the only one of this name; use its number, counted from 0", so_far,
+                                 part));
             match = &candidate;
         }
         if (!match) fail(fmt::format("there is no '{}.{}'{}", so_far, part, suggestion(part, names, "there are")));

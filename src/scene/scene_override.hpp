@@ -7,8 +7,8 @@
 
 namespace skein {
 
-/// Throws InputError "--set path=value: ..." where the path leads nowhere. Whether the key exists and takes the value is left
-/// to the reader: it finds the new value under the override's name.
+/// Throws InputError "--set path=value: ..." where the path leads nowhere. Whether the key exists and takes the value
+/// is left to the reader: it finds the new value under the override's name.
 void apply_override(TomlValue& root, const std::string& override);
 
 } // namespace skein

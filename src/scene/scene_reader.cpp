@@ -87,9 +87,11 @@ public:
             return;
         }
         if (given)
-            problems_.add(v->place,
-                          fmt::format("{} knows no \"{}\"{}", key_in_table(f), name,
-                                      moved_to(open_.back().path, f.name, name).value_or(suggestion(name, names, "it is one of"))));
+            problems_.add(
+                v->place,
+                fmt::format(
+                    "{} knows no \"{}\"{}", key_in_table(f), name,
+                    moved_to(open_.back().path, f.name, name).value_or(suggestion(name, names, "it is one of"))));
         // The other keys of such a table mean nothing without it.
         open_.back().abandoned = f.required;
     }
@@ -100,7 +102,8 @@ public:
         open_.back().known.push_back(f.name);
         const TomlEntry* entry = parent.table->find(f.name);
         if (!entry) {
-            if (f.required) open_.back().missing.emplace_back(f.name, fmt::format("missing table [{}] in {}", path, parent.label));
+            if (f.required)
+                open_.back().missing.emplace_back(f.name, fmt::format("missing table [{}] in {}", path, parent.label));
             return false;
         }
         if (!entry->value.as<TomlTable>()) {
@@ -124,7 +127,8 @@ public:
         Frame& scene = open_.back();
         scene.known.push_back(name);
         const TomlEntry* entry = scene.table->find(name);
-        if (!entry && required) scene.missing.emplace_back(name, fmt::format("missing table [{}] in {}", name, scene.label));
+        if (!entry && required)
+            scene.missing.emplace_back(name, fmt::format("missing table [{}] in {}", name, scene.label));
         return entry;
     }
 
@@ -136,7 +140,7 @@ private:
         Place place;
         std::vector<std::string_view> known;
         std::vector<std::pair<std::string_view, std::string>> missing; ///< required keys, and what to say of them
-        bool abandoned;                                                ///< its kind is not known: what its keys should be, neither
+        bool abandoned; ///< its kind is not known: what its keys should be, neither
     };
 
     const TomlValue* find(const Field& f) {
@@ -145,8 +149,8 @@ private:
         if (frame.abandoned) return nullptr;
         if (const TomlEntry* entry = frame.table->find(f.name)) return &entry->value;
         if (f.required)
-            frame.missing.emplace_back(f.name,
-                                       fmt::format("missing key '{}' in {}: {}", f.name, frame.label, with_unit(f.text, f)));
+            frame.missing.emplace_back(
+                f.name, fmt::format("missing key '{}' in {}: {}", f.name, frame.label, with_unit(f.text, f)));
         return nullptr;
     }
 
@@ -164,7 +168,8 @@ private:
             return false;
         }
         if (x > f.above && x >= f.at_least && x <= f.at_most) return true;
-        problems_.add(v.place, fmt::format("{} is {}; it must be {}", key_in_table(f), x, with_unit(bounds_text(f), f)));
+        problems_.add(v.place,
+                      fmt::format("{} is {}; it must be {}", key_in_table(f), x, with_unit(bounds_text(f), f)));
         return false;
     }
 
@@ -193,9 +198,11 @@ private:
     bool vector(const Field& f, const TomlValue& v, Vec3d& x, const std::string& expected) {
         const auto* list = v.as<TomlArray>();
         if (!list || list->size() != 3) return wrong_type(f, v, expected);
-        return number(f, (*list)[0], x.x, expected) && number(f, (*list)[1], x.y, expected) && number(f, (*list)[2], x.z, expected);
+        return number(f, (*list)[0], x.x, expected) && number(f, (*list)[1], x.y, expected) &&
+               number(f, (*list)[2], x.z, expected);
     }
-    template <class T, class ReadItem> void items(const Field& f, std::vector<T>& out, const std::string& expected, ReadItem read) {
+    template <class T, class ReadItem>
+    void items(const Field& f, std::vector<T>& out, const std::string& expected, ReadItem read) {
         const TomlValue* v = find(f);
         if (!v) return;
         const auto* list = v->as<TomlArray>();
@@ -225,7 +232,8 @@ private:
 };
 
 /// A top-level [table].
-template <class Spec> void read_table(TomlReader& reader, Problems& problems, const char* name, Spec& spec, bool required) {
+template <class Spec>
+void read_table(TomlReader& reader, Problems& problems, const char* name, Spec& spec, bool required) {
     const TomlEntry* entry = reader.top_level(name, required);
     if (!entry) return;
     if (!entry->value.as<TomlTable>()) {
@@ -245,7 +253,8 @@ void read_list(TomlReader& reader, Problems& problems, const char* name, std::ve
     const auto* list = entry->value.as<TomlArray>();
     const bool tables = list && (list->empty() || is_table(entry->value));
     if (!tables) {
-        problems.add(entry->place, fmt::format("'{0}' is a list of tables [[{0}]], found {1}", name, found(entry->value)));
+        problems.add(entry->place,
+                     fmt::format("'{0}' is a list of tables [[{0}]], found {1}", name, found(entry->value)));
         return;
     }
     for (const TomlValue& table : *list) {
@@ -278,9 +287,11 @@ void read_constants(TomlReader& reader, Problems& problems, std::vector<FormulaC
         } else if (const auto* integer = one.value.as<std::int64_t>()) {
             constant.value = static_cast<double>(*integer);
         } else {
-            problems.add(one.value.place,
-                         fmt::format("'{}' in [constants]: expected a finite number or {{ value = .., unit = \"..\" }}, found {}",
-                                     one.key, found(one.value)));
+            problems.add(
+                one.value.place,
+                fmt::format(
+                    "'{}' in [constants]: expected a finite number or {{ value = .., unit = \"..\" }}, found {}",
+                    one.key, found(one.value)));
         }
     }
 }

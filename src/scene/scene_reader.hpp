@@ -1,5 +1,5 @@
-// Fills a SceneSpec, or a MachineFile, from a TOML tree, table by table; what does not fit the keys' descriptions goes to
-// `problems`.
+// Fills a SceneSpec, or a MachineFile, from a TOML tree, table by table; what does not fit the keys' descriptions goes
+// to `problems`.
 #pragma once
 
 #include "scene/machine_file.hpp"

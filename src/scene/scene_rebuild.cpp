@@ -78,8 +78,8 @@ bool may_change(const KeyChange& change) {
     }
     if (table == "bodies") return key == "density" || key == "mass";
     if (table != "wall") return true;
-    const bool other_wall =
-        is_one_of(key, {"", "name", "kind", "point", "normal", "axis", "radius", "side", "lower", "upper", "open", "rods"});
+    const bool other_wall = is_one_of(
+        key, {"", "name", "kind", "point", "normal", "axis", "radius", "side", "lower", "upper", "open", "rods"});
     const bool other_drive = key == "servo" && parts.back() == "speed" && (change.was == "0.0" || change.now == "0.0");
     return !other_wall && !other_drive;
 }
@@ -110,7 +110,8 @@ public:
         if (scene.contact) in("contact", [&] { scene.contact->fields(*this); });
         if (scene.fluid) in("fluid", [&] { scene.fluid->fields(*this); });
         if (scene.has_immersed()) in("immersion", [&] { scene.immersion.fields(*this); });
-        for (std::size_t i = 0; i < scene.rods.size(); ++i) in(path_of_group(scene, i), [&] { scene.rods[i].fields(*this); });
+        for (std::size_t i = 0; i < scene.rods.size(); ++i)
+            in(path_of_group(scene, i), [&] { scene.rods[i].fields(*this); });
         for_each_list(scene, [&](const char* name, auto& specs) {
             for (std::size_t i = 0; i < specs.size(); ++i)
                 in(fmt::format("{}.{}", name, i), [&] { table_fields(*this, specs[i]); });
@@ -196,7 +197,8 @@ Json whole(const std::string& physics, const std::string& settings, const std::s
     for (Json& rods : scene["rods"]) {
         Json& placement = rods["placement"];
         placement.erase(digest_of_file);
-        if (const auto file = files.find(rods["name"].get<std::string>()); file != files.end()) placement["file"] = *file;
+        if (const auto file = files.find(rods["name"].get<std::string>()); file != files.end())
+            placement["file"] = *file;
     }
     return scene;
 }
@@ -241,7 +243,8 @@ std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, doub
 
 std::string settings_json(const SceneSpec& scene) {
     SceneSpec rest;
-    rest.title = scene.title, rest.time = scene.time, rest.output = scene.output, rest.fluid_outputs = scene.fluid_outputs;
+    rest.title = scene.title, rest.time = scene.time, rest.output = scene.output,
+    rest.fluid_outputs = scene.fluid_outputs;
     const Json all = Json::parse(scene_json(rest, false));
     Json settings = {{"file", scene.file}, {"title", all["title"]}, {"time", all["time"]}, {"output", all["output"]}};
     if (!scene.fluid_outputs.empty()) settings[fluid_output_list] = all[fluid_output_list];
@@ -259,15 +262,16 @@ bool has_automatic_step(const std::string& settings) {
     return json.is_object() && json.contains("time") && json["time"].value("dt", Json()) == Json(0.0);
 }
 
-SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name, const std::string& from,
-                         const std::vector<std::string>& overrides) {
+SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name,
+                         const std::string& from, const std::vector<std::string>& overrides) {
     Json scene = whole(physics, settings, name);
     scene["start"] = {{"from", from}};
     return scene_of(scene, name, overrides);
 }
 
 std::vector<KeyChange> key_changes(const std::string& old_json, const std::string& new_json) {
-    const Json was = Json::parse(old_json, nullptr, false).flatten(), now = Json::parse(new_json, nullptr, false).flatten();
+    const Json was = Json::parse(old_json, nullptr, false).flatten(),
+               now = Json::parse(new_json, nullptr, false).flatten();
     Json all = was;
     all.update(now);
     std::vector<KeyChange> changes;
@@ -285,8 +289,8 @@ std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const s
     std::vector<KeyChange> forbidden;
     const Json was = Json::parse(old_physics, nullptr, false), now = Json::parse(new_physics, nullptr, false);
     if (was.contains("contact") != now.contains("contact"))
-        forbidden.push_back(
-            {"contact", was.contains("contact") ? "present" : "absent", now.contains("contact") ? "present" : "absent"});
+        forbidden.push_back({"contact", was.contains("contact") ? "present" : "absent",
+                             now.contains("contact") ? "present" : "absent"});
     for (KeyChange& change : key_changes(old_physics, new_physics))
         if (!may_change(change)) forbidden.push_back(std::move(change));
     return forbidden;

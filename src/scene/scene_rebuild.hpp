@@ -10,21 +10,22 @@
 
 namespace skein {
 
-/// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes. Canonical JSON.
-/// `groups`: of the scene, whose files of rods are known by their digests, wherever they lie.
+/// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes. Canonical
+/// JSON. `groups`: of the scene, whose files of rods are known by their digests, wherever they lie.
 std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, double dt);
 
 /// What it leaves out: title, times and outputs, and the name of the scene's file. JSON.
 std::string settings_json(const SceneSpec& scene);
 
-/// The scene of both, with its step as a number. `name`: of the file that they are from, for messages. Throws InputError where they
-/// make no scene of this program's.
+/// The scene of both, with its step as a number. `name`: of the file that they are from, for messages. Throws
+/// InputError where they make no scene of this program's.
 SceneSpec rebuilt_scene(const std::string& physics, const std::string& settings, const std::string& name);
 /// True where a step is automatic: then outputs enter it, and how often rods and fluid exchange momentum.
 bool has_automatic_step(const std::string& settings);
-/// The same with `overrides`, as for read_scene, and to begin with the state `from` and not with what it began with itself.
-SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name, const std::string& from,
-                         const std::vector<std::string>& overrides);
+/// The same with `overrides`, as for read_scene, and to begin with the state `from` and not with what it began with
+/// itself.
+SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name,
+                         const std::string& from, const std::vector<std::string>& overrides);
 
 /// A key whose value is another one; values in JSON, or "absent".
 struct KeyChange {
@@ -33,8 +34,8 @@ struct KeyChange {
 };
 std::vector<KeyChange> key_changes(const std::string& old_json, const std::string& new_json);
 
-/// Of changes from one physics to another those under which a state means nothing: of geometry, sections, elements, ends and
-/// groups, and of which walls and contacts there are.
+/// Of changes from one physics to another those under which a state means nothing: of geometry, sections, elements,
+/// ends and groups, and of which walls and contacts there are.
 std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics);
 
 /// "\n  time.dt: was 0.01, now 0.005" for each of the first few.

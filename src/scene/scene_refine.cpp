@@ -38,9 +38,10 @@ void refuse_nodes_of_file(const RodSpec& rods, const std::string& directory) {
     if (rods.placement.kind != PlacementKind::file) return;
     const auto source = open_rod_file((std::filesystem::path(directory) / rods.placement.file).string(), rods.source);
     if (source->elements() > 0)
-        refuse(rods.source, fmt::format("placement.file: '{}' gives the rods of '{}' node by node, so their number of elements "
-                                        "cannot be changed; a file of places, with a shape of the scene, can be refined",
-                                        rods.placement.file, rods.name));
+        refuse(rods.source,
+               fmt::format("placement.file: '{}' gives the rods of '{}' node by node, so their number of elements "
+                           "cannot be changed; a file of places, with a shape of the scene, can be refined",
+                           rods.placement.file, rods.name));
 }
 
 void refine_hold(RodSpec& rods, long was, const Refinement& by) {
@@ -49,7 +50,8 @@ void refine_hold(RodSpec& rods, long was, const Refinement& by) {
         const long node = by.of(given < 0 ? given + was + 1 : given);
         if (node < 0)
             refuse(rods.source,
-                   fmt::format("hold.nodes: node {} of '{}' falls between two nodes of half as many elements", given, rods.name));
+                   fmt::format("hold.nodes: node {} of '{}' falls between two nodes of half as many elements", given,
+                               rods.name));
         nodes.push_back(node);
     }
     for (const long given : rods.hold.elements) held.push_back(given < 0 ? given + was : given);
@@ -60,18 +62,20 @@ void refine_hold(RodSpec& rods, long was, const Refinement& by) {
         if (end - i > 1) { // a stretch of the rod
             const long first = by.of(held[i]), past = by.of(held[end - 1] + 1);
             if (first < 0 || past < 0)
-                refuse(rods.source, fmt::format("hold.elements: elements {} to {} of '{}' are no whole number of elements twice as "
-                                                "long",
-                                                held[i], held[end - 1], rods.name));
+                refuse(rods.source,
+                       fmt::format("hold.elements: elements {} to {} of '{}' are no whole number of elements twice as "
+                                   "long",
+                                   held[i], held[end - 1], rods.name));
             for (long k = first; k < past; ++k) elements.push_back(k);
         } else if (held[i] == 0) {
             elements.push_back(0);
         } else if (held[i] == was - 1) {
             elements.push_back(-1);
         } else {
-            refuse(rods.source, fmt::format("hold.elements: element {} of '{}' is held alone inside the rod, which means something "
-                                            "else with other elements; hold two or more side by side, or one at an end",
-                                            held[i], rods.name));
+            refuse(rods.source,
+                   fmt::format("hold.elements: element {} of '{}' is held alone inside the rod, which means something "
+                               "else with other elements; hold two or more side by side, or one at an end",
+                               held[i], rods.name));
         }
         i = end;
     }
@@ -79,8 +83,8 @@ void refine_hold(RodSpec& rods, long was, const Refinement& by) {
     rods.hold.elements = std::move(elements);
 }
 
-/// The rotary inertia stays that of the elements as given: what lifts the limit of others would make another rod of it. Those near
-/// ends, whose neighbours are fewer, follow the others.
+/// The rotary inertia stays that of the elements as given: what lifts the limit of others would make another rod of it.
+/// Those near ends, whose neighbours are fewer, follow the others.
 void keep_inertia(RodSpec& rods) {
     Material& material = rods.material;
     if (material.rotary_inertia_for_dt == 0) return;
@@ -92,10 +96,11 @@ void keep_inertia(RodSpec& rods) {
     const double middle = j[j.size() / 2];
     for (std::size_t k = 1; k + 1 < j.size(); ++k)
         if (std::abs(j[k] - middle) > 0.02 * middle)
-            refuse(rods.source,
-                   fmt::format("material.rotary_inertia_for_dt: it scales the elements of '{}' differently, {:.4g} times "
-                               "element {} and {:.4g} times another; give one 'rotary_inertia_scale' for all of them",
-                               rods.name, j[k], k, middle));
+            refuse(
+                rods.source,
+                fmt::format("material.rotary_inertia_for_dt: it scales the elements of '{}' differently, {:.4g} times "
+                            "element {} and {:.4g} times another; give one 'rotary_inertia_scale' for all of them",
+                            rods.name, j[k], k, middle));
     material.rotary_inertia_scale = middle;
 }
 
@@ -106,9 +111,10 @@ void refine_rods(RodSpec& rods, const Refinement& by) {
     const auto& given = was.length_profile;
     shape.elements = by.of(was.elements);
     if (shape.elements < 0)
-        refuse(rods.source,
-               fmt::format("shape.elements: {} elements of '{}' cannot be halved: give an even number", was.elements, rods.name));
-    if (shape.elements < 2) refuse(rods.source, fmt::format("shape.elements: '{}' has too few to be halved", rods.name));
+        refuse(rods.source, fmt::format("shape.elements: {} elements of '{}' cannot be halved: give an even number",
+                                        was.elements, rods.name));
+    if (shape.elements < 2)
+        refuse(rods.source, fmt::format("shape.elements: '{}' has too few to be halved", rods.name));
     if (!given.empty()) shape.length_profile = shared_lengths(given, by);
     for (auto* profile : {&rods.section.profile, &rods.section.profile_2}) {
         if (profile->empty()) continue;
@@ -135,8 +141,9 @@ void refine_damping(DampingSpec& spec, const SceneSpec& scene, const Refinement&
     for (const RodSpec& group : scene.rods)
         if (names_group(spec.rods, group.name)) (group.body ? bodies : rods) = true;
     if (bodies && rods)
-        refuse(spec.source, "damping.rods: coefficients of a damping of kind \"physical\" are shared among more nodes of rods, but "
-                            "not of bodies: give it once for rods and once for bodies");
+        refuse(spec.source,
+               "damping.rods: coefficients of a damping of kind \"physical\" are shared among more nodes of rods, but "
+               "not of bodies: give it once for rods and once for bodies");
     if (bodies) return;
     const double share = static_cast<double>(by.over) / static_cast<double>(by.times);
     spec.damping.translational *= share, spec.damping.rotational *= share;
@@ -146,9 +153,10 @@ void refine_damping(DampingSpec& spec, const SceneSpec& scene, const Refinement&
 
 SceneSpec refined(const SceneSpec& scene, const Refinement& by) {
     if (!scene.start.from.empty())
-        refuse(scene.file, fmt::format("start.from: the state of '{}' has its own elements; a scene that begins with shapes of its "
-                                       "own can be refined",
-                                       scene.start.from));
+        refuse(scene.file,
+               fmt::format("start.from: the state of '{}' has its own elements; a scene that begins with shapes of its "
+                           "own can be refined",
+                           scene.start.from));
     SceneSpec out = scene;
     const std::string directory = std::filesystem::path(scene.file).parent_path().string();
     for (RodSpec& rods : out.rods) {
@@ -168,20 +176,21 @@ std::vector<std::string> refinement_notes(const SceneSpec& scene) {
     for (const RodSpec& rods : scene.rods) {
         if (rods.body) continue;
         if (!rods.section.profile.empty())
-            notes.push_back(
-                fmt::format("section.profile of '{}' is taken as linear between the middles of its elements", rods.name));
+            notes.push_back(fmt::format(
+                "section.profile of '{}' is taken as linear between the middles of its elements", rods.name));
         if (!rods.shape.rest_curvature_profile.empty() || !rods.shape.start_curvature_profile.empty())
-            notes.push_back(fmt::format("curvature profiles of '{}' are taken as linear between its vertices", rods.name));
+            notes.push_back(
+                fmt::format("curvature profiles of '{}' are taken as linear between its vertices", rods.name));
         if (rods.material.rotary_inertia_for_dt > 0)
-            notes.push_back(
-                fmt::format("rotary_inertia_for_dt of '{}': all runs have the inertia that it gives to the elements of the "
-                            "scene",
-                            rods.name));
+            notes.push_back(fmt::format(
+                "rotary_inertia_for_dt of '{}': all runs have the inertia that it gives to the elements of the "
+                "scene",
+                rods.name));
         if (!rods.hold.elements.empty())
-            notes.push_back(
-                fmt::format("hold.elements of '{}': a stretch that is held keeps its length; one element at an end stays "
-                            "one, an error of first order",
-                            rods.name));
+            notes.push_back(fmt::format(
+                "hold.elements of '{}': a stretch that is held keeps its length; one element at an end stays "
+                "one, an error of first order",
+                rods.name));
     }
     for (const LoadSpec& spec : scene.loads) {
         const Shape* shape = shape_of(scene, spec);
@@ -195,12 +204,14 @@ std::vector<std::string> refinement_notes(const SceneSpec& scene) {
             notes.emplace_back(
                 "damping of kind \"physical\": its coefficients, per node and element, are shared among more of them");
         if (is_filter(spec.damping))
-            notes.emplace_back("damping of kind \"laplacian\": its rate stays, so that what it takes from long waves counts as an "
-                               "error that more elements lessen");
+            notes.emplace_back(
+                "damping of kind \"laplacian\": its rate stays, so that what it takes from long waves counts as an "
+                "error that more elements lessen");
     }
     if (scene.contact || !scene.walls.empty())
-        notes.emplace_back("laws of contacts and walls stay as they are, per pair of elements and per node: rods that lie against "
-                           "something along their length meet it harder with more elements");
+        notes.emplace_back(
+            "laws of contacts and walls stay as they are, per pair of elements and per node: rods that lie against "
+            "something along their length meet it harder with more elements");
     return notes;
 }
 

@@ -1,4 +1,5 @@
-// A scene with other numbers of elements that is the same problem: what its keys say by element, node or cell goes along.
+// A scene with other numbers of elements that is the same problem: what its keys say by element, node or cell goes
+// along.
 #pragma once
 
 #include "scene/scene_spec.hpp"
@@ -15,12 +16,12 @@ struct Refinement {
     long of(long count) const { return count * times % over == 0 ? count * times / over : -1; }
 };
 
-/// Lengths of elements share or add up; radii, curvatures and amplitudes are taken as linear between the places that they are
-/// given at, middles of elements or vertices; held nodes stay where they are, an element held alone at an end stays the last one;
-/// what a plane or a damping does per element or per node is shared; a scaled rotary inertia stays that of the elements as given.
-/// The law of contacts stays, and so does a filter's rate: its damping of long waves is an error of the discretisation, which goes
-/// away with it. Throws InputError naming the key where there is no rule: states and rods of given nodes, elements held one by one
-/// inside a rod, odd numbers that are to be halved.
+/// Lengths of elements share or add up; radii, curvatures and amplitudes are taken as linear between the places that
+/// they are given at, middles of elements or vertices; held nodes stay where they are, an element held alone at an end
+/// stays the last one; what a plane or a damping does per element or per node is shared; a scaled rotary inertia stays
+/// that of the elements as given. The law of contacts stays, and so does a filter's rate: its damping of long waves is
+/// an error of the discretisation, which goes away with it. Throws InputError naming the key where there is no rule:
+/// states and rods of given nodes, elements held one by one inside a rod, odd numbers that are to be halved.
 SceneSpec refined(const SceneSpec& scene, const Refinement& by);
 
 /// What `refined` has decided about this scene that its author should know, a line each.

@@ -36,7 +36,8 @@ bool is_list(std::string_view name) {
 }
 
 std::optional<std::string> moved_to(std::string_view table, std::string_view key, std::string_view word) {
-    if (table == "rods.material" && key == "law" && word == "rigid") return "; rigid bodies have tables of their own, [[bodies]]";
+    if (table == "rods.material" && key == "law" && word == "rigid")
+        return "; rigid bodies have tables of their own, [[bodies]]";
     return std::nullopt;
 }
 
@@ -59,7 +60,8 @@ std::optional<double> what_auto_means(std::string_view table, std::string_view k
     if (has_law && key == "stiffness") return ContactLaw::automatic;
     if (table == "joint" && key == "stiffness") return 0;
     const bool of_plane = key == "tolerance" || key == "slip_speed";
-    if (of_plane && (table == "load" || table == fmt::format("load.{}", PlaneFriction::kind))) return PlaneFriction::automatic;
+    if (of_plane && (table == "load" || table == fmt::format("load.{}", PlaneFriction::kind)))
+        return PlaneFriction::automatic;
     return std::nullopt;
 }
 

@@ -9,15 +9,16 @@
 
 namespace skein {
 
-inline constexpr Field include_field{
-    .name = "include",
-    .unit = "",
-    .text =
-        "files beside this one whose tables are part of the scene: their lists stand before its own, and where both set a key, the "
-        "scene's counts"};
-inline constexpr Field title_field{.name = "title", .unit = "", .text = "what the scene shows, for summaries and pictures"};
+inline constexpr Field include_field{.name = "include",
+                                     .unit = "",
+                                     .text = "files beside this one whose tables are part of the scene: their lists "
+                                             "stand before its own, and where both set a key, the "
+                                             "scene's counts"};
+inline constexpr Field title_field{
+    .name = "title", .unit = "", .text = "what the scene shows, for summaries and pictures"};
 
-/// Keys of a [[load]]: kind, rods, and the load's own. Where a visitor changes the kind, the load starts from its defaults.
+/// Keys of a [[load]]: kind, rods, and the load's own. Where a visitor changes the kind, the load starts from its
+/// defaults.
 void load_fields(FieldVisitor& f, LoadSpec& spec);
 
 /// What formulas of the scene may name.
@@ -41,8 +42,8 @@ inline LoadSpec defaults_of(const LoadSpec& spec) { return {.load = make_load(sp
 /// A list that says what is written, not what happens: no part of what identifies a run.
 inline constexpr const char* fluid_output_list = "fluid_output";
 
-/// Calls f(name, list) for each [[list]] of a scene besides rods and bodies, in the order of scene files: the one place that names
-/// them all.
+/// Calls f(name, list) for each [[list]] of a scene besides rods and bodies, in the order of scene files: the one place
+/// that names them all.
 template <class Scene, class F> void for_each_list(Scene& scene, F&& f) {
     f("table", scene.tables);
     f("load", scene.loads);

@@ -36,7 +36,8 @@ public:
         return {source_, static_cast<int>(at.line), byte_column(at), length};
     }
     Place operator()(const toml::source_region& at) {
-        if (at.begin.line == at.end.line) return (*this)(at.begin, std::max(1, byte_column(at.end) - byte_column(at.begin)));
+        if (at.begin.line == at.end.line)
+            return (*this)(at.begin, std::max(1, byte_column(at.end) - byte_column(at.begin)));
         const std::size_t line = at.begin.line - 1;
         const std::size_t size = line < source_->lines.size() ? source_->lines[line].size() : 0;
         return (*this)(at.begin, std::max(1, static_cast<int>(size) + 1 - byte_column(at.begin)));
@@ -49,7 +50,8 @@ private:
         const auto [entry, is_new] = starts_.try_emplace(at.line);
         std::vector<int>& starts = entry->second;
         const std::string& line = source_->lines[at.line - 1];
-        if (is_new && std::any_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; }))
+        if (is_new &&
+            std::any_of(line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) >= 0x80; }))
             for (std::size_t i = 0; i < line.size(); ++i)
                 if ((static_cast<unsigned char>(line[i]) & 0xC0) != 0x80) starts.push_back(static_cast<int>(i));
         if (starts.empty()) return static_cast<int>(at.column); // plain ASCII
@@ -86,7 +88,8 @@ TomlValue convert(const toml::node& in, TomlPlaces& places) {
     return out;
 }
 
-/// Refuses dotted keys of very many names: the parser makes a table in a table of each, and its recursion over them has no limit.
+/// Refuses dotted keys of very many names: the parser makes a table in a table of each, and its recursion over them has
+/// no limit.
 void refuse_long_keys(std::string_view text, const Source& source) {
     int line = 1, dots = 0;
     std::size_t line_start = 0;
@@ -107,7 +110,8 @@ void refuse_long_keys(std::string_view text, const Source& source) {
         std::size_t end = npos; // of a name in quotes
         if (c == '"' || c == '\'') {
             end = i + 1;
-            while (end < text.size() && text[end] != c && text[end] != '\n') end += c == '"' && text[end] == '\\' ? 2 : 1;
+            while (end < text.size() && text[end] != c && text[end] != '\n')
+                end += c == '"' && text[end] == '\\' ? 2 : 1;
             if (end >= text.size() || text[end] != c) end = npos;
         }
         if (!is_bare(c) && end == npos) {
@@ -149,8 +153,8 @@ std::pair<std::string, std::size_t> key_at(const std::string& line, std::size_t 
 bool has_header(const TomlValue& table) {
     const auto& lines = table.place.text->lines;
     const auto line = static_cast<std::size_t>(table.place.line), column = static_cast<std::size_t>(table.place.column);
-    return table.as<TomlTable>() && line >= 1 && line <= lines.size() && column >= 1 && column <= lines[line - 1].size() &&
-           lines[line - 1][column - 1] == '[';
+    return table.as<TomlTable>() && line >= 1 && line <= lines.size() && column >= 1 &&
+           column <= lines[line - 1].size() && lines[line - 1][column - 1] == '[';
 }
 
 /// The table itself, or the last one of a list of tables, which is what later headers add to.
@@ -173,8 +177,8 @@ const TomlValue* last_table(const TomlValue& root) {
     return last;
 }
 
-/// The line of the entry that the key or header of line `at` names again, counted from 1; 0 where that is not to be told from the
-/// lines above.
+/// The line of the entry that the key or header of line `at` names again, counted from 1; 0 where that is not to be
+/// told from the lines above.
 int line_of_first(std::string_view text, int at, const Source& source) {
     std::size_t begin = 0;
     for (int line = 1; line < at; ++line) begin = text.find('\n', begin) + 1;
@@ -201,15 +205,17 @@ int line_of_first(std::string_view text, int at, const Source& source) {
 /// The parser's words for what it found, in those of other messages. `at_end`: of a line.
 std::string reworded(std::string said, bool at_end) {
     if (said.starts_with("Error while parsing ")) said.erase(0, std::min(said.find(": "), said.size() - 2) + 2);
-    if (said.find("maximum nested value depth") != npos) return "arrays or tables within each other, more than 256 deep";
+    if (said.find("maximum nested value depth") != npos)
+        return "arrays or tables within each other, more than 256 deep";
     if (said.find("could not determine value type") != npos) return "not a TOML value; text stands in double quotes";
     if (at_end && said.find("unescaped control characters") != npos) return "a string that does not end on its line";
     if (said.find("encountered end-of-file") != npos) return "the text ends here, within what has begun";
-    for (const auto& [was, is] : {std::pair<std::string_view, std::string_view>{", saw '\\n'", ", found the end of the line"},
-                                  {", saw '\\r'", ", found the end of the line"},
-                                  {", saw ", ", found "},
-                                  {"could not be interpreted as a value", "is a number too large or too small"},
-                                  {"is not representable in 64 bits", "is a number too large"}})
+    for (const auto& [was, is] :
+         {std::pair<std::string_view, std::string_view>{", saw '\\n'", ", found the end of the line"},
+          {", saw '\\r'", ", found the end of the line"},
+          {", saw ", ", found "},
+          {"could not be interpreted as a value", "is a number too large or too small"},
+          {"is not representable in 64 bits", "is a number too large"}})
         if (const std::size_t at = said.find(was); at != npos) {
             said.replace(at, was.size(), is);
             break;
@@ -224,13 +230,15 @@ std::string reworded(std::string said, bool at_end) {
     if (!known || (said.find("cannot redefine") == npos && said.find("cannot insert") == npos))
         throw InputError(message_at(
             place, reworded(said, known && place.column >
-                                               static_cast<int>(source->lines[static_cast<std::size_t>(place.line) - 1].size()))));
+                                               static_cast<int>(
+                                                   source->lines[static_cast<std::size_t>(place.line) - 1].size()))));
     const auto [name, begin] =
         key_at(source->lines[static_cast<std::size_t>(place.line) - 1], static_cast<std::size_t>(place.column) - 1);
     place.column = static_cast<int>(begin) + 1, place.length = std::max(1, static_cast<int>(name.size()));
     const int first = line_of_first(text, place.line, source);
-    throw InputError(message_at(place, first > 0 ? fmt::format("'{}' is given twice; the first is on line {}", name, first)
-                                                 : fmt::format("'{}' is given twice", name)));
+    throw InputError(message_at(place, first > 0
+                                           ? fmt::format("'{}' is given twice; the first is on line {}", name, first)
+                                           : fmt::format("'{}' is given twice", name)));
 }
 
 } // namespace

@@ -42,8 +42,8 @@ std::string found(const TomlValue& value);
 /// The table of a whole document. Throws InputError "file:line:column: ..." on a syntax error or a key given twice.
 TomlValue parse_toml(const std::string& text, std::shared_ptr<const SourceText> source);
 
-/// Paths of every key, table and item of a list of tables: "rods.0.section". Other lists are long, and no check asks for their
-/// items.
+/// Paths of every key, table and item of a list of tables: "rods.0.section". Other lists are long, and no check asks
+/// for their items.
 std::set<std::string> given_keys(const TomlValue& root);
 
 /// Text cut into lines, without line ends.

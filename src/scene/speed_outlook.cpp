@@ -26,10 +26,12 @@ double fastest(const EndMotion& motion, double duration, double radius) {
     double most = 0;
     if (!motion.moves() && !motion.turns()) return most;
     const double span =
-        motion.period > 0 ? std::min(duration, std::max(motion.period, motion.times.empty() ? 0 : motion.times.back())) : duration;
+        motion.period > 0 ? std::min(duration, std::max(motion.period, motion.times.empty() ? 0 : motion.times.back()))
+                          : duration;
     for (int i = 0; i <= looks; ++i) {
         const double t = span * i / looks;
-        if (const double speed = norm(motion.displacement(t).rate) + radius * norm(motion.turn(t).rate); std::isfinite(speed))
+        if (const double speed = norm(motion.displacement(t).rate) + radius * norm(motion.turn(t).rate);
+            std::isfinite(speed))
             most = std::max(most, speed);
     }
     return most;
@@ -71,11 +73,12 @@ std::string softness(const Meeting& meeting, const ContactLaw& given, const Cont
     if (!(last.stiffness > 0)) return {};
     const double energy = 0.5 * mass * meeting.speed * meeting.speed, depth = overlap_of_energy(last, energy);
     if (!(depth > meeting.diameter)) return {};
-    return fmt::format("contact: {} may meet at {:.3g} m/s, and would sink {:.2g} diameters into each other: they pass through; {} "
-                       "would hold them at the {:g} that the time step allows for",
-                       meeting.who, meeting.speed, depth / meeting.diameter,
-                       stiffer_law(given, law, mass, energy / energy_at(last, meeting.allowed * meeting.diameter)).text,
-                       meeting.allowed);
+    return fmt::format(
+        "contact: {} may meet at {:.3g} m/s, and would sink {:.2g} diameters into each other: they pass through; {} "
+        "would hold them at the {:g} that the time step allows for",
+        meeting.who, meeting.speed, depth / meeting.diameter,
+        stiffer_law(given, law, mass, energy / energy_at(last, meeting.allowed * meeting.diameter)).text,
+        meeting.allowed);
 }
 
 } // namespace
@@ -84,10 +87,10 @@ double SpeedOutlook::longest_step() const { return fastest.speed > 0 ? fastest.s
 
 std::vector<std::string> SpeedOutlook::doubts_of_step(double dt) const {
     if (!(dt > longest_step() * (1 + 1e-9))) return {};
-    return {fmt::format("time.dt = {:.4g} s: {} may meet at {:.3g} m/s, {:.2g} diameters in a step, and an overlap of {:g} is "
-                        "allowed for; dt = {:.2g} would see them meet",
-                        dt, fastest.who, fastest.speed, fastest.speed * dt / fastest.diameter, fastest.allowed,
-                        0.95 * longest_step())};
+    return {fmt::format(
+        "time.dt = {:.4g} s: {} may meet at {:.3g} m/s, {:.2g} diameters in a step, and an overlap of {:g} is "
+        "allowed for; dt = {:.2g} would see them meet",
+        dt, fastest.who, fastest.speed, fastest.speed * dt / fastest.diameter, fastest.allowed, 0.95 * longest_step())};
 }
 
 SpeedOutlook speed_outlook(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups) {
@@ -96,7 +99,8 @@ SpeedOutlook speed_outlook(const SceneSpec& scene, const ContactLaws* laws, std:
     std::vector<Speeds> speeds;
     for (const RodGroup& group : groups) speeds.push_back(speeds_of(group, scene.time.duration));
     const auto take = [&](Meeting meeting) {
-        if (meeting.speed > 0 && (out.fastest.speed == 0 || meeting.step() < out.fastest.step())) out.fastest = std::move(meeting);
+        if (meeting.speed > 0 && (out.fastest.speed == 0 || meeting.step() < out.fastest.step()))
+            out.fastest = std::move(meeting);
     };
     for (std::size_t a = 0; laws && a < groups.size(); ++a)
         for (std::size_t b = 0; b <= a; ++b) {
@@ -106,7 +110,8 @@ SpeedOutlook speed_outlook(const SceneSpec& scene, const ContactLaws* laws, std:
             if (!(speed > 0)) continue;
             const Meeting meeting{a == b ? fmt::format("two of '{}'", groups[a].name())
                                          : fmt::format("'{}' and '{}'", groups[b].name(), groups[a].name()),
-                                  speed, 2 * std::min(thinnest(groups[a]), thinnest(groups[b])), scene.contact->overlap};
+                                  speed, 2 * std::min(thinnest(groups[a]), thinnest(groups[b])),
+                                  scene.contact->overlap};
             take(meeting);
             if (const std::string doubt =
                     softness(meeting, scene.contact->law, laws->between(a, b), reduced_mass(groups[a], groups[b]));
@@ -114,7 +119,8 @@ SpeedOutlook speed_outlook(const SceneSpec& scene, const ContactLaws* laws, std:
                 out.doubts.push_back(doubt);
         }
     for (const Wall& wall : scene.walls) {
-        const double of_wall = wall.servo.drives() ? std::max(wall.servo.speed, wall.servo.approach) : norm(wall.velocity);
+        const double of_wall =
+            wall.servo.drives() ? std::max(wall.servo.speed, wall.servo.approach) : norm(wall.velocity);
         for (std::size_t g = 0; g < groups.size(); ++g) {
             const double speed = of_wall + speeds[g].of_one();
             if (!wall.acts_on(groups[g].name()) || !(speed > 0)) continue;

@@ -1,5 +1,5 @@
-// Speeds that a scene states, against the sizes of what may meet: how long a step may be in which they are seen to meet, and
-// contacts that are too soft to stop them.                                                                   theory.md (58c)
+// Speeds that a scene states, against the sizes of what may meet: how long a step may be in which they are seen to
+// meet, and contacts that are too soft to stop them. theory.md (58c)
 #pragma once
 
 #include "scene/scene_spec.hpp"
@@ -24,7 +24,7 @@ struct Meeting {
 };
 
 struct SpeedOutlook {
-    Meeting fastest;                 ///< that leaves the shortest step; speed 0: the scene states no speed of what may meet
+    Meeting fastest; ///< that leaves the shortest step; speed 0: the scene states no speed of what may meet
     std::vector<std::string> doubts; ///< contacts that what meets would pass through
     double longest_step() const;     ///< s
     /// Where a step is longer; empty: it is not.

@@ -76,8 +76,8 @@ Vec3d over(const Vec3d& moment, const Vec3d& stiffness) {
 }
 
 /// A wave r(t) A(s) sin(2 pi t/T - phase(s)) about a direction.
-template <class Share>
-Muscle wave(const RodGroup& group, double period, const Ramp& ramp, const Vec3d& direction, LoadFrame frame, Share share) {
+template <class Share> Muscle wave(const RodGroup& group, double period, const Ramp& ramp, const Vec3d& direction,
+                                   LoadFrame frame, Share share) {
     return [&group, period, ramp, direction, frame, share](const Vertex& at, double time) {
         const auto [amplitude, phase] = share(at.place);
         const double rate = 2 * std::numbers::pi / period, instant = 1e-4 * period, r = ramp.at(time);
@@ -86,8 +86,9 @@ Muscle wave(const RodGroup& group, double period, const Ramp& ramp, const Vec3d&
         const auto element = static_cast<std::size_t>(std::clamp(at.node, 0, group.elements() - 1));
         const Vec3d about = frame == LoadFrame::body ? direction : group.start_directors()[element] * direction;
         const double angle = rate * time - phase;
-        return Bending{over((r * amplitude * std::sin(angle)) * about, at.stiffness),
-                       over((r * amplitude * rate * std::cos(angle) + rise * amplitude * std::sin(angle)) * about, at.stiffness)};
+        return Bending{
+            over((r * amplitude * std::sin(angle)) * about, at.stiffness),
+            over((r * amplitude * rate * std::cos(angle) + rise * amplitude * std::sin(angle)) * about, at.stiffness)};
     };
 }
 
@@ -108,8 +109,8 @@ Muscle formula(const RodGroup& group, const MuscleFormula& muscle, const Formula
     const std::vector<std::string>& texts = muscle.curvature.empty() ? muscle.moment : muscle.curvature;
     std::vector<FormulaFault> found;
     for (std::size_t i = 0; i < 3; ++i) {
-        const auto value =
-            read_formula(read->graph, names, texts[i], static_cast<int>(i), muscle.curvature.empty() ? "N m" : "1/m", found);
+        const auto value = read_formula(read->graph, names, texts[i], static_cast<int>(i),
+                                        muscle.curvature.empty() ? "N m" : "1/m", found);
         if (!value) return {}; // its faults are told elsewhere
         read->value[i] = value->node;
     }
@@ -118,13 +119,15 @@ Muscle formula(const RodGroup& group, const MuscleFormula& muscle, const Formula
     return [read, moment, lab, &group](const Vertex& at, double time) {
         std::array<double, variables> values{};
         for (int v = static_cast<int>(Variable::s); v < variables; ++v)
-            values[static_cast<std::size_t>(v)] = read->places.value(static_cast<Variable>(v), static_cast<std::size_t>(at.node));
+            values[static_cast<std::size_t>(v)] =
+                read->places.value(static_cast<Variable>(v), static_cast<std::size_t>(at.node));
         values[static_cast<std::size_t>(Variable::t)] = time;
         const std::vector<double> all = read->graph.values(values);
         const auto vector = [&](const std::array<int, 3>& nodes) {
             const auto of = [&](std::size_t i) {
                 const double x = all[static_cast<std::size_t>(nodes[i])];
-                return std::isfinite(x) ? x : 0.0; // the derivative of a root may have a pole where the root itself is 0
+                return std::isfinite(x) ? x
+                                        : 0.0; // the derivative of a root may have a pole where the root itself is 0
             };
             Vec3d v{of(0), of(1), of(2)};
             const auto element = static_cast<std::size_t>(std::clamp(at.node, 0, group.elements() - 1));
@@ -136,7 +139,8 @@ Muscle formula(const RodGroup& group, const MuscleFormula& muscle, const Formula
 }
 
 /// The muscles of a group's rod.
-std::vector<Muscle> muscles_of(const SceneSpec& scene, const RodGroup& group, std::span<const Load> loads, std::int64_t rod) {
+std::vector<Muscle> muscles_of(const SceneSpec& scene, const RodGroup& group, std::span<const Load> loads,
+                               std::int64_t rod) {
     std::vector<Muscle> all;
     const double length = length_of(group);
     for (std::size_t i = 0; i < loads.size(); ++i) {
@@ -152,8 +156,10 @@ std::vector<Muscle> muscles_of(const SceneSpec& scene, const RodGroup& group, st
         if (const auto* m = loads[i].get_if<MuscleTorques>())
             all.push_back(wave(group, m->period, m->ramp, m->direction, m->frame, [m, length, &group](double s) {
                 const double back = 1 - s / length; // from the end to the start
-                const int at = std::clamp(static_cast<int>(std::lround(back * group.elements())) - 1, 0, group.elements() - 1);
-                return std::pair(m->amplitude_at(std::clamp(back, 0.0, 1.0), static_cast<std::size_t>(at)), m->phase_at(back));
+                const int at =
+                    std::clamp(static_cast<int>(std::lround(back * group.elements())) - 1, 0, group.elements() - 1);
+                return std::pair(m->amplitude_at(std::clamp(back, 0.0, 1.0), static_cast<std::size_t>(at)),
+                                 m->phase_at(back));
             }));
     }
     return all;
@@ -164,7 +170,8 @@ std::vector<std::int64_t> some_rods(const RodGroup& group) {
     constexpr std::int64_t most = 4;
     std::vector<std::int64_t> rods{0};
     if (group.places().from_file()) return rods;
-    for (std::int64_t i = 1; i < std::min(most, group.count()); ++i) rods.push_back(i * (group.count() - 1) / (most - 1));
+    for (std::int64_t i = 1; i < std::min(most, group.count()); ++i)
+        rods.push_back(i * (group.count() - 1) / (most - 1));
     return rods;
 }
 
@@ -174,13 +181,14 @@ double inertia_at(const RodGroup& group, const Vertex& at, double fluid_density)
     return (group.spec().material.density + fluid_density) * e.volume * e.inv_rest_length;
 }
 
-/// The largest speed that bending by this curvature has room for: all of its energy becomes kinetic.        theory.md (93)
+/// The largest speed that bending by this curvature has room for: all of its energy becomes kinetic.        theory.md
+/// (93)
 double speed_of_release(const RodGroup& group, const Vertex& at, const Vec3d& curvature, double fluid_density) {
     return std::sqrt(dot(scale(at.stiffness, curvature), curvature) / inertia_at(group, at, fluid_density));
 }
 
-/// Velocities of nodes of a rod whose curvature changes at these rates, less what carries and turns it as a whole where its ends
-/// are free.                                                                                                theory.md (94)
+/// Velocities of nodes of a rod whose curvature changes at these rates, less what carries and turns it as a whole where
+/// its ends are free. theory.md (94)
 double speed_of_bending(const RodGroup& group, std::span<const Vertex> vertices, std::span<const Vec3d> rates) {
     const std::size_t n = group.element.size();
     std::vector<Vec3d> velocity{{0, 0, 0}};
@@ -212,18 +220,22 @@ double speed_of_bending(const RodGroup& group, std::span<const Vertex> vertices,
     for (std::size_t i = 0; i < place.size(); ++i) slope += ((place[i] - first) / second) * velocity[i];
     if (from_start) mean = velocity.front() + first * slope; // a pinned end stays
     double most = 0;
-    for (std::size_t i = 0; i < place.size(); ++i) most = std::max(most, sum_of(velocity[i] - mean - (place[i] - first) * slope));
+    for (std::size_t i = 0; i < place.size(); ++i)
+        most = std::max(most, sum_of(velocity[i] - mean - (place[i] - first) * slope));
     return most;
 }
 
 /// Speed of a rod that falls or rises: as far as the duration, inertial or viscous drag on a cylinder let it.
 double speed_of_weight(const RodGroup& group, const Vec3d& gravity, const FluidSpec& fluid, double duration) {
-    const double density = group.spec().material.density, excess = std::abs(density - fluid.density), g = sum_of(gravity);
+    const double density = group.spec().material.density, excess = std::abs(density - fluid.density),
+                 g = sum_of(gravity);
     double radius = 0;
     for (const ElementConstants& e : group.element) radius = std::max(radius, e.radius);
     const double slender = 1 + std::log(std::max(1.0, length_of(group) / (2 * radius)));
-    const double viscous = fluid.viscosity > 0 ? excess * g * radius * radius * slender / (4 * fluid.viscosity) : HUGE_VAL;
-    return std::min({excess / density * g * duration, std::sqrt(std::numbers::pi * radius * g * excess / fluid.density), viscous});
+    const double viscous =
+        fluid.viscosity > 0 ? excess * g * radius * radius * slender / (4 * fluid.viscosity) : HUGE_VAL;
+    return std::min(
+        {excess / density * g * duration, std::sqrt(std::numbers::pi * radius * g * excess / fluid.density), viscous});
 }
 
 /// Speeds of both ends of a group's rods that move as prescribed.
@@ -244,7 +256,8 @@ double speed_at_start(const RodGroup& group) {
 }
 
 /// Calls f(vertices, muscles) for some rods of a group.
-template <class F> void for_bent_rods(const SceneSpec& scene, const RodGroup& group, std::span<const Load> loads, F&& f) {
+template <class F>
+void for_bent_rods(const SceneSpec& scene, const RodGroup& group, std::span<const Load> loads, F&& f) {
     if (!group.strained()) return;
     const std::vector<Vertex> vertices = vertices_of(group);
     for (const std::int64_t rod : some_rods(group)) f(vertices, muscles_of(scene, group, loads, rod));
@@ -299,7 +312,8 @@ double speed_of_muscles(const SceneSpec& scene, const RodGroup& group, std::span
 
 } // namespace
 
-std::vector<StatedSpeed> stated_speeds(const SceneSpec& scene, std::span<const RodGroup> groups, std::span<const Load> loads) {
+std::vector<StatedSpeed> stated_speeds(const SceneSpec& scene, std::span<const RodGroup> groups,
+                                       std::span<const Load> loads) {
     std::vector<StatedSpeed> all;
     const auto take = [&](double value, const std::string& by, bool at_once) {
         if (value > 0) all.push_back({value, by, at_once});
@@ -322,17 +336,18 @@ std::vector<StatedSpeed> stated_speeds(const SceneSpec& scene, std::span<const R
     return all;
 }
 
-std::vector<std::string> abrupt_starts(const SceneSpec& scene, std::span<const RodGroup> groups, std::span<const Load> loads) {
+std::vector<std::string> abrupt_starts(const SceneSpec& scene, std::span<const RodGroup> groups,
+                                       std::span<const Load> loads) {
     constexpr double share = 1e-3; // rad of a cell
     std::vector<std::string> found;
     for (const RodGroup& group : groups) {
         const Release release = release_of(scene, group, loads);
         if (!(norm(release.curvature) * release.length > share)) continue;
-        found.push_back(
-            fmt::format("rods.{}: muscles and rest curvature differ from the shape at t = 0 by up to {:.3g} 1/m: the rod "
-                        "starts with a shock, of up to {:.3g} m/s, and how far it gets then depends on the grid and the "
-                        "step by tens of percent; a factor such as ramp(t, T) in a formula lets muscles begin at 0",
-                        group.name(), norm(release.curvature), release.speed));
+        found.push_back(fmt::format(
+            "rods.{}: muscles and rest curvature differ from the shape at t = 0 by up to {:.3g} 1/m: the rod "
+            "starts with a shock, of up to {:.3g} m/s, and how far it gets then depends on the grid and the "
+            "step by tens of percent; a factor such as ramp(t, T) in a formula lets muscles begin at 0",
+            group.name(), norm(release.curvature), release.speed));
     }
     return found;
 }

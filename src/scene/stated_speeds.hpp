@@ -1,4 +1,5 @@
-// Speeds of rods in a fluid that follow from what a scene states, before anything has moved.                theory.md (93), (94)
+// Speeds of rods in a fluid that follow from what a scene states, before anything has moved.                theory.md
+// (93), (94)
 #pragma once
 
 #include "scene/scene_spec.hpp"
@@ -17,9 +18,11 @@ struct StatedSpeed {
 };
 
 /// All that are above 0. Ranks find the same, whatever rods of a file they know. `loads`: with formulas read.
-std::vector<StatedSpeed> stated_speeds(const SceneSpec& scene, std::span<const RodGroup> groups, std::span<const Load> loads);
+std::vector<StatedSpeed> stated_speeds(const SceneSpec& scene, std::span<const RodGroup> groups,
+                                       std::span<const Load> loads);
 
 /// Muscles and rest curvatures that differ from the shape at t = 0, in words.
-std::vector<std::string> abrupt_starts(const SceneSpec& scene, std::span<const RodGroup> groups, std::span<const Load> loads);
+std::vector<std::string> abrupt_starts(const SceneSpec& scene, std::span<const RodGroup> groups,
+                                       std::span<const Load> loads);
 
 } // namespace skein

@@ -62,9 +62,10 @@ std::vector<std::string> checkpoints_of(const Communicator& comm, const std::str
         if (!wanted.step || step == *wanted.step) found.push_back((fs::path(directory) / file).string());
     }
     if (!found.empty()) return found;
-    throw InputError(files.empty() ? fmt::format("{}: there is no checkpoint in '{}'", name, directory)
-                                   : fmt::format("{}: there is no checkpoint of that step in '{}'; those there are of {}", name,
-                                                 directory, steps));
+    throw InputError(files.empty()
+                         ? fmt::format("{}: there is no checkpoint in '{}'", name, directory)
+                         : fmt::format("{}: there is no checkpoint of that step in '{}'; those there are of {}", name,
+                                       directory, steps));
 }
 
 Clock continued(const Clock& clock, double dt, Integrator integrator) {
@@ -77,14 +78,15 @@ Clock continued(const Clock& clock, double dt, Integrator integrator) {
 void refuse_other_rods(const CheckpointInfo& parent, const std::string& physics) {
     const auto forbidden = forbidden_changes(parent.scene, physics);
     if (!forbidden.empty())
-        throw InputError(
-            fmt::format("{}: its state is one of other rods or walls; a branch may change times, loads, damping, contact "
-                        "laws, material, and how walls move, but not:{}",
-                        parent.file, text_of(forbidden)));
+        throw InputError(fmt::format(
+            "{}: its state is one of other rods or walls; a branch may change times, loads, damping, contact "
+            "laws, material, and how walls move, but not:{}",
+            parent.file, text_of(forbidden)));
 }
 
-CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, std::span<const RodGroup> groups, Rods& rods,
-                            std::span<const std::string> kept, const std::function<void(const std::string&)>& warn) {
+CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, std::span<const RodGroup> groups,
+                            Rods& rods, std::span<const std::string> kept,
+                            const std::function<void(const std::string&)>& warn) {
     const StartSpec& start = branch.scene.start;
     const auto files = checkpoints_of(comm, start.from, fs::path(branch.scene.file).parent_path().string());
     const auto accept = [&](const CheckpointInfo& parent) { refuse_other_rods(parent, branch.physics); };
@@ -101,10 +103,11 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
 
     const Clock before(info.dt, info.step, integrator_of(info.scene), info.shift);
     const Integrator integrator = branch.scene.time.integrator;
-    const Clock after = start.time == StartTime::zero ? Clock(branch.dt, 0, integrator) : continued(before, branch.dt, integrator);
+    const Clock after =
+        start.time == StartTime::zero ? Clock(branch.dt, 0, integrator) : continued(before, branch.dt, integrator);
     if (after.done() >= after.step_at(branch.scene.time.duration))
-        throw InputError(fmt::format("{}: time.duration of {:g} s is over at the {:g} s with which it begins", branch.scene.file,
-                                     branch.scene.time.duration, after.time()));
+        throw InputError(fmt::format("{}: time.duration of {:g} s is over at the {:g} s with which it begins",
+                                     branch.scene.file, branch.scene.time.duration, after.time()));
     if (const double ahead = before.lag() - after.lag(); ahead != 0) drift_all(groups, rods, ahead);
 
     const auto changes = changes_of(info.scene, branch.physics);
@@ -118,7 +121,8 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
     if (!info.ancestry.empty()) ancestry["ancestry"] = Json::parse(info.ancestry, nullptr, false);
     info.ancestry = ancestry.dump();
     info.step = after.done(), info.dt = branch.dt, info.shift = after.shift();
-    if (std::any_of(changes.begin(), changes.end(), stores_energy)) info.audited_from.reset(); // the energy budget begins anew
+    if (std::any_of(changes.begin(), changes.end(), stores_energy))
+        info.audited_from.reset(); // the energy budget begins anew
     return info;
 }
 
@@ -130,9 +134,10 @@ std::string with_ancestry(const std::string& physics, const std::string& ancestr
 }
 
 std::string branch_file(const SceneSpec& scene, const CheckpointInfo& parent, const std::vector<KeyChange>& changes) {
-    std::string text = fmt::format("# Goes on from step {} of {}, t = {:g} s, digest {}.\n", parent.step,
-                                   fs::path(parent.file).parent_path().string(),
-                                   parent.shift + static_cast<double>(parent.step) * parent.dt, digest_text(parent.digest));
+    std::string text =
+        fmt::format("# Goes on from step {} of {}, t = {:g} s, digest {}.\n", parent.step,
+                    fs::path(parent.file).parent_path().string(),
+                    parent.shift + static_cast<double>(parent.step) * parent.dt, digest_text(parent.digest));
     for (const KeyChange& c : changes) text += fmt::format("# {}: was {}, now {}\n", c.key, c.was, c.now);
     return text + scene_toml(scene, Keys::given);
 }

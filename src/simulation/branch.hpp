@@ -1,4 +1,5 @@
-// Runs that begin with the state of another one, under changed keys.                                       theory.md (63)
+// Runs that begin with the state of another one, under changed keys.                                       theory.md
+// (63)
 #pragma once
 
 #include "io/checkpoint.hpp"
@@ -12,8 +13,8 @@
 
 namespace skein {
 
-/// Checkpoints that `name` may mean, the one to be tried first in front. `folder`: where relative names start. Throws InputError
-/// where there are none. Collective.
+/// Checkpoints that `name` may mean, the one to be tried first in front. `folder`: where relative names start. Throws
+/// InputError where there are none. Collective.
 std::vector<std::string> checkpoints_of(const Communicator& comm, const std::string& name, const std::string& folder);
 
 /// Where steps of another length go on from a clock: at the step nearest to its time, which does not change.
@@ -28,11 +29,12 @@ struct BranchOf {
     const std::string& physics; ///< of the branch
 };
 
-/// Loads the state that a scene begins with into `rods`, positions and directors moved to where the branch's step has them.
-/// Returns what a checkpoint of the branch itself would say at its first step. Damaged ones are passed over and told through `warn`
-/// unless the scene names their step. Collective.
-CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, std::span<const RodGroup> groups, Rods& rods,
-                            std::span<const std::string> kept, const std::function<void(const std::string&)>& warn);
+/// Loads the state that a scene begins with into `rods`, positions and directors moved to where the branch's step has
+/// them. Returns what a checkpoint of the branch itself would say at its first step. Damaged ones are passed over and
+/// told through `warn` unless the scene names their step. Collective.
+CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, std::span<const RodGroup> groups,
+                            Rods& rods, std::span<const std::string> kept,
+                            const std::function<void(const std::string&)>& warn);
 
 /// The physics with what a branch's checkpoints say of its ancestry; as it is where there is none.
 std::string with_ancestry(const std::string& physics, const std::string& ancestry);

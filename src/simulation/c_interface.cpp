@@ -12,7 +12,8 @@
 #include <vector>
 
 struct skein_run {
-    skein_run(const skein::Scene& scene, const skein::RunSettings& settings) : run(scene, settings), groups(run.groups()) {}
+    skein_run(const skein::Scene& scene, const skein::RunSettings& settings)
+        : run(scene, settings), groups(run.groups()) {}
 
     skein::Run run;
     std::vector<skein::GroupInfo> groups;
@@ -63,7 +64,8 @@ skein_run* skein_open(const char* file, const char* toml, const char* const* ove
         [&] {
             session();
             const std::vector<std::string> changes(overrides, overrides + override_count);
-            const skein::Scene scene = toml ? skein::Scene::from_text(toml, changes, file) : skein::Scene(file, changes);
+            const skein::Scene scene =
+                toml ? skein::Scene::from_text(toml, changes, file) : skein::Scene(file, changes);
             return std::make_unique<skein_run>(scene, skein::RunSettings{.threads = threads, .lanes = lanes}).release();
         },
         static_cast<skein_run*>(nullptr));
@@ -117,7 +119,9 @@ std::int64_t skein_table(skein_run* run, const char* table, double* at, double* 
 }
 
 int skein_group_count(skein_run* run) { return static_cast<int>(run->groups.size()); }
-const char* skein_group_name(skein_run* run, int group) { return run->groups[static_cast<std::size_t>(group)].name.c_str(); }
+const char* skein_group_name(skein_run* run, int group) {
+    return run->groups[static_cast<std::size_t>(group)].name.c_str();
+}
 std::int64_t skein_group_rods(skein_run* run, int group) {
     return guarded([&] { return static_cast<std::int64_t>(run->run.numbers(static_cast<std::size_t>(group)).size()); },
                    std::int64_t{-1});

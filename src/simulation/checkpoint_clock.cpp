@@ -32,6 +32,8 @@ void CheckpointClock::look() {
 
 bool CheckpointClock::due() const { return every_ > 0 && wall_seconds() - last_saved_ >= every_; }
 
-bool CheckpointClock::late(double limit) const { return wall_seconds() - began_ + 2 * saving_s_ + longest_look_s_ > limit; }
+bool CheckpointClock::late(double limit) const {
+    return wall_seconds() - began_ + 2 * saving_s_ + longest_look_s_ > limit;
+}
 
 } // namespace skein

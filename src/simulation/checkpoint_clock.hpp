@@ -8,8 +8,8 @@ namespace skein {
 /// Each rank has its own; root's, or the worst of all, is what they agree on.
 class CheckpointClock {
 public:
-    /// `every`: s between checkpoints, 0: none by wall time. `began`: wall_seconds() at which the run's time limit began to count.
-    /// `bytes`: of the state on this rank, by which a first checkpoint's time is guessed.
+    /// `every`: s between checkpoints, 0: none by wall time. `began`: wall_seconds() at which the run's time limit
+    /// began to count. `bytes`: of the state on this rank, by which a first checkpoint's time is guessed.
     CheckpointClock(double every, double began, double bytes);
 
     void begin_saving();
@@ -17,8 +17,8 @@ public:
     /// To be called where ranks meet.
     void look();
     bool due() const;
-    /// Whether a run that is to end `limit` seconds after it began must stop now: a last checkpoint takes twice the last one's
-    /// time, and it may be as long as ever until ranks meet again.
+    /// Whether a run that is to end `limit` seconds after it began must stop now: a last checkpoint takes twice the
+    /// last one's time, and it may be as long as ever until ranks meet again.
     bool late(double limit) const;
     double every() const { return every_; }
 

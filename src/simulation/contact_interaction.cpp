@@ -30,10 +30,10 @@ template <class Row> std::vector<Row> rows_of(std::span<const std::byte> bytes) 
 } // namespace
 
 ContactInteraction::ContactInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), plan_(parts.plan), groups_(parts.groups), exposure_(parts.around.exposure), loads_(parts.around.loads),
-      all_rods_(exposure_->scene().bodies()),
-      contacts_(
-          kernels(plan_.machine.lanes).make_contacts(contact_scene(groups_, *plan_.contact, *plan_.contact_laws), parts.threads)) {
+    : comm_(parts.comm), plan_(parts.plan), groups_(parts.groups), exposure_(parts.around.exposure),
+      loads_(parts.around.loads), all_rods_(exposure_->scene().bodies()),
+      contacts_(kernels(plan_.machine.lanes)
+                    .make_contacts(contact_scene(groups_, *plan_.contact, *plan_.contact_laws), parts.threads)) {
     for (const RodGroup& group : groups_) mobility_.push_back(contact_mobility(group));
     const ContactLaws& laws = *plan_.contact_laws;
     const std::size_t materials = laws.materials();
@@ -127,7 +127,8 @@ ContactInteraction::Bookings ContactInteraction::bookings(double after) const {
     };
     Bookings all{.energies = energies_at(after), .totals = {}};
     if (plan_.contact_laws->friction() == ContactFriction::none) return all;
-    all.totals.push_back(contacts_->figures().elastic_energy); // less that of normal springs: what springs of friction store
+    all.totals.push_back(
+        contacts_->figures().elastic_energy); // less that of normal springs: what springs of friction store
     for (const double energy : energies_at(0)) all.energies.push_back(-energy);
     return all;
 }
@@ -145,7 +146,8 @@ double ContactInteraction::booked_at_start() const { return sum(start_bookings_)
 void ContactInteraction::watch_overlap(const Step& step) {
     constexpr double noticeably = 1.01;
     const double now = contacts_->figures().max_overlap;
-    if (now > overlap_.allowed && now > noticeably * overlap_.overlap) overlap_.times = std::max(overlap_.times, stiffening());
+    if (now > overlap_.allowed && now > noticeably * overlap_.overlap)
+        overlap_.times = std::max(overlap_.times, stiffening());
     overlap_.take(now, step.index);
 }
 
@@ -165,9 +167,11 @@ void ContactInteraction::take_side_change(const SideChange& change, const Step& 
                  times = change.energy / energy_at(law, allowed);
     side_change_ =
         change.nearest == 0
-            ? fmt::format("{} and {} have passed through each other at {:.3g} m/s", place_of(a), place_of(b), change.speed)
-            : fmt::format("{} and {} pass through each other at {:.3g} m/s, their axes {:.2g} of the sum of their radii apart,",
-                          place_of(a), place_of(b), change.speed, change.nearest);
+            ? fmt::format("{} and {} have passed through each other at {:.3g} m/s", place_of(a), place_of(b),
+                          change.speed)
+            : fmt::format(
+                  "{} and {} pass through each other at {:.3g} m/s, their axes {:.2g} of the sum of their radii apart,",
+                  place_of(a), place_of(b), change.speed, change.nearest);
     cause_ = fmt::format("they move {:.2g} of the diameter against each other in a step", way / diameter);
     remedies_.clear();
     if (way > allowed) {
@@ -177,14 +181,15 @@ void ContactInteraction::take_side_change(const SideChange& change, const Step& 
                               plan_.contact->overlap);
     }
     if (times > 1) {
-        const StifferLaw stiffer = stiffer_law(plan_.contact->law, law, reduced_mass(groups_[group_a], groups_[group_b]), times);
+        const StifferLaw stiffer =
+            stiffer_law(plan_.contact->law, law, reduced_mass(groups_[group_a], groups_[group_b]), times);
         if (!stiffer.setting.empty()) remedies_.push_back(stiffer.setting);
         cause_ += fmt::format("; {} would take up their energy within that overlap", stiffer.text);
     }
 }
 
-/// How many times as stiff contacts would have to be to take up the energy of those that are too deep now, of whole bodies that
-/// approach each other, at the overlap that is allowed.
+/// How many times as stiff contacts would have to be to take up the energy of those that are too deep now, of whole
+/// bodies that approach each other, at the overlap that is allowed.
 double ContactInteraction::stiffening() const {
     double most = 1;
     for (const Contact& contact : contacts_->active(*exposure_)) {
@@ -192,7 +197,8 @@ double ContactInteraction::stiffening() const {
         const auto a = static_cast<std::size_t>(exposure_->at(contact.pair.a).group),
                    b = static_cast<std::size_t>(exposure_->at(contact.pair.b).group);
         const ContactLaw& law = plan_.contact_laws->between(a, b);
-        const double approach = std::max(0.0, dot(contact.slip, contact.normal)), mass = reduced_mass(groups_[a], groups_[b]);
+        const double approach = std::max(0.0, dot(contact.slip, contact.normal)),
+                     mass = reduced_mass(groups_[a], groups_[b]);
         most = std::max(most, (energy_at(law, contact.overlap) + 0.5 * mass * approach * approach) /
                                   energy_at(law, overlap_.allowed * contact.diameter));
     }
@@ -213,9 +219,10 @@ std::string ContactInteraction::invalid() const {
     const ContactFigures f = contacts_->figures();
     const double limit = step_limit();
     if (plan_.dt <= limit) return {};
-    return fmt::format("contacts are as stiff as {:.4g} N/m, where rods overlap by {:.3g} of their diameter: the step of {:.4g} s "
-                       "is beyond the {:.4g} s that they leave",
-                       f.max_stiffness, f.max_overlap, plan_.dt, limit);
+    return fmt::format(
+        "contacts are as stiff as {:.4g} N/m, where rods overlap by {:.3g} of their diameter: the step of {:.4g} s "
+        "is beyond the {:.4g} s that they leave",
+        f.max_stiffness, f.max_overlap, plan_.dt, limit);
 }
 
 Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
@@ -229,9 +236,10 @@ Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
         if (force < most.force) continue; // a force that is not finite is told
         const std::uint32_t own = first ? a : b, other = first ? b : a;
         most = {force,
-                fmt::format("its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
-                            element(own), element(other), name_of_body(groups_, e.at(other).gid), force,
-                            contact.overlap / contact.diameter)};
+                fmt::format(
+                    "its element {} and element {} of {} press each other with {:.3g} N, {:.3g} of the diameter deep",
+                    element(own), element(other), name_of_body(groups_, e.at(other).gid), force,
+                    contact.overlap / contact.diameter)};
     }
     return most;
 }
@@ -260,19 +268,21 @@ std::string ContactInteraction::table() const {
         const auto [a, b] = contact.pair;
         const Vec3d &place = contact.place, &normal = contact.normal, &slip = contact.slip, &f = contact.force;
         const double push = -dot(f, normal);
-        mine.push_back({double(c.at(a).gid), double(element(a)), contact.s, double(c.at(b).gid), double(element(b)), contact.t,
-                        place.x, place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal), contact.overlap,
-                        norm(slip - dot(slip, normal) * normal), contact.weight});
+        mine.push_back({double(c.at(a).gid), double(element(a)), contact.s, double(c.at(b).gid), double(element(b)),
+                        contact.t, place.x, place.y, place.z, f.x, f.y, f.z, push, norm(f + push * normal),
+                        contact.overlap, norm(slip - dot(slip, normal) * normal), contact.weight});
         first_body.push_back(c.at(a).gid);
     }
-    std::vector<Line> lines = rows_of<Line>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Line), first_body));
-    std::sort(lines.begin(), lines.end(),
-              [](const Line& x, const Line& y) { return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]); });
+    std::vector<Line> lines =
+        rows_of<Line>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Line), first_body));
+    std::sort(lines.begin(), lines.end(), [](const Line& x, const Line& y) {
+        return std::tie(x[0], x[1], x[3], x[4]) < std::tie(y[0], y[1], y[3], y[4]);
+    });
     std::string text;
     if (comm_.root())
-        text =
-            "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal[N],friction[N],"
-            "overlap[m],slip[m/s],weight\n";
+        text = "rod_1,element_1,share_1,rod_2,element_2,share_2,x[m],y[m],z[m],force_x[N],force_y[N],force_z[N],normal["
+               "N],friction[N],"
+               "overlap[m],slip[m/s],weight\n";
     for (const Line& line : lines) text += fmt::format("{}\n", fmt::join(line, ","));
     return text;
 }
@@ -293,11 +303,12 @@ KeptNumbers ContactInteraction::kept() const {
     std::vector<std::int64_t> first_body;
     for (const KeptContact& c : contacts_->kept(*exposure_)) {
         const ContactMemory<double>& m = c.memory;
-        mine.push_back({double(c.a), double(c.b), double(c.status), m.spring.x.x, m.spring.x.y, m.spring.x.z, m.spring.stiffness,
-                        m.viscous_part.x, m.viscous_part.y, m.viscous_part.z, m.weight});
+        mine.push_back({double(c.a), double(c.b), double(c.status), m.spring.x.x, m.spring.x.y, m.spring.x.z,
+                        m.spring.stiffness, m.viscous_part.x, m.viscous_part.y, m.viscous_part.z, m.weight});
         first_body.push_back(exposure_->scene().gid_at(c.a));
     }
-    std::vector<Row> rows = rows_of<Row>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));
+    std::vector<Row> rows =
+        rows_of<Row>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));
     std::sort(rows.begin(), rows.end());
     KeptNumbers kept{.name = kept_name(), .numbers = {}, .columns = contact_size, .rows = {}};
     for (const BinnedTotal& work : totals(comm_, std::array{f.friction_work, f.viscous_work}))

@@ -34,17 +34,17 @@ public:
     KeptNumbers kept() const override;
     void recall(const KeptNumbers& kept) override;
 
-    /// Every contact of the scene, a line each, in order of pairs: the part of ranks one after another, with the head on root.
-    /// Collective.
+    /// Every contact of the scene, a line each, in order of pairs: the part of ranks one after another, with the head
+    /// on root. Collective.
     std::string table() const;
-    /// Forces of the last step's contacts on the exposed slots of a rod of this rank, lab, N: zeros before the first step, and not
-    /// numbers before the first one after a checkpoint, which does not keep them.
+    /// Forces of the last step's contacts on the exposed slots of a rod of this rank, lab, N: zeros before the first
+    /// step, and not numbers before the first one after a checkpoint, which does not keep them.
     void forces(std::int64_t gid, std::span<Vec3d> out) const;
 
     /// An energy audit begins, in which positions are by `lag` behind the rates, s.
     void begin_audit(double lag);
-    /// Energy that contacts store, by how far bodies overlap, and what friction and dashpots have dissipated, J: now, and when an
-    /// audit began here. Collective.
+    /// Energy that contacts store, by how far bodies overlap, and what friction and dashpots have dissipated, J: now,
+    /// and when an audit began here. Collective.
     double booked(double lag) const;
     double booked_at_start() const;
 
@@ -56,7 +56,8 @@ private:
         void add(const Bookings& other);
     };
     double sum(const Bookings& mine) const;
-    /// Energies of this rank with bodies where they will be in this time at their last rates, s; 0 before the first step.
+    /// Energies of this rank with bodies where they will be in this time at their last rates, s; 0 before the first
+    /// step.
     Bookings bookings(double after) const;
     OwnerDirectory directory() const;
     /// Of a slot: the element of a rod, or the part of a body.
@@ -77,12 +78,12 @@ private:
     std::vector<ContactMobility> mobility_; ///< by group
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
-    std::string side_change_, cause_;    ///< the first of this rank, in words; empty: none
-    std::vector<std::string> remedies_;  ///< of that
-    double step_of_change_ = HUGE_VAL;   ///< s, in which that pair would move no farther than the overlap that is allowed
-    bool follows_ = false;               ///< bodies of a running step have come here
-    std::int64_t inactive_ = 0;          ///< pairs of the last search that do not touch, whose first body is own
-    bool forces_lost_ = false;           ///< since a checkpoint was loaded
+    std::string side_change_, cause_;   ///< the first of this rank, in words; empty: none
+    std::vector<std::string> remedies_; ///< of that
+    double step_of_change_ = HUGE_VAL; ///< s, in which that pair would move no farther than the overlap that is allowed
+    bool follows_ = false;             ///< bodies of a running step have come here
+    std::int64_t inactive_ = 0;        ///< pairs of the last search that do not touch, whose first body is own
+    bool forces_lost_ = false;         ///< since a checkpoint was loaded
     std::optional<double> audit_begins_; ///< lag of an audit whose first step is not yet done, s
     Bookings start_bookings_;            ///< none where no audit began here
 };

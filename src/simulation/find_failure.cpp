@@ -1,5 +1,5 @@
-// What a run does about a failure: it goes back to the last copy of the state, makes the steps again looking at each, and says
-// where it began.
+// What a run does about a failure: it goes back to the last copy of the state, makes the steps again looking at each,
+// and says where it began.
 #include "core/share_text.hpp"
 #include "core/timer.hpp"
 #include "core/two_digits.hpp"
@@ -22,8 +22,8 @@ namespace skein {
 
 namespace {
 
-constexpr std::int64_t look_every = 64;          ///< steps of a first coarse search
-constexpr std::int64_t copy_every = 1024;        ///< steps between two copies at least: one costs as much as ten steps at most
+constexpr std::int64_t look_every = 64;   ///< steps of a first coarse search
+constexpr std::int64_t copy_every = 1024; ///< steps between two copies at least: one costs as much as ten steps at most
 constexpr std::int64_t copy_of_fluid_every = 32; ///< steps of a fluid: a copy costs as much as one at most
 constexpr double held = 0.9;                     ///< share of a limit that is proposed
 constexpr double resolved = 0.1;                 ///< of an element's length, or rad: what a load may do within a step
@@ -57,13 +57,14 @@ std::string story_of(const std::vector<PassEffect>& effects) {
     const PassEffect* worst = worst_of(effects);
     if (!worst) return "no load acts";
     if (!worst->finite)
-        return fmt::format("after the pass '{}' numbers at {} {} are not finite", worst->pass, worst->turns ? "element" : "node",
-                           worst->at);
-    std::string text = worst->turns
-                           ? fmt::format("pass '{}': a couple of {:.3g} N m on element {}, {:.3g} rad within a step", worst->pass,
-                                         worst->load, worst->at, worst->share)
-                           : fmt::format("pass '{}': a force of {:.3g} N on node {}, {:.3g} of an element's length within a step",
-                                         worst->pass, worst->load, worst->at, worst->share);
+        return fmt::format("after the pass '{}' numbers at {} {} are not finite", worst->pass,
+                           worst->turns ? "element" : "node", worst->at);
+    std::string text =
+        worst->turns
+            ? fmt::format("pass '{}': a couple of {:.3g} N m on element {}, {:.3g} rad within a step", worst->pass,
+                          worst->load, worst->at, worst->share)
+            : fmt::format("pass '{}': a force of {:.3g} N on node {}, {:.3g} of an element's length within a step",
+                          worst->pass, worst->load, worst->at, worst->share);
     const PassEffect* next = nullptr;
     for (const PassEffect& e : effects)
         if (&e != worst && e.share > 0 && (!next || e.share > next->share)) next = &e;
@@ -82,7 +83,9 @@ struct Simulation::InvalidRod {
 };
 
 void Simulation::keep_copy() {
-    if (plan_.relax || options_.rewind == Rewind::never || (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0)) return;
+    if (plan_.relax || options_.rewind == Rewind::never ||
+        (options_.rewind == Rewind::automatic && plan_.copy_bytes == 0))
+        return;
     if (clock_.done() % plan_.events_every() != 0) return; // within a step of the fluid
     const std::int64_t every = std::max(copy_every, plan_.fluid ? copy_of_fluid_every * plan_.events_every() : 0);
     if (copy_ && clock_.done() - copy_->step() < every) return;
@@ -129,8 +132,12 @@ Simulation::InvalidRod Simulation::first_invalid_rod() const {
         const std::string name = fmt::format("rod {} of '{}', ", rod.index, group.name());
         with_rod(group, rod.index, [&](const RodGroup& own) {
             if (const auto invalid = find_invalid(own, state)) {
-                first = {
-                    rod.gid, i, invalid->finite, false, name + invalid->reason + tension_hint(own, state), law_hint(own, state)};
+                first = {rod.gid,
+                         i,
+                         invalid->finite,
+                         false,
+                         name + invalid->reason + tension_hint(own, state),
+                         law_hint(own, state)};
             } else if (const Tightest at = tightest(own, state); watch.stops && watch.share(at.eigenvalue) > 1) {
                 first = {rod.gid, i, true, true, name + text_of(at, watch), law_hint(own, state)};
             }
@@ -168,10 +175,10 @@ Simulation::Failure Simulation::find_failure() {
     std::unique_ptr<StateCopy> older, old = std::move(copy_);
     while (redo(std::min(failed_by, (clock_.done() / look_every + 1) * look_every), true)) {
         if (clock_.done() >= failed_by)
-            return {.text = comm_.first_text(failure_) +
-                            fmt::format(
-                                "\n  the same steps, made again from step {}, went well: suspect this machine, and not the scene",
-                                (older ? older : old)->step())};
+            return {.text =
+                        comm_.first_text(failure_) + fmt::format("\n  the same steps, made again from step {}, went "
+                                                                 "well: suspect this machine, and not the scene",
+                                                                 (older ? older : old)->step())};
         older = std::move(old);
         old = copy_here();
     }
@@ -190,13 +197,15 @@ Simulation::Failure Simulation::find_failure() {
         found.text = comm_.first_text(reason_of_failure());
         found.cause = comm_.first_text(cause(interactions_));
     } else {
-        found.text = comm_.first_text(here ? fmt::format("{} at step {} (t = {:.6g} s, dt = {:.6g} s){}", mine.text, found.step,
-                                                         clock_.time(), plan_.dt, mine.hint)
+        found.text = comm_.first_text(here ? fmt::format("{} at step {} (t = {:.6g} s, dt = {:.6g} s){}", mine.text,
+                                                         found.step, clock_.time(), plan_.dt, mine.hint)
                                            : std::string());
     }
     try {
-        write_single_frame(comm_, options_.out, "failure", groups_, *rods_, plan_.title, found.step, clock_.time(), clock_.lag());
-        found.frame = fmt::format("all rods at step {}: {}/failure.h5, for ParaView failure.xdmf", found.step, options_.out);
+        write_single_frame(comm_, options_.out, "failure", groups_, *rods_, plan_.title, found.step, clock_.time(),
+                           clock_.lag());
+        found.frame =
+            fmt::format("all rods at step {}: {}/failure.h5, for ParaView failure.xdmf", found.step, options_.out);
         for (const auto& output : outputs_) output->follow(*rods_);
         write_end(true);
     } catch (const IoError& error) { // the failure is what the run ends with
@@ -231,8 +240,8 @@ Simulation::Failure Simulation::find_failure() {
             go_back(*before);
             redo(step, false);
         }
-        found.text +=
-            comm_.first_text(here ? fmt::format("\n  where it began: step {}, {}", began, story_of(worst)) : std::string());
+        found.text += comm_.first_text(here ? fmt::format("\n  where it began: step {}, {}", began, story_of(worst))
+                                            : std::string());
         if (!touch.text.empty()) found.text += fmt::format("\n  touched: at step {} {}", touched, touch.text);
         const double share = comm_.max(here ? share_of(worst) : 0);
         if (share > resolved) limit = std::min(limit, plan_.dt * std::sqrt(resolved / share) / held);
@@ -300,16 +309,20 @@ void Simulation::throw_failure() {
     } catch (const IoError&) { // the failure is what the run ends with
     }
     if (plan_.relax)
-        throw NumericalError(comm_.first_text(failure_) + "\n  the relaxation has left the way to rest: give a start nearer to it, "
-                                                          "weaker loads or more elements");
+        throw NumericalError(comm_.first_text(failure_) +
+                             "\n  the relaxation has left the way to rest: give a start nearer to it, "
+                             "weaker loads or more elements");
     if (groups_.empty()) {
         std::string text = comm_.first_text(failure_);
         if (last_checkpoint_ >= 0) text += fmt::format("\n  the last good checkpoint is of step {}", last_checkpoint_);
         throw NumericalError(text);
     }
     const double dt = plan_.dt, ratio = dt / plan_.limit;
-    const auto settings = [&] { return comm_.first_text(fmt::format("{}", fmt::join(remedies(interactions_), " --set "))); };
-    Failure found{.text = comm_.first_text(failure_), .cause = comm_.first_text(cause(interactions_)), .settings = settings()};
+    const auto settings = [&] {
+        return comm_.first_text(fmt::format("{}", fmt::join(remedies(interactions_), " --set ")));
+    };
+    Failure found{
+        .text = comm_.first_text(failure_), .cause = comm_.first_text(cause(interactions_)), .settings = settings()};
     const std::string of_fluid = fluid_of(interactions_) ? found.settings : std::string();
     if (copy_) {
         const auto timing = timers_.time(Phase::rods);
@@ -318,34 +331,42 @@ void Simulation::throw_failure() {
     }
     std::string text = found.text;
     // A step so short that no run would end is no remedy.
-    const bool no_step = found.remedy == Remedy::none || (found.remedy == Remedy::untried && found.dt < shortest_proposed * dt);
+    const bool no_step =
+        found.remedy == Remedy::none || (found.remedy == Remedy::untried && found.dt < shortest_proposed * dt);
     if (!found.cause.empty()) {
         text += "\n  cause: " + found.cause;
         if (found.remedy == Remedy::none)
-            text += fmt::format("\n  a shorter step does not help: the same steps fail with time.dt = {:g} too", found.dt);
+            text +=
+                fmt::format("\n  a shorter step does not help: the same steps fail with time.dt = {:g} too", found.dt);
     } else if (no_step && found.remedy == Remedy::untried)
-        text += fmt::format(
-            "\n  likely cause: what acts on the rods; it would take steps of {:g} s, where one now has {:g} s: weaken the "
-            "load, or give the rods a larger radius or a larger youngs_modulus",
-            found.dt, dt);
+        text += fmt::format("\n  likely cause: what acts on the rods; it would take steps of {:g} s, where one now has "
+                            "{:g} s: weaken the "
+                            "load, or give the rods a larger radius or a larger youngs_modulus",
+                            found.dt, dt);
     else if (no_step)
         text += fmt::format(
-            "\n  likely cause: what acts on the rods, or too few elements; a shorter step does not help: the same steps "
+            "\n  likely cause: what acts on the rods, or too few elements; a shorter step does not help: the same "
+            "steps "
             "fail with time.dt = {:g} too; weaken the load, or give the rods more elements, a larger radius or a "
             "larger youngs_modulus",
             found.dt);
-    else if (!of_fluid.empty()) text += "\n  likely cause: fluid and rods move faster than steps of the fluid were planned for";
+    else if (!of_fluid.empty())
+        text += "\n  likely cause: fluid and rods move faster than steps of the fluid were planned for";
     else
-        text += fmt::format("\n  likely cause: dt is {} of the rest-state limit {:.4g} s{}", share_text(ratio), plan_.limit,
-                            ratio > 0.95 ? ", too close to it; lower dt"
-                                         : "; strains have grown beyond what it allows, or a load is too strong");
+        text +=
+            fmt::format("\n  likely cause: dt is {} of the rest-state limit {:.4g} s{}", share_text(ratio), plan_.limit,
+                        ratio > 0.95 ? ", too close to it; lower dt"
+                                     : "; strains have grown beyond what it allows, or a load is too strong");
     if (!found.frame.empty()) text += "\n  " + found.frame;
-    if (found.remedy == Remedy::step) text += fmt::format("\n  the same steps hold with time.dt = {:g}: it was tried", found.dt);
+    if (found.remedy == Remedy::step)
+        text += fmt::format("\n  the same steps hold with time.dt = {:g}: it was tried", found.dt);
     if (found.remedy == Remedy::untried && !no_step)
-        text += fmt::format("\n  time.dt = {:g} may hold; to try it would take longer than {:g} s", found.dt, trial_seconds);
+        text += fmt::format("\n  time.dt = {:g} may hold; to try it would take longer than {:g} s", found.dt,
+                            trial_seconds);
     const std::string change = !of_fluid.empty() ? of_fluid
-                               : no_step         ? (found.settings.empty() ? std::string("KEY=VALUE") : found.settings)
-                                                 : fmt::format("time.dt={:g}", found.dt > 0 ? found.dt : rounded_down(0.5 * dt));
+                               : no_step
+                                   ? (found.settings.empty() ? std::string("KEY=VALUE") : found.settings)
+                                   : fmt::format("time.dt={:g}", found.dt > 0 ? found.dt : rounded_down(0.5 * dt));
     if (last_checkpoint_ >= 0)
         text += fmt::format("\n  the last good checkpoint is of step {}; to go on from it:\n"
                             "    skein branch {}@{} {}_2 --set {}",

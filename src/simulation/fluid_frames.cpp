@@ -14,7 +14,8 @@ std::uint64_t unsigned_of(int x) { return static_cast<std::uint64_t>(x); }
 /// Planes of a box, as many at a time as keep a piece small.
 class BoxFrame final : public FieldFrame {
 public:
-    BoxFrame(BoxSampler& sampler, const CellBox& box, const std::vector<CellField>& fields) : sampler_(sampler), fields_(fields) {
+    BoxFrame(BoxSampler& sampler, const CellBox& box, const std::vector<CellField>& fields)
+        : sampler_(sampler), fields_(fields) {
         const std::size_t plane = 3 * static_cast<std::size_t>(box.count[0]) * static_cast<std::size_t>(box.count[1]);
         const int most = static_cast<int>(std::max<std::size_t>(1, FieldSeries::most_numbers / plane));
         const Slab planes = sampler.planes();
@@ -88,16 +89,17 @@ struct FluidFrames::Output {
     bool is_due(std::int64_t step) const { return step % what.every == 0; }
 };
 
-FluidFrames::FluidFrames(const Communicator& comm, const Threads& threads, const FlowSolver& flow, const FluidPlan& plan,
-                         const std::string& directory, double dt, double shift, const Earlier& earlier)
+FluidFrames::FluidFrames(const Communicator& comm, const Threads& threads, const FlowSolver& flow,
+                         const FluidPlan& plan, const std::string& directory, double dt, double shift,
+                         const Earlier& earlier)
     : flow_(comm, flow) {
     const FluidGrid& grid = plan.constants.grid;
     for (const FluidOutput& output : plan.outputs) {
-        Output& made =
-            outputs_.emplace_back(Output{output,
-                                         FieldSeries(comm, names_of(output, directory), grid_of(output, grid), output.precision, dt,
-                                                     shift, earlier(FieldSeries::name_of(output.name))),
-                                         std::nullopt, std::nullopt, grid.cells});
+        Output& made = outputs_.emplace_back(
+            Output{output,
+                   FieldSeries(comm, names_of(output, directory), grid_of(output, grid), output.precision, dt, shift,
+                               earlier(FieldSeries::name_of(output.name))),
+                   std::nullopt, std::nullopt, grid.cells});
         if (output.kind == FluidOutputKind::blocks) made.blocks.emplace(comm, threads, flow_, output.edge);
         else made.box.emplace(comm, threads, flow_, output.box);
     }
@@ -115,7 +117,8 @@ std::vector<std::string> FluidFrames::files_of_end(std::int64_t step) const {
     std::vector<std::string> names;
     for (const Output& output : outputs_)
         if (!output.is_due(step))
-            for (std::string& name : output.series.files_of(step, output.blocks.has_value())) names.push_back(std::move(name));
+            for (std::string& name : output.series.files_of(step, output.blocks.has_value()))
+                names.push_back(std::move(name));
     return names;
 }
 

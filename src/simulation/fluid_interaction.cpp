@@ -36,9 +36,11 @@ std::size_t cells_of_plane(const FieldLayout& layout) {
 }
 
 /// body(row of a plane) of a field.
-template <class Numbers, class Body> void for_rows_of(const FieldLayout& layout, const Numbers& field, int k, Body&& body) {
+template <class Numbers, class Body>
+void for_rows_of(const FieldLayout& layout, const Numbers& field, int k, Body&& body) {
     for (int j = 0; j < layout.ny; ++j)
-        body(std::span(field).subspan(static_cast<std::size_t>(layout.at(0, j, k)), static_cast<std::size_t>(layout.nx)));
+        body(std::span(field).subspan(static_cast<std::size_t>(layout.at(0, j, k)),
+                                      static_cast<std::size_t>(layout.nx)));
 }
 
 /// The first face of a box, walls or open, beyond which a place lies.
@@ -63,8 +65,9 @@ std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
 } // namespace
 
 FluidInteraction::FluidInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)), groups_(parts.groups),
-      automatic_dt_(parts.plan.automatic_dt), lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
+    : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)),
+      groups_(parts.groups), automatic_dt_(parts.plan.automatic_dt),
+      lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
     const FluidGrid& grid = plan_.constants.grid;
     std::unique_ptr<ImmersedRods> rods;
     if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, grid, plan_.retraction * grid.h);
@@ -77,7 +80,8 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
             for (const RodsInFluid& of_group : plan_.rods) inertia.push_back(of_group.inertia);
             bodies_->feel(std::make_unique<ForceBalance>(
                 groups_, std::move(inertia), *bodies_->rods(), parts.around.fluid,
-                ForceBalance::Fluid{plan_.constants.density, grid.h * grid.h * grid.h, plan_.passing()}, weight_of(parts.plan)));
+                ForceBalance::Fluid{plan_.constants.density, grid.h * grid.h * grid.h, plan_.passing()},
+                weight_of(parts.plan)));
         }
         flow_->set_forcing(&bodies_->forcing());
     }
@@ -137,21 +141,22 @@ void FluidInteraction::drive(const Step& step, Timers& timers) {
 }
 
 void FluidInteraction::fail_at(double limit, double dt) {
-    failure_ =
-        fmt::format("the velocity or the viscosity of the fluid leaves steps of {:.3g} s: {:.3g} of them for {:.3g} s of the "
-                    "run, more than {:g}",
-                    limit, dt / limit, dt, most_fluid_steps);
+    failure_ = fmt::format(
+        "the velocity or the viscosity of the fluid leaves steps of {:.3g} s: {:.3g} of them for {:.3g} s of the "
+        "run, more than {:g}",
+        limit, dt / limit, dt, most_fluid_steps);
 }
 
 void FluidInteraction::fail_with_rods(double limit, double dt) {
     const int unit = stage_parts(plan_.constants.scheme).unit;
     if (automatic_dt_)
-        needed_ = fmt::format("fluid.expected_speed={:g}", rounded_up(1.5 * plan_.courant * plan_.constants.grid.h / limit));
+        needed_ =
+            fmt::format("fluid.expected_speed={:g}", rounded_up(1.5 * plan_.courant * plan_.constants.grid.h / limit));
     else needed_ = fmt::format("time.dt={:g}", rounded_down(limit / (1.5 * unit)));
-    failure_ =
-        fmt::format("the fluid or the rods in it move at {:.3g} m/s, which leaves steps of the fluid of {:.3g} s; with {} steps "
-                    "of rods in each, of {:.3g} s, {:.3g} s is the shortest; {} lets them move at up to {:.3g} m/s",
-                    speed_, limit, unit, dt, unit * dt, needed_, 1.5 * speed_);
+    failure_ = fmt::format(
+        "the fluid or the rods in it move at {:.3g} m/s, which leaves steps of the fluid of {:.3g} s; with {} steps "
+        "of rods in each, of {:.3g} s, {:.3g} s is the shortest; {} lets them move at up to {:.3g} m/s",
+        speed_, limit, unit, dt, unit * dt, needed_, 1.5 * speed_);
 }
 
 std::vector<std::string> FluidInteraction::remedies() const {
@@ -163,7 +168,8 @@ std::vector<std::string> FluidInteraction::remedies() const {
 }
 
 std::optional<FluidInteraction::SlipFigures> FluidInteraction::slips() const {
-    if (!(plan_.largest_slip > 0) || steps_ == steps_before_ || !(speed_ > 0)) return std::nullopt; // speed: as a step began
+    if (!(plan_.largest_slip > 0) || steps_ == steps_before_ || !(speed_ > 0))
+        return std::nullopt; // speed: as a step began
     return SlipFigures{slip(), slip() / speed_, largest_share_, plan_.largest_slip};
 }
 
@@ -174,11 +180,13 @@ std::string FluidInteraction::warning() const {
     const double wanted = last_length_ * found->allowed / found->share; // s
     const int unit = stage_parts(plan_.constants.scheme).unit;
     return fmt::format(
-        "velocities of fluid and rods differ by {:.3g} m/s at the end, {:.2g} of the largest speed, although steps of the "
+        "velocities of fluid and rods differ by {:.3g} m/s at the end, {:.2g} of the largest speed, although steps of "
+        "the "
         "fluid are as short as they can be: what rods do in it is wrong by about as much; {} makes them shorter",
         found->slip, found->share,
-        automatic_dt_ ? fmt::format("fluid.expected_speed = {:g}", rounded_up(plan_.courant * plan_.constants.grid.h / wanted))
-                      : fmt::format("time.dt = {:g}", rounded_down(wanted / unit)));
+        automatic_dt_
+            ? fmt::format("fluid.expected_speed = {:g}", rounded_up(plan_.courant * plan_.constants.grid.h / wanted))
+            : fmt::format("time.dt = {:g}", rounded_down(wanted / unit)));
 }
 
 void FluidInteraction::step_alone(const Step& step) {
@@ -243,28 +251,33 @@ void FluidInteraction::stop_outside(const RodsInBox& mine, const Step& first) co
         comm_.first_text(mine.outside == gid ? text_outside(mine.rod, mine.node, mine.face, first) : std::string()));
 }
 
-std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, const FluidFace& face, const Step& first) const {
+std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, const FluidFace& face,
+                                           const Step& first) const {
     const LocalRod& rod = bodies_->rods()->rods().local()[i];
     const RodGroup& group = groups_[static_cast<std::size_t>(rod.group)];
     const FluidBoundary bound = plan_.constants.grid.boundary[static_cast<std::size_t>(face.direction)];
     const char along = "xyz"[face.direction];
     const bool could_follow = face.direction == 0 && !plan_.follows_rods && bound != FluidBoundary::through;
-    return fmt::format(
-        "rod {} of '{}': element {} has left the fluid through its {} face across {} (\"{}\", {} = {:g} m) by t = {:.6g} s: "
-        "nothing "
-        "there bears the inertia and the drag that it has within the fluid\n"
-        "  what holds: more cells along {} (fluid.cells, fluid.lower, or margins){}, an end before it gets there, time.duration = "
-        "{:.6g}, or immersion.coupling = \"one_way\"",
-        rod.index, group.name(), std::min<std::size_t>(node, group.element.size() - 1), face.upper ? "upper" : "lower", along,
-        fluid_boundary_names[static_cast<std::size_t>(bound)], along, face.at, first.begin, along,
-        could_follow ? ", fluid.follows_rods = true" : "", first.begin - static_cast<double>(plan_.every) * first.dt);
+    return fmt::format("rod {} of '{}': element {} has left the fluid through its {} face across {} (\"{}\", {} = {:g} "
+                       "m) by t = {:.6g} s: "
+                       "nothing "
+                       "there bears the inertia and the drag that it has within the fluid\n"
+                       "  what holds: more cells along {} (fluid.cells, fluid.lower, or margins){}, an end before it "
+                       "gets there, time.duration = "
+                       "{:.6g}, or immersion.coupling = \"one_way\"",
+                       rod.index, group.name(), std::min<std::size_t>(node, group.element.size() - 1),
+                       face.upper ? "upper" : "lower", along, fluid_boundary_names[static_cast<std::size_t>(bound)],
+                       along, face.at, first.begin, along, could_follow ? ", fluid.follows_rods = true" : "",
+                       first.begin - static_cast<double>(plan_.every) * first.dt);
 }
 
 double FluidInteraction::step_by_slip(double speed, double whole, double shortest) const {
     constexpr double growth = 1.25;  // of a step over the last one, or by one of the shortest
     constexpr double nothing = 1e-4; // of a cell, in a step of the plan: no motion that counts
-    if (!(plan_.largest_slip > 0) || !(last_length_ > 0) || !(slip() * whole > nothing * plan_.constants.grid.h)) return HUGE_VAL;
-    return std::min(std::max(growth * last_length_, last_length_ + shortest), last_length_ * plan_.largest_slip * speed / slip());
+    if (!(plan_.largest_slip > 0) || !(last_length_ > 0) || !(slip() * whole > nothing * plan_.constants.grid.h))
+        return HUGE_VAL;
+    return std::min(std::max(growth * last_length_, last_length_ + shortest),
+                    last_length_ * plan_.largest_slip * speed / slip());
 }
 
 bool FluidInteraction::choose_part(const Step& first) {
@@ -272,8 +285,10 @@ bool FluidInteraction::choose_part(const Step& first) {
     const RodsInBox rods = rods_in_box();
     if (plan_.felt()) stop_outside(rods, first);
     const int unit = stage_parts(plan_.constants.scheme).unit;
-    const std::int64_t within = (first.index - 1) % plan_.every, left = (plan_.every - within) / unit; // in the shortest steps
-    const double shortest = unit * first.dt, whole = static_cast<double>(plan_.every) * first.dt, of_rods = comm_.max(rods.speed);
+    const std::int64_t within = (first.index - 1) % plan_.every,
+                       left = (plan_.every - within) / unit; // in the shortest steps
+    const double shortest = unit * first.dt, whole = static_cast<double>(plan_.every) * first.dt,
+                 of_rods = comm_.max(rods.speed);
     const double by_rods = of_rods > 0 ? plan_.courant * plan_.constants.grid.h / of_rods : HUGE_VAL;
     speed_ = std::max(comm_.max(flow_->largest_speed()), of_rods);
     const double limit = std::min(flow_->step_limit(plan_.courant), by_rods);
@@ -281,9 +296,12 @@ bool FluidInteraction::choose_part(const Step& first) {
         return static_cast<std::int64_t>(std::min(1.0 * left, std::floor(length / shortest * (1 + 1e-12))));
     };
     if (!(limit >= shortest * (1 - 1e-12))) return fail_with_rods(limit, first.dt), false;
-    if (limit < whole * (1 - 1e-12)) speed_to_expect_ = std::max(speed_to_expect_, plan_.courant * plan_.constants.grid.h / limit);
-    if (plan_.largest_slip > 0 && last_length_ > 0 && speed_ > 0) largest_share_ = std::max(largest_share_, slip() / speed_);
-    const std::int64_t most = std::max<std::int64_t>(1, std::min(steps_of(limit), steps_of(step_by_slip(speed_, whole, shortest))));
+    if (limit < whole * (1 - 1e-12))
+        speed_to_expect_ = std::max(speed_to_expect_, plan_.courant * plan_.constants.grid.h / limit);
+    if (plan_.largest_slip > 0 && last_length_ > 0 && speed_ > 0)
+        largest_share_ = std::max(largest_share_, slip() / speed_);
+    const std::int64_t most =
+        std::max<std::int64_t>(1, std::min(steps_of(limit), steps_of(step_by_slip(speed_, whole, shortest))));
     const std::int64_t steps = (left + most - 1) / most; // of about the same length until the next meeting of the plan
     part_begin_ = within, part_ = unit * ((left + steps - 1) / steps);
     if (within == 0) bodies_->begin_interval(first.begin), to_ = first.begin + whole;
@@ -346,15 +364,16 @@ std::vector<Figure> FluidInteraction::figures(double) const {
         for (const FlowFigures& row : rows) most = std::max(most, row.*of);
         return std::vector{most};
     };
-    std::vector<Figure> all{{"fluid_energy[J]", Of::sum, terms([](const FlowFigures& f) { return f.kinetic_energy; })},
-                            {"fluid_dissipation[W]", Of::sum, terms([](const FlowFigures& f) { return f.dissipation; })},
-                            {"fluid_enstrophy[m^3/s^2]", Of::sum, terms([](const FlowFigures& f) { return f.enstrophy; })},
-                            {"fluid_momentum_x[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.x; })},
-                            {"fluid_momentum_y[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.y; })},
-                            {"fluid_momentum_z[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.z; })},
-                            {"fluid_max_divergence[1/s]", Of::largest, largest(&FlowFigures::divergence)},
-                            {"fluid_max_speed[m/s]", Of::largest, largest(&FlowFigures::speed)},
-                            {"fluid_steps[-]", Of::same, {static_cast<double>(steps_)}}};
+    std::vector<Figure> all{
+        {"fluid_energy[J]", Of::sum, terms([](const FlowFigures& f) { return f.kinetic_energy; })},
+        {"fluid_dissipation[W]", Of::sum, terms([](const FlowFigures& f) { return f.dissipation; })},
+        {"fluid_enstrophy[m^3/s^2]", Of::sum, terms([](const FlowFigures& f) { return f.enstrophy; })},
+        {"fluid_momentum_x[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.x; })},
+        {"fluid_momentum_y[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.y; })},
+        {"fluid_momentum_z[kg m/s]", Of::sum, terms([](const FlowFigures& f) { return f.momentum.z; })},
+        {"fluid_max_divergence[1/s]", Of::largest, largest(&FlowFigures::divergence)},
+        {"fluid_max_speed[m/s]", Of::largest, largest(&FlowFigures::speed)},
+        {"fluid_steps[-]", Of::same, {static_cast<double>(steps_)}}};
     if (!bodies_) return all;
     const auto add_force = [&](const std::string& name, const Vec3d& force) {
         all.push_back({name + "x[N]", Of::same, {force.x}});
@@ -391,8 +410,10 @@ KeptNumbers FluidInteraction::kept() const {
     if (bodies_) keep(bodies_->forcing().held().kept(comm_));  // empty where nothing is held
     const PressureInTime& pressure = pressure_in_time(*flow_); // last: programs before it did not know it
     numbers.push_back(pressure.pressure_time().value_or(no_time)), numbers.push_back(pressure.pressure_gain().times);
-    KeptNumbers kept{.name = kept_name(), .numbers = std::move(numbers), .columns = state.numbers_of_plane(), .rows = {}};
-    // Frames of this step are written again by a run that goes on from it, so the gain of the pressure is kept where they have it.
+    KeptNumbers kept{
+        .name = kept_name(), .numbers = std::move(numbers), .columns = state.numbers_of_plane(), .rows = {}};
+    // Frames of this step are written again by a run that goes on from it, so the gain of the pressure is kept where
+    // they have it.
     const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
     std::vector<double> gain;
     if (writes_pressure(plan_)) {
@@ -416,7 +437,8 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
     WholeState state(comm_, *flow_);
     const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
     std::vector<double> gain;
-    if (kept.columns == state.numbers_of_plane() + cells_of_plane(exchange.layout())) gain.resize(exchange.layout().size());
+    if (kept.columns == state.numbers_of_plane() + cells_of_plane(exchange.layout()))
+        gain.resize(exchange.layout().size());
     if ((kept.columns != state.numbers_of_plane() && gain.empty()) ||
         kept.rows.size() != kept.columns * static_cast<std::size_t>(state.planes().count))
         throw IoError("a checkpoint holds another fluid than that of the scene");
@@ -460,7 +482,8 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
     failure_.clear(), needed_.clear();
 }
 
-std::uint64_t FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them, and of forces by marker
+std::uint64_t
+FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them, and of forces by marker
     WholeState state(comm_, *flow_);
     std::vector<std::uint64_t> hash(static_cast<std::size_t>(state.planes().count));
     threads_.for_each(hash.size(), [&](std::size_t k, int) {

@@ -37,8 +37,8 @@ public:
 
     /// Of this run: cells times steps of the fluid.
     double cell_steps() const;
-    /// With rods: what fluid.expected_speed, m/s, would have spared this run all steps of the fluid that had to be shorter than
-    /// planned; 0: none had to.
+    /// With rods: what fluid.expected_speed, m/s, would have spared this run all steps of the fluid that had to be
+    /// shorter than planned; 0: none had to.
     double speed_to_expect() const { return speed_to_expect_; }
     /// Settings with which a run that has failed goes on, or one whose rods feel the fluid and have failed.
     std::vector<std::string> remedies() const override;
@@ -77,8 +77,9 @@ private:
     static constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
     /// Own rods as a step of the fluid begins.
     struct RodsInBox {
-        double speed = 0;              ///< largest sum of components of a node's velocity, m/s
-        std::int64_t outside = nobody; ///< the first in the scene of which a node is beyond a face, if they feel the fluid
+        double speed = 0; ///< largest sum of components of a node's velocity, m/s
+        std::int64_t outside =
+            nobody; ///< the first in the scene of which a node is beyond a face, if they feel the fluid
         std::size_t rod = 0, node = 0; ///< that one
         FluidFace face;
     };

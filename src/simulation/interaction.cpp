@@ -137,7 +137,8 @@ std::int64_t next_meeting(const Interactions& all, std::int64_t done) {
 Touch strongest_touch(const Communicator& comm, const Interactions& all, std::int64_t gid) {
     Touch most;
     for (const auto& one : all)
-        if (const Touch touch = one->strongest_touch(gid); !touch.text.empty() && !(touch.force < most.force)) most = touch;
+        if (const Touch touch = one->strongest_touch(gid); !touch.text.empty() && !(touch.force < most.force))
+            most = touch;
     const double strongest = comm.max(std::isnan(most.force) ? HUGE_VAL : most.force);
     const bool here = !most.text.empty() && !(most.force < strongest);
     return {strongest, comm.first_text(here ? most.text : std::string())};

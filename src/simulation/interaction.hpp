@@ -1,5 +1,5 @@
-// Anything that bodies do to each other, or that answers what they do, between the two halves of a step. A new kind is a class
-// here, a struct in scene/program.hpp and a make_interaction.
+// Anything that bodies do to each other, or that answers what they do, between the two halves of a step. A new kind is
+// a class here, a struct in scene/program.hpp and a make_interaction.
 #pragma once
 
 #include "core/timer.hpp"
@@ -52,17 +52,17 @@ public:
 
     /// Whether its partners are still all that bodies may have where they are now. This rank alone.
     virtual bool holds() { return true; }
-    /// A rebuild of partners, in three calls. First: slots are about to change their numbers; returns the reach, m, within which
-    /// elements of others are to be seen. Second: finds partners among all elements near, and marks the ghosts that it needs.
-    /// Third: takes the slots from now on, by slot of the search; collective.
+    /// A rebuild of partners, in three calls. First: slots are about to change their numbers; returns the reach, m,
+    /// within which elements of others are to be seen. Second: finds partners among all elements near, and marks the
+    /// ghosts that it needs. Third: takes the slots from now on, by slot of the search; collective.
     virtual double begin_rebuild() { return 0; }
     virtual void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) {
         static_cast<void>(near), static_cast<void>(wanted);
     }
     virtual void settle(std::span<const std::uint32_t> slot) { static_cast<void>(slot); }
 
-    /// This rank owns other bodies from now on, those of `parts`. Called between begin_rebuild and find_partners; recall() of what
-    /// was kept() before follows.
+    /// This rank owns other bodies from now on, those of `parts`. Called between begin_rebuild and find_partners;
+    /// recall() of what was kept() before follows.
     virtual void follow(const InteractionParts& parts) = 0;
     /// Adds its work in a step to that of own bodies (Rods::local()), in pairs of elements that touch. This rank alone.
     virtual void add_work(std::span<const LocalRod> own, std::span<double> work) const {
@@ -71,12 +71,13 @@ public:
 
     /// Before the first of steps that bodies make by themselves: what they are to feel in them. Collective.
     virtual void begin(const Step& first, Timers& timers) { static_cast<void>(first), static_cast<void>(timers); }
-    /// Adds loads to those of the slots, when own bodies have exposed themselves: those for which no ghost is needed. This rank
-    /// alone.
+    /// Adds loads to those of the slots, when own bodies have exposed themselves: those for which no ghost is needed.
+    /// This rank alone.
     virtual void add_own(const Step& step) { static_cast<void>(step); }
     /// The rest, when ghosts have arrived. This rank alone.
     virtual void add_shared(const Step& step) { static_cast<void>(step); }
-    /// The first step after `done` behind which drive() looks at where bodies are: the next drift waits for it. This rank alone.
+    /// The first step after `done` behind which drive() looks at where bodies are: the next drift waits for it. This
+    /// rank alone.
     virtual std::int64_t next_meeting(std::int64_t done) const {
         return static_cast<void>(done), std::numeric_limits<std::int64_t>::max();
     }
@@ -119,8 +120,8 @@ using Interactions = std::vector<std::unique_ptr<Interaction>>;
 /// The interactions of a plan, in the order in which they add loads. Collective.
 Interactions make_interactions(const InteractionParts& parts);
 
-/// Between the halves of a step: the loads that bodies exert on each other. Ghosts travel meanwhile. `at_rebuild`, if given, is
-/// where bodies may go to other ranks. Collective.
+/// Between the halves of a step: the loads that bodies exert on each other. Ghosts travel meanwhile. `at_rebuild`, if
+/// given, is where bodies may go to other ranks. Collective.
 void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers,
             const std::function<void()>& at_rebuild = {});
 

@@ -31,10 +31,11 @@ JointsNow joints_now(const Plan& plan, std::span<const RodGroup> groups, const R
                 if (at == place.end()) continue;
                 const auto& first = state[at->second];
                 const auto& second = state[place.at({joint.second.group, copy * second_rods + joint.second.rod})];
-                const auto k = static_cast<std::size_t>(joint.first.element), l = static_cast<std::size_t>(joint.second.element);
+                const auto k = static_cast<std::size_t>(joint.first.element),
+                           l = static_cast<std::size_t>(joint.second.element);
                 const JointState now =
-                    joint_state(plan.joints[joint.table], joint, first[k], first[std::min(k + 1, first.size() - 1)], second[l],
-                                second[std::min(l + 1, second.size() - 1)]);
+                    joint_state(plan.joints[joint.table], joint, first[k], first[std::min(k + 1, first.size() - 1)],
+                                second[l], second[std::min(l + 1, second.size() - 1)]);
                 found.energies.push_back(now.energy);
                 found.gap = std::max(found.gap, now.gap);
             }
@@ -59,7 +60,8 @@ JointsNow joints_now(const Plan& plan, std::span<const RodGroup> groups, const R
 
 std::vector<Figure> JointInteraction::figures(double lag) const {
     JointsNow now = joints_now(plan_, groups_, *rods_, lag);
-    return {{"joint_energy[J]", Figure::Of::sum, std::move(now.energies)}, {"joint_gap[m]", Figure::Of::largest, {now.gap}}};
+    return {{"joint_energy[J]", Figure::Of::sum, std::move(now.energies)},
+            {"joint_gap[m]", Figure::Of::largest, {now.gap}}};
 }
 
 } // namespace skein

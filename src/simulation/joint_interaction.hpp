@@ -1,5 +1,5 @@
-// Joints as an interaction: their forces act within visits to clusters (joints/cluster_joints.hpp); here their energy and the gaps
-// that their springs leave are read.
+// Joints as an interaction: their forces act within visits to clusters (joints/cluster_joints.hpp); here their energy
+// and the gaps that their springs leave are read.
 #pragma once
 
 #include "simulation/interaction.hpp"
@@ -16,7 +16,8 @@ JointsNow joints_now(const Plan& plan, std::span<const RodGroup> groups, const R
 
 class JointInteraction final : public Interaction {
 public:
-    explicit JointInteraction(const InteractionParts& parts) : plan_(parts.plan), groups_(parts.groups), rods_(&parts.rods) {}
+    explicit JointInteraction(const InteractionParts& parts)
+        : plan_(parts.plan), groups_(parts.groups), rods_(&parts.rods) {}
 
     void follow(const InteractionParts& parts) override { rods_ = &parts.rods; }
     std::vector<Figure> figures(double lag) const override;

@@ -16,8 +16,8 @@ std::string Simulation::save_what_can_be_saved() {
     } catch (const IoError& error) {
         return fmt::format("\n  there is no last checkpoint either: {}", error.what());
     }
-    std::string text =
-        fmt::format("\n  the state of step {} is kept in a last checkpoint, from which the same command goes on", clock_.done());
+    std::string text = fmt::format(
+        "\n  the state of step {} is kept in a last checkpoint, from which the same command goes on", clock_.done());
     for (const auto& output : outputs_) text += output->lost_before(clock_.done());
     return text;
 }

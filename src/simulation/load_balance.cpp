@@ -19,7 +19,8 @@ constexpr double record_share = 1.5;    // of the memory of rods: records of tho
 
 /// Cost of a rod that no measurement has to do with, which others have at the next migration.
 std::int64_t made_up(std::int64_t gid, std::int64_t migrations) {
-    const std::uint64_t h = hash_end(hash_begin(gid / 4) ^ static_cast<std::uint64_t>(migrations) * 0x9e3779b97f4a7c15ull);
+    const std::uint64_t h =
+        hash_end(hash_begin(gid / 4) ^ static_cast<std::uint64_t>(migrations) * 0x9e3779b97f4a7c15ull);
     return 1 + static_cast<std::int64_t>(h % 8);
 }
 
@@ -27,7 +28,8 @@ double sum_of(std::span<const double> x) { return std::accumulate(x.begin(), x.e
 
 /// Numbers of all ranks, as many of each. Collective.
 std::vector<double> of_ranks(const Communicator& comm, std::span<const double> mine) {
-    const std::vector<std::int64_t> counts(static_cast<std::size_t>(comm.size()), static_cast<std::int64_t>(mine.size()));
+    const std::vector<std::int64_t> counts(static_cast<std::size_t>(comm.size()),
+                                           static_cast<std::int64_t>(mine.size()));
     std::vector<double> all(counts.size() * mine.size());
     comm.all_gather(mine, counts, all);
     return all;
@@ -36,7 +38,8 @@ std::vector<double> of_ranks(const Communicator& comm, std::span<const double> m
 } // namespace
 
 LoadBalance::LoadBalance(const Communicator& comm, const Plan& plan, Balance when)
-    : comm_(comm), when_(comm.size() > 1 && plan.contact && !(plan.fluid && plan.fluid->felt()) ? when : Balance::never),
+    : comm_(comm),
+      when_(comm.size() > 1 && plan.contact && !(plan.fluid && plan.fluid->felt()) ? when : Balance::never),
       due_(when_ == Balance::always) {
     for (const GroupPlan& group : plan.groups) passes_.push_back(group.ns_per_element_step * group.elements);
     if (when_ == Balance::automatic) sharing_ = ranks_of_this_machine(comm_);
@@ -55,7 +58,8 @@ std::vector<double> LoadBalance::costs(const Work& work) const {
     return costs;
 }
 
-void LoadBalance::look(Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step, std::int64_t left) {
+void LoadBalance::look(Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step,
+                       std::int64_t left) {
     if (when_ != Balance::automatic || due_ || ++skipped_ <= skip_) return;
     skipped_ = 0;
     const auto timing = timers.time(Phase::balance);
@@ -86,7 +90,8 @@ void LoadBalance::decide(const Rods& rods, const Work& work, std::int64_t step, 
     const std::vector<double> numbers = of_ranks(comm_, mine);
     for (std::size_t r = 0; r < numbers.size(); r += 3) {
         mean += numbers[r] / comm_.size();
-        most = std::max(most, numbers[r]), heaviest = std::max(heaviest, numbers[r + 1]), price = std::max(price, numbers[r + 2]);
+        most = std::max(most, numbers[r]), heaviest = std::max(heaviest, numbers[r + 1]),
+        price = std::max(price, numbers[r + 2]);
     }
     figures_.imbalance = most / mean;
     const double gain = most - mean - heaviest; // of a step: pieces are cut to within a rod
@@ -99,8 +104,10 @@ bool LoadBalance::memory_suffices(const Rods& rods) const {
     return comm_.min(spare) > 0;
 }
 
-std::vector<Assignment> LoadBalance::assign(std::span<const RodGroup> groups, const Rods& rods, const Interactions& all) const {
-    const std::vector<double> cost = when_ == Balance::automatic ? costs(work_of_rods(rods, all)) : std::vector<double>();
+std::vector<Assignment> LoadBalance::assign(std::span<const RodGroup> groups, const Rods& rods,
+                                            const Interactions& all) const {
+    const std::vector<double> cost =
+        when_ == Balance::automatic ? costs(work_of_rods(rods, all)) : std::vector<double>();
     const double mine = sum_of(cost), whole = sum_of(of_ranks(comm_, std::span(&mine, 1)));
     std::vector<WeighedRod> weighed(rods.local().size());
     std::vector<std::size_t> places(weighed.size());

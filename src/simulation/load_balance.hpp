@@ -1,7 +1,7 @@
-// Who owns which body, while a run goes on: where bodies that touch gather on some ranks, they are given out anew. A body's cost is
-// that of its elements' passes and of its pairs, at rates that all ranks together have measured, so a rank on a slow or busy
-// processor keeps as much as the others. Walls and searches count as if all elements had the same share in them. What is measured
-// decides who works a body out, and never a number of its state.
+// Who owns which body, while a run goes on: where bodies that touch gather on some ranks, they are given out anew. A
+// body's cost is that of its elements' passes and of its pairs, at rates that all ranks together have measured, so a
+// rank on a slow or busy processor keeps as much as the others. Walls and searches count as if all elements had the
+// same share in them. What is measured decides who works a body out, and never a number of its state.
 #pragma once
 
 #include "core/timer.hpp"
@@ -35,8 +35,8 @@ public:
 
     /// The price of a migration before one has been made, s, as this rank sees it.
     void expect(double seconds) { price_ = seconds; }
-    /// Measures what a step costs since the last look, and whether other owners would pay. `left`: steps of the run to come.
-    /// Collective; called about once a second, it looks less often where looking takes long.
+    /// Measures what a step costs since the last look, and whether other owners would pay. `left`: steps of the run to
+    /// come. Collective; called about once a second, it looks less often where looking takes long.
     void look(Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step, std::int64_t left);
     /// Whether bodies are to move at the next rebuild: the same on all ranks.
     bool due() const { return due_; }

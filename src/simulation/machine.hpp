@@ -9,8 +9,8 @@ namespace skein {
 /// Lanes that serve where `asked` are wanted; 0: the most that this processor has.
 int lanes_for(int asked);
 
-/// Collective. `threads` 0: the cores that this rank may use; ranks that the launcher left on the same cores share them evenly.
-/// `lanes` as for lanes_for; those of the oldest processor serve for all.
+/// Collective. `threads` 0: the cores that this rank may use; ranks that the launcher left on the same cores share them
+/// evenly. `lanes` as for lanes_for; those of the oldest processor serve for all.
 Machine machine_of(const Communicator& comm, int threads, int lanes, Mapping mapping = Mapping::automatic);
 
 std::string host_name();

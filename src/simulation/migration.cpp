@@ -22,7 +22,8 @@ std::int64_t gid_of(const double* record) { return static_cast<std::int64_t>(rec
 } // namespace
 
 std::int64_t Migration::count(const Communicator& comm, std::span<const Assignment> assigned) {
-    return comm.sum(std::count_if(assigned.begin(), assigned.end(), [&](const Assignment& a) { return a.rank != comm.rank(); }));
+    return comm.sum(
+        std::count_if(assigned.begin(), assigned.end(), [&](const Assignment& a) { return a.rank != comm.rank(); }));
 }
 
 std::vector<Migration::Layout> Migration::layouts(const Communicator& comm, std::span<const RodGroup> groups,
@@ -36,13 +37,14 @@ std::vector<Migration::Layout> Migration::layouts(const Communicator& comm, std:
     comm.max(most);
     std::vector<Layout> layouts;
     for (std::size_t g = 0; g < groups.size(); ++g)
-        layouts.push_back({static_cast<std::size_t>(groups[g].slots()) * slot_doubles, static_cast<std::size_t>(most[2 * g]),
+        layouts.push_back({static_cast<std::size_t>(groups[g].slots()) * slot_doubles,
+                           static_cast<std::size_t>(most[2 * g]),
                            most[2 * g + 1] > 0 ? doubles_for(groups[g].places().record_bytes()) : 0});
     return layouts;
 }
 
-Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods, std::span<const Assignment> assigned,
-                     int lanes, int threads)
+Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods,
+                     std::span<const Assignment> assigned, int lanes, int threads)
     : layout_(layouts(comm, groups, rods)) {
     for (const RodGroup& group : groups) first_gid_.push_back(group.first_gid());
     const auto local = rods.local();
@@ -88,8 +90,8 @@ Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const
         const std::vector<double> remembered = rods.memory(i);
         out = std::copy(remembered.begin(), remembered.end(), out);
         if (layout.places == 0) return;
-        const auto row =
-            static_cast<std::size_t>(std::lower_bound(held[g].begin(), held[g].end(), local[i].index) - held[g].begin());
+        const auto row = static_cast<std::size_t>(std::lower_bound(held[g].begin(), held[g].end(), local[i].index) -
+                                                  held[g].begin());
         const std::size_t bytes = groups[g].places().record_bytes();
         std::memcpy(out, &places[g][row * bytes], bytes);
     });
@@ -115,7 +117,8 @@ void Migration::find_owned(std::span<const RodGroup> groups, int lanes, int thre
             at += layout_[static_cast<std::size_t>(found.back().group)].length();
         }
     std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
-        return std::tuple(a.group, key_of(a.record), gid_of(a.record)) < std::tuple(b.group, key_of(b.record), gid_of(b.record));
+        return std::tuple(a.group, key_of(a.record), gid_of(a.record)) <
+               std::tuple(b.group, key_of(b.record), gid_of(b.record));
     });
     std::vector<LocalRod> along_curve;
     for (const auto& [group, record] : found)

@@ -1,4 +1,5 @@
-// Bodies on their way to other ranks: all that their next steps depend on goes along, at any time between passes over all of them.
+// Bodies on their way to other ranks: all that their next steps depend on goes along, at any time between passes over
+// all of them.
 #pragma once
 
 #include "parallel/communicator.hpp"
@@ -15,8 +16,8 @@ class Migration {
 public:
     /// Sends the state of rods to the ranks that are to own them, and with it what `groups` know of single rods (see
     /// keep_own_rods). `assigned`: of rods.local(). `lanes`, `threads`: of the tiles. Collective.
-    Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods, std::span<const Assignment> assigned,
-              int lanes, int threads);
+    Migration(const Communicator& comm, std::span<RodGroup> groups, const Rods& rods,
+              std::span<const Assignment> assigned, int lanes, int threads);
 
     /// Rods of this rank from now on, in the order of their tiles.
     const std::vector<LocalRod>& owned() const { return owned_; }
@@ -29,8 +30,8 @@ public:
     static std::int64_t count(const Communicator& comm, std::span<const Assignment> assigned);
 
 private:
-    /// Numbers of a rod on its way, by group: its place along the curve, gid, state, energy budget, memory of passes, and what
-    /// places know of it.
+    /// Numbers of a rod on its way, by group: its place along the curve, gid, state, energy budget, memory of passes,
+    /// and what places know of it.
     struct Layout {
         static constexpr std::size_t head = 2, budget = 4;
         std::size_t state = 0, memory = 0, places = 0;

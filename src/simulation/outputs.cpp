@@ -30,10 +30,12 @@ void FrameOutput::mark(CheckpointInfo& info) const {
 }
 
 std::string FrameOutput::lost_before(std::int64_t step) const {
-    const std::int64_t last = frames_->last_step(), first = last < 0 || every() == 0 ? 0 : multiple_after(last, every());
+    const std::int64_t last = frames_->last_step(),
+                       first = last < 0 || every() == 0 ? 0 : multiple_after(last, every());
     if (every() == 0 || first >= step) return {};
-    return fmt::format("\n  {} frames of steps {} to {} are lost; to have them computed again, move this checkpoint away",
-                       kind_name(), first, (step - 1) / every() * every());
+    return fmt::format(
+        "\n  {} frames of steps {} to {} are lost; to have them computed again, move this checkpoint away", kind_name(),
+        first, (step - 1) / every() * every());
 }
 
 std::vector<std::string> FrameOutput::files_of(std::int64_t step) const {
@@ -61,10 +63,13 @@ void FluidOutputs::write_due(const Moment& now) { frames_->write_due(now.step, f
 void FluidOutputs::write_end(const Moment& now) { frames_->write_end(now.step, fluid_.box_shift()); }
 
 void ContactTables::write(const Moment& now) {
-    if (now.step > 0) write_file(comm_, directory_ + "/" + files_of(now.step).front(), contacts_of(interactions_)->table());
+    if (now.step > 0)
+        write_file(comm_, directory_ + "/" + files_of(now.step).front(), contacts_of(interactions_)->table());
 }
 
-std::vector<std::string> ContactTables::files_of(std::int64_t step) const { return {fmt::format("contacts_{:012d}.csv", step)}; }
+std::vector<std::string> ContactTables::files_of(std::int64_t step) const {
+    return {fmt::format("contacts_{:012d}.csv", step)};
+}
 
 void SeriesOutput::write(const Moment& now) {
     const auto numbers = row_();
@@ -79,9 +84,9 @@ void SeriesOutput::flush() {
 
 void SeriesOutput::mark(CheckpointInfo& info) const {
     const SeriesMark mine = file_ ? file_->mark() : SeriesMark{};
-    info.series =
-        SeriesMark{static_cast<std::uint64_t>(comm_.broadcast(static_cast<std::int64_t>(mine.bytes))),
-                   static_cast<std::uint64_t>(comm_.broadcast(static_cast<std::int64_t>(mine.digest))), comm_.broadcast(mine.row)};
+    info.series = SeriesMark{static_cast<std::uint64_t>(comm_.broadcast(static_cast<std::int64_t>(mine.bytes))),
+                             static_cast<std::uint64_t>(comm_.broadcast(static_cast<std::int64_t>(mine.digest))),
+                             comm_.broadcast(mine.row)};
 }
 
 } // namespace skein

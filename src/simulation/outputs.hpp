@@ -127,7 +127,8 @@ private:
 /// Frames of a fluid, each kind at an interval of its own.
 class FluidOutputs final : public Output {
 public:
-    FluidOutputs(std::unique_ptr<FluidFrames> frames, const FluidInteraction& fluid) : frames_(std::move(frames)), fluid_(fluid) {}
+    FluidOutputs(std::unique_ptr<FluidFrames> frames, const FluidInteraction& fluid)
+        : frames_(std::move(frames)), fluid_(fluid) {}
     bool shows_failure() const override { return false; }
     void mark(CheckpointInfo& info) const override { frames_->mark(info.last_frames); }
 

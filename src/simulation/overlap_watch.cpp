@@ -26,11 +26,13 @@ LargestOverlap OverlapWatch::largest(const Communicator& comm) const {
 
 std::string LargestOverlap::warning() const {
     if (passed < 0) return {};
-    std::string text = fmt::format("{} overlap by {:.3g} of the diameter, since step {} by more than the {:g} that the time step "
-                                   "allows for",
-                                   of == "rods" ? "rods" : fmt::format("rods and wall '{}'", of), overlap, passed, allowed);
+    std::string text =
+        fmt::format("{} overlap by {:.3g} of the diameter, since step {} by more than the {:g} that the time step "
+                    "allows for",
+                    of == "rods" ? "rods" : fmt::format("rods and wall '{}'", of), overlap, passed, allowed);
     if (stiffness > 0)
-        text += fmt::format("; stiffness = {:.2g} in place of {:.4g} would hold them there", times * stiffness, stiffness);
+        text +=
+            fmt::format("; stiffness = {:.2g} in place of {:.4g} would hold them there", times * stiffness, stiffness);
     else text += fmt::format("; {:.2g} times the stiffness would hold them there", times);
     return text;
 }

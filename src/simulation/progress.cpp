@@ -35,7 +35,8 @@ std::string clock_text(double seconds) {
 }
 
 std::string share_done(std::int64_t step, std::int64_t steps) {
-    if (step <= steps) return fmt::format("{:.1f} % done", 100.0 * static_cast<double>(step) / static_cast<double>(steps));
+    if (step <= steps)
+        return fmt::format("{:.1f} % done", 100.0 * static_cast<double>(step) / static_cast<double>(steps));
     return fmt::format(
         "beyond the {} steps of the present time.duration: the run kept here is a longer one; a longer time.duration "
         "goes on with it, another --out or --overwrite begins a shorter one",
@@ -44,18 +45,20 @@ std::string share_done(std::int64_t step, std::int64_t steps) {
 
 bool under_launcher() {
     constexpr const char* names[] = {"OMPI_COMM_WORLD_RANK", "PMIX_RANK", "PMI_RANK", "SLURM_PROCID"};
-    return std::any_of(std::begin(names), std::end(names), [](const char* name) { return std::getenv(name) != nullptr; });
+    return std::any_of(std::begin(names), std::end(names),
+                       [](const char* name) { return std::getenv(name) != nullptr; });
 }
 
 std::vector<std::size_t> columns_of(std::span<const std::string> wanted, std::span<const std::string> all) {
     std::vector<std::size_t> places;
     for (const std::string& name : wanted) {
-        const auto found = std::find_if(all.begin(), all.end(), [&](const std::string& column) { return name_of(column) == name; });
+        const auto found =
+            std::find_if(all.begin(), all.end(), [&](const std::string& column) { return name_of(column) == name; });
         if (found == all.end()) {
             std::vector<std::string> names;
             for (const std::string& column : all) names.push_back(name_of(column));
-            throw InputError(
-                fmt::format("output.progress: this scene's series has no '{}'; it has {}", name, fmt::join(names, ", ")));
+            throw InputError(fmt::format("output.progress: this scene's series has no '{}'; it has {}", name,
+                                         fmt::join(names, ", ")));
         }
         places.push_back(static_cast<std::size_t>(found - all.begin()));
     }
@@ -64,12 +67,12 @@ std::vector<std::size_t> columns_of(std::span<const std::string> wanted, std::sp
 
 double seconds_between_lines(double elapsed) { return std::clamp(0.02 * elapsed, 2.0, 600.0); }
 
-Progress::Progress(bool shown, ProgressStyle style, std::int64_t first_step, std::int64_t last_step, double dt, double elements,
-                   std::vector<std::string> columns, std::optional<PlaceAmongRuns> place)
-    : shown_(shown),
-      bar_(style == ProgressStyle::bar || (style == ProgressStyle::automatic && isatty(STDOUT_FILENO) != 0 && !under_launcher())),
-      first_(first_step), last_(last_step), dt_(dt), elements_(elements), started_(wall_seconds()), last_shown_(started_),
-      columns_(std::move(columns)), place_(std::move(place)) {}
+Progress::Progress(bool shown, ProgressStyle style, std::int64_t first_step, std::int64_t last_step, double dt,
+                   double elements, std::vector<std::string> columns, std::optional<PlaceAmongRuns> place)
+    : shown_(shown), bar_(style == ProgressStyle::bar ||
+                          (style == ProgressStyle::automatic && isatty(STDOUT_FILENO) != 0 && !under_launcher())),
+      first_(first_step), last_(last_step), dt_(dt), elements_(elements), started_(wall_seconds()),
+      last_shown_(started_), columns_(std::move(columns)), place_(std::move(place)) {}
 
 bool Progress::due(std::int64_t step) const {
     if (!shown_ || step == first_) return false;
@@ -92,8 +95,8 @@ void Progress::show(std::int64_t step, std::span<const double> values, std::stri
         fmt::format("{}{}step {}/{}  {:5.1f} %  t {:.4g} s  {:.3g} {}/s  ETA {}{}{}{}{}", bar_ ? "\r\033[K" : "",
                     place_ ? place_->name + "  " : "", step, last_, 100 * share, static_cast<double>(step) * dt_,
                     done * (elements_ > 0 ? elements_ : 1) / elapsed, elements_ > 0 ? "element-steps" : "steps",
-                    clock_text(elapsed / done * left), place_ ? fmt::format(", all runs {}", clock_text(to_come)) : "", values_,
-                    more, bar_ ? "" : "\n");
+                    clock_text(elapsed / done * left), place_ ? fmt::format(", all runs {}", clock_text(to_come)) : "",
+                    values_, more, bar_ ? "" : "\n");
     errno = 0;
     if ((std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) && !told_) {
         told_ = true;

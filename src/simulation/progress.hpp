@@ -16,16 +16,17 @@ std::string clock_text(double seconds);
 /// "42.0 % done"; of a run that has gone further than it is now to go, how much further.
 std::string share_done(std::int64_t step, std::int64_t steps);
 
-/// A bar where standard output is a terminal and the process was not started by an MPI launcher, which gives its first process a
-/// terminal of its own even where all goes into a log.
+/// A bar where standard output is a terminal and the process was not started by an MPI launcher, which gives its first
+/// process a terminal of its own even where all goes into a log.
 enum class ProgressStyle { automatic, bar, lines };
 bool under_launcher();
 
-/// Places of columns among those of the series, by name without unit. Throws InputError naming all where there is no such one.
+/// Places of columns among those of the series, by name without unit. Throws InputError naming all where there is no
+/// such one.
 std::vector<std::size_t> columns_of(std::span<const std::string> wanted, std::span<const std::string> all);
 
-/// When a log gets its lines: 2 s apart at first, then each time the run has become 2 % older, ten minutes apart at most. s of
-/// wall time between a line and the next.
+/// When a log gets its lines: 2 s apart at first, then each time the run has become 2 % older, ten minutes apart at
+/// most. s of wall time between a line and the next.
 double seconds_between_lines(double elapsed);
 
 /// A run that is one of several, made one after the other.
@@ -36,8 +37,8 @@ struct PlaceAmongRuns {
 
 class Progress {
 public:
-    Progress(bool shown, ProgressStyle style, std::int64_t first_step, std::int64_t last_step, double dt, double elements,
-             std::vector<std::string> columns, std::optional<PlaceAmongRuns> place = {});
+    Progress(bool shown, ProgressStyle style, std::int64_t first_step, std::int64_t last_step, double dt,
+             double elements, std::vector<std::string> columns, std::optional<PlaceAmongRuns> place = {});
     /// Whether a line of this step would be shown now.
     bool due(std::int64_t step) const;
     /// `values`: of the columns at this step; empty where they are not known. `more`: put behind.

@@ -25,7 +25,8 @@ std::vector<std::string> results_in(const std::string& directory) {
     std::vector<std::string> names;
     const auto add = [&](const std::string& folder) {
         for (const auto& entry : fs::directory_iterator(directory + "/" + folder))
-            if (const std::string name = folder + entry.path().filename().string(); is_result_name(name)) names.push_back(name);
+            if (const std::string name = folder + entry.path().filename().string(); is_result_name(name))
+                names.push_back(name);
     };
     add("");
     if (fs::is_directory(directory + "/" + frames_folder)) add(frames_folder);
@@ -57,11 +58,13 @@ ResultsDirectory::ResultsDirectory(const std::string& path, bool anew) : path_(m
 void ResultsDirectory::begin(const std::string& physics) const {
     const std::string record = path_ + "/physics.json";
     if (const auto names = results_in(path_); !names.empty()) {
-        const bool unfinished = !fs::exists(path_ + "/summary.json") && fs::is_regular_file(record) && read_file(record) == physics;
+        const bool unfinished =
+            !fs::exists(path_ + "/summary.json") && fs::is_regular_file(record) && read_file(record) == physics;
         if (!unfinished)
-            throw IoError("'" + path_ + "' holds results ('" + names.front() +
-                          "') but no checkpoint to resume from; use another --out, or --overwrite, which moves them to a folder "
-                          "of their own and starts anew");
+            throw IoError(
+                "'" + path_ + "' holds results ('" + names.front() +
+                "') but no checkpoint to resume from; use another --out, or --overwrite, which moves them to a folder "
+                "of their own and starts anew");
         std::printf("No checkpoint in %s yet: starting again from the beginning\n", path_.c_str());
     }
     write_file(record, physics);

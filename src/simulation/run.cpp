@@ -38,8 +38,9 @@ Scene Scene::from_text(const std::string& toml, const std::vector<std::string>& 
 
 struct Run::Parts {
     Parts(const SceneSpec& given, const RunSettings& settings)
-        : comm(Communicator::world()), machine(machine_of(comm, settings.threads, settings.lanes)), threads(machine.threads),
-          writes(!settings.out.empty()), scene(driven(given)), simulation(made(scene, settings, make_groups(scene))) {}
+        : comm(Communicator::world()), machine(machine_of(comm, settings.threads, settings.lanes)),
+          threads(machine.threads), writes(!settings.out.empty()), scene(driven(given)),
+          simulation(made(scene, settings, make_groups(scene))) {}
 
     /// The scene with tables that this run alone may lengthen.
     static SceneSpec driven(SceneSpec scene) {
@@ -84,7 +85,8 @@ void Run::advance(std::int64_t until) {
 }
 
 int Run::run() {
-    if (!parts_->writes) throw InputError("Run::run() writes results, and RunSettings::out names no directory for them");
+    if (!parts_->writes)
+        throw InputError("Run::run() writes results, and RunSettings::out names no directory for them");
     return static_cast<int>(parts_->simulation.run().code);
 }
 
@@ -112,9 +114,11 @@ void Run::drive(const std::string& name, double until, double value) {
     FormulaTable& table = parts_->driven_table(name);
     if (table.periodic) throw InputError(fmt::format("table '{}' is periodic: it has no end to go on from", name));
     if (table.at.back() > time())
-        throw InputError(fmt::format("table '{}' is given up to {:.6g} s already; now is {:.6g} s", name, table.at.back(), time()));
+        throw InputError(
+            fmt::format("table '{}' is given up to {:.6g} s already; now is {:.6g} s", name, table.at.back(), time()));
     if (!(until > time()) || !std::isfinite(until) || !std::isfinite(value))
-        throw InputError(fmt::format("table '{}' cannot go to {:.6g} until {:.6g} s; now is {:.6g} s", name, value, until, time()));
+        throw InputError(
+            fmt::format("table '{}' cannot go to {:.6g} until {:.6g} s; now is {:.6g} s", name, value, until, time()));
     const double last = table.value.back(); // where it has stayed meanwhile
     if (table.at.back() < time()) table.at.push_back(time()), table.value.push_back(last);
     table.at.push_back(until), table.value.push_back(value);
@@ -145,8 +149,8 @@ void Run::read(std::size_t number, Quantity quantity, std::span<double> out) con
     const std::size_t places = at_nodes || group.body() ? nodes : static_cast<std::size_t>(group.elements());
     const std::size_t each = places * (quantity == Quantity::director ? 9 : 3);
     if (out.size() != order.size() * each)
-        throw InputError(
-            fmt::format("room for {} numbers of group '{}', which has {} here", out.size(), group.name(), order.size() * each));
+        throw InputError(fmt::format("room for {} numbers of group '{}', which has {} here", out.size(), group.name(),
+                                     order.size() * each));
     std::vector<Slot<1>> state(nodes);
     const auto& rods = parts_->simulation.rods();
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
@@ -155,7 +159,8 @@ void Run::read(std::size_t number, Quantity quantity, std::span<double> out) con
         rods.export_rod(i, state);
         synchronise(group, state, parts_->simulation.lag());
         double* to =
-            out.data() + static_cast<std::size_t>(std::lower_bound(order.begin(), order.end(), rod.index) - order.begin()) * each;
+            out.data() +
+            static_cast<std::size_t>(std::lower_bound(order.begin(), order.end(), rod.index) - order.begin()) * each;
         const auto put = [&to](const Vec3d& v) { *to++ = v.x, *to++ = v.y, *to++ = v.z; };
         for (std::size_t k = 0; k < places; ++k) {
             if (quantity == Quantity::position) put(lane(state[k].position, 0));
@@ -174,7 +179,8 @@ std::size_t Run::rods() const { return parts_->simulation.rods().local().size();
 RodState Run::rod(std::size_t i) const {
     const LocalRod& local = parts_->simulation.rods().local()[i];
     const RodGroup& group = parts_->simulation.group(local.group);
-    RodState out{.group = group.name(), .number = local.index, .position = {}, .velocity = {}, .director = {}, .spin = {}};
+    RodState out{
+        .group = group.name(), .number = local.index, .position = {}, .velocity = {}, .director = {}, .spin = {}};
     std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
     parts_->simulation.rods().export_rod(i, state);
     synchronise(group, state, parts_->simulation.lag());

@@ -24,13 +24,16 @@ public:
     /// Collective, at steps that are alike on any ranks.
     void look(const Communicator& comm) { correction_ = comm.max(residual_->largest()); }
     bool settled() const { return correction_ <= tolerance_; }
-    double correction() const { return correction_; } ///< of all rods the largest at the last look, over the length and in rad
+    double correction() const {
+        return correction_;
+    } ///< of all rods the largest at the last look, over the length and in rad
     double tolerance() const { return tolerance_; }
 
     KeptNumbers kept() const { return {.name = kept_name, .numbers = {correction_}}; }
     void recall(const KeptNumbers& kept) { correction_ = kept.numbers.front(); }
 
-    /// Says at the end of a run whether they have settled, in the `allowed` steps or before; `quiet`: where they have not.
+    /// Says at the end of a run whether they have settled, in the `allowed` steps or before; `quiet`: where they have
+    /// not.
     void tell(std::int64_t steps, std::int64_t allowed, bool quiet) const;
 
 private:

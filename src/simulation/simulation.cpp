@@ -28,24 +28,25 @@ namespace skein {
 
 namespace {
 
-constexpr double tick_seconds = 1;         ///< wall time between two agreements of all ranks
-constexpr std::int64_t check_every = 64;   ///< steps between two looks for rods whose state is invalid
-constexpr std::int64_t tick_multiple = 64; ///< steps between ticks: fewer would cut visits short and look at rods more often
+constexpr double tick_seconds = 1;       ///< wall time between two agreements of all ranks
+constexpr std::int64_t check_every = 64; ///< steps between two looks for rods whose state is invalid
+constexpr std::int64_t tick_multiple =
+    64; ///< steps between ticks: fewer would cut visits short and look at rods more often
 
 /// The first step from `step` on at which all of the scene stands at one time.
 std::int64_t whole_event(std::int64_t step, std::int64_t every) { return (step + every - 1) / every * every; }
 
-/// Refuses rods that do not fit, before any is made: the system may end a process that takes too much without a word. Of all ranks
-/// alike; those of one machine take from the same memory.
+/// Refuses rods that do not fit, before any is made: the system may end a process that takes too much without a word.
+/// Of all ranks alike; those of one machine take from the same memory.
 void require_memory(const Communicator& comm, const Plan& plan) {
     const auto sharing = static_cast<double>(ranks_of_this_machine(comm));
     const double needed = (plan.state_bytes + plan.frame_bytes) / comm.size(), there = free_memory() / sharing;
     std::string message;
     if (needed > there)
-        message =
-            fmt::format("{} rods with {} elements need {:.3g} GB on {}, of which {:.3g} GB are free; fewer rods or more machines "
-                        "would do",
-                        plan.rods, plan.elements, 1e-9 * needed * sharing, host_name(), 1e-9 * there * sharing);
+        message = fmt::format(
+            "{} rods with {} elements need {:.3g} GB on {}, of which {:.3g} GB are free; fewer rods or more machines "
+            "would do",
+            plan.rods, plan.elements, 1e-9 * needed * sharing, host_name(), 1e-9 * there * sharing);
     message = comm.first_text(message);
     if (!message.empty()) throw InputError(message);
 }
@@ -63,13 +64,14 @@ bool goes_on(const Communicator& comm, const RunOptions& options) {
 
 } // namespace
 
-Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups,
-                       Plan plan, RunOptions options)
+Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene,
+                       std::vector<RodGroup> groups, Plan plan, RunOptions options)
     : comm_(comm), threads_(threads), groups_(std::move(groups)), plan_(std::move(plan)),
       options_(std::move(options)), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                                           scene.output.observes("knots"), scene.output.observes("order")},
       physics_(physics_json(with_plane_numbers(with_stiffnesses(scene, groups_), groups_), groups_, plan_.dt)),
-      settings_(settings_json(scene)), output_(output_json(scene)), started_(options_.began > 0 ? options_.began : wall_seconds()),
+      settings_(settings_json(scene)), output_(output_json(scene)),
+      started_(options_.began > 0 ? options_.began : wall_seconds()),
       checkpoints_(plan_.cadence.checkpoint_wall, started_, plan_.state_bytes / plan_.machine.ranks),
       balance_(comm_, plan_, options_.balance), clock_(plan_.dt, 0, plan_.integrator) {
     timers_.add(Phase::setup, wall_seconds() - started_); // reading of the scene and of its rods
@@ -119,8 +121,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         on_root(comm_, [&] {
             if (writes) directory_->begin(with_ancestry(physics_, ancestry_));
             if (found)
-                std::printf("Beginning with %s: step %lld, t = %g s\n", found->file.c_str(), static_cast<long long>(found->step),
-                            clock_.time());
+                std::printf("Beginning with %s: step %lld, t = %g s\n", found->file.c_str(),
+                            static_cast<long long>(found->step), clock_.time());
         });
         begins_branch_ = found.has_value();
     }
@@ -138,9 +140,9 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     const CheckpointInfo* const resumed = resumes ? &*found : nullptr;
     idle_ = writes && resumes && (first_step_ >= last_step_ || ended()) && is_told(found->digest);
     if (writes && !idle_) open_outputs(scene, resumed);
-    progress_ =
-        std::make_unique<Progress>(comm_.root() && (!options_.quiet || options_.place), options_.progress, first_step_, last_step_,
-                                   plan_.dt, static_cast<double>(plan_.elements), scene.output.progress, options_.place);
+    progress_ = std::make_unique<Progress>(comm_.root() && (!options_.quiet || options_.place), options_.progress,
+                                           first_step_, last_step_, plan_.dt, static_cast<double>(plan_.elements),
+                                           scene.output.progress, options_.place);
 }
 
 Simulation::~Simulation() = default;
@@ -169,14 +171,17 @@ void Simulation::move_bodies(const Step& step) {
     const std::int64_t moving = Migration::count(comm_, assigned);
     if (moving > 0 || options_.balance == Balance::always) {
         const std::vector<KeptNumbers> kept = skein::kept(interactions_);
-        const Migration migration(comm_, groups_, *rods_, assigned, kernels(plan_.machine.lanes).lanes, threads_.count());
+        const Migration migration(comm_, groups_, *rods_, assigned, kernels(plan_.machine.lanes).lanes,
+                                  threads_.count());
         const Surroundings around = make_rods_of(migration.owned());
         migration.put_into(*rods_);
         rods_->begin_within(step);
         for (std::size_t i = 0; i < migration.owned().size(); ++i)
-            around.exposure->show(i, migration.state(i), groups_[static_cast<std::size_t>(migration.owned()[i].group)].body());
+            around.exposure->show(i, migration.state(i),
+                                  groups_[static_cast<std::size_t>(migration.owned()[i].group)].body());
         neighbourhood_->follow(around.exposure);
-        for (const auto& interaction : interactions_) interaction->follow({comm_, threads_, plan_, groups_, *rods_, around});
+        for (const auto& interaction : interactions_)
+            interaction->follow({comm_, threads_, plan_, groups_, *rods_, around});
         recall(interactions_, kept);
         ++owners_;
     }
@@ -198,7 +203,8 @@ bool Simulation::is_told(std::uint64_t digest) const {
     if (earlier.ended && !options_.quiet) {
         std::printf("Nothing to do: the run has come to its end, and its files stay as they are\n");
         if (!earlier.changes.empty())
-            std::printf("[output] has changed, which takes no effect on a run that is over:%s\n", earlier.changes.c_str());
+            std::printf("[output] has changed, which takes no effect on a run that is over:%s\n",
+                        earlier.changes.c_str());
     }
     return comm_.max(static_cast<std::int64_t>(earlier.ended)) > 0;
 }
@@ -208,7 +214,8 @@ void Simulation::begin_audit(std::optional<double> audited_from) {
     if (audited_from_) return;
     if (ContactInteraction* contacts = contacts_of(interactions_)) contacts->begin_audit(clock_.lag());
     audited_from_ = observed_energy(observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag()));
-    for (std::size_t i = 0; i < rods_->local().size(); ++i) rods_->set_budget(i, {}); // a damaged checkpoint may have left its own
+    for (std::size_t i = 0; i < rods_->local().size(); ++i)
+        rods_->set_budget(i, {}); // a damaged checkpoint may have left its own
 }
 
 std::optional<double> Simulation::audited_from() const {
@@ -219,7 +226,8 @@ std::optional<double> Simulation::audited_from() const {
 std::uint64_t Simulation::digest() const { return comm_.sum_wrapping(rods_->digest() + digest_of(interactions_)); }
 
 void Simulation::advance(std::int64_t until) {
-    const bool coupled = is_coupled(plan_), together = coupled || settling_ || options_.protocol == Protocol::synchronous;
+    const bool coupled = is_coupled(plan_),
+               together = coupled || settling_ || options_.protocol == Protocol::synchronous;
     bool going = true;
     while (clock_.done() < until && going) {
         const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
@@ -267,7 +275,8 @@ bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
         const auto at_rebuild = [&] {
             if (balance_.due()) move_bodies(steps[i]);
         };
-        if (neighbourhood_) couple(interactions_, *neighbourhood_, steps[i], timers_, at_rebuild); // contacts; ghosts meanwhile
+        if (neighbourhood_)
+            couple(interactions_, *neighbourhood_, steps[i], timers_, at_rebuild); // contacts; ghosts meanwhile
         timed(Phase::rods, [&] { // per tile: forces, loads, walls, kick; then the next drift
             if (i + 1 < steps.size()) rods_->visit_after_and_before(steps[i], steps[i + 1]);
             else valid = rods_->visit_after(steps[i], check);
@@ -371,15 +380,17 @@ Simulation::Verdict Simulation::agree() {
     if (clock_.done() >= next_tick_) {
         // As many steps as fit at the speed so far; root's figure for all.
         const double speed = static_cast<double>(clock_.done() - first_step_) / std::max(1e-9, wall - setup_s_);
-        const double seconds = checkpoints_.every() > 0 ? std::min(tick_seconds, 0.5 * checkpoints_.every()) : tick_seconds;
+        const double seconds =
+            checkpoints_.every() > 0 ? std::min(tick_seconds, 0.5 * checkpoints_.every()) : tick_seconds;
         const auto visits = static_cast<std::int64_t>(std::min(1e9, speed * seconds / tick_multiple));
         next_tick_ = clock_.done() + tick_multiple * comm_.broadcast(std::max<std::int64_t>(1, visits));
         if (checkpoints_.every() > 0) save_now_ = comm_.broadcast(static_cast<std::int64_t>(checkpoints_.due())) != 0;
         if (plan_.cadence.frames_wall > 0)
-            close_now_ =
-                comm_.broadcast(static_cast<std::int64_t>(wall_seconds() - frames_closed_ >= plan_.cadence.frames_wall)) != 0;
+            close_now_ = comm_.broadcast(static_cast<std::int64_t>(wall_seconds() - frames_closed_ >=
+                                                                   plan_.cadence.frames_wall)) != 0;
         balance_.look(timers_, *rods_, interactions_, clock_.done(), last_step_ - clock_.done());
-        if (!progress_columns_.empty()) show_now_ = comm_.broadcast(static_cast<std::int64_t>(progress_->due(clock_.done()))) != 0;
+        if (!progress_columns_.empty())
+            show_now_ = comm_.broadcast(static_cast<std::int64_t>(progress_->due(clock_.done()))) != 0;
     }
     return verdict;
 }
@@ -402,7 +413,8 @@ void Simulation::show_progress(bool last) {
         for (const std::size_t column : progress_columns_) values.push_back(last_sample_[column]);
     }
     show_now_ = false;
-    progress_->show(clock_.done(), values, settling_ ? fmt::format("  correction {:.3g}", settling_->correction()) : std::string());
+    progress_->show(clock_.done(), values,
+                    settling_ ? fmt::format("  correction {:.3g}", settling_->correction()) : std::string());
 }
 
 std::vector<std::string> Simulation::names() const {
@@ -420,13 +432,15 @@ std::vector<double> Simulation::observables() const {
     auto values = observe(comm_, threads_, groups_, *rods_, clock_.time(), clock_.lag(), sets_);
     if (plan_.audit) {
         EnergyAudit a = audit_scene(comm_, *rods_, observed_energy(values));
-        if (const ContactInteraction* contacts = contacts_of(interactions_)) a.contacts = contacts->booked(clock_.lag());
+        if (const ContactInteraction* contacts = contacts_of(interactions_))
+            a.contacts = contacts->booked(clock_.lag());
         values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from())});
     }
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
     for (const double x : values_of_figures(comm_, interactions_, clock_.lag())) values.push_back(x);
     if (plan_.gravity) values.push_back(-plan_.mass * dot(*plan_.gravity, centre));
-    if (plan_.gravity && sets_.order) values.push_back(values[observed_translation] / (norm(*plan_.gravity) * plan_.mass_radius));
+    if (plan_.gravity && sets_.order)
+        values.push_back(values[observed_translation] / (norm(*plan_.gravity) * plan_.mass_radius));
     return values;
 }
 
@@ -488,8 +502,9 @@ void Simulation::write_summary(const RunResult& result) {
     figures.settling = settling_ ? &*settling_ : nullptr;
     for (std::size_t p = 0; p < phase_count; ++p) {
         const double mine = timers_.seconds(static_cast<Phase>(p));
-        figures.phases.push_back(
-            {comm_.min(mine), static_cast<double>(comm_.sum(std::llround(mine * 1e6))) * 1e-6 / comm_.size(), comm_.max(mine)});
+        figures.phases.push_back({comm_.min(mine),
+                                  static_cast<double>(comm_.sum(std::llround(mine * 1e6))) * 1e-6 / comm_.size(),
+                                  comm_.max(mine)});
     }
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());

@@ -1,4 +1,5 @@
-// A run: owns rods, clock and outputs, and carries out the plan. The step is Simulation::step_coupled, of uncoupled rods a visit.
+// A run: owns rods, clock and outputs, and carries out the plan. The step is Simulation::step_coupled, of uncoupled
+// rods a visit.
 #pragma once
 
 #include "core/timer.hpp"
@@ -35,7 +36,7 @@ void tell_warning(const std::string& text);
 /// How steps, threads and ranks meet; the bits are the same.
 enum class Protocol {
     asynchronous, ///< a tile takes many steps per visit, ranks meet at events: where no rod feels another
-    synchronous   ///< one step per visit, all threads and ranks meet after it: what rods that feel each other would force
+    synchronous ///< one step per visit, all threads and ranks meet after it: what rods that feel each other would force
 };
 inline constexpr std::string_view protocol_names[] = {"asynchronous", "synchronous"};
 
@@ -57,10 +58,12 @@ struct RunOptions {
     bool checkpoint = true; ///< false: none is written, not even at the end; for timing
     bool quiet = false;     ///< no progress line
     ProgressStyle progress = ProgressStyle::automatic;
-    std::optional<PlaceAmongRuns> place = {}; ///< of one of several runs, which have a progress line even where they are quiet
+    std::optional<PlaceAmongRuns> place =
+        {}; ///< of one of several runs, which have a progress line even where they are quiet
     Rewind rewind = Rewind::automatic;
     Balance balance = Balance::automatic;
-    std::string from = {}; ///< with no `out`, where nothing is written: begin with this checkpoint; empty: with the scene
+    std::string from =
+        {}; ///< with no `out`, where nothing is written: begin with this checkpoint; empty: with the scene
 };
 
 /// How a run ended.
@@ -72,14 +75,14 @@ struct RunResult {
 
 class Simulation {
 public:
-    /// Collective. Partitions the rods, takes the newest checkpoint in options.out, opens outputs. Throws before anything is
-    /// overwritten where the directory holds something else.
-    Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups, Plan plan,
-               RunOptions options);
+    /// Collective. Partitions the rods, takes the newest checkpoint in options.out, opens outputs. Throws before
+    /// anything is overwritten where the directory holds something else.
+    Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene, std::vector<RodGroup> groups,
+               Plan plan, RunOptions options);
     ~Simulation();
 
-    /// Steps to the end (or a limit of the options), with outputs; writes checkpoint and summary. Throws NumericalError or IoError
-    /// on all ranks alike.
+    /// Steps to the end (or a limit of the options), with outputs; writes checkpoint and summary. Throws NumericalError
+    /// or IoError on all ranks alike.
     RunResult run();
     /// Whether the run was at its end before it began: run() then does and writes nothing.
     bool idle() const { return idle_; }
@@ -102,8 +105,8 @@ public:
     /// Steps up to `until` without looking at outputs: what a run does between two events.
     void advance(std::int64_t until);
 
-    /// How the present state differs from that of a checkpoint of the same step, which is loaded; empty where it does not.
-    /// Collective.
+    /// How the present state differs from that of a checkpoint of the same step, which is loaded; empty where it does
+    /// not. Collective.
     std::string difference_to(const std::string& checkpoint);
 
 private:
@@ -131,12 +134,14 @@ private:
     bool due(std::int64_t every) const;
     Moment now() const;
     void write_due_of_state();
-    /// Writes of the last step, or of that at which a failure began, what no interval has asked for, and closes all files.
+    /// Writes of the last step, or of that at which a failure began, what no interval has asked for, and closes all
+    /// files.
     void write_end(bool failed);
     void finish_files();
     /// `last`: no other will follow.
     void show_progress(bool last);
-    /// Whether summary.json tells of the end of this very state; then also tells what has changed in [output] since. Collective.
+    /// Whether summary.json tells of the end of this very state; then also tells what has changed in [output] since.
+    /// Collective.
     bool is_told(std::uint64_t digest) const;
     /// After an I/O error: frames that are whole and the state. Returns what to tell of it. Collective.
     std::string save_what_can_be_saved();
@@ -156,7 +161,8 @@ private:
     void look();
     /// The last sample, and the digest of the whole scene. Collective.
     std::uint64_t look_at_end();
-    /// Tells once of strains and turns that the last sample shows to be near what the rod law or the discretisation bears.
+    /// Tells once of strains and turns that the last sample shows to be near what the rod law or the discretisation
+    /// bears.
     void warn_of_strain();
     /// The same of a step near the limit that strains leave; collective.
     void warn_of_limit();
@@ -166,8 +172,8 @@ private:
     std::int64_t next_event() const;
     /// The same of overlaps beyond what the step allows for; collective.
     void warn_of_overlap();
-    /// All ranks learn of failures, signals, limits and what to be warned of; sets the next tick. Throws NumericalError where a
-    /// rank failed.
+    /// All ranks learn of failures, signals, limits and what to be warned of; sets the next tick. Throws NumericalError
+    /// where a rank failed.
     Verdict agree();
     /// By what happens in the scene, before its duration is over.
     bool ended() const;
@@ -199,8 +205,8 @@ private:
     Failure find_failure();
     /// Makes rods anew, with the state that they had at a copy, for another step.
     void begin_again(const StateCopy& start, const Clock& was);
-    /// From a copy to a time beyond the failure with a step of `dt`, and ever shorter ones until one holds. The run is over after
-    /// it.
+    /// From a copy to a time beyond the failure with a step of `dt`, and ever shorter ones until one holds. The run is
+    /// over after it.
     void try_shorter_steps(Failure& failure, const StateCopy& start, double until, double dt);
     [[noreturn]] void throw_failure();
     void write_summary(const RunResult& result);
@@ -228,7 +234,8 @@ private:
     std::unique_ptr<Neighbourhood> neighbourhood_; ///< null where bodies do not feel each other
     Interactions interactions_;
     LoadBalance balance_;
-    std::int64_t owners_ = 0, outputs_owners_ = 0; ///< number of the distribution of rods over ranks; that which outputs know
+    std::int64_t owners_ = 0,
+                 outputs_owners_ = 0; ///< number of the distribution of rods over ranks; that which outputs know
     Clock clock_;
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
     std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next

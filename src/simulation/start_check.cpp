@@ -114,13 +114,14 @@ double depth_in(const Wall& wall, const Vec3d& place, double radius) {
 bool in_obstacle(const Obstacle& obstacle, const Vec3d& place) {
     const Vec3d from = place - obstacle.place_at(0);
     if (obstacle.kind == ObstacleKind::sphere) return norm(from) < obstacle.radius;
-    const double second = obstacle.second_radius > 0 ? obstacle.second_radius : obstacle.radius, x = from.x / obstacle.radius,
-                 y = from.y / second;
+    const double second = obstacle.second_radius > 0 ? obstacle.second_radius : obstacle.radius,
+                 x = from.x / obstacle.radius, y = from.y / second;
     return x * x + y * y < 1;
 }
 
 /// Fault of the place of a ball: a free node, or a point of a body's surface; empty: none.
-std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::string& what, const Vec3d& place, double radius) {
+std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::string& what, const Vec3d& place,
+                           double radius) {
     constexpr double allowed = ContactSpec{}.overlap;
     for (const Wall& wall : plan.walls) {
         if (!wall.acts_on(group.name()) || wall.allow_overlap || wall.law.soft_until > 0) continue;
@@ -133,16 +134,18 @@ std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::s
     if (!plan.fluid) return {};
     for (const Obstacle& obstacle : plan.fluid->obstacles)
         if (in_obstacle(obstacle, place))
-            return fmt::format("{}: {} is within the obstacle '{}' at the start: move one of them", obstacle.source, what,
-                               obstacle.name);
+            return fmt::format("{}: {} is within the obstacle '{}' at the start: move one of them", obstacle.source,
+                               what, obstacle.name);
     const FluidGrid& grid = plan.fluid->constants.grid;
-    const Vec3d nearest{std::clamp(place.x, grid.lower.x, grid.upper().x), std::clamp(place.y, grid.lower.y, grid.upper().y),
+    const Vec3d nearest{std::clamp(place.x, grid.lower.x, grid.upper().x),
+                        std::clamp(place.y, grid.lower.y, grid.upper().y),
                         std::clamp(place.z, grid.lower.z, grid.upper().z)};
     for (int d = 0; d < 3; ++d)
         if (const double beyond = std::abs(component_of(place - nearest, d)); !grid.periodic(d) && beyond > radius)
-            return fmt::format("{}: {} is {:.3g} m outside the box of the fluid along {} at the start: move it, or make the box "
-                               "larger, or that direction periodic",
-                               group.spec().source, what, beyond, "xyz"[d]);
+            return fmt::format(
+                "{}: {} is {:.3g} m outside the box of the fluid along {} at the start: move it, or make the box "
+                "larger, or that direction periodic",
+                group.spec().source, what, beyond, "xyz"[d]);
     return {};
 }
 
@@ -164,7 +167,8 @@ std::pair<std::int64_t, std::string> fault_of_places(const Plan& plan, std::span
             const std::vector<Slot<1>> state = start_of(group, body);
             for (std::size_t i = 0; i < shape->point.size(); ++i)
                 look("point", i,
-                     lane(state[0].position + transpose_times(state[0].director, broadcast<1>(shape->point[i].place)), 0),
+                     lane(state[0].position + transpose_times(state[0].director, broadcast<1>(shape->point[i].place)),
+                          0),
                      shape->point[i].radius);
         } else {
             with_rod(group, body.index, [&](const RodGroup& own) {
@@ -185,7 +189,8 @@ void refuse(const Communicator* comm, const Threads& threads, const Plan& plan, 
     const auto [gid, fault] = fault_of_places(plan, groups, bodies);
     const auto least_of_all = [&](std::int64_t x) { return comm ? comm->min(x) : x; };
     const std::string mine_first = gid == least_of_all(gid) ? fault : std::string();
-    if (const std::string text = comm ? comm->first_text(mine_first) : mine_first; !text.empty()) throw InputError(text);
+    if (const std::string text = comm ? comm->first_text(mine_first) : mine_first; !text.empty())
+        throw InputError(text);
     if (!exposure || !plan.contact || plan.contact->allow_overlap) return;
     show_all(groups, bodies, *exposure);
     const auto solver =
@@ -200,14 +205,15 @@ void refuse(const Communicator* comm, const Threads& threads, const Plan& plan, 
     }
     Deepest deepest{comm ? comm->max(mine.overlap) : mine.overlap};
     deepest.first = least_of_all(mine.overlap == deepest.overlap ? mine.first : deepest.first);
-    deepest.second = least_of_all(mine.overlap == deepest.overlap && mine.first == deepest.first ? mine.second : deepest.second);
+    deepest.second =
+        least_of_all(mine.overlap == deepest.overlap && mine.first == deepest.first ? mine.second : deepest.second);
     if (deepest.overlap > 0)
-        throw InputError(fmt::format("{} and {} overlap at the start by {:.3g} of the diameter, and contact.overlap allows {:g}: "
-                                     "move them apart, or let them "
-                                     "start so with allow_overlap = true in [contact]",
-                                     place_in_scene(exposure->scene(), groups, deepest.first),
-                                     place_in_scene(exposure->scene(), groups, deepest.second), deepest.overlap,
-                                     plan.contact->overlap));
+        throw InputError(fmt::format(
+            "{} and {} overlap at the start by {:.3g} of the diameter, and contact.overlap allows {:g}: "
+            "move them apart, or let them "
+            "start so with allow_overlap = true in [contact]",
+            place_in_scene(exposure->scene(), groups, deepest.first),
+            place_in_scene(exposure->scene(), groups, deepest.second), deepest.overlap, plan.contact->overlap));
 }
 
 } // namespace
@@ -215,7 +221,8 @@ void refuse(const Communicator* comm, const Threads& threads, const Plan& plan, 
 std::string name_of_body(std::span<const RodGroup> groups, std::int64_t gid) {
     for (const RodGroup& group : groups)
         if (gid < group.first_gid() + group.count())
-            return fmt::format("{} {} of '{}'", group.strained() ? "rod" : "body", gid - group.first_gid(), group.name());
+            return fmt::format("{} {} of '{}'", group.strained() ? "rod" : "body", gid - group.first_gid(),
+                               group.name());
     return {};
 }
 

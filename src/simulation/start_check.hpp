@@ -1,5 +1,5 @@
-// Where bodies stand when a run begins: none deep in another, behind a wall, in an obstacle or outside the fluid. A run that goes
-// on from a checkpoint, its own or another's, is not looked at.
+// Where bodies stand when a run begins: none deep in another, behind a wall, in an obstacle or outside the fluid. A run
+// that goes on from a checkpoint, its own or another's, is not looked at.
 #pragma once
 
 #include "neighbourhood/neighbourhood.hpp"
@@ -15,8 +15,8 @@ namespace skein {
 /// "rod 3 of 'cilia'": a body, by its number in the scene.
 std::string name_of_body(std::span<const RodGroup> groups, std::int64_t gid);
 
-/// Throws InputError on all ranks alike where bodies in their start state stand so. `exposure`, of own bodies, and `neighbourhood`:
-/// null where rods do not feel each other; they are left as they are. Collective.
+/// Throws InputError on all ranks alike where bodies in their start state stand so. `exposure`, of own bodies, and
+/// `neighbourhood`: null where rods do not feel each other; they are left as they are. Collective.
 void refuse_start(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups,
                   const Rods& rods, Exposure* exposure, Neighbourhood* neighbourhood);
 

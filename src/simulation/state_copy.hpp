@@ -1,5 +1,5 @@
-// A copy of all that the next steps depend on, in memory: what a checkpoint holds of this rank, to go back to and look at steps
-// again.
+// A copy of all that the next steps depend on, in memory: what a checkpoint holds of this rank, to go back to and look
+// at steps again.
 #pragma once
 
 #include "simulation/interaction.hpp"
@@ -26,9 +26,13 @@ public:
     std::int64_t owners() const { return owners_; }
     const std::vector<LocalRod>& owned() const { return owned_; }
     /// Canonical state of owned()[i].
-    std::span<const Slot<1>> state(std::size_t i) const { return {slots_.data() + first_[i], first_[i + 1] - first_[i]}; }
+    std::span<const Slot<1>> state(std::size_t i) const {
+        return {slots_.data() + first_[i], first_[i + 1] - first_[i]};
+    }
     const RodBudget& budget(std::size_t i) const { return budgets_[i]; }
-    std::span<const double> memory(std::size_t i) const { return memory_.empty() ? std::span<const double>() : memory_[i]; }
+    std::span<const double> memory(std::size_t i) const {
+        return memory_.empty() ? std::span<const double>() : memory_[i];
+    }
     const std::vector<KeptNumbers>& kept() const { return kept_; }
 
 private:

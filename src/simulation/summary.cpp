@@ -85,7 +85,8 @@ std::string summary_json(const RunFigures& f) {
         {"fluid_cell_steps", f.cell_steps},
         {"memory",
          {{"rods_bytes", f.rod_bytes},
-          {"rods_bytes_per_element", static_cast<double>(f.rod_bytes) / std::max(1.0, static_cast<double>(f.plan.elements))},
+          {"rods_bytes_per_element",
+           static_cast<double>(f.rod_bytes) / std::max(1.0, static_cast<double>(f.plan.elements))},
           {"resident_bytes", f.resident_bytes}}},
         {"output", nlohmann::ordered_json::parse(f.output)},
         {"series_format", series_format},
@@ -107,16 +108,20 @@ std::string summary_json(const RunFigures& f) {
                           {"neighbours", of_ranks(&GhostFigures::neighbours)},
                           {"messages", of_ranks(&GhostFigures::messages)},
                           {"bytes", of_ranks(&GhostFigures::bytes)}};
-        json["balance"] = {{"migrations", f.balance.migrations}, {"rods", f.balance.bodies}, {"imbalance", f.balance.imbalance}};
+        json["balance"] = {
+            {"migrations", f.balance.migrations}, {"rods", f.balance.bodies}, {"imbalance", f.balance.imbalance}};
     }
     if (f.settling)
-        json["relaxation"] = {
-            {"settled", f.settling->settled()}, {"correction", f.settling->correction()}, {"tolerance", f.settling->tolerance()}};
+        json["relaxation"] = {{"settled", f.settling->settled()},
+                              {"correction", f.settling->correction()},
+                              {"tolerance", f.settling->tolerance()}};
     if (!f.ancestry.empty()) json["ancestry"] = nlohmann::ordered_json::parse(f.ancestry);
     return json.dump(2) + "\n";
 }
 
-std::string output_json(const SceneSpec& scene) { return nlohmann::json::parse(scene_json(scene, false))["output"].dump(); }
+std::string output_json(const SceneSpec& scene) {
+    return nlohmann::json::parse(scene_json(scene, false))["output"].dump();
+}
 
 EarlierSummary read_summary(const std::string& path, std::uint64_t digest, const std::string& output) {
     using nlohmann::json;
@@ -125,11 +130,14 @@ EarlierSummary read_summary(const std::string& path, std::uint64_t digest, const
     if (!summary.is_object() || summary.value("digest", json()) != digest_text(digest)) return {};
     EarlierSummary earlier{.ended = true, .changes = {}};
     if (!summary.contains("output")) return earlier;
-    const json was = json{{"output", summary["output"]}}.flatten(), now = json{{"output", json::parse(output)}}.flatten();
+    const json was = json{{"output", summary["output"]}}.flatten(),
+               now = json{{"output", json::parse(output)}}.flatten();
     json all = was;
     all.update(now);
     for (const auto& item : all.items()) {
-        const auto in = [&](const json& table) { return table.contains(item.key()) ? table[item.key()].dump() : "absent"; };
+        const auto in = [&](const json& table) {
+            return table.contains(item.key()) ? table[item.key()].dump() : "absent";
+        };
         if (in(was) != in(now)) earlier.changes += fmt::format("\n  {}: was {}, now {}", item.key(), in(was), in(now));
     }
     return earlier;
@@ -141,25 +149,30 @@ std::string timing_table(const RunFigures& f) {
     double sum = 0;
     for (std::size_t p = 0; p < phase_count; ++p) {
         if (f.phases[p].max < 5e-4) continue; // not there, or 0 as it would be told
-        fmt::format_to(out, "{:<12}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.1f}%\n", phase_names[p], f.phases[p].min, f.phases[p].mean,
-                       f.phases[p].max, 100 * f.phases[p].mean / f.wall_s);
+        fmt::format_to(out, "{:<12}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.1f}%\n", phase_names[p], f.phases[p].min,
+                       f.phases[p].mean, f.phases[p].max, 100 * f.phases[p].mean / f.wall_s);
         sum += f.phases[p].mean;
     }
     fmt::format_to(out, "{:<12}{:>10}{:>10.3f}{:>10}{:>8.1f}%\n", "other", "", f.wall_s - sum, "",
                    100 * (f.wall_s - sum) / f.wall_s);
     fmt::format_to(out, "{:<12}{:>10}{:>10.3f}\n\n", "total", "", f.wall_s);
     if (f.cell_steps > 0)
-        fmt::format_to(out, "{:.4g} cell-steps of the fluid, {:.1f} ns each and core\n", f.cell_steps, ns_per_cell_step(f));
+        fmt::format_to(out, "{:.4g} cell-steps of the fluid, {:.1f} ns each and core\n", f.cell_steps,
+                       ns_per_cell_step(f));
     if (f.speed_to_expect > 0)
-        fmt::format_to(out, "some steps of the fluid were cut in parts; with fluid.expected_speed = {:g} none would be\n",
+        fmt::format_to(out,
+                       "some steps of the fluid were cut in parts; with fluid.expected_speed = {:g} none would be\n",
                        0.1 * std::ceil(10 * f.speed_to_expect));
     if (f.slips)
         fmt::format_to(out,
-                       "slip at markers {:.2g} of the largest speed at the end, {:.2g} at most; {:g} is aimed at; ways of rods are "
+                       "slip at markers {:.2g} of the largest speed at the end, {:.2g} at most; {:g} is aimed at; ways "
+                       "of rods are "
                        "wrong by some ten times as much\n",
                        f.slips->share, f.slips->largest_share, f.slips->allowed);
-    if (f.plan.elements == 0) return text + fmt::format("{:.1f} MB resident\n", static_cast<double>(f.resident_bytes) * 1e-6);
-    fmt::format_to(out, "{:.4g} element-steps, {:.1f} ns each and core; {:.0f} B per element for rods, {:.1f} MB resident\n",
+    if (f.plan.elements == 0)
+        return text + fmt::format("{:.1f} MB resident\n", static_cast<double>(f.resident_bytes) * 1e-6);
+    fmt::format_to(out,
+                   "{:.4g} element-steps, {:.1f} ns each and core; {:.0f} B per element for rods, {:.1f} MB resident\n",
                    element_steps(f), ns_per_element_step(f),
                    static_cast<double>(f.rod_bytes) / static_cast<double>(f.plan.elements),
                    static_cast<double>(f.resident_bytes) * 1e-6);
@@ -173,12 +186,14 @@ std::string timing_table(const RunFigures& f) {
             for (const auto of : {&GhostFigures::bodies, &GhostFigures::elements, &GhostFigures::neighbours,
                                   &GhostFigures::messages, &GhostFigures::bytes})
                 most.*of = std::max(most.*of, rank.*of);
-        fmt::format_to(out,
-                       "ghosts of a rank, at most: {} elements of {} rods, {} neighbours; {} messages with {} bytes sent a step\n",
-                       most.elements, most.bodies, most.neighbours, most.messages, most.bytes);
+        fmt::format_to(
+            out,
+            "ghosts of a rank, at most: {} elements of {} rods, {} neighbours; {} messages with {} bytes sent a step\n",
+            most.elements, most.bodies, most.neighbours, most.messages, most.bytes);
         if (f.balance.imbalance > 0)
-            fmt::format_to(out, "cost of the busiest rank {:.3g} of the mean; rods went to other ranks {} times, {} in all\n",
-                           f.balance.imbalance, f.balance.migrations, f.balance.bodies);
+            fmt::format_to(
+                out, "cost of the busiest rank {:.3g} of the mean; rods went to other ranks {} times, {} in all\n",
+                f.balance.imbalance, f.balance.migrations, f.balance.bodies);
     }
     fmt::format_to(out, "step {}  digest {}\n", f.result.step, digest_text(f.result.digest));
     return text;

@@ -35,9 +35,10 @@ struct RunFigures {
     std::vector<LargestOverlap> overlaps = {}; ///< of contacts and walls, in this run
     std::vector<GhostFigures> ghosts = {};     ///< by rank, at the end; none where ranks do not meet
     BalanceFigures balance = {};
-    double cell_steps = 0;                                   ///< of the fluid: cells times steps, in this run
-    double speed_to_expect = 0;                              ///< see FluidInteraction
-    std::optional<FluidInteraction::SlipFigures> slips = {}; ///< absent: rods feel no fluid, or steps do not follow from slips
+    double cell_steps = 0;      ///< of the fluid: cells times steps, in this run
+    double speed_to_expect = 0; ///< see FluidInteraction
+    std::optional<FluidInteraction::SlipFigures> slips =
+        {}; ///< absent: rods feel no fluid, or steps do not follow from slips
     std::string slip_warning = {};
     const Settling* settling = nullptr; ///< of rods that relax
 };

@@ -16,8 +16,9 @@ namespace skein {
 namespace {
 
 bool same_bits(std::span<const double> a, std::span<const double> b) {
-    return std::equal(a.begin(), a.end(), b.begin(), b.end(),
-                      [](double x, double y) { return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y); });
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](double x, double y) {
+        return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
+    });
 }
 
 bool same_numbers(const KeptNumbers& computed, const KeptNumbers& written) {
@@ -51,7 +52,8 @@ std::string Simulation::difference_to(const std::string& checkpoint) {
         const LocalRod& rod = rods_->local()[i];
         const bool state = same_bits(numbers(computed.state(i)), numbers(written.state(i)));
         const RodBudget a = computed.budget(i), b = written.budget(i);
-        const bool budget = same_bits(std::array{a.loads, a.walls, a.dissipated}, std::array{b.loads, b.walls, b.dissipated});
+        const bool budget =
+            same_bits(std::array{a.loads, a.walls, a.dissipated}, std::array{b.loads, b.walls, b.dissipated});
         if (state && budget && same_bits(computed.memory(i), written.memory(i))) continue;
         ++differing;
         if (rod.gid >= first) continue;

@@ -122,7 +122,8 @@ std::vector<Figure> WallInteraction::figures(double) const {
             overlap.terms.front() = std::max(overlap.terms.front(), a.max_overlap);
         }
     std::vector<Figure> figures;
-    for (std::size_t w = 0; w < count; ++w) figures.push_back({walls_->wall[w].name + "_force[N]", Of::sum, std::move(normal[w])});
+    for (std::size_t w = 0; w < count; ++w)
+        figures.push_back({walls_->wall[w].name + "_force[N]", Of::sum, std::move(normal[w])});
     for (const DrivenWall& d : driven_) {
         const std::string& name = wall(d).name;
         figures.push_back({name + "_height[m]", Of::same, {d.servo.height()}});

@@ -39,8 +39,9 @@ private:
     std::vector<std::shared_ptr<const WallContacts>> wall_contacts_; ///< by group; null where no wall acts
     std::vector<OverlapWatch> overlaps_;                             ///< by wall
     std::vector<DrivenWall> driven_;
-    std::vector<double> work_;                  ///< of every wall on the rods since the start, J
-    std::vector<std::vector<double>> pressing_; ///< scratch: per driven wall, forces on the watched one, then powers of its own
+    std::vector<double> work_; ///< of every wall on the rods since the start, J
+    std::vector<std::vector<double>>
+        pressing_; ///< scratch: per driven wall, forces on the watched one, then powers of its own
 };
 
 } // namespace skein

@@ -92,8 +92,8 @@ std::vector<WallMeshes::Polygon> WallMeshes::tube(const Wall& wall) const {
 std::vector<WallMeshes::Polygon> WallMeshes::ball(const Wall& wall) const {
     const auto at = [&](int i, int j) {
         const double longitude = 2 * M_PI * i / around, latitude = M_PI * j / upwards;
-        return wall.point + wall.radius * Vec3d{std::sin(latitude) * std::cos(longitude), std::sin(latitude) * std::sin(longitude),
-                                                std::cos(latitude)};
+        return wall.point + wall.radius * Vec3d{std::sin(latitude) * std::cos(longitude),
+                                                std::sin(latitude) * std::sin(longitude), std::cos(latitude)};
     };
     std::vector<Polygon> all;
     for (int j = 0; j < upwards; ++j)

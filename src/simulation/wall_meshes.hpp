@@ -1,5 +1,5 @@
-// Walls as polygons for those who look: planes as quads about as large as the scene, tubes and balls in facets, cut off where
-// planes that stand still, or move along, bound them. A box is its planes, each cut by its neighbours.
+// Walls as polygons for those who look: planes as quads about as large as the scene, tubes and balls in facets, cut off
+// where planes that stand still, or move along, bound them. A box is its planes, each cut by its neighbours.
 #pragma once
 
 #include "contact/wall.hpp"
@@ -15,9 +15,10 @@ namespace skein {
 
 class WallMeshes {
 public:
-    /// The scene reaches as far as rods do at the start, tubes and balls around them, and half as far again. `walls` must outlive
-    /// it. `own`: the rods of this rank. Collective.
-    WallMeshes(const Communicator& comm, const Walls& walls, std::span<const RodGroup> groups, std::span<const LocalRod> own);
+    /// The scene reaches as far as rods do at the start, tubes and balls around them, and half as far again. `walls`
+    /// must outlive it. `own`: the rods of this rank. Collective.
+    WallMeshes(const Communicator& comm, const Walls& walls, std::span<const RodGroup> groups,
+               std::span<const LocalRod> own);
 
     bool move() const { return move_; }
     /// Numbers of polygons are those of the walls. `time`: s, for walls that move steadily.

@@ -23,17 +23,20 @@ void Simulation::warn(bool& told, bool bad, const std::string& text) {
 
 void Simulation::warn_of_limit() {
     const std::string text = comm_.first_text(near_limit_);
-    warn(told_limit_, !text.empty(), text + (plan_.force_dt ? "" : "; beyond it the run is stopped: lower dt or time.e_min"));
+    warn(told_limit_, !text.empty(),
+         text + (plan_.force_dt ? "" : "; beyond it the run is stopped: lower dt or time.e_min"));
 }
 
 void Simulation::warn_of_gain() {
     const double share = comm_.max(undamped_share_);
     bool told = false;
     warn(told, share > 0,
-         fmt::format("rods without damping may have gained energy: the step was up to {:.2g} of the limit that their strains left, "
-                     "and beyond {:.2g} strain feeds them. time.dt = {:g} holds, {:g} of the least limit; or give them damping",
-                     share, StepWatch::feeds, rounded_down(StepWatch::keeps * plan_.dt / std::max(share, StepWatch::feeds)),
-                     StepWatch::keeps));
+         fmt::format(
+             "rods without damping may have gained energy: the step was up to {:.2g} of the limit that their strains "
+             "left, "
+             "and beyond {:.2g} strain feeds them. time.dt = {:g} holds, {:g} of the least limit; or give them damping",
+             share, StepWatch::feeds, rounded_down(StepWatch::keeps * plan_.dt / std::max(share, StepWatch::feeds)),
+             StepWatch::keeps));
 }
 
 void Simulation::warn_of_overlap() {
@@ -49,11 +52,13 @@ void Simulation::warn_of_strain() {
     for (std::size_t g = 0; g < groups_.size(); ++g)
         room = std::min(room, plan_.groups[g].tension_limit - groups_[g].element[0].rest_stretch);
     warn(told_turn_, turn > 2,
-         fmt::format("neighbouring elements turn by {:.3g} rad against each other, and 3 rad stops the run: use more elements",
-                     turn));
-    warn(
-        told_strain_, strain > 0.7,
-        fmt::format("an axial strain of {:.3g}: elements are shorter than 0.3 or well on the way to 3 times their length", strain));
+         fmt::format(
+             "neighbouring elements turn by {:.3g} rad against each other, and 3 rad stops the run: use more elements",
+             turn));
+    warn(told_strain_, strain > 0.7,
+         fmt::format(
+             "an axial strain of {:.3g}: elements are shorter than 0.3 or well on the way to 3 times their length",
+             strain));
     warn(told_tension_, strain > room,
          fmt::format("an axial strain of {:.3g} may be beyond the tension limit (plan): directors flip there", strain));
 }

@@ -22,12 +22,13 @@ void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resu
     on_root(comm_, [&] { take_back_end(options_.out); });
     const std::int64_t step = resumed ? clock_.done() : -1;
     const Cadence& every = plan_.cadence;
-    const auto add_frames = [&](FrameKind kind, std::int64_t interval, std::optional<std::int64_t> CheckpointInfo::*last) {
-        outputs_.push_back(
-            std::make_unique<FrameOutput>(interval, kind,
-                                          std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_,
-                                                                        step, plan_.title, FrameWriter::default_buffer_bytes,
-                                                                        tell_warning, resumed ? resumed->*last : std::nullopt)));
+    const auto add_frames = [&](FrameKind kind, std::int64_t interval,
+                                std::optional<std::int64_t> CheckpointInfo::*last) {
+        outputs_.push_back(std::make_unique<FrameOutput>(
+            interval, kind,
+            std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, step, plan_.title,
+                                          FrameWriter::default_buffer_bytes, tell_warning,
+                                          resumed ? resumed->*last : std::nullopt)));
     };
     if (every.series > 0 || plan_.relax) {
         std::unique_ptr<SeriesFile> file;
@@ -35,21 +36,25 @@ void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resu
             file = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
                                                 resumed && resumed->series ? &*resumed->series : nullptr, tell_warning);
         });
-        outputs_.push_back(std::make_unique<SeriesOutput>(every.series, comm_, std::move(file), [this] { return row(); }));
+        outputs_.push_back(
+            std::make_unique<SeriesOutput>(every.series, comm_, std::move(file), [this] { return row(); }));
     }
-    if (every.trajectory > 0 || plan_.relax) add_frames(FrameKind::trajectory, every.trajectory, &CheckpointInfo::last_trajectory);
+    if (every.trajectory > 0 || plan_.relax)
+        add_frames(FrameKind::trajectory, every.trajectory, &CheckpointInfo::last_trajectory);
     if (plan_.vtp) outputs_.push_back(polydata(scene, resumed));
     if (every.tips > 0) add_frames(FrameKind::tips, every.tips, &CheckpointInfo::last_tips);
     if (plan_.fluid && !plan_.fluid->outputs.empty()) {
         const FluidInteraction& fluid = *fluid_of(interactions_);
         outputs_.push_back(std::make_unique<FluidOutputs>(
-            std::make_unique<FluidFrames>(comm_, threads_, fluid.flow(), *plan_.fluid, options_.out, plan_.dt, clock_.shift(),
-                                          [&](const std::string& name) {
-                                              return FieldSeries::Earlier{step, last_frame(resumed, name), tell_warning};
-                                          }),
+            std::make_unique<FluidFrames>(
+                comm_, threads_, fluid.flow(), *plan_.fluid, options_.out, plan_.dt, clock_.shift(),
+                [&](const std::string& name) {
+                    return FieldSeries::Earlier{step, last_frame(resumed, name), tell_warning};
+                }),
             fluid));
     }
-    if (every.contacts > 0) outputs_.push_back(std::make_unique<ContactTables>(every.contacts, comm_, options_.out, interactions_));
+    if (every.contacts > 0)
+        outputs_.push_back(std::make_unique<ContactTables>(every.contacts, comm_, options_.out, interactions_));
 }
 
 std::unique_ptr<Output> Simulation::polydata(const SceneSpec& scene, const CheckpointInfo* resumed) {
@@ -107,7 +112,8 @@ Moment Simulation::now() const { return {clock_.done(), clock_.time(), clock_.la
 std::optional<std::span<const double>> Simulation::row() {
     look();
     const bool numbers = std::isfinite(
-        groups_.empty() ? last_sample_.front() : observed_energy(last_sample_)); // of a copy half a step on, which may fail first
+        groups_.empty() ? last_sample_.front()
+                        : observed_energy(last_sample_)); // of a copy half a step on, which may fail first
     warn(told_row_, !numbers, "an energy is not a number: the time series has no row of this step");
     return numbers ? std::optional<std::span<const double>>(last_sample_) : std::nullopt;
 }

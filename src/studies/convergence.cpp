@@ -61,7 +61,8 @@ void judge(Convergence& c, const Values& first, const Values& second, double not
     c.order_used = c.smoothness == Smoothness::second ? 2 : std::min(c.order, most_order);
 }
 
-/// What differences do not tell smoothly is bounded by the run farthest from the given one, and the spread of the last two on top.
+/// What differences do not tell smoothly is bounded by the run farthest from the given one, and the spread of the last
+/// two on top.
 void bound(Convergence& c, const LevelValues& levels) {
     const auto apart = [&](std::span<const double> a, std::span<const double> b) {
         return norms(combine(1, a, -1, b), levels.components);
@@ -75,7 +76,8 @@ void bound(Convergence& c, const LevelValues& levels) {
     }
     c.spread = c.remainder = last.most;
     const auto bar = [&](double space, double time) {
-        return Convergence::ErrorBar{safety * (space + last.most), safety * time, safety * (std::max(space, time) + last.most)};
+        return Convergence::ErrorBar{safety * (space + last.most), safety * time,
+                                     safety * (std::max(space, time) + last.most)};
     };
     c.error_bar = bar(farthest.most, half.most), c.error_bar_at_end = bar(farthest.last, half.last);
 }
@@ -116,12 +118,14 @@ Convergence converge(const LevelValues& levels) {
         const double share = std::pow(levels.dt[k] / levels.dt[levels.given], levels.time_order);
         corrected[k] = combine(1, levels.space[k], -share, time_error);
     }
-    const Values first = combine(1, corrected[0], -1, corrected[1]), second = combine(1, corrected[1], -1, corrected[2]);
+    const Values first = combine(1, corrected[0], -1, corrected[1]),
+                 second = combine(1, corrected[1], -1, corrected[2]);
     double magnitude = 0;
     for (const auto& level : levels.space) magnitude = std::max(magnitude, norms(level, components).most);
 
     Convergence c;
-    const double round_off = std::max(least_round_off, static_cast<double>(levels.steps) * std::numeric_limits<double>::epsilon());
+    const double round_off =
+        std::max(least_round_off, static_cast<double>(levels.steps) * std::numeric_limits<double>::epsilon());
     judge(c, first, second, round_off * magnitude, components);
     c.spread = norms(second, components).most;
     const Norms time = norms(time_error, components);

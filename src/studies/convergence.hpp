@@ -43,7 +43,7 @@ struct Convergence {
     };
     ErrorBar error_bar;        ///< of the run as given; where rough a bound by the spread of runs
     ErrorBar error_bar_at_end; ///< of its last sample
-    double remainder;          ///< what the Richardson value may be wrong by: its change from the first two to the last two
+    double remainder; ///< what the Richardson value may be wrong by: its change from the first two to the last two
 };
 
 Convergence converge(const LevelValues& levels);
@@ -75,8 +75,9 @@ struct Choice {
     double dt = 0, core_seconds = 0;
 };
 
-/// Cheapest numbers of elements, of the group with the most, and step whose errors all stay below `tolerance`; `elements` and `dt`
-/// are those of the models. Between 2 and 64 times as many elements; none where these do not do. `duration`: s.
+/// Cheapest numbers of elements, of the group with the most, and step whose errors all stay below `tolerance`;
+/// `elements` and `dt` are those of the models. Between 2 and 64 times as many elements; none where these do not do.
+/// `duration`: s.
 std::optional<Choice> cheapest(std::span<const ErrorModel> models, double tolerance, long elements, double dt,
                                const CostModel& cost, double duration);
 

@@ -13,8 +13,9 @@ namespace skein {
 
 namespace {
 
-constexpr double least_share = 1e-3;   ///< of the largest range in its unit, for an observable to count towards a tolerance
-constexpr double round_off = 1e-9;     ///< of it: what changes less is not told at all
+constexpr double least_share =
+    1e-3;                          ///< of the largest range in its unit, for an observable to count towards a tolerance
+constexpr double round_off = 1e-9; ///< of it: what changes less is not told at all
 constexpr double coarse_in_time = 0.1; ///< of its range, by which half a step changes what is not resolved
 
 /// Of motion, which is over where ends at rest are compared.
@@ -40,10 +41,13 @@ std::size_t common_samples(const Study& study, const std::array<RunSamples, 4>& 
 }
 
 /// Between two samples, s.
-double interval_of(const RunSamples& samples) { return samples.times.size() > 1 ? samples.times[1] - samples.times[0] : HUGE_VAL; }
+double interval_of(const RunSamples& samples) {
+    return samples.times.size() > 1 ? samples.times[1] - samples.times[0] : HUGE_VAL;
+}
 
 /// One quantity of all runs.
-ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& samples, std::size_t number, std::size_t count) {
+ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& samples, std::size_t number,
+                         std::size_t count) {
     const Quantity& q = samples[study.given].quantities[number];
     const std::size_t width = q.components;
     std::array<std::span<const double>, 4> values;
@@ -53,7 +57,8 @@ ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& sa
     }
     ObservableError o{.name = q.name, .unit = q.unit, .counts = !q.name.starts_with("max_")};
     o.range = range_of(samples[2].quantities[number].values, width);
-    LevelValues levels{.given = study.given, .half_step = values[3], .time_order = study.time_order, .components = width};
+    LevelValues levels{
+        .given = study.given, .half_step = values[3], .time_order = study.time_order, .components = width};
     for (std::size_t k = 0; k < 3; ++k) levels.space[k] = values[k], levels.dt[k] = study.runs[k].dt;
     for (const auto& run : study.runs) levels.steps = std::max(levels.steps, run.steps);
     o.convergence = converge(levels);
@@ -66,23 +71,26 @@ ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& sa
         o.richardson_end.assign(limit.end() - static_cast<long>(width), limit.end());
         o.richardson = told(o.richardson_end);
     }
-    for (std::size_t k = 0; k < 4; ++k) o.error[k] = distance(values[k], limit.empty() ? values[2] : std::span(limit), width);
+    for (std::size_t k = 0; k < 4; ++k)
+        o.error[k] = distance(values[k], limit.empty() ? values[2] : std::span(limit), width);
     return o;
 }
 
 } // namespace
 
-StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& samples, const std::array<double, 4>& core_seconds) {
+StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& samples,
+                        const std::array<double, 4>& core_seconds) {
     StudyFigures figures{.core_seconds = core_seconds, .observables = {}, .notes = {}};
     const std::size_t count = common_samples(study, samples);
     for (std::size_t k = 0; k < study.made().size(); ++k) {
         const double end = samples[k].times.back();
         if (study.at_rest && end > (1 - 1e-9) * study.duration)
-            figures.notes.push_back(
-                fmt::format("the run {} did not come to rest within the duration of {:g} s", study.runs[k].name, study.duration));
+            figures.notes.push_back(fmt::format("the run {} did not come to rest within the duration of {:g} s",
+                                                study.runs[k].name, study.duration));
         if (!study.at_rest && end + interval_of(samples[0]) < (1 + 1e-9) * study.duration)
-            figures.notes.push_back(fmt::format("the run {} ended by itself, at {:g} of {:g} s: all are compared up to {:g} s",
-                                                study.runs[k].name, end, study.duration, samples[0].times[count - 1]));
+            figures.notes.push_back(
+                fmt::format("the run {} ended by itself, at {:g} of {:g} s: all are compared up to {:g} s",
+                            study.runs[k].name, end, study.duration, samples[0].times[count - 1]));
     }
     std::map<std::string, double> largest; // range, by unit
     for (std::size_t i = 0; i < samples[0].quantities.size(); ++i) {
@@ -106,12 +114,15 @@ StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& sam
     return figures;
 }
 
-Advice advice_for(const Study& study, const StudyFigures& figures, double tolerance, std::span<const std::string> names) {
+Advice advice_for(const Study& study, const StudyFigures& figures, double tolerance,
+                  std::span<const std::string> names) {
     Advice advice{.tolerance = tolerance, .choice = {}, .by = {}, .untold = {}};
     std::vector<ErrorModel> models;
     for (const std::string& name : names)
-        if (std::none_of(figures.observables.begin(), figures.observables.end(), [&](const auto& o) { return o.name == name; }))
-            throw InputError(fmt::format("--observable {}: there is none of this name that changes; the table lists them", name));
+        if (std::none_of(figures.observables.begin(), figures.observables.end(),
+                         [&](const auto& o) { return o.name == name; }))
+            throw InputError(
+                fmt::format("--observable {}: there is none of this name that changes; the table lists them", name));
     for (const ObservableError& o : figures.observables) {
         const bool named = std::find(names.begin(), names.end(), o.name) != names.end();
         if (names.empty() ? !o.counts : !named) continue;
@@ -127,7 +138,8 @@ Advice advice_for(const Study& study, const StudyFigures& figures, double tolera
     }
     // As the plan predicts, at the speed of all runs together: short ones take their time for other things than steps.
     double measured = 0, predicted = 0;
-    for (std::size_t k = 0; k < study.runs.size(); ++k) measured += figures.core_seconds[k], predicted += study.runs[k].predicted;
+    for (std::size_t k = 0; k < study.runs.size(); ++k)
+        measured += figures.core_seconds[k], predicted += study.runs[k].predicted;
     CostModel cost;
     for (std::size_t k = 0; k < 3; ++k) {
         const StudyRun& run = study.runs[k];

@@ -63,8 +63,8 @@ int time_order_of(const Plan& plan, std::span<const RodGroup> groups) {
 }
 
 /// The run of a scene whose step is a share of the given one.
-StudyRun run_of(const Communicator& comm, const Machine& machine, SceneSpec scene, const Plan& given, std::int64_t every,
-                std::int64_t share) {
+StudyRun run_of(const Communicator& comm, const Machine& machine, SceneSpec scene, const Plan& given,
+                std::int64_t every, std::int64_t share) {
     StudyRun run;
     run.dt = given.dt / static_cast<double>(share);
     if (!given.relax) scene.time.dt = run.dt;
@@ -96,7 +96,8 @@ Study make_study(const Communicator& comm, const Machine& machine, const SceneSp
                 .relaxes = scene.time.relax,
                 .notes = refinement_notes(scene)};
 
-    // An automatic step depends on what it divides, so the scene's own plan decides it; without a series it divides the samples.
+    // An automatic step depends on what it divides, so the scene's own plan decides it; without a series it divides the
+    // samples.
     SceneSpec as_given = scene;
     if (scene.output.series == 0 && scene.time.dt == 0 && !scene.time.relax)
         as_given.output.series = scene.time.duration / samples_wanted;
@@ -115,7 +116,8 @@ Study make_study(const Communicator& comm, const Machine& machine, const SceneSp
         return plan_with(comm, machine, of).dt;
     };
     constexpr double rounding = 1e-6;
-    const double own_limit = automatic_dt(base), boldness = std::max(1.0, given.dt / own_limit); // of a step given by hand
+    const double own_limit = automatic_dt(base),
+                 boldness = std::max(1.0, given.dt / own_limit); // of a step given by hand
     for (std::size_t k = 0; k < 3; ++k) {
         const Refinement by = coarser ? Refinement{1L << k, 2} : Refinement{1L << k, 1};
         SceneSpec of = k == study.given ? base : refined(base, by);

@@ -31,13 +31,13 @@ std::string order_text(const ObservableError& o) {
 } // namespace
 
 std::string runs_text(const Study& study) {
-    std::string text =
-        fmt::format("  {:<18}{:>10}{:>14}{:>12}{:>24}\n", "run", "elements", "dt, s", "steps", "predicted core-seconds");
+    std::string text = fmt::format("  {:<18}{:>10}{:>14}{:>12}{:>24}\n", "run", "elements", "dt, s", "steps",
+                                   "predicted core-seconds");
     double sum = 0;
     for (std::size_t k = 0; k < study.made().size(); ++k) {
         const StudyRun& r = study.runs[k];
-        text += fmt::format("  {:<18}{:>10}{:>14.6g}{:>12}{:>24.3g}{}\n", r.name, r.elements, r.dt, r.steps, r.predicted,
-                            k == study.given ? "   as given" : "");
+        text += fmt::format("  {:<18}{:>10}{:>14.6g}{:>12}{:>24.3g}{}\n", r.name, r.elements, r.dt, r.steps,
+                            r.predicted, k == study.given ? "   as given" : "");
         sum += r.predicted;
     }
     text += fmt::format("  {:<54}{:>24.3g}\n", "all", sum);
@@ -47,19 +47,20 @@ std::string runs_text(const Study& study) {
 }
 
 std::string to_text(const Study& study, const StudyFigures& figures) {
-    std::string text = fmt::format(
-        "\nErrors of the run as given, {} elements and dt = {:.6g} s; error bars over the range of each observable, {}\n",
-        study.runs[study.given].elements, study.runs[study.given].dt,
-        study.at_rest ? "of its end at rest" : "the largest of all samples");
-    text += fmt::format("  {:<32}{:>13}{:>13}{:>7}{:>10}{:>10}{:>10}{:>12}  {}\n", "observable", "at the end", "Richardson",
-                        "order", "space", "time", "total", "at the end", "convergence");
+    std::string text = fmt::format("\nErrors of the run as given, {} elements and dt = {:.6g} s; error bars over the "
+                                   "range of each observable, {}\n",
+                                   study.runs[study.given].elements, study.runs[study.given].dt,
+                                   study.at_rest ? "of its end at rest" : "the largest of all samples");
+    text += fmt::format("  {:<32}{:>13}{:>13}{:>7}{:>10}{:>10}{:>10}{:>12}  {}\n", "observable", "at the end",
+                        "Richardson", "order", "space", "time", "total", "at the end", "convergence");
     for (const ObservableError& o : figures.observables) {
         const auto share = [&](double bar) { return fmt::format("{:.2g}", bar / o.range); };
-        text += fmt::format("  {:<32}{:>13.6g}{:>13}{:>7}{:>10}{:>10}{:>10}{:>12}  {}{}\n", fmt::format("{} [{}]", o.name, o.unit),
-                            o.at_end, o.richardson ? fmt::format("{:.6g}", *o.richardson) : "-", order_text(o),
-                            share(o.convergence.error_bar.space), share(o.convergence.error_bar.time),
-                            share(o.convergence.error_bar.total), fmt::format("+-{:.2g}", o.convergence.error_bar_at_end.total),
-                            verdict(o), o.counts ? "" : " (does not count towards a tolerance)");
+        text += fmt::format(
+            "  {:<32}{:>13.6g}{:>13}{:>7}{:>10}{:>10}{:>10}{:>12}  {}{}\n", fmt::format("{} [{}]", o.name, o.unit),
+            o.at_end, o.richardson ? fmt::format("{:.6g}", *o.richardson) : "-", order_text(o),
+            share(o.convergence.error_bar.space), share(o.convergence.error_bar.time),
+            share(o.convergence.error_bar.total), fmt::format("+-{:.2g}", o.convergence.error_bar_at_end.total),
+            verdict(o), o.counts ? "" : " (does not count towards a tolerance)");
     }
     for (const std::string& note : figures.notes) text += "  note: " + note + "\n";
     return text;
@@ -70,7 +71,8 @@ std::string to_text(const Study& study, const Advice& advice) {
     const StudyRun& given = study.runs[study.given];
     if (advice.choice) {
         text = fmt::format("For {:g} of the range: {} elements{}, about {:.3g} core-seconds\n", advice.tolerance,
-                           advice.choice->elements, study.relaxes ? "" : fmt::format(" and dt = {:.4g} s", advice.choice->dt),
+                           advice.choice->elements,
+                           study.relaxes ? "" : fmt::format(" and dt = {:.4g} s", advice.choice->dt),
                            advice.choice->core_seconds);
         if (advice.choice->elements > study.runs[2].elements || 2 * advice.choice->elements < given.elements)
             text += "  that is beyond the runs that were made: run converge again from there\n";
@@ -81,8 +83,10 @@ std::string to_text(const Study& study, const Advice& advice) {
         text = fmt::format("For {:g} of the range: not with 64 times as many elements\n", advice.tolerance);
     }
     if (!advice.untold.empty())
-        text += fmt::format("  no numbers can be told for what does not converge smoothly: {}\n", fmt::join(advice.untold, ", "));
-    if (advice.by.empty() && advice.untold.empty()) text += "No observable changes: there is nothing to choose numbers by\n";
+        text += fmt::format("  no numbers can be told for what does not converge smoothly: {}\n",
+                            fmt::join(advice.untold, ", "));
+    if (advice.by.empty() && advice.untold.empty())
+        text += "No observable changes: there is nothing to choose numbers by\n";
     return text;
 }
 
@@ -106,18 +110,19 @@ std::string to_json(const Study& study, const StudyFigures& figures, const Advic
             return json{{"space", b.space}, {"time", b.time}, {"total", b.total}};
         };
         const Convergence& c = o.convergence;
-        observables.push_back({{"name", o.name},
-                               {"unit", o.unit},
-                               {"range", o.range},
-                               {"counts", o.counts},
-                               {"convergence", smoothness[static_cast<std::size_t>(c.smoothness)]},
-                               {"order", number(c.order)},
-                               {"at_end", o.end},
-                               {"richardson_at_end", o.richardson ? json(o.richardson_end) : json(nullptr)},
-                               {"error_bar", bar(c.error_bar)},
-                               {"error_bar_at_end", bar(c.error_bar_at_end)},
-                               {"spread_of_last_two", c.spread},
-                               {"errors", std::vector(o.error.begin(), o.error.begin() + static_cast<long>(runs.size()))}});
+        observables.push_back(
+            {{"name", o.name},
+             {"unit", o.unit},
+             {"range", o.range},
+             {"counts", o.counts},
+             {"convergence", smoothness[static_cast<std::size_t>(c.smoothness)]},
+             {"order", number(c.order)},
+             {"at_end", o.end},
+             {"richardson_at_end", o.richardson ? json(o.richardson_end) : json(nullptr)},
+             {"error_bar", bar(c.error_bar)},
+             {"error_bar_at_end", bar(c.error_bar_at_end)},
+             {"spread_of_last_two", c.spread},
+             {"errors", std::vector(o.error.begin(), o.error.begin() + static_cast<long>(runs.size()))}});
     }
     json out = {{"format", study_format},   {"version", 1}, {"title", study.runs[study.given].scene.title},
                 {"at_rest", study.at_rest}, {"runs", runs}, {"observables", observables},

@@ -17,9 +17,9 @@ namespace skein {
 
 namespace {
 
-constexpr double candidate_bytes =
-    8 + 8 + 2 + 2 * sizeof(ContactMemory<double>) + 50; // of a pair, its neighbours, status, memory, and half a deferred load
-constexpr int most_listed = 16;                         // ranks of which each has a line
+constexpr double candidate_bytes = 8 + 8 + 2 + 2 * sizeof(ContactMemory<double>) +
+                                   50; // of a pair, its neighbours, status, memory, and half a deferred load
+constexpr int most_listed = 16;        // ranks of which each has a line
 
 std::vector<LocalRod> all_rods(std::span<const RodGroup> groups) {
     std::vector<LocalRod> rods;
@@ -45,25 +45,27 @@ public:
         if (!around_.exposure) return {};
         rods_->visit_before(clock_.next(1, 1).front());
         exposed_ = true;
-        const auto contacts =
-            kernels(plan_.machine.lanes).make_contacts(contact_scene(groups, *plan_.contact, *plan_.contact_laws), threads_);
+        const auto contacts = kernels(plan_.machine.lanes)
+                                  .make_contacts(contact_scene(groups, *plan_.contact, *plan_.contact_laws), threads_);
         std::vector<std::uint8_t> wanted(around_.exposure->slots());
         contacts->search(*around_.exposure, wanted);
         return contacts->found();
     }
 
-    /// Goes on from first_candidates(). Seconds of a step in passes and in interactions; the first step, which builds the first
-    /// list and meets memory that no one has touched, is left out.
+    /// Goes on from first_candidates(). Seconds of a step in passes and in interactions; the first step, which builds
+    /// the first list and meets memory that no one has touched, is left out.
     std::pair<double, double> time(double seconds) {
         Timers timers;
         advance(timers, std::exchange(exposed_, false));
         timers = {};
         std::int64_t steps = 0;
         const double began = wall_seconds();
-        while (clock_.done() < plan_.steps && (steps < 4 || wall_seconds() < began + seconds)) steps += advance(timers, false);
+        while (clock_.done() < plan_.steps && (steps < 4 || wall_seconds() < began + seconds))
+            steps += advance(timers, false);
         const double each = 1 / static_cast<double>(std::max<std::int64_t>(1, steps));
-        return {each * timers.seconds(Phase::rods),
-                each * (timers.seconds(Phase::contacts) + timers.seconds(Phase::search) + timers.seconds(Phase::exchange))};
+        return {
+            each * timers.seconds(Phase::rods),
+            each * (timers.seconds(Phase::contacts) + timers.seconds(Phase::search) + timers.seconds(Phase::exchange))};
     }
 
 private:
@@ -100,7 +102,8 @@ private:
 };
 
 /// Ghosts of every rank, counted as Neighbourhood::narrow and set_up_messages make them.
-void count_ghosts(const Exposure& bodies, const Candidates& pairs, std::span<const int> owner, std::vector<RankShare>& share) {
+void count_ghosts(const Exposure& bodies, const Candidates& pairs, std::span<const int> owner,
+                  std::vector<RankShare>& share) {
     const auto owner_of = [&](std::uint32_t slot) { return owner[static_cast<std::size_t>(bodies.at(slot).gid)]; };
     std::vector<std::vector<std::uint32_t>> needs(share.size()); // slots
     for (std::uint32_t a = 0; a + 1 < pairs.first.size(); ++a)
@@ -122,7 +125,8 @@ void count_ghosts(const Exposure& bodies, const Candidates& pairs, std::span<con
             const std::uint32_t slot = needs[r][i];
             const std::int64_t body = bodies.at(slot).gid;
             const auto from = static_cast<std::size_t>(owner_of(slot));
-            const bool goes_on = i + 1 < needs[r].size() && needs[r][i + 1] == slot + 1 && bodies.at(slot + 1).gid == body;
+            const bool goes_on =
+                i + 1 < needs[r].size() && needs[r][i + 1] == slot + 1 && bodies.at(slot + 1).gid == body;
             const std::int64_t slots = goes_on ? 1 : 2; // the last one with the node behind it
             share[r].ghost_rods += body != last_body;
             ++share[r].ghost_elements;
@@ -144,10 +148,10 @@ void count_ghosts(const Exposure& bodies, const Candidates& pairs, std::span<con
 RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, int ranks, const MachineFile& machine,
                             double seconds) {
     if (plan.state_bytes > free_memory())
-        throw InputError(
-            fmt::format("shares of ranks are worked out with all rods at hand: {:.3g} GB, of which {:.3g} GB are free; the "
-                        "same scene with fewer rods tells as much of a rank's share",
-                        1e-9 * plan.state_bytes, 1e-9 * free_memory()));
+        throw InputError(fmt::format(
+            "shares of ranks are worked out with all rods at hand: {:.3g} GB, of which {:.3g} GB are free; the "
+            "same scene with fewer rods tells as much of a rank's share",
+            1e-9 * plan.state_bytes, 1e-9 * free_memory()));
     RankForecast forecast;
     const MachineFile::Network& network = machine.network;
     forecast.threads = std::min(plan.machine.threads, plan.machine.cores);
@@ -171,26 +175,31 @@ RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, 
     const auto all = static_cast<double>(plan.elements);
     const double alone = (forecast.rods_s + forecast.pairs_s) / forecast.threads;
     const double measured_rounds = std::max(1.0, std::log2(static_cast<double>(machine.machine.ranks)));
-    const double vote = ranks > 1 && plan.contact
-                            ? std::log2(ranks) * (network.allreduce > 0 ? network.allreduce / measured_rounds : 2 * network.latency)
-                            : 0;
+    const double vote =
+        ranks > 1 && plan.contact
+            ? std::log2(ranks) * (network.allreduce > 0 ? network.allreduce / measured_rounds : 2 * network.latency)
+            : 0;
     for (RankShare& s : share) {
         const double slots = static_cast<double>(s.elements + s.rods + s.ghost_slots);
         s.memory_bytes = static_cast<double>(s.elements) / all * plan.state_bytes;
         if (plan.contact)
-            s.memory_bytes += static_cast<double>(s.ghost_slots) * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot) +
-                              static_cast<double>(s.pairs) * candidate_bytes + 3 * sizeof(double) * slots;
+            s.memory_bytes +=
+                static_cast<double>(s.ghost_slots) * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot) +
+                static_cast<double>(s.pairs) * candidate_bytes + 3 * sizeof(double) * slots;
         const double own = static_cast<double>(s.elements) / all;
-        const double work = (own * forecast.rods_s +
-                             (pairs > 0 ? static_cast<double>(s.pairs) / static_cast<double>(pairs) : own) * forecast.pairs_s) /
-                            forecast.threads;
-        const auto received = static_cast<double>(s.ghost_slots * static_cast<std::int64_t>(Exposure::sent_numbers_per_slot) * 8);
+        const double work =
+            (own * forecast.rods_s +
+             (pairs > 0 ? static_cast<double>(s.pairs) / static_cast<double>(pairs) : own) * forecast.pairs_s) /
+            forecast.threads;
+        const auto received =
+            static_cast<double>(s.ghost_slots * static_cast<std::int64_t>(Exposure::sent_numbers_per_slot) * 8);
         const auto sent = static_cast<double>(s.bytes);
-        const double copiers =
-            std::clamp(static_cast<double>(s.ghost_rods) / Neighbourhood::runs_of_task, 1.0, static_cast<double>(forecast.threads));
+        const double copiers = std::clamp(static_cast<double>(s.ghost_rods) / Neighbourhood::runs_of_task, 1.0,
+                                          static_cast<double>(forecast.threads));
         if (s.neighbours > 0)
-            s.exchange_s = network.latency + network.overhead * static_cast<double>(std::max<std::int64_t>(0, s.neighbours - 1)) +
-                           std::max(sent, received) / network.bandwidth_all + (sent + received) / (copiers * machine.machine.copy);
+            s.exchange_s =
+                network.latency + network.overhead * static_cast<double>(std::max<std::int64_t>(0, s.neighbours - 1)) +
+                std::max(sent, received) / network.bandwidth_all + (sent + received) / (copiers * machine.machine.copy);
         s.exchange_s += vote;
         s.step_s = work + s.exchange_s; // messages may hide behind contacts of own rods; here none does
         forecast.step_s = std::max(forecast.step_s, s.step_s);
@@ -213,10 +222,11 @@ template <class Of> std::string spread(const std::vector<RankShare>& share, Of&&
 } // namespace
 
 std::string to_text(const RankForecast& f) {
-    std::string text = fmt::format("Ranks: {} of {} thread{} each; predicted step {:.4g} s, efficiency {:.3g}\n", f.rank.size(),
-                                   f.threads, f.threads == 1 ? "" : "s", f.step_s, f.efficiency);
-    fmt::format_to(std::back_inserter(text), "  one step on one thread here: {:.4g} s in passes, {:.4g} s in contacts (measured)\n",
-                   f.rods_s, f.pairs_s);
+    std::string text = fmt::format("Ranks: {} of {} thread{} each; predicted step {:.4g} s, efficiency {:.3g}\n",
+                                   f.rank.size(), f.threads, f.threads == 1 ? "" : "s", f.step_s, f.efficiency);
+    fmt::format_to(std::back_inserter(text),
+                   "  one step on one thread here: {:.4g} s in passes, {:.4g} s in contacts (measured)\n", f.rods_s,
+                   f.pairs_s);
     fmt::format_to(std::back_inserter(text), "  {:<22}{:>12}{:>12}{:>12}\n", "a rank", "least", "mean", "most");
     const auto line = [&](const char* label, auto of) {
         fmt::format_to(std::back_inserter(text), "  {:<22}{}\n", label, spread(f.rank, of));
@@ -233,12 +243,13 @@ std::string to_text(const RankForecast& f) {
     line("step [us]", [](const RankShare& s) { return 1e6 * s.step_s; });
     line("  exchange [us]", [](const RankShare& s) { return 1e6 * s.exchange_s; });
     if (f.rank.size() > most_listed) return text;
-    fmt::format_to(std::back_inserter(text), "  {:>5}{:>10}{:>12}{:>10}{:>10}{:>12}{:>10}{:>10}{:>12}\n", "rank", "rods",
-                   "elements", "ghosts", "elements", "neighbours", "messages", "bytes", "step [us]");
+    fmt::format_to(std::back_inserter(text), "  {:>5}{:>10}{:>12}{:>10}{:>10}{:>12}{:>10}{:>10}{:>12}\n", "rank",
+                   "rods", "elements", "ghosts", "elements", "neighbours", "messages", "bytes", "step [us]");
     for (std::size_t r = 0; r < f.rank.size(); ++r) {
         const RankShare& s = f.rank[r];
-        fmt::format_to(std::back_inserter(text), "  {:>5}{:>10}{:>12}{:>10}{:>10}{:>12}{:>10}{:>10}{:>12.4g}\n", r, s.rods,
-                       s.elements, s.ghost_rods, s.ghost_elements, s.neighbours, s.messages, s.bytes, 1e6 * s.step_s);
+        fmt::format_to(std::back_inserter(text), "  {:>5}{:>10}{:>12}{:>10}{:>10}{:>12}{:>10}{:>10}{:>12.4g}\n", r,
+                       s.rods, s.elements, s.ghost_rods, s.ghost_elements, s.neighbours, s.messages, s.bytes,
+                       1e6 * s.step_s);
     }
     return text;
 }

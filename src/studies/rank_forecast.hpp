@@ -1,5 +1,5 @@
-// Shares of ranks before there are any: who would own which rods, which ghosts each would need of whom, and how long a step would
-// take. The partitioner and the search are those of a run, for any number of ranks, on one core.
+// Shares of ranks before there are any: who would own which rods, which ghosts each would need of whom, and how long a
+// step would take. The partitioner and the search are those of a run, for any number of ranks, on one core.
 #pragma once
 
 #include "parallel/threads.hpp"

@@ -20,8 +20,8 @@ namespace skein {
 namespace {
 
 /// Of the search, of round-off, and of the elements themselves.
-constexpr std::array<std::string_view, 6> bookkeeping = {"max_director_defect", "energy_defect", "candidates", "rebuilds", "skin",
-                                                         "max_turn_per_cell"};
+constexpr std::array<std::string_view, 6> bookkeeping = {
+    "max_director_defect", "energy_defect", "candidates", "rebuilds", "skin", "max_turn_per_cell"};
 
 /// "centre_x[m]" and the next two are one quantity; so is any other by itself.
 std::vector<Quantity> quantities_of(const CsvTable& table, std::span<const std::size_t> rows) {
@@ -43,7 +43,8 @@ std::vector<Quantity> quantities_of(const CsvTable& table, std::span<const std::
     return out;
 }
 
-void append_tips(const std::string& directory, const RodGroup& group, std::span<const double> steps, std::vector<Quantity>& out) {
+void append_tips(const std::string& directory, const RodGroup& group, std::span<const double> steps,
+                 std::vector<Quantity>& out) {
     const std::string path = "/groups/" + group.name() + "/position";
     std::vector<std::int64_t> rods = {0};
     if (group.count() > 1) rods.push_back(group.count() - 1);
@@ -101,7 +102,8 @@ double core_seconds_of(const std::string& directory, double predicted) {
     double setup = 0;
     if (const auto phases = summary.find("phases"); phases != summary.end() && phases->contains("setup"))
         setup = (*phases)["setup"].value("max_s", 0.0);
-    const int cores = summary.value("ranks", 1) * std::min(summary.value("threads", 1), summary.value("cores_per_rank", 1));
+    const int cores =
+        summary.value("ranks", 1) * std::min(summary.value("threads", 1), summary.value("cores_per_rank", 1));
     return std::max(0.0, summary.value("wall_s", 0.0) - setup) * cores * steps / made;
 }
 

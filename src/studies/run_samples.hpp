@@ -22,12 +22,13 @@ struct RunSamples {
     std::vector<Quantity> quantities;
 };
 
-/// From observables.csv and the frames of tips, those of the first and the last rod of every group. Where `at_end`, the first and
-/// the last sample alone. Leaves out what tells of the search for contacts, of round-off and of single cells. Throws IoError. For
-/// one rank alone.
+/// From observables.csv and the frames of tips, those of the first and the last rod of every group. Where `at_end`, the
+/// first and the last sample alone. Leaves out what tells of the search for contacts, of round-off and of single cells.
+/// Throws IoError. For one rank alone.
 RunSamples read_samples(const std::string& directory, std::span<const RodGroup> groups, bool at_end);
 
-/// Core-seconds that a run has taken, scaled to all of its steps; `predicted` where its summary does not tell. For one rank alone.
+/// Core-seconds that a run has taken, scaled to all of its steps; `predicted` where its summary does not tell. For one
+/// rank alone.
 double core_seconds_of(const std::string& directory, double predicted);
 
 } // namespace skein

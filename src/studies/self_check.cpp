@@ -23,8 +23,11 @@ SceneSpec self_check_scene() {
     lying.material = {.density = 1100, .youngs_modulus = 2e6};
     lying.section = {.radius = 5e-3};
     lying.shape = {.length = 0.2, .elements = 9};
-    lying.placement = {
-        .kind = PlacementKind::lattice, .origin = {0, 0, 6e-3}, .tangent = {1, 0, 0}, .counts = {1, 12}, .spacing = {1, 0.0125}};
+    lying.placement = {.kind = PlacementKind::lattice,
+                       .origin = {0, 0, 6e-3},
+                       .tangent = {1, 0, 0},
+                       .counts = {1, 12},
+                       .spacing = {1, 0.0125}};
     lying.magnetisation = {.pattern = MagnetisationPattern::uniform, .strength = 2e4, .direction = {1, 0, 0}};
     RodSpec falling = lying;
     falling.name = "falling";

@@ -65,7 +65,8 @@ std::vector<AssemblyGroups> assemblies_of(std::span<const RodGroup> groups) {
     return all;
 }
 
-std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> owned, int lanes, int threads) {
+std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> owned, int lanes,
+                                        int threads) {
     std::vector<std::size_t> order(owned.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::vector<std::size_t> first(groups.size() + 1, 0); // of each group, in owned
@@ -76,12 +77,14 @@ std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::s
         const auto leader = static_cast<std::size_t>(assembly.groups.front()->id());
         for (std::size_t i = first[leader]; i < first[leader + 1]; ++i)
             place.emplace(groups[leader].copy_of(owned[i].index), static_cast<std::int64_t>(place.size()));
-        const CopyTiling tiling = tile_copies(static_cast<std::int64_t>(place.size()), assembly.members(), lanes, threads);
+        const CopyTiling tiling =
+            tile_copies(static_cast<std::int64_t>(place.size()), assembly.members(), lanes, threads);
         const std::int64_t in_blocks = tiling.copies() - tiling.within;
         for (const RodGroup* group : assembly.groups) {
             const auto g = static_cast<std::size_t>(group->id());
             const auto key = [&](std::size_t i) {
-                const std::int64_t copy = place.at(group->copy_of(owned[i].index)), rod = owned[i].index % group->rods_per_copy();
+                const std::int64_t copy = place.at(group->copy_of(owned[i].index)),
+                                   rod = owned[i].index % group->rods_per_copy();
                 const std::int64_t block = copy < in_blocks ? copy / lanes : copy;
                 return copy < in_blocks ? std::tuple(block, rod, copy) : std::tuple(block, copy, rod);
             };

@@ -1,5 +1,6 @@
-// Clusters: tiles that advance together, as their rods are joined. A cluster is a block of W copies of an assembly, one per lane,
-// so that a joint is between the same slots in all lanes; or one copy, whose rods of a group lie side by side. Bits are the same.
+// Clusters: tiles that advance together, as their rods are joined. A cluster is a block of W copies of an assembly, one
+// per lane, so that a joint is between the same slots in all lanes; or one copy, whose rods of a group lie side by
+// side. Bits are the same.
 #pragma once
 
 #include "skein/core/aligned.hpp"
@@ -44,9 +45,10 @@ struct AssemblyGroups {
 };
 std::vector<AssemblyGroups> assemblies_of(std::span<const RodGroup> groups);
 
-/// For each of `owned`, ordered by group: where it stands once the rods of assemblies are in the order of their tiles. Copies keep
-/// the order in which the first group of an assembly has them.
-std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> owned, int lanes, int threads);
+/// For each of `owned`, ordered by group: where it stands once the rods of assemblies are in the order of their tiles.
+/// Copies keep the order in which the first group of an assembly has them.
+std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> owned, int lanes,
+                                        int threads);
 
 /// Loads that the members of a cluster exert on each other, by slot of the cluster.
 template <int W> struct JoinedLoad {
@@ -54,13 +56,13 @@ template <int W> struct JoinedLoad {
     Vec3<Pack<W>> couple; ///< on the element, body, N m
 };
 
-/// What joins the rods of an assembly. Slots of a cluster are those of its tiles one after another: of a block of copies, tile by
-/// tile, the rods of each group in turn; of one copy its groups' tiles in turn.
+/// What joins the rods of an assembly. Slots of a cluster are those of its tiles one after another: of a block of
+/// copies, tile by tile, the rods of each group in turn; of one copy its groups' tiles in turn.
 template <int W> class ClusterJoints {
 public:
     virtual ~ClusterJoints() = default;
-    /// Sets the loads of all slots. `across`: the cluster is a block of copies. `moments`: by tile of the cluster, null where
-    /// wants_moments() is false.
+    /// Sets the loads of all slots. `across`: the cluster is a block of copies. `moments`: by tile of the cluster, null
+    /// where wants_moments() is false.
     virtual void run(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, bool across) const = 0;
     /// True where moments of muscles go on through joints.
     virtual bool wants_moments() const { return false; }

@@ -10,8 +10,8 @@ namespace {
 bool finite(const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); }
 
 bool finite(const Slot<1>& s) {
-    return finite(lane(s.position, 0)) && finite(lane(s.velocity, 0)) && std::isfinite(dot(s.director, s.director)[0]) &&
-           finite(lane(s.spin, 0));
+    return finite(lane(s.position, 0)) && finite(lane(s.velocity, 0)) &&
+           std::isfinite(dot(s.director, s.director)[0]) && finite(lane(s.spin, 0));
 }
 
 } // namespace

@@ -11,8 +11,9 @@
 
 namespace skein {
 
-/// The largest load that a pass adds, by what it would do within the step to what it acts on: a node moves by h^2 F/(m l) of an
-/// element's length, an element turns by h^2 |C/J| rad. Both are far below 1 where the step resolves the motion.
+/// The largest load that a pass adds, by what it would do within the step to what it acts on: a node moves by h^2 F/(m
+/// l) of an element's length, an element turns by h^2 |C/J| rad. Both are far below 1 where the step resolves the
+/// motion.
 struct PassEffect {
     std::string_view pass;
     bool finite = true; ///< all numbers of rod and loads are, after it
@@ -28,10 +29,10 @@ public:
     explicit PassWatch(const RodGroup& group);
     /// A stage begins: there are no loads.
     void begin();
-    /// `force` (lab, N) and `couple` (body, N m) after a pass, by slot. With `adds` false the pass moves loads about and brings
-    /// none.
-    void look(PassEffect& effect, std::span<const Slot<1>> state, std::span<const Vec3d> force, std::span<const Vec3d> couple,
-              double dt, bool adds);
+    /// `force` (lab, N) and `couple` (body, N m) after a pass, by slot. With `adds` false the pass moves loads about
+    /// and brings none.
+    void look(PassEffect& effect, std::span<const Slot<1>> state, std::span<const Vec3d> force,
+              std::span<const Vec3d> couple, double dt, bool adds);
 
 private:
     const RodGroup& group_;

@@ -31,7 +31,8 @@ struct RodPlace {
     int lane;
 };
 
-/// Energy budget of a rod since its audit began, J: work of loads, work of walls, energy dissipated. See mechanics/audit.hpp.
+/// Energy budget of a rod since its audit began, J: work of loads, work of walls, energy dissipated. See
+/// mechanics/audit.hpp.
 struct RodBudget {
     double loads = 0, walls = 0, dissipated = 0;
     double held_before = 0; ///< kinetic energy of held nodes and elements, between the halves of a step
@@ -125,16 +126,17 @@ public:
     /// Copies the canonical (staggered) state of local()[i] out or in; one slot per node.
     virtual void export_rod(std::size_t i, std::span<Slot<1>> out) const = 0;
     virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;
-    /// Calls reader(thread, i, copy) with a copy of local()[rods[i]] for every i, on all threads, tile by tile; where rods are few,
-    /// threads share tiles. `rods`: rising. `lag`: time that copies which are not canonical are moved on by; `time`: when walls
-    /// that turn are where strained ones see them.
-    virtual void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time = 0) const = 0;
+    /// Calls reader(thread, i, copy) with a copy of local()[rods[i]] for every i, on all threads, tile by tile; where
+    /// rods are few, threads share tiles. `rods`: rising. `lag`: time that copies which are not canonical are moved on
+    /// by; `time`: when walls that turn are where strained ones see them.
+    virtual void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader,
+                      double time = 0) const = 0;
     /// Of every owned rod, [local], of copies moved on by `lag` to `time`.
     virtual void figures(double time, double lag, std::span<RodFigures> out) const = 0;
     /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64: order-free, so equal for any distribution.
     virtual std::uint64_t digest() const = 0;
-    /// Throws NumericalError naming rod, element and quantity where a rod is invalid: not finite, an element turned over, or
-    /// strains at which the step is too long.
+    /// Throws NumericalError naming rod, element and quantity where a rod is invalid: not finite, an element turned
+    /// over, or strains at which the step is too long.
     virtual void inspect(std::int64_t step, double dt) const = 0;
     /// Energy budget of local()[i]; zeros without an audit.
     virtual RodBudget budget(std::size_t i) const = 0;
@@ -145,16 +147,17 @@ public:
     virtual void set_memory(std::size_t i, std::span<const double> numbers) = 0;
     /// Threads that work on rods.
     virtual int threads() const = 0;
-    /// Makes the stages of one step with local()[i] and those beside it in its tile, and tells what each pass did to it, in order.
-    /// What others do to it is taken to be what they last did. For a look back, before the state is put back.
+    /// Makes the stages of one step with local()[i] and those beside it in its tile, and tells what each pass did to
+    /// it, in order. What others do to it is taken to be what they last did. For a look back, before the state is put
+    /// back.
     virtual std::vector<PassEffect> dissect(std::size_t i, std::span<const Step> stages) {
         static_cast<void>(i), static_cast<void>(stages);
         return {};
     }
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
-    /// The largest share that the step had of what strains left of its limit, at any check and of any rod without damping, where it
-    /// was beyond StepWatch::feeds; else 0.
+    /// The largest share that the step had of what strains left of its limit, at any check and of any rod without
+    /// damping, where it was beyond StepWatch::feeds; else 0.
     virtual double undamped_share() const { return 0; }
 };
 

@@ -10,7 +10,8 @@ namespace {
 
 // Rows that a tile costs besides its own.
 constexpr double tile_rows = 2, along_tile_rows = 3;
-// Rows of a tile that the second cache holds beside its loads, 1280 B each of eight lanes; a tile of more takes twice as long.
+// Rows of a tile that the second cache holds beside its loads, 1280 B each of eight lanes; a tile of more takes twice
+// as long.
 constexpr int cached_rows = 600;
 double rows_cost(double rows, int lanes) { return rows * lanes > 8 * cached_rows ? 2 * rows : rows; }
 constexpr int least_rows = 4; // of a piece: the seam between two is worked out twice
@@ -20,11 +21,14 @@ struct PooledRod {
     int rows() const { return (elements + pieces - 1) / pieces; }
 };
 
-/// Rods in pieces of at most `longest` rows where that makes four rows at least, packed into tiles: first fit, longest first.
+/// Rods in pieces of at most `longest` rows where that makes four rows at least, packed into tiles: first fit, longest
+/// first.
 std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest, int lanes) {
     for (PooledRod& rod : rods)
-        rod.pieces = std::clamp((rod.elements + longest - 1) / longest, 1, std::min(lanes, std::max(1, rod.elements / least_rows)));
-    std::stable_sort(rods.begin(), rods.end(), [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); });
+        rod.pieces = std::clamp((rod.elements + longest - 1) / longest, 1,
+                                std::min(lanes, std::max(1, rod.elements / least_rows)));
+    std::stable_sort(rods.begin(), rods.end(),
+                     [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); });
     std::vector<AlongTile> tiles;
     std::vector<int> room;
     std::size_t open = 0; // tiles before are full
@@ -69,7 +73,8 @@ Tiling tiling_with(std::vector<std::int64_t> across, std::span<const TilingGroup
                             PooledRod{static_cast<int>(g), groups[g].elements});
         if (pool.empty()) continue;
         auto tiles = best_packing(pool, family, lanes, threads);
-        tiling.along.insert(tiling.along.end(), std::make_move_iterator(tiles.begin()), std::make_move_iterator(tiles.end()));
+        tiling.along.insert(tiling.along.end(), std::make_move_iterator(tiles.begin()),
+                            std::make_move_iterator(tiles.end()));
     }
     return tiling;
 }
@@ -97,7 +102,9 @@ Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads
         return tiling_with(std::move(across), groups, lanes, threads);
     };
     const auto none = [](const TilingGroup&) { return std::int64_t{0}; };
-    const auto full_tiles = [&](const TilingGroup& g) { return g.elements > cached_rows ? 0 : g.rods - g.rods % lanes; };
+    const auto full_tiles = [&](const TilingGroup& g) {
+        return g.elements > cached_rows ? 0 : g.rods - g.rods % lanes;
+    };
     Tiling best = with([](const TilingGroup& g) { return g.rods; });
     if (mapping == Mapping::across || lanes == 1) return best;
     if (mapping == Mapping::along) return with(none);

@@ -1,5 +1,5 @@
-// Which rods of a rank lie across tiles and which along: rods of unlike numbers of elements, or few of them, leave lanes empty
-// across.
+// Which rods of a rank lie across tiles and which along: rods of unlike numbers of elements, or few of them, leave
+// lanes empty across.
 #pragma once
 
 #include <cstdint>

@@ -7,9 +7,9 @@
 namespace skein {
 
 struct TimeSpec {
-    double duration = 0;           ///< s
-    double dt = 0;                 ///< s; 0: automatic (safety * limit, lowered so that it divides `divide`)
-    double divide = 0;             ///< s; an interval that the automatic step divides; 0: the most frequent output, or the duration
+    double duration = 0; ///< s
+    double dt = 0;       ///< s; 0: automatic (safety * limit, lowered so that it divides `divide`)
+    double divide = 0; ///< s; an interval that the automatic step divides; 0: the most frequent output, or the duration
     double safety = 0.9;           ///< automatic step over the limit
     double e_min = 0.95;           ///< smallest dilatation expected; the automatic step shrinks with it
     double rest_speed = 0;         ///< m/s; 0: the run goes on to its end

@@ -1,4 +1,5 @@
-// Rods that gather in a corner: whoever owns them there gives some away when that pays, and all that rods depend on goes along.
+// Rods that gather in a corner: whoever owns them there gives some away when that pays, and all that rods depend on
+// goes along.
 #include "simulation/load_balance.hpp"
 
 #include "simulation/migration.hpp"
@@ -31,8 +32,9 @@ SceneSpec heap_and_field() {
         rod.name = heap ? "heap" : "field";
         rod.placement = {.kind = PlacementKind::list, .tangent = {1, 0, 0}};
         for (int i = 0; i < 120; ++i)
-            rod.placement.origins.push_back(heap ? Vec3d{0.2 * uniform(random), 0.4 * uniform(random), 0.02 + 0.3 * uniform(random)}
-                                                 : Vec3d{2.0 + 1.5 * (i % 11), 0.5 * (i / 11), 0.019});
+            rod.placement.origins.push_back(
+                heap ? Vec3d{0.2 * uniform(random), 0.4 * uniform(random), 0.02 + 0.3 * uniform(random)}
+                     : Vec3d{2.0 + 1.5 * (i % 11), 0.5 * (i / 11), 0.019});
         scene.rods.push_back(rod);
     }
     return scene;
@@ -73,7 +75,8 @@ struct Field {
         clock.advance(std::span(&s, 1));
     }
     std::vector<Slot<1>> state(std::size_t i) const {
-        std::vector<Slot<1>> out(static_cast<std::size_t>(groups[static_cast<std::size_t>(rods->local()[i].group)].slots()));
+        std::vector<Slot<1>> out(
+            static_cast<std::size_t>(groups[static_cast<std::size_t>(rods->local()[i].group)].slots()));
         rods->export_rod(i, out);
         return out;
     }
@@ -94,10 +97,13 @@ struct Field {
 };
 
 /// Sums of a number on all ranks.
-std::vector<double> of_ranks(const Communicator& comm, double mine) { return comm.all_gather(std::span<const double>(&mine, 1)); }
+std::vector<double> of_ranks(const Communicator& comm, double mine) {
+    return comm.all_gather(std::span<const double>(&mine, 1));
+}
 
 double most_over_mean(const std::vector<double>& x) {
-    return *std::max_element(x.begin(), x.end()) * static_cast<double>(x.size()) / std::accumulate(x.begin(), x.end(), 0.0);
+    return *std::max_element(x.begin(), x.end()) * static_cast<double>(x.size()) /
+           std::accumulate(x.begin(), x.end(), 0.0);
 }
 
 /// Looks are left out where they take long.
@@ -124,19 +130,22 @@ TEST(Assignment, gives_equal_weights_whoever_asks) {
             if ((dealt == 0 ? rod.gid % comm.size() : comm.size() - 1) == comm.rank()) mine.push_back(rod);
         found[dealt].assign(all.size(), 0);
         const std::vector<Assignment> assigned = assign(comm, mine);
-        for (std::size_t i = 0; i < mine.size(); ++i) found[dealt][static_cast<std::size_t>(mine[i].gid)] = assigned[i].rank;
+        for (std::size_t i = 0; i < mine.size(); ++i)
+            found[dealt][static_cast<std::size_t>(mine[i].gid)] = assigned[i].rank;
         comm.sum(found[dealt]);
     }
     EXPECT_EQ(found[0], found[1]);
     std::vector<std::int64_t> weight(static_cast<std::size_t>(comm.size()), 0);
-    for (const WeighedRod& rod : all) weight[static_cast<std::size_t>(found[0][static_cast<std::size_t>(rod.gid)])] += rod.weight;
+    for (const WeighedRod& rod : all)
+        weight[static_cast<std::size_t>(found[0][static_cast<std::size_t>(rod.gid)])] += rod.weight;
     for (const std::int64_t w : weight) EXPECT_LE(std::abs(w * comm.size() - whole), heaviest * comm.size());
 }
 
 TEST(Assignment, takes_rods_that_are_lost) {
     const auto comm = Communicator::world();
     std::vector<WeighedRod> mine;
-    if (comm.root()) mine = {{0, {NAN, 0, 0}, 1}, {1, {0, 1, 0}, 1}, {2, {HUGE_VAL, 0, 0}, 1}, {3, {1, 0, -HUGE_VAL}, 1}};
+    if (comm.root())
+        mine = {{0, {NAN, 0, 0}, 1}, {1, {0, 1, 0}, 1}, {2, {HUGE_VAL, 0, 0}, 1}, {3, {1, 0, -HUGE_VAL}, 1}};
     for (const Assignment& a : assign(comm, mine)) {
         EXPECT_GE(a.rank, 0);
         EXPECT_LT(a.rank, comm.size());
@@ -199,7 +208,8 @@ TEST(Exposure, shows_what_its_pass_shows) {
             const double theirs[] = {b.position.x, b.position.y, b.position.z, b.radius, v.velocity.x,
                                      v.velocity.y, v.velocity.z, v.spin.x,     v.spin.y, v.spin.z};
             for (std::size_t i = 0; i < std::size(mine); ++i)
-                EXPECT_EQ(std::bit_cast<std::uint64_t>(mine[i]), std::bit_cast<std::uint64_t>(theirs[i])) << i << " of slot " << k;
+                EXPECT_EQ(std::bit_cast<std::uint64_t>(mine[i]), std::bit_cast<std::uint64_t>(theirs[i]))
+                    << i << " of slot " << k;
         }
     }
 }
@@ -239,7 +249,8 @@ TEST(LoadBalance, relieves_the_rank_that_has_the_heap) {
     }
     EXPECT_GT(most_over_mean(before), 1.3);
     const double mean = std::accumulate(cost.begin(), cost.end(), 0.0) / field.comm.size();
-    EXPECT_LE(*std::max_element(cost.begin(), cost.end()), mean + field.comm.max(heaviest) * (1 + 1e-9)) << "within a rod's cost";
+    EXPECT_LE(*std::max_element(cost.begin(), cost.end()), mean + field.comm.max(heaviest) * (1 + 1e-9))
+        << "within a rod's cost";
     EXPECT_LT(most_over_mean(cost), 0.75 * most_over_mean(before));
     EXPECT_NEAR(balance.figures().imbalance, most_over_mean(before), 1e-9) << "what it looked at is what it deals out";
 }

@@ -107,9 +107,9 @@ TEST_F(CheckpointTest, keeps_the_works_of_an_audit) {
 
 TEST_F(CheckpointTest, keeps_the_newest_two_and_milestones) {
     for (const std::int64_t step : {10, 20, 90, 92, 95, 100}) write(step);
-    EXPECT_EQ(names(),
-              (std::vector<std::string>{"checkpoint_000000000010.h5", "checkpoint_000000000020.h5", "checkpoint_000000000090.h5",
-                                        "checkpoint_000000000095.h5", "checkpoint_000000000100.h5"}));
+    EXPECT_EQ(names(), (std::vector<std::string>{"checkpoint_000000000010.h5", "checkpoint_000000000020.h5",
+                                                 "checkpoint_000000000090.h5", "checkpoint_000000000095.h5",
+                                                 "checkpoint_000000000100.h5"}));
     EXPECT_EQ(read()->step, 100);
 }
 
@@ -130,7 +130,8 @@ TEST_F(CheckpointTest, neither_removes_nor_writes_over_files_that_are_none) {
 }
 
 TEST_F(CheckpointTest, finds_nothing_in_an_empty_directory_and_clears_unfinished_files) {
-    damage(path_of(5) + ".tmp", [](const std::string& path) { write_file(path, "\x89HDF\r\n\x1a\ncut off by a kill"); });
+    damage(path_of(5) + ".tmp",
+           [](const std::string& path) { write_file(path, "\x89HDF\r\n\x1a\ncut off by a kill"); });
     EXPECT_FALSE(read());
     EXPECT_TRUE(names().empty());
 }
@@ -153,8 +154,8 @@ TEST_F(CheckpointTest, refuses_a_state_that_is_not_the_announced_one) {
 
 TEST_F(CheckpointTest, of_another_scene_is_refused_with_the_keys_that_differ) {
     write(7);
-    const auto text =
-        error_of<InputError>([&] { read(R"({"rods":[{"name":"cilia","length":2.0}],"title":"new","time":{"dt":0.001}})"); });
+    const auto text = error_of<InputError>(
+        [&] { read(R"({"rods":[{"name":"cilia","length":2.0}],"title":"new","time":{"dt":0.001}})"); });
     EXPECT_NE(text.find(path_of(7)), text.npos) << text;
     EXPECT_NE(text.find("/rods/0/length: was 1.0, now 2.0"), text.npos) << text;
     EXPECT_NE(text.find("/title: was absent, now \"new\""), text.npos) << text;
@@ -221,7 +222,8 @@ TEST_F(DamagedCheckpointTest, truncated_files_are_refused) {
     std::mt19937 random(3);
     for (int i = 0; i < 50; ++i) {
         const auto length = comm.root() ? random() % sound.size() : 0;
-        ASSERT_NO_FATAL_FAILURE(try_damaged(comm.root() ? sound.substr(0, length) : "", "cut to " + std::to_string(length)));
+        ASSERT_NO_FATAL_FAILURE(
+            try_damaged(comm.root() ? sound.substr(0, length) : "", "cut to " + std::to_string(length)));
     }
     EXPECT_EQ(refused, 50);
 }
@@ -233,7 +235,8 @@ TEST_F(DamagedCheckpointTest, flipped_bytes_are_refused_or_harmless) {
         std::string what;
         if (comm.root()) {
             const auto place =
-                random() % (i % 2 ? sound.size() : std::min<std::size_t>(sound.size(), 3000)); // every other one in metadata
+                random() %
+                (i % 2 ? sound.size() : std::min<std::size_t>(sound.size(), 3000)); // every other one in metadata
             bytes[place] = static_cast<char>(bytes[place] ^ static_cast<char>(1 + random() % 255));
             what = "byte " + std::to_string(place);
         }
@@ -250,7 +253,8 @@ TEST_F(CheckpointTest, full_disk_is_an_error_with_figures_and_leaves_the_old_one
     test::FakeRods rods_of_many(many, partition(comm, many));
     const auto write_many = [&](std::int64_t step) {
         rods_of_many.set(step);
-        write_checkpoint(comm, disk.path(), many, rods_of_many, {step, 0.001, comm.sum_wrapping(rods_of_many.digest()), scene, {}});
+        write_checkpoint(comm, disk.path(), many, rods_of_many,
+                         {step, 0.001, comm.sum_wrapping(rods_of_many.digest()), scene, {}});
     };
     write_many(1);
     const auto text = error_of<IoError>([&] { write_many(2); });

@@ -30,7 +30,8 @@ TEST_F(CommunicatorTest, reduces) {
 }
 
 TEST_F(CommunicatorTest, spreads_what_root_has) {
-    EXPECT_EQ(comm.broadcast(comm.root() ? std::string("from root") : std::string("not this, and longer")), "from root");
+    EXPECT_EQ(comm.broadcast(comm.root() ? std::string("from root") : std::string("not this, and longer")),
+              "from root");
     EXPECT_EQ(comm.broadcast(std::string()), "");
     EXPECT_EQ(comm.broadcast(std::int64_t{comm.root() ? 7 : 8}), 7);
     std::vector<std::int64_t> ranks(static_cast<std::size_t>(comm.size()));

@@ -46,7 +46,8 @@ template <class Body> void for_places(const FlowSolver& flow, int c, Body&& body
 double largest_error(const FlowSolver& flow, const Velocity& exact) {
     double most = 0;
     for (int c = 0; c < 3; ++c)
-        for_places(flow, c, [&](double u, const Vec3d& at) { most = std::max(most, std::abs(u - component(exact(at), c))); });
+        for_places(flow, c,
+                   [&](double u, const Vec3d& at) { most = std::max(most, std::abs(u - component(exact(at), c))); });
     return most;
 }
 
@@ -91,7 +92,8 @@ Vec3d along(int c, double value) { return {c == 0 ? value : 0, c == 1 ? value : 
 Velocity vortices(const Plane& plane, double decay) {
     return [=](const Vec3d& at) {
         const double x = pi * component(at, plane.first), y = pi * component(at, plane.second);
-        return along(plane.first, decay * std::sin(x) * std::cos(y)) + along(plane.second, -decay * std::cos(x) * std::sin(y));
+        return along(plane.first, decay * std::sin(x) * std::cos(y)) +
+               along(plane.second, -decay * std::cos(x) * std::sin(y));
     };
 }
 
@@ -105,8 +107,8 @@ FlowConstants square(int n, const Plane& plane, FluidBoundary boundary) {
     return c;
 }
 
-/// In a period and between walls that do not rub, in each plane: the velocity of second order in step and grid together, and the
-/// pressure, which is that of the middle of a step.
+/// In a period and between walls that do not rub, in each plane: the velocity of second order in step and grid
+/// together, and the pressure, which is that of the middle of a step.
 TEST_F(CrankNicolson, VorticesDecay) {
     constexpr double duration = 0.5;
     for (const FluidBoundary boundary : {FluidBoundary::periodic, FluidBoundary::free_slip})
@@ -149,7 +151,8 @@ TEST_F(CrankNicolson, IsOfSecondOrderInStepsFarBeyondViscosity) {
         EXPECT_GT(constants.kinematic_viscosity * 0.75 / steps / std::pow(constants.grid.h, 2), i == 0 ? 60 : 1);
     }
     for (const int c : {0, 1})
-        EXPECT_GT(order(largest_difference(ends[0][c], ends[2][c]), largest_difference(ends[1][c], ends[2][c])), 1.9) << c;
+        EXPECT_GT(order(largest_difference(ends[0][c], ends[2][c]), largest_difference(ends[1][c], ends[2][c])), 1.9)
+            << c;
 }
 
 /// A sine of half a period decays between walls at rest, whatever lies across and along.
@@ -179,7 +182,8 @@ TEST_F(CrankNicolson, ShearDecaysBetweenWalls) {
 TEST_F(CrankNicolson, FlowBetweenWallsIsAParabola) {
     for (int across = 0; across < 3; ++across) {
         const int c = (across + 1) % 3, n = 20;
-        FlowConstants constants{.grid = {.cells = {4, 4, 4}, .h = 0.05}, .kinematic_viscosity = 0.3, .acceleration = along(c, 0.7)};
+        FlowConstants constants{
+            .grid = {.cells = {4, 4, 4}, .h = 0.05}, .kinematic_viscosity = 0.3, .acceleration = along(c, 0.7)};
         constants.grid.cells[static_cast<std::size_t>(across)] = n;
         constants.grid.boundary[static_cast<std::size_t>(across)] = FluidBoundary::no_slip;
         auto flow = flow_of(constants, [](const Vec3d&) { return Vec3d{0, 0, 0}; });
@@ -206,9 +210,10 @@ TEST_F(CrankNicolson, FlowInADuctIsThatOfTheSeries) {
     for (int fine = 0; fine < 2; ++fine) {
         const int n = 16 << fine;
         const FluidBoundary wall = FluidBoundary::no_slip;
-        FlowConstants constants{.grid = {.cells = {4, n, n}, .h = 1.0 / n, .boundary = {FluidBoundary::periodic, wall, wall}},
-                                .kinematic_viscosity = 0.2,
-                                .acceleration = {0.5, 0, 0}};
+        FlowConstants constants{
+            .grid = {.cells = {4, n, n}, .h = 1.0 / n, .boundary = {FluidBoundary::periodic, wall, wall}},
+            .kinematic_viscosity = 0.2,
+            .acceleration = {0.5, 0, 0}};
         auto flow = flow_of(constants, [](const Vec3d&) { return Vec3d{0, 0, 0}; });
         advance(*flow, 4, 160);
         error[fine] = largest_error(*flow, [](const Vec3d& at) { return Vec3d{duct(0.5, 0.2, at.y, at.z), 0, 0}; });
@@ -221,8 +226,9 @@ TEST_F(CrankNicolson, FlowInADuctIsThatOfTheSeries) {
 TEST_F(CrankNicolson, IsOfSecondOrderInABoxWithFriction) {
     constexpr int n = 32;
     const FluidBoundary wall = FluidBoundary::no_slip;
-    const FlowConstants constants{.grid = {.cells = {n, n, 4}, .h = 1.0 / n, .boundary = {wall, wall, FluidBoundary::periodic}},
-                                  .kinematic_viscosity = 0.05};
+    const FlowConstants constants{
+        .grid = {.cells = {n, n, 4}, .h = 1.0 / n, .boundary = {wall, wall, FluidBoundary::periodic}},
+        .kinematic_viscosity = 0.05};
     const auto start = [](const Vec3d& at) {
         const double x = pi * at.x, y = pi * at.y;
         return Vec3d{std::pow(std::sin(x), 2) * std::sin(2 * y), -std::sin(2 * x) * std::pow(std::sin(y), 2), 0};
@@ -240,7 +246,8 @@ TEST_F(CrankNicolson, IsOfSecondOrderInABoxWithFriction) {
         for (std::size_t n = 0; n < last.size(); ++n) ends[i][3][n] = 1.5 * last[n] - 0.5 * ends[i][3][n];
     }
     for (const int c : {0, 1, 3}) {
-        const double coarse = largest_difference(ends[0][c], ends[2][c]), fine = largest_difference(ends[1][c], ends[2][c]);
+        const double coarse = largest_difference(ends[0][c], ends[2][c]),
+                     fine = largest_difference(ends[1][c], ends[2][c]);
         EXPECT_GT(order(coarse, fine), 1.9) << c;
     }
 }
@@ -248,8 +255,9 @@ TEST_F(CrankNicolson, IsOfSecondOrderInABoxWithFriction) {
 /// Steps of 10^4 h^2 / nu: a start at once dies out and does not swing.
 TEST_F(CrankNicolson, AnyStepIsStable) {
     const FluidBoundary wall = FluidBoundary::no_slip;
-    const FlowConstants constants{.grid = {.cells = {16, 16, 16}, .h = 1.0 / 16, .boundary = {FluidBoundary::periodic, wall, wall}},
-                                  .kinematic_viscosity = 1e3};
+    const FlowConstants constants{
+        .grid = {.cells = {16, 16, 16}, .h = 1.0 / 16, .boundary = {FluidBoundary::periodic, wall, wall}},
+        .kinematic_viscosity = 1e3};
     auto flow = flow_of(constants, [](const Vec3d& at) { return Vec3d{0.1, 0.1 * std::sin(2 * pi * at.x), 0}; });
     const double energy = figures_of(Communicator::alone(), *flow).kinetic_energy;
     const double step = 1e4 * std::pow(constants.grid.h, 2) / constants.kinematic_viscosity;

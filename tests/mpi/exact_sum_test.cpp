@@ -40,8 +40,10 @@ TEST_F(ExactSums, have_the_same_bits_for_every_distribution_and_order) {
     for (int round = 0; round < 20; ++round) {
         std::shuffle(terms.begin(), terms.end(), random);
         const auto shift = random();
-        EXPECT_EQ(std::bit_cast<std::uint64_t>(sum(terms, [](std::size_t i) { return static_cast<int>(i % 97); })), expected);
-        EXPECT_EQ(std::bit_cast<std::uint64_t>(sum(terms, [&](std::size_t i) { return static_cast<int>((i * i + shift) % 7); })),
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(sum(terms, [](std::size_t i) { return static_cast<int>(i % 97); })),
+                  expected);
+        EXPECT_EQ(std::bit_cast<std::uint64_t>(
+                      sum(terms, [&](std::size_t i) { return static_cast<int>((i * i + shift) % 7); })),
                   expected);
         EXPECT_EQ(std::bit_cast<std::uint64_t>(sum(terms, [](std::size_t i) { return i < 1500 ? 1 : 3; })), expected);
     }
@@ -88,7 +90,8 @@ TEST_F(ExactSums, keep_columns_apart) {
     EXPECT_TRUE(std::isnan(sums[3]));
 }
 
-// Rows shared out to threads give the bits of columns; more rows than one thread takes at a time, over many powers of two.
+// Rows shared out to threads give the bits of columns; more rows than one thread takes at a time, over many powers of
+// two.
 TEST_F(ExactSums, of_a_table_are_those_of_its_columns) {
     constexpr std::size_t rows = 5000, columns = 3, stride = 5;
     std::mt19937_64 random(static_cast<unsigned>(comm.rank()));
@@ -97,7 +100,8 @@ TEST_F(ExactSums, of_a_table_are_those_of_its_columns) {
     std::vector<std::vector<double>> twin(columns, std::vector<double>(rows));
     for (std::size_t r = 0; r < rows; ++r)
         for (std::size_t c = 0; c < columns; ++c)
-            table[r * stride + c] = twin[c][r] = std::ldexp(normal(random), static_cast<int>(r % 97) * (static_cast<int>(c) - 1));
+            table[r * stride + c] = twin[c][r] =
+                std::ldexp(normal(random), static_cast<int>(r % 97) * (static_cast<int>(c) - 1));
     for (const int threads : {1, 3})
         EXPECT_EQ(exact_sums(comm, Threads(threads), {table.data(), rows, columns, stride}), exact_sums(comm, twin));
     EXPECT_EQ(exact_sums(comm, Threads(2), {nullptr, 0, columns, stride}), std::vector<double>(columns, 0.0));
@@ -114,14 +118,17 @@ TEST_F(ExactSums, of_a_table_are_those_of_its_columns) {
                   exact_sums(comm, of_groups));
 }
 
-// Terms are rounded to whole quanta, halves to the even one, at either sign. (The quantum of a sum whose largest term is 1 is
-// 2^-85.)
+// Terms are rounded to whole quanta, halves to the even one, at either sign. (The quantum of a sum whose largest term
+// is 1 is 2^-85.)
 TEST_F(ExactSums, round_terms_to_the_nearest_even_quantum) {
     const double quantum = std::ldexp(1, -85);
-    const auto rounded = [&](double quanta) { return sum({1.0, -1.0, quanta * quantum}, [](std::size_t) { return 0; }) / quantum; };
+    const auto rounded = [&](double quanta) {
+        return sum({1.0, -1.0, quanta * quantum}, [](std::size_t) { return 0; }) / quantum;
+    };
     for (const double quanta :
          {0.25, 0.5, 0.75, 1.0, 1.5, 2.5, 3.5, 1e9 + 0.5, 1e9 + 1.5, 4503599627370495.5, 9e15, 1e-40, 0x1p-900})
-        for (const double sign : {1.0, -1.0}) EXPECT_EQ(rounded(sign * quanta), std::nearbyint(sign * quanta)) << quanta;
+        for (const double sign : {1.0, -1.0})
+            EXPECT_EQ(rounded(sign * quanta), std::nearbyint(sign * quanta)) << quanta;
 }
 
 } // namespace

@@ -41,7 +41,8 @@ std::vector<int> ways_across(int ranks) {
 }
 
 /// Of all cells, fields one after the other in each plane, from what ranks have in that order.
-std::vector<double> in_order(const Communicator& comm, const FluidGrid& grid, int across, const std::vector<double>& mine) {
+std::vector<double> in_order(const Communicator& comm, const FluidGrid& grid, int across,
+                             const std::vector<double>& mine) {
     const std::vector<double> come = comm.all_gather(mine);
     const std::size_t fields = come.size() / count_of(grid);
     std::vector<double> all(come.size());
@@ -53,16 +54,17 @@ std::vector<double> in_order(const Communicator& comm, const FluidGrid& grid, in
             for (std::size_t f = 0; f < fields; ++f)
                 for (int j = 0; j < pencils.rows().count; ++j, from += nx) {
                     const std::size_t plane = static_cast<std::size_t>(pencils.planes().first + k) * fields + f,
-                                      row =
-                                          plane * static_cast<std::size_t>(ny) + static_cast<std::size_t>(pencils.rows().first + j);
+                                      row = plane * static_cast<std::size_t>(ny) +
+                                            static_cast<std::size_t>(pencils.rows().first + j);
                     std::copy_n(from, nx, all.begin() + static_cast<std::ptrdiff_t>(row) * nx);
                 }
     }
     return all;
 }
 
-std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Helmholtz& equation,
-                           const std::vector<double>& f, ColumnExchange exchange = ColumnExchange::transposes, int across = 1) {
+std::vector<double> solved(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
+                           const Helmholtz& equation, const std::vector<double>& f,
+                           ColumnExchange exchange = ColumnExchange::transposes, int across = 1) {
     const Pencils pencils(grid, comm.rank(), comm.size(), across);
     FastHelmholtz solver(comm, threads, grid, pencils, exchange);
     const FieldLayout layout = pencils.layout();
@@ -105,7 +107,8 @@ double residual(const FluidGrid& grid, const std::array<LineEnds, 3>& ends, cons
             for (int i = 0; i < grid.cells[0]; ++i, ++cell) {
                 const std::array<int, 3> here{i, j, k};
                 bool known = false; // a wall
-                for (std::size_t d = 0; d < 3; ++d) known |= ends[d] == LineEnds::faces_zero && here[d] == grid.cells[d] - 1;
+                for (std::size_t d = 0; d < 3; ++d)
+                    known |= ends[d] == LineEnds::faces_zero && here[d] == grid.cells[d] - 1;
                 if (known) {
                     most = std::max(most, std::abs(phi[cell]));
                     continue;
@@ -149,7 +152,8 @@ TEST(FastHelmholtz, SolvesPoissonsEquationWithTheSameBits) {
             const FluidGrid grid = grid_of(cells, walls);
             const Helmholtz equation = Helmholtz::of_pressure(grid);
             const std::vector<double> f = random_numbers(grid), phi = solved(comm, threads, grid, equation, f);
-            EXPECT_LT(residual(grid, pressure_ends(walls), equation, phi, f), 1e-14) << "walls " << walls << " cells " << cells[0];
+            EXPECT_LT(residual(grid, pressure_ends(walls), equation, phi, f), 1e-14)
+                << "walls " << walls << " cells " << cells[0];
             EXPECT_EQ(phi, solved(Communicator::alone(), threads, grid, equation, f));
             EXPECT_EQ(phi, solved(comm, team, grid, equation, f));
             for (const int across : ways_across(comm.size()))
@@ -170,7 +174,8 @@ TEST(FastHelmholtz, SendsEachNumberOnceToEachTransform) {
         solver.solve(
             equation, [](int, int, int) { return Pack<8>(1.0); }, [](int, int, int, const Pack<8>&) {});
         const auto slabs = comm.size() / across, own = static_cast<int>(grid.count()) / comm.size();
-        EXPECT_EQ(Communicator::traffic().bytes - before, 16 * (own / across * (across - 1) + own / slabs * (slabs - 1)));
+        EXPECT_EQ(Communicator::traffic().bytes - before,
+                  16 * (own / across * (across - 1) + own / slabs * (slabs - 1)));
     }
 }
 
@@ -178,7 +183,8 @@ TEST(FastHelmholtz, SendsEachNumberOnceToEachTransform) {
 TEST(FastHelmholtz, SolvesForAnyEndsWithTheSameBits) {
     const Communicator comm = Communicator::world();
     const Threads threads(1), team(2);
-    constexpr LineEnds kinds[] = {LineEnds::periodic, LineEnds::gradient_zero, LineEnds::value_zero, LineEnds::faces_zero};
+    constexpr LineEnds kinds[] = {LineEnds::periodic, LineEnds::gradient_zero, LineEnds::value_zero,
+                                  LineEnds::faces_zero};
     for (unsigned which = 0; which < 64; ++which)
         for (const double b : {0.05, 25.0, 1e4}) {
             const std::array<LineEnds, 3> ends{kinds[which % 4], kinds[which / 4 % 4], kinds[which / 16]};
@@ -212,10 +218,12 @@ TEST(SlabColumns, FindWhatWholeColumnsFindButForRounding) {
                                       phi = solved(comm, threads, grid, equation, f, ColumnExchange::interfaces);
             EXPECT_LT(residual(grid, pressure_ends(walls), equation, phi, f), 1e-12 * equation.scale * largest_of(f))
                 << "walls " << walls << " cells " << cells[0];
-            EXPECT_LT(largest_difference(phi, whole), 1e-12 * largest_of(whole)) << "walls " << walls << " cells " << cells[0];
+            EXPECT_LT(largest_difference(phi, whole), 1e-12 * largest_of(whole))
+                << "walls " << walls << " cells " << cells[0];
             EXPECT_EQ(phi, solved(comm, team, grid, equation, f, ColumnExchange::interfaces));
             for (const int across : ways_across(comm.size()))
-                EXPECT_LT(largest_difference(solved(comm, threads, grid, equation, f, ColumnExchange::interfaces, across), whole),
+                EXPECT_LT(largest_difference(
+                              solved(comm, threads, grid, equation, f, ColumnExchange::interfaces, across), whole),
                           1e-12 * largest_of(whole))
                     << "walls " << walls << " cells " << cells[0] << " across " << across;
         }
@@ -306,7 +314,8 @@ TEST(Flow, ItsPressureIsOfSecondOrderInTimeWithTheGainOfTheLastStep) {
             const FlowConstants constants = vortices(16, scheme);
             const std::vector<double> exact = pressure_after(constants, 160, true);
             const double coarse = largest_difference(pressure_after(constants, 10, gain), exact),
-                         fine = largest_difference(pressure_after(constants, 20, gain), exact), order = std::log2(coarse / fine);
+                         fine = largest_difference(pressure_after(constants, 20, gain), exact),
+                         order = std::log2(coarse / fine);
             const std::string_view name = flow_scheme_names[static_cast<std::size_t>(scheme)];
             if (gain) EXPECT_GT(order, 1.9) << name << ": " << coarse << ", " << fine;
             else EXPECT_LT(order, 1.5) << name << ": " << coarse << ", " << fine;
@@ -316,8 +325,8 @@ TEST(Flow, ItsPressureIsOfSecondOrderInTimeWithTheGainOfTheLastStep) {
 /// Something in all directions, which boundaries of every kind allow.
 Vec3d tangled(const Vec3d& at) {
     const double x = 2 * pi * at.x / 2.4, y = 2 * pi * at.y / 2, z = 2 * pi * at.z / 1.6;
-    return {std::sin(x) * std::cos(y) * std::cos(z) + 0.3 * std::sin(2 * y), std::cos(2 * x) * std::sin(y) * std::cos(z),
-            std::sin(z) * std::cos(y + x)};
+    return {std::sin(x) * std::cos(y) * std::cos(z) + 0.3 * std::sin(2 * y),
+            std::cos(2 * x) * std::sin(y) * std::cos(z), std::sin(z) * std::cos(y + x)};
 }
 
 std::vector<FlowConstants> all_kinds() {
@@ -325,13 +334,17 @@ std::vector<FlowConstants> all_kinds() {
     for (const FlowScheme scheme : all_schemes)
         for (const FluidBoundary wall : {FluidBoundary::free_slip, FluidBoundary::no_slip})
             for (unsigned walls = 0; walls < 8; ++walls) {
-                const bool by_boundary = scheme == FlowScheme::rk3 || scheme == FlowScheme::crank_nicolson; // others are as rk3
+                const bool by_boundary =
+                    scheme == FlowScheme::rk3 || scheme == FlowScheme::crank_nicolson; // others are as rk3
                 if (!by_boundary && walls != 0 && walls != 6) continue;
-                all.push_back(
-                    {.grid = grid_of({24, 20, 16}, walls, wall), .density = 3, .kinematic_viscosity = 2e-3, .scheme = scheme});
+                all.push_back({.grid = grid_of({24, 20, 16}, walls, wall),
+                               .density = 3,
+                               .kinematic_viscosity = 2e-3,
+                               .scheme = scheme});
             }
-    all.push_back({.grid = grid_of({21, 21, 16}, 0), .kinematic_viscosity = 2e-3}); // rows end within a pack, and within a pair
-    all.push_back({.grid = grid_of({24, 20, 2}, 2), .kinematic_viscosity = 2e-3});  // too thin for slabs
+    all.push_back(
+        {.grid = grid_of({21, 21, 16}, 0), .kinematic_viscosity = 2e-3}); // rows end within a pack, and within a pair
+    all.push_back({.grid = grid_of({24, 20, 2}, 2), .kinematic_viscosity = 2e-3}); // too thin for slabs
     FlowConstants through{.grid = grid_of({24, 20, 16}, 6), .kinematic_viscosity = 1e-2, .inflow = {1, 0.1, 0}};
     through.grid.boundary[0] = FluidBoundary::through;
     all.push_back(through);
@@ -356,7 +369,8 @@ std::vector<double> fields_of(const FlowSolver& flow) {
     const FieldLayout layout = flow.layout();
     std::vector<double> all;
     for (int k = 0; k < layout.nz; ++k)
-        for (const std::span<const double> field : {flow.velocity(0), flow.velocity(1), flow.velocity(2), flow.pressure()})
+        for (const std::span<const double> field :
+             {flow.velocity(0), flow.velocity(1), flow.velocity(2), flow.pressure()})
             for (int j = 0; j < layout.ny; ++j)
                 for (int i = 0; i < layout.nx; ++i) all.push_back(field[static_cast<std::size_t>(layout.at(i, j, k))]);
     return all;
@@ -400,7 +414,8 @@ TEST(Pencils, HaveEachCellOnceAndAreRefusedWhereTheyAreTooThin) {
                 }
             if (pencils.slab() > 0) continue;
             const Slab own = pencils.modes(pencils.share());
-            for (int m = 0; m < own.count; ++m) EXPECT_EQ(std::exchange(modes[static_cast<std::size_t>(own.first + m)], r), -1);
+            for (int m = 0; m < own.count; ++m)
+                EXPECT_EQ(std::exchange(modes[static_cast<std::size_t>(own.first + m)], r), -1);
         }
         EXPECT_EQ(std::count(of.begin(), of.end(), -1), 0);
         EXPECT_EQ(std::count(modes.begin(), modes.end(), -1), 0);
@@ -417,16 +432,17 @@ TEST(Pencils, HaveEachCellOnceAndAreRefusedWhereTheyAreTooThin) {
     EXPECT_NE(unshared(grid, 44, 0).find("too few for 44 ranks"), std::string::npos);
 }
 
-/// Columns slab by slab, of the pressure and of implicit viscosity: the flow of whole columns but for rounding, the same bits on
-/// any threads and when it goes on from its state.
+/// Columns slab by slab, of the pressure and of implicit viscosity: the flow of whole columns but for rounding, the
+/// same bits on any threads and when it goes on from its state.
 TEST(Flow, IsThatOfWholeColumnsSlabBySlab) {
     const Communicator comm = Communicator::world();
     const Threads threads(1), team(2);
     std::vector<FlowConstants> kinds = all_kinds();
     for (unsigned walls = 0; walls < 8; ++walls)
-        kinds.push_back({.grid = grid_of({24, 20, 16}, walls, walls == 5 ? FluidBoundary::free_slip : FluidBoundary::no_slip),
-                         .kinematic_viscosity = 0.5,
-                         .scheme = FlowScheme::crank_nicolson});
+        kinds.push_back(
+            {.grid = grid_of({24, 20, 16}, walls, walls == 5 ? FluidBoundary::free_slip : FluidBoundary::no_slip),
+             .kinematic_viscosity = 0.5,
+             .scheme = FlowScheme::crank_nicolson});
     for (FlowConstants constants : kinds) {
         const std::vector<double> whole = after_steps(comm, threads, constants);
         constants.exchange = ColumnExchange::interfaces;
@@ -460,14 +476,17 @@ TEST(Flow, KeepsWhatItShould) {
     }
 }
 
-/// Loss of kinetic energy is the work of viscosity, of which sums of vorticity tell where nothing goes through the boundary.
+/// Loss of kinetic energy is the work of viscosity, of which sums of vorticity tell where nothing goes through the
+/// boundary.
 TEST(Flow, LosesEnergyByViscosityAlone) {
     const Communicator comm = Communicator::alone();
     const Threads threads(1);
-    FlowConstants constants{.grid = {.cells = {32, 32, 32}, .h = 2 * pi / 32}, .density = 2, .kinematic_viscosity = 0.01};
+    FlowConstants constants{
+        .grid = {.cells = {32, 32, 32}, .h = 2 * pi / 32}, .density = 2, .kinematic_viscosity = 0.01};
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity([](const Vec3d& at) {
-        return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z), -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
+        return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z),
+                     -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
     });
     for (int s = 0; s < 40; ++s) flow->step(0, 0.02);
     const FlowFigures before = figures_of(comm, *flow);
@@ -476,7 +495,8 @@ TEST(Flow, LosesEnergyByViscosityAlone) {
     flow->step(0, 0.01);
     const double loss = (before.kinetic_energy - figures_of(comm, *flow).kinetic_energy) / 0.02;
     EXPECT_NEAR(loss, between.dissipation, 2e-4 * loss);
-    EXPECT_NEAR(between.dissipation, 2 * constants.density * constants.kinematic_viscosity * between.enstrophy, 1e-12 * loss);
+    EXPECT_NEAR(between.dissipation, 2 * constants.density * constants.kinematic_viscosity * between.enstrophy,
+                1e-12 * loss);
 }
 
 /// Between two walls at rest a sine of half a period decays; of second order.
@@ -495,9 +515,9 @@ TEST(Flow, ShearDecaysBetweenWalls) {
         const FieldLayout layout = flow->layout();
         double most = 0;
         for (int k = 0; k < layout.nz; ++k)
-            most = std::max(
-                most, std::abs(flow->velocity(0)[static_cast<std::size_t>(layout.at(1, 1, k))] -
-                               std::sin(pi * (flow->pencils().planes().first + k + 0.5) / n) * std::exp(-0.1 * pi * pi * 0.4)));
+            most = std::max(most, std::abs(flow->velocity(0)[static_cast<std::size_t>(layout.at(1, 1, k))] -
+                                           std::sin(pi * (flow->pencils().planes().first + k + 0.5) / n) *
+                                               std::exp(-0.1 * pi * pi * 0.4)));
         error[fine] = most;
     }
     EXPECT_GT(std::log2(error[0] / error[1]), 1.95);
@@ -515,7 +535,8 @@ TEST(Flow, StreamsThroughUnchanged) {
     for (int c = 0; c < 3; ++c)
         for (int k = 0; k < flow->layout().nz; ++k)
             for (int i = 0; i < 24; ++i)
-                EXPECT_NEAR(flow->velocity(c)[static_cast<std::size_t>(flow->layout().at(i, 7, k))], c == 0 ? 1 : 0, 1e-13);
+                EXPECT_NEAR(flow->velocity(c)[static_cast<std::size_t>(flow->layout().at(i, 7, k))], c == 0 ? 1 : 0,
+                            1e-13);
 }
 
 TEST(Flow, GoesOnFromItsState) {
@@ -530,7 +551,8 @@ TEST(Flow, GoesOnFromItsState) {
             for (int k = 0; k < first->layout().nz; ++k)
                 for (int j = 0; j < first->layout().ny; ++j) { // ghosts are not part of it
                     const auto row = static_cast<std::size_t>(first->layout().at(0, j, k));
-                    std::memcpy(&to[f][row], &from[f][row], static_cast<std::size_t>(first->layout().nx) * sizeof(double));
+                    std::memcpy(&to[f][row], &from[f][row],
+                                static_cast<std::size_t>(first->layout().nx) * sizeof(double));
                 }
         second->refresh(0.3); // of another time: a step begins at its own
         for (int s = 2; s < 4; ++s) first->step(0.02 * s, 0.02), second->step(0.02 * s, 0.02);

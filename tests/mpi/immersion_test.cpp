@@ -12,7 +12,8 @@ namespace skein {
 namespace {
 
 FlowConstants still_box(std::array<int, 3> cells) {
-    FlowConstants c{.grid = {.cells = cells, .h = 0.1, .lower = {-0.3, 0.2, 0.05}}, .density = 2, .kinematic_viscosity = 5e-3};
+    FlowConstants c{
+        .grid = {.cells = cells, .h = 0.1, .lower = {-0.3, 0.2, 0.05}}, .density = 2, .kinematic_viscosity = 5e-3};
     return c;
 }
 
@@ -89,7 +90,8 @@ TEST(Obstacles, GoOnFromForcesAtMarkers) {
         for (const auto field : flow.state())
             for (int k = 0; k < layout.nz; ++k)
                 for (int j = 0; j < layout.ny; ++j)
-                    for (int i = 0; i < layout.nx; ++i) all.push_back(field[static_cast<std::size_t>(layout.at(i, j, k))]);
+                    for (int i = 0; i < layout.nx; ++i)
+                        all.push_back(field[static_cast<std::size_t>(layout.at(i, j, k))]);
         return all;
     };
     auto first = make_flow(comm, threads, constants), second = make_flow(comm, threads, constants);
@@ -166,7 +168,8 @@ TEST(Obstacles, SphereHasItsDrag) {
     const Communicator comm = Communicator::world();
     if (comm.size() > 1) GTEST_SKIP() << "the bits are those of one rank";
     const Threads threads(1);
-    FlowConstants constants{.grid = {.cells = {80, 48, 48}, .h = 0.125}, .kinematic_viscosity = 0.01, .inflow = {1, 0, 0}};
+    FlowConstants constants{
+        .grid = {.cells = {80, 48, 48}, .h = 0.125}, .kinematic_viscosity = 0.01, .inflow = {1, 0, 0}};
     constants.grid.boundary = {FluidBoundary::through, FluidBoundary::free_slip, FluidBoundary::free_slip};
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity([](const Vec3d&) { return Vec3d{1, 0, 0}; });

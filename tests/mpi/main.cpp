@@ -11,8 +11,9 @@ namespace {
 class FailurePrinter : public testing::EmptyTestEventListener {
     void OnTestPartResult(const testing::TestPartResult& result) override {
         if (!result.failed()) return;
-        std::cerr << "rank " << skein::Communicator::world().rank() << ": " << (result.file_name() ? result.file_name() : "?")
-                  << ":" << result.line_number() << ": " << result.message() << std::endl;
+        std::cerr << "rank " << skein::Communicator::world().rank() << ": "
+                  << (result.file_name() ? result.file_name() : "?") << ":" << result.line_number() << ": "
+                  << result.message() << std::endl;
     }
 };
 

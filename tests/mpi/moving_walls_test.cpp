@@ -1,5 +1,5 @@
-// What walls that move and an acceleration that swings do to a fluid: closed forms between two plates, of second order in space and
-// time, the same bits on any ranks; and a cavity under a lid.
+// What walls that move and an acceleration that swings do to a fluid: closed forms between two plates, of second order
+// in space and time, the same bits on any ranks; and a cavity under a lid.
 #include "fluid/make_flow.hpp"
 
 #include <gtest/gtest.h>
@@ -78,8 +78,8 @@ FlowConstants between_plates(const Shear& shear, int across, int stream, int n, 
 
 constexpr double duration = 0.9; // s
 
-std::unique_ptr<FlowSolver> run(const Communicator& comm, const FlowConstants& constants, const Shear& shear, int across,
-                                int stream, int steps) {
+std::unique_ptr<FlowSolver> run(const Communicator& comm, const FlowConstants& constants, const Shear& shear,
+                                int across, int stream, int steps) {
     static const Threads threads(1);
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity([&](const Vec3d& at) { return along(stream, shear.velocity(component(at, across), 0)); });
@@ -93,7 +93,8 @@ template <class Body> void for_cells(const FlowSolver& flow, int across, int str
     for (int k = 0; k < layout.nz; ++k)
         for (int j = 0; j < layout.ny; ++j)
             for (int i = 0; i < layout.nx; ++i) {
-                const Vec3d place = flow.constants().grid.h * Vec3d{i + 0.5, j + 0.5, flow.pencils().planes().first + k + 0.5};
+                const Vec3d place =
+                    flow.constants().grid.h * Vec3d{i + 0.5, j + 0.5, flow.pencils().planes().first + k + 0.5};
                 body(flow.velocity(stream)[static_cast<std::size_t>(layout.at(i, j, k))], component(place, across));
             }
 }
@@ -121,10 +122,11 @@ double error_of(const Communicator& comm, const FlowSolver& flow, const Shear& s
 }
 
 /// With what errors at 32 cells are less than.
-const std::pair<Shear, double> shears[] = {{swinging_plates(), 6e-4}, {swinging_fluid(), 5e-4}, {starting_plates(), 2e-4}};
+const std::pair<Shear, double> shears[] = {
+    {swinging_plates(), 6e-4}, {swinging_fluid(), 5e-4}, {starting_plates(), 2e-4}};
 
-/// Across and along any directions, from 16 cells in `steps` steps to 32 in `times` as many, and with the same bits on one rank.
-/// Errors at 32 cells are less than so much of their bounds.
+/// Across and along any directions, from 16 cells in `steps` steps to 32 in `times` as many, and with the same bits on
+/// one rank. Errors at 32 cells are less than so much of their bounds.
 void expect_second_order(FlowScheme scheme, int steps, int times, double of_bound) {
     const Communicator comm = Communicator::world();
     for (const auto& [shear, bound] : shears)
@@ -146,7 +148,8 @@ void expect_second_order(FlowScheme scheme, int steps, int times, double of_boun
 }
 
 TEST(MovingWalls, AreOfSecondOrderWithImplicitViscosity) {
-    // Steps of 2 and 4 h^2 / nu; the error of a plate that starts at once is 1.24 of its bound, in an eighth of the steps.
+    // Steps of 2 and 4 h^2 / nu; the error of a plate that starts at once is 1.24 of its bound, in an eighth of the
+    // steps.
     expect_second_order(FlowScheme::crank_nicolson, 20, 2, 1.5);
 }
 TEST(MovingWalls, AreOfSecondOrderAcrossAnyDirectionWithTheSameBits) { expect_second_order(FlowScheme::rk3, 80, 4, 1); }
@@ -163,7 +166,8 @@ TEST(MovingWalls, AreOfSecondOrderInTime) {
             double error[2] = {0, 0};
             for (int fine = 0; fine < 2; ++fine) {
                 const std::vector<double> u = velocities(alone, *run(alone, constants, shear, 2, 0, 200 << fine));
-                for (std::size_t i = 0; i < u.size(); ++i) error[fine] = std::max(error[fine], std::abs(u[i] - exact[i]));
+                for (std::size_t i = 0; i < u.size(); ++i)
+                    error[fine] = std::max(error[fine], std::abs(u[i] - exact[i]));
             }
             EXPECT_GT(std::log2(error[0] / error[1]), 1.95) << flow_scheme_names[static_cast<std::size_t>(scheme)];
         }
@@ -193,7 +197,8 @@ TEST(Channel, KeepsAParabolicInflow) {
         };
         const auto flow = channel(comm);
         error[fine] = 0;
-        for_cells(*flow, 1, 0, [&](double u, double s) { error[fine] = std::max(error[fine], std::abs(u - poiseuille(s))); });
+        for_cells(*flow, 1, 0,
+                  [&](double u, double s) { error[fine] = std::max(error[fine], std::abs(u - poiseuille(s))); });
         error[fine] = comm.max(error[fine]);
         if (fine) continue;
         EXPECT_EQ(velocities(comm, *flow), velocities(Communicator::alone(), *channel(Communicator::alone())));
@@ -229,7 +234,8 @@ TEST(MovingWalls, LimitTheStep) {
     EXPECT_DOUBLE_EQ(step_limit(constants, 2, 0.5), 0.25 / 16);
 }
 
-/// Velocities on the middle lines of a square cavity under a lid at Re = 100, of Ghia, Ghia and Shin 1982, tables I and II.
+/// Velocities on the middle lines of a square cavity under a lid at Re = 100, of Ghia, Ghia and Shin 1982, tables I and
+/// II.
 TEST(MovingWalls, DriveACavity) {
     if (!Communicator::world().root()) return; // by itself
     constexpr int n = 32;
@@ -246,12 +252,14 @@ TEST(MovingWalls, DriveACavity) {
         const double cell = place * n - 0.5;
         const int i = static_cast<int>(cell);
         const auto value = [&](int of) {
-            return flow->velocity(c)[static_cast<std::size_t>(c == 0 ? layout.at(n / 2 - 1, 1, of) : layout.at(of, 1, n / 2 - 1))];
+            return flow->velocity(
+                c)[static_cast<std::size_t>(c == 0 ? layout.at(n / 2 - 1, 1, of) : layout.at(of, 1, n / 2 - 1))];
         };
         return value(i) + (cell - i) * (value(i + 1) - value(i));
     };
-    const std::pair<double, double> u[] = {{0.1719, -0.10150}, {0.2813, -0.15662}, {0.4531, -0.21090}, {0.5, -0.20581},
-                                           {0.6172, -0.13641}, {0.7344, 0.00332},  {0.8516, 0.23151},  {0.9531, 0.68717}},
+    const std::pair<double, double> u[] = {{0.1719, -0.10150}, {0.2813, -0.15662}, {0.4531, -0.21090},
+                                           {0.5, -0.20581},    {0.6172, -0.13641}, {0.7344, 0.00332},
+                                           {0.8516, 0.23151},  {0.9531, 0.68717}},
                                     w[] = {{0.0938, 0.12317},
                                            {0.2344, 0.17527},
                                            {0.5, 0.05454},

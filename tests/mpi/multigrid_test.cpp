@@ -1,5 +1,5 @@
-// Multigrid for the pressure on any number of ranks: against the direct solver on grids of cubes, against a closed form on others,
-// and within steps of the fluid.
+// Multigrid for the pressure on any number of ranks: against the direct solver on grids of cubes, against a closed form
+// on others, and within steps of the fluid.
 #include "fluid/fast_helmholtz.hpp"
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/make_flow.hpp"
@@ -19,7 +19,8 @@ constexpr double pi = std::numbers::pi;
 
 FluidGrid grid_of(std::array<int, 3> cells, unsigned walls) {
     FluidGrid grid{.cells = cells, .h = 0.1};
-    for (std::size_t d = 0; d < 3; ++d) grid.boundary[d] = walls >> d & 1 ? FluidBoundary::free_slip : FluidBoundary::periodic;
+    for (std::size_t d = 0; d < 3; ++d)
+        grid.boundary[d] = walls >> d & 1 ? FluidBoundary::free_slip : FluidBoundary::periodic;
     return grid;
 }
 
@@ -30,8 +31,8 @@ TensorGrid even(std::array<int, 3> cells, unsigned walls, double h) {
     return grid;
 }
 
-/// Cells along a length of 1, those in the middle `stretch` times as wide as those at the ends: faces are a smooth function of
-/// number.
+/// Cells along a length of 1, those in the middle `stretch` times as wide as those at the ends: faces are a smooth
+/// function of number.
 std::vector<double> stretched(int n, double stretch) {
     const double bend = (stretch - 1) / (stretch + 1);
     const auto face = [&](int i) { return i / double(n) - bend * std::sin(2 * pi * i / n) / (2 * pi); };
@@ -41,7 +42,8 @@ std::vector<double> stretched(int n, double stretch) {
 }
 
 std::array<int, 3> cells_of(const TensorGrid& grid) {
-    return {static_cast<int>(grid.width[0].size()), static_cast<int>(grid.width[1].size()), static_cast<int>(grid.width[2].size())};
+    return {static_cast<int>(grid.width[0].size()), static_cast<int>(grid.width[1].size()),
+            static_cast<int>(grid.width[2].size())};
 }
 
 /// body(cell, i, j, k) for all cells, x fastest.
@@ -78,13 +80,13 @@ std::vector<double> random_numbers(const TensorGrid& grid) {
 }
 
 /// phi of all cells, by multigrid; empty, and the fault told, where there is none.
-std::vector<double> solved(const Communicator& comm, const TensorGrid& grid, const std::vector<double>& f, double tolerance,
-                           std::string* fault = nullptr) {
+std::vector<double> solved(const Communicator& comm, const TensorGrid& grid, const std::vector<double>& f,
+                           double tolerance, std::string* fault = nullptr) {
     const auto [nx, ny, nz] = cells_of(grid);
     const Slab slab = slab_of(nz, comm.rank(), comm.size());
     const auto plane = static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny);
-    const auto mine =
-        std::span(f).subspan(plane * static_cast<std::size_t>(slab.first), plane * static_cast<std::size_t>(slab.count));
+    const auto mine = std::span(f).subspan(plane * static_cast<std::size_t>(slab.first),
+                                           plane * static_cast<std::size_t>(slab.count));
     std::vector<double> phi(mine.size());
     const std::string why = make_multigrid(comm, grid, tolerance)->solve(mine, phi);
     if (fault) *fault = why;
@@ -151,8 +153,8 @@ double difference(const std::vector<double>& a, const std::vector<double>& b) {
 TEST(Multigrid, EqualsTheDirectSolver) {
     const Communicator comm = Communicator::world();
     for (unsigned walls = 0; walls < 8; ++walls)
-        for (const std::array<int, 3> cells :
-             {std::array{24, 20, 18}, std::array{21, 15, 7}, std::array{16, 35, 2}, std::array{2, 9, 40}, std::array{9, 8, 1}}) {
+        for (const std::array<int, 3> cells : {std::array{24, 20, 18}, std::array{21, 15, 7}, std::array{16, 35, 2},
+                                               std::array{2, 9, 40}, std::array{9, 8, 1}}) {
             const FluidGrid grid = grid_of(cells, walls);
             const TensorGrid tensor = even(cells, walls, grid.h);
             const std::vector<double> f = random_numbers(tensor), phi = solved(comm, tensor, f, 1e-12);
@@ -228,21 +230,27 @@ TEST(Multigrid, TellsWhyThereIsNoAnswer) {
 
 TEST(Multigrid, StopsAFlowWithoutAPressure) {
     const Threads threads(1);
-    FlowConstants constants{.grid = grid_of({16, 12, 8}, 0), .pressure = PressureMethod::multigrid, .pressure_tolerance = 1e-30};
+    FlowConstants constants{
+        .grid = grid_of({16, 12, 8}, 0), .pressure = PressureMethod::multigrid, .pressure_tolerance = 1e-30};
     auto flow = make_flow(Communicator::world(), threads, constants);
-    EXPECT_THROW(flow->set_velocity([](const Vec3d& at) { return Vec3d{std::sin(2 * pi * at.x / 1.6), 0, 0}; }), NumericalError);
+    EXPECT_THROW(flow->set_velocity([](const Vec3d& at) {
+        return Vec3d{std::sin(2 * pi * at.x / 1.6), 0, 0};
+    }),
+                 NumericalError);
 }
 
 /// Vortices of Taylor and Green in three dimensions between walls along z, of any number of cells.
 std::unique_ptr<FlowSolver> vortices(const Communicator& comm, const Threads& threads, PressureMethod pressure,
                                      std::array<int, 3> cells, FluidBoundary boundary, FlowScheme scheme) {
-    FlowConstants constants{.grid = {.cells = cells, .h = 2 * pi / cells[0]}, .kinematic_viscosity = 0.01, .scheme = scheme};
+    FlowConstants constants{
+        .grid = {.cells = cells, .h = 2 * pi / cells[0]}, .kinematic_viscosity = 0.01, .scheme = scheme};
     constants.grid.boundary[2] = boundary;
     constants.pressure = pressure;
     constants.pressure_tolerance = 1e-12;
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity([](const Vec3d& at) {
-        return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z), -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
+        return Vec3d{std::sin(at.x) * std::cos(at.y) * std::cos(at.z),
+                     -std::cos(at.x) * std::sin(at.y) * std::cos(at.z), 0};
     });
     for (int s = 0; s < 3; ++s) flow->step(0, 0.05);
     return flow;
@@ -264,7 +272,8 @@ TEST(Multigrid, StepsTheFluidAsTheDirectSolverDoes) {
                     for (int i = 0; i < layout.nx; ++i) {
                         const auto at = static_cast<std::size_t>(layout.at(i, j, k));
                         for (int c = 0; c < 3; ++c) {
-                            apart[c] = std::max(apart[c], std::abs(direct->velocity(c)[at] - multigrid->velocity(c)[at]));
+                            apart[c] =
+                                std::max(apart[c], std::abs(direct->velocity(c)[at] - multigrid->velocity(c)[at]));
                             speed = std::max(speed, std::abs(direct->velocity(c)[at]));
                         }
                         const double more = direct->pressure()[at] - multigrid->pressure()[at];
@@ -281,7 +290,8 @@ TEST(Multigrid, StepsTheFluidAsTheDirectSolverDoes) {
 TEST(Multigrid, StepsGridsThatTransformsDoNotTake) {
     const Communicator comm = Communicator::world();
     const Threads threads(1);
-    const auto flow = vortices(comm, threads, PressureMethod::multigrid, {22, 22, 13}, FluidBoundary::no_slip, FlowScheme::rk3);
+    const auto flow =
+        vortices(comm, threads, PressureMethod::multigrid, {22, 22, 13}, FluidBoundary::no_slip, FlowScheme::rk3);
     EXPECT_LT(figures_of(comm, *flow).divergence, 1e-9);
 }
 

@@ -1,5 +1,5 @@
-// A crowd of moving rods that ranks share: loads with ghosts are those of a rank that sees everything, bit for bit; ghosts are the
-// elements in some pair with an own one and no others; and no more is sent than that.
+// A crowd of moving rods that ranks share: loads with ghosts are those of a rank that sees everything, bit for bit;
+// ghosts are the elements in some pair with an own one and no others; and no more is sent than that.
 #include "neighbourhood/neighbourhood.hpp"
 
 #include "contact/contacts.hpp"
@@ -157,7 +157,8 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
                                               [&](std::uint32_t slot) { needed.insert(slot); });
                 }
             for (std::size_t slot = 0; slot < share.bodies->slots(); ++slot)
-                if (!share.bodies->owns_slot(slot) && share.bodies->has_element(slot)) here.insert(share.bodies->in_scene(slot));
+                if (!share.bodies->owns_slot(slot) && share.bodies->has_element(slot))
+                    here.insert(share.bodies->in_scene(slot));
             EXPECT_EQ(needed, here) << step;
             EXPECT_EQ(share.neighbourhood.figures().elements, static_cast<std::int64_t>(here.size()));
             EXPECT_EQ(share.neighbourhood.figures().bytes % 72, 0);
@@ -166,14 +167,19 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
             const Window& window = share.bodies->window[w];
             const auto body = static_cast<std::size_t>(window.gid);
             for (std::uint32_t k = 0; k < window.slots; ++k) {
-                const std::size_t slot = window.first_slot + k, in_scene = static_cast<std::size_t>(window.first_in_scene) + k;
-                ASSERT_EQ(norm(share.bodies->node[slot].position - whole.node[in_scene].position), 0) << "step " << step;
+                const std::size_t slot = window.first_slot + k,
+                                  in_scene = static_cast<std::size_t>(window.first_in_scene) + k;
+                ASSERT_EQ(norm(share.bodies->node[slot].position - whole.node[in_scene].position), 0)
+                    << "step " << step;
                 if (!window.own) continue;
                 ASSERT_EQ(share.loads.touched[w], expected.touched[body]) << "step " << step << " body " << body;
                 if (!expected.touched[body]) continue;
                 ++touched;
-                ASSERT_EQ(std::memcmp(&share.loads.load[slot].force, &expected.load[in_scene].force, sizeof(Vec3d)), 0) << step;
-                ASSERT_EQ(std::memcmp(&share.loads.load[slot].couple, &expected.load[in_scene].couple, sizeof(Vec3d)), 0) << step;
+                ASSERT_EQ(std::memcmp(&share.loads.load[slot].force, &expected.load[in_scene].force, sizeof(Vec3d)), 0)
+                    << step;
+                ASSERT_EQ(std::memcmp(&share.loads.load[slot].couple, &expected.load[in_scene].couple, sizeof(Vec3d)),
+                          0)
+                    << step;
             }
         }
     }

@@ -17,7 +17,9 @@ namespace skein {
 void PrintTo(const LocalRod& rod, std::ostream* out) {
     *out << "rod " << rod.gid << " (group " << rod.group << ", " << rod.index << ")";
 }
-static bool operator==(const LocalRod& a, const LocalRod& b) { return a.gid == b.gid && a.group == b.group && a.index == b.index; }
+static bool operator==(const LocalRod& a, const LocalRod& b) {
+    return a.gid == b.gid && a.group == b.group && a.index == b.index;
+}
 
 namespace {
 
@@ -26,7 +28,8 @@ TEST(HilbertKey, visits_every_cell_once_and_goes_to_a_neighbour_each_time) {
     std::map<std::uint64_t, std::array<int, 3>> cells;
     for (int x = 0; x < side; ++x)
         for (int y = 0; y < side; ++y)
-            for (int z = 0; z < side; ++z) cells[hilbert_key({(x + 0.5) / side, (y + 0.5) / side, (z + 0.5) / side})] = {x, y, z};
+            for (int z = 0; z < side; ++z)
+                cells[hilbert_key({(x + 0.5) / side, (y + 0.5) / side, (z + 0.5) / side})] = {x, y, z};
     ASSERT_EQ(cells.size(), static_cast<std::size_t>(side * side * side));
     for (auto cell = cells.begin(), next = std::next(cell); next != cells.end(); ++cell, ++next) {
         int distance = 0;
@@ -72,7 +75,8 @@ std::vector<LocalRod> serial_twin(std::span<const RodGroup> groups, int rank, in
     std::vector<LocalRod> mine;
     std::int64_t before = 0;
     for (const Rod& rod : rods) {
-        if (before >= whole * rank / ranks && (rank + 1 == ranks || before < whole * (rank + 1) / ranks)) mine.push_back(rod.rod);
+        if (before >= whole * rank / ranks && (rank + 1 == ranks || before < whole * (rank + 1) / ranks))
+            mine.push_back(rod.rod);
         before += rod.weight;
     }
     std::stable_sort(mine.begin(), mine.end(), [](const LocalRod& a, const LocalRod& b) { return a.group < b.group; });
@@ -153,7 +157,9 @@ public:
         asked += end - begin;
         return rows;
     }
-    static Vec3d origin(std::int64_t i) { return {std::cos(0.1 * double(i)), std::sin(0.1 * double(i)), 0.01 * double(i)}; }
+    static Vec3d origin(std::int64_t i) {
+        return {std::cos(0.1 * double(i)), std::sin(0.1 * double(i)), 0.01 * double(i)};
+    }
     mutable std::int64_t asked = 0;
 
 private:
@@ -178,7 +184,8 @@ TEST_F(PartitionTest, of_a_file_every_rank_reads_its_block_and_keeps_its_own) {
     const Places& places = file[0].places();
     const Places all = list[0].places();
     EXPECT_GE(places.bytes(), own.size() * places.record_bytes());
-    EXPECT_LE(places.bytes(), own.size() * (places.record_bytes() + sizeof(std::int64_t))); // their numbers, if not consecutive
+    EXPECT_LE(places.bytes(),
+              own.size() * (places.record_bytes() + sizeof(std::int64_t))); // their numbers, if not consecutive
     EXPECT_EQ(comm.sum_wrapping(places.digest()), all.digest());
     EXPECT_EQ(file[0].file_digest(), all.digest());
     keep_own_rods(comm, list, own);
@@ -199,7 +206,9 @@ TEST_F(PartitionTest, places_of_lattices_take_no_memory) {
     for (std::int64_t i = 0, z = 0; z < 5; ++z)
         for (int y = 0; y < 7; ++y)
             for (int x = 0; x < 11; ++x, ++i)
-                EXPECT_EQ(norm(group.origin(i) - (Vec3d{0.37 * x, 0.37 * y, 0.37 * double(z)} + group.spec().placement.origin)), 0);
+                EXPECT_EQ(norm(group.origin(i) -
+                               (Vec3d{0.37 * x, 0.37 * y, 0.37 * double(z)} + group.spec().placement.origin)),
+                          0);
 }
 
 TEST_F(PartitionTest, is_foretold_by_one_rank) {

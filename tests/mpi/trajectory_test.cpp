@@ -39,7 +39,9 @@ struct TrajectoryTest : testing::Test {
             comm, directory.path(), kind, spec, groups, rods, resume_step, "a <test>", buffer_bytes,
             [this](const std::string& text) { told += text + "\n"; }, expected, flush_bytes);
     }
-    void expect_told(const std::string& text) const { EXPECT_TRUE(!comm.root() || told.find(text) != told.npos) << told; }
+    void expect_told(const std::string& text) const {
+        EXPECT_TRUE(!comm.root() || told.find(text) != told.npos) << told;
+    }
     void write(FrameWriter& frames, std::vector<std::int64_t> steps) {
         for (const auto step : steps) {
             rods.set(step);
@@ -57,7 +59,9 @@ struct TrajectoryTest : testing::Test {
         file.read(dataset, type, box, values.data());
         return values;
     }
-    std::vector<std::int64_t> steps_in(const std::string& name) const { return read<std::int64_t>(name, H5Type::int64, "/step"); }
+    std::vector<std::int64_t> steps_in(const std::string& name) const {
+        return read<std::int64_t>(name, H5Type::int64, "/step");
+    }
 
     /// What dataset [frames, rods, ...] must hold: numbers(state) of each rod, frame by frame.
     template <class Numbers>
@@ -119,7 +123,8 @@ TEST_F(TrajectoryTest, of_single_precision_holds_the_same_rounded) {
     write(*frames, {0, 10});
     frames->close_segment();
     const auto exact = expected(groups[1], {0, 10}, positions);
-    EXPECT_EQ(read<float>(first, H5Type::float32, "/groups/mat/position"), std::vector<float>(exact.begin(), exact.end()));
+    EXPECT_EQ(read<float>(first, H5Type::float32, "/groups/mat/position"),
+              std::vector<float>(exact.begin(), exact.end()));
     EXPECT_THROW(read<float>(first, H5Type::float32, "/groups/mat/directors"), IoError);
 }
 
@@ -128,7 +133,8 @@ TEST_F(TrajectoryTest, of_tips_holds_last_nodes) {
     write(*frames, {5, 6});
     frames->close_segment();
     EXPECT_EQ(directory.names(), std::vector<std::string>{"tips_000000000005.h5"});
-    EXPECT_EQ(read<double>("tips_000000000005.h5", H5Type::float64, "/groups/cilia/position"), expected(groups[0], {5, 6}, tips));
+    EXPECT_EQ(read<double>("tips_000000000005.h5", H5Type::float64, "/groups/cilia/position"),
+              expected(groups[0], {5, 6}, tips));
 }
 
 TEST_F(TrajectoryTest, has_the_same_bytes_however_many_frames_wait_in_memory) {
@@ -152,13 +158,15 @@ TEST_F(TrajectoryTest, has_the_same_bytes_however_many_frames_wait_in_memory) {
                           expected(group, steps, numbers));
             const std::string bytes = read_file(path_of(name));
             if (expected_bytes.empty()) expected_bytes = bytes;
-            EXPECT_TRUE(bytes == expected_bytes) << name << " differs where " << buffer_bytes << " bytes of frames may wait";
+            EXPECT_TRUE(bytes == expected_bytes)
+                << name << " differs where " << buffer_bytes << " bytes of frames may wait";
         }
     }
 }
 
 TEST_F(TrajectoryTest, waits_in_memory_until_it_is_full_or_closed) {
-    const auto frames = writer(-1, FrameKind::trajectory, 70000 / static_cast<std::uint64_t>(comm.size()) + 2000); // two frames
+    const auto frames =
+        writer(-1, FrameKind::trajectory, 70000 / static_cast<std::uint64_t>(comm.size()) + 2000); // two frames
     write(*frames, {0});
     EXPECT_TRUE(directory.names().empty());
     write(*frames, {10});
@@ -215,7 +223,8 @@ TEST_F(TrajectoryTest, is_cut_back_to_the_step_that_a_run_resumes_at) {
     const std::string third = "trajectory_000000000020.h5";
     EXPECT_EQ(directory.names(), (std::vector<std::string>{lost, lost_too, "trajectory.xdmf", first, third}));
     writer(-1);
-    EXPECT_EQ(directory.names(), (std::vector<std::string>{lost, lost + ".2", "lost_" + third, lost_too, "trajectory.xdmf"}));
+    EXPECT_EQ(directory.names(),
+              (std::vector<std::string>{lost, lost + ".2", "lost_" + third, lost_too, "trajectory.xdmf"}));
 }
 
 TEST_F(TrajectoryTest, frames_that_a_killed_run_left_are_kept) {
@@ -225,7 +234,8 @@ TEST_F(TrajectoryTest, frames_that_a_killed_run_left_are_kept) {
     {
         const auto frames = writer(-1, FrameKind::trajectory, 0);
         write(*frames, {0, 10, 20});
-        on_root(comm, [&] { std::filesystem::copy_file(tmp, copy); }); // as a process leaves it that ends in this moment
+        on_root(comm,
+                [&] { std::filesystem::copy_file(tmp, copy); }); // as a process leaves it that ends in this moment
     }
     on_root(comm, [&] { std::filesystem::rename(copy, tmp); });
     const auto frames = writer(-1);
@@ -268,7 +278,8 @@ TEST_F(TrajectoryTest, a_changed_number_of_the_last_segment_is_found) {
             EXPECT_EQ(frames->last_step(), 10);
             on_root(comm, [&] {
                 EXPECT_TRUE(std::filesystem::exists(path_of(name + ".damaged"))) << dataset;
-                for (const auto& entry : std::filesystem::directory_iterator(directory.path())) std::filesystem::remove(entry);
+                for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
+                    std::filesystem::remove(entry);
             });
         }
 }
@@ -300,7 +311,8 @@ TEST_F(TrajectoryTest, goes_on_without_a_segment_that_is_damaged_or_gone) {
             frames->close_segment();
             comm.barrier();
             on_root(comm, [&] {
-                for (const auto& entry : std::filesystem::directory_iterator(directory.path())) std::filesystem::remove(entry);
+                for (const auto& entry : std::filesystem::directory_iterator(directory.path()))
+                    std::filesystem::remove(entry);
             });
         }
 }
@@ -329,7 +341,8 @@ TEST(SideCar, costs_in_proportion_to_the_segments) {
     std::size_t listed = 0, written = 0;
     for (std::size_t segments = 1; segments <= 20000; ++segments) {
         if (document_lags(segments, listed)) written += listed = segments;
-        ASSERT_LE(static_cast<double>(written), 19.0 * static_cast<double>(segments)); // 10 000 where it is always written
+        ASSERT_LE(static_cast<double>(written),
+                  19.0 * static_cast<double>(segments)); // 10 000 where it is always written
         ASSERT_GE(static_cast<double>(listed), 0.94 * static_cast<double>(segments) - 1);
     }
 }

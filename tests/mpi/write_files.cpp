@@ -1,5 +1,5 @@
-// write_files OUT [FROM]: every kind of HDF5 file, of rods whose states are known. With FROM, the checkpoint of that directory
-// is read and written again instead. For tests that compare or read the files from outside.
+// write_files OUT [FROM]: every kind of HDF5 file, of rods whose states are known. With FROM, the checkpoint of that
+// directory is read and written again instead. For tests that compare or read the files from outside.
 #include "io/checkpoint.hpp"
 #include "io/trajectory.hpp"
 #include "partition/partition.hpp"
@@ -18,8 +18,8 @@ int main(int argc, char** argv) {
     const std::string scene = R"({"title":"files"})";
     if (argc > 2) {
         rods.set(-1);
-        const auto info =
-            read_checkpoint(comm, argv[2], groups, rods, scene, [](const std::string& text) { std::puts(text.c_str()); });
+        const auto info = read_checkpoint(comm, argv[2], groups, rods, scene,
+                                          [](const std::string& text) { std::puts(text.c_str()); });
         write_checkpoint(comm, out, groups, rods, info.value());
         return 0;
     }

@@ -27,7 +27,9 @@ SceneSpec scene(const std::string& load) {
     return parse_scene("tour", text + load);
 }
 
-std::string wind(double drag) { return "[[load]]\nkind = \"wind\"\nvelocity = [3, 0, 0]\ndrag = " + std::to_string(drag); }
+std::string wind(double drag) {
+    return "[[load]]\nkind = \"wind\"\nvelocity = [3, 0, 0]\ndrag = " + std::to_string(drag);
+}
 
 Plan plan_of(const SceneSpec& spec) { return make_plan(spec, make_groups(spec), {}); }
 
@@ -44,7 +46,8 @@ template <class Text> bool contains(const std::vector<Text>& all, std::string_vi
 
 TEST(TourLoad, IsDescribed) {
     const std::string text = describe_key("load.wind");
-    EXPECT_NE(text.find("load.wind.velocity [m/s]: of the air, lab frame (3 numbers, required)"), std::string::npos) << text;
+    EXPECT_NE(text.find("load.wind.velocity [m/s]: of the air, lab frame (3 numbers, required)"), std::string::npos)
+        << text;
     EXPECT_NE(text.find("load.wind.drag [kg/(m s)]"), std::string::npos) << text;
 }
 
@@ -82,7 +85,8 @@ TEST(TourLoad, IsItsFormulaInEveryLane) {
         states.push_back(test::shaken_state(group, 0.02, 0.4, 1, static_cast<unsigned>(i + 1)));
         for (std::size_t k = 0; k < slot.size(); ++k) set_lane(slot[k], i, states.back()[k]);
     }
-    const RodTile<lanes> tile{slot.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, lanes};
+    const RodTile<lanes> tile{slot.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {},
+                              lanes};
     std::vector<SlotLoad<lanes>> load(slot.size());
     make_pass<lanes>(Wind{.velocity = u, .drag = c}, group)->run(tile, load.data(), Step{});
     for (int i = 0; i < lanes; ++i)
@@ -111,10 +115,12 @@ TEST(TourLoad, HasTheSameBitsAlong) {
 
     for (int k = 0; k < group.slots(); ++k) {
         const auto [row, i] = strands.place(0, k);
-        const Vec3d a = lane(along[static_cast<std::size_t>(row)].force, i), b = lane(across[static_cast<std::size_t>(k)].force, 0);
+        const Vec3d a = lane(along[static_cast<std::size_t>(row)].force, i),
+                    b = lane(across[static_cast<std::size_t>(k)].force, 0);
         EXPECT_TRUE(a.x == b.x && a.y == b.y && a.z == b.z) << k;
     }
-    for (int i = 0; i + 1 < lanes; ++i) EXPECT_TRUE(zero(lane(along[rows].force, i))) << "a node that the next lane has too";
+    for (int i = 0; i + 1 < lanes; ++i)
+        EXPECT_TRUE(zero(lane(along[rows].force, i))) << "a node that the next lane has too";
 }
 
 TEST(TourLoad, PullsTheNodeThatClosesARingOnce) {

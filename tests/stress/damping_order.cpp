@@ -1,4 +1,5 @@
-// Second order in the step with every kind of damping, driven and swinging through large angles.      theory.md (22)-(24)
+// Second order in the step with every kind of damping, driven and swinging through large angles.      theory.md
+// (22)-(24)
 #include "loads/end_force.hpp"
 #include "loads/muscle_wave.hpp"
 #include "stress/stress_support.hpp"
@@ -11,7 +12,8 @@
 namespace skein {
 namespace {
 
-/// A clamped rod, bent at the start, driven by muscles and by a force on its tip that rises within a whole number of steps.
+/// A clamped rod, bent at the start, driven by muscles and by a force on its tip that rises within a whole number of
+/// steps.
 std::vector<Slot<1>> end_state(const Damping& damping, std::int64_t steps, double& limit) {
     constexpr double duration = 0.4;
     SceneSpec scene;
@@ -23,7 +25,8 @@ std::vector<Slot<1>> end_state(const Damping& damping, std::int64_t steps, doubl
     scene.rods = {rod};
     scene.time = {.duration = duration, .dt = duration / static_cast<double>(steps)};
     scene.loads.push_back(
-        {.load = MuscleWave{.amplitude = 0.5, .period = 0.13, .wavelength = 1.2, .direction = {0.3, 1, 0.2}, .ramp = {0.1}}});
+        {.load = MuscleWave{
+             .amplitude = 0.5, .period = 0.13, .wavelength = 1.2, .direction = {0.3, 1, 0.2}, .ramp = {0.1}}});
     scene.loads.push_back({.load = EndForce{.end = {0.4, 1.0, -0.3}, .ramp = {0.2}}});
     scene.damping.push_back({.damping = damping});
     test::Stage stage(scene, 1);
@@ -34,14 +37,16 @@ std::vector<Slot<1>> end_state(const Damping& damping, std::int64_t steps, doubl
 
 double distance(const std::vector<Slot<1>>& a, const std::vector<Slot<1>>& b) {
     double worst = 0;
-    for (std::size_t k = 0; k < a.size(); ++k) worst = std::max(worst, norm(lane(a[k].position, 0) - lane(b[k].position, 0)));
+    for (std::size_t k = 0; k < a.size(); ++k)
+        worst = std::max(worst, norm(lane(a[k].position, 0) - lane(b[k].position, 0)));
     return worst;
 }
 
 TEST(DampingOrder, IsTwo) {
     for (const DampingKind kind : test::all_dampers()) {
         Damping damping = test::damper(kind);
-        const double share = is_filter(damping) ? 0.3 : 3; // a filter's rate is that of the fastest modes: 0.12 a step here
+        const double share =
+            is_filter(damping) ? 0.3 : 3; // a filter's rate is that of the fastest modes: 0.12 a step here
         for (double* rate : {&damping.rate, &damping.translational, &damping.rotational}) *rate *= share;
         const char* const name = test::name_of(kind).data();
         double limit = 0, error[3];
@@ -58,7 +63,8 @@ TEST(DampingOrder, IsTwo) {
     }
 }
 
-// A filter or a rate that feeds any mode at all shows in 1e5 steps; the longest step is the automatic one of damped rods.
+// A filter or a rate that feeds any mode at all shows in 1e5 steps; the longest step is the automatic one of damped
+// rods.
 TEST(DampingOrder, EnergyOnlyFallsIn1e5Steps) {
     for (const DampingKind kind : test::all_dampers())
         for (const EndKind start : {EndKind::free, EndKind::clamped})
@@ -84,8 +90,8 @@ TEST(DampingOrder, EnergyOnlyFallsIn1e5Steps) {
                 }
                 const double last = test::energy(stage.groups[0], stage.state(0));
                 std::printf("%s, %s, at %.3f of the limit: energy at most %.6f, at last %.2e of the start's\n",
-                            test::name_of(kind).data(), end_names[static_cast<std::size_t>(start)].data(), share, most / first,
-                            last / first);
+                            test::name_of(kind).data(), end_names[static_cast<std::size_t>(start)].data(), share,
+                            most / first, last / first);
                 EXPECT_LT(most, first);
             }
 }

@@ -1,4 +1,5 @@
-// J1 != J2: the split top and the elliptic rod are of second order, reversible, and keep the angular momentum.   theory.md (19)
+// J1 != J2: the split top and the elliptic rod are of second order, reversible, and keep the angular momentum.
+// theory.md (19)
 #include "mechanics/rod_copies.hpp"
 #include "stress/stress_support.hpp"
 #include "support/free_top.hpp"
@@ -23,21 +24,26 @@ TEST(Elliptic, FreeTopAgainstJacobi) {
             group.start_state(0, state);
             for (Slot<1>& s : state) set_lane(s.spin, 0, start);
             const auto begin = state;
-            const auto lab = [&] { return transpose_times(lane(state[0].director, 0), scale(j, lane(state[0].spin, 0))); };
+            const auto lab = [&] {
+                return transpose_times(lane(state[0].director, 0), scale(j, lane(state[0].spin, 0)));
+            };
             const Vec3d before = lab();
             error[i] = 0;
             for (int s = 1; s <= steps; ++s) {
                 synchronise(group, state, time / steps);
-                error[i] = std::fmax(error[i], norm(lane(state[0].spin, 0) - test::free_top(j, small_rate, w3, time * s / steps)) /
-                                                   norm(start));
+                error[i] = std::fmax(
+                    error[i],
+                    norm(lane(state[0].spin, 0) - test::free_top(j, small_rate, w3, time * s / steps)) / norm(start));
                 momentum = std::max(momentum, norm(lab() - before) / norm(before));
             }
-            const Mat3d q = frame(state[0]), exact = test::free_top_directors(j, small_rate, w3, time, lane(begin[0].director, 0));
+            const Mat3d q = frame(state[0]),
+                        exact = test::free_top_directors(j, small_rate, w3, time, lane(begin[0].director, 0));
             turned[i] = std::max({norm(q.d1 - exact.d1), norm(q.d2 - exact.d2), norm(q.d3 - exact.d3)});
             for (int s = 0; s < steps; ++s) synchronise(group, state, -time / steps);
             back = std::max(back, norm(frame(state[0]).d1 - frame(begin[0]).d1) + norm(lane(state[0].spin, 0) - start));
         }
-        std::printf("free top, a/b %.2f: error of the rate %.2e %.2e %.2e, ratios %.2f %.2f; angular momentum %.1e, return %.1e\n",
+        std::printf("free top, a/b %.2f: error of the rate %.2e %.2e %.2e, ratios %.2f %.2f; angular momentum %.1e, "
+                    "return %.1e\n",
                     ratio, error[0], error[1], error[2], error[0] / error[1], error[1] / error[2], momentum, back);
         EXPECT_LT(error[0], 1e-2);
         EXPECT_NEAR(std::log2(error[0] / error[1]), 2, 0.1);
@@ -107,7 +113,8 @@ TEST(Elliptic, FreeRod) {
             return most;
         };
         const double first = std::log2(apart(0, 1) / apart(1, 2)), second = std::log2(apart(1, 2) / apart(2, 3));
-        std::printf("elliptic rod, a/b %.0f: halving %.1e moves it by %.2e, orders %.2f %.2f; energy %.1e %.1e %.1e %.1e; angular "
+        std::printf("elliptic rod, a/b %.0f: halving %.1e moves it by %.2e, orders %.2f %.2f; energy %.1e %.1e %.1e "
+                    "%.1e; angular "
                     "momentum %.1e, return %.1e\n",
                     ratio, dt[0], apart(0, 1), first, second, flight[0].energy, flight[1].energy, flight[2].energy,
                     flight[3].energy, flight[0].angular, flight[0].back);

@@ -46,7 +46,8 @@ TEST(Energy, HelicalFreeRodFourSeconds) {
         const auto stage = helical_rods(dt[i], 4, 8);
         const test::EnergyRecord w = test::worst(test::watch_energy(*stage, stage->plan.steps));
         drift[i] = w.drift;
-        std::printf("helical free rods, 4 s, dt %.0e: energy drift %.2e, strain up to %.1f %%\n", dt[i], w.drift, 100 * w.strain);
+        std::printf("helical free rods, 4 s, dt %.0e: energy drift %.2e, strain up to %.1f %%\n", dt[i], w.drift,
+                    100 * w.strain);
     }
     EXPECT_LE(drift[1], 5e-4);
     EXPECT_GT(drift[1] / drift[2], 3.5);
@@ -63,9 +64,9 @@ TEST(Energy, HelicalFreeRodHasNoTrendOverAMillionSteps) {
         plain[i] = test::mean_trend(energy);
         trend[i] = test::mean_trend(shadow);
         largest[i] = test::worst(shadow).drift;
-        std::printf(
-            "helical free rods, %.0e steps of %.0e: energy drift %.2e, last quarter minus first %.1e; shadow energy %.1e, %.1e\n",
-            static_cast<double>(steps), dt[i], test::worst(energy).drift, plain[i], largest[i], trend[i]);
+        std::printf("helical free rods, %.0e steps of %.0e: energy drift %.2e, last quarter minus first %.1e; shadow "
+                    "energy %.1e, %.1e\n",
+                    static_cast<double>(steps), dt[i], test::worst(energy).drift, plain[i], largest[i], trend[i]);
     }
     EXPECT_LE(largest[0], 5e-5);
     EXPECT_NEAR(std::log2(plain[0] / plain[1]), 2, 0.4) << "what the energy itself wanders is of second order";
@@ -80,7 +81,8 @@ double butterfly_drift(long n, double dt_over_dl, Law law = Law::incompressible)
     test::Stage stage(scene, 1);
     test::fold(stage);
     const test::EnergyRecord w = test::worst(test::watch_energy(stage, stage.plan.steps, 4000));
-    std::printf("butterfly n = %2ld, dt %.3f dl: energy drift %.2e, strain up to %.2f\n", n, dt_over_dl, w.drift, w.strain);
+    std::printf("butterfly n = %2ld, dt %.3f dl: energy drift %.2e, strain up to %.2f\n", n, dt_over_dl, w.drift,
+                w.strain);
     return w.drift;
 }
 
@@ -132,7 +134,8 @@ TEST(LinearLaw, KeepsEnergyAsWell) {
     const test::EnergyRecord helical = test::worst(test::watch_energy(*helical_rods(2e-4, 4, 8, Law::linear), 20000));
     EXPECT_LE(helical.drift, 5e-4);
     for (const long n : {4, 40}) EXPECT_LE(butterfly_drift(n, 0.01, Law::linear), 1e-3) << "n = " << n;
-    const test::EnergyRecord violent = test::worst(test::watch_energy(*violent_rods(2e-5, 200000, Law::linear), 200000, 10000));
+    const test::EnergyRecord violent =
+        test::worst(test::watch_energy(*violent_rods(2e-5, 200000, Law::linear), 200000, 10000));
     std::printf("linear law: helical rods %.2e, violent rods %.2e\n", helical.drift, violent.drift);
     EXPECT_LE(violent.drift, 5e-5);
 }

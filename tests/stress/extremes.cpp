@@ -23,8 +23,8 @@ RodSpec twisted_rod(long n, double turn, EndKind ends) {
     return rod;
 }
 
-/// Couples (about d3) that the first and the last element feel from their only neighbour, in units of G I3/L: one step from
-/// rest of a twin without clamps, whose spins are then h c/J.
+/// Couples (about d3) that the first and the last element feel from their only neighbour, in units of G I3/L: one step
+/// from rest of a twin without clamps, whose spins are then h c/J.
 std::pair<double, double> end_couples(const RodSpec& spec, std::vector<Slot<1>> state, double dt) {
     SceneSpec scene;
     scene.rods = {spec};
@@ -57,7 +57,8 @@ TEST(Twist, CoupleIsLinearUpToThreeRadiansPerCell) {
         // Uneven at first: torsional waves run until the twist has spread evenly.
         auto state = stage.state(0);
         for (long k = 0; k < n; ++k)
-            set_lane(state[static_cast<std::size_t>(k)].spin, 0, Vec3d{0, 0, 0.3 * std::cos(5.0 * static_cast<double>(k))});
+            set_lane(state[static_cast<std::size_t>(k)].spin, 0,
+                     Vec3d{0, 0, 0.3 * std::cos(5.0 * static_cast<double>(k))});
         stage.rods->import_rod(0, state);
         test::advance_checked(stage, stage.plan.steps);
         const auto [first, last] = end_couples(scene.rods[0], stage.state(0), stage.plan.dt);
@@ -66,9 +67,9 @@ TEST(Twist, CoupleIsLinearUpToThreeRadiansPerCell) {
         worst = std::max(worst, error);
         EXPECT_LE(error, 1e-6) << turn << " rad per cell";
     }
-    std::printf(
-        "twist, n = %ld: couple linear to %.1e up to 2.99 rad per cell, %.2f turns of the (n - 1)/2 = %.1f that frames can tell\n",
-        n, worst, 2.99 * n / (2 * pi), 0.5 * (n - 1));
+    std::printf("twist, n = %ld: couple linear to %.1e up to 2.99 rad per cell, %.2f turns of the (n - 1)/2 = %.1f "
+                "that frames can tell\n",
+                n, worst, 2.99 * n / (2 * pi), 0.5 * (n - 1));
 }
 
 TEST(Twist, BeyondIsAReportedError) {
@@ -170,7 +171,8 @@ TEST(Stretch, TensionLimitIsWhereDirectorsFlip) {
     const double limit = tension_limit(RodGroup(rod, 0, 0, "")), shear = rod.material.shear_factor / 5;
     const double upper = (1 + std::sqrt(1 - 4 * shear)) / (2 * shear);
     const auto tilt = tilts({0.99 * limit, 1.02 * limit, 2.0, 0.98 * upper, 1.03 * upper}, 0.2, 2);
-    std::printf("G = E/5: e_c = %.3f, tilt at 0.99 and 1.02 of it %.1e %.1e; at e = 2 %.1e; upper root %.3f, at 0.98 and 1.03 of "
+    std::printf("G = E/5: e_c = %.3f, tilt at 0.99 and 1.02 of it %.1e %.1e; at e = 2 %.1e; upper root %.3f, at 0.98 "
+                "and 1.03 of "
                 "it %.1e %.1e\n",
                 limit, tilt[0], tilt[1], tilt[2], upper, tilt[3], tilt[4]);
     EXPECT_LT(tilt[0], 1e-4);
@@ -193,8 +195,8 @@ TEST(Stretch, PastTheTensionLimitARunIsStoppedByName) {
     }
 }
 
-/// Rods squeezed to 0.3 of their length between two clamps and shaken; the step planned for that. Elastic energy stored at the
-/// start is some 0.5 EAL, far more than the cells take in bending.
+/// Rods squeezed to 0.3 of their length between two clamps and shaken; the step planned for that. Elastic energy stored
+/// at the start is some 0.5 EAL, far more than the cells take in bending.
 std::unique_ptr<test::Stage> squeezed_rods(double rate) {
     constexpr double e = 0.3;
     SceneSpec scene;
@@ -228,8 +230,8 @@ TEST(Compression, DampedRodsBuckleAndComeToRest) {
         before = now;
     }
     for (std::size_t i = 0; i < start.size(); ++i) largest = std::fmax(largest, before[i] / start[i]);
-    std::printf("squeezed to 0.3 and damped: energy falls to %.3f of the start, never rising by more than %.1e of it\n", largest,
-                rise);
+    std::printf("squeezed to 0.3 and damped: energy falls to %.3f of the start, never rising by more than %.1e of it\n",
+                largest, rise);
     EXPECT_LE(rise, 1e-6);
     EXPECT_LE(largest, 0.1);
 }

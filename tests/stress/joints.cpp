@@ -38,8 +38,8 @@ TEST(Joints, KeepEnergyInLongRuns) {
                 worst = std::max(worst, std::abs(now));
                 (look <= 25 ? first : last) += look <= 25 || look > 75 ? now / 25 : 0;
             }
-            std::printf("%s, k = %g N/m: energy off by %.1e at most, last quarter over first %+.1e\n", e.name.c_str(), stiffness,
-                        worst, last - first);
+            std::printf("%s, k = %g N/m: energy off by %.1e at most, last quarter over first %+.1e\n", e.name.c_str(),
+                        stiffness, worst, last - first);
             EXPECT_LT(worst, 0.1) << e.name;
             EXPECT_LT(last - first, 0.02) << e.name << ": energy rises";
         }

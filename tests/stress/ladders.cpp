@@ -18,7 +18,8 @@ struct Curve {
     std::vector<Vec3d> position; ///< in lengths of the rod, nodes of ten times
 };
 
-/// Times are in units of L sqrt(rho/E), lengths of L, forces of E L^2. Magnetic fields are taken as B with strength E/B.
+/// Times are in units of L sqrt(rho/E), lengths of L, forces of E L^2. Magnetic fields are taken as B with strength
+/// E/B.
 Curve motion(double length, double youngs) {
     constexpr double density = 1000, radius = 0.03, duration = 60;
     const double time = length * std::sqrt(density / youngs);
@@ -26,7 +27,8 @@ Curve motion(double length, double youngs) {
     RodSpec rod;
     rod.name = "rod";
     rod.material = {.density = density, .youngs_modulus = youngs};
-    rod.section = {.kind = SectionKind::elliptic, .radius = radius * length, .radius_2 = 0.7 * radius * length, .taper = 0.6};
+    rod.section = {
+        .kind = SectionKind::elliptic, .radius = radius * length, .radius_2 = 0.7 * radius * length, .taper = 0.6};
     rod.shape = {.length = length, .elements = 16};
     rod.shape.rest_curvature = (1 / length) * Vec3d{0.4, -0.2, 0.3};
     rod.shape.start_curvature = (1 / length) * Vec3d{1.0, 0.3, -0.4};

@@ -24,7 +24,8 @@ std::unique_ptr<test::Stage> bent_rods(EndKind start, double bend, double share_
         RodSpec bent = rod;
         bent.placement = {};
         const double share = (1.0 + i) / rods, axis = 2.4 * i;
-        bent.shape.start_curvature = Vec3d{bend * share * std::cos(axis), bend * share * std::sin(axis), 1.5 * bend * (1 - share)};
+        bent.shape.start_curvature =
+            Vec3d{bend * share * std::cos(axis), bend * share * std::sin(axis), 1.5 * bend * (1 - share)};
         std::vector<Slot<1>> state(n + 1);
         RodGroup(bent, 0, 0, "").start_state(0, state);
         stage->rods->import_rod(i, state);
@@ -36,9 +37,10 @@ TEST(LongRuns, ClampedRodsKeepTheirEnergy) {
     const auto stage = bent_rods(EndKind::clamped, 2, 0.2);
     const auto [energy, shadow] = test::watch_both(*stage, steps);
     const test::EnergyRecord w = test::worst(energy), s = test::worst(shadow);
-    std::printf("clamped rods, %.0e steps of %.3g: energy drift %.2e, last quarter minus first %.1e; shadow energy %.1e, %.1e; "
-                "strain %.1f %%\n",
-                static_cast<double>(steps), stage->plan.dt, w.drift, w.trend, s.drift, s.trend, 100 * w.strain);
+    std::printf(
+        "clamped rods, %.0e steps of %.3g: energy drift %.2e, last quarter minus first %.1e; shadow energy %.1e, %.1e; "
+        "strain %.1f %%\n",
+        static_cast<double>(steps), stage->plan.dt, w.drift, w.trend, s.drift, s.trend, 100 * w.strain);
     EXPECT_LE(w.drift, 1e-3);
     EXPECT_LE(std::abs(w.trend), 1e-4);
     EXPECT_LE(std::abs(s.trend), 1e-5);
@@ -69,11 +71,13 @@ TEST(LongRuns, SpinningRodsKeepMomentaAndFrames) {
             linear = std::max(linear, norm(now.linear - start[i].linear) / norm(start[i].linear));
             angular = std::max(angular, norm(now.angular - start[i].angular) / norm(start[i].angular));
             defect = std::max(defect, test::director_defect(state));
-            for (std::size_t k = 0; k < n; ++k) strain = std::max(strain, std::abs(test::dilatation(group, state, k) - 1));
+            for (std::size_t k = 0; k < n; ++k)
+                strain = std::max(strain, std::abs(test::dilatation(group, state, k) - 1));
         }
     }
-    std::printf("spinning rods, %.0e steps of %.3g: momentum %.1e, angular momentum %.1e, |QQ^T - 1| %.1e; strain %.1f %%\n",
-                static_cast<double>(steps), stage->plan.dt, linear, angular, defect, 100 * strain);
+    std::printf(
+        "spinning rods, %.0e steps of %.3g: momentum %.1e, angular momentum %.1e, |QQ^T - 1| %.1e; strain %.1f %%\n",
+        static_cast<double>(steps), stage->plan.dt, linear, angular, defect, 100 * strain);
     EXPECT_LE(linear, 1e-10);
     EXPECT_LE(angular, 1e-10);
     EXPECT_LE(defect, 1e-12);

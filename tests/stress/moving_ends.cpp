@@ -41,10 +41,11 @@ TEST(MovingEnds, TwistByAWallUpToThreeRadiansPerCell) {
         test::Stage stage(moved(rod, {0, 0, 0}, {0, 0, angle}, 20, 0.95), 1);
         test::advance_checked(stage, stage.plan.steps);
         const double exact = 0.5 * stage.groups[0].element[0].bending.z * angle * angle;
-        const double error = std::abs(rod_energy(stage.groups[0], stage.state(0), stage.clock.time()).twist / exact - 1);
-        std::printf(
-            "wall turned by %.2f turns, %.2f rad per cell: energy within %.1e of G I3 a^2/(2 L), %.1e of the work missing\n",
-            angle / (2 * pi), turn, error, missing(stage));
+        const double error =
+            std::abs(rod_energy(stage.groups[0], stage.state(0), stage.clock.time()).twist / exact - 1);
+        std::printf("wall turned by %.2f turns, %.2f rad per cell: energy within %.1e of G I3 a^2/(2 L), %.1e of the "
+                    "work missing\n",
+                    angle / (2 * pi), turn, error, missing(stage));
         EXPECT_LE(error, 1e-6) << turn;
         EXPECT_LE(missing(stage), 1e-6) << turn;
     }
@@ -69,12 +70,13 @@ TEST(MovingEnds, LengthsFromThreeTenthsToThree) {
         const auto state = stage.state(0);
         double worst = 0;
         for (std::size_t k = 0; k < 20; ++k)
-            worst = std::max(worst, std::abs(20 * (lane(state[k + 1].position, 0).z - lane(state[k].position, 0).z) / e - 1));
+            worst = std::max(worst,
+                             std::abs(20 * (lane(state[k + 1].position, 0).z - lane(state[k].position, 0).z) / e - 1));
         const double exact = stage.groups[0].element[0].stiffness.z * (e - 1 - std::log(e));
         const double error = std::abs(rod_energy(stage.groups[0], state, stage.clock.time()).stretch / exact - 1);
-        std::printf(
-            "end moved to e = %.2f: dilatation within %.1e, energy within %.1e of EA L (e - 1 - ln e), %.1e of the work missing\n",
-            e, worst, error, missing(stage));
+        std::printf("end moved to e = %.2f: dilatation within %.1e, energy within %.1e of EA L (e - 1 - ln e), %.1e of "
+                    "the work missing\n",
+                    e, worst, error, missing(stage));
         EXPECT_LE(worst, 1e-8) << e;
         EXPECT_LE(error, 1e-8) << e;
         EXPECT_LE(missing(stage), 1e-6) << e;

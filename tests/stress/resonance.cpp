@@ -1,8 +1,8 @@
-// Undamped rods in lively motion, close to the limit of the step. Verlet takes a mode with h w/2 = sin(pi/m) once round in m steps.
-// From m = 4 on, which is 0.707 of the limit, non-linear terms feed such a mode from the rest of the motion: thick rods are lost
-// after some 1e5 steps, though every step is within the limit of their strain. Strain of 7 % makes modes faster by as much and
-// more, so at 0.69 one is lost too, after 3e6 steps; at 0.6 and below energy settles. Damping that ends the motion first helps as
-// well. (Thin rods, r = 0.01 L, have lived 5e5 steps at 0.855.)
+// Undamped rods in lively motion, close to the limit of the step. Verlet takes a mode with h w/2 = sin(pi/m) once round
+// in m steps. From m = 4 on, which is 0.707 of the limit, non-linear terms feed such a mode from the rest of the
+// motion: thick rods are lost after some 1e5 steps, though every step is within the limit of their strain. Strain of 7
+// % makes modes faster by as much and more, so at 0.69 one is lost too, after 3e6 steps; at 0.6 and below energy
+// settles. Damping that ends the motion first helps as well. (Thin rods, r = 0.01 L, have lived 5e5 steps at 0.855.)
 #include "skein/core/error.hpp"
 #include "stress/stress_support.hpp"
 
@@ -44,8 +44,8 @@ TEST(Resonance, WellBelowTheFourthOrderOneRodsLive) {
     for (const double radius : {0.02, 0.05}) {
         const auto stage = shaken_rods(radius, 0.6, 0);
         const test::EnergyRecord w = test::worst(test::watch_energy(*stage, steps, 1000));
-        std::printf("undamped rods, r = %.2f L, 0.6 of the limit: energy drift %.1e in %lld steps, strain %.1f %%\n", radius,
-                    w.drift, static_cast<long long>(steps), 100 * w.strain);
+        std::printf("undamped rods, r = %.2f L, 0.6 of the limit: energy drift %.1e in %lld steps, strain %.1f %%\n",
+                    radius, w.drift, static_cast<long long>(steps), 100 * w.strain);
         EXPECT_LT(w.drift, 0.1);
         EXPECT_LT(w.trend, 1e-3) << "mean energy may fall as motion spreads to fast modes, but not rise";
     }

@@ -1,9 +1,9 @@
-// Random scenes of fast, thin and soft bodies that meet, each looked at after every step by a detector that knows neither contacts
-// nor lists: triple products of axes, and distances of balls. None may come to its end after bodies have changed sides; it is
-// refused or stopped instead, and what the message proposes holds. Without [contact] the detector sees most of these scenes cross.
-// Two scenes ended with 0 before steps knew of speeds. Balls of 1 mm at 5 m/s with collision_time = 0.01 s: the detector finds them
-// 0.3 of the sum of radii apart after 20 steps of 1 ms, and 0 on the way of the next one. Fibres of 10 um at 100 m/s in steps of 1
-// us: axes cross in step 6, at a vertex of both.
+// Random scenes of fast, thin and soft bodies that meet, each looked at after every step by a detector that knows
+// neither contacts nor lists: triple products of axes, and distances of balls. None may come to its end after bodies
+// have changed sides; it is refused or stopped instead, and what the message proposes holds. Without [contact] the
+// detector sees most of these scenes cross. Two scenes ended with 0 before steps knew of speeds. Balls of 1 mm at 5 m/s
+// with collision_time = 0.01 s: the detector finds them 0.3 of the sum of radii apart after 20 steps of 1 ms, and 0 on
+// the way of the next one. Fibres of 10 um at 100 m/s in steps of 1 us: axes cross in step 6, at a vertex of both.
 #include "skein/core/error.hpp"
 #include "skein/core/vec3.hpp"
 #include "skein/run.hpp"
@@ -58,7 +58,8 @@ bool changed_sides(const Piece& a0, const Piece& b0, const Piece& a1, const Piec
         const Lines before = lines(a0, b0), after = lines(a1, b1);
         return before.inside && after.inside && before.triple * after.triple < 0;
     }
-    constexpr double half = 0.45; // of the sum of radii: places at whole steps are not those between, where the program looks
+    constexpr double half =
+        0.45; // of the sum of radii: places at whole steps are not those between, where the program looks
     constexpr int looks = 64;
     const double limit = half * (a0.radius + b0.radius);
     if (distance(a0, b0) < limit) return false;
@@ -76,7 +77,8 @@ std::vector<Piece> pieces(const Run& run, const std::vector<double>& radius) {
     int body = 0;
     const auto groups = run.groups();
     for (std::size_t g = 0; g < groups.size(); ++g) {
-        std::vector<double> x(static_cast<std::size_t>(3 * groups[g].nodes) * static_cast<std::size_t>(groups[g].count));
+        std::vector<double> x(static_cast<std::size_t>(3 * groups[g].nodes) *
+                              static_cast<std::size_t>(groups[g].count));
         run.read(g, Quantity::position, x);
         const auto at = [&](std::int64_t rod, int k) {
             const double* from = &x[static_cast<std::size_t>(3 * (rod * groups[g].nodes + k))];
@@ -158,12 +160,13 @@ public:
 
     /// Two or three bodies on their way to meet; `contact` false: they do not feel each other.
     Trial make(int kind, bool contact = true) {
-        const double r1 = power(-5, -2), r2 = r1 * power(0, 0.7), thin = std::min(r1, r2), v = power(-1, 2.3), reach = r1 + r2,
-                     gap = reach * uniform(0.3, 3);
+        const double r1 = power(-5, -2), r2 = r1 * power(0, 0.7), thin = std::min(r1, r2), v = power(-1, 2.3),
+                     reach = r1 + r2, gap = reach * uniform(0.3, 3);
         Trial trial;
         const Vec3d aside{0, uniform(0, 0.3) * reach, 0};
         const bool first_is_ball = kind == 0 || kind == 2, second_is_ball = kind == 0;
-        const double m1 = first_is_ball ? ball_mass(r1) : rod_mass(r1), m2 = second_is_ball ? ball_mass(r2) : rod_mass(r2);
+        const double m1 = first_is_ball ? ball_mass(r1) : rod_mass(r1),
+                     m2 = second_is_ball ? ball_mass(r2) : rod_mass(r2);
         std::string text;
         const double away = reach + gap;
         text += first_is_ball ? ball("striker", r1, aside - Vec3d{0, 0, away}, v)
@@ -200,26 +203,29 @@ private:
     double power(double a, double b) { return std::pow(10, uniform(a, b)); }
 
     static std::string ball(const char* name, double r, const Vec3d& at, double speed) {
-        return fmt::format(
-            "[[bodies]]\nname = \"{}\"\ndensity = 1000.0\nvelocity = [0.0, 0.0, {:.17g}]\nspheres = {{radii = [{:.17g}]}}\n"
-            "placement = {{origin = [{:.17g}, {:.17g}, {:.17g}]}}\n",
-            name, speed, r, at.x, at.y, at.z);
+        return fmt::format("[[bodies]]\nname = \"{}\"\ndensity = 1000.0\nvelocity = [0.0, 0.0, {:.17g}]\nspheres = "
+                           "{{radii = [{:.17g}]}}\n"
+                           "placement = {{origin = [{:.17g}, {:.17g}, {:.17g}]}}\n",
+                           name, speed, r, at.x, at.y, at.z);
     }
-    /// Across z, its middle at a place; by its speed, or by an end that is moved as fast. `wave`: speed that its sound is to
-    /// surpass.
-    std::string rod(const char* name, double r, const Vec3d& at, double angle, double speed, bool by_end, double wave = 0) {
+    /// Across z, its middle at a place; by its speed, or by an end that is moved as fast. `wave`: speed that its sound
+    /// is to surpass.
+    std::string rod(const char* name, double r, const Vec3d& at, double angle, double speed, bool by_end,
+                    double wave = 0) {
         const double length = slender * r, sound = std::max(std::abs(speed), wave) * power(0.6, 1.5);
         const Vec3d along{std::cos(angle), std::sin(angle), 0}, from = at - 0.5 * length * along;
-        std::string text = fmt::format("[[rods]]\nname = \"{}\"\nmaterial = {{density = 1000.0, youngs_modulus = {:.17g}, law = "
-                                       "\"linear\"}}\nsection.radius = {:.17g}\n"
-                                       "shape = {{length = {:.17g}, elements = {}, velocity = [0.0, 0.0, {:.17g}]}}\n"
-                                       "placement = {{origin = [{:.17g}, {:.17g}, {:.17g}], tangent = [{:.17g}, {:.17g}, 0.0]}}\n",
-                                       name, 1000 * sound * sound, r, length, static_cast<int>(uniform(2, 6)), speed, from.x,
-                                       from.y, from.z, along.x, along.y);
+        std::string text =
+            fmt::format("[[rods]]\nname = \"{}\"\nmaterial = {{density = 1000.0, youngs_modulus = {:.17g}, law = "
+                        "\"linear\"}}\nsection.radius = {:.17g}\n"
+                        "shape = {{length = {:.17g}, elements = {}, velocity = [0.0, 0.0, {:.17g}]}}\n"
+                        "placement = {{origin = [{:.17g}, {:.17g}, {:.17g}], tangent = [{:.17g}, {:.17g}, 0.0]}}\n",
+                        name, 1000 * sound * sound, r, length, static_cast<int>(uniform(2, 6)), speed, from.x, from.y,
+                        from.z, along.x, along.y);
         if (by_end)
-            text += fmt::format("start = \"pinned\"\nstart_motion = {{times = [0.0, {:.17g}], translation = [[0.0, 0.0, 0.0], "
-                                "[0.0, 0.0, {:.17g}]]}}\n",
-                                1000 * r / std::abs(speed), 1000 * r * (speed > 0 ? 1 : -1));
+            text += fmt::format(
+                "start = \"pinned\"\nstart_motion = {{times = [0.0, {:.17g}], translation = [[0.0, 0.0, 0.0], "
+                "[0.0, 0.0, {:.17g}]]}}\n",
+                1000 * r / std::abs(speed), 1000 * r * (speed > 0 ? 1 : -1));
         return text;
     }
 
@@ -244,8 +250,9 @@ TEST(SideChanges, NoSceneEndsAfterBodiesHaveChangedSides) {
     for (int i = 0; i < 300; ++i) {
         const Trial trial = scenes.make(i % 5);
         const Outcome out = watch(trial);
-        EXPECT_FALSE(out.how == Outcome::ended && out.crossed) << "scene " << i << ": crossed at step " << out.at << "\n"
-                                                               << trial.toml;
+        EXPECT_FALSE(out.how == Outcome::ended && out.crossed)
+            << "scene " << i << ": crossed at step " << out.at << "\n"
+            << trial.toml;
         ended += out.how == Outcome::ended, refused += out.how == Outcome::refused;
         if (out.how != Outcome::stopped) continue;
         if (out.text.find("pass") == std::string::npos || ++stopped % 8 != 0) continue;
@@ -266,8 +273,8 @@ TEST(SideChanges, NoSceneEndsAfterBodiesHaveChangedSides) {
             << trial.toml;
         cured += again.how == Outcome::ended;
     }
-    std::printf("of 300 scenes %d ended, %d were stopped as bodies passed, %d refused; %d cures were followed\n", ended, stopped,
-                refused, cured);
+    std::printf("of 300 scenes %d ended, %d were stopped as bodies passed, %d refused; %d cures were followed\n", ended,
+                stopped, refused, cured);
     EXPECT_GT(ended, 60);
     EXPECT_GT(stopped, 60);
 }

@@ -16,8 +16,9 @@ struct Case {
     double scale; ///< of the transverse rotary inertia
 };
 
-/// Largest energy over that at the start, of a straight rod shaken by 1e-6 of an element; infinity where the rod was lost.
-/// The limit is that of small motion: shaken by 1e-4, one of the rods at 0.98 is lost after 2e4 steps, to a resonance of its modes.
+/// Largest energy over that at the start, of a straight rod shaken by 1e-6 of an element; infinity where the rod was
+/// lost. The limit is that of small motion: shaken by 1e-4, one of the rods at 0.98 is lost after 2e4 steps, to a
+/// resonance of its modes.
 double growth(const Case& c, EndKind ends, double share_of_limit, std::int64_t steps) {
     SceneSpec scene;
     RodSpec rod = test::simple_rod(c.elements);
@@ -66,17 +67,20 @@ TEST(StepLimit, IsSharp) {
             for (const double scale : {1.0, 25.0})
                 for (const EndKind ends : {EndKind::free, EndKind::clamped}) {
                     const Case c{aspect, elements, scale};
-                    const std::string name = "L/d " + std::to_string(aspect) + ", n " + std::to_string(elements) + ", j " +
-                                             std::to_string(scale) + (ends == EndKind::free ? ", free" : ", clamped");
+                    const std::string name = "L/d " + std::to_string(aspect) + ", n " + std::to_string(elements) +
+                                             ", j " + std::to_string(scale) +
+                                             (ends == EndKind::free ? ", free" : ", clamped");
                     const double below = growth(c, ends, 0.98, steps), above = growth(c, ends, 1.05, 20000);
                     most = std::max(most, below);
                     ++cases;
-                    // Near the limit Verlet's energy swings by 1/(1 - (h w/2)^2), 25 at 0.98; it does not grow with time.
+                    // Near the limit Verlet's energy swings by 1/(1 - (h w/2)^2), 25 at 0.98; it does not grow with
+                    // time.
                     EXPECT_LT(below, 30) << "0.98 of the limit: " << name;
                     EXPECT_GE(above, 1e6) << "1.05 of the limit: " << name;
                 }
-    std::printf("step limit: %d cases; at 0.98 energy never above %.1f times the start in %lld steps, at 1.05 all lost\n", cases,
-                most, static_cast<long long>(steps));
+    std::printf(
+        "step limit: %d cases; at 0.98 energy never above %.1f times the start in %lld steps, at 1.05 all lost\n",
+        cases, most, static_cast<long long>(steps));
 }
 
 TEST(StepLimit, StepBeyondItIsRefusedByName) {

@@ -59,15 +59,16 @@ inline double director_defect(const std::vector<Slot<1>>& state) {
     double worst = 0;
     for (std::size_t k = 0; k + 1 < state.size(); ++k) {
         const Mat3d q = frame(state[k]);
-        for (const double d :
-             {dot(q.d1, q.d1) - 1, dot(q.d2, q.d2) - 1, dot(q.d3, q.d3) - 1, dot(q.d1, q.d2), dot(q.d1, q.d3), dot(q.d2, q.d3)})
+        for (const double d : {dot(q.d1, q.d1) - 1, dot(q.d2, q.d2) - 1, dot(q.d3, q.d3) - 1, dot(q.d1, q.d2),
+                               dot(q.d1, q.d3), dot(q.d2, q.d3)})
             worst = std::max(worst, std::abs(d));
     }
     return worst;
 }
 
 inline double dilatation(const RodGroup& group, const std::vector<Slot<1>>& state, std::size_t k) {
-    return group.element[k].inv_rest_length * dot(frame(state[k]).d3, lane(state[k + 1].position, 0) - lane(state[k].position, 0));
+    return group.element[k].inv_rest_length *
+           dot(frame(state[k]).d3, lane(state[k + 1].position, 0) - lane(state[k].position, 0));
 }
 
 /// How the energy of a rod went, relative to its start.
@@ -85,11 +86,12 @@ inline std::vector<double> energies(Stage& stage) {
     return all;
 }
 
-/// The energy that an undamped, unloaded step keeps to fourth order, of every rod of the first group. With H = T + U, F the
-/// forces and couples at the synchronised state and U' the change of U along the drift,
-///   H~ = H - (h^2/24) U'' + (h^2/12) F.M^-1 F          (Baker-Campbell-Hausdorff for drift, kick, drift; Hairer et al., ch. IX)
-/// The energy itself differs from H~ by h^2 times what the modes in play make of it: as motion spreads from slow modes to fast
-/// ones, H wanders at this order although nothing is lost. A trend of H~ would be a real one.
+/// The energy that an undamped, unloaded step keeps to fourth order, of every rod of the first group. With H = T + U, F
+/// the forces and couples at the synchronised state and U' the change of U along the drift,
+///   H~ = H - (h^2/24) U'' + (h^2/12) F.M^-1 F          (Baker-Campbell-Hausdorff for drift, kick, drift; Hairer et
+///   al., ch. IX)
+/// The energy itself differs from H~ by h^2 times what the modes in play make of it: as motion spreads from slow modes
+/// to fast ones, H wanders at this order although nothing is lost. A trend of H~ would be a real one.
 class ShadowEnergy {
 public:
     explicit ShadowEnergy(const SceneSpec& scene) : kicked_(scene) {}
@@ -129,8 +131,10 @@ private:
     Stage kicked_;
 };
 
-/// Runs to step `steps` and measures `samples` times; `measure` gives one value per rod of the first group, or several in turn.
-template <class Measure> std::vector<EnergyRecord> watch(Stage& stage, std::int64_t steps, int samples, Measure&& measure) {
+/// Runs to step `steps` and measures `samples` times; `measure` gives one value per rod of the first group, or several
+/// in turn.
+template <class Measure>
+std::vector<EnergyRecord> watch(Stage& stage, std::int64_t steps, int samples, Measure&& measure) {
     const RodGroup& group = stage.groups[0];
     const std::vector<double> start = measure(stage);
     const std::size_t rods = start.size();

@@ -25,7 +25,8 @@ RodSpec spike(long n) {
 /// Deflection of the tip under its small weight g: integral of M (L - s)/(E I) + Q/(alpha G A), by Simpson's rule.
 double deflection(const RodSpec& rod, double g) {
     constexpr int steps = 20000;
-    const double h = length / steps, youngs = rod.material.youngs_modulus, shear = rod.material.shear_factor * youngs / 3;
+    const double h = length / steps, youngs = rod.material.youngs_modulus,
+                 shear = rod.material.shear_factor * youngs / 3;
     const auto radius = [](double s) { return base + (tip - base) * s / length; };
     // Q and M by the cone's closed forms: rho g pi (r^2 and its moment) integrated from s to L.
     const double slope = (tip - base) / length, weight = rod.material.density * g * std::numbers::pi;
@@ -59,9 +60,10 @@ TEST(Taper, WeightBendsASpikeAsTheBeamSays) {
         const auto state = stage.state(0);
         error[i] = std::abs(-lane(state.back().position, 0).z / exact - 1);
     }
-    std::printf("spike under its weight: tip %.3e L, error at n = 10, 20, 40, 80: %.2e %.2e %.2e %.2e, orders %.2f %.2f %.2f\n",
-                exact / length, error[0], error[1], error[2], error[3], std::log2(error[0] / error[1]),
-                std::log2(error[1] / error[2]), std::log2(error[2] / error[3]));
+    std::printf(
+        "spike under its weight: tip %.3e L, error at n = 10, 20, 40, 80: %.2e %.2e %.2e %.2e, orders %.2f %.2f %.2f\n",
+        exact / length, error[0], error[1], error[2], error[3], std::log2(error[0] / error[1]),
+        std::log2(error[1] / error[2]), std::log2(error[2] / error[3]));
     EXPECT_LE(error[0], 8e-3);
     EXPECT_LE(error[1], 3e-3);
     EXPECT_LE(error[3], 1e-3); // it changes sign between n = 10 and 20: no clean order

@@ -1,4 +1,5 @@
-// A rod held at its top, stretched by its own load and by a force on its end, far beyond small strain, with T = F + q (L - s):
+// A rod held at its top, stretched by its own load and by a force on its end, far beyond small strain, with T = F + q
+// (L - s):
 //   incompressible, elastica   E A (e - 1)/e = T,   x(s) = (E A/q) ln[(E A - F - q (L - s))/(E A - F - q L)]
 //   linear                     E A (e - 1) = T,     x(s) = s + [F s + q (L s - s^2/2)]/(E A)
 #pragma once
@@ -21,8 +22,8 @@ inline double place(Law law, double s) {
 }
 
 inline SceneSpec scene(long n) {
-    const double omega =
-        0.5 * std::numbers::pi * (1 - (end_load + load) / area); // of the first axial wave, slower by the largest stretch
+    const double omega = 0.5 * std::numbers::pi *
+                         (1 - (end_load + load) / area); // of the first axial wave, slower by the largest stretch
     return coming_to_rest(clamped_unit_rod(n, radius), omega,
                           {{.load = UniformForce{.force = {0, 0, load}, .ramp = {2 / omega}}},
                            {.load = EndForce{.end = {0, 0, end_load}, .ramp = {2 / omega}}}});

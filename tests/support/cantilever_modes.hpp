@@ -1,5 +1,5 @@
-// Clamped rods of small deflection let go in one exact mode (support/timoshenko_beam.hpp), and how much of that mode they hold
-// later.
+// Clamped rods of small deflection let go in one exact mode (support/timoshenko_beam.hpp), and how much of that mode
+// they hold later.
 #pragma once
 
 #include "support/relaxation.hpp"

@@ -16,7 +16,8 @@ namespace skein::test::catenary {
 constexpr double radius = 3e-4, gravity = 0.05, span = 0.8; // L = rho = E = 1
 constexpr double area = std::numbers::pi * radius * radius, weight = area * gravity;
 
-/// x, z at the nodes of n elements for the horizontal tension H; Gauss' rule of three points on 4000/n pieces per element.
+/// x, z at the nodes of n elements for the horizontal tension H; Gauss' rule of three points on 4000/n pieces per
+/// element.
 inline std::vector<std::array<double, 2>> line(Law law, double tension, long n) {
     std::vector<std::array<double, 2>> points{{0, 0}};
     const long pieces = 4000 / n;
@@ -25,7 +26,8 @@ inline std::vector<std::array<double, 2>> line(Law law, double tension, long n) 
     for (long i = 0; i < n * pieces; ++i) {
         for (const auto [node, share] :
              {std::array{-std::sqrt(0.6), 5.0 / 18}, std::array{0.0, 8.0 / 18}, std::array{std::sqrt(0.6), 5.0 / 18}}) {
-            const double v = weight * ((static_cast<double>(i) + 0.5 + 0.5 * node) * h - 0.5), t = std::hypot(tension, v);
+            const double v = weight * ((static_cast<double>(i) + 0.5 + 0.5 * node) * h - 0.5),
+                         t = std::hypot(tension, v);
             const double e = law == Law::linear ? 1 + t / area : 1 / (1 - t / area);
             x += h * share * e * tension / t;
             z += h * share * e * v / t;
@@ -38,7 +40,8 @@ inline std::vector<std::array<double, 2>> line(Law law, double tension, long n) 
 /// N
 inline double horizontal_tension(Law law) {
     double low = 0, high = weight;
-    for (int i = 0; i < 100; ++i) (line(law, 0.5 * (low + high), 10).back()[0] > span ? high : low) = 0.5 * (low + high);
+    for (int i = 0; i < 100; ++i)
+        (line(law, 0.5 * (low + high), 10).back()[0] > span ? high : low) = 0.5 * (low + high);
     return 0.5 * (low + high);
 }
 
@@ -59,7 +62,8 @@ inline SceneSpec scene(long n) {
     rod.material = {.density = 1, .youngs_modulus = 1};
     rod.section = {.radius = radius};
     rod.shape = {.length = 1, .elements = n, .start_curvature = Vec3d{0, turn * static_cast<double>(n), 0}};
-    rod.placement = {.tangent = {std::cos(slope), 0, -std::sin(slope)}, .normal = Vec3d{std::sin(slope), 0, std::cos(slope)}};
+    rod.placement = {.tangent = {std::cos(slope), 0, -std::sin(slope)},
+                     .normal = Vec3d{std::sin(slope), 0, std::cos(slope)}};
     rod.start = rod.end = EndKind::pinned;
     const double omega = 2.5 * std::sqrt(gravity); // below the first sway, 3.6 sqrt(g/L)
     return coming_to_rest(rod, omega, {{.load = Gravity{.acceleration = {0, 0, -gravity}}}});

@@ -14,7 +14,8 @@ inline double energy(const RodGroup& group, const std::vector<Slot<1>>& state) {
     return u.translation + u.rotation + u.elastic();
 }
 
-/// Largest |E - E0|/E0 of the first rod over `samples` looks on the way to step `steps`; infinity where the rod is lost.
+/// Largest |E - E0|/E0 of the first rod over `samples` looks on the way to step `steps`; infinity where the rod is
+/// lost.
 inline double energy_drift(Stage& stage, std::int64_t steps, int samples, Cost& cost) {
     const RodGroup& group = stage.groups[0];
     const double start = energy(group, stage.state(0));

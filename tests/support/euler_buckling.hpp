@@ -1,14 +1,14 @@
-// Buckling of a clamped rod under a dead force on its free end, along its axis. Linearise theory.md (2) about the compressed rod,
-// E A (e - 1)/e = -P: a small turn theta meets the shear force P theta and the moment B theta'/e^3, so
+// Buckling of a clamped rod under a dead force on its free end, along its axis. Linearise theory.md (2) about the
+// compressed rod, E A (e - 1)/e = -P: a small turn theta meets the shear force P theta and the moment B theta'/e^3, so
 //   (B/e^3) theta'' + P (e + P/(alpha_c G A)) theta = 0,  theta(0) = theta'(L) = 0,   e = 1/(1 + P/(E A)),
-// and the critical load is the root of  P (e + P/(alpha_c G A)) e^3 = B (pi/2L)^2: Euler's load pi^2 B/(4 L^2), with the exact
-// share of shear and shortening for this law. Where the far end cannot turn, theta(L) = 0: free to move sideways it needs no force
-// there, and the load is pi^2 B/L^2; held sideways the lowest form is theta = sin(2 pi s/L), which moves the end nowhere, at
-// 4 pi^2 B/L^2. The law `linear` has E A (e - 1) = -P and the moment B theta'; `elastica` has
-// the shear strain e P theta/(alpha_c G A).
+// and the critical load is the root of  P (e + P/(alpha_c G A)) e^3 = B (pi/2L)^2: Euler's load pi^2 B/(4 L^2), with
+// the exact share of shear and shortening for this law. Where the far end cannot turn, theta(L) = 0: free to move
+// sideways it needs no force there, and the load is pi^2 B/L^2; held sideways the lowest form is theta = sin(2 pi s/L),
+// which moves the end nowhere, at 4 pi^2 B/L^2. The law `linear` has E A (e - 1) = -P and the moment B theta';
+// `elastica` has the shear strain e P theta/(alpha_c G A).
 //
-// Measured: the slowest motion of the damped rod, a exp(lambda t), obeys lambda^2 + nu lambda + W^2 = 0; the square W^2 passes
-// through zero at the critical load.
+// Measured: the slowest motion of the damped rod, a exp(lambda t), obeys lambda^2 + nu lambda + W^2 = 0; the square W^2
+// passes through zero at the critical load.
 #pragma once
 
 #include "loads/end_force.hpp"
@@ -85,10 +85,10 @@ inline std::array<double, 2> stiffness(Stage& stage, Cost& cost, const Column& c
     return square;
 }
 
-/// The load of no stiffness, N: a secant over 2 % about `load`, then a narrower one about what that finds. `stage_of` makes a stage
-/// of a scene; `look` sees both loads and their stiffness.
-template <class StageOf, class Look>
-double measured_load(long n, double load, Cost& cost, StageOf&& stage_of, Look&& look, const Column& column = cantilever) {
+/// The load of no stiffness, N: a secant over 2 % about `load`, then a narrower one about what that finds. `stage_of`
+/// makes a stage of a scene; `look` sees both loads and their stiffness.
+template <class StageOf, class Look> double measured_load(long n, double load, Cost& cost, StageOf&& stage_of,
+                                                          Look&& look, const Column& column = cantilever) {
     for (const double width : {2e-2, 1e-3}) {
         const double low = (1 - width) * load, high = (1 + width) * load;
         Stage stage = stage_of(scene(n, {low, high}, column));

@@ -25,11 +25,12 @@ inline ContactLaw some_law(ContactNormal normal, ContactFriction friction) {
 
 class BodiesByHand {
 public:
-    /// Nodes, in order, of a ring with the first once more at the end, and for all elements a radius; `gap`: see SelfGap.
+    /// Nodes, in order, of a ring with the first once more at the end, and for all elements a radius; `gap`: see
+    /// SelfGap.
     void add(std::span<const Vec3d> nodes, double radius, std::int32_t gap = -1, bool closed = false) {
         const std::int64_t first = groups_.empty() ? 0 : windows_.back().first_in_scene + windows_.back().slots;
-        windows_.push_back({static_cast<std::int64_t>(groups_.size()), first, 0, static_cast<std::uint32_t>(nodes.size()),
-                            static_cast<int>(groups_.size()), true});
+        windows_.push_back({static_cast<std::int64_t>(groups_.size()), first, 0,
+                            static_cast<std::uint32_t>(nodes.size()), static_cast<int>(groups_.size()), true});
         groups_.push_back({1, static_cast<std::int64_t>(nodes.size()), closed ? Chain::ring : Chain::open});
         for (std::size_t k = 0; k < nodes.size(); ++k) nodes_.push_back({nodes[k], k + 1 < nodes.size() ? radius : -1});
         gaps.push_back({.elements = gap, .ring = closed ? static_cast<std::int32_t>(nodes.size()) - 1 : 0});

@@ -23,7 +23,8 @@ inline std::vector<RodGroup> two_groups(long row = 37, long mat_side = 3) {
     RodSpec mat = cilia;
     mat.name = "mat";
     mat.shape.elements = 8;
-    mat.placement = {.kind = PlacementKind::lattice, .origin = {0, 2, 0}, .counts = {mat_side, mat_side}, .spacing = {0.5, 0.5}};
+    mat.placement = {
+        .kind = PlacementKind::lattice, .origin = {0, 2, 0}, .counts = {mat_side, mat_side}, .spacing = {0.5, 0.5}};
     mat.magnetisation = {};
     std::vector<RodGroup> groups;
     groups.emplace_back(cilia, 0, 0, "");
@@ -33,7 +34,8 @@ inline std::vector<RodGroup> two_groups(long row = 37, long mat_side = 3) {
 
 /// State of a rod at a step: the start state, shaken.
 inline std::vector<Slot<1>> fake_state(const RodGroup& group, std::int64_t index, std::int64_t step) {
-    std::mt19937_64 random(static_cast<std::uint64_t>(group.first_gid() + index) * 1000003 + static_cast<std::uint64_t>(step));
+    std::mt19937_64 random(static_cast<std::uint64_t>(group.first_gid() + index) * 1000003 +
+                           static_cast<std::uint64_t>(step));
     std::uniform_real_distribution<double> uniform(-0.1, 0.1);
     const auto vector = [&] {
         const double x = uniform(random), y = uniform(random), z = uniform(random);
@@ -53,7 +55,10 @@ inline std::vector<Slot<1>> fake_state(const RodGroup& group, std::int64_t index
 
 class FakeRods : public Rods {
 public:
-    FakeRods(std::span<const RodGroup> groups, std::vector<LocalRod> local) : groups_(groups), local_(std::move(local)) { set(0); }
+    FakeRods(std::span<const RodGroup> groups, std::vector<LocalRod> local)
+        : groups_(groups), local_(std::move(local)) {
+        set(0);
+    }
 
     /// Every rod to its state at a step.
     void set(std::int64_t step) {
@@ -82,7 +87,8 @@ public:
         std::copy(states_[i].begin(), states_[i].end(), out.begin());
     }
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override { states_[i].assign(in.begin(), in.end()); }
-    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader, double time) const override {
+    void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader,
+              double time) const override {
         for (std::size_t i = 0; i < rods.size(); ++i) {
             const RodGroup& group = group_of(rods[i]);
             std::vector<Slot<1>> state = states_[rods[i]];

@@ -44,8 +44,8 @@ inline std::vector<Slot<1>> along_curve(const std::vector<Vec3d>& node, Vec3d d1
     return state;
 }
 
-/// PyElastica's butterfly: a straight rod folded to a right angle at its middle and let go for 40 s. L 3 m, r 0.25 m, 5000 kg/m^3,
-/// E 1e4 Pa, G = E/1.5.
+/// PyElastica's butterfly: a straight rod folded to a right angle at its middle and let go for 40 s. L 3 m, r 0.25 m,
+/// 5000 kg/m^3, E 1e4 Pa, G = E/1.5.
 inline SceneSpec butterfly(long n) {
     SceneSpec scene;
     RodSpec rod = simple_rod(n);

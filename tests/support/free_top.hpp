@@ -1,5 +1,5 @@
-// Euler's free top, J3 > J1, J2, in closed form: rates by Jacobi's functions (Landau, Lifshitz, Mechanics, section 37), and by one
-// quadrature the orientation.
+// Euler's free top, J3 > J1, J2, in closed form: rates by Jacobi's functions (Landau, Lifshitz, Mechanics, section 37),
+// and by one quadrature the orientation.
 #pragma once
 
 #include "support/rods_for_tests.hpp"
@@ -35,15 +35,17 @@ inline Jacobi jacobi(double u, double m) {
     return {std::sin(phi), std::cos(phi), std::sqrt(1 - m * std::sin(phi) * std::sin(phi))};
 }
 
-/// Rate at time t, rad/s in body axes, begun with (w1, 0, w3). J3 > J2 > J1, or J3 > J1 > J2 with the names of the first two
-/// exchanged: `middle` is the intermediate axis. The start must satisfy L^2 > 2 E J_middle: then w3 keeps its sign.
+/// Rate at time t, rad/s in body axes, begun with (w1, 0, w3). J3 > J2 > J1, or J3 > J1 > J2 with the names of the
+/// first two exchanged: `middle` is the intermediate axis. The start must satisfy L^2 > 2 E J_middle: then w3 keeps its
+/// sign.
 inline Vec3d free_top(const Vec3d& j, double small_rate, double w3, double t) {
     const bool first_small = j.x < j.y;
     const double small = first_small ? j.x : j.y, middle = first_small ? j.y : j.x, large = j.z;
     const double twice_energy = small * small_rate * small_rate + large * w3 * w3;
     const double momentum_squared = small * small * small_rate * small_rate + large * large * w3 * w3;
     // Landau, Lifshitz, Mechanics (37.8)-(37.12) with L^2 > 2 E J_middle.
-    const double scale = std::sqrt((large - middle) * (momentum_squared - twice_energy * small) / (small * middle * large));
+    const double scale =
+        std::sqrt((large - middle) * (momentum_squared - twice_energy * small) / (small * middle * large));
     const double m = (middle - small) * (twice_energy * large - momentum_squared) /
                      ((large - middle) * (momentum_squared - twice_energy * small));
     const Jacobi f = jacobi(scale * t, m);
@@ -54,8 +56,10 @@ inline Vec3d free_top(const Vec3d& j, double small_rate, double w3, double t) {
     return first_small ? Vec3d{s, mid, z} : Vec3d{mid, s, z};
 }
 
-/// Directors at time t of the top that starts as `start`. With p = J w/|L| the momentum's direction in body axes, Q turns
-///   R3(psi) R1(theta) R3(phi) from the axes that have it along z,   p = (sin theta sin psi, sin theta cos psi, cos theta)
+/// Directors at time t of the top that starts as `start`. With p = J w/|L| the momentum's direction in body axes, Q
+/// turns
+///   R3(psi) R1(theta) R3(phi) from the axes that have it along z,   p = (sin theta sin psi, sin theta cos psi, cos
+///   theta)
 /// and phi, which no conservation law gives, goes at (w1 p1 + w2 p2)/(p1^2 + p2^2): Simpson's rule.
 inline Mat3d free_top_directors(const Vec3d& j, double small_rate, double w3, double t, const Quaterniond& start) {
     const auto momentum = [&](const Vec3d& w) {

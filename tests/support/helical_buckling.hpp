@@ -1,14 +1,15 @@
-// Helical buckling: a long rod, both ends clamped, is stretched a little, twisted by 27 turns and then brought together by 3 % of
-// its length. It buckles into one localised helix. Far ends and an inextensible rod give (van der Heijden, Thompson 2000, Nonlinear
-// Dynamics 21, 71; van der Heijden et al. 2003, Int. J. Solids Struct. 40, 2175; the case of Gazzola et al. 2018, section 3.4)
+// Helical buckling: a long rod, both ends clamped, is stretched a little, twisted by 27 turns and then brought together
+// by 3 % of its length. It buckles into one localised helix. Far ends and an inextensible rod give (van der Heijden,
+// Thompson 2000, Nonlinear Dynamics 21, 71; van der Heijden et al. 2003, Int. J. Solids Struct. 40, 2175; the case of
+// Gazzola et al. 2018, section 3.4)
 //
-//   cos theta = 1 - (1 - cos theta_max) sech^2(a (s - L/2)),   1 - cos theta_max = 2 (1 - m^2),   a = sqrt((1 - m^2) T/B)
-//   envelope phi = (cos theta - cos theta_max)/(1 - cos theta_max) = tanh^2(a (s - L/2)),       m = M/(2 sqrt(B T))
-//   end shortening D/L = 4 sqrt((1 - m^2)/y),  end rotation R = x B/C + 4 acos(m),   x = M L/B,  y = T L^2/B
+//   cos theta = 1 - (1 - cos theta_max) sech^2(a (s - L/2)),   1 - cos theta_max = 2 (1 - m^2),   a = sqrt((1 - m^2)
+//   T/B) envelope phi = (cos theta - cos theta_max)/(1 - cos theta_max) = tanh^2(a (s - L/2)),       m = M/(2 sqrt(B
+//   T)) end shortening D/L = 4 sqrt((1 - m^2)/y),  end rotation R = x B/C + 4 acos(m),   x = M L/B,  y = T L^2/B
 //
-// theta: angle of the tangent to the axis; M, T: moment and tension at the ends. The ends stand where the inextensible rod's would,
-// plus what tension and shear add, and what twist adds in an incompressible rod, (3/2) M^2/(C E A) per length: 0.6 %, nine times
-// what the tension does. Bending adds 4e-5 and is left out.
+// theta: angle of the tangent to the axis; M, T: moment and tension at the ends. The ends stand where the inextensible
+// rod's would, plus what tension and shear add, and what twist adds in an incompressible rod, (3/2) M^2/(C E A) per
+// length: 0.6 %, nine times what the tension does. Bending adds 4e-5 and is left out.
 #pragma once
 
 #include "support/relaxation.hpp"
@@ -42,8 +43,8 @@ inline Localised localised() {
     return {2 * low * std::sqrt(y), y, std::sqrt((1 - low * low) * y) / length, 2 * (1 - low * low)};
 }
 
-/// `waits`: how long it takes, in 1/omega: half of it to stretch and twist, all of it to approach, three quarters to settle. Finer
-/// rods buckle later, and need longer.
+/// `waits`: how long it takes, in 1/omega: half of it to stretch and twist, all of it to approach, three quarters to
+/// settle. Finer rods buckle later, and need longer.
 inline SceneSpec scene(Law law, long n, double waits) {
     const Localised exact = localised();
     SceneSpec scene;
@@ -59,11 +60,12 @@ inline SceneSpec scene(Law law, long n, double waits) {
     for (int i = 0; i < 4000; ++i) across += (1 - std::pow(exact.cosine((i + 0.5) / 4000 * length), 2)) * length / 4000;
     const double twist_strain =
         law == Law::incompressible ? 1.5 * std::pow(exact.moment * radius / (2 * length), 2) / twist_over_bend : 0;
-    const double approach =
-        slack * length - tension_strain * (length - across) - shear_strain * across - twist_strain * (1 - slack) * length;
+    const double approach = slack * length - tension_strain * (length - across) - shear_strain * across -
+                            twist_strain * (1 - slack) * length;
     const double stretch = (1.5 * tension_strain + twist_strain) * length;
     // lowest frequency of the string that the tension makes of the rod
-    const double omega = std::numbers::pi / length * std::sqrt(tension_strain * rod.material.youngs_modulus / rod.material.density);
+    const double omega =
+        std::numbers::pi / length * std::sqrt(tension_strain * rod.material.youngs_modulus / rod.material.density);
     const double wait = waits / omega;
     const Vec3d half{0, 0, std::numbers::pi * turns};
     const std::vector<double> times{0, wait / 4, wait / 2, 1.5 * wait};
@@ -93,7 +95,8 @@ inline void buckle(Stage& stage, Cost& cost) {
     const auto n = static_cast<double>(state.size() - 1);
     for (std::size_t i = 0; i < state.size(); ++i) {
         const double s = (static_cast<double>(i) / n - 0.5) * 10;
-        set_lane(state[i].velocity, 0, lane(state[i].velocity, 0) + Vec3d{1e-3 * omega(stage) * length * std::exp(-s * s), 0, 0});
+        set_lane(state[i].velocity, 0,
+                 lane(state[i].velocity, 0) + Vec3d{1e-3 * omega(stage) * length * std::exp(-s * s), 0, 0});
     }
     stage.rods->import_rod(0, state);
     advance(stage, stage.plan.steps, cost);

@@ -1,5 +1,6 @@
-// Small scenes in which something touches: every interaction, every kind of wall and of body, rods that cross and that lie side by
-// side. Tests of all interactions run over this list. A kind that is new has no example, and the list does not compile.
+// Small scenes in which something touches: every interaction, every kind of wall and of body, rods that cross and that
+// lie side by side. Tests of all interactions run over this list. A kind that is new has no example, and the list does
+// not compile.
 #pragma once
 
 #include "scene/program.hpp"
@@ -22,10 +23,10 @@ struct InteractionExample {
     double lost = 2e-6;       ///< of the energy, at most, where nothing takes any
 };
 
-static_assert(
-    std::variant_size_v<InteractionSpec> == 4,
-    "rods and bodies that touch, walls, joints (tests/unit/simulation/joints_test.cpp), and the fluid, which no rod feels "
-    "(tests/mpi/fluid_test.cpp): a new interaction needs examples");
+static_assert(std::variant_size_v<InteractionSpec> == 4,
+              "rods and bodies that touch, walls, joints (tests/unit/simulation/joints_test.cpp), and the fluid, which "
+              "no rod feels "
+              "(tests/mpi/fluid_test.cpp): a new interaction needs examples");
 static_assert(std::size(wall_names) == 4, "a new kind of wall needs an example");
 
 /// Half a metre long, its middle at `middle`, in motion.
@@ -50,7 +51,8 @@ inline SceneSpec of_rods(std::vector<RodSpec> rods, const Turn& turn) {
 
 /// A rod flies down upon whatever stands in its way, a little askew.
 inline SceneSpec upon(const RodSpec& other, const ContactLaw& law, const Turn& turn) {
-    SceneSpec scene = of_rods({flying_stick("flying", {0.03, 0, 0.0425}, {1, 0.02, 0.01}, {0.1, 0.05, -1}), other}, turn);
+    SceneSpec scene =
+        of_rods({flying_stick("flying", {0.03, 0, 0.0425}, {1, 0.02, 0.01}, {0.1, 0.05, -1}), other}, turn);
     scene.contact = ContactSpec{.law = law};
     return scene;
 }
@@ -80,11 +82,13 @@ inline SceneSpec at_wall(Wall wall, const ContactLaw& law, const Turn& turn) {
 inline std::vector<InteractionExample> interaction_examples() {
     std::vector<InteractionExample> all;
     const auto add_pair = [&](const std::string& name, double lost, const RodSpec& other) {
-        all.push_back(
-            {.name = name, .scene = [=](const ContactLaw& law, const Turn& turn) { return upon(other, law, turn); }, .lost = lost});
+        all.push_back({.name = name,
+                       .scene = [=](const ContactLaw& law, const Turn& turn) { return upon(other, law, turn); },
+                       .lost = lost});
     };
     const Vec3d still{0, 0, 0};
-    // Neighbours hand contacts over as if both saw the same energy, which elements that are bent against each other do not.
+    // Neighbours hand contacts over as if both saw the same energy, which elements that are bent against each other do
+    // not.
     add_pair("rods that cross", 1e-4, flying_stick("other", {0, 0, 0}, {0.3, 1, 0}, still));
     add_pair("rods side by side", 3e-3, flying_stick("other", {0, 0, 0}, {1, 0.03, 0}, still));
     add_pair("a rod on a crooked one", 2e-4, [&] {
@@ -93,9 +97,10 @@ inline std::vector<InteractionExample> interaction_examples() {
         return rod;
     }());
     const auto add_body = [&](const std::string& name, const RodSpec& body, double height, bool conservative = true) {
-        all.push_back({.name = name,
-                       .scene = [=](const ContactLaw& law, const Turn& turn) { return upon_rod(body, height, law, turn); },
-                       .conservative = conservative});
+        all.push_back(
+            {.name = name,
+             .scene = [=](const ContactLaw& law, const Turn& turn) { return upon_rod(body, height, law, turn); },
+             .conservative = conservative});
     };
     add_body("a ball", rigid_body(0, 0.03), 0.0525);
     add_body("a capsule", rigid_body(0.1, 0.015), 0.0375);
@@ -109,10 +114,12 @@ inline std::vector<InteractionExample> interaction_examples() {
     };
     add_wall("a plane", {.kind = WallKind::plane, .point = {0, 0, 0.01}});
     add_wall("a tube", {.kind = WallKind::tube, .point = {0, 0, 0.31}, .axis = {1, 0, 0}, .radius = 0.3});
-    add_wall("round a tube",
-             {.kind = WallKind::tube, .point = {0, 0, -0.19}, .axis = {1, 0, 0}, .radius = 0.2, .side = WallSide::outside});
+    add_wall(
+        "round a tube",
+        {.kind = WallKind::tube, .point = {0, 0, -0.19}, .axis = {1, 0, 0}, .radius = 0.2, .side = WallSide::outside});
     add_wall("a ball of a wall", {.kind = WallKind::ball, .point = {0, 0, 0.36}, .radius = 0.45});
-    add_wall("round a ball", {.kind = WallKind::ball, .point = {0, 0, -0.165}, .radius = 0.2, .side = WallSide::outside});
+    add_wall("round a ball",
+             {.kind = WallKind::ball, .point = {0, 0, -0.165}, .radius = 0.2, .side = WallSide::outside});
     add_wall("a box of walls", {.kind = WallKind::box, .lower = {-1, -1, 0.01}, .upper = {1, 1, 1}});
     return all;
 }

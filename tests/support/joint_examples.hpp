@@ -43,7 +43,8 @@ inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double d
                   beside = stick("beside", {0.1, 0.04, 0}, {1, 0, 0}), up = stick("up", {0.45, 0, 0.02}, {0, 0, 1});
     const double turning = stiffness * 1e-2;
     add("spherical", along, on, {.kind = JointKind::spherical});
-    add("spherical, in the middle", along, stick("on", {0.3, 0, 0.1}, {0, 1, 0}), {.kind = JointKind::spherical, .at = {0.4, 0.3}});
+    add("spherical, in the middle", along, stick("on", {0.3, 0, 0.1}, {0, 1, 0}),
+        {.kind = JointKind::spherical, .at = {0.4, 0.3}});
     add("hinge", along, on,
         {.kind = JointKind::hinge,
          .axis = {0, 0, 1},
@@ -52,7 +53,9 @@ inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double d
         {.kind = JointKind::fixed, .law = {.torsional_stiffness = turning, .torsional_damping = 0.01 * damping}});
     add("side by side", along, beside, {.kind = JointKind::side_by_side, .law = {.repulsion = 20 * stiffness}});
     add("tip to side", up, along,
-        {.kind = JointKind::tip_to_side, .at = {0, 0}, .law = {.torsional_stiffness = turning, .repulsion = stiffness}});
+        {.kind = JointKind::tip_to_side,
+         .at = {0, 0},
+         .law = {.torsional_stiffness = turning, .repulsion = stiffness}});
     RodSpec ball = rigid_body(0, 0.1);
     ball.name = "ball", ball.placement.origin = {0.9, 0, 0};
     add("a body, fixed", along, ball, {.kind = JointKind::fixed, .law = {.torsional_stiffness = turning}});
@@ -71,8 +74,8 @@ inline std::vector<JointExample> common_node_examples() {
         all.push_back({name, scene});
     };
     const RodSpec along = stick("along", {0, 0, 0}, {1, 0, 0}), on = stick("on", {0.8, 0, 0}, {0.6, 0.8, 0}),
-                  third = stick("third", {0.8, 0, 0}, {0, 0.6, 0.8}), straight = stick("straight", {0.8, 0, 0}, {1, 0, 0}),
-                  up = stick("up", {0.4, 0, 0}, {0, 0, 1});
+                  third = stick("third", {0.8, 0, 0}, {0, 0.6, 0.8}),
+                  straight = stick("straight", {0.8, 0, 0}, {1, 0, 0}), up = stick("up", {0.4, 0, 0}, {0, 0, 1});
     RodSpec thin = straight, linear = on, neo = straight, rubber = along;
     thin.section.radius = 0.012, linear.material.law = Law::linear;
     neo.material.law = rubber.material.law = Law::neo_hookean;
@@ -80,13 +83,15 @@ inline std::vector<JointExample> common_node_examples() {
     add("thick and thin", {along, thin}, {{.between = {"along", "straight"}}});
     add("neo-Hookean", {rubber, neo}, {{.between = {"along", "straight"}}});
     add("at an angle, of two laws", {along, linear}, {{.between = {"along", "on"}}});
-    add("three in a place", {along, on, third}, {{.between = {"along", "on"}}, {.between = {"third", "on"}, .at = {0, 0}}});
+    add("three in a place", {along, on, third},
+        {{.between = {"along", "on"}}, {.between = {"third", "on"}, .at = {0, 0}}});
     add("an inner node", {along, up}, {{.between = {"along", "up"}, .at = {0.5, 0}}});
     RodSpec ball = rigid_body(0, 0.1);
     ball.name = "ball", ball.placement.origin = {0.9, 0, 0};
     add("a body", {along, ball}, {{.between = {"along", "ball"}}});
     RodSpec leg = stick("leg", {0.9, 0.1, 0}, {0, 1, 0});
-    add("two rods on a body", {along, ball, leg}, {{.between = {"along", "ball"}}, {.between = {"leg", "ball"}, .at = {0, 0}}});
+    add("two rods on a body", {along, ball, leg},
+        {{.between = {"along", "ball"}}, {.between = {"leg", "ball"}, .at = {0, 0}}});
     return all;
 }
 

@@ -1,5 +1,6 @@
-// Large rotations in three dimensions, at rest: a dead force F on the end of a clamped rod, E I/L^2 (4, 1.2, 0) on a straight one
-// and E I/L^2 (6, 1.8, 0) on an arc of 45 degrees in the y-z plane (r = 0.03 L, G = E/3). The continuum of the incompressible law:
+// Large rotations in three dimensions, at rest: a dead force F on the end of a clamped rod, E I/L^2 (4, 1.2, 0) on a
+// straight one and E I/L^2 (6, 1.8, 0) on an arc of 45 degrees in the y-z plane (r = 0.03 L, G = E/3). The continuum of
+// the incompressible law:
 //   n = Q F,  m = Q [(x(L) - x) x F]                                                       balance, body axes
 //   nu_1,2 = n_1,2/(alpha_c G A),  kappa - kappa0 = e^3 B^-1 m,  E A (1 - 1/e) = n_3 + (3/2) e^2 m.B^-1 m
 //   x' = Q^T nu,  Q' = -[kappa] Q
@@ -34,7 +35,8 @@ inline Vec3d shoot(Law law, const TipLoad& load, const Vec3d& force, const Vec3d
         const Vec3d bent{m.x / bending, m.y / bending, m.z / twisting};
         Vec3d nu{n.x / shearing, n.y / shearing, 1 + n.z / area};
         double e = nu.z;
-        for (int i = 0; i < 40 && law == Law::incompressible; ++i) nu.z = e = 1 / (1 - (n.z + 1.5 * e * e * dot(m, bent)) / area);
+        for (int i = 0; i < 40 && law == Law::incompressible; ++i)
+            nu.z = e = 1 / (1 - (n.z + 1.5 * e * e * dot(m, bent)) / area);
         for (int i = 0; i < 40 && law == Law::elastica; ++i) {
             nu = {e * n.x / shearing, e * n.y / shearing, 1 + e * n.z / area};
             e = norm(nu);
@@ -52,7 +54,8 @@ inline Vec3d shoot(Law law, const TipLoad& load, const Vec3d& force, const Vec3d
     constexpr double h = 1.0 / steps;
     State s{{0, 0, 0}, matrix(no_turn)};
     for (int i = 0; i < steps; ++i) {
-        const State k1 = rate(s), k2 = rate(ahead(s, h / 2, k1)), k3 = rate(ahead(s, h / 2, k2)), k4 = rate(ahead(s, h, k3));
+        const State k1 = rate(s), k2 = rate(ahead(s, h / 2, k1)), k3 = rate(ahead(s, h / 2, k2)),
+                    k4 = rate(ahead(s, h, k3));
         s = ahead(ahead(ahead(ahead(s, h / 6, k1), h / 3, k2), h / 3, k3), h / 6, k4);
     }
     return s.x;

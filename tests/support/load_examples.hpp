@@ -1,5 +1,5 @@
-// An example of every load, and what a test must know of it: how it turns with its scene, whether it is internal, its potential.
-// Tests of all loads run over this list, and fail for a load of the scenes' list that is not in it.
+// An example of every load, and what a test must know of it: how it turns with its scene, whether it is internal, its
+// potential. Tests of all loads run over this list, and fail for a load of the scenes' list that is not in it.
 #pragma once
 
 #include "loads/load_list.hpp"
@@ -59,7 +59,8 @@ struct LoadExample {
 };
 
 /// Moment of vertex k + 1 of an even rod of length 1 times the rotation of its cell about a material axis.
-inline double actuation(const RodGroup& group, const State& s, const Vec3d& axis, const std::function<double(int)>& moment) {
+inline double actuation(const RodGroup& group, const State& s, const Vec3d& axis,
+                        const std::function<double(int)>& moment) {
     double sum = 0;
     for (int k = 0; k + 1 < group.elements(); ++k) {
         const auto at = static_cast<std::size_t>(k);
@@ -71,14 +72,16 @@ inline double actuation(const RodGroup& group, const State& s, const Vec3d& axis
 /// A wave that fades along the rod, about a.
 inline MuscleFormula muscles_by_formula(const Vec3d& a, LoadFrame frame) {
     MuscleFormula load{.frame = frame};
-    for (const double part : {a.x, a.y, a.z}) load.moment.push_back(fmt::format("({:.17g})*0.3*exp(-1*s)*sin(pi*t - 8*s)", part));
+    for (const double part : {a.x, a.y, a.z})
+        load.moment.push_back(fmt::format("({:.17g})*0.3*exp(-1*s)*sin(pi*t - 8*s)", part));
     load.use({.duration = 1});
     return load;
 }
 
 /// a.(x - p) as a formula.
 inline std::string along(const Vec3d& a, const Vec3d& p) {
-    return fmt::format("(({:.17g})*(x-({:.17g}))+({:.17g})*(y-({:.17g}))+({:.17g})*(z-({:.17g})))", a.x, p.x, a.y, p.y, a.z, p.z);
+    return fmt::format("(({:.17g})*(x-({:.17g}))+({:.17g})*(y-({:.17g}))+({:.17g})*(z-({:.17g})))", a.x, p.x, a.y, p.y,
+                       a.z, p.z);
 }
 
 /// A spring of 3 N/m^2 per length along a, from the plane through p.
@@ -113,16 +116,19 @@ inline std::vector<LoadExample> load_examples() {
     std::vector<LoadExample> all;
 
     const Gravity gravity{.acceleration = {1, 2, -9}};
-    all.push_back({gravity,
-                   [](Load& l, const Turn& t) { l.as<Gravity>().acceleration = t.direction(l.as<Gravity>().acceleration); }, false,
-                   [=](const RodGroup& group, const State& s, double) {
-                       double u = 0;
-                       for (std::size_t i = 0; i < s.size(); ++i) u -= group.node_mass[i] * dot(gravity.acceleration, at(s, i));
-                       return u;
-                   }});
+    all.push_back(
+        {gravity,
+         [](Load& l, const Turn& t) { l.as<Gravity>().acceleration = t.direction(l.as<Gravity>().acceleration); },
+         false,
+         [=](const RodGroup& group, const State& s, double) {
+             double u = 0;
+             for (std::size_t i = 0; i < s.size(); ++i) u -= group.node_mass[i] * dot(gravity.acceleration, at(s, i));
+             return u;
+         }});
 
     const UniformForce force{.force = {0.3, -0.2, -0.5}, .ramp = {2}};
-    all.push_back({force, [](Load& l, const Turn& t) { l.as<UniformForce>().force = t.direction(l.as<UniformForce>().force); },
+    all.push_back({force,
+                   [](Load& l, const Turn& t) { l.as<UniformForce>().force = t.direction(l.as<UniformForce>().force); },
                    false,
                    [=](const RodGroup& group, const State& s, double time) {
                        double u = 0;
@@ -132,8 +138,9 @@ inline std::vector<LoadExample> load_examples() {
                        return u;
                    }});
 
-    all.push_back({UniformCouple{.couple = {0.1, -0.3, 0.2}},
-                   [](Load& l, const Turn& t) { l.as<UniformCouple>().couple = t.direction(l.as<UniformCouple>().couple); }});
+    all.push_back({UniformCouple{.couple = {0.1, -0.3, 0.2}}, [](Load& l, const Turn& t) {
+                       l.as<UniformCouple>().couple = t.direction(l.as<UniformCouple>().couple);
+                   }});
 
     const EndForce ends{.start = {0.3, 0.1, -0.2}, .end = {-0.2, 0.4, -0.1}, .ramp = {3}};
     all.push_back({ends,
@@ -165,7 +172,8 @@ inline std::vector<LoadExample> load_examples() {
                        double u = 0;
                        for (std::size_t k = 0; k + 1 < s.size(); ++k)
                            u -= group.element[k].volume * group.spec().magnetisation.strength *
-                                dot(group.start_directors()[k] * group.magnetisation(0), lane(s[k].director, 0) * field.at(time));
+                                dot(group.start_directors()[k] * group.magnetisation(0),
+                                    lane(s[k].director, 0) * field.at(time));
                        return u;
                    }});
 
@@ -225,7 +233,8 @@ inline std::vector<LoadExample> load_examples() {
                        }});
     }
 
-    const SinusoidalEndForce turning{.start = 2, .end = -3, .normal = {0, 0.6, 0.8}, .tangent = {0, -0.8, 0.6}, .hold = 0.5};
+    const SinusoidalEndForce turning{
+        .start = 2, .end = -3, .normal = {0, 0.6, 0.8}, .tangent = {0, -0.8, 0.6}, .hold = 0.5};
     all.push_back({turning,
                    [](Load& l, const Turn& t) {
                        SinusoidalEndForce& f = l.as<SinusoidalEndForce>();
@@ -238,7 +247,8 @@ inline std::vector<LoadExample> load_examples() {
 
     all.push_back({SlenderBodyDrag{.viscosity = 0.3}, still});
 
-    PlaneFriction ground{.point = {0, 0, 0.1}, .normal = {0.1, -0.2, 1}, .stiffness = 10, .damping = 0.1, .tolerance = 0.3};
+    PlaneFriction ground{
+        .point = {0, 0, 0.1}, .normal = {0.1, -0.2, 1}, .stiffness = 10, .damping = 0.1, .tolerance = 0.3};
     ground.kinetic_forward = 0.3, ground.kinetic_backward = 0.4, ground.kinetic_sideways = 0.5;
     ground.static_forward = 0.5, ground.static_backward = 0.6, ground.static_sideways = 0.7;
     ground.slip_speed = 1;
@@ -248,26 +258,29 @@ inline std::vector<LoadExample> load_examples() {
                    }});
 
     const Vec3d a{0.48, 0.6, -0.64}, p{0.1, 0.2, 0.3}, b{0.2, -0.1, 0.3}, c{0.01, 0.03, -0.02};
-    all.push_back({spring_by_formula(a, p), [=](Load& l, const Turn& t) { l = spring_by_formula(t.direction(a), t.point(p)); },
-                   false,
+    all.push_back({spring_by_formula(a, p),
+                   [=](Load& l, const Turn& t) { l = spring_by_formula(t.direction(a), t.point(p)); }, false,
                    [=](const RodGroup& group, const State& s, double) {
                        double u = 0;
                        for (std::size_t i = 0; i < s.size(); ++i)
                            u += 1.5 * group.node_length[i] * std::pow(dot(a, at(s, i) - p), 2);
                        return u;
                    }});
-    all.push_back(
-        {field_by_formula(a, p, b, c),
-         [=](Load& l, const Turn& t) { l = field_by_formula(t.direction(a), t.point(p), t.direction(b), t.direction(c)); }, false,
-         [=](const RodGroup& group, const State& s, double) {
-             double u = 0;
-             for (std::size_t k = 0; k + 1 < s.size(); ++k) {
-                 const Vec3d b_here = c + dot(a, 0.5 * (at(s, k) + at(s, k + 1)) - p) * b;
-                 u -= group.element[k].volume * group.spec().magnetisation.strength *
-                      dot(group.start_directors()[k] * group.magnetisation(0), lane(s[k].director, 0) * b_here);
-             }
-             return u;
-         }});
+    all.push_back({field_by_formula(a, p, b, c),
+                   [=](Load& l, const Turn& t) {
+                       l = field_by_formula(t.direction(a), t.point(p), t.direction(b), t.direction(c));
+                   },
+                   false,
+                   [=](const RodGroup& group, const State& s, double) {
+                       double u = 0;
+                       for (std::size_t k = 0; k + 1 < s.size(); ++k) {
+                           const Vec3d b_here = c + dot(a, 0.5 * (at(s, k) + at(s, k + 1)) - p) * b;
+                           u -= group.element[k].volume * group.spec().magnetisation.strength *
+                                dot(group.start_directors()[k] * group.magnetisation(0),
+                                    lane(s[k].director, 0) * b_here);
+                       }
+                       return u;
+                   }});
     all.push_back({guide_to(b), [=](Load& l, const Turn& t) { l = guide_to(t.direction(b)); }});
     return all;
 }

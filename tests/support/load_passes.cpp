@@ -1,4 +1,5 @@
-// make_pass<1>() for tests, which read loads/load_pass.hpp alone: passes of all loads take longer to compile than the test.
+// make_pass<1>() for tests, which read loads/load_pass.hpp alone: passes of all loads take longer to compile than the
+// test.
 #include "loads/load_passes.hpp"
 
 namespace skein {

@@ -1,7 +1,8 @@
-// A clamped rod magnetised along its axis, bond number M A B L^2/(EI), at rest in a transverse field: its boundary-value problem.
-//   inextensible elastica   EI theta'' + M A B sin(pi/2 - theta) = 0,  theta(0) = 0, theta'(L) = 0       (Wang et al. 2020)
-//   incompressible law      m' = -M A B cos(theta),  theta' = kappa = m e^3/EI,  EA (1 - 1/e) = (3/2) EI kappa^2/e^4,  x' = e
-//   sin(theta)
+// A clamped rod magnetised along its axis, bond number M A B L^2/(EI), at rest in a transverse field: its
+// boundary-value problem.
+//   inextensible elastica   EI theta'' + M A B sin(pi/2 - theta) = 0,  theta(0) = 0, theta'(L) = 0       (Wang et al.
+//   2020) incompressible law      m' = -M A B cos(theta),  theta' = kappa = m e^3/EI,  EA (1 - 1/e) = (3/2) EI
+//   kappa^2/e^4,  x' = e sin(theta)
 // The laws linear and elastica do not stretch here: the first is their continuum too.
 #pragma once
 
@@ -24,7 +25,8 @@ inline RodSpec magnetised_rod(double bond, long n) {
     rod.shape = {.length = 1, .elements = n};
     rod.start = EndKind::clamped;
     rod.magnetisation = {.pattern = MagnetisationPattern::uniform,
-                         .strength = bond * youngs * magnetised_slenderness * magnetised_slenderness / (4 * magnetising_field.x)};
+                         .strength = bond * youngs * magnetised_slenderness * magnetised_slenderness /
+                                     (4 * magnetising_field.x)};
     return rod;
 }
 
@@ -33,8 +35,8 @@ struct MagnetisedTip {
     double x, z;
 };
 
-/// Shooting for the base moment, m(L) = 0, with fourth-order Runge-Kutta. Lengths in L, moments in EI/L. `slenderness` is the
-/// radius over the length; 0: inextensible.
+/// Shooting for the base moment, m(L) = 0, with fourth-order Runge-Kutta. Lengths in L, moments in EI/L. `slenderness`
+/// is the radius over the length; 0: inextensible.
 inline MagnetisedTip magnetised_tip(double bond, double slenderness) {
     constexpr int steps = 4000;
     const double compliance = 1.5 * 0.25 * slenderness * slenderness; // (3/2) EI/(EA L^2)
@@ -53,7 +55,8 @@ inline MagnetisedTip magnetised_tip(double bond, double slenderness) {
             return State{a.theta + d * r.theta, a.m + d * r.m, a.x + d * r.x, a.z + d * r.z};
         };
         for (int i = 0; i < steps; ++i) {
-            const State k1 = rate(s), k2 = rate(ahead(s, h / 2, k1)), k3 = rate(ahead(s, h / 2, k2)), k4 = rate(ahead(s, h, k3));
+            const State k1 = rate(s), k2 = rate(ahead(s, h / 2, k1)), k3 = rate(ahead(s, h / 2, k2)),
+                        k4 = rate(ahead(s, h, k3));
             s = ahead(ahead(ahead(ahead(s, h / 6, k1), h / 3, k2), h / 3, k3), h / 6, k4);
         }
         return s;

@@ -15,8 +15,8 @@ class Meeting {
 public:
     explicit Meeting(SceneSpec s, int lanes = 1, int thread_count = 1)
         : scene(std::move(s)), groups(make_groups(scene)),
-          plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, Mapping::automatic})), threads(thread_count),
-          rods(make_rods(plan, groups, all_rods(groups), threads, around)), clock(plan.dt, 0) {
+          plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, Mapping::automatic})),
+          threads(thread_count), rods(make_rods(plan, groups, all_rods(groups), threads, around)), clock(plan.dt, 0) {
         if (around.exposure)
             contacts = kernels(lanes).make_contacts(contact_scene(groups, *plan.contact, *plan.contact_laws), threads);
     }

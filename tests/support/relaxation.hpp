@@ -16,7 +16,8 @@ struct Cost {
 /// Advances all rods of a stage to step `until`, adding to `cost`.
 inline void advance(Stage& stage, std::int64_t until, Cost& cost) {
     double elements = 0;
-    for (const LocalRod& rod : stage.rods->local()) elements += stage.groups[static_cast<std::size_t>(rod.group)].elements();
+    for (const LocalRod& rod : stage.rods->local())
+        elements += stage.groups[static_cast<std::size_t>(rod.group)].elements();
     const auto steps = static_cast<double>(until - stage.clock.done());
     const double begin = core_seconds();
     stage.advance(until);
@@ -24,8 +25,8 @@ inline void advance(Stage& stage, std::int64_t until, Cost& cost) {
     cost.element_steps += steps * elements;
 }
 
-/// One rod on its way to rest: damped at twice its lowest frequency `omega` (rad/s) for 40/omega, so that the slowest motion
-/// shrinks by 41 e^-40 = 2e-16. Statics do not depend on density or damping.
+/// One rod on its way to rest: damped at twice its lowest frequency `omega` (rad/s) for 40/omega, so that the slowest
+/// motion shrinks by 41 e^-40 = 2e-16. Statics do not depend on density or damping.
 inline SceneSpec coming_to_rest(const RodSpec& rod, double omega, std::vector<LoadSpec> loads) {
     SceneSpec scene;
     scene.time = {.duration = 40 / omega};

@@ -74,15 +74,19 @@ inline RodSpec crooked_rod(long elements = 8) {
     spec.section = {.kind = SectionKind::elliptic, .radius = 0.03, .radius_2 = 0.02, .taper = 0.5};
     spec.shape.rest_curvature = {0.7, -1.1, 0.4};
     spec.shape.rest_strain = {0.02, -0.01, 0.03};
-    for (long k = 0; k < elements; ++k) spec.shape.length_profile.push_back(1 + 0.3 * static_cast<double>((7 * k) % 5) / 4);
+    for (long k = 0; k < elements; ++k)
+        spec.shape.length_profile.push_back(1 + 0.3 * static_cast<double>((7 * k) % 5) / 4);
     return spec;
 }
 
 /// Start state of rod 0, each node shifted and each frame turned at random, moving at random rates.
-inline std::vector<Slot<1>> shaken_state(const RodGroup& group, double shift, double turn, double speed, unsigned seed = 1) {
+inline std::vector<Slot<1>> shaken_state(const RodGroup& group, double shift, double turn, double speed,
+                                         unsigned seed = 1) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
-    const auto vector = [&](double size) { return Vec3d{size * normal(random), size * normal(random), size * normal(random)}; };
+    const auto vector = [&](double size) {
+        return Vec3d{size * normal(random), size * normal(random), size * normal(random)};
+    };
     std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
     group.start_state(0, state);
     for (std::size_t k = 0; k < state.size(); ++k) {
@@ -105,7 +109,8 @@ inline Momenta momenta(const RodGroup& group, const std::vector<Slot<1>>& state)
         sum.linear += p;
         sum.angular += cross(lane(state[i].position, 0), p);
         if (i < group.element.size())
-            sum.angular += transpose_times(lane(state[i].director, 0), scale(group.element[i].inertia, lane(state[i].spin, 0)));
+            sum.angular +=
+                transpose_times(lane(state[i].director, 0), scale(group.element[i].inertia, lane(state[i].spin, 0)));
     }
     return sum;
 }

@@ -23,7 +23,8 @@ inline SceneSpec cilia_scene(long count, long elements = 25, EndKind start = End
     rod.start = start;
     rod.magnetisation = {.pattern = MagnetisationPattern::wave_x, .strength = 18999, .wavelength_x = 10.5};
     scene.rods.push_back(rod);
-    scene.loads.push_back({.load = MagneticField{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = {0.01}}});
+    scene.loads.push_back(
+        {.load = MagneticField{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = {0.01}}});
     scene.damping.push_back({.damping = {.kind = DampingKind::legacy, .rate = 0.5}});
     return scene;
 }

@@ -40,7 +40,8 @@ public:
     std::vector<std::string> names() const {
         comm_.barrier();
         std::vector<std::string> found;
-        for (const auto& entry : std::filesystem::directory_iterator(path_)) found.push_back(entry.path().filename().string());
+        for (const auto& entry : std::filesystem::directory_iterator(path_))
+            found.push_back(entry.path().filename().string());
         std::sort(found.begin(), found.end());
         comm_.barrier();
         return found;

@@ -16,7 +16,7 @@ struct StandingWave {
 
     static constexpr double k = 1.5 * std::numbers::pi; // L = rho = E = 1
     static constexpr double amplitude =
-        1e-8;                             ///< m or rad; strain of 5e-8, whose share in the frequency is far below the errors here
+        1e-8; ///< m or rad; strain of 5e-8, whose share in the frequency is far below the errors here
     static constexpr double radius = 0.2; ///< thick, so that the axial limit governs the step
 
     double speed() const { return wave == Wave::axial ? 1 : std::sqrt(1.0 / 3); }
@@ -36,7 +36,8 @@ struct StandingWave {
     void displace(Stage& stage) const {
         auto state = stage.state(0);
         for (std::size_t i = 0; i < count(); ++i) {
-            if (wave == Wave::axial) set_lane(state[i].position, 0, lane(state[i].position, 0) + Vec3d{0, 0, amplitude * shape(i)});
+            if (wave == Wave::axial)
+                set_lane(state[i].position, 0, lane(state[i].position, 0) + Vec3d{0, 0, amplitude * shape(i)});
             else set_lane(state[i].director, 0, rotation({0, 0, amplitude * shape(i)}) * lane(state[i].director, 0));
         }
         stage.rods->import_rod(0, state);

@@ -1,5 +1,5 @@
-// Rods at rest and their small motions without a run: Newton's method on the forces and couples of the passes, derivatives by
-// differences, and inverse iteration.
+// Rods at rest and their small motions without a run: Newton's method on the forces and couples of the passes,
+// derivatives by differences, and inverse iteration.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -61,7 +61,8 @@ public:
             for (const int axis : {0, 1, 2}) unknown_.push_back({true, k, axis});
         for (int i = 0; i < group.slots(); ++i)
             for (const int axis : {0, 1, 2}) {
-                const bool free = !group.holds_node(i) && (!group.slides(i) || component(group.free_directions(i), axis) == 1);
+                const bool free =
+                    !group.holds_node(i) && (!group.slides(i) || component(group.free_directions(i), axis) == 1);
                 if (free) unknown_.push_back({false, static_cast<std::size_t>(i), axis});
             }
     }
@@ -87,9 +88,9 @@ public:
     /// 1 where small motions about this state are those of a stable rod, -1 beyond the first buckling load.
     int stability() const { return Triangles(stiffness()).sign(); }
 
-    /// Of the small motion about this state that is nearest to a frequency, rad/s; no load may follow the rod. `wanted(turns,
-    /// axis)`: whether the motion has turns about a body axis, or goes along a lab axis; it must not be coupled to what is left
-    /// out.
+    /// Of the small motion about this state that is nearest to a frequency, rad/s; no load may follow the rod.
+    /// `wanted(turns, axis)`: whether the motion has turns about a body axis, or goes along a lab axis; it must not be
+    /// coupled to what is left out.
     template <class Wanted> double frequency_near(double guess, Wanted&& wanted) const {
         const std::vector<double> inertia = this->inertia();
         auto shifted = stiffness();
@@ -98,7 +99,8 @@ public:
         const Triangles inverse(std::move(shifted));
         return iterate(inertia, rows, 12, [&](const std::vector<double>& x) {
             std::vector<double> y = x;
-            for (std::size_t j = 0; j < y.size(); ++j) y[j] *= wanted(unknown(j).turns, unknown(j).axis) ? inertia[j] : 0;
+            for (std::size_t j = 0; j < y.size(); ++j)
+                y[j] *= wanted(unknown(j).turns, unknown(j).axis) ? inertia[j] : 0;
             return inverse.solve(y);
         });
     }
@@ -108,7 +110,8 @@ public:
         const auto rows = stiffness();
         return iterate(inertia, rows, 3000, [&](const std::vector<double>& x) {
             std::vector<double> y = times(rows, x);
-            for (std::size_t j = 0; j < y.size(); ++j) y[j] *= wanted(unknown(j).turns, unknown(j).axis) ? 1 / inertia[j] : 0;
+            for (std::size_t j = 0; j < y.size(); ++j)
+                y[j] *= wanted(unknown(j).turns, unknown(j).axis) ? 1 / inertia[j] : 0;
             return y;
         });
     }
@@ -142,8 +145,8 @@ private:
         return y;
     }
     /// Root of the Rayleigh quotient after so many steps from a vector that is like no mode.
-    template <class Next> static double iterate(const std::vector<double>& inertia, const std::vector<std::vector<double>>& rows,
-                                                int steps, Next&& next) {
+    template <class Next> static double iterate(const std::vector<double>& inertia,
+                                                const std::vector<std::vector<double>>& rows, int steps, Next&& next) {
         std::vector<double> x(inertia.size());
         for (std::size_t j = 0; j < x.size(); ++j)
             x[j] = std::sin(1.0 + 3.7 * static_cast<double>(j * j % 101)) / std::sqrt(inertia[j]);
@@ -158,7 +161,9 @@ private:
         for (std::size_t j = 0; j < x.size(); ++j) quotient += x[j] * force[j];
         return std::sqrt(quotient);
     }
-    static Vec3d along(int axis, double size) { return {axis == 0 ? size : 0, axis == 1 ? size : 0, axis == 2 ? size : 0}; }
+    static Vec3d along(int axis, double size) {
+        return {axis == 0 ? size : 0, axis == 1 ? size : 0, axis == 2 ? size : 0};
+    }
     void move(std::vector<Slot<1>>& s, std::size_t j, double size) const {
         const Unknown u = unknown(j);
         const Vec3d by = along(u.axis, size);
@@ -172,7 +177,8 @@ private:
     std::vector<double> residual(std::vector<Slot<1>>& s) const {
         std::vector<SlotLoad<1>> load(s.size());
         const RodTile<1> tile = tile_of(group_, s);
-        with_energy_law(group_.law(), [&]<class L>(L) { ElasticPass<L, 1>(ends_of(group_)).run(tile, load.data(), Step{}); });
+        with_energy_law(group_.law(),
+                        [&]<class L>(L) { ElasticPass<L, 1>(ends_of(group_)).run(tile, load.data(), Step{}); });
         for (const Load& l : loads) {
             const auto pass = make_pass<1>(l, group_);
             const Step step{.index = 1, .dt = 1, .time = 1e9, .slot = 0};

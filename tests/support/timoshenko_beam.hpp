@@ -48,7 +48,8 @@ struct TimoshenkoBeam {
         for (int i = 0; i < 4; ++i) sum = times(sum, sum);
         return sum;
     }
-    /// Of what two of (w, theta, M, V) at s = 0 make of two at the end: 0 at the frequencies of a beam that holds the others at 0.
+    /// Of what two of (w, theta, M, V) at s = 0 make of two at the end: 0 at the frequencies of a beam that holds the
+    /// others at 0.
     struct Ends {
         int start[2] = {2, 3}, end[2] = {2, 3}; ///< clamped, free
     };
@@ -76,7 +77,9 @@ struct TimoshenkoBeam {
     }
     /// w and theta at s of the mode at a root; w(L) = 1.
     std::array<double, 2> shape(double frequency, double s) const {
-        const auto at = [&](const Mat4& t, const Mat4& end, int row) { return t[row][2] * end[2][3] - t[row][3] * end[2][2]; };
+        const auto at = [&](const Mat4& t, const Mat4& end, int row) {
+            return t[row][2] * end[2][3] - t[row][3] * end[2][2];
+        };
         const Mat4 end = transfer(frequency, length), t = transfer(frequency, s);
         return {at(t, end, 0) / at(end, end, 0), at(t, end, 1) / at(end, end, 0)};
     }

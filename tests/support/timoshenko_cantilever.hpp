@@ -1,6 +1,6 @@
-// PyElastica's thick clamped rod under a small transverse force on its tip, coming to rest. The deflection is 2.3e-4 lengths, so
-// the linear line holds to (w/L)^2 = 5e-8. G = E/100 puts the tension limit at e_c = 1.0097 (theory.md (15)); this rod does not
-// stretch.
+// PyElastica's thick clamped rod under a small transverse force on its tip, coming to rest. The deflection is 2.3e-4
+// lengths, so the linear line holds to (w/L)^2 = 5e-8. G = E/100 puts the tension limit at e_c = 1.0097 (theory.md
+// (15)); this rod does not stretch.
 #pragma once
 
 #include "loads/end_force.hpp"

@@ -1,4 +1,5 @@
-// A rod stretched far beyond small strain (support/axial_stretching.hpp) against its integral, with the force in each element.
+// A rod stretched far beyond small strain (support/axial_stretching.hpp) against its integral, with the force in each
+// element.
 #include "support/axial_stretching.hpp"
 #include "validation/study.hpp"
 

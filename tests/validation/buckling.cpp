@@ -31,7 +31,8 @@ TEST(Buckling, CriticalLoadMeetsClosedFormAtSecondOrder) {
     }
 }
 
-// Half cells at ends that slide: the error is the (k l)^2/12 of the cells along the rod, and nothing is left of the ends'.
+// Half cells at ends that slide: the error is the (k l)^2/12 of the cells along the rod, and nothing is left of the
+// ends'.
 TEST(Buckling, GuidedAndSlidingClampsAreOfSecondOrder) {
     test::ErrorTable table("buckling_sliding");
     for (const auto& [column, bar] : {std::pair{guided, 2.5e-3}, {sliding, 9e-3}}) {

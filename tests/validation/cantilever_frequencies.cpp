@@ -1,7 +1,8 @@
 // Frequencies of a clamped rod against the roots of Timoshenko's frequency determinant (support/timoshenko_beam.hpp).
-// Each rod starts at rest in one exact mode shape. Its projection on that shape is a cosine up to the square of the shape's own
-// error, so three samples (lag T) give the frequency: a(t+T) + a(t-T) = 2 cos(W T) a(t). The share of the step is known in
-// closed form for linear motion, sin(W dt/2) = (dt/2) W_n, and taken out: what is left is the error in space.
+// Each rod starts at rest in one exact mode shape. Its projection on that shape is a cosine up to the square of the
+// shape's own error, so three samples (lag T) give the frequency: a(t+T) + a(t-T) = 2 cos(W T) a(t). The share of the
+// step is known in closed form for linear motion, sin(W dt/2) = (dt/2) W_n, and taken out: what is left is the error in
+// space.
 #include "support/cantilever_modes.hpp"
 #include "validation/study.hpp"
 

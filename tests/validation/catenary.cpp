@@ -12,7 +12,8 @@ TEST(Catenary, HangingRodMeetsQuadratureAtSecondOrder) {
     test::ErrorTable table("catenary");
     for (const long n : {10, 20, 40, 80}) {
         test::Stage stage(scene(n), 1);
-        EXPECT_NEAR(norm(lane(stage.state(0).back().position, 0) - Vec3d{span, 0, 0}), 0, 1e-12) << "pinned where the span ends";
+        EXPECT_NEAR(norm(lane(stage.state(0).back().position, 0) - Vec3d{span, 0, 0}), 0, 1e-12)
+            << "pinned where the span ends";
         test::Cost cost;
         test::come_to_rest(stage, cost);
 

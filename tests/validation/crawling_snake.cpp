@@ -1,5 +1,6 @@
-// The snake of Gazzola et al. 2018 as PyElastica's example has it: a wave of muscle couple runs from its end to its start, and it
-// crawls by friction that holds more across than along. Eleven periods of that example gave 0.1589 lengths per period ahead.
+// The snake of Gazzola et al. 2018 as PyElastica's example has it: a wave of muscle couple runs from its end to its
+// start, and it crawls by friction that holds more across than along. Eleven periods of that example gave 0.1589
+// lengths per period ahead.
 #include "loads/damping.hpp"
 #include "loads/load_list.hpp"
 #include "loads/load_pass.hpp"
@@ -34,8 +35,8 @@ RodSpec snake(Law law) {
 class Snake {
 public:
     Snake(const RodGroup& group, double dt)
-        : group_(group), state_(static_cast<std::size_t>(group.slots())), load_(state_.size()), tile_(tile_of(group, state_)),
-          clock_(dt, 0) {
+        : group_(group), state_(static_cast<std::size_t>(group.slots())), load_(state_.size()),
+          tile_(tile_of(group, state_)), clock_(dt, 0) {
         group.start_state(0, state_);
         const std::vector<Damping> damping{{.kind = DampingKind::legacy, .rate = 2e-3}};
         const bool published = group.law() == Law::elastica;
@@ -58,8 +59,8 @@ public:
                                   .kinetic_sideways = 2 * mu,
                                   .slip_speed = 1e-8};
         program_.push_back(std::make_unique<LoadPass<PlaneFriction, 1>>(floor, group));
-        KicksOfGroup kicks{
-            KickConstants(group, damping_rates(group, damping), dt, published ? DampingScheme::after : DampingScheme::midpoint)};
+        KicksOfGroup kicks{KickConstants(group, damping_rates(group, damping), dt,
+                                         published ? DampingScheme::after : DampingScheme::midpoint)};
         if (published) program_.push_back(std::make_unique<KickPass<KickKind::elastica, 1>>(std::move(kicks)));
         else program_.push_back(std::make_unique<KickPass<KickKind::stretched_rates, 1>>(std::move(kicks)));
         for (const auto& pass : program_) pass->bind(tile_);
@@ -105,7 +106,8 @@ Crawl crawl(Law law, double dt) {
             one.advance(p * steps + steps * look / looks);
             const auto state = one.state();
             middle = {0, 0, 0};
-            for (std::size_t i = 0; i < state.size(); ++i) middle += (i == 0 || i == 50 ? 0.01 : 0.02) * lane(state[i].position, 0);
+            for (std::size_t i = 0; i < state.size(); ++i)
+                middle += (i == 0 || i == 50 ? 0.01 : 0.02) * lane(state[i].position, 0);
             along += lane(state.back().position, 0) - lane(state.front().position, 0);
         }
         along = (1 / norm(along)) * along;

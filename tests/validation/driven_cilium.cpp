@@ -1,10 +1,10 @@
-// Eight driven, damped cilia in a row (bond 1) at 0.9 of the largest stable step, against the same at a sixteenth of it. The step
-// is of second order under damping (theory.md (22)).
+// Eight driven, damped cilia in a row (bond 1) at 0.9 of the largest stable step, against the same at a sixteenth of
+// it. The step is of second order under damping (theory.md (22)).
 //   beat    second half of the field's first turn: the cilia follow the field
 //   swing   the first 7.2 s after a sudden start: they swing in their first mode, of 6 s
 //
-// `legacy` damps rotation at 89/s here, z = 0.53 in a step. The midpoint kick leaves slow motion its inertia; the exact flow of the
-// kick lends it 2.3 % more rotary inertia and is asserted to be the worse (theory.md (23)).
+// `legacy` damps rotation at 89/s here, z = 0.53 in a step. The midpoint kick leaves slow motion its inertia; the exact
+// flow of the kick lends it 2.3 % more rotary inertia and is asserted to be the worse (theory.md (23)).
 #include "loads/magnetic_field.hpp"
 #include "validation/study.hpp"
 
@@ -45,8 +45,8 @@ double largest_difference(const std::vector<Vec3d>& a, const std::vector<Vec3d>&
     return most;
 }
 
-/// Largest errors over rods and instants, in lengths, at the whole step, half and quarter. The ratio on halving is the mean of the
-/// two: a sudden start leaves fast modes whose phases make single ratios swing.
+/// Largest errors over rods and instants, in lengths, at the whole step, half and quarter. The ratio on halving is the
+/// mean of the two: a sudden start leaves fast modes whose phases make single ratios swing.
 void study(test::ErrorTable& table, const std::string& name, DampingKind damping, const Window& window, double bar) {
     double dt = 0;
     test::Cost cost;
@@ -62,7 +62,8 @@ void study(test::ErrorTable& table, const std::string& name, DampingKind damping
     EXPECT_GE(ratio, 3.6) << name;
     EXPECT_LE(ratio, 4.4) << name;
     if (damping == DampingKind::legacy) {
-        EXPECT_GT(largest_difference(tips(damping, window, 1.0, dt, cost, DampingScheme::exponential), reference), 5 * errors[0])
+        EXPECT_GT(largest_difference(tips(damping, window, 1.0, dt, cost, DampingScheme::exponential), reference),
+                  5 * errors[0])
             << name;
     }
 }

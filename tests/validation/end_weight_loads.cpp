@@ -1,4 +1,5 @@
-// What end weights do to the error in space of rods at rest under every kind of load. What no case may be worse by, and what is.
+// What end weights do to the error in space of rods at rest under every kind of load. What no case may be worse by, and
+// what is.
 #include "loads/end_couple.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
@@ -124,8 +125,8 @@ double magnetised(EndWeights weights, long n, double bond) {
     return std::hypot(tip.x - exact.x, tip.z - exact.z) / std::hypot(exact.x, 1 - exact.z);
 }
 
-/// Turn of the last element, whose middle is at L - l/2, over that of the end: under a force F (s - s^2/2)/(E I), under a couple
-/// m s/(E I) or, along the rod, m s/(G J).
+/// Turn of the last element, whose middle is at L - l/2, over that of the end: under a force F (s - s^2/2)/(E I), under
+/// a couple m s/(E I) or, along the rod, m s/(G J).
 double last_turn(EndWeights weights, long n, const Load& load, double Vec3d::*axis, double (*exact)(double s)) {
     const RodGroup group = group_of(test::clamped_rod(beam, n), weights);
     const test::Statics rod = at_rest(group, {load});
@@ -152,7 +153,8 @@ RodGroup curved(RodSpec spec, const Vec3d& curvature, EndWeights weights) {
     spec.shape.start_curvature = curvature;
     RodGroup group = group_of(spec, weights);
     group.start_wall.rest_curvature = cell_weight(group, 0) * curvature;
-    for (std::size_t k = 0; k < group.voronoi.size(); ++k) group.voronoi[k].rest_curvature = cell_weight(group, k + 1) * curvature;
+    for (std::size_t k = 0; k < group.voronoi.size(); ++k)
+        group.voronoi[k].rest_curvature = cell_weight(group, k + 1) * curvature;
     return group;
 }
 /// The bend of 45 degrees; of the tip, over the length.

@@ -1,5 +1,5 @@
-// What end weights do to the error in space of rods that are held in any way: frequencies, buckling loads and waves. No case may be
-// worse for them by more than a tenth.
+// What end weights do to the error in space of rods that are held in any way: frequencies, buckling loads and waves. No
+// case may be worse for them by more than a tenth.
 #include "validation/end_weights.hpp"
 #include "support/euler_buckling.hpp"
 #include "support/timoshenko_beam.hpp"
@@ -17,7 +17,8 @@ constexpr Column pinned{"pinned column", "z", pi, pi* pi / 3.5160, 0.5};
 double buckling(const Column& column, EndWeights weights, long n) {
     using namespace test::euler_buckling;
     RodSpec spec = test::clamped_unit_rod(n, radius);
-    spec.section.bending_stiffness = {2 * bending, bending}; // two planes with one load would leave the determinant its sign
+    spec.section.bending_stiffness = {2 * bending,
+                                      bending}; // two planes with one load would leave the determinant its sign
     spec.end_free = column.end_free;
     if (&column == &pinned) spec.start = spec.end = EndKind::pinned;
     else if (!spec.end_free.empty()) spec.end = EndKind::clamped;
@@ -77,7 +78,8 @@ std::vector<test::WeightedCase> cases() {
     std::vector<test::WeightedCase> all;
     for (const Column* c :
          {&test::euler_buckling::cantilever, &pinned, &test::euler_buckling::guided, &test::euler_buckling::sliding})
-        all.push_back({std::string("Euler load, ") + c->name, [c](EndWeights w, long n) { return buckling(*c, w, n); }});
+        all.push_back(
+            {std::string("Euler load, ") + c->name, [c](EndWeights w, long n) { return buckling(*c, w, n); }});
     for (const Held& h : ends)
         for (std::size_t mode = 0; mode < 3; ++mode)
             all.push_back({"frequency " + std::to_string(mode) + ", " + h.name,
@@ -85,8 +87,9 @@ std::vector<test::WeightedCase> cases() {
     for (const int mode : {0, 1, 2}) {
         const std::string number = std::to_string(mode);
         for (const bool torsion : {false, true})
-            all.push_back({(torsion ? "torsional wave " : "axial wave ") + number,
-                           [torsion, mode](EndWeights w, long n) { return wave_frequency(clamped_free, torsion, mode, w, n); }});
+            all.push_back(
+                {(torsion ? "torsional wave " : "axial wave ") + number,
+                 [torsion, mode](EndWeights w, long n) { return wave_frequency(clamped_free, torsion, mode, w, n); }});
         all.push_back({"axial wave " + number + ", sliding",
                        [mode](EndWeights w, long n) { return wave_frequency(sliding, false, mode, w, n); }});
     }

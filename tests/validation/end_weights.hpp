@@ -1,5 +1,5 @@
-// Rods with and without end weights: their errors in space, beside each other. By Newton's method and inverse iteration, so that
-// nothing else is in them.
+// Rods with and without end weights: their errors in space, beside each other. By Newton's method and inverse
+// iteration, so that nothing else is in them.
 #pragma once
 
 #include "support/statics.hpp"

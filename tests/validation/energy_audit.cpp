@@ -1,5 +1,5 @@
-// The energy audit (theory.md section 16): kinetic and elastic energy, less the work of loads and walls, plus dissipation, stay as
-// they were, to the second order in the step.
+// The energy audit (theory.md section 16): kinetic and elastic energy, less the work of loads and walls, plus
+// dissipation, stay as they were, to the second order in the step.
 //   walls    rods whose clamped ends are shifted and turned by ramps; the wall's work is all there is
 //   driven   cilia in a turning field under damping; ramped walls, gravity and damping together
 //   twins    sums with closed forms, and the same bits at every width
@@ -11,7 +11,8 @@
 namespace skein {
 namespace {
 
-/// Audit at the end of a scene at N steps, as the defect's share of the turnover: what loads and walls put in or took out at most.
+/// Audit at the end of a scene at N steps, as the defect's share of the turnover: what loads and walls put in or took
+/// out at most.
 struct Balance {
     double dt = 0, defect = 0, turnover = 0;
     EnergyAudit end;
@@ -40,12 +41,14 @@ Balance balance(SceneSpec scene, double dt, test::Cost& cost, int lanes = 8) {
     return b;
 }
 
-/// Largest defect at `steps` steps, at twice and four times as many: below `bar` of the turnover at the finest, ratios 4.0 +- 0.4.
+/// Largest defect at `steps` steps, at twice and four times as many: below `bar` of the turnover at the finest,
+/// ratios 4.0 +- 0.4.
 void study(test::ErrorTable& table, const std::string& name, const SceneSpec& scene, long steps, double bar) {
     for (const long refinement : {1, 2, 4}) {
         test::Cost cost;
         const Balance b = balance(scene, scene.time.duration / static_cast<double>(steps * refinement), cost);
-        const double error = b.defect / b.turnover, order = table.add(name, scene.rods[0].shape.elements, b.dt, error, cost);
+        const double error = b.defect / b.turnover,
+                     order = table.add(name, scene.rods[0].shape.elements, b.dt, error, cost);
         if (refinement > 1) {
             EXPECT_NEAR(std::exp2(order), 4.0, 0.4) << name;
         }

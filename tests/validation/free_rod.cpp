@@ -1,4 +1,5 @@
-// A free, undamped rod in motion: energy bounded and of second order in the step, momenta kept, step reversible in time.
+// A free, undamped rod in motion: energy bounded and of second order in the step, momenta kept, step reversible in
+// time.
 #include "support/energy.hpp"
 #include "support/free_rods.hpp"
 #include "validation/study.hpp"
@@ -34,7 +35,8 @@ Motion run(double dt, bool elliptic, double time) {
 TEST(FreeRod, EnergyErrorIsSecondOrderAndMomentaAreKept) {
     test::ErrorTable table("free_rod");
     for (const bool elliptic : {false, true}) {
-        const Motion coarse = run(2e-5, elliptic, 0.1), middle = run(1e-5, elliptic, 0.1), fine = run(5e-6, elliptic, 0.1);
+        const Motion coarse = run(2e-5, elliptic, 0.1), middle = run(1e-5, elliptic, 0.1),
+                     fine = run(5e-6, elliptic, 0.1);
         const std::string name = elliptic ? "energy, elliptic" : "energy, circular";
         table.add(name, 20, 2e-5, coarse.drift);
         table.add(name, 20, 1e-5, middle.drift);

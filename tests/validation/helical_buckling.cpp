@@ -47,12 +47,14 @@ TEST(HelicalBuckling, EnvelopeConvergesToTheLocalisedHelix) {
         if (n == 100) {
             EXPECT_LE(found.error, 0.08);
             const Outcome weighted = measured(n, 24, cost, EndWeights::gregory);
-            std::printf("helical_buckling, with end weights: n %ld, error %.5e (plain %.5e)\n", n, weighted.error, found.error);
+            std::printf("helical_buckling, with end weights: n %ld, error %.5e (plain %.5e)\n", n, weighted.error,
+                        found.error);
             EXPECT_LE(weighted.error, 1.1 * found.error);
         } else if (n == 200) {
             EXPECT_GE(order, 1.9);
         } else {
-            EXPECT_LE(found.error, 6e-3); // the closed form knows no shear and no stretch: T/GA = 2.6e-3 here, T/EA = 7e-4
+            EXPECT_LE(found.error,
+                      6e-3); // the closed form knows no shear and no stretch: T/GA = 2.6e-3 here, T/EA = 7e-4
         }
     }
 }

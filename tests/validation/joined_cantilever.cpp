@@ -1,7 +1,7 @@
-// A cantilever that is cut in two and joined by a fixed joint, under a force on its tip. The joint bends by M/k_t and shifts by
-// F/k, so with stiffness the deflection tends to that of halves in one piece. Those have no cell between their elements at the cut:
-// they bend as if that half-length on both sides were stiff, by a share that falls with the element length. Where the joint has the
-// stiffness of the missing cell, EI/l, the deflection is that of the whole rod.
+// A cantilever that is cut in two and joined by a fixed joint, under a force on its tip. The joint bends by M/k_t and
+// shifts by F/k, so with stiffness the deflection tends to that of halves in one piece. Those have no cell between
+// their elements at the cut: they bend as if that half-length on both sides were stiff, by a share that falls with the
+// element length. Where the joint has the stiffness of the missing cell, EI/l, the deflection is that of the whole rod.
 #include "loads/end_force.hpp"
 #include "support/scenes_for_tests.hpp"
 #include "validation/study.hpp"
@@ -45,7 +45,8 @@ double whole(long elements) {
 
 double joined(long elements, double stiffness, double torsional_stiffness) {
     SceneSpec scene;
-    scene.rods = {piece("first", 0, 0.5 * length, elements / 2), piece("second", 0.5 * length, 0.5 * length, elements / 2)};
+    scene.rods = {piece("first", 0, 0.5 * length, elements / 2),
+                  piece("second", 0.5 * length, 0.5 * length, elements / 2)};
     scene.rods[0].start = EndKind::clamped;
     scene.joints = {{.kind = JointKind::fixed,
                      .between = {"first", "second"},
@@ -60,7 +61,8 @@ TEST(JoinedCantilever, TendsToTheWholeOne) {
     double before = 0;
     for (const double share : {1.0, 10.0, 100.0}) {
         const double k = 1e4 * share, turning = 10 * bending / length * share, more = joined(n, k, turning) - limit;
-        std::printf("k = %g N/m, k_t = %g N m/rad: %.5f of the whole rod's deflection\n", k, turning, (limit + more) / one);
+        std::printf("k = %g N/m, k_t = %g N m/rad: %.5f of the whole rod's deflection\n", k, turning,
+                    (limit + more) / one);
         EXPECT_NEAR(more, of_joint(k, turning), 1e-3 * more) << k;
         if (before > 0) {
             EXPECT_NEAR(more / before, 0.1, 1e-3);

@@ -1,6 +1,7 @@
-// Rods in two pieces that a fixed joint with stiffness = "auto" makes one, against the rod in one piece: under a pull, a shear, two
-// bendings, a twist and muscles, with rest curvature, and by their first frequency. Then what has no whole to go by: unlike rods,
-// rods at an angle, three in one place, one at an inner node, a body: the order, and the closed form where there is one.
+// Rods in two pieces that a fixed joint with stiffness = "auto" makes one, against the rod in one piece: under a pull,
+// a shear, two bendings, a twist and muscles, with rest curvature, and by their first frequency. Then what has no whole
+// to go by: unlike rods, rods at an angle, three in one place, one at an inner node, a body: the order, and the closed
+// form where there is one.
 #include "loads/end_couple.hpp"
 #include "loads/end_force.hpp"
 #include "loads/muscle_formula.hpp"
@@ -62,7 +63,9 @@ State at_rest(SceneSpec scene, std::size_t rod, double rate = 5, double duration
 }
 State at_rest(const SceneSpec& scene) { return at_rest(scene, scene.rods.size() - 1); }
 
-void load_last(SceneSpec& scene, Load load) { scene.loads = {{.load = std::move(load), .rods = {scene.rods.back().name}}}; }
+void load_last(SceneSpec& scene, Load load) {
+    scene.loads = {{.load = std::move(load), .rods = {scene.rods.back().name}}};
+}
 
 struct Case {
     std::string name;
@@ -109,13 +112,15 @@ std::vector<Case> cases() {
          [=](SceneSpec& s) {
              s.loads = {{.load = MuscleFormula{.moment = {"0.003 * (1 + s/L)", "0.002", "0"}}}};
              if (s.rods.size() == 2)
-                 s.loads = {{.load = MuscleFormula{.moment = {"0.003 * (1 + s/L/2)", "0.002", "0"}}, .rods = {"piece0"}},
-                            {.load = MuscleFormula{.moment = {"0.003 * (1.5 + s/L/2)", "0.002", "0"}}, .rods = {"piece1"}}};
+                 s.loads = {
+                     {.load = MuscleFormula{.moment = {"0.003 * (1 + s/L/2)", "0.002", "0"}}, .rods = {"piece0"}},
+                     {.load = MuscleFormula{.moment = {"0.003 * (1.5 + s/L/2)", "0.002", "0"}}, .rods = {"piece1"}}};
          },
          z},
         {"rest curvature",
          [](SceneSpec& s) {
-             for (RodSpec& rod : s.rods) rod.shape.rest_curvature = {0.5, 0.2, 0.3}, rod.shape.start_curvature = Vec3d{0, 0, 0};
+             for (RodSpec& rod : s.rods)
+                 rod.shape.rest_curvature = {0.5, 0.2, 0.3}, rod.shape.start_curvature = Vec3d{0, 0, 0};
          },
          z},
     };
@@ -135,14 +140,15 @@ TEST(JoinedRods, AreTheWholeRodUnderEveryLoad) {
         std::printf("%s: whole %.8g\n", c.name.c_str(), limit);
         for (std::size_t i = 0; i < counts.size(); ++i) {
             const double own = std::abs(whole[i] - limit), off = std::abs(joined[i] - whole[i]);
-            std::printf("  n = %ld: whole off by %.2e, joined from whole %.2e (relative)\n", counts[i], own / std::abs(limit),
-                        off / std::abs(limit));
+            std::printf("  n = %ld: whole off by %.2e, joined from whole %.2e (relative)\n", counts[i],
+                        own / std::abs(limit), off / std::abs(limit));
             EXPECT_LT(off, std::max(0.01 * own, 1e-9 * std::abs(limit))) << c.name << ", n = " << counts[i];
         }
     }
 }
 
-/// The frequency nearest to a guess, rad/s, at which a rod that is hit swings: where its transform in a window is largest.
+/// The frequency nearest to a guess, rad/s, at which a rod that is hit swings: where its transform in a window is
+/// largest.
 double frequency(SceneSpec scene, double guess) {
     for (RodSpec& rod : scene.rods) rod.shape.velocity = {0, 0, 1e-4};
     scene.time.duration = 15 * 2 * std::numbers::pi / guess;
@@ -159,7 +165,8 @@ double frequency(SceneSpec scene, double guess) {
         std::complex<double> sum = 0;
         for (std::size_t i = 0; i < tip.size(); ++i) {
             const double t = (static_cast<double>(i) + 0.5) / count, p = 2 * std::numbers::pi * t;
-            const double window = 0.35875 - 0.48829 * std::cos(p) + 0.14128 * std::cos(2 * p) - 0.01168 * std::cos(3 * p);
+            const double window =
+                0.35875 - 0.48829 * std::cos(p) + 0.14128 * std::cos(2 * p) - 0.01168 * std::cos(3 * p);
             sum += window * tip[i] * std::polar(1.0, w * dt * static_cast<double>(i));
         }
         return std::abs(sum);
@@ -181,11 +188,13 @@ TEST(JoinedRods, HaveTheFirstFrequencyOfTheWholeRodAndItsStep) {
         one.time.duration = two.time.duration = 1;
         whole.push_back(frequency(one, guess)), joined.push_back(frequency(two, guess));
         const double step = test::Stage(two).plan.dt / test::Stage(one).plan.dt;
-        std::printf("n = %ld: %.8f rad/s whole, %.8f joined; step %.4f of the whole's\n", n, whole.back(), joined.back(), step);
+        std::printf("n = %ld: %.8f rad/s whole, %.8f joined; step %.4f of the whole's\n", n, whole.back(),
+                    joined.back(), step);
         EXPECT_GT(step, 0.9);
     }
     const double limit = (4 * whole[2] - whole[1]) / 3;
-    for (std::size_t i = 0; i < 3; ++i) EXPECT_LT(std::abs(joined[i] - whole[i]), 0.01 * std::abs(whole[i] - limit)) << i;
+    for (std::size_t i = 0; i < 3; ++i)
+        EXPECT_LT(std::abs(joined[i] - whole[i]), 0.01 * std::abs(whole[i] - limit)) << i;
 }
 
 /// Figures at n, 2n and 4n; their order and what they tend to.
@@ -203,7 +212,8 @@ TEST(JoinedRods, ThatAreUnlikeAreOfSecondOrder) {
     const double thin = 0.035, second = 0.4, first = 0.6, force = 1e-4 * bending;
     const auto of = [&](long n) {
         SceneSpec scene;
-        scene.rods = {piece("thick", {0, 0, 0}, {1, 0, 0}, first, n / 2), piece("thin", {first, 0, 0}, {1, 0, 0}, second, n / 2)};
+        scene.rods = {piece("thick", {0, 0, 0}, {1, 0, 0}, first, n / 2),
+                      piece("thin", {first, 0, 0}, {1, 0, 0}, second, n / 2)};
         scene.rods[0].start = EndKind::clamped, scene.rods[1].section.radius = thin;
         scene.joints = {joint("thick", "thin")};
         load_last(scene, EndForce{.end = {0, 0, force}});
@@ -213,15 +223,17 @@ TEST(JoinedRods, ThatAreUnlikeAreOfSecondOrder) {
     EXPECT_NEAR(found.order, 2, 0.1);
     const double share = std::pow(thin / radius, 4);
     const auto shear = [](double r) { return 27.0 / 28 * young / 3 * std::numbers::pi * r * r; };
-    const double bent = force / bending * ((std::pow(length, 3) - std::pow(second, 3)) / 3 + std::pow(second, 3) / (3 * share)) +
-                        force * (first / shear(radius) + second / shear(thin));
+    const double bent =
+        force / bending * ((std::pow(length, 3) - std::pow(second, 3)) / 3 + std::pow(second, 3) / (3 * share)) +
+        force * (first / shear(radius) + second / shear(thin));
     EXPECT_NEAR(found.limit / bent, 1, 1e-5);
 }
 
 /// Two rods at a right angle, the first along x and clamped, the second along y.
 SceneSpec bracket(long n) {
     SceneSpec scene;
-    scene.rods = {piece("first", {0, 0, 0}, {1, 0, 0}, 0.5, n / 2), piece("second", {0.5, 0, 0}, {0, 1, 0}, 0.5, n / 2)};
+    scene.rods = {piece("first", {0, 0, 0}, {1, 0, 0}, 0.5, n / 2),
+                  piece("second", {0.5, 0, 0}, {0, 1, 0}, 0.5, n / 2)};
     scene.rods[0].start = EndKind::clamped;
     scene.joints = {joint("first", "second")};
     return scene;

@@ -1,9 +1,9 @@
-// Large rotations in three dimensions, at rest, against their boundary-value problem (support/large_rotation.hpp). Two resolutions
-// make a Richardson value (4 u_2n - u_n)/3, of fourth order in the plane. The bend also twists, and keeps a small term of third
-// order: the wall's moment is resolved in the frame of the half cell's middle.
+// Large rotations in three dimensions, at rest, against their boundary-value problem (support/large_rotation.hpp). Two
+// resolutions make a Richardson value (4 u_2n - u_n)/3, of fourth order in the plane. The bend also twists, and keeps a
+// small term of third order: the wall's moment is resolved in the frame of the half cell's middle.
 //
-// The published tips have six digits. Those of the linear law are met; those of the incompressible law are 3e-6 and 5e-6 away
-// from this continuum, to which Richardson values converge.
+// The published tips have six digits. Those of the linear law are met; those of the incompressible law are 3e-6 and
+// 5e-6 away from this continuum, to which Richardson values converge.
 #include "support/large_rotation.hpp"
 #include "validation/study.hpp"
 
@@ -57,7 +57,8 @@ TEST(LargeRotation, TipsMeetBoundaryValueProblemAndRichardsonIsFourthOrder) {
             }
             if (n > 5) {
                 extrapolated = (4.0 / 3) * fine - (1.0 / 3) * coarse;
-                const test::Cost both{cost.element_steps + coarse_cost.element_steps, cost.seconds + coarse_cost.seconds};
+                const test::Cost both{cost.element_steps + coarse_cost.element_steps,
+                                      cost.seconds + coarse_cost.seconds};
                 const double order_4 = table.add(name + " Richardson", n, dt, norm(extrapolated - exact), both);
                 if (n == 80) {
                     EXPECT_NEAR(order_4, norm(c.load.rest_curvature) > 0 ? 3.0 : 4.0, 0.2) << name;

@@ -1,6 +1,6 @@
 // A clamped rod magnetised along its axis in a transverse field, relaxed to rest, against its boundary-value problem
-// (support/magnetised_elastica.hpp): with the bending's share of the stretch the continuum of the discrete rod, so the error
-// against it falls with dl^2; without, the published yardstick.
+// (support/magnetised_elastica.hpp): with the bending's share of the stretch the continuum of the discrete rod, so the
+// error against it falls with dl^2; without, the published yardstick.
 #include "loads/magnetic_field.hpp"
 #include "support/magnetised_elastica.hpp"
 #include "validation/study.hpp"
@@ -44,7 +44,8 @@ TEST(MagnetisedCantilever, MeetsItsBoundaryValueProblemAtSecondOrder) {
             table.add("bond " + std::to_string(bond).substr(0, 4), resolutions[r], stage.plan.dt, error[r]);
         }
         const double order = std::log2(error[1] / error[2]);
-        std::printf("bond %4.1f: tip (%.6f, %.6f), error at n = 10, 20, 40, 50: %.2e %.2e %.2e %.2e, order %.3f; n = 50 against "
+        std::printf("bond %4.1f: tip (%.6f, %.6f), error at n = 10, 20, 40, 50: %.2e %.2e %.2e %.2e, order %.3f; n = "
+                    "50 against "
                     "the inextensible elastica %.2e\n",
                     bond, own.x, own.z, error[0], error[1], error[2], error[3], order, published_error);
         EXPECT_GE(order, 1.9) << "bond " << bond;

@@ -1,6 +1,6 @@
-// Relaxation (theory.md section 21) of clamped rods of 50 elements with L/r from 50 to 5000, and of others that are held or loaded
-// in other ways: steps until the tip stays within 1e-6 of where it ends, over the deflection; and what it ends at, against closed
-// forms and boundary-value problems, which the elements miss by their own error.
+// Relaxation (theory.md section 21) of clamped rods of 50 elements with L/r from 50 to 5000, and of others that are
+// held or loaded in other ways: steps until the tip stays within 1e-6 of where it ends, over the deflection; and what
+// it ends at, against closed forms and boundary-value problems, which the elements miss by their own error.
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
 #include "support/large_rotation.hpp"
@@ -85,10 +85,11 @@ TEST(Relaxation, SlenderRodsSettleInAFewHundredSteps) {
             const double force = load * bending_of(rod);
             const Way way = way_of(relaxing(rod, {{.load = EndForce{.end = {force, 0, 0}}}}), 50);
             const Vec3d moved = way.end - way.begin;
-            std::printf("relaxation: L/r %g, P L^2/EI %g: within 1e-6 after %lld steps, tip (%.9f, %.9f)", slenderness, load,
-                        static_cast<long long>(way.steps), moved.x, moved.z);
+            std::printf("relaxation: L/r %g, P L^2/EI %g: within 1e-6 after %lld steps, tip (%.9f, %.9f)", slenderness,
+                        load, static_cast<long long>(way.steps), moved.x, moved.z);
             EXPECT_LE(way.steps, 600) << slenderness << ", " << load;
-            const double shear = 27.0 / 28 / 3 * rod.material.youngs_modulus * std::numbers::pi / (slenderness * slenderness);
+            const double shear =
+                27.0 / 28 / 3 * rod.material.youngs_modulus * std::numbers::pi / (slenderness * slenderness);
             const double exact = load < 0.1 ? load / 3 + force / shear : elastica(load).first;
             std::printf(", error over deflection %.2e\n", moved.x / exact - 1);
             if (load < 0.1) {
@@ -110,8 +111,8 @@ TEST(Relaxation, EndsWhereBoundaryValueProblemsDo) {
                 dynamic.rods[0].material.law = law;
                 const Way way = way_of(relaxing(dynamic.rods[0], dynamic.loads), static_cast<int>(n));
                 const double error = norm(way.end - tip(law, load));
-                std::printf("relaxation: large rotation, n %ld: %lld steps, error %.3e\n", n, static_cast<long long>(way.steps),
-                            error);
+                std::printf("relaxation: large rotation, n %ld: %lld steps, error %.3e\n", n,
+                            static_cast<long long>(way.steps), error);
                 EXPECT_LE(way.steps, 600);
                 if (n == 40) {
                     EXPECT_NEAR(std::log2(before / error), 2, 0.1);
@@ -121,7 +122,8 @@ TEST(Relaxation, EndsWhereBoundaryValueProblemsDo) {
         }
 }
 
-/// A ring that is held at its top node and bears its own weight: changes of its diameters over w R^4/EI are pi^2/4 - 2 down and
+/// A ring that is held at its top node and bears its own weight: changes of its diameters over w R^4/EI are pi^2/4 - 2
+/// down and
 /// -(2 - pi/2) across, by the energy of an inextensible circle.
 TEST(Relaxation, HangingRingsMeetTheThinRing) {
     constexpr double pi = std::numbers::pi, radius = 1 / (2 * pi), load = 1e-5;
@@ -143,10 +145,11 @@ TEST(Relaxation, HangingRingsMeetTheThinRing) {
         };
         const auto [down, across] = size();
         stage.advance(steps);
-        const double unit = load * radius, down_now = (size().first - down) / unit, across_now = (size().second - across) / unit;
+        const double unit = load * radius, down_now = (size().first - down) / unit,
+                     across_now = (size().second - across) / unit;
         const double down_off = down_now / (pi * pi / 4 - 2) - 1, across_off = across_now / -(2 - pi / 2) - 1;
-        std::printf("relaxation: hanging ring, n %ld: diameters %.6f, %.6f, off by %.3e, %.3e\n", n, down_now, across_now, down_off,
-                    across_off);
+        std::printf("relaxation: hanging ring, n %ld: diameters %.6f, %.6f, off by %.3e, %.3e\n", n, down_now,
+                    across_now, down_off, across_off);
         if (n == 64) {
             EXPECT_NEAR(std::log2(down_before / down_off), 2, 0.1);
             EXPECT_NEAR(std::log2(across_before / across_off), 2, 0.1);
@@ -171,8 +174,22 @@ TEST(Relaxation, EndsWhereDampedMotionDoes) {
         {"curved", EndKind::clamped, EndKind::free, {3, 1, 2}, {1, 2, 3}, 2, false, Law::incompressible},
         {"curved, linear", EndKind::clamped, EndKind::free, {3, 1, 2}, {1, 2, 3}, 2, false, Law::linear},
         {"strip", EndKind::clamped, EndKind::free, {1, 1, 0}, {1, 0.3, -1}, 1, true, Law::incompressible},
-        {"pinned arch that hangs", EndKind::pinned, EndKind::pinned, {3, 0, 0}, {0, 0, 0}, 300, false, Law::incompressible},
-        {"between two clamps", EndKind::clamped, EndKind::clamped, {0, 0, 0}, {0, 0, 0}, 300, false, Law::incompressible},
+        {"pinned arch that hangs",
+         EndKind::pinned,
+         EndKind::pinned,
+         {3, 0, 0},
+         {0, 0, 0},
+         300,
+         false,
+         Law::incompressible},
+        {"between two clamps",
+         EndKind::clamped,
+         EndKind::clamped,
+         {0, 0, 0},
+         {0, 0, 0},
+         300,
+         false,
+         Law::incompressible},
         {"weighted ends", EndKind::clamped, EndKind::free, {0, 0, 0}, {1, 2, 3}, 2, false, Law::incompressible},
     };
     for (const Case& c : cases) {

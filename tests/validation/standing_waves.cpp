@@ -1,5 +1,5 @@
-// Axial and torsional standing waves of a rod held at one end (support/standing_wave.hpp). With lumped masses and a half cell at
-// the wall sin(k s) is a mode of the discrete rod too, of frequency
+// Axial and torsional standing waves of a rod held at one end (support/standing_wave.hpp). With lumped masses and a
+// half cell at the wall sin(k s) is a mode of the discrete rod too, of frequency
 //   W_n = (2c/l) sin(k l/2):
 // against W a fine step leaves the error in space, against W_n the error in time.
 #include "support/standing_wave.hpp"
@@ -53,7 +53,8 @@ void study(Wave kind, const char* name) {
     for (const int divisor : {2, 4, 8, 16}) {
         test::Cost cost;
         const double dt = limit(wave) / divisor;
-        const double order = table.add("time", wave.n, dt, largest_error(wave, dt, discrete_frequency(wave), cost), cost);
+        const double order =
+            table.add("time", wave.n, dt, largest_error(wave, dt, discrete_frequency(wave), cost), cost);
         if (divisor > 2) {
             EXPECT_NEAR(order, 2.0, 0.05) << name << ", limit/" << divisor;
         }

@@ -15,7 +15,8 @@
 
 namespace skein::test {
 
-/// Runs to the end of a scene of `coming_to_rest` and expects every node at rest: no faster than 1e-10 lengths in 1/omega.
+/// Runs to the end of a scene of `coming_to_rest` and expects every node at rest: no faster than 1e-10 lengths in
+/// 1/omega.
 inline void come_to_rest(Stage& stage, Cost& cost) {
     advance(stage, stage.plan.steps, cost);
     const double omega = 40 / stage.scene.time.duration;
@@ -39,20 +40,23 @@ public:
         }
     }
 
-    /// Returns the observed order against the previous row of this quantity, log(error ratio)/log(refinement): in n where n
-    /// differs, in dt otherwise; NaN for the first row.
+    /// Returns the observed order against the previous row of this quantity, log(error ratio)/log(refinement): in n
+    /// where n differs, in dt otherwise; NaN for the first row.
     double add(const std::string& quantity, long n, double dt, double error, const Cost& cost = {}) {
         double order = std::nan("");
         if (const auto last = last_.find(quantity); last != last_.end()) {
             const Row& before = last->second;
-            const double refinement = before.n != n ? static_cast<double>(n) / static_cast<double>(before.n) : before.dt / dt;
+            const double refinement =
+                before.n != n ? static_cast<double>(n) / static_cast<double>(before.n) : before.dt / dt;
             order = std::log(before.error / error) / std::log(refinement);
         }
         last_[quantity] = {n, dt, error};
-        std::printf("%s, %s: n %ld, dt %.3e s, error %.3e, order %.3f\n", name_.c_str(), quantity.c_str(), n, dt, error, order);
+        std::printf("%s, %s: n %ld, dt %.3e s, error %.3e, order %.3f\n", name_.c_str(), quantity.c_str(), n, dt, error,
+                    order);
         if (file_.is_open()) {
             char row[256];
-            std::snprintf(row, sizeof row, "%s,\"%s\",%ld,%.9g,%.9g,%.6g,", name_.c_str(), quantity.c_str(), n, dt, error, order);
+            std::snprintf(row, sizeof row, "%s,\"%s\",%ld,%.9g,%.9g,%.6g,", name_.c_str(), quantity.c_str(), n, dt,
+                          error, order);
             file_ << row;
             if (cost.element_steps > 0) file_ << cost.element_steps << ',' << cost.seconds << '\n';
             else file_ << ",\n";

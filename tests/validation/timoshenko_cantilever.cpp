@@ -1,4 +1,5 @@
-// The whole line of a thick clamped rod under a small tip force against Timoshenko's (support/timoshenko_cantilever.hpp).
+// The whole line of a thick clamped rod under a small tip force against Timoshenko's
+// (support/timoshenko_cantilever.hpp).
 #include "support/timoshenko_cantilever.hpp"
 #include "validation/study.hpp"
 

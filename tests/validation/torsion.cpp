@@ -1,12 +1,12 @@
-// Torsion of elliptic sections: the twist under a couple against St Venant, and the load at which a strip on edge tips over
-// sideways against its boundary-value problem.
+// Torsion of elliptic sections: the twist under a couple against St Venant, and the load at which a strip on edge tips
+// over sideways against its boundary-value problem.
 //
-// A clamped strip of bending stiffness B_w (weak) and B_s, torsional stiffness C, with a dead force P on its tip in the stiff
-// direction. Before it buckles it is a plane elastica, B_s k' = -n_1 with n_1 = P cos(theta), n_3 = P sin(theta), k = theta'. A
-// small motion out of that plane has, from the balance m' + kappa x m + e_3 x n = 0, n' + kappa x n = 0,
+// A clamped strip of bending stiffness B_w (weak) and B_s, torsional stiffness C, with a dead force P on its tip in the
+// stiff direction. Before it buckles it is a plane elastica, B_s k' = -n_1 with n_1 = P cos(theta), n_3 = P sin(theta),
+// k = theta'. A small motion out of that plane has, from the balance m' + kappa x m + e_3 x n = 0, n' + kappa x n = 0,
 //   B_w kappa_1' = n_2 + (B_s - C) k kappa_3,   C kappa_3' = (B_w - B_s) k kappa_1,   n_2' = kappa_1 n_3 - kappa_3 n_1
-// with kappa_1 = kappa_3 = 0 at the tip and n_2 = 0 at the clamp. Where k is small this is Prandtl's 4.0126 sqrt(B_w C)/L^2, over
-// sqrt((1 - B_w/B_s)(1 - C/B_s)) to the next order (Hodges, Peters 1975).
+// with kappa_1 = kappa_3 = 0 at the tip and n_2 = 0 at the clamp. Where k is small this is Prandtl's 4.0126 sqrt(B_w
+// C)/L^2, over sqrt((1 - B_w/B_s)(1 - C/B_s)) to the next order (Hodges, Peters 1975).
 #include "loads/end_couple.hpp"
 #include "loads/end_force.hpp"
 #include "support/statics.hpp"
@@ -43,7 +43,8 @@ Along at_clamp(const Strip& s, double force, double tip) {
     };
     Along y{tip, 0, 0, 0, 1};
     for (int i = 0; i < steps; ++i) {
-        const Along a = rate(y), b = rate(moved(y, 0.5 * h, a)), c = rate(moved(y, 0.5 * h, b)), d = rate(moved(y, h, c));
+        const Along a = rate(y), b = rate(moved(y, 0.5 * h, a)), c = rate(moved(y, 0.5 * h, b)),
+                    d = rate(moved(y, h, c));
         for (std::size_t j = 0; j < 5; ++j) y[j] += h / 6 * (a[j] + 2 * b[j] + 2 * c[j] + d[j]);
     }
     return y;
@@ -125,13 +126,15 @@ TEST(Torsion, StripsTipOverAtTheLoadOfTheBoundaryValueProblem) {
         const Strip s = constants(ratio);
         const double exact = critical_load(s);
         if (ratio == 10) {
-            EXPECT_NEAR(exact, prandtl(s) / std::sqrt((1 - s.weak / s.strong) * (1 - s.torsion / s.strong)), 5e-3 * exact);
+            EXPECT_NEAR(exact, prandtl(s) / std::sqrt((1 - s.weak / s.strong) * (1 - s.torsion / s.strong)),
+                        5e-3 * exact);
         }
         const std::string name = "1:" + std::to_string(static_cast<int>(ratio));
         const double coarse = measured_load(ratio, 10), fine = measured_load(ratio, 20);
         table.add(name, 10, 0, std::abs(coarse / exact - 1));
         const double order = table.add(name, 20, 0, std::abs(fine / exact - 1));
-        // A strip of 1:2 hangs down by a third of its length before it tips over, and is as much farther from its limit.
+        // A strip of 1:2 hangs down by a third of its length before it tips over, and is as much farther from its
+        // limit.
         EXPECT_LT(std::abs(fine / exact - 1), ratio > 2 ? 3e-3 : 5e-3) << name;
         EXPECT_NEAR(order, 2, 0.2) << name;
         EXPECT_LT(std::abs((4 * fine - coarse) / 3 / exact - 1), 5e-4) << name;

@@ -1,5 +1,5 @@
-// Elastic contacts keep the energy of all bodies together, whatever their radii, places and angles: their forces are those of an
-// energy, and an audit that closes on it shows one that is not.
+// Elastic contacts keep the energy of all bodies together, whatever their radii, places and angles: their forces are
+// those of an energy, and an audit that closes on it shows one that is not.
 #include "support/meeting.hpp"
 
 #include <gtest/gtest.h>
@@ -15,14 +15,15 @@ using test::Meeting;
 
 constexpr double thick = 0.1; ///< m, the radius of the rod that is hit
 
-/// A free thin rod flies down upon a free thick one that lies along x; both have vertices. In turn it meets the other with a
-/// vertex, near an end of either, or anywhere.
+/// A free thin rod flies down upon a free thick one that lies along x; both have vertices. In turn it meets the other
+/// with a vertex, near an end of either, or anywhere.
 SceneSpec meeting(double ratio, int place, ContactNormal normal) {
     std::mt19937 random(static_cast<unsigned>(place) + 1);
     std::uniform_real_distribution<double> uniform(-1, 1);
-    const double radius = thick / ratio, length = 0.5, angle = 1.5707963267948966 + (place == 0 ? 0 : 0.9 * uniform(random)),
-                 l = length / 50;
-    double along = 0.22 * uniform(random), at = 0.4 * uniform(random); // of its own middle, and of that of the thick rod
+    const double radius = thick / ratio, length = 0.5,
+                 angle = 1.5707963267948966 + (place == 0 ? 0 : 0.9 * uniform(random)), l = length / 50;
+    double along = 0.22 * uniform(random),
+           at = 0.4 * uniform(random); // of its own middle, and of that of the thick rod
     if (place % 3 == 0) along = l * std::floor(20 * uniform(random));
     if (place % 4 == 1) at = 0.1 * std::floor(4 * uniform(random));
     if (place % 4 == 2) at = uniform(random) > 0 ? 0.495 : -0.495;
@@ -73,7 +74,8 @@ SceneSpec meeting_in_parts(SceneSpec scene, int refinement) {
     return scene;
 }
 
-/// Change of the energy over a whole meeting, and the largest one of the audit's balance on the way; over the energy at the start.
+/// Change of the energy over a whole meeting, and the largest one of the audit's balance on the way; over the energy at
+/// the start.
 struct Changes {
     double energy, balance;
 };
@@ -107,8 +109,8 @@ TEST(UnlikeRadii, KeepTheEnergyAtOneHundredToOne) { expect_kept(100, 1e-3, {1, 2
 TEST(UnlikeRadii, KeepTheEnergyAtTenToOne) { expect_kept(10, 1e-4, {1, 2, 4}); }
 TEST(UnlikeRadii, KeepTheEnergyOfLikeOnes) { expect_kept(1, 3.3e-5, {1}); }
 
-/// Largest balance of the audit over the energy at the start, with a force across contacts of this share of theirs; and what that
-/// has done. It is the force of no energy.
+/// Largest balance of the audit over the energy at the start, with a force across contacts of this share of theirs; and
+/// what that has done. It is the force of no energy.
 struct Audited {
     double balance, done;
 };
@@ -124,7 +126,8 @@ Audited audited(double share, int refinement) {
         if (m.contacts->figures().active > 0)
             for (std::size_t i = 0; i < m.around.loads->load.size(); ++i) {
                 Vec3d& force = m.around.loads->load[i].force;
-                const Vec3d velocity = m.around.exposure->motion[i].velocity, across{0, 0, share * norm(force) * (velocity.z > 0)};
+                const Vec3d velocity = m.around.exposure->motion[i].velocity,
+                            across{0, 0, share * norm(force) * (velocity.z > 0)};
                 force += across;
                 found.done += batch.front().kick * dot(across, velocity) / before;
             }

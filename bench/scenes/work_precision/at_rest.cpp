@@ -1,4 +1,5 @@
-// Rods that come to rest: the answer knows neither step nor integrator, and the error is that of the elements and the clamp.
+// Rods that come to rest: the answer knows neither step nor integrator, and the error is that of the elements and the
+// clamp.
 #include "scenes/work_precision/cases.hpp"
 
 #include "loads/magnetic_field.hpp"
@@ -42,7 +43,8 @@ double magnetised_deflection(Law law) { return norm(magnetised_tip(law) - Vec3d{
 SceneSpec magnetised_scene(long n) {
     const RodSpec rod = test::magnetised_rod(1, n);
     const double omega = test::cantilever_frequency(rod);
-    return test::coming_to_rest(rod, omega, {{.load = MagneticField{.constant = test::magnetising_field, .ramp = {1 / omega}}}});
+    return test::coming_to_rest(rod, omega,
+                                {{.load = MagneticField{.constant = test::magnetising_field, .ramp = {1 / omega}}}});
 }
 
 double stretched(Law law) { return test::axial_stretching::place(law, 1) - 1; }
@@ -52,7 +54,8 @@ constexpr long catenary_parts = 10; ///< looked at where they meet
 std::vector<Vec3d> catenary_line(const Stage& stage, Law) {
     const auto state = stage.state(0);
     std::vector<Vec3d> line;
-    for (std::size_t k = 0; k < state.size(); k += (state.size() - 1) / catenary_parts) line.push_back(lane(state[k].position, 0));
+    for (std::size_t k = 0; k < state.size(); k += (state.size() - 1) / catenary_parts)
+        line.push_back(lane(state[k].position, 0));
     return line;
 }
 std::vector<Vec3d> catenary_exact(Law law) {
@@ -115,20 +118,23 @@ std::vector<Case> cases_at_rest() {
         return [=](const Stage& stage, Law law) { return std::vector<Vec3d>{(1 / scale(law)) * tip(stage, law)[0]}; };
     };
     const auto large_rotation = [&](const std::string& name, const test::large_rotation::TipLoad& load) {
-        return over_elements(name, clamped, five, relaxed([load](long n) { return test::large_rotation::scene(load, n); }, tip),
+        return over_elements(name, clamped, five,
+                             relaxed([load](long n) { return test::large_rotation::scene(load, n); }, tip),
                              [load](Law law) { return std::vector<Vec3d>{test::large_rotation::tip(law, load)}; });
     };
     std::vector<Case> cases{
         over_elements("timoshenko", clamped, five, relaxed(test::timoshenko_cantilever::scene, thick_tip), one),
-        over_elements("magnetised", clamped, {5, 10, 20, 40}, relaxed(magnetised_scene, scaled_by(magnetised_deflection)),
-                      [](Law law) { return std::vector<Vec3d>{(1 / magnetised_deflection(law)) * magnetised_tip(law)}; }),
+        over_elements(
+            "magnetised", clamped, {5, 10, 20, 40}, relaxed(magnetised_scene, scaled_by(magnetised_deflection)),
+            [](Law law) { return std::vector<Vec3d>{(1 / magnetised_deflection(law)) * magnetised_tip(law)}; }),
         large_rotation("large_rotation", test::large_rotation::straight),
         large_rotation("bend", test::large_rotation::bend),
         over_elements("axial_stretching", free, five, relaxed(test::axial_stretching::scene, scaled_by(stretched)),
                       [](Law law) {
                           return std::vector<Vec3d>{{0, 0, test::axial_stretching::place(law, 1) / stretched(law)}};
                       }),
-        over_elements("catenary", free, {10, 20, 40, 80}, relaxed(test::catenary::scene, catenary_line), catenary_exact),
+        over_elements("catenary", free, {10, 20, 40, 80}, relaxed(test::catenary::scene, catenary_line),
+                      catenary_exact),
         over_elements("euler_buckling", clamped, five, euler_load, one),
         over_elements("helical_buckling", clamped, {100, 200}, helix, helix_exact),
     };

@@ -1,5 +1,6 @@
-// Eight driven damped cilia in a row, bond 1, over the second half of the field's first turn: their tips at eight instants against
-// each law's own finest runs, n = 32, 64 and 128 at a quarter of the automatic step, extrapolated twice.
+// Eight driven damped cilia in a row, bond 1, over the second half of the field's first turn: their tips at eight
+// instants against each law's own finest runs, n = 32, 64 and 128 at a quarter of the automatic step, extrapolated
+// twice.
 #include "loads/magnetic_field.hpp"
 #include "scenes/work_precision/cases.hpp"
 
@@ -34,8 +35,8 @@ std::vector<Vec3d> reference(Law law) {
 } // namespace
 
 std::vector<Case> driven_cases() {
-    return {over_elements("cilium", {.clamp = true, .damping = true, .integrator = true, .step = true}, {4, 8, 16, 32}, cilium,
-                          reference)};
+    return {over_elements("cilium", {.clamp = true, .damping = true, .integrator = true, .step = true}, {4, 8, 16, 32},
+                          cilium, reference)};
 }
 
 } // namespace skein::bench

@@ -72,11 +72,13 @@ std::vector<Case> cases_of_energy() {
     };
     const auto order = [](const Config& config, DampingScheme) { return config.law == Law::elastica ? 1 : 2; };
     std::vector<Config> tops = one_at_a_time(choices);
-    std::erase_if(tops, [](const Config& config) { return config.law == Law::linear; }); // the default: no force, no law
+    std::erase_if(tops,
+                  [](const Config& config) { return config.law == Law::linear; }); // the default: no force, no law
     return {
         {"free_rod", choices, ladder(20, 4), free_rod, kept, one_at_a_time(choices), order, 4, false},
         {"butterfly", choices, ladder(10, 4), butterfly, kept, one_at_a_time(choices), order, 4, false},
-        {"top", choices, ladder(2, 6), top, top_exact, tops, order, 3}, // the half drifts at both ends make no whole one
+        {"top", choices, ladder(2, 6), top, top_exact, tops, order,
+         3}, // the half drifts at both ends make no whole one
     };
 }
 

@@ -3,7 +3,8 @@
 //
 // at rest, over n
 //   timoshenko        thick rod under a tip force: tip against Timoshenko's line, over its deflection
-//   magnetised        rod magnetised along its axis in a field across it, bond 1: tip against its boundary-value problem, over its
+//   magnetised        rod magnetised along its axis in a field across it, bond 1: tip against its boundary-value
+//   problem, over its
 //                     deflection
 //   large_rotation    tip load 4 E I/L^2 in three dimensions: tip against its boundary-value problem, lengths
 //   bend              the same on an arc of 45 degrees, 6 E I/L^2
@@ -13,7 +14,8 @@
 //   helical_buckling  27 turns: envelope at nineteen stations against the localised helix of an inextensible rod
 // undamped, let go in a mode, over n: phase, rad
 //   bending_mode_0, bending_mode_1     slender clamped rod after a quarter period of Timoshenko's frequencies
-//   axial_wave, torsional_wave         standing waves, three quarters of a wave on the rod, after two periods and a quarter
+//   axial_wave, torsional_wave         standing waves, three quarters of a wave on the rod, after two periods and a
+//   quarter
 // undamped, free, over the step
 //   free_rod          bent, twisted, spinning, 4 s: largest change of energy over the start's
 //   butterfly         folded to a right angle, 40 s: the same
@@ -22,8 +24,8 @@
 //   cilium            eight damped cilia in a row: tips at eight instants against each law's own finest runs, lengths
 // one_percent         timoshenko again: work until the tip is within 1 % of the line for good
 //
-// Work counts the rods of the scene: one or two on one lane, or eight cilia on eight. Core time is that of steps alone, best of
-// repeats up to 20 ms.
+// Work counts the rods of the scene: one or two on one lane, or eight cilia on eight. Core time is that of steps alone,
+// best of repeats up to 20 ms.
 #include "scenes/work_precision/cases.hpp"
 
 #include <CLI/CLI.hpp>

@@ -45,7 +45,8 @@ void one_percent(Table& table) {
     };
     constexpr Choices choices{.clamp = true, .damping = true};
     const Config published = one_at_a_time(choices).back();
-    std::vector<Way> ways{{{}}, {{.name = "clamped_frozen", .clamp = EndKind::clamped_frozen}}, {published}, {published, 0.01}};
+    std::vector<Way> ways{
+        {{}}, {{.name = "clamped_frozen", .clamp = EndKind::clamped_frozen}}, {published}, {published, 0.01}};
     ways.back().config.name = "published dt";
     for (Way& way : ways) {
         for (const long n : {4, 5, 6, 7, 8, 10, 12, 16, 20, 40, 60, 80, 90, 95, 100, 105, 110, 120, 140}) {
@@ -63,8 +64,8 @@ void one_percent(Table& table) {
     }
     fmt::print("\nwork to 1 % of the tip's deflection, best n\n");
     for (const Way& way : ways)
-        fmt::print("{:<15} n {:>3}, {:>6.0f} steps, {:.3e} element-steps, {:>6.1f} times the default's\n", way.config.name, way.n,
-                   way.steps, way.least, way.least / ways[0].least);
+        fmt::print("{:<15} n {:>3}, {:>6.0f} steps, {:.3e} element-steps, {:>6.1f} times the default's\n",
+                   way.config.name, way.n, way.steps, way.least, way.least / ways[0].least);
     fmt::print("\n");
 }
 

@@ -56,7 +56,8 @@ std::vector<Config> one_at_a_time(const Choices& choices) {
 }
 
 Case over_elements(std::string name, const Choices& choices, const std::vector<long>& ladder,
-                   std::function<Outcome(const Config&, const Rung&)> run, std::function<std::vector<Vec3d>(Law)> exact) {
+                   std::function<Outcome(const Config&, const Rung&)> run,
+                   std::function<std::vector<Vec3d>(Law)> exact) {
     Case c{std::move(name), choices, {}, std::move(run), std::move(exact), one_at_a_time(choices), {}};
     for (const long n : ladder) c.ladder.push_back({n});
     c.order = [choices](const Config& config, DampingScheme planned) {
@@ -100,28 +101,30 @@ double distance(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
 
 std::vector<Vec3d> richardson(const std::vector<Vec3d>& coarse, const std::vector<Vec3d>& fine, int order) {
     std::vector<Vec3d> value;
-    for (std::size_t i = 0; i < fine.size(); ++i) value.push_back(fine[i] + 1 / (std::exp2(order) - 1) * (fine[i] - coarse[i]));
+    for (std::size_t i = 0; i < fine.size(); ++i)
+        value.push_back(fine[i] + 1 / (std::exp2(order) - 1) * (fine[i] - coarse[i]));
     return value;
 }
 
 Table::Table(const std::string& path) : machine_(processor()) {
     if (path.empty()) return;
     file_.emplace(fmt::output_file(path));
-    file_->print(
-        "case,configuration,law,clamp,damping,integrator,n,dt,error,richardson_error,richardson_error_estimate,element_steps,"
-        "core_seconds,digest,machine\n");
+    file_->print("case,configuration,law,clamp,damping,integrator,n,dt,error,richardson_error,richardson_error_"
+                 "estimate,element_steps,"
+                 "core_seconds,digest,machine\n");
 }
 
-void Table::add(const std::string& name, const Choices& choices, const Config& c, long n, const Outcome& o, double error,
-                double extrapolated, double estimate) {
+void Table::add(const std::string& name, const Choices& choices, const Config& c, long n, const Outcome& o,
+                double error, double extrapolated, double estimate) {
     const std::string_view clamp = choices.clamp ? name_of(c.clamp) : "none",
                            damping = choices.damping ? name_of(o.damping) : "none";
-    fmt::print("{:<20} {:<15} n {:>3}  dt {:.3e}  error {:.2e}  Richardson {:>8} ({:>8})  {:.3e} element-steps  {:.2e} s\n", name,
-               c.name, n, o.dt, error, cell(extrapolated), cell(estimate), o.cost.element_steps, o.cost.seconds);
+    fmt::print(
+        "{:<20} {:<15} n {:>3}  dt {:.3e}  error {:.2e}  Richardson {:>8} ({:>8})  {:.3e} element-steps  {:.2e} s\n",
+        name, c.name, n, o.dt, error, cell(extrapolated), cell(estimate), o.cost.element_steps, o.cost.seconds);
     if (file_)
-        file_->print("{},{},{},{},{},{},{},{:.9g},{:.4g},{},{},{:.9g},{:.4g},{:016x},\"{}\"\n", name, c.name, name_of(c.law), clamp,
-                     damping, name_of(c.integrator), n, o.dt, error, cell(extrapolated), cell(estimate), o.cost.element_steps,
-                     o.cost.seconds, o.digest, machine_);
+        file_->print("{},{},{},{},{},{},{},{:.9g},{:.4g},{},{},{:.9g},{:.4g},{:016x},\"{}\"\n", name, c.name,
+                     name_of(c.law), clamp, damping, name_of(c.integrator), n, o.dt, error, cell(extrapolated),
+                     cell(estimate), o.cost.element_steps, o.cost.seconds, o.digest, machine_);
 }
 
 void climb(const Case& c, Table& table) {

@@ -1,7 +1,8 @@
-// What the study of error against work is made of: configurations, runs, cases with known answers, and the ladders they climb.
+// What the study of error against work is made of: configurations, runs, cases with known answers, and the ladders they
+// climb.
 //
-// A configuration runs on a ladder of rungs, each with twice the elements or half the step of the one before, so that Richardson
-// values and estimates of their error come along. With u of order p, and of order q after one extrapolation:
+// A configuration runs on a ladder of rungs, each with twice the elements or half the step of the one before, so that
+// Richardson values and estimates of their error come along. With u of order p, and of order q after one extrapolation:
 //   R(n/2, n) = u_n + (u_n - u_n/2)/(2^p - 1),   its error about |R(n/2, n) - R(n/4, n/2)|/(2^q - 1)
 // p = 2, q = 4; p = 1, q = 2 with frozen clamps and where the step shrinks with the elements and is of first order.
 #pragma once
@@ -45,7 +46,8 @@ struct Outcome {
     double dt = 0;
     test::Cost cost;
     std::uint64_t digest = 0;
-    DampingScheme damping = DampingScheme::midpoint; ///< as planned: laws and integrators may need another than asked for
+    DampingScheme damping =
+        DampingScheme::midpoint; ///< as planned: laws and integrators may need another than asked for
 };
 
 struct Case {
@@ -57,7 +59,7 @@ struct Case {
     std::vector<Config> configs;
     std::function<int(const Config&, DampingScheme planned)> order; ///< p
     int next_order = 4;                                             ///< q where p = 2
-    bool extrapolates = true;                                       ///< no Richardson value of what is a largest deviation
+    bool extrapolates = true; ///< no Richardson value of what is a largest deviation
 };
 
 /// The default, one choice changed at a time, and last what published codes do, but at the automatic step: `elastica`,
@@ -66,10 +68,11 @@ std::vector<Config> one_at_a_time(const Choices& choices);
 
 /// A case over n whose order is lowered by frozen clamps, and by damping after the kick in motion.
 Case over_elements(std::string name, const Choices& choices, const std::vector<long>& ladder,
-                   std::function<Outcome(const Config&, const Rung&)> run, std::function<std::vector<Vec3d>(Law)> exact);
+                   std::function<Outcome(const Config&, const Rung&)> run,
+                   std::function<std::vector<Vec3d>(Law)> exact);
 
-/// The scene as a configuration wants it: its law and its clamp where the scene has clamps, at the automatic step (0.9 x 0.95 of
-/// the limit, 0.6 without damping) times its own and the rung's, so that whole steps fill `interval` (s).
+/// The scene as a configuration wants it: its law and its clamp where the scene has clamps, at the automatic step (0.9
+/// x 0.95 of the limit, 0.6 without damping) times its own and the rung's, so that whole steps fill `interval` (s).
 void configure(SceneSpec& scene, const Config& config, const Rung& rung, double interval);
 
 /// Adds what the end of a run tells.
@@ -85,8 +88,8 @@ std::vector<Vec3d> richardson(const std::vector<Vec3d>& coarse, const std::vecto
 class Table {
 public:
     explicit Table(const std::string& path);
-    void add(const std::string& name, const Choices& choices, const Config& config, long n, const Outcome& outcome, double error,
-             double extrapolated = std::numeric_limits<double>::quiet_NaN(),
+    void add(const std::string& name, const Choices& choices, const Config& config, long n, const Outcome& outcome,
+             double error, double extrapolated = std::numeric_limits<double>::quiet_NaN(),
              double estimate = std::numeric_limits<double>::quiet_NaN());
 
 private:

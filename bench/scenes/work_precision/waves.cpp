@@ -1,5 +1,5 @@
-// Undamped rods of small motion let go in one mode. The projection on the mode is cos(W t); after a quarter period, or two and a
-// quarter, that is zero and its error is the phase's, rad.
+// Undamped rods of small motion let go in one mode. The projection on the mode is cos(W t); after a quarter period, or
+// two and a quarter, that is zero and its error is the phase's, rad.
 #include "scenes/work_precision/cases.hpp"
 
 #include "support/cantilever_modes.hpp"
@@ -48,7 +48,8 @@ template <test::Wave kind> Outcome standing_wave(const Config& config, const Run
         const auto state = stage.state(0);
         double sum = 0;
         for (std::size_t i = 0; i < wave.count(); ++i) {
-            const double weight = kind == test::Wave::axial ? stage.groups[0].node_mass[i] : 1; // inertia: the same in all elements
+            const double weight =
+                kind == test::Wave::axial ? stage.groups[0].node_mass[i] : 1; // inertia: the same in all elements
             sum += weight * wave.shape(i) * wave.displacement(state, i);
         }
         return sum;

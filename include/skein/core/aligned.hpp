@@ -20,7 +20,8 @@ template <class T> struct AlignedAllocator {
     T* allocate(std::size_t n) {
         const std::size_t bytes = n * sizeof(T);
         void* p = ::operator new(bytes, alignment(bytes));
-        // With pages of 4 kB the hardware loses its way 256 times a megabyte: a step that streams from memory takes a tenth longer.
+        // With pages of 4 kB the hardware loses its way 256 times a megabyte: a step that streams from memory takes a
+        // tenth longer.
         if (bytes >= large) madvise(p, bytes, MADV_HUGEPAGE);
         return static_cast<T*>(p);
     }
@@ -36,18 +37,20 @@ private:
 
 template <class T> using AlignedVector = std::vector<T, AlignedAllocator<T>>;
 
-/// Numbers that nobody has written yet. A page comes into being where the thread runs that writes it first: no thread clears it
-/// before, and it lies in that thread's memory domain.
+/// Numbers that nobody has written yet. A page comes into being where the thread runs that writes it first: no thread
+/// clears it before, and it lies in that thread's memory domain.
 template <class T> class UnsetArray {
     static_assert(std::is_trivially_destructible_v<T>);
 
 public:
     UnsetArray() = default;
-    explicit UnsetArray(std::size_t size) : data_(size > 0 ? AlignedAllocator<T>().allocate(size) : nullptr), size_(size) {}
+    explicit UnsetArray(std::size_t size)
+        : data_(size > 0 ? AlignedAllocator<T>().allocate(size) : nullptr), size_(size) {}
     ~UnsetArray() {
         if (data_) AlignedAllocator<T>().deallocate(data_, size_);
     }
-    UnsetArray(UnsetArray&& other) noexcept : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
+    UnsetArray(UnsetArray&& other) noexcept
+        : data_(std::exchange(other.data_, nullptr)), size_(std::exchange(other.size_, 0)) {}
     UnsetArray& operator=(UnsetArray&& other) noexcept {
         std::swap(data_, other.data_);
         std::swap(size_, other.size_);

@@ -1,5 +1,6 @@
-// One description of every scene key. A spec struct lists its members once, in `void fields(FieldVisitor&)`; visitors read
-// them from a scene file, print them into the reference page, or echo them as JSON. Nothing else knows a key's name.
+// One description of every scene key. A spec struct lists its members once, in `void fields(FieldVisitor&)`; visitors
+// read them from a scene file, print them into the reference page, or echo them as JSON. Nothing else knows a key's
+// name.
 #pragma once
 
 #include "skein/core/vec3.hpp"

@@ -1,5 +1,5 @@
-// What the check() of a spec struct has to say against its numbers: contradictions that no single key shows. Who listens knows the
-// lines of the scene; structs do not.
+// What the check() of a spec struct has to say against its numbers: contradictions that no single key shows. Who
+// listens knows the lines of the scene; structs do not.
 #pragma once
 
 #include <cstddef>

@@ -13,12 +13,12 @@
 
 namespace skein {
 
-/// On what kernels are made of: left to itself GCC 12 keeps some of it out of line and passes packs through memory, which
-/// costs 8 % of the elastic pass and 15 % of the kick.
+/// On what kernels are made of: left to itself GCC 12 keeps some of it out of line and passes packs through memory,
+/// which costs 8 % of the elastic pass and 15 % of the kick.
 #define SKEIN_INLINE [[gnu::always_inline]] inline
 
-/// Doubles that one register holds at the level this source is compiled for. Wider packs are made of two halves: left to itself
-/// GCC 12 takes wide vectors apart through memory, at five times the cost.
+/// Doubles that one register holds at the level this source is compiled for. Wider packs are made of two halves: left
+/// to itself GCC 12 takes wide vectors apart through memory, at five times the cost.
 #if defined(__AVX512F__)
 inline constexpr int native_lanes = 8;
 #elif defined(__AVX__)
@@ -159,13 +159,13 @@ template <int W> SKEIN_INLINE Pack<W> fma(const Pack<W>& a, const Pack<W>& b, co
         using Doubles [[maybe_unused]] = typename Pack<W>::Doubles;
 #if defined(__AVX512F__)
         if constexpr (W == 8)
-            return Pack<W>(std::bit_cast<Doubles>(
-                _mm512_fmadd_pd(std::bit_cast<__m512d>(a.v), std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(c.v))));
+            return Pack<W>(std::bit_cast<Doubles>(_mm512_fmadd_pd(
+                std::bit_cast<__m512d>(a.v), std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(c.v))));
 #endif
 #if defined(__FMA__)
         if constexpr (W == 4)
-            return Pack<W>(std::bit_cast<Doubles>(
-                _mm256_fmadd_pd(std::bit_cast<__m256d>(a.v), std::bit_cast<__m256d>(b.v), std::bit_cast<__m256d>(c.v))));
+            return Pack<W>(std::bit_cast<Doubles>(_mm256_fmadd_pd(
+                std::bit_cast<__m256d>(a.v), std::bit_cast<__m256d>(b.v), std::bit_cast<__m256d>(c.v))));
         if constexpr (W == 2)
             return Pack<W>(std::bit_cast<Doubles>(
                 _mm_fmadd_pd(std::bit_cast<__m128d>(a.v), std::bit_cast<__m128d>(b.v), std::bit_cast<__m128d>(c.v))));
@@ -185,7 +185,9 @@ template <int W> SKEIN_INLINE Pack<W> fms(const Pack<W>& a, const Pack<W>& b, co
     return fma(a, b, -c);
 }
 /// c - a b, rounded once.
-template <int W> SKEIN_INLINE Pack<W> fnma(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) { return fma(-a, b, c); }
+template <int W> SKEIN_INLINE Pack<W> fnma(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {
+    return fma(-a, b, c);
+}
 
 template <int W> SKEIN_INLINE Pack<W> sqrt(const Pack<W>& a) {
     if constexpr (Wide<W>) {
@@ -193,7 +195,8 @@ template <int W> SKEIN_INLINE Pack<W> sqrt(const Pack<W>& a) {
     } else {
         using Doubles [[maybe_unused]] = typename Pack<W>::Doubles;
 #if defined(__AVX512F__)
-        if constexpr (W == 8) return Pack<W>(std::bit_cast<Doubles>(_mm512_maskz_sqrt_pd(0xff, std::bit_cast<__m512d>(a.v))));
+        if constexpr (W == 8)
+            return Pack<W>(std::bit_cast<Doubles>(_mm512_maskz_sqrt_pd(0xff, std::bit_cast<__m512d>(a.v))));
 #endif
 #if defined(__AVX__)
         if constexpr (W == 4) return Pack<W>(std::bit_cast<Doubles>(_mm256_sqrt_pd(std::bit_cast<__m256d>(a.v))));
@@ -264,11 +267,13 @@ template <int W> SKEIN_INLINE Split<W> split(const Pack<W>& x) {
     } else {
         using Bits = typename detail::Lanes<W>::Naturals;
         using Doubles = typename Pack<W>::Doubles;
-        constexpr std::uint64_t one = std::uint64_t{1023} << 52, root = std::bit_cast<std::uint64_t>(0.70710678118654752);
+        constexpr std::uint64_t one = std::uint64_t{1023} << 52,
+                                root = std::bit_cast<std::uint64_t>(0.70710678118654752);
         constexpr double to_double = 4503599627370496.0; // 2^52: its last bits count up to it
         const Bits bits = std::bit_cast<Bits>(x.v), exponent = (bits + (one - root)) >> 52;
         return {Pack<W>(std::bit_cast<Doubles>(bits - (exponent << 52) + one)),
-                Pack<W>(std::bit_cast<Doubles>(exponent + std::bit_cast<std::uint64_t>(to_double))) - Pack<W>(to_double + 1023)};
+                Pack<W>(std::bit_cast<Doubles>(exponent + std::bit_cast<std::uint64_t>(to_double))) -
+                    Pack<W>(to_double + 1023)};
     }
 }
 
@@ -280,7 +285,8 @@ SKEIN_INLINE Pack<W> polynomial_part(const Pack<W> (&power)[4], const double (&c
         return Pack<W>(c[First]);
     } else {
         constexpr int level = std::bit_width(static_cast<unsigned>(Count - 1)) - 1, low = 1 << level;
-        return fma(polynomial_part<First + low, Count - low>(power, c), power[level], polynomial_part<First, low>(power, c));
+        return fma(polynomial_part<First + low, Count - low>(power, c), power[level],
+                   polynomial_part<First, low>(power, c));
     }
 }
 } // namespace detail

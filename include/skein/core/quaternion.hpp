@@ -1,4 +1,5 @@
-// Unit quaternions (w, v): a director frame Q in four numbers.                                             theory.md (5)
+// Unit quaternions (w, v): a director frame Q in four numbers.                                             theory.md
+// (5)
 //   Q a = a + 2 w (a x v) + 2 (a x v) x v,   R(u): w = cos(u/2), v = sin(u/2)/u u;   q and -q are the same frame
 // Written like the matrices they stand for: q * a is Q a (lab to body), and r * q the frame R Q.
 #pragma once
@@ -13,7 +14,8 @@ template <class P> struct Quaternion {
 
     SKEIN_INLINE friend Vec3<P> operator*(const Quaternion& q, const Vec3<P>& a) {
         const Vec3<P> t = cross(a, q.v + q.v);
-        return {fma(t.y, q.v.z, fnma(t.z, q.v.y, fma(q.w, t.x, a.x))), fma(t.z, q.v.x, fnma(t.x, q.v.z, fma(q.w, t.y, a.y))),
+        return {fma(t.y, q.v.z, fnma(t.z, q.v.y, fma(q.w, t.x, a.x))),
+                fma(t.z, q.v.x, fnma(t.x, q.v.z, fma(q.w, t.y, a.y))),
                 fma(t.x, q.v.y, fnma(t.y, q.v.x, fma(q.w, t.z, a.z)))};
     }
     SKEIN_INLINE friend Quaternion operator*(const Quaternion& r, const Quaternion& q) {
@@ -27,12 +29,15 @@ template <class P> struct Quaternion {
 /// Q^T a: from body to lab components.
 template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Quaternion<P>& q, const Vec3<P>& a) {
     const Vec3<P> t = cross(q.v + q.v, a);
-    return {fma(q.v.y, t.z, fnma(q.v.z, t.y, fma(q.w, t.x, a.x))), fma(q.v.z, t.x, fnma(q.v.x, t.z, fma(q.w, t.y, a.y))),
+    return {fma(q.v.y, t.z, fnma(q.v.z, t.y, fma(q.w, t.x, a.x))),
+            fma(q.v.z, t.x, fnma(q.v.x, t.z, fma(q.w, t.y, a.y))),
             fma(q.v.x, t.y, fnma(q.v.y, t.x, fma(q.w, t.z, a.z)))};
 }
 
 /// Cosine of half the angle between two frames, but for its sign.
-template <class P> SKEIN_INLINE P dot(const Quaternion<P>& a, const Quaternion<P>& b) { return fma(a.w, b.w, dot(a.v, b.v)); }
+template <class P> SKEIN_INLINE P dot(const Quaternion<P>& a, const Quaternion<P>& b) {
+    return fma(a.w, b.w, dot(a.v, b.v));
+}
 
 /// d3 in lab components: the third row of Q.
 template <class P> SKEIN_INLINE Vec3<P> third_director(const Quaternion<P>& q) {
@@ -56,14 +61,17 @@ inline constexpr Quaterniond no_turn{1, {0, 0, 0}};
 /// Of a frame, rows orthonormal; w >= 0.
 Quaterniond quaternion(const Mat3d& q);
 
-template <int W> SKEIN_INLINE Quaternion<Pack<W>> broadcast(const Quaterniond& q) { return {Pack<W>(q.w), broadcast<W>(q.v)}; }
+template <int W> SKEIN_INLINE Quaternion<Pack<W>> broadcast(const Quaterniond& q) {
+    return {Pack<W>(q.w), broadcast<W>(q.v)};
+}
 template <int W> SKEIN_INLINE Quaterniond lane(const Quaternion<Pack<W>>& q, int i) { return {q.w[i], lane(q.v, i)}; }
 template <int W> SKEIN_INLINE void set_lane(Quaternion<Pack<W>>& q, int i, const Quaterniond& b) {
     q.w.set(i, b.w);
     set_lane(q.v, i, b.v);
 }
 
-template <int W> SKEIN_INLINE Quaternion<Pack<W>> select(Mask<W> m, const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {
+template <int W>
+SKEIN_INLINE Quaternion<Pack<W>> select(Mask<W> m, const Quaternion<Pack<W>>& a, const Quaternion<Pack<W>>& b) {
     return {select(m, a.w, b.w), select(m, a.v, b.v)};
 }
 template <int W> SKEIN_INLINE Quaternion<Pack<W>> from_lane_after(const Quaternion<Pack<W>>& a) {

@@ -1,5 +1,6 @@
 // Three-vectors and 3x3 matrices over a value type P (double in set-up code, Pack<W> in kernels).
-// A director frame Q as a matrix has rows d1, d2, d3 (lab components): body vector = Q * lab vector. Rods store quaternions.
+// A director frame Q as a matrix has rows d1, d2, d3 (lab components): body vector = Q * lab vector. Rods store
+// quaternions.
 #pragma once
 
 #include "skein/core/pack.hpp"
@@ -33,7 +34,9 @@ template <class P> struct Vec3 {
     SKEIN_INLINE friend Vec3 operator*(P s, const Vec3& a) { return {s * a.x, s * a.y, s * a.z}; }
 };
 
-template <class P> SKEIN_INLINE P dot(const Vec3<P>& a, const Vec3<P>& b) { return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z)); }
+template <class P> SKEIN_INLINE P dot(const Vec3<P>& a, const Vec3<P>& b) {
+    return fma(a.x, b.x, fma(a.y, b.y, a.z * b.z));
+}
 template <class P> SKEIN_INLINE P norm(const Vec3<P>& a) { return sqrt(dot(a, a)); }
 template <class P> SKEIN_INLINE Vec3<P> cross(const Vec3<P>& a, const Vec3<P>& b) {
     return {fma(a.y, b.z, -(a.z * b.y)), fma(a.z, b.x, -(a.x * b.z)), fma(a.x, b.y, -(a.y * b.x))};
@@ -43,12 +46,16 @@ template <class P> SKEIN_INLINE Vec3<P> fma(P s, const Vec3<P>& a, const Vec3<P>
     return {fma(s, a.x, b.x), fma(s, a.y, b.y), fma(s, a.z, b.z)};
 }
 /// Component-wise product, e.g. a diagonal stiffness times a strain.
-template <class P> SKEIN_INLINE Vec3<P> scale(const Vec3<P>& a, const Vec3<P>& b) { return {a.x * b.x, a.y * b.y, a.z * b.z}; }
+template <class P> SKEIN_INLINE Vec3<P> scale(const Vec3<P>& a, const Vec3<P>& b) {
+    return {a.x * b.x, a.y * b.y, a.z * b.z};
+}
 
 template <class P> struct Mat3 {
     Vec3<P> d1, d2, d3; // rows
 
-    SKEIN_INLINE friend Vec3<P> operator*(const Mat3& q, const Vec3<P>& a) { return {dot(q.d1, a), dot(q.d2, a), dot(q.d3, a)}; }
+    SKEIN_INLINE friend Vec3<P> operator*(const Mat3& q, const Vec3<P>& a) {
+        return {dot(q.d1, a), dot(q.d2, a), dot(q.d3, a)};
+    }
 };
 
 /// Q^T a: from body to lab components.
@@ -71,7 +78,9 @@ inline std::pair<Vec3d, Vec3d> directions_across(const Vec3d& axis) {
 inline bool parallel(const Vec3d& a, const Vec3d& b) { return norm(cross(a, b)) <= 1e-9 * norm(a) * norm(b); }
 
 /// A scalar vector in every lane.
-template <int W> SKEIN_INLINE Vec3<Pack<W>> broadcast(const Vec3d& a) { return {Pack<W>(a.x), Pack<W>(a.y), Pack<W>(a.z)}; }
+template <int W> SKEIN_INLINE Vec3<Pack<W>> broadcast(const Vec3d& a) {
+    return {Pack<W>(a.x), Pack<W>(a.y), Pack<W>(a.z)};
+}
 /// What differs from lane to lane as it is, so that kernels need not know which of both a constant does.
 template <int W> SKEIN_INLINE const Vec3<Pack<W>>& broadcast(const Vec3<Pack<W>>& a) { return a; }
 

@@ -1,6 +1,6 @@
-// Any load of the list (loads/load_list.hpp) as a value: what scenes, plans and checks ask of a load without knowing which it is.
-// A load is a plain struct with `kind` and `fields()`, and `add()`, which the step calls (loads/load_pass.hpp). All else it may
-// leave out, and is found here where it does not:
+// Any load of the list (loads/load_list.hpp) as a value: what scenes, plans and checks ask of a load without knowing
+// which it is. A load is a plain struct with `kind` and `fields()`, and `add()`, which the step calls
+// (loads/load_pass.hpp). All else it may leave out, and is found here where it does not:
 //   label                                names it in plans, where the words of `kind` do not
 //   check(groups, objections) const      what contradicts what, or the groups that it acts on
 //   for_rigid_bodies, for_rings = false  kinds of rods that it is not for: scenes which put it on such are refused
@@ -9,10 +9,10 @@
 //   largest_rate(group) const            of decay of a velocity, where it reads velocities: a limit of the step
 //   largest_stiffness(group) const       of its force against positions, over mass, 1/s^2: a limit of the step too
 //   fault_at_start(group) const          what is wrong with its values at the start, in words
-//   refine(was, now)                     takes what it lists by element, node or vertex over to rods of other elements; says how
-//   predicted_ns() const                 time of one core for an element and step, where that is not about 1 ns
-//   needs_whole_rods = true              it looks along a rod from end to end, which strands do not
-//   feels_all = true                     it answers what everything else presses with: it comes after contacts and walls
+//   refine(was, now)                     takes what it lists by element, node or vertex over to rods of other elements;
+//   says how predicted_ns() const                 time of one core for an element and step, where that is not about 1
+//   ns needs_whole_rods = true              it looks along a rod from end to end, which strands do not feels_all = true
+//   it answers what everything else presses with: it comes after contacts and walls
 // A member of one of these names that cannot be called like this does not compile.
 #pragma once
 
@@ -135,7 +135,8 @@ public:
     void use(const FormulaScope& names) { held_->use(names); }
     DragRate largest_stiffness(const RodGroup& group) const { return held_->largest_stiffness(group); }
     std::string fault_at_start(const RodGroup& group) const { return held_->fault_at_start(group); }
-    /// What it has decided that the author of the scene should know; empty: nothing. Shapes of the first group that it acts on.
+    /// What it has decided that the author of the scene should know; empty: nothing. Shapes of the first group that it
+    /// acts on.
     std::string refine(const Shape& was, const Shape& now) { return held_->refine(was, now); }
 
     /// Null where it is of another kind.
@@ -217,13 +218,15 @@ private:
         }
         DragRate largest_stiffness([[maybe_unused]] const RodGroup& group) const override {
             constexpr bool fits = requires { DragRate(load_.largest_stiffness(group)); };
-            static_assert(fits || !detail::names_largest_stiffness<L>, "DragRate largest_stiffness(const RodGroup&) const");
+            static_assert(fits || !detail::names_largest_stiffness<L>,
+                          "DragRate largest_stiffness(const RodGroup&) const");
             if constexpr (fits) return load_.largest_stiffness(group);
             else return {};
         }
         std::string fault_at_start([[maybe_unused]] const RodGroup& group) const override {
             constexpr bool fits = requires { std::string(load_.fault_at_start(group)); };
-            static_assert(fits || !detail::names_fault_at_start<L>, "std::string fault_at_start(const RodGroup&) const");
+            static_assert(fits || !detail::names_fault_at_start<L>,
+                          "std::string fault_at_start(const RodGroup&) const");
             if constexpr (fits) return load_.fault_at_start(group);
             else return {};
         }

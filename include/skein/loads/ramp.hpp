@@ -30,8 +30,9 @@ struct Ramp {
     void fields(FieldVisitor& f) {
         f.visit({.name = "ramp", .unit = "s", .text = "rise from 0", .at_least = 0}, duration);
         f.visit({.name = "onset", .unit = "s", .text = "nothing before", .at_least = 0}, onset);
-        f.choice({.name = "ramp_shape", .unit = "", .text = "of the rise: a line, or half a cosine wave, which is smooth"}, shape,
-                 ramp_shape_names);
+        f.choice(
+            {.name = "ramp_shape", .unit = "", .text = "of the rise: a line, or half a cosine wave, which is smooth"},
+            shape, ramp_shape_names);
     }
     double at(double time) const { return ramp_at(time - onset, duration, shape); }
 };

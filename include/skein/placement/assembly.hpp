@@ -1,5 +1,6 @@
-// Assemblies: rods and bodies that are described once, joined to each other, and copied as a whole. The copies of an assembly are
-// alike but for where they stand; groups that belong to one have all their rods in each of them, copy after copy.
+// Assemblies: rods and bodies that are described once, joined to each other, and copied as a whole. The copies of an
+// assembly are alike but for where they stand; groups that belong to one have all their rods in each of them, copy
+// after copy.
 #pragma once
 
 #include "skein/core/quaternion.hpp"
@@ -13,8 +14,8 @@ namespace skein {
 
 struct AssemblySpec {
     std::string name;
-    Placement placement;              ///< of the copies: where the origin of the assembly's axes is, and their d1 and d3
-    Vec3d scatter{0, 0, 0};           ///< m: copies are moved by up to so much, at random, lab
+    Placement placement;    ///< of the copies: where the origin of the assembly's axes is, and their d1 and d3
+    Vec3d scatter{0, 0, 0}; ///< m: copies are moved by up to so much, at random, lab
     double magnetisation_scatter = 0; ///< share: the strengths of copies differ by up to so much, at random
     long seed = 1;                    ///< of the random numbers
     std::string source;               ///< file:line of the table, for messages

@@ -18,8 +18,8 @@ inline constexpr std::string_view placement_names[] = {"single", "line", "lattic
 enum class Trace { rest, start };
 inline constexpr std::string_view trace_names[] = {"rest", "start"};
 
-/// Where the rods start and which way they point. All rods share tangent and normal (d1), unless they are packed or each has its
-/// own; `origins` come from the kind.
+/// Where the rods start and which way they point. All rods share tangent and normal (d1), unless they are packed or
+/// each has its own; `origins` come from the kind.
 struct Placement {
     PlacementKind kind = PlacementKind::single;
     Vec3d origin{0, 0, 0};

@@ -1,5 +1,5 @@
-// Where the rods of a group start, and how each is turned. A lattice is a formula and costs no memory. What a scene or a file
-// lists is kept of some rods alone: of a block while rods are given to ranks, then of this rank's own.
+// Where the rods of a group start, and how each is turned. A lattice is a formula and costs no memory. What a scene or
+// a file lists is kept of some rods alone: of a block while rods are given to ranks, then of this rank's own.
 #pragma once
 
 #include "skein/core/quaternion.hpp"
@@ -14,8 +14,8 @@
 
 namespace skein {
 
-/// Frame with rows d1 (from the normal, made orthogonal), d2, d3 (from the tangent). Without a normal d1 is along x, or along y for
-/// tangents along x.
+/// Frame with rows d1 (from the normal, made orthogonal), d2, d3 (from the tangent). Without a normal d1 is along x, or
+/// along y for tangents along x.
 Quaterniond frame_of(const Vec3d& tangent, const std::optional<Vec3d>& normal);
 
 /// What a file says of its rods.
@@ -26,8 +26,8 @@ struct RodColumns {
     bool sized() const { return length || radius || nodes || radii; }
 };
 
-/// Consecutive rods as a file describes them: an entry per rod (or element, node), none at all where the file is silent. Of traced
-/// rods the origins are the first nodes.
+/// Consecutive rods as a file describes them: an entry per rod (or element, node), none at all where the file is
+/// silent. Of traced rods the origins are the first nodes.
 struct RodRows {
     std::vector<Vec3d> origins;
     std::vector<Vec3d> tangents, normals;
@@ -44,7 +44,8 @@ public:
     virtual std::int64_t count() const = 0;
     virtual RodColumns columns() const = 0;
     virtual std::int64_t elements() const { return 0; } ///< of a rod, where the file speaks of them; else 0
-    /// Rods [begin, end). Throws InputError naming file, column and row where a number is none, or a direction is missing.
+    /// Rods [begin, end). Throws InputError naming file, column and row where a number is none, or a direction is
+    /// missing.
     virtual RodRows read(std::int64_t begin, std::int64_t end) const = 0;
 };
 
@@ -71,7 +72,8 @@ public:
     /// Rest length and radius of rod i, m; `given`, the scene's, where the file is silent.
     double length(std::int64_t i, double given) const;
     double radius(std::int64_t i, double given) const;
-    /// Rest lengths of its elements, m, curvatures of its inner vertices, 1/m, and radii of its elements, m, as its file has them.
+    /// Rest lengths of its elements, m, curvatures of its inner vertices, 1/m, and radii of its elements, m, as its
+    /// file has them.
     std::span<const double> element_lengths(std::int64_t i) const;
     std::vector<Vec3d> curvatures(std::int64_t i) const;
     std::span<const double> element_radii(std::int64_t i) const;
@@ -106,7 +108,7 @@ private:
     std::size_t row(std::int64_t i) const; ///< of what is held of rod i
 
     std::int64_t count_ = 1;
-    Vec3d first_{0, 0, 0};              ///< of a lattice or bitmap: the place of its first point; of a file: added to its origins
+    Vec3d first_{0, 0, 0}; ///< of a lattice or bitmap: the place of its first point; of a file: added to its origins
     std::int64_t counts_[2] = {1, 1};   ///< of a lattice, along x and y
     double spacing_[3] = {0, 0, 0};     ///< m
     double stagger_ = 0;                ///< of a lattice: of every other row along x, m
@@ -119,8 +121,8 @@ private:
     std::shared_ptr<const RodSource> source_;
     RodColumns columns_;
     std::size_t elements_ = 0, width_ = 0; ///< numbers in a row of sizes_
-    /// Of the rods that are held: length, radius, then of traced rods the elements' lengths and the curvatures between them, then
-    /// the elements' radii; what the file is silent of is left out.
+    /// Of the rods that are held: length, radius, then of traced rods the elements' lengths and the curvatures between
+    /// them, then the elements' radii; what the file is silent of is left out.
     std::vector<double> sizes_;
 };
 

@@ -1,5 +1,5 @@
-// What a scene says of a rigid body besides its name, motion and places: its parts, which are solid and of one density, in a frame
-// of its own; or its mass and inertia themselves.
+// What a scene says of a rigid body besides its name, motion and places: its parts, which are solid and of one density,
+// in a frame of its own; or its mass and inertia themselves.
 #pragma once
 
 #include "skein/core/fields.hpp"

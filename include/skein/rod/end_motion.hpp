@@ -1,9 +1,9 @@
 // Prescribed motion of a held end: a table in time, a sinusoid, formulas, or a sum of them.     theory.md (46)
 //   u(t) = U(t) + A sin(2 pi t/T + phase) + F(t)   displacement of the end node, lab, m
-//   r(t) = R(t) + B sin(2 pi t/T + phase) + G(t)   rotation vector of the wall about the node, lab, rad; the wall's frame is Q_w
-//   R(r)
-// U and R go from entry to entry of their tables linearly, or smoothly (3 s^2 - 2 s^3), and stay at the last entry after it;
-// F and G are formulas of t, and their rates the derivatives of these.
+//   r(t) = R(t) + B sin(2 pi t/T + phase) + G(t)   rotation vector of the wall about the node, lab, rad; the wall's
+//   frame is Q_w R(r)
+// U and R go from entry to entry of their tables linearly, or smoothly (3 s^2 - 2 s^3), and stay at the last entry
+// after it; F and G are formulas of t, and their rates the derivatives of these.
 #pragma once
 
 #include "skein/core/fields.hpp"
@@ -35,8 +35,8 @@ struct EndMotion {
     void fields(FieldVisitor& f);
     /// Reads the formulas, which may hold these names; without it they are 0.
     void use(const FormulaScope& names);
-    /// What is wrong with the formulas, where this is the table that the objections are about. `free`: lab directions, 1 where the
-    /// end slides.
+    /// What is wrong with the formulas, where this is the table that the objections are about. `free`: lab directions,
+    /// 1 where the end slides.
     void check_formulas(const Vec3d& free, Objections& objections) const;
 
     bool moves() const { return !translation.empty() || !translation_formula.empty() || oscillates(amplitude); }

@@ -22,8 +22,8 @@ struct Capsule;
 struct PackedRods;
 struct BodyShape;
 
-/// Constants of element k, body components: numbers, or packs where they differ from lane to lane (rod/strands.hpp). Those of a
-/// group are shared by all its rods, so they live in cache and cost no bandwidth.
+/// Constants of element k, body components: numbers, or packs where they differ from lane to lane (rod/strands.hpp).
+/// Those of a group are shared by all its rods, so they live in cache and cost no bandwidth.
 template <class P> struct ElementConstantsOf {
     P rest_length;       ///< l_k, m
     P inv_rest_length;   ///< 1/m
@@ -39,7 +39,8 @@ template <class P> struct ElementConstantsOf {
 };
 using ElementConstants = ElementConstantsOf<double>;
 
-/// Constants of Voronoi cell k, between elements k and k+1, or of a half cell, between a wall and the first or last element.
+/// Constants of Voronoi cell k, between elements k and k+1, or of a half cell, between a wall and the first or last
+/// element.
 template <class P> struct VoronoiConstantsOf {
     P inv_length;           ///< 1/D_k, D = (l_k + l_{k+1})/2; 2/l of a half cell
     P share_before;         ///< l_k/(2 D): weight of element k in the cell's dilatation
@@ -50,22 +51,22 @@ template <class P> struct VoronoiConstantsOf {
 using VoronoiConstants = VoronoiConstantsOf<double>;
 
 /// Modes of an element that limit the time step, theory.md (26)-(29).
-inline constexpr std::array<std::string_view, 4> limiting_modes = {"axial", "shear-rotation about d1", "shear-rotation about d2",
-                                                                   "twist"};
+inline constexpr std::array<std::string_view, 4> limiting_modes = {"axial", "shear-rotation about d1",
+                                                                   "shear-rotation about d2", "twist"};
 /// Of rods with sizes of their own: the smallest time-step limit of each mode over all rods, s.
 using LeastLimits = std::array<double, limiting_modes.size()>;
 
 class RodGroup {
 public:
-    /// Works out constants and placements. Throws InputError (with the source line of the table) where numbers contradict
-    /// each other. `directory` is where a mask file is looked for; `first_gid` is the number of rods in earlier groups. Rods that
-    /// are packed keep clear of `occupied`, and join it. `source`: the file of a placement of that kind, of which only rods that
-    /// have been read (read_rods) can be asked for.
+    /// Works out constants and placements. Throws InputError (with the source line of the table) where numbers
+    /// contradict each other. `directory` is where a mask file is looked for; `first_gid` is the number of rods in
+    /// earlier groups. Rods that are packed keep clear of `occupied`, and join it. `source`: the file of a placement of
+    /// that kind, of which only rods that have been read (read_rods) can be asked for.
     RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const std::string& directory,
              std::vector<Capsule>* occupied = nullptr, std::shared_ptr<const RodSource> source = nullptr);
 
-    /// Whether rods have lengths, radii or shapes of their own. Constants of the group are then those that the scene gives and of
-    /// no rod; single(i) has those of rod i, and its number. Such rods lie along.
+    /// Whether rods have lengths, radii or shapes of their own. Constants of the group are then those that the scene
+    /// gives and of no rod; single(i) has those of rod i, and its number. Such rods lie along.
     bool sized() const { return places_.sized(); }
     RodGroup single(std::int64_t i) const { return RodGroup(*this, i); }
     /// Of a group that is single(j): becomes single(i) of the same `group`, in the memory that it has.
@@ -94,9 +95,9 @@ public:
     bool strained() const { return !body_; }
     /// Of a body; null of rods.
     const BodyShape* body() const { return body_.get(); }
-    /// Slots that a rod shows to others, which lie between nodes that follow each other; a body two for each part of its surface.
-    /// And the radius of the element that one has at rest, m,
-    /// of a box that of the ball around it; below 0: it has none.
+    /// Slots that a rod shows to others, which lie between nodes that follow each other; a body two for each part of
+    /// its surface. And the radius of the element that one has at rest, m, of a box that of the ball around it; below
+    /// 0: it has none.
     int exposed_slots() const;
     double exposed_radius(int slot) const;
     /// A ring: node n is node 0 (its slot a copy, without mass), cell n-1 joins element n-1 to element 0.
@@ -108,11 +109,14 @@ public:
                (i == elements() && spec_.end != EndKind::free && spec_.end_free.empty());
     }
     /// Whether an end holds the node in some directions and leaves it free in others.
-    bool slides(int i) const { return (i == 0 && !spec_.start_free.empty()) || (i == elements() && !spec_.end_free.empty()); }
+    bool slides(int i) const {
+        return (i == 0 && !spec_.start_free.empty()) || (i == elements() && !spec_.end_free.empty());
+    }
     /// Of a node that slides: 1 in the lab directions in which it is free.
     Vec3d free_directions(int i) const { return lab_directions(i == 0 ? spec_.start_free : spec_.end_free); }
     bool holds_element(int k) const {
-        return (k == 0 && spec_.start == EndKind::clamped_frozen) || (k == elements() - 1 && spec_.end == EndKind::clamped_frozen);
+        return (k == 0 && spec_.start == EndKind::clamped_frozen) ||
+               (k == elements() - 1 && spec_.end == EndKind::clamped_frozen);
     }
 
     /// Lab position of rod i at s = 0.
@@ -129,8 +133,8 @@ public:
     /// Of a placement by file: what this rank knows of its rods. See partition/partition.hpp, which calls these.
     const Places& places() const { return places_; }
     Places& places() { return places_; }
-    /// What depends on all rods of a file, and so is known when all ranks have read their parts: the smallest x, y, z of the
-    /// origins, which a magnetisation is measured from, and the sum of the parts' digests.
+    /// What depends on all rods of a file, and so is known when all ranks have read their parts: the smallest x, y, z
+    /// of the origins, which a magnetisation is measured from, and the sum of the parts' digests.
     void set_read(const Vec3d& corner, std::uint64_t digest, const LeastLimits& limits) {
         corner_ = corner, file_digest_ = digest, least_limits_ = limits;
     }
@@ -166,10 +170,12 @@ public:
     std::vector<VoronoiConstants> voronoi;    ///< [n - 1], a ring's [n]
     std::vector<double> rotary_inertia_scale; ///< [n], j >= 1; empty where all are 1
     std::vector<double> node_mass;            ///< [slots], kg; 0 where a node takes no kick
-    std::vector<double> node_length;          ///< [slots], m: half of the elements on both sides; weighs as the mass does
-    std::vector<double> cell_weight;          ///< [slots], D_w/D of the cell around a node; empty where all are 1
-    double nodal_density = 0; ///< 4/(this V) bounds 1/m + 1/m' of what an element of volume V brings to its nodes, kg/m^3
-    VoronoiConstants start_wall{}, end_wall{}; ///< half cells of clamped ends; their dilatation is that of the element there
+    std::vector<double> node_length; ///< [slots], m: half of the elements on both sides; weighs as the mass does
+    std::vector<double> cell_weight; ///< [slots], D_w/D of the cell around a node; empty where all are 1
+    double nodal_density =
+        0; ///< 4/(this V) bounds 1/m + 1/m' of what an element of volume V brings to its nodes, kg/m^3
+    VoronoiConstants start_wall{},
+        end_wall{}; ///< half cells of clamped ends; their dilatation is that of the element there
 
 private:
     /// A lab vector of the start shape as rod i has it.
@@ -212,7 +218,9 @@ inline double node_radius(const RodGroup& group, std::int64_t k) {
 }
 
 /// Of the cell or half cell around node i.
-inline double cell_weight(const RodGroup& group, std::size_t i) { return group.cell_weight.empty() ? 1 : group.cell_weight[i]; }
+inline double cell_weight(const RodGroup& group, std::size_t i) {
+    return group.cell_weight.empty() ? 1 : group.cell_weight[i];
+}
 
 /// Calls f with the group whose constants rod i has.
 template <class F> decltype(auto) with_rod(const RodGroup& group, std::int64_t i, F&& f) {

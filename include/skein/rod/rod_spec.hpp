@@ -1,4 +1,5 @@
-// What a scene says about one group of rods: all alike in shape, material and ends, each at its own place. Or of rigid bodies.
+// What a scene says about one group of rods: all alike in shape, material and ends, each at its own place. Or of rigid
+// bodies.
 #pragma once
 
 #include "skein/core/fields.hpp"
@@ -33,10 +34,10 @@ struct Material {
 enum class SectionKind { circular, elliptic, rectangular };
 inline constexpr std::string_view section_names[] = {"circular", "elliptic", "rectangular"};
 
-/// Cross-section: circle of radius `radius`, or ellipse or rectangle that reaches `radius` along d1 and `radius_2` along d2; scaled
-/// along the rod linearly from 1 at the start to `taper` at the end, or element by element by `profile`. What is given of its
-/// constants replaces what the shape makes of them; mass and inertia are the shape's. Along a rod they go with the fourth power of
-/// the scale.
+/// Cross-section: circle of radius `radius`, or ellipse or rectangle that reaches `radius` along d1 and `radius_2`
+/// along d2; scaled along the rod linearly from 1 at the start to `taper` at the end, or element by element by
+/// `profile`. What is given of its constants replaces what the shape makes of them; mass and inertia are the shape's.
+/// Along a rod they go with the fourth power of the scale.
 struct Section {
     SectionKind kind = SectionKind::circular;
     double radius = 0;   ///< m
@@ -60,10 +61,10 @@ inline constexpr std::string_view end_weight_names[] = {"plain", "gregory"};
 struct Shape {
     double length = 0; ///< m
     long elements = 0;
-    std::vector<double> length_profile;              ///< empty, or the elements' lengths in any unit, scaled to `length`
-    bool closed = false;                             ///< the end joins the start; the rest curvature defaults to a circle's
-    Vec3d rest_curvature{0, 0, 0};                   ///< kappa0, 1/m
-    std::vector<Vec3d> rest_curvature_profile;       ///< empty, or one per Voronoi cell (elements - 1)
+    std::vector<double> length_profile;        ///< empty, or the elements' lengths in any unit, scaled to `length`
+    bool closed = false;                       ///< the end joins the start; the rest curvature defaults to a circle's
+    Vec3d rest_curvature{0, 0, 0};             ///< kappa0, 1/m
+    std::vector<Vec3d> rest_curvature_profile; ///< empty, or one per Voronoi cell (elements - 1)
     std::vector<std::string> rest_curvature_formula; ///< three of s, which the profile is worked out from; empty: none
     Vec3d rest_strain{0, 0, 0};                      ///< sigma0, -
     std::optional<Vec3d> start_curvature;            ///< curvature at t = 0; the rest curvature where absent
@@ -77,7 +78,8 @@ struct Shape {
 };
 
 /// How an end is held. `clamped` is the second-order clamp: a half Voronoi cell between the wall frame and the first
-/// element; `clamped_frozen` fixes the first node and the first element's director, as in published codes (first order).
+/// element; `clamped_frozen` fixes the first node and the first element's director, as in published codes (first
+/// order).
 enum class EndKind { free, pinned, clamped, clamped_frozen };
 inline constexpr std::string_view end_names[] = {"free", "pinned", "clamped", "clamped_frozen"};
 
@@ -87,12 +89,13 @@ inline Vec3d lab_directions(std::string_view letters) {
     return {named('x'), named('y'), named('z')};
 }
 
-/// A magnetisation fixed in the material, pattern over the rods of a group (Gu et al. 2020; carpets of Parthasarathy et al. 2026):
+/// A magnetisation fixed in the material, pattern over the rods of a group (Gu et al. 2020; carpets of Parthasarathy et
+/// al. 2026):
 ///   uniform  m = M direction
 ///   wave_x   m = M (sin px, 0, cos px)                                px = phase + 2 pi x / lambda_x
 ///   wave_xy  m = M (sin px, sin py, cos px + cos py)/|...|            py = phase + 2 pi y / lambda_y
-/// in lab components at the rod's start frame; x, y are measured from the group's first corner. In an assembly all this is in its
-/// axes, and of its rods alone.
+/// in lab components at the rod's start frame; x, y are measured from the group's first corner. In an assembly all this
+/// is in its axes, and of its rods alone.
 enum class MagnetisationPattern { none, uniform, wave_x, wave_xy };
 inline constexpr std::string_view magnetisation_names[] = {"none", "uniform", "wave_x", "wave_xy"};
 struct Magnetisation {
@@ -122,7 +125,9 @@ struct RodSpec {
     std::optional<BodySpec> body; ///< of bodies, which have name, density, rates at t = 0 and places besides
     std::string source;           ///< file:line of the table, for messages
 
-    bool ends_move() const { return start_motion.moves() || start_motion.turns() || end_motion.moves() || end_motion.turns(); }
+    bool ends_move() const {
+        return start_motion.moves() || start_motion.turns() || end_motion.moves() || end_motion.turns();
+    }
     bool ends_slide() const { return !start_free.empty() || !end_free.empty(); }
     /// Keys of a [[rods]], or of a [[bodies]].
     void fields(FieldVisitor& f);

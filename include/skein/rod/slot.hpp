@@ -32,7 +32,8 @@ template <int W> SKEIN_INLINE void prefetch(const Slot<W>& slot) {
 /// Rows d1, d2, d3.
 inline Mat3d frame(const Slot<1>& slot) { return matrix(lane(slot.director, 0)); }
 
-/// Doubles of one rod's slot; the last slot of a rod has a node but no element (its director is not turned, its spin zero).
+/// Doubles of one rod's slot; the last slot of a rod has a node but no element (its director is not turned, its spin
+/// zero).
 inline constexpr int slot_doubles = 13;
 static_assert(sizeof(Slot<1>) == slot_doubles * sizeof(double));
 

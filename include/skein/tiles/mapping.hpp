@@ -1,4 +1,5 @@
-// How rods lie in the lanes of a tile. A pass takes the mapping as a template argument: it tells where a lane's constants are.
+// How rods lie in the lanes of a tile. A pass takes the mapping as a template argument: it tells where a lane's
+// constants are.
 //   Across    a rod per lane, all of one group: constants are numbers, the same in all lanes
 //   Along     strands (rod/strands.hpp): constants are packs
 // Physics is written once for both, and gives the same bits.
@@ -12,7 +13,9 @@ template <int W> struct Across {
     static constexpr bool along = false;
     SKEIN_INLINE static const ElementConstants& element(const RodTile<W>& rod, int k) { return rod.element[k]; }
     SKEIN_INLINE static const VoronoiConstants& cell(const RodTile<W>& rod, int k) { return rod.voronoi[k]; }
-    SKEIN_INLINE static double node_mass(const RodTile<W>& rod, int i) { return rod.group->node_mass[static_cast<std::size_t>(i)]; }
+    SKEIN_INLINE static double node_mass(const RodTile<W>& rod, int i) {
+        return rod.group->node_mass[static_cast<std::size_t>(i)];
+    }
     SKEIN_INLINE static double node_length(const RodTile<W>& rod, int i) {
         return rod.group->node_length[static_cast<std::size_t>(i)];
     }
@@ -62,7 +65,8 @@ template <int W> struct Along {
 /// Strain nu = Q dx/l0 of an element; that of rest where there is none.
 template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> element_strain(const RodTile<W>& rod, int k) {
     const auto& c = Map::element(rod, k);
-    Vec3<Pack<W>> nu = Pack<W>(c.inv_rest_length) * (rod.slot[k].director * (rod.slot[k + 1].position - rod.slot[k].position));
+    Vec3<Pack<W>> nu =
+        Pack<W>(c.inv_rest_length) * (rod.slot[k].director * (rod.slot[k + 1].position - rod.slot[k].position));
     if constexpr (Map::along) nu.z += c.absent;
     return nu;
 }
@@ -74,7 +78,8 @@ template <class Map, int W> SKEIN_INLINE decltype(auto) neighbour_frame(const Ro
     else return (q);
 }
 
-/// A load's table of the group by element as the lanes of a tile along have it, 0 where there is no element; of a tile across none.
+/// A load's table of the group by element as the lanes of a tile along have it, 0 where there is no element; of a tile
+/// across none.
 template <template <class> class Row, int W>
 LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<double>>& of_group) {
     LaneRows<Row<Pack<W>>> rows;
@@ -83,8 +88,9 @@ LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<dou
         Row<Pack<W>> row{};
         for (int i = 0; i < W; ++i) {
             const int slot = rod.strands->slot(i, k);
-            set_lane<Row>(
-                row, i, slot >= 0 && slot < rod.group_of(i).elements() ? of_group[static_cast<std::size_t>(slot)] : Row<double>{});
+            set_lane<Row>(row, i,
+                          slot >= 0 && slot < rod.group_of(i).elements() ? of_group[static_cast<std::size_t>(slot)]
+                                                                         : Row<double>{});
         }
         rows.push_back(row);
     }
@@ -96,7 +102,8 @@ LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<dou
 template <int W> SKEIN_INLINE Vec3<Pack<W>> nothing() { return broadcast<W>(Vec3d{-0.0, -0.0, -0.0}); }
 
 /// a where there is an element k, nothing elsewhere.
-template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> where_present(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& a) {
+template <class Map, int W>
+SKEIN_INLINE Vec3<Pack<W>> where_present(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& a) {
     if constexpr (Map::along) return select(Map::element(rod, k).absent < Pack<W>(0.5), a, nothing<W>());
     else return a;
 }

@@ -1,9 +1,10 @@
-// The mapping along the rod: lanes of a tile carry strands. A strand is a rod, or one of the equal pieces that a rod is cut
-// into, so that a lone rod fills all lanes, and rods of other lengths and groups lie beside it.
+// The mapping along the rod: lanes of a tile carry strands. A strand is a rod, or one of the equal pieces that a rod is
+// cut into, so that a lone rod fills all lanes, and rods of other lengths and groups lie beside it.
 //   row       0           1           ...   m - 1             m
 //   lane j    slot j m    slot j m+1  ...   slot (j+1) m - 1  the next lane's row 0, where the rod goes on there
-// Constants differ from lane to lane. Slots behind a rod's last node are absent: without stiffness, of infinite mass, their strain
-// that of rest. The last node's slot has no element; its frame is that of the wall a clamped end is held by.
+// Constants differ from lane to lane. Slots behind a rod's last node are absent: without stiffness, of infinite mass,
+// their strain that of rest. The last node's slot has no element; its frame is that of the wall a clamped end is held
+// by.
 #pragma once
 
 #include "skein/core/aligned.hpp"
@@ -45,7 +46,8 @@ private:
 };
 
 /// Puts one lane's numbers into a structure of packs that has the same members.
-template <template <class> class Constants, int W> void set_lane(Constants<Pack<W>>& all, int l, const Constants<double>& one) {
+template <template <class> class Constants, int W>
+void set_lane(Constants<Pack<W>>& all, int l, const Constants<double>& one) {
     using Numbers = std::array<double, sizeof one / sizeof(double)>;
     using Packs = std::array<Pack<W>, sizeof all / sizeof(Pack<W>)>;
     static_assert(std::tuple_size_v<Numbers> == std::tuple_size_v<Packs>);
@@ -80,14 +82,15 @@ public:
 
     int rows() const { return rows_; }
     std::span<const Seat> seats() const { return seats_; }
-    /// The slot of its rod that a lane has in a row, or -1; row `rows()` is a slot of its own where the rod does not go on.
+    /// The slot of its rod that a lane has in a row, or -1; row `rows()` is a slot of its own where the rod does not go
+    /// on.
     int slot(int l, int row) const;
     /// Of the rod in a lane; an empty one takes the first.
     const RodGroup& group(int l) const { return *seat(l).group; }
     std::int64_t index(int l) const { return seat(l).index; }
 
-    /// Rods with sizes of their own are seated by groups of their own, whose constants are taken while a tile is laid out; from
-    /// then on they belong to `group`.
+    /// Rods with sizes of their own are seated by groups of their own, whose constants are taken while a tile is laid
+    /// out; from then on they belong to `group`.
     void settle(const RodGroup& group) {
         for (Seat& seat : seats_) seat.group = &group;
     }
@@ -140,7 +143,8 @@ template <int W> int Strands<W>::slot(int l, int row) const {
     return at <= seat.group->elements() ? at : -1;
 }
 
-template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : seats_(seats.begin(), seats.end()), rows_(rows) {
+template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows)
+    : seats_(seats.begin(), seats.end()), rows_(rows) {
     std::fill(seat_, seat_ + W, -1);
     for (std::size_t s = 0; s < seats_.size(); ++s)
         for (int piece = 0; piece < seats_[s].lanes; ++piece) seat_[seats_[s].lane + piece] = static_cast<int>(s);
@@ -153,7 +157,9 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows) : se
     const auto begins = [&](int i) { return seat_[i] < 0 || seat(i).lane == i; };
     first = mask(begins);
     goes_on = mask([&](int i) { return seat_[i] >= 0 && i + 1 < seat(i).lane + seat(i).lanes; });
-    const auto walled = [&](int i) { return seat_[i] >= 0 && begins(i) && seat(i).group->spec().start == EndKind::clamped; };
+    const auto walled = [&](int i) {
+        return seat_[i] >= 0 && begins(i) && seat(i).group->spec().start == EndKind::clamped;
+    };
     start_wall = mask(walled);
     start_walls = any(start_wall);
     for (int i = 0; i < W; ++i) {

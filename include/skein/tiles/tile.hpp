@@ -1,5 +1,5 @@
-// A tile: W rods of one group side by side, one per SIMD lane, or strands of any rods (rod/strands.hpp), small enough for L2; and
-// what acts on it.
+// A tile: W rods of one group side by side, one per SIMD lane, or strands of any rods (rod/strands.hpp), small enough
+// for L2; and what acts on it.
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
@@ -14,8 +14,8 @@
 
 namespace skein {
 
-/// What passes hand on within a step, in per-thread scratch: force at node k (lab, N) and couple at element k (body, N m), internal
-/// and external; and the element's dilatation as its law has it, which damping may follow.
+/// What passes hand on within a step, in per-thread scratch: force at node k (lab, N) and couple at element k (body, N
+/// m), internal and external; and the element's dilatation as its law has it, which damping may follow.
 template <int W> struct SlotLoad {
     Vec3<Pack<W>> force, couple;
     Pack<W> dilatation;
@@ -50,25 +50,28 @@ template <int W> struct RodTile {
 
 /// Tile of one rod.
 inline RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state, std::int64_t index = 0) {
-    return {state.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {index}, 1, group.slots() - 1};
+    return {state.data(),     group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {index}, 1,
+            group.slots() - 1};
 }
 
-/// One stage of the step, run over a tile while it is in cache. The plan strings passes together and names them, per group or
-/// family of groups.
+/// One stage of the step, run over a tile while it is in cache. The plan strings passes together and names them, per
+/// group or family of groups.
 template <int W> class TilePass {
 public:
     virtual ~TilePass() = default;
     /// How many tiles of the program will be bound.
     virtual void expect(std::size_t) {}
-    /// Called once for every tile of the program when tiles are laid out: of tiles across in order of number, of tiles along from
-    /// any thread, in any order.
+    /// Called once for every tile of the program when tiles are laid out: of tiles across in order of number, of tiles
+    /// along from any thread, in any order.
     virtual void bind(const RodTile<W>&) {}
-    /// Called once before the tiles of a batch of steps are visited; serial. What it finds for a step is kept by the step's slot.
+    /// Called once before the tiles of a batch of steps are visited; serial. What it finds for a step is kept by the
+    /// step's slot.
     virtual void prepare(std::span<const Step>) {}
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
     /// False where it moves loads from slot to slot and brings none.
     virtual bool adds_loads() const { return true; }
-    /// Appends the memory of the pass from step to step, of a lane of a tile, for checkpoints: as many numbers for all of a group.
+    /// Appends the memory of the pass from step to step, of a lane of a tile, for checkpoints: as many numbers for all
+    /// of a group.
     virtual void append_memory(const RodTile<W>&, int, std::vector<double>&) const {}
     /// Puts back what that gave, from the front of these numbers; returns how many they are.
     virtual std::size_t recall(const RodTile<W>&, int, std::span<const double>) { return 0; }

@@ -1,6 +1,6 @@
-// Steps of constant length. The canonical state is staggered: after step N rates stand at t_N, positions and directors at
-// t_N - lag, dt/2 for Verlet. A step is drift, forces, kick, once or several times (integrator.hpp); only the first drift of a run
-// has no lag to make up for (theory.md (20)-(21)).
+// Steps of constant length. The canonical state is staggered: after step N rates stand at t_N, positions and directors
+// at t_N - lag, dt/2 for Verlet. A step is drift, forces, kick, once or several times (integrator.hpp); only the first
+// drift of a run has no lag to make up for (theory.md (20)-(21)).
 #pragma once
 
 #include "skein/time/integrator.hpp"
@@ -34,7 +34,8 @@ class Clock {
 public:
     static constexpr int largest_batch = 64; ///< stages of one tile visit; beyond 16 nothing is gained (performance.md)
 
-    /// `shift`: time of step 0, s; other than 0 where the step was changed on the way and the time then was no multiple of it.
+    /// `shift`: time of step 0, s; other than 0 where the step was changed on the way and the time then was no multiple
+    /// of it.
     Clock(double dt, std::int64_t steps_done, Integrator integrator = Integrator::verlet, double shift = 0)
         : dt_(dt), shift_(shift), scheme_(scheme_of(integrator)), done_(steps_done) {
         batch_.reserve(largest_batch);

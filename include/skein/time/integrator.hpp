@@ -1,7 +1,10 @@
-// Splitting schemes: how drifts and kicks alternate within a step. Shares are of dt.             theory.md (20)-(21), (45)
+// Splitting schemes: how drifts and kicks alternate within a step. Shares are of dt.             theory.md (20)-(21),
+// (45)
 //   verlet   position Verlet, second order, one force evaluation
-//   pefrl    Omelyan, Mryglod and Folk 2002, Comput. Phys. Commun. 146, 188, eq. (27): fourth order, four force evaluations
-// The last drift of a step and the first of the next are one, so the state between steps lags: positions stand at t_N - lag dt.
+//   pefrl    Omelyan, Mryglod and Folk 2002, Comput. Phys. Commun. 146, 188, eq. (27): fourth order, four force
+//   evaluations
+// The last drift of a step and the first of the next are one, so the state between steps lags: positions stand at t_N -
+// lag dt.
 #pragma once
 
 #include <span>
@@ -12,8 +15,8 @@ namespace skein {
 enum class Integrator { verlet, pefrl };
 inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl"};
 
-/// How damping joins the kick: in an implicit midpoint, which leaves slow motion its inertia; as the exact flow of both; or
-/// multiplied on afterwards (published codes; first order).
+/// How damping joins the kick: in an implicit midpoint, which leaves slow motion its inertia; as the exact flow of
+/// both; or multiplied on afterwards (published codes; first order).
 enum class DampingScheme { midpoint, exponential, after };
 inline constexpr std::string_view damping_scheme_names[] = {"midpoint", "exponential", "after"};
 
@@ -48,7 +51,8 @@ inline constexpr double pefrl_kicks[] = {0.5 - lambda, lambda};
 } // namespace detail
 
 constexpr Scheme scheme_of(Integrator integrator) {
-    if (integrator == Integrator::pefrl) return {detail::pefrl_stages, detail::pefrl_kicks, detail::xi, 1.4947247, 2.3414};
+    if (integrator == Integrator::pefrl)
+        return {detail::pefrl_stages, detail::pefrl_kicks, detail::xi, 1.4947247, 2.3414};
     return {detail::verlet_stages, detail::verlet_kicks, 0.5, 1.0, 2.0};
 }
 

@@ -19,12 +19,14 @@ struct HeldElement {
 
 std::vector<HeldNode> held_nodes(const std::vector<int>& at, std::span<const Slot<1>> start) {
     std::vector<HeldNode> held;
-    for (const int i : at) held.push_back({static_cast<std::size_t>(i), lane(start[static_cast<std::size_t>(i)].position, 0)});
+    for (const int i : at)
+        held.push_back({static_cast<std::size_t>(i), lane(start[static_cast<std::size_t>(i)].position, 0)});
     return held;
 }
 std::vector<HeldElement> held_elements(const std::vector<int>& at, std::span<const Slot<1>> start) {
     std::vector<HeldElement> held;
-    for (const int k : at) held.push_back({static_cast<std::size_t>(k), lane(start[static_cast<std::size_t>(k)].director, 0)});
+    for (const int k : at)
+        held.push_back({static_cast<std::size_t>(k), lane(start[static_cast<std::size_t>(k)].director, 0)});
     return held;
 }
 
@@ -50,7 +52,8 @@ private:
 /// Chosen lab components: of positions (held at their start) and of angular velocities (frames drift).
 class General final : public Constraint {
 public:
-    General(std::vector<HeldNode> nodes, std::vector<HeldElement> elements, const Vec3d& translation, const Vec3d& rotation)
+    General(std::vector<HeldNode> nodes, std::vector<HeldElement> elements, const Vec3d& translation,
+            const Vec3d& rotation)
         : nodes_(std::move(nodes)), elements_(std::move(elements)), held_(translation), free_(free_of(translation)),
           free_turns_(free_of(rotation)) {}
     void values(Slot<1>* slot, double) const override {
@@ -72,12 +75,12 @@ private:
     Vec3d held_, free_, free_turns_;
 };
 
-/// Ends that approach by `slack` and turn against each other until `twisting_time`, then stand. The angular velocity has the lab
-/// components of the line between the ends, taken as body components without transformation: as published.
+/// Ends that approach by `slack` and turn against each other until `twisting_time`, then stand. The angular velocity
+/// has the lab components of the line between the ends, taken as body components without transformation: as published.
 class HelicalBuckling final : public Constraint {
 public:
-    HelicalBuckling(std::span<const Slot<1>> start, std::size_t last_node, std::size_t last_element, double time, double slack,
-                    double rotations)
+    HelicalBuckling(std::span<const Slot<1>> start, std::size_t last_node, std::size_t last_element, double time,
+                    double slack, double rotations)
         : time_(time), last_(last_node), last_element_(last_element) {
         const Vec3d first = lane(start.front().position, 0), end = lane(start[last_].position, 0);
         const Vec3d d = (1 / norm(end - first)) * (end - first);
@@ -120,13 +123,14 @@ std::vector<int> places(const Entry& e, const std::string& key, std::size_t size
 
 } // namespace
 
-std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<const Slot<1>> start, std::size_t node_count,
-                                                  std::size_t element_count) {
+std::shared_ptr<const Constraint> make_constraint(const Entry& e, std::span<const Slot<1>> start,
+                                                  std::size_t node_count, std::size_t element_count) {
     const std::string kind = e["kind"].text();
     if (kind == "one_end_fixed") return std::make_shared<Fixed>(held_nodes({0}, start), held_elements({0}, start));
     if (kind == "helical_buckling" && node_count > 1)
-        return std::make_shared<HelicalBuckling>(start, node_count - 1, element_count - 1, e["twisting_time"].positive(),
-                                                 e["slack"].number(), e["number_of_rotations"].number());
+        return std::make_shared<HelicalBuckling>(start, node_count - 1, element_count - 1,
+                                                 e["twisting_time"].positive(), e["slack"].number(),
+                                                 e["number_of_rotations"].number());
     if (kind != "fixed" && kind != "general") throw NotBuilt("constraint '" + kind + "' (" + e.path() + ")");
     auto nodes = held_nodes(places(e, "position_index", node_count), start);
     auto elements = held_elements(places(e, "director_index", element_count), start);

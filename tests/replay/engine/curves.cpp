@@ -1,9 +1,10 @@
-// Twist, writhe and link of framed curves in a file, against diagnostics/knots. A curve is an object that has a centre line under
-// one of the names below; its values are all numbers at or below keys that speak of twist, writhe or link (or are called tw, wr,
-// lk), in the same object or, in order, in the entries of another list of the file. The kind of the segments added at the ends is
-// part of a value's path ("writhe.end_to_end") or a text beside it; the published default is next_tangent. A curve is closed where
-// it says so
-// ("closed": true) or has as many frames as nodes: then nothing is added, unless a value names the segments it was taken with.
+// Twist, writhe and link of framed curves in a file, against diagnostics/knots. A curve is an object that has a centre
+// line under one of the names below; its values are all numbers at or below keys that speak of twist, writhe or link
+// (or are called tw, wr, lk), in the same object or, in order, in the entries of another list of the file. The kind of
+// the segments added at the ends is part of a value's path ("writhe.end_to_end") or a text beside it; the published
+// default is next_tangent. A curve is closed where it says so
+// ("closed": true) or has as many frames as nodes: then nothing is added, unless a value names the segments it was
+// taken with.
 #include "replay.hpp"
 
 #include "diagnostics/knots.hpp"
@@ -33,14 +34,16 @@ std::optional<Entry> find(const Entry& e, const Names& names) {
     return {};
 }
 
-/// Vectors as [item][component] or, where the first index is the component, [component][item]; one frame in a list is taken out.
+/// Vectors as [item][component] or, where the first index is the component, [component][item]; one frame in a list is
+/// taken out.
 std::vector<Vec3d> vectors_of(const Entry& e) {
     const auto outer = e.list();
     if (outer.size() == 1) return vectors_of(outer[0]);
     if (outer.empty()) e.fail("is empty");
     const auto inner = outer[0].list();
     if (outer.size() == 3 && inner.size() != 3) {
-        const auto x = outer[0].numbers(inner.size()), y = outer[1].numbers(inner.size()), z = outer[2].numbers(inner.size());
+        const auto x = outer[0].numbers(inner.size()), y = outer[1].numbers(inner.size()),
+                   z = outer[2].numbers(inner.size());
         std::vector<Vec3d> vectors;
         for (std::size_t i = 0; i < x.size(); ++i) vectors.push_back({x[i], y[i], z[i]});
         return vectors;
@@ -75,7 +78,8 @@ FramedCurve read_curve(const Entry& e) {
         curve.node.pop_back();
     }
     const std::size_t n = curve.closed ? curve.node.size() : curve.node.size() - 1;
-    if (curve.d1.size() != n) normal->fail("has " + std::to_string(curve.d1.size()) + " vectors, not " + std::to_string(n));
+    if (curve.d1.size() != n)
+        normal->fail("has " + std::to_string(curve.d1.size()) + " vectors, not " + std::to_string(n));
     if (const auto radius = find(e, radius_names))
         curve.radius = radius->json().is_number() ? std::vector(n, radius->number()) : radius->positives(n);
     curve.length = 0;
@@ -127,10 +131,11 @@ void find_values(const Entry& e, const std::string& path, std::string kind, std:
     const auto& json = e.json();
     if (json.is_object()) {
         for (const auto& item : json.items())
-            if (item.value().is_string() && contains(lower(item.key()), "segment")) kind = lower(item.value().get<std::string>());
+            if (item.value().is_string() && contains(lower(item.key()), "segment"))
+                kind = lower(item.value().get<std::string>());
         for (const auto& item : json.items())
-            find_values(Entry(item.value(), e.path() + "." + item.key()), path + (path.empty() ? "" : ".") + lower(item.key()),
-                        kind, values);
+            find_values(Entry(item.value(), e.path() + "." + item.key()),
+                        path + (path.empty() ? "" : ".") + lower(item.key()), kind, values);
         return;
     }
     const bool named = kind_of(path) != Quantity::none;
@@ -186,8 +191,8 @@ std::vector<double> evaluate(const FramedCurve& c, const Value& value) {
     }
 }
 
-/// Added segments lie in a plane with their neighbours, where each of the published arcsines of 1 is up to 2e-8 rad off and which
-/// way is chance: no other arithmetic gives the same digits beyond that.
+/// Added segments lie in a plane with their neighbours, where each of the published arcsines of 1 is up to 2e-8 rad off
+/// and which way is chance: no other arithmetic gives the same digits beyond that.
 double tolerance_of(const FramedCurve& c, const Value& value) {
     const Quantity kind = kind_of(value.path);
     const bool published_ends = (kind == Quantity::writhe || kind == Quantity::link) &&
@@ -200,7 +205,8 @@ std::vector<Entry> results_apart(const Entry& file, std::size_t curves) {
     for (const auto& item : file.json().items()) {
         std::vector<Entry> entries;
         for (const auto& inner : item.value().items())
-            if (inner.value().is_object()) entries.emplace_back(inner.value(), file.path() + "." + item.key() + "." + inner.key());
+            if (inner.value().is_object())
+                entries.emplace_back(inner.value(), file.path() + "." + item.key() + "." + inner.key());
         std::vector<Value> values;
         if (!entries.empty()) find_values(entries[0], "", "", values);
         if (entries.size() == curves && !values.empty()) return entries;
@@ -228,15 +234,16 @@ std::vector<Deviation> replay_curves(const Entry& file) {
         for (const Value& value : values) {
             const auto computed = evaluate(curves[i], value);
             if (computed.size() != value.numbers.size())
-                results[i].fail("has " + std::to_string(value.numbers.size()) + " numbers in '" + value.path + "', not " +
-                                std::to_string(computed.size()));
+                results[i].fail("has " + std::to_string(value.numbers.size()) + " numbers in '" + value.path +
+                                "', not " + std::to_string(computed.size()));
             double worst = 0, scale = 1; // turns
             for (const double v : value.numbers) scale = std::max(scale, std::abs(v));
             for (std::size_t j = 0; j < computed.size(); ++j) {
                 const double d = std::abs(computed[j] - value.numbers[j]) / scale;
                 if (!(d <= worst)) worst = std::isnan(d) ? INFINITY : d;
             }
-            deviations.push_back({0, "curve " + std::to_string(i) + " " + value.path, worst, tolerance_of(curves[i], value)});
+            deviations.push_back(
+                {0, "curve " + std::to_string(i) + " " + value.path, worst, tolerance_of(curves[i], value)});
         }
     }
     return deviations;

@@ -13,8 +13,8 @@ class Decay final : public TilePass<1> {
 public:
     /// One z for every kick of a step, whatever its length.
     Decay(const RodGroup& group, const Damping& damping, double time_step)
-        : kick_(std::vector(largest_stages,
-                            KickConstants(group, damping_rates(group, {&damping, 1}), time_step, DampingScheme::after))) {}
+        : kick_(std::vector(largest_stages, KickConstants(group, damping_rates(group, {&damping, 1}), time_step,
+                                                          DampingScheme::after))) {}
     void run(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const override {
         for (int k = 0; k <= rod.n; ++k) load[k].force = {}, load[k].couple = {};
         kick_.run(rod, load, step);
@@ -25,9 +25,10 @@ private:
     KickPass<KickKind::elastica, 1> kick_;
 };
 
-/// The published filter of an open rod: p times f_i <- (2 f_i - f_{i-1} - f_{i+1})/4 inside, 0 at both ends; then v <- v - f, and
-/// spins alike in body components. It acts per step, keeps no momentum, and its ends, which never give way, may add energy: the
-/// library's damping of that name is another. Source: PyElastica's LaplaceDissipationFilter; Jeanmart & Winckelmans 2007.
+/// The published filter of an open rod: p times f_i <- (2 f_i - f_{i-1} - f_{i+1})/4 inside, 0 at both ends; then v <-
+/// v - f, and spins alike in body components. It acts per step, keeps no momentum, and its ends, which never give way,
+/// may add energy: the library's damping of that name is another. Source: PyElastica's LaplaceDissipationFilter;
+/// Jeanmart & Winckelmans 2007.
 class OpenFilter final : public TilePass<1> {
 public:
     explicit OpenFilter(long order) : order_(order) {}
@@ -43,7 +44,8 @@ private:
         for (std::size_t i = 0; i <= last; ++i) f[i] = lane(rod.slot[i].*Rate, 0);
         for (long p = 0; p < order_; ++p) {
             before = f;
-            for (std::size_t i = 1; i < last; ++i) f[i] = 0.25 * (before[i] + before[i] - before[i - 1] - before[i + 1]);
+            for (std::size_t i = 1; i < last; ++i)
+                f[i] = 0.25 * (before[i] + before[i] - before[i - 1] - before[i + 1]);
             f.front() = f.back() = {0, 0, 0};
         }
         for (std::size_t i = 1; i < last; ++i) rod.slot[i].*Rate -= broadcast<1>(f[i]);
@@ -52,8 +54,9 @@ private:
     long order_;
 };
 
-/// The published filter of a ring: it takes the rates with the last one put before them and the first one after them, and leaves
-/// both ends of that list alone. Of order 1 it is the same all round; of higher orders it shows where the list begins.
+/// The published filter of a ring: it takes the rates with the last one put before them and the first one after them,
+/// and leaves both ends of that list alone. Of order 1 it is the same all round; of higher orders it shows where the
+/// list begins.
 class RingFilter final : public TilePass<1> {
 public:
     explicit RingFilter(long order) : order_(order) {}
@@ -87,10 +90,11 @@ std::unique_ptr<TilePass<1>> make_damper(const Entry& e, const RodGroup& group) 
     if (kind != "analytical_linear") throw NotBuilt("damper '" + kind + "' (" + e.path() + ")");
     const double h = e["time_step"].positive();
     if (e.has("uniform_damping_constant"))
-        return std::make_unique<Decay>(group, Damping{.kind = DampingKind::uniform, .rate = e["uniform_damping_constant"].number()},
-                                       h);
+        return std::make_unique<Decay>(
+            group, Damping{.kind = DampingKind::uniform, .rate = e["uniform_damping_constant"].number()}, h);
     if (e.has("damping_constant"))
-        return std::make_unique<Decay>(group, Damping{.kind = DampingKind::legacy, .rate = e["damping_constant"].number()}, h);
+        return std::make_unique<Decay>(group,
+                                       Damping{.kind = DampingKind::legacy, .rate = e["damping_constant"].number()}, h);
     return std::make_unique<Decay>(group,
                                    Damping{.kind = DampingKind::physical,
                                            .translational = e["translational_damping_constant"].number(),

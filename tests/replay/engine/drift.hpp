@@ -1,5 +1,6 @@
-// The published drift: rotations with 1e-14 added to the angle that the axis is divided by, two half drifts between two kicks. The
-// 1e-14 takes as much off every turn: 2e-11 rad in 1000 steps, and up to 2e-9 of the angular velocity. W = 1.
+// The published drift: rotations with 1e-14 added to the angle that the axis is divided by, two half drifts between two
+// kicks. The 1e-14 takes as much off every turn: 2e-11 rad in 1000 steps, and up to 2e-9 of the angular velocity. W
+// = 1.
 #pragma once
 
 #include "mechanics/drift.hpp"
@@ -8,7 +9,8 @@ namespace skein::replay {
 
 /// Q <- R(h w) Q with the axis h w/(|h w| + 1e-14), as a turn by that much less.
 struct PublishedTop {
-    template <int W> SKEIN_INLINE static void turn(const ElementConstants&, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
+    template <int W>
+    SKEIN_INLINE static void turn(const ElementConstants&, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         const Vec3<Pack<W>> v = h * w;
         const Pack<W> angle = norm(v);
         q = rotation<W>(angle / (angle + Pack<W>(1e-14)) * v) * q;

@@ -27,7 +27,9 @@ public:
 
     const std::string& path() const { return path_; }
     const Json& json() const { return *json_; }
-    bool has(const std::string& key) const { return json_->is_object() && json_->contains(key) && !(*json_)[key].is_null(); }
+    bool has(const std::string& key) const {
+        return json_->is_object() && json_->contains(key) && !(*json_)[key].is_null();
+    }
     Entry operator[](const std::string& key) const {
         if (!has(key)) fail("has no '" + key + "'");
         return {(*json_)[key], path_ + "." + key};
@@ -35,7 +37,8 @@ public:
     std::vector<Entry> list() const {
         if (!json_->is_array()) fail("is not a list");
         std::vector<Entry> entries;
-        for (const Json& value : *json_) entries.emplace_back(value, path_ + "[" + std::to_string(entries.size()) + "]");
+        for (const Json& value : *json_)
+            entries.emplace_back(value, path_ + "[" + std::to_string(entries.size()) + "]");
         return entries;
     }
 
@@ -69,7 +72,9 @@ public:
     }
     /// Three flags, as 0 and 1 or false and true.
     Vec3d flags() const {
-        const auto flag = [](const Entry& e) { return e.json_->is_boolean() ? double(e.json_->get<bool>()) : e.number(); };
+        const auto flag = [](const Entry& e) {
+            return e.json_->is_boolean() ? double(e.json_->get<bool>()) : e.number();
+        };
         const auto c = list();
         if (c.size() != 3) fail("does not have 3 components");
         return {flag(c[0]), flag(c[1]), flag(c[2])};
@@ -103,7 +108,8 @@ public:
 private:
     template <class T> std::vector<T> items(std::size_t size, T (Entry::*read)() const) const {
         const auto entries = list();
-        if (entries.size() != size) fail("has " + std::to_string(entries.size()) + " entries, not " + std::to_string(size));
+        if (entries.size() != size)
+            fail("has " + std::to_string(entries.size()) + " entries, not " + std::to_string(size));
         std::vector<T> values;
         for (const Entry& e : entries) values.push_back((e.*read)());
         return values;

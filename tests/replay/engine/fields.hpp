@@ -7,13 +7,14 @@
 
 namespace skein::replay {
 
-using Fields = std::map<std::string, std::vector<double>>; ///< of one system at one step, flat, in the order of the file
+using Fields =
+    std::map<std::string, std::vector<double>>; ///< of one system at one step, flat, in the order of the file
 
 inline constexpr const char* state_fields[] = {"position", "velocity", "directors", "omega"};
 bool of_state(const std::string& field);
 
-/// State and what follows from it, with the published definitions. `state`: of the end of the step; loads are those that acted
-/// last.
+/// State and what follows from it, with the published definitions. `state`: of the end of the step; loads are those
+/// that acted last.
 Fields fields_of(const Rod& rod, const std::vector<Slot<1>>& state);
 Fields fields_of(const RigidBody& body, const Slot<1>& state);
 

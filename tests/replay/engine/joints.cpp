@@ -17,9 +17,13 @@ void add_force(Rod& rod, std::size_t node, const Vec3d& force) { rod.external[no
 void add_couple(Rod& rod, std::size_t element, const Vec3d& lab) {
     rod.external[element].couple += broadcast<1>(lane(rod.slot[element].director, 0) * lab);
 }
-Mat3d transposed(const Mat3d& c) { return {{c.d1.x, c.d2.x, c.d3.x}, {c.d1.y, c.d2.y, c.d3.y}, {c.d1.z, c.d2.z, c.d3.z}}; }
+Mat3d transposed(const Mat3d& c) {
+    return {{c.d1.x, c.d2.x, c.d3.x}, {c.d1.y, c.d2.y, c.d3.y}, {c.d1.z, c.d2.z, c.d3.z}};
+}
 
-std::size_t place(const Entry& number, std::size_t size) { return static_cast<std::size_t>(number.index(static_cast<int>(size))); }
+std::size_t place(const Entry& number, std::size_t size) {
+    return static_cast<std::size_t>(number.index(static_cast<int>(size)));
+}
 
 Vec3d rounded(const Vec3d& x) {
     const auto near = [](double value) { return std::nearbyint(value * 1e12) / 1e12; };
@@ -52,8 +56,8 @@ PointJoint::PointJoint(const Entry& e, const Rod& a, const Rod& b)
 }
 
 void PointJoint::add(Rod& a, Rod& b) const {
-    const Vec3d force =
-        stiffness_ * (b.position(node_b_) - a.position(node_a_)) + damping_ * (b.velocity(node_b_) - a.velocity(node_a_));
+    const Vec3d force = stiffness_ * (b.position(node_b_) - a.position(node_a_)) +
+                        damping_ * (b.velocity(node_b_) - a.velocity(node_a_));
     add_force(a, node_a_, force), add_force(b, node_b_, -force);
     if (turn_ == Turn::free) return;
     Vec3d couple;
@@ -63,15 +67,16 @@ void PointJoint::add(Rod& a, Rod& b) const {
     } else {
         const Quaternion<Pack<1>> turned = broadcast<1>(rest_) * a.slot[element_a_].director;
         const Vec3d phi = lane(relative_rotation(turned, b.slot[element_b_].director), 0);
-        couple =
-            torsional_stiffness_ * to_lab(b, element_b_, phi) - torsional_damping_ * (spin(b, element_b_) - spin(a, element_a_));
+        couple = torsional_stiffness_ * to_lab(b, element_b_, phi) -
+                 torsional_damping_ * (spin(b, element_b_) - spin(a, element_a_));
     }
     add_couple(a, element_a_, -couple), add_couple(b, element_b_, couple);
 }
 
-SideJoint::SideJoint(const Entry& e, const Rod& a, const Rod& b) : stiffness_(e["k"].number()), damping_(e["nu"].number()) {
-    e.expect_keys(
-        {"system", "other", "index", "other_index", "direction_one", "direction_two", "offset", "k", "nu", "k_repulsive"});
+SideJoint::SideJoint(const Entry& e, const Rod& a, const Rod& b)
+    : stiffness_(e["k"].number()), damping_(e["nu"].number()) {
+    e.expect_keys({"system", "other", "index", "other_index", "direction_one", "direction_two", "offset", "k", "nu",
+                   "k_repulsive"});
     if (e.has("k_repulsive") && e["k_repulsive"].number() != 0)
         throw NotBuilt("repulsion of 'surface_joint_side_by_side' (" + e.path() +
                        ".k_repulsive)"); // published with one norm for all pairs
@@ -91,7 +96,8 @@ void SideJoint::add(Rod& a, Rod& b) const {
     };
     const auto centre = [](const Rod& rod, std::size_t k) { return 0.5 * (rod.position(k) + rod.position(k + 1)); };
     for (const Pair& p : pairs_) {
-        const Vec3d r = arm(a, of_a[p.i], p.i, p.direction_a, p.offset), s = arm(b, of_b[p.j], p.j, p.direction_b, p.offset);
+        const Vec3d r = arm(a, of_a[p.i], p.i, p.direction_a, p.offset),
+                    s = arm(b, of_b[p.j], p.j, p.direction_b, p.offset);
         const Vec3d spring = stiffness_ * rounded(centre(b, p.j) + s - centre(a, p.i) - r);
         const Vec3d half = 0.5 * (spring + damping_ * (mean_velocity(b, p.j) - mean_velocity(a, p.i)));
         for (const std::size_t node : {0, 1}) add_force(a, p.i + node, half), add_force(b, p.j + node, -half);

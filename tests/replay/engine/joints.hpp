@@ -3,8 +3,8 @@
 //   hinge   T = k_t t x (-(t.n) n),  t: tangent of element j of B, n: what it is not to turn to
 //   fixed   T = k_t Q_B^T phi - nu_t (w_B - w_A),  phi = log(C^T Q_A Q_B^T), C: Q_B^T Q_A at rest
 //           -T on A and T on B, of the elements with the same numbers
-//   sides   of elements i of A and j of B:  S = k (y_j - y_i),  y = centre + r,  r = Q^T d (radius + o/(2 sqrt e)), gaps rounded to
-//   1e-12 m
+//   sides   of elements i of A and j of B:  S = k (y_j - y_i),  y = centre + r,  r = Q^T d (radius + o/(2 sqrt e)),
+//   gaps rounded to 1e-12 m
 //           F = S + nu (v_j - v_i) on A by halves to its nodes, -F on B; couples r_i x S and r_j x (-S)
 #pragma once
 

@@ -59,7 +59,8 @@ struct UniformTorques {
     }
 };
 
-/// a_k = r(t) spline_k sin(2 pi t/period - wave_number s_k + phase); T_k = a_{n-1-k} direction (lab), between elements k-1 and k.
+/// a_k = r(t) spline_k sin(2 pi t/period - wave_number s_k + phase); T_k = a_{n-1-k} direction (lab), between elements
+/// k-1 and k.
 struct MuscleTorques {
     static constexpr std::string_view kind = "muscle_torques";
     double ramp, period, wave_number, phase;
@@ -68,15 +69,16 @@ struct MuscleTorques {
     void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
         for (int k = 1; k < rod.n; ++k) {
             const auto j = static_cast<std::size_t>(rod.n - 1 - k);
-            const double a =
-                ramp_at(step.time, ramp) * spline[j] * std::sin(2 * pi / period * step.time - wave_number * s[j] + phase);
+            const double a = ramp_at(step.time, ramp) * spline[j] *
+                             std::sin(2 * pi / period * step.time - wave_number * s[j] + phase);
             add_couple(load[k], at(rod.slot[k].director) * (a * direction));
             add_couple(load[k - 1], at(rod.slot[k - 1].director) * (-a * direction));
         }
     }
 };
 
-/// c_k = m_k x Q_k b(t); b rises after `start` and falls after `end`; the oscillating one is times sin(w t + phase) by component.
+/// c_k = m_k x Q_k b(t); b rises after `start` and falls after `end`; the oscillating one is times sin(w t + phase) by
+/// component.
 struct Magnetic {
     static constexpr std::string_view kind = "magnetic";
     static constexpr double tolerance = 2.220446049250313e-12; ///< on the ramp, s, as published
@@ -86,7 +88,9 @@ struct Magnetic {
     double ramp, start, end;
     Vec3d field(double t) const {
         const double width = ramp + tolerance;
-        const double r = t <= start ? 0.0 : t <= end ? std::min(1.0, (t - start) / width) : std::max(0.0, 1 - (t - end) / width);
+        const double r = t <= start ? 0.0
+                         : t <= end ? std::min(1.0, (t - start) / width)
+                                    : std::max(0.0, 1 - (t - end) / width);
         if (!oscillating) return r * amplitude;
         return scale(r * amplitude, Vec3d{std::sin(frequency.x * t + phase.x), std::sin(frequency.y * t + phase.y),
                                           std::sin(frequency.z * t + phase.z)});
@@ -107,7 +111,8 @@ Vec3d one_or_three(const Entry& e) {
 
 Magnetic magnetic(const Entry& e, std::size_t n) {
     const std::string field = e["field"].text();
-    if (field != "constant" && field != "oscillating") throw NotBuilt("magnetic field '" + field + "' (" + e.path() + ")");
+    if (field != "constant" && field != "oscillating")
+        throw NotBuilt("magnetic field '" + field + "' (" + e.path() + ")");
     const bool oscillating = field == "oscillating";
     const Vec3d none{0, 0, 0};
     return {e["moment_material_frame"].vectors(n),

@@ -1,5 +1,6 @@
-// Loads of reference files as passes. Where src/loads has the same formula it is taken; what differs in the published code (shares
-// by number instead of by length, tables) or exists for one file only (moments per element) is here. W = 1.
+// Loads of reference files as passes. Where src/loads has the same formula it is taken; what differs in the published
+// code (shares by number instead of by length, tables) or exists for one file only (moments per element) is here. W
+// = 1.
 #pragma once
 
 #include "entry.hpp"

@@ -1,4 +1,5 @@
-// reference_replay FILE.json: runs a reference file and says how far the library is from it. README.md has the format's source.
+// reference_replay FILE.json: runs a reference file and says how far the library is from it. README.md has the format's
+// source.
 #include "replay.hpp"
 
 #include <fmt/core.h>
@@ -15,12 +16,14 @@ using namespace skein::replay;
 constexpr const char* usage =
     "usage: reference_replay FILE.json\n"
     "replays rods, rigid bodies and planes with their loads, contacts, constraints and dampers, or framed curves\n"
-    "exit codes: 0 every field agrees, 1 a field differs, 2 the file is malformed, 7 the file needs physics that is not built\n";
+    "exit codes: 0 every field agrees, 1 a field differs, 2 the file is malformed, 7 the file needs physics that is "
+    "not built\n";
 
 void print(const std::vector<Deviation>& deviations) {
     fmt::print("{:>6}  {:<22}{:>12}{:>12}\n", "step", "field", "deviation", "tolerance");
     for (const Deviation& d : deviations)
-        fmt::print("{:>6}  {:<22}{:>12.1e}{:>12.1e}{}\n", d.step, d.field, d.value, d.tolerance, d.agrees() ? "" : "  DIFFERS");
+        fmt::print("{:>6}  {:<22}{:>12.1e}{:>12.1e}{}\n", d.step, d.field, d.value, d.tolerance,
+                   d.agrees() ? "" : "  DIFFERS");
 }
 
 int replay_file(const std::string& path) {
@@ -29,7 +32,8 @@ int replay_file(const std::string& path) {
     const auto json = nlohmann::json::parse(stream);
     const Entry file(json, path);
     if (!json.is_object()) file.fail("is not an object");
-    if (file.has("case")) fmt::print("{}: {}\n", file["case"].text(), file.has("description") ? file["description"].text() : "");
+    if (file.has("case"))
+        fmt::print("{}: {}\n", file["case"].text(), file.has("description") ? file["description"].text() : "");
     const auto deviations = file.has("systems") ? replay_systems(file) : replay_curves(file);
     print(deviations);
     std::size_t beyond = 0;

@@ -27,7 +27,9 @@ struct Touch {
     Vec3d slip;                          ///< u
 };
 
-Vec3d force_at_node(const Rod& rod, std::size_t i) { return lane(rod.internal[i].force, 0) + lane(rod.external[i].force, 0); }
+Vec3d force_at_node(const Rod& rod, std::size_t i) {
+    return lane(rod.internal[i].force, 0) + lane(rod.external[i].force, 0);
+}
 
 Vec3d force_on_element(const Rod& rod, std::size_t k) {
     Vec3d force = 0.5 * (force_at_node(rod, k) + force_at_node(rod, k + 1));
@@ -64,7 +66,8 @@ Plane read_plane(const Entry& e) { return {e["origin"].vector(), e["normal"].vec
 PlaneFriction::PlaneFriction(const Entry& e)
     : has_friction(e["kind"].text() != "rod_plane"), stiffness(e["k"].number()), damping(e["nu"].number()),
       surface_tolerance(e["surface_tol"].number()) {
-    e.expect_keys({"kind", "system", "other", "k", "nu", "surface_tol", "slip_velocity_tol", "kinetic_mu", "static_mu"});
+    e.expect_keys(
+        {"kind", "system", "other", "k", "nu", "surface_tol", "slip_velocity_tol", "kinetic_mu", "static_mu"});
     if (!has_friction) return;
     slip_velocity = e["slip_velocity_tol"].positive();
     kinetic = e["kinetic_mu"].vector();
@@ -107,7 +110,8 @@ void PlaneFriction::add(Rod& rod, const Plane& plane) const {
 
     for (const Touch& t : touches)
         add_to_nodes(rod, t.k,
-                     (-(1 - t.axial_sticks) * along(kinetic, t.axial_speed) * t.response * dot(t.slip, t.axial)) * t.axial);
+                     (-(1 - t.axial_sticks) * along(kinetic, t.axial_speed) * t.response * dot(t.slip, t.axial)) *
+                         t.axial);
     for (const Touch& t : touches)
         add_at_contact(rod, t, (-(1 - t.rolling_sticks) * kinetic.z * t.response * dot(t.slip, t.rolling)) * t.rolling);
 
@@ -117,7 +121,8 @@ void PlaneFriction::add(Rod& rod, const Plane& plane) const {
         const Touch& t = touches[i];
         const double pull = dot(force[i], t.axial);
         add_to_nodes(rod, t.k,
-                     (-std::min(std::abs(pull), t.axial_sticks * along(still, pull) * t.response) * sign(pull)) * t.axial);
+                     (-std::min(std::abs(pull), t.axial_sticks * along(still, pull) * t.response) * sign(pull)) *
+                         t.axial);
     }
     for (std::size_t i = 0; i < touches.size(); ++i) {
         const Touch& t = touches[i];
@@ -125,7 +130,9 @@ void PlaneFriction::add(Rod& rod, const Plane& plane) const {
         const double turn = dot(transpose_times(frame(rod.slot[t.k]), couple), t.axial);
         const double without_slip = (2 * turn / t.radius - dot(force[i], t.rolling)) / 3;
         add_at_contact(
-            rod, t, (std::min(std::abs(without_slip), t.rolling_sticks * still.z * t.response) * sign(without_slip)) * t.rolling);
+            rod, t,
+            (std::min(std::abs(without_slip), t.rolling_sticks * still.z * t.response) * sign(without_slip)) *
+                t.rolling);
     }
 }
 

@@ -1,14 +1,16 @@
-// Contact of a rod with a plane and the published anisotropic friction. Means over an element's nodes take half of the end node's
-// force more at the ends; what acts on an element goes to its nodes by halves. p = -r n is the arm of the contact point.
+// Contact of a rod with a plane and the published anisotropic friction. Means over an element's nodes take half of the
+// end node's force more at the ends; what acts on an element goes to its nodes by halves. p = -r n is the arm of the
+// contact point.
 //   response   -(f.n) n of the elements that are pressed into the plane (f.n < 0), f all forces so far
 //   normal     response - k min(gap - r, 0) n - nu (v.n) n;  nothing where gap - r > surface_tol
-//   friction   with R = |response|, the axial direction a (tangent in the plane), the rolling one b = a x n, and the smooth switch
+//   friction   with R = |response|, the axial direction a (tangent in the plane), the rolling one b = a x n, and the
+//   smooth switch
 //   s
-//              from 0 (slips) to 1 (sticks) between two and one times slip_velocity_tol, in this order, each reading what the one
-//              before left:
+//              from 0 (slips) to 1 (sticks) between two and one times slip_velocity_tol, in this order, each reading
+//              what the one before left:
 //     kinetic  -(1 - s_a) mu R (u.a) a,   -(1 - s_b) mu_side R (u.b) b with its couple,   u = unit slip
-//     static   -min(|f.a|, s_a mu R) sign(f.a) a,   min(|q|, s_b mu_side R) sign(q) b with its couple,   q = (2 c.a/r - f.b)/3
-//     without slip
+//     static   -min(|f.a|, s_a mu R) sign(f.a) a,   min(|q|, s_b mu_side R) sign(q) b with its couple,   q = (2 c.a/r -
+//     f.b)/3 without slip
 // Friction coefficients are (forward, backward, sideways).
 #pragma once
 

@@ -40,15 +40,16 @@ Integrator integrator_of(const Entry& stepper) {
     throw NotBuilt("stepper '" + stepper.text() + "' (" + stepper.path() + ")");
 }
 
-/// What a field's deviation is relative to. State: the file's `scale`. Strains are differences of the state over a length: what the
-/// scale of the state makes of them, over the shortest rest length; loads that answer internal ones: the stiffness times that,
-/// where it is more than the largest value of the file. The rest: that value.
+/// What a field's deviation is relative to. State: the file's `scale`. Strains are differences of the state over a
+/// length: what the scale of the state makes of them, over the shortest rest length; loads that answer internal ones:
+/// the stiffness times that, where it is more than the largest value of the file. The rest: that value.
 double scale_of(const std::string& field, const Entry& file, const Scene& scene, double largest_value) {
     if (of_state(field)) return file["scale"][field].number();
     const double position = file["scale"]["position"].number(), inv_length = scene.largest_inv_length();
     if (field == "sigma" || field == "dilatation") return position * inv_length;
     if (field == "kappa") return file["scale"]["directors"].number() * inv_length;
-    if (field == "external_forces_mid") return std::max(largest_value, scene.answering_stiffness() * position * inv_length);
+    if (field == "external_forces_mid")
+        return std::max(largest_value, scene.answering_stiffness() * position * inv_length);
     if (field == "external_torques_mid") return std::max(largest_value, scene.answering_stiffness() * position);
     return largest_value;
 }
@@ -59,8 +60,8 @@ struct Recorded {
     std::vector<Fields> computed, reference;
 };
 
-/// The steps of a batch with their times summed as published, half step by half step, so that switches fall on the same step.
-/// `time` goes from the beginning of the batch to its end.
+/// The steps of a batch with their times summed as published, half step by half step, so that switches fall on the same
+/// step. `time` goes from the beginning of the batch to its end.
 std::vector<Step> timed(std::span<const Step> batch, const Scheme& scheme, double& time) {
     std::vector<Step> steps(batch.begin(), batch.end());
     for (std::size_t i = 0; i < steps.size(); ++i) {
@@ -120,7 +121,8 @@ std::vector<Deviation> replay_systems(const Entry& file) {
     std::map<std::string, double> largest_value;
     for (const Recorded& r : recorded)
         for (const Fields& system : r.reference)
-            for (const auto& [field, values] : system) largest_value[field] = std::max(largest_value[field], largest(values));
+            for (const auto& [field, values] : system)
+                largest_value[field] = std::max(largest_value[field], largest(values));
     std::vector<Deviation> deviations;
     for (const Recorded& r : recorded) {
         double loosest = 0; // tolerance of what follows from the state

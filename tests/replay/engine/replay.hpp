@@ -17,7 +17,8 @@ struct Deviation {
 /// Replays the systems of a file. Throws InputError, NotBuilt.
 std::vector<Deviation> replay_systems(const Entry& file);
 
-/// Twist, writhe and link of the framed curves of a file (curves.cpp); the field is the path of the value in the file, step 0.
+/// Twist, writhe and link of the framed curves of a file (curves.cpp); the field is the path of the value in the file,
+/// step 0.
 std::vector<Deviation> replay_curves(const Entry& file);
 
 } // namespace skein::replay

@@ -37,8 +37,8 @@ RigidBody read_body(const Entry& e) {
             .length = sphere ? 2 * radius : e["length"].positive_scalar(),
             .mass = e["mass"].positive_scalar(),
             .inertia = inertia,
-            .slot = {broadcast<1>(e["position"].vectors(1)[0]), broadcast<1>(e["velocity"].vectors(1)[0]), broadcast<1>(director),
-                     broadcast<1>(e["omega"].vectors(1)[0])}};
+            .slot = {broadcast<1>(e["position"].vectors(1)[0]), broadcast<1>(e["velocity"].vectors(1)[0]),
+                     broadcast<1>(director), broadcast<1>(e["omega"].vectors(1)[0])}};
 }
 
 BodyProgram::BodyProgram(RigidBody& body, const Stepping& stepping, const std::vector<Entry>& constraints,
@@ -73,7 +73,8 @@ Slot<1> BodyProgram::closed_state(double lag, double time) const {
 
 std::function<void(const Step&)> make_body_load(const Entry& e, RigidBody& body) {
     const std::string kind = e["kind"].text();
-    if (kind == "gravity") return [&body, weight = body.mass * e["acc"].vector()](const Step&) { body.force += weight; };
+    if (kind == "gravity")
+        return [&body, weight = body.mass * e["acc"].vector()](const Step&) { body.force += weight; };
     if (kind == "uniform_torques")
         return [&body, torque = e["torque"].vector()](const Step&) { body.couple += frame(body.slot) * torque; };
     if (kind == "endpoint_forces") // its first node is its last

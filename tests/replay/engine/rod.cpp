@@ -18,7 +18,8 @@ Rod read_rod(const Entry& e, int number) {
     const bool ring = e.has("ring") && e["ring"].json() == true;
     if (n < (ring ? 3u : 1u)) e.fail("has too few elements");
     const std::size_t nodes = ring ? n : n + 1, cells = ring ? n : n - 1;
-    const auto length = e["rest_lengths"].positives(n), volume = e["volume"].positives(n), mass = e["mass"].positives(nodes);
+    const auto length = e["rest_lengths"].positives(n), volume = e["volume"].positives(n),
+               mass = e["mass"].positives(nodes);
     const auto inertia = e["mass_second_moment_of_inertia"].vectors(n), shear = e["shear_matrix"].vectors(n),
                sigma = e["rest_sigma"].vectors(n);
     const auto cell = e["rest_voronoi_lengths"].positives(cells);
@@ -30,7 +31,8 @@ Rod read_rod(const Entry& e, int number) {
     spec.source = e.path();
     spec.material = {.density = 1, .youngs_modulus = 1, .law = Law::elastica};
     spec.section = {.radius = 1};
-    spec.shape = {.length = std::accumulate(length.begin(), length.end(), 0.0), .elements = static_cast<long>(n), .closed = ring};
+    spec.shape = {
+        .length = std::accumulate(length.begin(), length.end(), 0.0), .elements = static_cast<long>(n), .closed = ring};
     Rod rod{RodGroup(spec, number, number, ""), std::vector<Slot<1>>(n + 1), std::vector<SlotLoad<1>>(n + 1),
             std::vector<SlotLoad<1>>(n + 1)};
     for (std::size_t k = 0; k < n; ++k) {
@@ -56,7 +58,8 @@ Rod read_rod(const Entry& e, int number) {
     rod.group.node_mass.assign(n + 1, 0.0);
     std::copy(mass.begin(), mass.end(), rod.group.node_mass.begin());
 
-    const auto position = e["position"].vectors(nodes), velocity = e["velocity"].vectors(nodes), omega = e["omega"].vectors(n);
+    const auto position = e["position"].vectors(nodes), velocity = e["velocity"].vectors(nodes),
+               omega = e["omega"].vectors(n);
     const auto director = e["directors"].matrices(n);
     for (std::size_t k = 0; k <= n; ++k) {
         Slot<1>& s = rod.slot[k];
@@ -68,12 +71,14 @@ Rod read_rod(const Entry& e, int number) {
     return rod;
 }
 
-RodProgram::RodProgram(Rod& rod, const Stepping& stepping, const std::vector<Entry>& constraints, const std::vector<Entry>& dampers)
+RodProgram::RodProgram(Rod& rod, const Stepping& stepping, const std::vector<Entry>& constraints,
+                       const std::vector<Entry>& dampers)
     : rod_(rod), load_(rod.slot.size()) {
     const RodGroup& group = rod.group;
     std::vector<KickConstants> kicks;
     for (const double share : stepping.scheme.kicks) kicks.emplace_back(group, DampingRates{}, share * stepping.dt);
-    for (const Entry& e : constraints) constraints_.push_back(make_constraint(e, rod.slot, rod.nodes(), rod.elements()));
+    for (const Entry& e : constraints)
+        constraints_.push_back(make_constraint(e, rod.slot, rod.nodes(), rod.elements()));
 
     move_.push_back(std::make_unique<PublishedDrift>(stepping.scheme.stages.size()));
     for (const auto& c : constraints_) move_.push_back(std::make_unique<ValuesPass>(c));

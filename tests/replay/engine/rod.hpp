@@ -1,5 +1,5 @@
-// A rod of a reference file: constants as the file has them, its state and loads, and its step with the published conventions made
-// of the library's passes. What acts between systems stands between the two halves of a step.
+// A rod of a reference file: constants as the file has them, its state and loads, and its step with the published
+// conventions made of the library's passes. What acts between systems stands between the two halves of a step.
 #pragma once
 
 #include "constraints.hpp"
@@ -34,7 +34,8 @@ struct Stepping {
 class RodProgram {
 public:
     /// `constraints`, `dampers`: entries of the file's lists that act on this rod.
-    RodProgram(Rod& rod, const Stepping& stepping, const std::vector<Entry>& constraints, const std::vector<Entry>& dampers);
+    RodProgram(Rod& rod, const Stepping& stepping, const std::vector<Entry>& constraints,
+               const std::vector<Entry>& dampers);
 
     void prepare(std::span<const Step> steps);
     /// Drift, constraints on values, internal loads.

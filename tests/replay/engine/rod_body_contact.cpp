@@ -43,7 +43,8 @@ Vec3d RodBodyContact::force(const Vec3d& apart, double radii, const Vec3d& veloc
 void RodBodyContact::add(Rod& rod, RigidBody& body) const {
     const bool cylinder = body.shape == RigidBody::Shape::cylinder;
     const auto segments = segments_of(rod);
-    if (replay::box_of(rod, largest_radius(segments) + (cylinder ? largest_length(segments) : 0.0)).apart_from(box_of(body)))
+    if (replay::box_of(rod, largest_radius(segments) + (cylinder ? largest_length(segments) : 0.0))
+            .apart_from(box_of(body)))
         return;
     const Vec3d axis = body.length * body.axis(), tip = body.position() - 0.5 * axis;
     Vec3d force_on_body{0, 0, 0}, torque{0, 0, 0}; // lab
@@ -52,8 +53,9 @@ void RodBodyContact::add(Rod& rod, RigidBody& body) const {
         const Vec3d centre = s.start + 0.5 * s.edge;
         const double radii = s.radius + body.radius;
         if (norm(centre - (cylinder ? tip : body.position())) >= radii + (s.length + body.length)) continue;
-        const Nearest pair = cylinder ? nearest(centre, s.edge, tip, axis)
-                                      : Nearest{body.position() - nearest_point(centre, s.edge, body.position()), body.position()};
+        const Nearest pair =
+            cylinder ? nearest(centre, s.edge, tip, axis)
+                     : Nearest{body.position() - nearest_point(centre, s.edge, body.position()), body.position()};
         const Vec3d f = force(pair.gap, radii, body.velocity() - mean_velocity(rod, k));
         add_to_element(rod, k, -f);
         force_on_body += 2.0 * f;

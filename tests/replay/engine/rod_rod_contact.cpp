@@ -32,7 +32,8 @@ void RodRodContact::add(Rod& a, Rod& b) const {
             if (overlap < least_overlap) continue;
             const Vec3d d = (1 / distance) * apart;
             double force = std::abs(std::min(dot(mean_force(b, j) - mean_force(a, i), d), 0.0));
-            if (overlap > 0) force += 0.5 * (stiffness * overlap + damping * dot(mean_velocity(a, i) - mean_velocity(b, j), d));
+            if (overlap > 0)
+                force += 0.5 * (stiffness * overlap + damping * dot(mean_velocity(a, i) - mean_velocity(b, j), d));
             add_to_element(a, i, -force * d);
             add_to_element(b, j, force * d);
         }

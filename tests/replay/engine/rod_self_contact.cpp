@@ -23,7 +23,8 @@ void RodSelfContact::add(Rod& rod) const {
             const double distance = norm(apart), overlap = radii - distance;
             if (!(overlap > 0)) continue;
             const Vec3d d = (1 / distance) * apart;
-            const double force = 0.5 * (stiffness * overlap + damping * dot(mean_velocity(rod, i) - mean_velocity(rod, j), d));
+            const double force =
+                0.5 * (stiffness * overlap + damping * dot(mean_velocity(rod, i) - mean_velocity(rod, j), d));
             add_to_element(rod, i, -force * d);
             add_to_element(rod, j, force * d);
         }

@@ -1,5 +1,6 @@
 // Contact of a rod with itself, as published: the spring and damper of two rods, without their pressing force.
-//   i = 0 .. n-1,  j = i - skip .. 0 downwards,  skip = floor(1 + ceil(0.8 pi r_i/l_i)): neighbours would overlap in a bend
+//   i = 0 .. n-1,  j = i - skip .. 0 downwards,  skip = floor(1 + ceil(0.8 pi r_i/l_i)): neighbours would overlap in a
+//   bend
 #pragma once
 
 #include "segments.hpp"

@@ -46,7 +46,8 @@ template <class Kind> Kind& Scene::system(const Entry& number, const char* what)
 Rod& Scene::open_rod(const Entry& number) {
     Rod& rod = system<Rod>(number, "a rod");
     if (rod.group.closed())
-        throw NotBuilt("contact or joint of a ring (" + number.path() + ")"); // published codes have no node after the last
+        throw NotBuilt("contact or joint of a ring (" + number.path() +
+                       ")"); // published codes have no node after the last
     return rod;
 }
 
@@ -55,15 +56,17 @@ Scene::Load Scene::load_of(const Entry& e) {
     const bool on_plane = kind == "rod_plane" || kind == "rod_plane_anisotropic_friction";
     answers_ = answers_ || on_plane || kind == "rod_rod_contact";
     if (kind == "rod_rod_contact")
-        return
-            [&a = open_rod(e["system"]), &b = open_rod(e["other"]), contact = RodRodContact(e)](const Step&) { contact.add(a, b); };
+        return [&a = open_rod(e["system"]), &b = open_rod(e["other"]), contact = RodRodContact(e)](const Step&) {
+            contact.add(a, b);
+        };
     if (kind == "rod_self_contact")
         return [&rod = open_rod(e["system"]), contact = RodSelfContact(e)](const Step&) { contact.add(rod); };
     if (kind == "rod_cylinder_contact" || kind == "rod_sphere_contact") {
         RigidBody& body = system<RigidBody>(e["other"], "a body");
         if ((kind == "rod_sphere_contact") != (body.shape == RigidBody::Shape::sphere))
             e["other"].fail("is not the body of a '" + kind + "'");
-        return [&rod = open_rod(e["system"]), &body, contact = RodBodyContact(e)](const Step&) { contact.add(rod, body); };
+        return
+            [&rod = open_rod(e["system"]), &body, contact = RodBodyContact(e)](const Step&) { contact.add(rod, body); };
     }
     if (on_plane)
         return [&rod = open_rod(e["system"]), &plane = system<Plane>(e["other"], "a plane"),
@@ -100,7 +103,8 @@ void Scene::run(std::span<const Step> steps) {
     for (RodProgram& rod : rods_) rod.prepare(steps);
     for (const auto& pass : passes_) pass->prepare(steps);
     for (const Step& step : steps) {
-        // Within a step of several stages published codes add the loads of every stage to what the stages before have left.
+        // Within a step of several stages published codes add the loads of every stage to what the stages before have
+        // left.
         if (step.index != step_) clear_loads();
         step_ = step.index;
         for (const RodProgram& rod : rods_) rod.move(step);

@@ -1,5 +1,5 @@
-// The systems of a reference file and a step of all of them: first every system moves, then the external loads act in the order of
-// the file, within one system or between two, then every system is kicked.
+// The systems of a reference file and a step of all of them: first every system moves, then the external loads act in
+// the order of the file, within one system or between two, then every system is kicked.
 #pragma once
 
 #include "fields.hpp"
@@ -20,7 +20,8 @@ public:
     /// Of every system at the end of the last step; none of a plane. `lag`: how far positions are behind, s.
     std::vector<Fields> fields(double lag, double time) const;
     double largest_inv_length() const; ///< over all elements, 1/m; 0 without rods
-    /// Largest stiffness of an element, N, where an external load answers internal ones (of two rods, of a plane); else 0.
+    /// Largest stiffness of an element, N, where an external load answers internal ones (of two rods, of a plane); else
+    /// 0.
     double answering_stiffness() const;
 
 private:

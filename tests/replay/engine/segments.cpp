@@ -22,8 +22,8 @@ std::vector<Segment> segments_of(const Rod& rod) {
     return segments;
 }
 
-// |r + s b - t a|, r from start to start, is least where  t a.a - s a.b = r.a  and  t a.b - s b.b = r.b;  where s or t leaves
-// [0, 1] the nearest of the four pairs of an end and the other segment. Nearly parallel: from the start of b.
+// |r + s b - t a|, r from start to start, is least where  t a.a - s a.b = r.a  and  t a.b - s b.b = r.b;  where s or t
+// leaves [0, 1] the nearest of the four pairs of an end and the other segment. Nearly parallel: from the start of b.
 Nearest nearest(const Vec3d& start_a, const Vec3d& edge_a, const Vec3d& start_b, const Vec3d& edge_b) {
     const Vec3d r = start_b - start_a;
     const double aa = dot(edge_a, edge_a), ab = dot(edge_a, edge_b), bb = dot(edge_b, edge_b), ra = dot(r, edge_a),
@@ -53,8 +53,8 @@ Nearest nearest(const Vec3d& start_a, const Vec3d& edge_a, const Vec3d& start_b,
 }
 
 bool Box::apart_from(const Box& b) const {
-    return upper.x < b.lower.x || upper.y < b.lower.y || upper.z < b.lower.z || b.upper.x < lower.x || b.upper.y < lower.y ||
-           b.upper.z < lower.z;
+    return upper.x < b.lower.x || upper.y < b.lower.y || upper.z < b.lower.z || b.upper.x < lower.x ||
+           b.upper.y < lower.y || b.upper.z < lower.z;
 }
 
 Box box_of(const Rod& rod, double reach) {

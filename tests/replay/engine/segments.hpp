@@ -1,5 +1,5 @@
-// What published contacts of rods share: elements as straight segments, the nearest points of two of them, boxes, and how the
-// force on an element is divided between its nodes.
+// What published contacts of rods share: elements as straight segments, the nearest points of two of them, boxes, and
+// how the force on an element is divided between its nodes.
 #pragma once
 
 #include "rod.hpp"
@@ -35,8 +35,8 @@ Box box_of(const Rod& rod, double reach);
 double largest_radius(const std::vector<Segment>& segments);
 double largest_length(const std::vector<Segment>& segments);
 
-/// How much of the force on an element each of its nodes gets. Published contacts give it to both in full; in the first and last
-/// element a third of it goes from the end node to the other.
+/// How much of the force on an element each of its nodes gets. Published contacts give it to both in full; in the first
+/// and last element a third of it goes from the end node to the other.
 struct EndWeights {
     double first, second;
 };

@@ -1,4 +1,5 @@
-// Skein's step against the same discrete model written as a textbook code: other loops, other operations, same trajectory.
+// Skein's step against the same discrete model written as a textbook code: other loops, other operations, same
+// trajectory.
 #include "loads/magnetic_field.hpp"
 #include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"

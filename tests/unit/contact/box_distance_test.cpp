@@ -1,4 +1,5 @@
-// Segments and boxes: nearest points against a search, what lies beside a face or an edge, and the way out of the inside.
+// Segments and boxes: nearest points against a search, what lies beside a face or an edge, and the way out of the
+// inside.
 #include "contact/box_distance.hpp"
 
 #include <gtest/gtest.h>
@@ -13,7 +14,8 @@ TEST(BoxDistance, IsTheSmallestAlongTheSegment) {
     std::normal_distribution<double> normal;
     const auto vector = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
     for (int trial = 0; trial < 3000; ++trial) {
-        Vec3d half{std::abs(normal(random)), std::abs(normal(random)), std::abs(normal(random))}, p = 2.0 * vector(), d = vector();
+        Vec3d half{std::abs(normal(random)), std::abs(normal(random)), std::abs(normal(random))}, p = 2.0 * vector(),
+                                                                                                  d = vector();
         if (trial % 5 == 1) d.x = 0;
         if (trial % 5 == 2) d.x = d.z = 0;
         if (trial % 5 == 3) half.z = 0; // a plate

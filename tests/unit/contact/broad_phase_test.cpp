@@ -13,15 +13,19 @@ namespace {
 
 using test::BodiesByHand;
 
-/// Rods that wander at random: `sizes` of element length and radius spread over a factor, in a box, or parallel in a bundle.
+/// Rods that wander at random: `sizes` of element length and radius spread over a factor, in a box, or parallel in a
+/// bundle.
 BodiesByHand random_rods(unsigned seed, int rods, double spread, bool bundle) {
     std::mt19937 random(seed);
     std::normal_distribution<double> normal;
     std::uniform_real_distribution<double> uniform;
-    const auto vector = [&](double size) { return Vec3d{size * normal(random), size * normal(random), size * normal(random)}; };
+    const auto vector = [&](double size) {
+        return Vec3d{size * normal(random), size * normal(random), size * normal(random)};
+    };
     BodiesByHand bodies;
     for (int r = 0; r < rods; ++r) {
-        const double size = std::pow(spread, uniform(random)), length = 0.1 * size, radius = (0.01 + 0.03 * uniform(random)) * size;
+        const double size = std::pow(spread, uniform(random)), length = 0.1 * size,
+                     radius = (0.01 + 0.03 * uniform(random)) * size;
         const int elements = 1 + static_cast<int>(12 * uniform(random));
         Vec3d x = bundle ? Vec3d{0.05 * r, 0.01 * normal(random), 0}
                          : Vec3d{uniform(random), uniform(random), uniform(random)} + vector(0.3);
@@ -140,8 +144,8 @@ TEST(ClosestPoints, AreTheNearest) {
 
 TEST(ClosestPoints, OfParallelSegmentsAreInTheMiddleOfTheirOverlap) {
     const auto s = [](double shift, double length) {
-        return closest_points(broadcast<1>(Vec3d{0, 0, 0}), broadcast<1>(Vec3d{0, 0, 1}), broadcast<1>(Vec3d{0.1, 0, shift}),
-                              broadcast<1>(Vec3d{0, 0, length}))
+        return closest_points(broadcast<1>(Vec3d{0, 0, 0}), broadcast<1>(Vec3d{0, 0, 1}),
+                              broadcast<1>(Vec3d{0.1, 0, shift}), broadcast<1>(Vec3d{0, 0, length}))
             .s[0];
     };
     EXPECT_DOUBLE_EQ(s(0, 1), 0.5);

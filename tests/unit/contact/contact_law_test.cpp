@@ -17,7 +17,8 @@ struct Bounce {
 Bounce bounce(const ContactLaw& law, double m, double speed) {
     const ContactNumbers<double> n = law.numbers();
     const ContactNumbers<Pack<1>> numbers{
-        n.stiffness, n.damping, n.static_friction, n.kinetic_friction, n.tangential_stiffness, n.tangential_damping, n.slip_speed};
+        n.stiffness,          n.damping,   n.static_friction, n.kinetic_friction, n.tangential_stiffness,
+        n.tangential_damping, n.slip_speed};
     const Vec3d none{0, 0, 0};
     const auto force = [&](double overlap, double v) {
         ContactMemory<Pack<1>> memory{};
@@ -43,7 +44,8 @@ TEST(ContactLaw, BouncesAsItIsTold) {
         for (const double e : {0.05, 0.24, 0.5, 0.9, 1.0}) {
             const double mass = 0.3, time = 0.4, speed = 0.02;
             const ContactLaw law =
-                ContactLaw{.normal = normal, .restitution = e, .collision_time = time, .collision_speed = speed}.resolved(mass);
+                ContactLaw{.normal = normal, .restitution = e, .collision_time = time, .collision_speed = speed}
+                    .resolved(mass);
             const Bounce b = bounce(law, mass, speed);
             EXPECT_NEAR(b.restitution, e, 1e-3) << static_cast<int>(normal);
             EXPECT_NEAR(b.time, time, 5e-3 * time) << static_cast<int>(normal) << " " << e;
@@ -64,7 +66,8 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
                              .static_friction = 0.5,
                              .kinetic_friction = 0.5};
         const auto numbers = law.numbers().as<Pack<1>>();
-        const double stiffness = numbers.tangential_stiffness[0] * (normal == ContactNormal::hertz ? std::sqrt(overlap) : 1),
+        const double stiffness =
+                         numbers.tangential_stiffness[0] * (normal == ContactNormal::hertz ? std::sqrt(overlap) : 1),
                      h = 0.1 / std::sqrt(stiffness / mass);
         ContactMemory<Pack<1>> memory{};
         const auto step = [&](double v) {
@@ -92,7 +95,8 @@ TEST(ContactLaw, RubsOnlyWhereItSlides) {
             slid += h;
             drag = -f.on_1.y[0];
         }
-        EXPECT_NEAR(friction_work + memory.spring.energy()[0] - before, drag * slid, 1e-2 * drag * slid); // the beginning sticks
+        EXPECT_NEAR(friction_work + memory.spring.energy()[0] - before, drag * slid,
+                    1e-2 * drag * slid); // the beginning sticks
     }
 }
 
@@ -115,11 +119,13 @@ TEST(ContactLaw, DashpotsDampWhatIsThere) {
             for (int i = 0; i < 60; ++i) {
                 const auto f = contact_force<1>({law.normal, law.friction}, numbers,
                                                 {broadcast<1>(Vec3d{1, 0, 0}), 2 - overlap, 1.0, 1.0,
-                                                 broadcast<1>(along ? Vec3d{0, v, 0} : Vec3d{v, 0, 0}), broadcast<1>(none),
-                                                 broadcast<1>(none), broadcast<1>(none)},
+                                                 broadcast<1>(along ? Vec3d{0, v, 0} : Vec3d{v, 0, 0}),
+                                                 broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
                                                 h, memory);
-                viscous_work += f.viscous_work[0], friction_work += f.friction_work[0], elastic_energy = memory.spring.energy()[0];
-                v += h * (along ? f.on_1.y[0] : f.on_1.x[0] + law.stiffness * overlap) / mass; // the spring holds what presses
+                viscous_work += f.viscous_work[0], friction_work += f.friction_work[0],
+                    elastic_energy = memory.spring.energy()[0];
+                v += h * (along ? f.on_1.y[0] : f.on_1.x[0] + law.stiffness * overlap) /
+                     mass; // the spring holds what presses
             }
             if (along && friction == 0) {
                 EXPECT_EQ(viscous_work, 0);
@@ -167,8 +173,8 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
         set_lane(d.state.normal, l, (1 / norm(n)) * n);
         d.state.radius_1.set(l, 0.5 + uniform(random)), d.state.radius_2.set(l, 0.5 + uniform(random)),
             d.state.distance.set(l, 2 * uniform(random));
-        for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2, &d.memory.spring.x,
-                                 &d.memory.viscous_part})
+        for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2,
+                                 &d.memory.spring.x, &d.memory.viscous_part})
             set_lane(*v, l, vector());
         d.memory.spring.stiffness.set(l, uniform(random)), d.memory.weight.set(l, uniform(random));
         for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction,
@@ -211,7 +217,8 @@ TEST(ContactForce, OfPublishedFriction) {
                                           broadcast<1>(none),
                                           broadcast<1>(none),
                                           broadcast<1>(none)};
-        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, memory).on_1.x[0];
+        return -contact_force<1>({ContactNormal::linear, ContactFriction::published}, law, state, 1e-3, memory)
+                    .on_1.x[0];
     };
     EXPECT_EQ(drag(0), 0);
     EXPECT_EQ(drag(0.9e-3), 0);
@@ -220,8 +227,8 @@ TEST(ContactForce, OfPublishedFriction) {
     EXPECT_NEAR(drag(-1), -0.4 * 10, 1e-9);
 }
 
-/// A mass on another, pushed to and fro and pressed more and less: the work on the contact becomes energy of springs, or friction
-/// or viscous work.
+/// A mass on another, pushed to and fro and pressed more and less: the work on the contact becomes energy of springs,
+/// or friction or viscous work.
 TEST(ContactForce, AccountsForItsEnergy) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
         const ContactNumbers<Pack<1>> law{1e4, 5.0, 0.5, 0.4, 8e3, 3.0, 0.0};
@@ -230,10 +237,11 @@ TEST(ContactForce, AccountsForItsEnergy) {
         const double h = 2e-6, radius = 0.1;
         Vec3d force_before{0, 0, 0};
         for (int step = 0; step <= 500000; ++step) {
-            const double t = h * step, overlap = 0.02 * std::sin(M_PI * t) + 0.004 * std::sin(20 * t) * std::sin(M_PI * t),
-                         dt = 1e-7;
-            const double rate =
-                (0.02 * std::sin(M_PI * (t + dt)) + 0.004 * std::sin(20 * (t + dt)) * std::sin(M_PI * (t + dt)) - overlap) / dt;
+            const double t = h * step,
+                         overlap = 0.02 * std::sin(M_PI * t) + 0.004 * std::sin(20 * t) * std::sin(M_PI * t), dt = 1e-7;
+            const double rate = (0.02 * std::sin(M_PI * (t + dt)) +
+                                 0.004 * std::sin(20 * (t + dt)) * std::sin(M_PI * (t + dt)) - overlap) /
+                                dt;
             const Vec3d v{0.05 * std::sin(15 * t), 0.03 * std::cos(40 * t), rate}, none{0, 0, 0};
             const ContactState<Pack<1>> state{
                 broadcast<1>(Vec3d{0, 0, 1}), 2 * radius - overlap, radius, radius, broadcast<1>(v), broadcast<1>(none),
@@ -250,7 +258,8 @@ TEST(ContactForce, AccountsForItsEnergy) {
     }
 }
 
-/// Two spheres that rub against each other, `pulled` with a share of what friction can hold: the slip after so many steps.
+/// Two spheres that rub against each other, `pulled` with a share of what friction can hold: the slip after so many
+/// steps.
 struct Rubbing {
     double mass = 0.01, h = 1e-4, overlap = 0.01;
     ContactLaw law{.normal = ContactNormal::linear,
@@ -267,9 +276,14 @@ struct Rubbing {
         const Vec3d none{0, 0, 0};
         ContactMemory<Pack<1>> memory{};
         for (int n = 0; n < steps; ++n) {
-            const ContactState<Pack<1>> state{
-                broadcast<1>(Vec3d{0, 0, 1}), 0.2 - overlap,     0.1, 0.1, broadcast<1>(Vec3d{slip, 0, 0}), broadcast<1>(none),
-                broadcast<1>(none),           broadcast<1>(none)};
+            const ContactState<Pack<1>> state{broadcast<1>(Vec3d{0, 0, 1}),
+                                              0.2 - overlap,
+                                              0.1,
+                                              0.1,
+                                              broadcast<1>(Vec3d{slip, 0, 0}),
+                                              broadcast<1>(none),
+                                              broadcast<1>(none),
+                                              broadcast<1>(none)};
             const double friction = contact_force<1>({law.normal, law.friction}, numbers, state, h, memory).on_1.x[0];
             slip += 2 * h / mass * contacts * (friction + pulled * most());
         }
@@ -277,8 +291,9 @@ struct Rubbing {
     }
 };
 
-/// At any slip speed, with as many contacts at once as the spring of the step allows for: what is pulled by half of what friction
-/// holds creeps at half of the slip speed, what is let go comes to rest, and what is pulled by more slides against all of it.
+/// At any slip speed, with as many contacts at once as the spring of the step allows for: what is pulled by half of
+/// what friction holds creeps at half of the slip speed, what is let go comes to rest, and what is pulled by more
+/// slides against all of it.
 TEST(ContactForce, OfRegularisedFrictionIsSteadyAtAnySlipSpeed) {
     for (const double slip_speed : {1e-12, 1e-9, 1e-6, 1e-3, 1.0})
         for (const int contacts : {1, 2, 4}) {
@@ -288,7 +303,8 @@ TEST(ContactForce, OfRegularisedFrictionIsSteadyAtAnySlipSpeed) {
             EXPECT_NEAR(spheres.slip_after(0.01, 0.5, steps, contacts), 0.5 * slip_speed, 1e-9 * slip_speed + 1e-15)
                 << slip_speed << " " << contacts;
             EXPECT_NEAR(spheres.slip_after(0.01, 0, steps, contacts), 0, 1e-9 * slip_speed + 1e-15) << slip_speed;
-            const double from = 10 * slip_speed + 0.1, gained = 2 * spheres.h / spheres.mass * contacts * spheres.most();
+            const double from = 10 * slip_speed + 0.1,
+                         gained = 2 * spheres.h / spheres.mass * contacts * spheres.most();
             EXPECT_NEAR(spheres.slip_after(from, 2, 3000, contacts), from + 3000 * gained, 20 * gained) << slip_speed;
         }
 }
@@ -348,8 +364,8 @@ TEST(ContactForce, OfASpringOfFrictionGainsNoEnergyAsTheContactStiffens) {
     EXPECT_NEAR(contact.energy(), before / 4, 1e-12 * before);
 }
 
-/// Whatever the way through overlap and slip, one that ends where it began takes energy: Hertz by ways pressed and released, a
-/// linear contact none while it sticks.
+/// Whatever the way through overlap and slip, one that ends where it began takes energy: Hertz by ways pressed and
+/// released, a linear contact none while it sticks.
 TEST(ContactForce, OfASpringOfFrictionTakesEnergyOnEveryClosedWay) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
         for (int trial = 0; trial < 50; ++trial) {
@@ -376,7 +392,8 @@ TEST(ContactForce, OfASpringOfFrictionTakesEnergyOnEveryClosedWay) {
         }
 }
 
-/// Two bodies that turn as one about their normal take the spring with them; of two that roll on each other none is turned.
+/// Two bodies that turn as one about their normal take the spring with them; of two that roll on each other none is
+/// turned.
 TEST(ContactForce, OfASpringOfFrictionTurnsWithItsBodies) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
         Sticking contact{.normal = normal};

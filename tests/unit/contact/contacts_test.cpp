@@ -24,12 +24,16 @@ TEST(Contacts, AreBalanced) {
     const Threads one(1);
     std::mt19937 random(2);
     std::normal_distribution<double> normal;
-    const auto vector = [&](double size) { return Vec3d{size * normal(random), size * normal(random), size * normal(random)}; };
+    const auto vector = [&](double size) {
+        return Vec3d{size * normal(random), size * normal(random), size * normal(random)};
+    };
     for (const ContactNormal law : {ContactNormal::linear, ContactNormal::hertz})
-        for (const ContactFriction friction : {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised})
+        for (const ContactFriction friction :
+             {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised})
             for (int scene = 0; scene < 50; ++scene) {
                 // Two rods at a time: crossing, or side by side but for a small angle.
-                const Vec3d along = vector(1), other = scene % 2 ? along + vector(0.01) : vector(1), apart = vector(0.02);
+                const Vec3d along = vector(1), other = scene % 2 ? along + vector(0.01) : vector(1),
+                            apart = vector(0.02);
                 const auto rods = rods_between({{-along, along}, {apart - other, apart + other}}, 7, 0.05);
                 Exposure c = rods.exposure();
                 for (ExposedMotion& m : c.motion) m = {.velocity = vector(1), .spin = vector(10)};
@@ -70,8 +74,9 @@ TEST(Contacts, NeverPull) {
     }
 }
 
-/// Without friction and dashpots what rods feel is minus the gradient of the energy that is in contacts: crossing elements,
-/// near-parallel ones at any angle of the range in which their ends take a share, beside each other and end over end.
+/// Without friction and dashpots what rods feel is minus the gradient of the energy that is in contacts: crossing
+/// elements, near-parallel ones at any angle of the range in which their ends take a share, beside each other and end
+/// over end.
 TEST(Contacts, AreMinusTheGradientOfTheirEnergy) {
     const Threads one(1);
     std::mt19937 random(5);
@@ -97,7 +102,8 @@ TEST(Contacts, AreMinusTheGradientOfTheirEnergy) {
             near_parallel += std::abs(std::sin(angle)) < 0.05;
             std::vector<Vec3d> force;
             double size = 0;
-            for (std::size_t i = 0; i < 4; ++i) force.push_back(out.load[i].force), size = std::max(size, norm(force[i]));
+            for (std::size_t i = 0; i < 4; ++i)
+                force.push_back(out.load[i].force), size = std::max(size, norm(force[i]));
             for (std::size_t i = 0; i < 4; ++i)
                 for (double Vec3d::*axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
                     std::vector<Vec3d> there = nodes, back = nodes;
@@ -126,7 +132,8 @@ TEST(Contacts, OfALawKnownInClosedForm) {
     EXPECT_NEAR(hertz.figures().max_overlap, 0.1, 1e-12);
 }
 
-/// Largest change of the force on the second of two rods along a path of places, over the whole change: small for a smooth force.
+/// Largest change of the force on the second of two rods along a path of places, over the whole change: small for a
+/// smooth force.
 template <class Place> double largest_jump(Place place, int steps) {
     const Threads one(1);
     double jump = 0, sum = 0;
@@ -153,7 +160,8 @@ TEST(Contacts, ChangeWithoutJumps) {
     const auto turning = [](double x) { // about its middle, through parallel
         const double angle = 0.3 * (x - 0.5);
         const Vec3d along{std::cos(angle), std::sin(angle), 0};
-        return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {Vec3d{0.1, 0, 0.09} - along, Vec3d{0.1, 0, 0.09} + along}}, 4, 0.05);
+        return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {Vec3d{0.1, 0, 0.09} - along, Vec3d{0.1, 0, 0.09} + along}}, 4,
+                            0.05);
     };
     const auto sliding = [](double x) { // nearly parallel, end over end
         const Vec3d at{4 * x - 2.0011, 0, 0.09};
@@ -212,7 +220,9 @@ TEST(Contacts, KeepTheirSpringsOverVertices) {
                          .friction = ContactFriction::memory,
                          .static_friction = 0.5,
                          .kinetic_friction = 0.5};
-    const auto rods = [](double x) { return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{x, -0.9, 0.09}, {x, 1.1, 0.09}}}, 8, 0.05); };
+    const auto rods = [](double x) {
+        return rods_between({{{-1, 0, 0}, {1, 0, 0}}, {{x, -0.9, 0.09}, {x, 1.1, 0.09}}}, 8, 0.05);
+    };
     const auto crossing = [&](double x, double speed) {
         Exposure c = rods(x).exposure();
         for (std::size_t i = 9; i < 18; ++i) c.motion[i].velocity = {speed, 0, 0};
@@ -227,13 +237,15 @@ TEST(Contacts, KeepTheirSpringsOverVertices) {
         return sum;
     };
     const double h = 1e-4, loaded = 0.8e5 * 30 * h;
-    for (int step = 0; step < 30; ++step) contacts.evaluate(crossing(-0.13, 1), 0, h, out); // in place: loads the spring
+    for (int step = 0; step < 30; ++step)
+        contacts.evaluate(crossing(-0.13, 1), 0, h, out); // in place: loads the spring
     EXPECT_NEAR(drag(), loaded, 1e-9 * loaded);
     for (const double x : {-0.08, -0.05, -0.02, -0.001, 0.001, 0.02, 0.05, 0.08, 0.13}) { // goes on without slip
         contacts.evaluate(crossing(x, 0), 0, h, out);
         contacts.evaluate(crossing(x, 0), 0, h, out);
         EXPECT_GT(drag(), 0.9 * loaded) << x;
-        EXPECT_LT(drag(), 3 * loaded) << x; // while both elements touch: two springs, and the round end leans against the other rod
+        EXPECT_LT(drag(), 3 * loaded)
+            << x; // while both elements touch: two springs, and the round end leans against the other rod
     }
     EXPECT_EQ(contacts.figures().active, 1);
     EXPECT_EQ(contacts.active(crossing(0.13, 0))[0].pair.a, 4u) << "the next element";
@@ -259,7 +271,8 @@ TEST(Contacts, AreTheSameForAnyThreads) {
         SlotLoads out;
         AlignedVector<ExertedLoad>& loads = out.load;
         for (int step = 0; step < 60; ++step) {
-            for (std::size_t i = 0; i < moving.slots(); ++i) moving.node[i].position += 1e-4 * moving.motion[i].velocity;
+            for (std::size_t i = 0; i < moving.slots(); ++i)
+                moving.node[i].position += 1e-4 * moving.motion[i].velocity;
             contacts.evaluate(moving, 0, 1e-4, out);
         }
         EXPECT_GT(contacts.figures().active, 100);

@@ -1,4 +1,5 @@
-// A crowd of moving rods: the same loads for any threads, for any share of owned rods, and after going on from what was kept.
+// A crowd of moving rods: the same loads for any threads, for any share of owned rods, and after going on from what was
+// kept.
 #include "contact/contacts.hpp"
 #include "support/exposed_bodies.hpp"
 
@@ -78,8 +79,8 @@ int different(const Exposure& crowd, const SlotLoads& x, const SlotLoads& y, con
     return count;
 }
 
-/// A step of ranks that see each other's bodies as ghosts: partners anew on all of them as soon as one needs it. With `again` they
-/// learn that only when they have begun.
+/// A step of ranks that see each other's bodies as ghosts: partners anew on all of them as soon as one needs it. With
+/// `again` they learn that only when they have begun.
 struct Rank {
     Exposure bodies;
     Contacts contacts;
@@ -117,7 +118,8 @@ TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
     for (int r = 0; r < rods; ++r) (r % 7 < 3 ? mine : others)[static_cast<std::size_t>(r)] = 1;
     const ContactScene scene = crowd.bodies.scene(laws());
     Exposure bodies = crowd.exposure();
-    Rank first_rank{crowd.exposure(mine), Contacts(scene, one)}, second_rank{crowd.exposure(others), Contacts(scene, three)};
+    Rank first_rank{crowd.exposure(mine), Contacts(scene, one)},
+        second_rank{crowd.exposure(others), Contacts(scene, three)};
     Rank* const ranks[] = {&first_rank, &second_rank};
     const Contacts &first = first_rank.contacts, &second = second_rank.contacts;
     crowd.seen = {&bodies, &first_rank.bodies, &second_rank.bodies};
@@ -160,7 +162,8 @@ TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
 TEST(ManyContacts, MayBeginAStepAnew) {
     Crowd crowd(rods, 6);
     const Threads one(1), three(3);
-    std::vector<std::uint8_t> all(rods, 1), first(rods, 0), second(rods, 0); // each has blocks without ghosts of its own
+    std::vector<std::uint8_t> all(rods, 1), first(rods, 0),
+        second(rods, 0); // each has blocks without ghosts of its own
     for (int r = 0; r < rods; ++r) (r < rods / 2 ? first : second)[static_cast<std::size_t>(r)] = 1;
     const ContactScene scene = crowd.bodies.scene(laws());
     Exposure bodies = crowd.exposure();

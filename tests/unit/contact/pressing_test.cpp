@@ -46,7 +46,9 @@ TEST(Pressing, OverlapAndStiffnessAreEachOthersInverse) {
             for (const double overlap : {1e-5, 1e-3}) {
                 const ContactLaw law{.normal = normal, .stiffness = stiffness_for(normal, force, overlap)};
                 EXPECT_NEAR(overlap_under(law, force) / overlap, 1, 1e-14);
-                EXPECT_NEAR(law.stiffness * (normal == ContactNormal::linear ? overlap : std::pow(overlap, 1.5)) / force, 1, 1e-14);
+                EXPECT_NEAR(law.stiffness * (normal == ContactNormal::linear ? overlap : std::pow(overlap, 1.5)) /
+                                force,
+                            1, 1e-14);
             }
 }
 
@@ -64,7 +66,8 @@ TEST(Pressing, IsBetweenOneRodAndAll) {
 }
 
 TEST(Pressing, GrowsWithHeightAndHardlyWithExtent) {
-    const double low = force_of(piles(6, 4), down), high = force_of(piles(6, 8), down), wide = force_of(piles(12, 4), down);
+    const double low = force_of(piles(6, 4), down), high = force_of(piles(6, 8), down),
+                 wide = force_of(piles(12, 4), down);
     EXPECT_GT(high / low, 2);
     EXPECT_LT(high / low, 2.4);
     EXPECT_GT(wide / low, 0.8);

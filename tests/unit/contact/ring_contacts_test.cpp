@@ -1,5 +1,5 @@
-// Rings that touch themselves: elements are neighbours where the ring closes as everywhere else, and where its numbers begin does
-// not matter.
+// Rings that touch themselves: elements are neighbours where the ring closes as everywhere else, and where its numbers
+// begin does not matter.
 #include "contact/contacts.hpp"
 #include "core/closest_points.hpp"
 #include "support/exposed_bodies.hpp"
@@ -44,7 +44,8 @@ struct Loop {
     }
     Vec3d rate(double angle) const {
         Vec3d v{0, 0, 0};
-        for (int m = 0; m < 3; ++m) v += (m + 1) * (std::cos((m + 1) * angle) * sine[m] - std::sin((m + 1) * angle) * cosine[m]);
+        for (int m = 0; m < 3; ++m)
+            v += (m + 1) * (std::cos((m + 1) * angle) * sine[m] - std::sin((m + 1) * angle) * cosine[m]);
         return v;
     }
 };
@@ -112,8 +113,8 @@ std::set<std::pair<int, int>> pairs_by_looking(const std::vector<Vec3d>& ring, d
     for (int i = 0; i < n; ++i)
         for (int j = i + 1; j < n; ++j) {
             if (std::min(j - i, n - (j - i)) <= gap) continue;
-            const auto closest = closest_points(broadcast<1>(node(i)), broadcast<1>(node(i + 1) - node(i)), broadcast<1>(node(j)),
-                                                broadcast<1>(node(j + 1) - node(j)));
+            const auto closest = closest_points(broadcast<1>(node(i)), broadcast<1>(node(i + 1) - node(i)),
+                                                broadcast<1>(node(j)), broadcast<1>(node(j + 1) - node(j)));
             if (norm(lane(closest.apart, 0)) < 2 * radius + skin) near.emplace(i, j);
         }
     return near;
@@ -155,10 +156,13 @@ TEST(RingContacts, AreOfElementsThatAreNoNeighboursEitherWayRound) {
     EXPECT_GT(over_the_vertex, pairs / 10) << "nearest round by way of the vertex";
 }
 
-/// Near-parallel elements meet at the ends of their overlap along the first of them: with the other first it is a little different.
+/// Near-parallel elements meet at the ends of their overlap along the first of them: with the other first it is a
+/// little different.
 bool crosses_steeply(const Contacts& contacts, const Exposure& bodies) {
     for (const Contact& c : contacts.active(bodies)) {
-        const auto edge = [&](std::uint32_t slot) { return bodies.node[slot + 1].position - bodies.node[slot].position; };
+        const auto edge = [&](std::uint32_t slot) {
+            return bodies.node[slot + 1].position - bodies.node[slot].position;
+        };
         const Vec3d a = edge(c.pair.a), b = edge(c.pair.b);
         if (norm(cross(a, b)) < 0.06 * norm(a) * norm(b)) return false;
     }
@@ -188,16 +192,18 @@ TEST(RingContacts, DoNotDependOnWhereTheRingBegins) {
                     continue;
                 }
                 for (std::size_t i = 0; i < loads.force.size(); ++i) {
-                    ASSERT_LT(norm(loads.force[i] - expected.force[i]), 1e-10 * size) << seed << ": " << first << ", slot " << i;
-                    ASSERT_LT(norm(loads.couple[i] - expected.couple[i]), 1e-10 * size) << seed << ": " << first << ", slot " << i;
+                    ASSERT_LT(norm(loads.force[i] - expected.force[i]), 1e-10 * size)
+                        << seed << ": " << first << ", slot " << i;
+                    ASSERT_LT(norm(loads.couple[i] - expected.couple[i]), 1e-10 * size)
+                        << seed << ": " << first << ", slot " << i;
                 }
             }
         }
     EXPECT_GT(rings, 40);
 }
 
-// A ring that slides along itself: where it crosses itself, contacts go from element to element, with their springs, and where it
-// closes as well.
+// A ring that slides along itself: where it crosses itself, contacts go from element to element, with their springs,
+// and where it closes as well.
 TEST(RingContacts, KeepTheirSpringsWhereTheRingCloses) {
     const Threads one(1);
     constexpr int n = 25, steps = 240; // odd: the two strands pass their vertices at different times
@@ -210,11 +216,13 @@ TEST(RingContacts, KeepTheirSpringsWhereTheRingCloses) {
                          .kinetic_friction = 1e3}; // never slides
     std::vector<FoldedLoads> expected;
     double size = 0;
-    for (const std::size_t first : {6, 24, 23, 12, 11}) { // 6: closes far from the crossing all the way; the others pass it
+    for (const std::size_t first :
+         {6, 24, 23, 12, 11}) { // 6: closes far from the crossing all the way; the others pass it
         SlotLoads out;
         std::optional<Contacts> contacts;
         for (int step = 0; step < steps; ++step) {
-            // Over two and a half elements; what moves relatively is told apart from the way, so that springs stay short.
+            // Over two and a half elements; what moves relatively is told apart from the way, so that springs stay
+            // short.
             const double shift = 0.3 * element + 2.5 * element * step / steps;
             const RingAndRod from(loop, n, shift, step < 20 ? 0.01 : 0, radius, 2);
             if (!contacts) contacts.emplace(from.bodies(first).scene(law), one);
@@ -235,7 +243,8 @@ TEST(RingContacts, KeepTheirSpringsWhereTheRingCloses) {
 
 TEST(RingContacts, AreBalanced) {
     const Threads one(1);
-    for (const ContactFriction friction : {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised})
+    for (const ContactFriction friction :
+         {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised})
         for (unsigned seed = 0; seed < 60; ++seed) {
             const RingAndRod from(Loop(seed), 8 + static_cast<int>(seed % 33), 0, 0.3, 0.1, 1);
             const Exposure shown = from.exposure(0);

@@ -44,7 +44,8 @@ TEST(Servo, CyclesBetweenTwoStresses) {
     EXPECT_TRUE(servo.finished());
     EXPECT_EQ(servo.turns(), 6);
     EXPECT_EQ(servo.direction(), 0);
-    // (1091 Pa - 91 Pa) 0.01 m^2 / 1e4 N/m = 1 mm into the bed; up to 78 mm, where the stress has long been low. A step is 5e-6 m.
+    // (1091 Pa - 91 Pa) 0.01 m^2 / 1e4 N/m = 1 mm into the bed; up to 78 mm, where the stress has long been low. A step
+    // is 5e-6 m.
     EXPECT_NEAR(lowest, 0.069, 1e-5);
     EXPECT_NEAR(highest, 0.078, 1e-5);
     ASSERT_EQ(servo.turned_at().size(), 6u);

@@ -1,5 +1,5 @@
-// Contacts do not know the mesh: neighbouring elements share a contact near their vertex, so that its force does not depend on
-// where along a rod it is, nor on how many elements the rod has.
+// Contacts do not know the mesh: neighbouring elements share a contact near their vertex, so that its force does not
+// depend on where along a rod it is, nor on how many elements the rod has.
 #include "contact/contacts.hpp"
 #include "support/exposed_bodies.hpp"
 
@@ -14,7 +14,8 @@ namespace {
 constexpr double length = 75.74e-3, radius = 1.2075e-3, diameter = 2 * radius; // of the nest's rods
 constexpr double stiffness = 3.1623e6;
 
-/// A rod bent in a plane by an angle at each vertex: the middle at 0, along x there, its ends upwards where that is above 0.
+/// A rod bent in a plane by an angle at each vertex: the middle at 0, along x there, its ends upwards where that is
+/// above 0.
 std::vector<Vec3d> arc(int elements, double angle) {
     std::vector<Vec3d> nodes{{0, 0, 0}};
     for (int k = 0; k < elements; ++k) {
@@ -31,7 +32,8 @@ Vec3d at(const std::vector<Vec3d>& nodes, double place) { // in elements
     return nodes[k] + (place - static_cast<double>(k)) * (nodes[k + 1] - nodes[k]);
 }
 std::vector<Vec3d> turned_about_z(std::vector<Vec3d> nodes, double angle) {
-    for (Vec3d& x : nodes) x = {std::cos(angle) * x.x - std::sin(angle) * x.y, std::sin(angle) * x.x + std::cos(angle) * x.y, x.z};
+    for (Vec3d& x : nodes)
+        x = {std::cos(angle) * x.x - std::sin(angle) * x.y, std::sin(angle) * x.x + std::cos(angle) * x.y, x.z};
     return nodes;
 }
 std::vector<Vec3d> moved(std::vector<Vec3d> nodes, const Vec3d& by) {
@@ -117,8 +119,8 @@ TEST(Vertices, HardlyShowInTheForceOfBentRods) {
                     const Range one = force_over_place(elements, bend, 0, angle, overlap),
                                 both = force_over_place(elements, bend, bend, angle, overlap);
                     const auto text = ::testing::Message()
-                                      << elements << " " << sign << " " << overlap << " " << angle << ": " << one.least << " to "
-                                      << one.most << ", both " << both.least << " to " << both.most;
+                                      << elements << " " << sign << " " << overlap << " " << angle << ": " << one.least
+                                      << " to " << one.most << ", both " << both.least << " to " << both.most;
                     EXPECT_GT(one.least, 0.97) << text;
                     EXPECT_LT(one.most, 1.03) << text;
                     EXPECT_GT(both.least, 0.955) << text;
@@ -154,7 +156,8 @@ TEST(Vertices, CountAContactOnce) {
 TEST(Vertices, DoNotShowWhereRodsSlideAlongEachOther) {
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz})
         for (const double turn : {1.0, -1.0}) { // the second leads the same way, or the other
-            const double l = length / 8, one = push(arc(8, 0), moved(arc(8, 0), {0, 0, 0.9 * diameter}), normal).force.z;
+            const double l = length / 8,
+                         one = push(arc(8, 0), moved(arc(8, 0), {0, 0, 0.9 * diameter}), normal).force.z;
             for (double shift = 0; shift < 3; shift += 0.05) {
                 std::vector<Vec3d> other = arc(8, 0);
                 for (Vec3d& x : other) x.x *= turn;
@@ -174,16 +177,20 @@ std::vector<Vec3d> coil(double l, double angle, double start) {
     return nodes;
 }
 
-// Coils that lie on each other turn together, so each element pushes, wherever its vertices are beside those of the other coil.
+// Coils that lie on each other turn together, so each element pushes, wherever its vertices are beside those of the
+// other coil.
 TEST(Vertices, LeaveNoCoilsSoftSideBySide) {
     for (const double overlap : {0.02, 0.1})
         for (const double l : {0.25 * diameter, 0.5 * diameter, 2 * diameter})
             for (const double angle : {0.1, 0.2, 0.35, 0.5, 0.8}) {
                 Range found;
                 const std::vector<Vec3d> below = coil(l, angle, 0);
-                const double one = stiffness * std::pow(overlap * diameter, 1.5) * static_cast<double>(below.size() - 1);
+                const double one =
+                    stiffness * std::pow(overlap * diameter, 1.5) * static_cast<double>(below.size() - 1);
                 for (double phase = 0; phase < 1; phase += 0.05)
-                    found.take(push(below, moved(coil(l, angle, phase * angle), {0, 0, (1 - overlap) * diameter})).force.z / one);
+                    found.take(
+                        push(below, moved(coil(l, angle, phase * angle), {0, 0, (1 - overlap) * diameter})).force.z /
+                        one);
                 EXPECT_GT(found.least, 0.99) << overlap << " " << l << " " << angle;
                 EXPECT_LT(found.most, 3) << overlap << " " << l << " " << angle;
             }
@@ -202,8 +209,8 @@ std::vector<Vec3d> crooked(int elements, double bend, double turn, std::mt19937&
     return moved(nodes, -nodes[nodes.size() / 2]);
 }
 
-// Of rods that are straight or crooked, of like radii and of unlike ones, crossing, at shallow angles and side by side: the force
-// on every node is minus the slope of the energy that is in the contacts, which is found from places alone.
+// Of rods that are straight or crooked, of like radii and of unlike ones, crossing, at shallow angles and side by side:
+// the force on every node is minus the slope of the energy that is in the contacts, which is found from places alone.
 TEST(Vertices, LeaveForcesMinusTheGradientOfTheEnergy) {
     static const Threads one(1);
     std::mt19937 random(5);
@@ -211,7 +218,8 @@ TEST(Vertices, LeaveForcesMinusTheGradientOfTheEnergy) {
     int near_parallel = 0, bent = 0, compared = 0, at_kinks = 0;
     for (int trial = 0; trial < 240; ++trial) {
         const double ratios[] = {1, 10, 33, 100}, ratio = ratios[trial % 4], thick = ratio * radius, l = length / 5,
-                     angles[] = {1.4, 0.3, 0}, angle = (trial / 4 % 3 == 2 ? 0.06 : 0.15) * uniform(random) + angles[trial / 4 % 3],
+                     angles[] = {1.4, 0.3, 0},
+                     angle = (trial / 4 % 3 == 2 ? 0.06 : 0.15) * uniform(random) + angles[trial / 4 % 3],
                      bend = trial % 5 == 0  ? 0
                             : trial % 5 < 3 ? 0.03
                                             : 0.3;
@@ -221,9 +229,9 @@ TEST(Vertices, LeaveForcesMinusTheGradientOfTheEnergy) {
         test::BodiesByHand rods;
         rods.add(a, radius);
         rods.add(b, thick);
-        Contacts contacts(
-            rods.scene(ContactLaw{.normal = trial % 2 ? ContactNormal::hertz : ContactNormal::linear, .stiffness = stiffness}),
-            one);
+        Contacts contacts(rods.scene(ContactLaw{.normal = trial % 2 ? ContactNormal::hertz : ContactNormal::linear,
+                                                .stiffness = stiffness}),
+                          one);
         SlotLoads loads;
         Exposure bodies = rods.exposure();
         contacts.evaluate(bodies, 0, 1e-6, loads);
@@ -264,16 +272,19 @@ TEST(Vertices, LeaveNoJumps) {
         const double bend = (trial % 5 ? 0.4 : 2.0) / elements, angles[] = {1.5, 0.15, 0.05, 0.05},
                      angle = angles[trial % 4] * uniform(random) + (trial % 4 == 2 ? 3.14159265 : 0);
         const std::vector<Vec3d> a = crooked(elements, bend, 0, random), b = crooked(elements, bend, angle, random);
-        const Vec3d from{length * uniform(random), 0.05 * length * uniform(random), (0.65 + 0.35 * uniform(random)) * diameter},
+        const Vec3d from{length * uniform(random), 0.05 * length * uniform(random),
+                         (0.65 + 0.35 * uniform(random)) * diameter},
             way = 0.2 * length * Vec3d{uniform(random), uniform(random), 0.05 * uniform(random)};
         const auto at_place = [&](double x) { return push(a, turned_about_z(moved(b, from + x * way), 0.1 * x)); };
         double before = at_place(0).energy;
         constexpr int steps = 400;
         for (int i = 1; i <= steps; ++i) {
             const double now = at_place(static_cast<double>(i) / steps).energy;
-            double low = static_cast<double>(i - 1) / steps, high = static_cast<double>(i) / steps, e_low = before, e_high = now;
+            double low = static_cast<double>(i - 1) / steps, high = static_cast<double>(i) / steps, e_low = before,
+                   e_high = now;
             before = now;
-            while (std::abs(e_high - e_low) > 1e-4 * std::max(e_high, e_low) && high - low > 1e-10) { // the half that changes more
+            while (std::abs(e_high - e_low) > 1e-4 * std::max(e_high, e_low) &&
+                   high - low > 1e-10) { // the half that changes more
                 const double middle = 0.5 * (low + high), e = at_place(middle).energy;
                 if (std::abs(e - e_low) > std::abs(e_high - e)) high = middle, e_high = e;
                 else low = middle, e_low = e;

@@ -27,22 +27,25 @@ using State = std::vector<Slot<1>>;
 /// W rods of one group under gravity, between walls.
 template <int W> class Stage {
 public:
-    Stage(const RodGroup& group, const std::vector<State>& states, const std::vector<Wall>& scene, const Vec3d& gravity, double dt,
-          std::int64_t done = 0, const std::optional<UniformForce>& push = {})
-        : group_(group), walls(std::make_shared<Walls>(scene)), contacts(std::make_shared<WallContactTiles<W>>(*walls, group)),
-          slot_(states[0].size()), load_(states[0].size()), clock_(dt, done) {
+    Stage(const RodGroup& group, const std::vector<State>& states, const std::vector<Wall>& scene, const Vec3d& gravity,
+          double dt, std::int64_t done = 0, const std::optional<UniformForce>& push = {})
+        : group_(group), walls(std::make_shared<Walls>(scene)),
+          contacts(std::make_shared<WallContactTiles<W>>(*walls, group)), slot_(states[0].size()),
+          load_(states[0].size()), clock_(dt, done) {
         for (std::size_t k = 0; k < slot_.size(); ++k)
             for (int i = 0; i < W; ++i) set_lane(slot_[k], i, states[static_cast<std::size_t>(i)][k]);
         tile_ = {slot_.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, W};
         with_top(top_of(group), [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, W>>()); });
-        with_energy_law(group.law(), [&]<class L>(L) { program_.push_back(std::make_unique<ElasticPass<L, W>>(ends_of(group))); });
+        with_energy_law(group.law(),
+                        [&]<class L>(L) { program_.push_back(std::make_unique<ElasticPass<L, W>>(ends_of(group))); });
         program_.push_back(std::make_unique<LoadPass<Gravity, W>>(Gravity{gravity}, group));
         if (push) program_.push_back(std::make_unique<LoadPass<UniformForce, W>>(*push, group));
         auto pass = std::make_unique<WallPass<W>>(walls, group, contacts);
         wall_pass = pass.get();
         program_.push_back(std::move(pass));
         if (group.closed()) program_.push_back(std::make_unique<FoldRingPass<W>>());
-        program_.push_back(std::make_unique<KickPass<KickKind::undamped, W>>(KicksOfGroup{KickConstants(group, {}, dt)}));
+        program_.push_back(
+            std::make_unique<KickPass<KickKind::undamped, W>>(KicksOfGroup{KickConstants(group, {}, dt)}));
         if (group.closed()) program_.insert(program_.begin() + 1, std::make_unique<CloseRingPass<W>>());
         for (const auto& p : program_) p->bind(tile_);
     }
@@ -105,10 +108,13 @@ double mass_of(const RodGroup& group) {
 }
 Vec3d centre(const RodGroup& group, const State& state) {
     Vec3d sum{0, 0, 0};
-    for (std::size_t i = 0; i < state.size(); ++i) sum += (group.node_mass[i] / mass_of(group)) * lane(state[i].position, 0);
+    for (std::size_t i = 0; i < state.size(); ++i)
+        sum += (group.node_mass[i] / mass_of(group)) * lane(state[i].position, 0);
     return sum;
 }
-Vec3d velocity(const RodGroup& group, const State& state) { return (1 / mass_of(group)) * test::momenta(group, state).linear; }
+Vec3d velocity(const RodGroup& group, const State& state) {
+    return (1 / mass_of(group)) * test::momenta(group, state).linear;
+}
 double energy(const RodGroup& group, const State& state) {
     const RodEnergy e = rod_energy(group, state);
     return e.translation + e.rotation + e.elastic();
@@ -141,9 +147,10 @@ TEST(Walls, CarryARodAtTheOverlapOfTheirLaw) {
         ASSERT_LT(std::abs(lane(start(ring)[7].position, 0).z - radius), 1e-12) << "lies flat";
         const double load = mass_of(ring) * gravity / 16,
                      overlap = normal == ContactNormal::linear ? load / k : std::pow(load / k, 2.0 / 3);
-        Stage<1> stage(ring, {start(ring)},
-                       {floor_of({.normal = normal, .stiffness = k, .damping = normal == ContactNormal::linear ? 40.0 : 2000.0})},
-                       {0, 0, -gravity}, 2e-5);
+        Stage<1> stage(
+            ring, {start(ring)},
+            {floor_of({.normal = normal, .stiffness = k, .damping = normal == ContactNormal::linear ? 40.0 : 2000.0})},
+            {0, 0, -gravity}, 2e-5);
         stage.advance(150000);
         EXPECT_NEAR(radius - lane(stage.state()[3].position, 0).z, overlap, 1e-6 * overlap);
         const WallFigures figures = stage.figures();
@@ -156,8 +163,9 @@ TEST(Walls, CarryARodAtTheOverlapOfTheirLaw) {
     }
     // A straight rod bends a little, since its ends weigh half; but the overlaps together carry its weight.
     const RodGroup group(lying_rod(radius), 0, 0, "");
-    Stage<1> stage(group, {start(group)}, {floor_of({.normal = ContactNormal::linear, .stiffness = 1e4, .damping = 40})},
-                   {0, 0, -gravity}, 2e-5);
+    Stage<1> stage(group, {start(group)},
+                   {floor_of({.normal = ContactNormal::linear, .stiffness = 1e4, .damping = 40})}, {0, 0, -gravity},
+                   2e-5);
     stage.advance(150000);
     double overlaps = 0;
     for (const Slot<1>& s : stage.state()) overlaps += radius - lane(s.position, 0).z;
@@ -165,14 +173,15 @@ TEST(Walls, CarryARodAtTheOverlapOfTheirLaw) {
 }
 
 TEST(Walls, GiveBackAllEnergyWithoutADashpot) {
-    // Sections as at rest: where they shrink with the stretch, the overlap does work on it that no force takes (2e-4 of the energy
-    // here).
+    // Sections as at rest: where they shrink with the stretch, the overlap does work on it that no force takes (2e-4 of
+    // the energy here).
     RodSpec spec = lying_rod(radius + 0.01, 8, Law::linear);
     spec.shape.velocity = {0, 0, -1};
     const RodGroup group(spec, 0, 0, "");
     for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
         Stage<1> stage(group, {start(group)},
-                       {floor_of({.normal = normal, .stiffness = normal == ContactNormal::linear ? 2e4 : 2e5})}, {0, 0, 0}, 2e-6);
+                       {floor_of({.normal = normal, .stiffness = normal == ContactNormal::linear ? 2e4 : 2e5})},
+                       {0, 0, 0}, 2e-6);
         const double before = energy(group, stage.state());
         double most = 0;
         for (int look = 0; look < 60; ++look) {
@@ -199,13 +208,15 @@ TEST(Walls, BounceAsADampedOscillator) {
     const double m = mass_of(ring) / 16, k = 2e4, w = std::sqrt(k / m);
     for (const double zeta : {0.05, 0.3}) {
         Stage<1> stage(ring, {start(ring)},
-                       {floor_of({.normal = ContactNormal::linear, .stiffness = k, .damping = 2 * zeta * w * m})}, {0, 0, 0}, 2e-6);
+                       {floor_of({.normal = ContactNormal::linear, .stiffness = k, .damping = 2 * zeta * w * m})},
+                       {0, 0, 0}, 2e-6);
         const double before = energy(ring, stage.state());
         stage.advance(20000);
         ASSERT_EQ(stage.figures().touching, 0);
         const double root = std::sqrt(1 - zeta * zeta),
                      at = std::atan2(2 * zeta * root, 2 * zeta * zeta - 1) / (root * w); // where N = 0
-        const double out = -std::exp(-zeta * w * at) * (std::cos(root * w * at) - zeta / root * std::sin(root * w * at));
+        const double out =
+            -std::exp(-zeta * w * at) * (std::cos(root * w * at) - zeta / root * std::sin(root * w * at));
         EXPECT_NEAR(velocity(ring, stage.state()).z, out, 2e-3 * out) << zeta;
         EXPECT_NEAR(before - energy(ring, stage.state()), stage.figures().viscous_work, 2e-3 * before);
         EXPECT_NEAR(stage.figures().viscous_work, before * (1 - out * out), 2e-3 * before);
@@ -227,8 +238,9 @@ State lying(const RodGroup& group, double stiffness, double weight) {
 }
 
 TEST(Walls, HoldARodOnAnIncline) {
-    // Thin, since friction at the bottom presses the front end and relieves the rear one: by 16 r sin(slope)/L of an end's weight.
-    // And soft, so that an end, which weighs half, does not bear its neighbour's load: springs hold each node by itself.
+    // Thin, since friction at the bottom presses the front end and relieves the rear one: by 16 r sin(slope)/L of an
+    // end's weight. And soft, so that an end, which weighs half, does not bear its neighbour's load: springs hold each
+    // node by itself.
     const double mu = 0.5, kinetic = 0.4, k = 1e3, thin = 0.1 * radius;
     RodSpec spec = lying_rod(thin);
     spec.section.radius = thin;
@@ -241,8 +253,8 @@ TEST(Walls, HoldARodOnAnIncline) {
         law.tangential_damping = 0.1;
         // Tilted slowly: under a load that comes at once springs swing beyond it and let go.
         const UniformForce fall{.force = {mass_of(group) * gravity * std::sin(slope), 0, 0}, .ramp = {0.5}};
-        Stage<1> tilted(group, {lying(group, k, gravity * std::cos(slope))}, {floor_of(law)}, {0, 0, -gravity * std::cos(slope)},
-                        1e-5, 0, fall);
+        Stage<1> tilted(group, {lying(group, k, gravity * std::cos(slope))}, {floor_of(law)},
+                        {0, 0, -gravity * std::cos(slope)}, 1e-5, 0, fall);
         tilted.advance(100000);
         const State before = tilted.state();
         tilted.advance(100000);
@@ -272,7 +284,8 @@ TEST(Walls, LetARodRollUntilItSlips) {
         const State after = stage.state();
         const double acceleration = (velocity(group, after).y - velocity(group, before).y) / 0.2;
         const bool rolls = mu > std::tan(slope) / 3;
-        const double expected = rolls ? 2.0 / 3 * gravity * std::sin(slope) : gravity * (std::sin(slope) - mu * std::cos(slope));
+        const double expected =
+            rolls ? 2.0 / 3 * gravity * std::sin(slope) : gravity * (std::sin(slope) - mu * std::cos(slope));
         EXPECT_NEAR(acceleration, expected, 0.01 * expected) << slope;
         const double rim = norm(lane(after[4].spin, 0)) * radius;
         if (rolls) EXPECT_NEAR(rim, velocity(group, after).y, 0.01 * rim);
@@ -283,10 +296,13 @@ TEST(Walls, LetARodRollUntilItSlips) {
 TEST(Walls, HoldASlidingSnakeLessAlongItThanAcross) {
     const double k = 1e5;
     const RodGroup group(lying_rod(radius), 0, 0, "");
-    ContactLaw law{
-        .normal = ContactNormal::linear, .stiffness = k, .friction = ContactFriction::anisotropic, .kinetic_friction = 0.2};
+    ContactLaw law{.normal = ContactNormal::linear,
+                   .stiffness = k,
+                   .friction = ContactFriction::anisotropic,
+                   .kinetic_friction = 0.2};
     law.kinetic_backward = 0.3, law.kinetic_sideways = 0.5, law.slip_speed = 1e-3;
-    const auto slowed = [&](const Vec3d& speed, const Vec3d& spin = {0, 0, 0}, int steps = 10, double h = 1e-5, int skipped = 0) {
+    const auto slowed = [&](const Vec3d& speed, const Vec3d& spin = {0, 0, 0}, int steps = 10, double h = 1e-5,
+                            int skipped = 0) {
         State state = lying(group, k, gravity);
         for (Slot<1>& s : state) set_lane(s.velocity, 0, speed), set_lane(s.spin, 0, spin);
         Stage<1> stage(group, {state}, {floor_of(law)}, {0, 0, -gravity}, h);
@@ -304,8 +320,10 @@ TEST(Walls, HoldASlidingSnakeLessAlongItThanAcross) {
     const Vec3d aslant = slowed({0.6, 0.8, 0}); // shares of the slip, each with its own coefficient
     EXPECT_NEAR(aslant.x, -0.2 * 0.6 * g, 1e-3 * g);
     EXPECT_NEAR(aslant.y, -0.5 * 0.8 * g, 1e-3 * g);
-    EXPECT_NEAR(slowed({5e-4, 0, 0}, {0, 0, 0}, 10, 1e-7, 5).x, -0.5 * 0.2 * g, 1e-3 * g); // half the slip speed, half the friction
-    // A rod that spins about its axis slips sideways: its frame is d3 = x, so body spin about d3 turns the lowest line along +-y.
+    EXPECT_NEAR(slowed({5e-4, 0, 0}, {0, 0, 0}, 10, 1e-7, 5).x, -0.5 * 0.2 * g,
+                1e-3 * g); // half the slip speed, half the friction
+    // A rod that spins about its axis slips sideways: its frame is d3 = x, so body spin about d3 turns the lowest line
+    // along +-y.
     const Vec3d rolled = slowed({0, 0, 0}, {0, 0, 100});
     EXPECT_NEAR(std::abs(rolled.y), 0.5 * g, 2e-2 * g);
     EXPECT_NEAR(rolled.x, 0, 1e-4 * g);
@@ -333,8 +351,10 @@ TEST(Walls, OfATubeHoldARodAtItsLowestLine) {
     // Beside it the rod swings: as a point where it slides, with half as much inertia again where it rolls.
     for (const bool rolls : {false, true}) {
         if (rolls) tube.law = sticky(1e5, 1, 1), tube.law.damping = tube.law.tangential_damping = 60;
-        const double angle = 0.05, period = 2 * pi * std::sqrt((rolls ? 1.5 : 1) * arm / gravity) * (1 + angle * angle / 16);
-        Stage<1> swing(group, {at_height(arm * std::sin(angle), -arm * std::cos(angle))}, {tube}, {0, 0, -gravity}, 2e-5);
+        const double angle = 0.05,
+                     period = 2 * pi * std::sqrt((rolls ? 1.5 : 1) * arm / gravity) * (1 + angle * angle / 16);
+        Stage<1> swing(group, {at_height(arm * std::sin(angle), -arm * std::cos(angle))}, {tube}, {0, 0, -gravity},
+                       2e-5);
         double crossed = 0, before = 1, now = 1;
         int crossings = 0;
         for (; crossings < 4; before = now) {
@@ -425,7 +445,8 @@ TEST(Walls, LeaveLanesThatDoNotTouchAsTheyAre) {
     Stage<2> stage(group, {start(group), low}, {floor_of(sticky(1e4, 0.5, 0.4))}, {0, 0, 0}, 1e-5);
     stage.advance(1);
     AlignedVector<SlotLoad<2>> load(low.size());
-    for (SlotLoad<2>& l : load) l = {broadcast<2>(Vec3d{-0.0, -0.0, -0.0}), broadcast<2>(Vec3d{-0.0, -0.0, -0.0}), Pack<2>(1.0)};
+    for (SlotLoad<2>& l : load)
+        l = {broadcast<2>(Vec3d{-0.0, -0.0, -0.0}), broadcast<2>(Vec3d{-0.0, -0.0, -0.0}), Pack<2>(1.0)};
     const Step step{.index = 2, .dt = 1e-5, .drift = 1e-5, .kick = 1e-5, .time = 1e-5};
     stage.wall_pass->prepare({&step, 1});
     stage.wall_pass->run(stage.tile(), load.data(), step);
@@ -438,7 +459,8 @@ TEST(Walls, LeaveLanesThatDoNotTouchAsTheyAre) {
 TEST(Walls, TakeWhatRodsGive) {
     // Momentum that a rod loses is what walls get.
     const RodGroup group(lying_rod(0.05), 0, 0, "");
-    Stage<1> stage(group, {test::shaken_state(group, 0.001, 0.01, 1, 7)}, box_and_ball(sticky(1e4, 0.5, 0.4)), {0, 0, 0}, 2e-5);
+    Stage<1> stage(group, {test::shaken_state(group, 0.001, 0.01, 1, 7)}, box_and_ball(sticky(1e4, 0.5, 0.4)),
+                   {0, 0, 0}, 2e-5);
     Vec3d given{0, 0, 0};
     const Vec3d before = test::momenta(group, stage.state()).linear;
     double size = 0;
@@ -476,7 +498,8 @@ TEST(Walls, CloseTheEnergyAccount) {
                 const WallFigures a = stage.figures();
                 const double now = energy(group, stage.state()) + weight * centre(group, stage.state()).z;
                 if (a.touching == 0)
-                    worst = std::max(worst, std::abs(now + a.elastic_energy + a.friction_work + a.viscous_work - before) / before);
+                    worst = std::max(
+                        worst, std::abs(now + a.elastic_energy + a.friction_work + a.viscous_work - before) / before);
             }
             EXPECT_GT(stage.figures().friction_work, 0.05 * before);
             EXPECT_GT(stage.figures().viscous_work, 0.05 * before);

@@ -84,7 +84,8 @@ TEST(BinnedSum, ScalesWithItsTerms) {
     const std::vector<double> terms = terms_up_to(3.0, 1000);
     std::vector<double> scaled = terms;
     for (double& term : scaled) term *= scale;
-    EXPECT_EQ(total_of<8>(scaled, SumBins(3.0 * scale), 64).value(), scale * total_of<8>(terms, SumBins(3.0), 64).value());
+    EXPECT_EQ(total_of<8>(scaled, SumBins(3.0 * scale), 64).value(),
+              scale * total_of<8>(terms, SumBins(3.0), 64).value());
 }
 
 TEST(BinnedSum, PassesOnWhatIsNotFinite) {

@@ -24,7 +24,8 @@ protected:
     /// Ordinary numbers, and now and then one that is not.
     P some() {
         static constexpr double odd[] = {
-            0.0, -0.0, 1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN(), 5e-324, -1e308};
+            0.0,    -0.0,  1.0, std::numeric_limits<double>::infinity(), std::numeric_limits<double>::quiet_NaN(),
+            5e-324, -1e308};
         P p;
         for (int l = 0; l < W; ++l)
             p.set(l, random() % 4 == 0 ? odd[random() % std::size(odd)]
@@ -44,8 +45,8 @@ protected:
         }
     }
 };
-using Widths = testing::Types<std::integral_constant<int, 1>, std::integral_constant<int, 2>, std::integral_constant<int, 4>,
-                              std::integral_constant<int, 8>>;
+using Widths = testing::Types<std::integral_constant<int, 1>, std::integral_constant<int, 2>,
+                              std::integral_constant<int, 4>, std::integral_constant<int, 8>>;
 TYPED_TEST_SUITE(PackOf, Widths);
 
 TYPED_TEST(PackOf, DoesInEveryLaneWhatOneNumberDoes) {
@@ -143,7 +144,8 @@ template <int W> void check_less_log() {
             const long double expected =
                 std::abs(x[i]) < 1e-5 ? static_cast<long double>(x[i]) * x[i] * (0.5L - x[i] / 3.0L) : exact;
             EXPECT_NEAR(found[i], static_cast<double>(expected), 1e-15 * static_cast<double>(expected)) << x[i];
-            EXPECT_EQ(std::bit_cast<std::uint64_t>(found[i]), std::bit_cast<std::uint64_t>(less_log(Pack<1>(x[i]))[0])) << x[i];
+            EXPECT_EQ(std::bit_cast<std::uint64_t>(found[i]), std::bit_cast<std::uint64_t>(less_log(Pack<1>(x[i]))[0]))
+                << x[i];
         }
     }
     EXPECT_TRUE(std::isnan(less_log(Pack<W>(-1.5))[W - 1]));
@@ -153,7 +155,8 @@ template <int W> void check_less_log() {
 template <int W> void check_log() {
     std::vector<double> some = {1, 2, 0.5, 1e-300, 1e300, 2.2250738585072014e-308, 1.7976931348623157e308};
     for (const double at : {0.5, 0.70710678118654752, 1.0, 1.4142135623730951, 2.0, 1e8})
-        for (const double less : {1e-16, 1e-12, 1e-6, 1e-3}) some.insert(some.end(), {at * (1 - less), at, at * (1 + less)});
+        for (const double less : {1e-16, 1e-12, 1e-6, 1e-3})
+            some.insert(some.end(), {at * (1 - less), at, at * (1 + less)});
     for (int i = 1; i < 400; ++i) some.push_back(0.013 * i), some.push_back(std::exp(1.7 * (i - 200)));
     for (std::size_t at = 0; at < some.size(); ++at) {
         Pack<W> x;
@@ -162,7 +165,8 @@ template <int W> void check_log() {
         for (int i = 0; i < W; ++i) {
             const auto exact = static_cast<double>(std::log(static_cast<long double>(x[i])));
             EXPECT_NEAR(found[i], exact, 5e-16 * std::abs(exact)) << x[i];
-            EXPECT_EQ(std::bit_cast<std::uint64_t>(found[i]), std::bit_cast<std::uint64_t>(log(Pack<1>(x[i]))[0])) << x[i];
+            EXPECT_EQ(std::bit_cast<std::uint64_t>(found[i]), std::bit_cast<std::uint64_t>(log(Pack<1>(x[i]))[0]))
+                << x[i];
         }
     }
 }

@@ -68,7 +68,8 @@ TEST(Rotation, LogarithmInvertsTheExponential) {
             const Vec3d v = angle * random_direction(random);
             const Quaterniond frame = quaternion(rounded(long_rotation(2.0 * random_direction(random))));
             const Quaterniond turned = rotation(v) * frame;
-            const Vec3d back = relative_rotation(turned, frame), same = relative_rotation({-turned.w, -turned.v}, frame);
+            const Vec3d back = relative_rotation(turned, frame),
+                        same = relative_rotation({-turned.w, -turned.v}, frame);
             EXPECT_LT(norm(back - same), 1e-15) << "both signs are the same frame";
             // The frames are rounded to 2e-16; near pi the log magnifies that by about 1/(pi - angle).
             EXPECT_LT(norm(back - v), 2e-15 * (1 + 1 / (3.2 - angle))) << "angle " << angle;
@@ -97,8 +98,8 @@ TEST(Rotation, AQuaternionIsTheFrameItStandsFor) {
 TEST(Rotation, JacobianOfTheLogarithm) {
     for (const double angle : {1e-4, 0.1, 0.5, 0.509, 0.511, 1.0, 2.0, 3.1}) {
         const Long half = Long(angle) / 2;
-        const Long exact =
-            angle < 0.01 ? Long(1) / 12 + Long(angle) * angle / 720 : (1 - half / std::tan(half)) / (Long(angle) * angle);
+        const Long exact = angle < 0.01 ? Long(1) / 12 + Long(angle) * angle / 720
+                                        : (1 - half / std::tan(half)) / (Long(angle) * angle);
         const auto turned = broadcast<1>(rotation(Vec3d{angle, 0, 0}));
         EXPECT_NEAR(relative_rotation_and_jacobian(turned, broadcast<1>(no_turn)).jacobian[0] * angle * angle,
                     double(exact) * angle * angle, 2e-16)

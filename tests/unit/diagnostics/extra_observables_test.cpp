@@ -15,7 +15,9 @@ namespace {
 using F = ExtraFigures;
 constexpr double pi = std::numbers::pi;
 
-Vec3d angular_momentum(const ExtraFigures& f) { return {f.sum[F::angular_x], f.sum[F::angular_y], f.sum[F::angular_z]}; }
+Vec3d angular_momentum(const ExtraFigures& f) {
+    return {f.sum[F::angular_x], f.sum[F::angular_y], f.sum[F::angular_z]};
+}
 
 /// A rod of rest length 1 bent and twisted at constant rates.
 std::vector<Slot<1>> bent(const RodGroup& group, const Vec3d& curvature) {

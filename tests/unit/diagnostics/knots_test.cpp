@@ -34,8 +34,8 @@ Vec3d torus_knot(int p, int q, double t, double tube = 1) {
     return {r * std::cos(p * t), r * std::sin(p * t), -tube * std::sin(q * t)};
 }
 
-/// Total torsion over 2 pi of a closed curve, by the trapezoidal rule on fine central differences of eighth order: for a smooth
-/// periodic integrand its error is that of the differences, below 1e-11 here.
+/// Total torsion over 2 pi of a closed curve, by the trapezoidal rule on fine central differences of eighth order: for
+/// a smooth periodic integrand its error is that of the differences, below 1e-11 here.
 double total_torsion(const std::function<Vec3d(double)>& at) {
     const int n = 4096;
     const double h = 0.01;
@@ -99,8 +99,9 @@ TEST(Writhe, OfACurveOnASphereVanishesAtSecondOrder) {
     EXPECT_LT(std::abs(before), 1e-5);
 }
 
-// Calugareanu: writhe = self-linking of the Frenet frame - total torsion/(2 pi). The first is an integer that topology gives (the
-// knot linked with its push-off along the principal normal), the second a plain integral: no writhe is needed to know the writhe.
+// Calugareanu: writhe = self-linking of the Frenet frame - total torsion/(2 pi). The first is an integer that topology
+// gives (the knot linked with its push-off along the principal normal), the second a plain integral: no writhe is
+// needed to know the writhe.
 TEST(Writhe, OfTorusKnotsFollowsFromTheirTorsion) {
     for (const auto& [p, q] : {std::pair{2, 3}, std::pair{3, 2}, std::pair{2, 5}}) {
         const auto at = [p = p, q = q](double t) { return torus_knot(p, q, t); };
@@ -166,7 +167,8 @@ TEST(Link, IsInvariantWhileTheRibbonBends) {
     for (const int k : {-2, 0, 3})
         for (const double bend : {0.0, 0.3, 0.6, 0.9, 1.2}) {
             const Line node = closed(240, [bend](double t) {
-                return Vec3d{std::cos(t) * (1 + 0.3 * bend * std::cos(3 * t)), std::sin(t) + 0.3 * bend * std::sin(2 * t + 1),
+                return Vec3d{std::cos(t) * (1 + 0.3 * bend * std::cos(3 * t)),
+                             std::sin(t) + 0.3 * bend * std::sin(2 * t + 1),
                              bend * (0.5 * std::sin(2 * t) + 0.3 * std::cos(3 * t))};
             });
             const Line d1 = ribbon(node, {0, 0, 1}, k);
@@ -177,7 +179,8 @@ TEST(Link, IsInvariantWhileTheRibbonBends) {
             }
             // the same number from the two edges of the ribbon, without any twist
             Line edge = node;
-            for (std::size_t i = 0; i < node.size(); ++i) edge[i] += 0.01 * unit(d1[i] + d1[(i + node.size() - 1) % node.size()]);
+            for (std::size_t i = 0; i < node.size(); ++i)
+                edge[i] += 0.01 * unit(d1[i] + d1[(i + node.size() - 1) % node.size()]);
             EXPECT_NEAR(linking(node, Curve::closed, edge, Curve::closed), k, 1e-10) << bend;
         }
 }
@@ -199,8 +202,8 @@ TEST(Linking, OfTwoCurves) {
     const Line far = closed(23, [](double t) { return Vec3d{3 + std::cos(t), 0.1, std::sin(t)}; });
     EXPECT_NEAR(std::abs(linking(a, Curve::closed, b, Curve::closed)), 1, 1e-13);
     EXPECT_NEAR(linking(a, Curve::closed, b, Curve::closed), linking(b, Curve::closed, a, Curve::closed), 1e-13);
-    EXPECT_NEAR(linking(mirrored(a), Curve::closed, mirrored(b), Curve::closed), -linking(a, Curve::closed, b, Curve::closed),
-                1e-13);
+    EXPECT_NEAR(linking(mirrored(a), Curve::closed, mirrored(b), Curve::closed),
+                -linking(a, Curve::closed, b, Curve::closed), 1e-13);
     EXPECT_NEAR(linking(a, Curve::closed, far, Curve::closed), 0, 1e-13);
     // the two strands of the (2, 2k) torus link
     for (const int k : {1, 2, 3}) {
@@ -217,8 +220,10 @@ TEST(Linking, OfTwoCurves) {
 // The formulae as Klenin & Langowski print them: (15)-(16) for pairs of segments, (27) for the twist at a vertex.
 double published_pair(const Vec3d& x1, const Vec3d& x2, const Vec3d& x3, const Vec3d& x4) {
     const Vec3d r13 = x3 - x1, r14 = x4 - x1, r23 = x3 - x2, r24 = x4 - x2;
-    const Vec3d n1 = unit(cross(r13, r14)), n2 = unit(cross(r14, r24)), n3 = unit(cross(r24, r23)), n4 = unit(cross(r23, r13));
-    const double angle = std::asin(dot(n1, n2)) + std::asin(dot(n2, n3)) + std::asin(dot(n3, n4)) + std::asin(dot(n4, n1));
+    const Vec3d n1 = unit(cross(r13, r14)), n2 = unit(cross(r14, r24)), n3 = unit(cross(r24, r23)),
+                n4 = unit(cross(r23, r13));
+    const double angle =
+        std::asin(dot(n1, n2)) + std::asin(dot(n2, n3)) + std::asin(dot(n3, n4)) + std::asin(dot(n4, n1));
     const double side = dot(cross(x4 - x3, x2 - x1), r13);
     if (std::isnan(angle)) return 0; // coplanar segments, as PyElastica reads it
     return angle * (side > 0 ? 1 : -1) / (4 * pi);
@@ -230,7 +235,8 @@ double published_twist(const Vec3d& s, const Vec3d& next, Vec3d a, Vec3d b) {
     b = unit(b - dot(b, u) * u);
     const auto sign = [](double x) { return x > 0 ? 1.0 : -1.0; };
     const double turn =
-        (sign(dot(cross(a, p), s)) * std::acos(dot(a, p)) + sign(dot(cross(p, b), next)) * std::acos(dot(b, p))) / (2 * pi);
+        (sign(dot(cross(a, p), s)) * std::acos(dot(a, p)) + sign(dot(cross(p, b), next)) * std::acos(dot(b, p))) /
+        (2 * pi);
     return turn - std::round(turn);
 }
 
@@ -254,7 +260,9 @@ TEST(Published, FormulaeGiveTheSame) {
     ASSERT_EQ(local.size(), 22u);
     double sum = 0;
     for (std::size_t i = 0; i < 22; ++i)
-        EXPECT_NEAR(local[i], published_twist(node[i + 1] - node[i], node[i + 2] - node[i + 1], d1[i], d1[i + 1]), 1e-11) << i;
+        EXPECT_NEAR(local[i], published_twist(node[i + 1] - node[i], node[i + 2] - node[i + 1], d1[i], d1[i + 1]),
+                    1e-11)
+            << i;
     for (std::size_t i = 0; i < 23; ++i)
         for (std::size_t j = i + 2; j < 23; ++j) sum += 2 * published_pair(node[i], node[i + 1], node[j], node[j + 1]);
     EXPECT_NEAR(writhe(node, Curve::open), sum, 1e-11);
@@ -287,8 +295,9 @@ TEST(Published, EndSegments) {
     expect(tail, {4.0 / 3 - 0.5, 7.0 / 3, 1.0 / 3});
 }
 
-// PyElastica's compute_link: the auxiliary line takes the frame of the element before each node, and the centre line's end
-// segments. Some of its pairs are coplanar by construction; there each arcsin of 1 - 1e-16 is 1.5e-8 off, hence the tolerance.
+// PyElastica's compute_link: the auxiliary line takes the frame of the element before each node, and the centre line's
+// end segments. Some of its pairs are coplanar by construction; there each arcsin of 1 - 1e-16 is 1.5e-8 off, hence the
+// tolerance.
 TEST(Published, AuxiliaryLinkGivesTheSame) {
     Random random;
     const Line node = random.line(12), d1 = random.line(11);
@@ -305,7 +314,8 @@ TEST(Published, AuxiliaryLinkGivesTheSame) {
         auxiliary.push_back(auxiliary.back() + (centre.back() - node.back()));
         double sum = 0;
         for (std::size_t i = 0; i < 13; ++i)
-            for (std::size_t j = 0; j < 13; ++j) sum += published_pair(centre[i], centre[i + 1], auxiliary[j], auxiliary[j + 1]);
+            for (std::size_t j = 0; j < 13; ++j)
+                sum += published_pair(centre[i], centre[i + 1], auxiliary[j], auxiliary[j + 1]);
         EXPECT_NEAR(auxiliary_link(node, d1, radius, 7, kind), sum, 1e-8);
     }
 }
@@ -327,8 +337,8 @@ TEST(Published, AuxiliaryLinkTendsToTwistPlusWrithe) {
         }
         const std::vector<double> radius(static_cast<std::size_t>(n), 1.0 / n);
         const double length = 4 * pi * std::sqrt(1 + 0.09);
-        const double sum =
-            twist(node, d1, Curve::open) + writhe(with_end_segments(node, length, EndSegments::next_tangent), Curve::open);
+        const double sum = twist(node, d1, Curve::open) +
+                           writhe(with_end_segments(node, length, EndSegments::next_tangent), Curve::open);
         const double error = auxiliary_link(node, d1, radius, length, EndSegments::next_tangent) - sum;
         if (n > 50) {
             EXPECT_GT(order(before, error), 0.9) << n << ": " << error << " of " << sum;

@@ -1,4 +1,5 @@
-// Strains at nodes, for those who look: against closed forms, and against the energies of the observables for every law and end.
+// Strains at nodes, for those who look: against closed forms, and against the energies of the observables for every law
+// and end.
 #include "diagnostics/observables.hpp"
 #include "mechanics/rod_copies.hpp"
 #include "support/rods_for_tests.hpp"
@@ -21,7 +22,8 @@ std::vector<NodeProfile> profile_of(const RodGroup& group, std::span<const Slot<
 double whole_energy(const RodGroup& group, const std::vector<NodeProfile>& profile) {
     const std::size_t n = group.element.size();
     double sum = 0;
-    for (std::size_t k = 0; k < n; ++k) sum += 0.5 * group.element[k].rest_length * (profile[k].energy + profile[k + 1].energy);
+    for (std::size_t k = 0; k < n; ++k)
+        sum += 0.5 * group.element[k].rest_length * (profile[k].energy + profile[k + 1].energy);
     return sum;
 }
 
@@ -50,7 +52,8 @@ TEST(RodProfile, SumsUpToTheElasticEnergyOfEveryLawAndEnd) {
                     const double expected = u.stretch + u.shear + u.bend + u.twist;
                     EXPECT_GT(expected, 0);
                     EXPECT_NEAR(whole_energy(group, profile_of(group, state)), expected, 1e-13 * expected)
-                        << law_names[static_cast<std::size_t>(law)] << ", " << end_names[static_cast<std::size_t>(start)] << ", "
+                        << law_names[static_cast<std::size_t>(law)] << ", "
+                        << end_names[static_cast<std::size_t>(start)] << ", "
                         << end_names[static_cast<std::size_t>(end)] << (closed ? ", closed" : "");
                 }
 }

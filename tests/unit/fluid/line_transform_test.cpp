@@ -11,7 +11,8 @@
 namespace skein {
 namespace {
 
-constexpr LineEnds all_ends[] = {LineEnds::periodic, LineEnds::gradient_zero, LineEnds::value_zero, LineEnds::faces_zero};
+constexpr LineEnds all_ends[] = {LineEnds::periodic, LineEnds::gradient_zero, LineEnds::value_zero,
+                                 LineEnds::faces_zero};
 constexpr int sizes[] = {2, 3, 4, 5, 6, 7, 9, 14, 16, 20, 25, 64, 105, 128, 200};
 
 using Lines = std::vector<std::vector<double>>; ///< [line][number]
@@ -71,7 +72,8 @@ TEST(LineTransform, ThereAndBack) {
             transform.inverse(in.data(), out.data());
             for (int i = 0; i < n; ++i)
                 for (int l = 0; l < transform.lanes(); ++l)
-                    EXPECT_NEAR(transform.sign(i) * out[static_cast<std::size_t>(transform.place(i) * transform.lanes() + l)] /
+                    EXPECT_NEAR(transform.sign(i) *
+                                    out[static_cast<std::size_t>(transform.place(i) * transform.lanes() + l)] /
                                     transform.gain(),
                                 lines[static_cast<std::size_t>(l)][static_cast<std::size_t>(i)], 1e-14)
                         << "n " << n << " ends " << static_cast<int>(ends);
@@ -98,7 +100,8 @@ TEST(LineTransform, DiagonalisesSecondDifferences) {
 TEST(LineTransform, IsThatOfCosines) {
     constexpr int n = 12;
     const LineTransform transform(n, LineEnds::gradient_zero);
-    const Lines lines = random_lines(transform.lanes(), n, LineEnds::gradient_zero), coefficients = transformed(transform, lines);
+    const Lines lines = random_lines(transform.lanes(), n, LineEnds::gradient_zero),
+                coefficients = transformed(transform, lines);
     for (std::size_t l = 0; l < lines.size(); ++l)
         for (int k = 0; k < n; ++k) {
             double sum = 0;

@@ -92,8 +92,9 @@ TEST(Formulas, MeanWhatTheyDoOnPaper) {
 TEST(Formulas, HaveTheDerivativesThatDifferencesHave) {
     for (const char* text :
          {"1*x^3*y - 1*z", "sin(3*x)*cos(2*y)/exp(1*z)", "sqrt(x^2 + y^2 + z^2)", "log(2 + 1*x*y*y)", "tanh(1*x - 2*y)",
-          "atan2(y, x)", "(1*x)^(1*y)", "(x*x + 2)^1.5", "min(1*x, 1*y*z)*max(x, z)", "if(x > y, x*x, 1*y*y*z)", "abs(y)*x",
-          "gust(1*x + 1*t)", "1/(x + 2*y)", "hypot(x, y)", "tan(1*x)", "mod(x, length_scale)", "ramp(1*x, 2)*y", "-x/y/z"}) {
+          "atan2(y, x)", "(1*x)^(1*y)", "(x*x + 2)^1.5", "min(1*x, 1*y*z)*max(x, z)", "if(x > y, x*x, 1*y*y*z)",
+          "abs(y)*x", "gust(1*x + 1*t)", "1/(x + 2*y)", "hypot(x, y)", "tan(1*x)", "mod(x, length_scale)",
+          "ramp(1*x, 2)*y", "-x/y/z"}) {
         Read read(text);
         ASSERT_TRUE(read.result) << text << ": " << read.faults[0].message;
         for (const Variable v : {Variable::x, Variable::y, Variable::z}) {
@@ -117,14 +118,15 @@ TEST(Formulas, CheckUnits) {
     EXPECT_EQ(said("-k*x", "N/m"), "");
     EXPECT_EQ(said("-2*x", "N/m"), "") << "plain numbers fit any unit";
     EXPECT_EQ(said("k*x", "m/s^2"), "the result is in N/m, and m/s^2 is expected");
-    EXPECT_EQ(said("x + t", ""), "the parts of a sum need one unit: 'x' is in m, 't' is in s; multiply 't' by a constant in m/s");
+    EXPECT_EQ(said("x + t", ""),
+              "the parts of a sum need one unit: 'x' is in m, 't' is in s; multiply 't' by a constant in m/s");
     EXPECT_EQ(said("if(x > t, 1, 2)", ""),
               "both sides of a comparison need one unit: 'x' is in m, 't' is in s; multiply 't' by a constant in m/s");
     EXPECT_EQ(said("sin(x)", ""), "'sin' takes a pure number, and this is in m");
     EXPECT_EQ(said("sin(2*pi*t)", ""), "") << "a plain number among the factors";
     EXPECT_EQ(said("sin(x/length_scale)", ""), "");
-    EXPECT_EQ(said("sqrt(x^2 + y^2) + vx", ""),
-              "the parts of a sum need one unit: 'sqrt(x^2 + y^2)' is in m, 'vx' is in m/s; multiply 'vx' by a constant in s");
+    EXPECT_EQ(said("sqrt(x^2 + y^2) + vx", ""), "the parts of a sum need one unit: 'sqrt(x^2 + y^2)' is in m, 'vx' is "
+                                                "in m/s; multiply 'vx' by a constant in s");
     EXPECT_EQ(said("gust(x)", ""), "'gust' takes a value in s, and this is in m");
     EXPECT_EQ(said("gust(t)*k*t", "N/m"), "");
     EXPECT_EQ(said("min(x, t)", ""),
@@ -142,8 +144,9 @@ TEST(Formulas, SayWhatIsWrongAndWhere) {
         const char* said;
     };
     for (const Case& c :
-         {Case{"2*spead", 2, 5, "'spead' is not known; did you mean 'speed'?"}, Case{"2*(x + y", 8, 1, "')' is expected here"},
-          Case{"sin(1, 2)", 0, 3, "'sin' takes 1 value, not 2"}, Case{"min(x)", 0, 3, "'min' takes 2 to 16 values, not 1"},
+         {Case{"2*spead", 2, 5, "'spead' is not known; did you mean 'speed'?"},
+          Case{"2*(x + y", 8, 1, "')' is expected here"}, Case{"sin(1, 2)", 0, 3, "'sin' takes 1 value, not 2"},
+          Case{"min(x)", 0, 3, "'min' takes 2 to 16 values, not 1"},
           Case{"x y", 2, 1, "an operator is expected here, + - * / ^ or a comparison"},
           Case{"2*", 2, 1, "a value is expected here: a number, a name or a bracket"},
           Case{"", 0, 1, "a value is expected here: a number, a name or a bracket"},
@@ -170,7 +173,8 @@ TEST(Formulas, AreSplitByWhatTheyChangeWith) {
         nodes.push_back(read_formula(graph, {}, text, 0, "", faults)->node);
     const auto program = compiled(graph, nodes);
     ASSERT_TRUE(program);
-    ASSERT_EQ(program->state.code.size(), 1u) << "the sine is known once a step, the square and the exponential once a run";
+    ASSERT_EQ(program->state.code.size(), 1u)
+        << "the sine is known once a step, the square and the exponential once a run";
     EXPECT_TRUE(program->state.code[0].then) << "two products";
     EXPECT_EQ(program->time.outputs.size(), 2u);
     EXPECT_EQ(program->place.outputs.size(), 2u);
@@ -237,8 +241,8 @@ TEST(Formulas, WorkOutTwoOperationsAtOnce) {
             }
 }
 
-/// What is used twice is worked out once, and registers are given back in time: sums, differences, products and quotients of
-/// any of those before them.
+/// What is used twice is worked out once, and registers are given back in time: sums, differences, products and
+/// quotients of any of those before them.
 TEST(Formulas, OfManyOperationsGiveTheBitsOfEach) {
     std::mt19937 random(5);
     for (int trial = 0; trial < 200; ++trial) {

@@ -1,6 +1,6 @@
-// Operations of formulas: the same bits at all widths and levels, how far functions are from the truth, and what C has them give of
-// zeros, infinities and what is no number. All operations are in these tests, a new one too: it has no reference before it has one
-// here.
+// Operations of formulas: the same bits at all widths and levels, how far functions are from the truth, and what C has
+// them give of zeros, infinities and what is no number. All operations are in these tests, a new one too: it has no
+// reference before it has one here.
 #include "formula/evaluate.hpp"
 
 #include <gtest/gtest.h>
@@ -29,7 +29,9 @@ template <int W> Pack<W> result_of(Op op, const Pack<W>& a, const Pack<W>& b, co
     with_operation(op, [&]<Op o>() { r = operate<o>(a, b, c); });
     return r;
 }
-double result_of(Op op, double a, double b = 0, double c = 0) { return result_of<1>(op, Pack<1>(a), Pack<1>(b), Pack<1>(c))[0]; }
+double result_of(Op op, double a, double b = 0, double c = 0) {
+    return result_of<1>(op, Pack<1>(a), Pack<1>(b), Pack<1>(c))[0];
+}
 
 /// Numbers that no library has a part in: the same on every machine.
 class Numbers {
@@ -43,7 +45,9 @@ public:
     }
     double operator()() {
         const auto kind = random_() % 8;
-        return kind == 0 ? odd_numbers[random_() % std::size(odd_numbers)] : kind == 1 ? sized(-1074, 1023) : sized(-20, 20);
+        return kind == 0   ? odd_numbers[random_() % std::size(odd_numbers)]
+               : kind == 1 ? sized(-1074, 1023)
+                           : sized(-20, 20);
     }
 
 private:
@@ -54,7 +58,8 @@ template <int W> void lanes_are_alone(Numbers& number) {
     for_each_operation([&](Op op) {
         for (int trial = 0; trial < 1000; ++trial) {
             Pack<W> a, b, c;
-            for (int l = 0; l < W; ++l) a.set(l, number()), b.set(l, trial % 7 == 0 ? a[l] : number()), c.set(l, number());
+            for (int l = 0; l < W; ++l)
+                a.set(l, number()), b.set(l, trial % 7 == 0 ? a[l] : number()), c.set(l, number());
             const Pack<W> r = result_of(op, a, b, c);
             for (int l = 0; l < W; ++l) {
                 const double one = result_of(op, a[l], b[l], c[l]);
@@ -82,7 +87,8 @@ TEST(Operations, HaveTheSameBitsInStrips) {
             Pack<W> a[places], b[places];
             for (int i = 0; i < places; ++i)
                 for (int l = 0; l < W; ++l) a[i].set(l, number.sized(-20, 9)), b[i].set(l, number());
-            if (trial % 2 == 1) a[trial / 2].set(trial % W, odd_numbers[static_cast<std::size_t>(trial) % std::size(odd_numbers)]);
+            if (trial % 2 == 1)
+                a[trial / 2].set(trial % W, odd_numbers[static_cast<std::size_t>(trial) % std::size(odd_numbers)]);
             const InstructionList list{.code = {{op, 0, 0, 1, 2, 1}}, .registers = 1, .inputs = {0, 1}, .outputs = {0}};
             Strided<W> source[3] = {{}, {a, 1}, {b, 1}};
             StripRegisters<W> registers;
@@ -207,7 +213,8 @@ void check_errors(Op op, std::span<const Range> ranges, double most) {
             const double error = error_of(result_of(op, a, b, 1), reference(op, a, b, 1));
             if (error > largest) largest = error, at = a, with = b;
         }
-        EXPECT_LE(largest, most) << "operation " << static_cast<int>(op) << " " << range.what << ", of " << at << " and " << with;
+        EXPECT_LE(largest, most) << "operation " << static_cast<int>(op) << " " << range.what << ", of " << at
+                                 << " and " << with;
         testing::Test::RecordProperty(std::to_string(static_cast<int>(op)) + "_" + range.what, std::to_string(largest));
     }
 }
@@ -238,12 +245,14 @@ TEST(Operations, AreNearTheTruthWhereTheyAreHard) {
     check_errors(Op::logarithm, logarithms, 0.9);
     constexpr Range tangents[] = {{"all", [](Numbers& n) { return n.sized(-1074, 6); }, one}};
     check_errors(Op::hyperbolic_tangent, tangents, 1.15);
-    constexpr Range points[] = {{"all", any, any}, {"of_subnormal_size", any, [](Numbers& n) { return n.sized(-1074, -1000); }}};
+    constexpr Range points[] = {{"all", any, any},
+                                {"of_subnormal_size", any, [](Numbers& n) { return n.sized(-1074, -1000); }}};
     check_errors(Op::arc_tangent, points, 1.5);
     constexpr Range powers[] = {
         {"near_1", [](Numbers& n) { return 1 + n.sized(-50, -1); }, [](Numbers& n) { return n.sized(-5, 40); }},
         {"all", [](Numbers& n) { return std::fabs(n.sized(-1074, 1023)); }, [](Numbers& n) { return n.sized(-10, 3); }},
-        {"of_negative", [](Numbers& n) { return n.sized(-10, 10); }, [](Numbers& n) { return std::floor(200 * n.share() - 100); }}};
+        {"of_negative", [](Numbers& n) { return n.sized(-10, 10); },
+         [](Numbers& n) { return std::floor(200 * n.share() - 100); }}};
     check_errors(Op::power, powers, 1.15);
     // Where sines vanish: multiples of pi as near as doubles come. 80 bits are too few to say where cosines do.
     for (int k = 1; k < 30000; ++k) {
@@ -259,7 +268,8 @@ TEST(Operations, AreWhatCSaysOfOddNumbers) {
             for (const double b : odd_numbers) {
                 const double found = result_of(op, a, b, 3);
                 const long double exact = reference(op, a, b, 3);
-                EXPECT_LE(error_of(found, exact), 2) << "operation " << static_cast<int>(op) << " of " << a << ", " << b;
+                EXPECT_LE(error_of(found, exact), 2)
+                    << "operation " << static_cast<int>(op) << " of " << a << ", " << b;
                 // Sums of sine's series lose the sign of 0.
                 if (!std::isnan(found) && op != Op::sine) {
                     EXPECT_EQ(std::signbit(found), std::signbit(exact))

@@ -46,7 +46,8 @@ TEST(Delta, IsThePublishedFunctionAndLeavesNoPointOut) {
             const DeltaWeights w = delta_weights(kind, place);
             for (int point = w.first - 2; point < w.first + w.count + 2; ++point) {
                 const bool has = point >= w.first && point < w.first + w.count;
-                EXPECT_NEAR(has ? w.weight[static_cast<std::size_t>(point - w.first)] : 0.0, published(kind, place - point), 1e-15)
+                EXPECT_NEAR(has ? w.weight[static_cast<std::size_t>(point - w.first)] : 0.0,
+                            published(kind, place - point), 1e-15)
                     << place << ' ' << point;
             }
         }

@@ -52,7 +52,8 @@ TEST(InertiaInFluid, AllOfTheFluidInTheirPlaceIsBorne) {
         const RodGroup group = rod(e, 0.9);
         const InertiaInFluid inertia(group, markers_of(group, e.spacing), density, true);
         double borne = 0, displaced = 0;
-        for (std::size_t k = 0; k < group.node_mass.size(); ++k) borne += inertia.of_nodes[k].borne * group.node_mass[k];
+        for (std::size_t k = 0; k < group.node_mass.size(); ++k)
+            borne += inertia.of_nodes[k].borne * group.node_mass[k];
         for (const ElementConstants& c : group.element) displaced += density * c.volume;
         EXPECT_NEAR(borne, displaced, 1e-12 * displaced) << e.name;
         EXPECT_NEAR(inertia.displaced * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0), displaced,
@@ -108,14 +109,16 @@ TEST(InertiaInFluid, WhatIsNotBorneIsFeltOrMadeGood) {
                 EXPECT_NEAR(felt - added, 1 - borne, 1e-12 * (1 + borne)) << e.name;
                 EXPECT_GE(felt, 0.25 * borne) << e.name;
                 EXPECT_GE(added, 0) << e.name;
-                EXPECT_DOUBLE_EQ(returned, added > 0 ? std::pow(std::min(1.0, 0.25 * borne / added), 1.5) : 1) << e.name;
+                EXPECT_DOUBLE_EQ(returned, added > 0 ? std::pow(std::min(1.0, 0.25 * borne / added), 1.5) : 1)
+                    << e.name;
                 if (borne <= 1) {
                     EXPECT_EQ(returned, 1) << e.name << ", " << borne << " of its inertia borne";
                 }
             };
             const InertiaInFluid inertia(group, markers, density, true), outside(group, markers, density, false);
             double least = 1;
-            for (const auto& s : inertia.of_nodes) check(s.borne, s.felt, s.added, s.returned), least = std::min(least, s.felt);
+            for (const auto& s : inertia.of_nodes)
+                check(s.borne, s.felt, s.added, s.returned), least = std::min(least, s.felt);
             for (const auto& s : inertia.of_elements)
                 for (int c = 0; c < 3; ++c) {
                     const auto of = [&](const Vec3d& v) { return component_of(v, c); };

@@ -44,7 +44,8 @@ TEST(RodSurface, RingsAndCapsOfARoundRod) {
     const double h = 0.1, retraction = 0.04, radius = 0.5, length = 3;
     const RodGroup group = rod(SectionKind::circular, radius, 0, length);
     const std::vector<Vec3d> all = places(group, rod_markers(group, grid_of(h), retraction));
-    const double inner = radius - retraction, surface = 2 * pi * inner * (length - 2 * retraction) + 2 * pi * inner * inner;
+    const double inner = radius - retraction,
+                 surface = 2 * pi * inner * (length - 2 * retraction) + 2 * pi * inner * inner;
     EXPECT_NEAR(static_cast<double>(all.size()), surface / (h * h), 0.05 * surface / (h * h));
     Vec3d sum{0, 0, 0};
     for (const Vec3d& at : all) {

@@ -34,7 +34,8 @@ TEST(SweepShares, TogetherNoSlipIsChangedByLessThanTheFirstOrMoreThanThreeTimesT
 TEST(SweepShares, MoreSweepsLeaveNoMoreSlipAndAVelocityThatAllLackVanishes) {
     for (int n = 2; n <= 20; ++n) {
         EXPECT_NEAR(left_by(n, 1), 0, 1e-12);
-        for (int i = 1; i <= 200; ++i) EXPECT_LE(left_by(n, i / 200.0), left_by(n - 1, i / 200.0) + 1e-9) << n << " " << i;
+        for (int i = 1; i <= 200; ++i)
+            EXPECT_LE(left_by(n, i / 200.0), left_by(n - 1, i / 200.0) + 1e-9) << n << " " << i;
     }
     EXPECT_LT(left_by(20, 0.5), 0.1 * left_by(3, 0.5));
 }

@@ -46,7 +46,8 @@ TEST_F(FilesTest, text_comes_back_as_written_and_no_other_file_stays) {
 }
 
 TEST_F(FilesTest, errors_name_path_and_reason) {
-    EXPECT_EQ(error_of([&] { read_file(path("absent")); }), path("absent") + ": cannot be opened (No such file or directory)");
+    EXPECT_EQ(error_of([&] { read_file(path("absent")); }),
+              path("absent") + ": cannot be opened (No such file or directory)");
     EXPECT_EQ(error_of([&] { write_file(path("absent/a"), "x"); }),
               path("absent") + ": cannot be looked at (No such file or directory)");
     fs::create_directory(path("folder"));
@@ -196,11 +197,12 @@ TEST_F(FilesTest, series_of_other_columns_is_not_overwritten) {
 }
 
 TEST(SeriesNames, headers_of_the_format_before_differ_in_renamed_columns_alone) {
-    EXPECT_EQ(
-        earlier_header("step,time[s],contact_energy[J],contact_friction_work[J],contact_viscous_work[J],max_overlap[-],rebuilds[-],"
-                       "wall_friction_work[J],wall_viscous_work[J],max_speed[m/s]\n"),
-        "step,time[s],contact_energy[J],contact_rubbed[J],contact_damped[J],deepest_overlap[-],renewals[-],wall_rubbed[J],"
-        "wall_damped[J],max_speed[m/s]\n");
+    EXPECT_EQ(earlier_header("step,time[s],contact_energy[J],contact_friction_work[J],contact_viscous_work[J],max_"
+                             "overlap[-],rebuilds[-],"
+                             "wall_friction_work[J],wall_viscous_work[J],max_speed[m/s]\n"),
+              "step,time[s],contact_energy[J],contact_rubbed[J],contact_damped[J],deepest_overlap[-],renewals[-],wall_"
+              "rubbed[J],"
+              "wall_damped[J],max_speed[m/s]\n");
     for (const std::string same : {"", "\n", "a", "a,b\n", "max_overlap[-] of the lid,rebuilds\n"})
         EXPECT_EQ(earlier_header(same), same);
 }
@@ -226,8 +228,10 @@ TEST_F(EarlierSeries, goes_on_with_the_names_of_today) {
     const struct {
         std::string head;
         const SeriesMark* mark;
-    } cases[] = {
-        {earlier, nullptr}, {earlier, &of_earlier}, {now, &of_earlier}, {now, &of_now}}; // the third: killed after renaming
+    } cases[] = {{earlier, nullptr},
+                 {earlier, &of_earlier},
+                 {now, &of_earlier},
+                 {now, &of_now}}; // the third: killed after renaming
     for (const auto& [head, mark] : cases) {
         fs::remove(path("s.lost.csv"));
         write_file(path("s.csv"), head + rows + later);
@@ -272,7 +276,8 @@ TEST_F(EarlierSeries, of_other_columns_is_not_overwritten) {
 TEST_F(FilesTest, directory_is_locked_for_one_run_at_a_time) {
     auto lock = std::make_unique<DirectoryLock>(directory);
     const auto text = error_of([&] { DirectoryLock second(directory); });
-    EXPECT_EQ(text.find(directory + ": in use by another run (process " + std::to_string(::getpid()) + " on "), 0u) << text;
+    EXPECT_EQ(text.find(directory + ": in use by another run (process " + std::to_string(::getpid()) + " on "), 0u)
+        << text;
     lock.reset();
     EXPECT_NO_THROW(DirectoryLock{directory});
 }

@@ -1,4 +1,5 @@
-// Couples at the ends and muscles about body axes against closed forms.                            theory.md (33a), (36a)
+// Couples at the ends and muscles about body axes against closed forms.                            theory.md (33a),
+// (36a)
 #include "mechanics/elastic.hpp"
 #include "support/load_examples.hpp"
 #include "support/statics.hpp"
@@ -21,7 +22,9 @@ RodSpec unit_rod(long n) {
     return spec;
 }
 Vec3d node(const test::State& s, std::size_t i) { return lane(s[i].position, 0); }
-Vec3d turn(const test::State& s, std::size_t k) { return relative_rotation(lane(s[k + 1].director, 0), lane(s[k].director, 0)); }
+Vec3d turn(const test::State& s, std::size_t k) {
+    return relative_rotation(lane(s[k + 1].director, 0), lane(s[k].director, 0));
+}
 
 /// At rest under a load that rises in eight parts.
 test::State at_rest(const RodGroup& group, const std::function<Load(double)>& load) {
@@ -33,9 +36,9 @@ test::State at_rest(const RodGroup& group, const std::function<Load(double)>& lo
     return rod.state;
 }
 
-// 2 pi EI/L rolls a rod up to a circle. Each cell, and the half cell at the wall, has the curvature M/EI to round-off, as nothing
-// but M acts: the nodes are those of a regular polygon of n sides of length L/n, which closes, and is larger across than the circle
-// by (pi/n)/sin(pi/n): second order.
+// 2 pi EI/L rolls a rod up to a circle. Each cell, and the half cell at the wall, has the curvature M/EI to round-off,
+// as nothing but M acts: the nodes are those of a regular polygon of n sides of length L/n, which closes, and is larger
+// across than the circle by (pi/n)/sin(pi/n): second order.
 TEST(EndCouple, RollsACantileverUpToACircle) {
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
         double before = 0;
@@ -43,7 +46,8 @@ TEST(EndCouple, RollsACantileverUpToACircle) {
             const RodGroup group(unit_rod(n), 0, 0, "");
             const Vec3d axis{1, 0, 0}, lab = transpose_times(group.frame(), axis);
             const test::State s = at_rest(group, [&](double share) -> Load {
-                return EndCouple{.end = 2 * pi * bending * share * (frame == LoadFrame::lab ? lab : axis), .frame = frame};
+                return EndCouple{.end = 2 * pi * bending * share * (frame == LoadFrame::lab ? lab : axis),
+                                 .frame = frame};
             });
             const double l = 1.0 / static_cast<double>(n);
             const auto last = static_cast<std::size_t>(n);
@@ -78,10 +82,16 @@ TEST(EndCouple, ActsOnTheEndElementsAlone) {
 
 /// A moment that is the same at all vertices and times.
 MuscleWave steady(double moment, const Vec3d& axis) {
-    return {.amplitude = moment, .period = 1e30, .wavelength = 1e30, .phase = pi / 2, .direction = axis, .frame = LoadFrame::body};
+    return {.amplitude = moment,
+            .period = 1e30,
+            .wavelength = 1e30,
+            .phase = pi / 2,
+            .direction = axis,
+            .frame = LoadFrame::body};
 }
 
-/// The muscles of either load as the moment A at all vertices and times, about d1 of a rod that begins in the lab's axes.
+/// The muscles of either load as the moment A at all vertices and times, about d1 of a rod that begins in the lab's
+/// axes.
 std::vector<Load> steady_muscles(double moment) {
     std::vector<Load> all;
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
@@ -97,9 +107,9 @@ std::vector<Load> steady_muscles(double moment) {
     return all;
 }
 
-// The moment A about d1 bends every cell, and the half cell at a clamp, to the curvature A/EI, to round-off: the nodes are those of
-// a regular polygon along the arc, whose first side turns by half an angle from the clamp. Its chord is longer than that of the arc
-// by (phi/2)/sin(phi/2), phi = A l/EI: place and turn of the tip are of second order.
+// The moment A about d1 bends every cell, and the half cell at a clamp, to the curvature A/EI, to round-off: the nodes
+// are those of a regular polygon along the arc, whose first side turns by half an angle from the clamp. Its chord is
+// longer than that of the arc by (phi/2)/sin(phi/2), phi = A l/EI: place and turn of the tip are of second order.
 TEST(Muscles, BendAClampedRodToAnArc) {
     const double curvature = 3;
     for (std::size_t kind = 0; kind < 4; ++kind)
@@ -113,7 +123,8 @@ TEST(Muscles, BendAClampedRodToAnArc) {
                     at_rest(group, [&](double share) { return steady_muscles(share * curvature * bending)[kind]; });
                 const double l = 1.0 / static_cast<double>(n);
                 const auto last = static_cast<std::size_t>(n);
-                for (std::size_t k = 0; k + 1 < last; ++k) EXPECT_LT(norm(turn(s, k) - Vec3d{curvature * l, 0, 0}), 1e-9);
+                for (std::size_t k = 0; k + 1 < last; ++k)
+                    EXPECT_LT(norm(turn(s, k) - Vec3d{curvature * l, 0, 0}), 1e-9);
                 const Vec3d half = at_end ? relative_rotation(group.end_frame(), lane(s[last - 1].director, 0))
                                           : relative_rotation(lane(s[0].director, 0), group.frame());
                 EXPECT_LT(norm(half - Vec3d{0.5 * curvature * l, 0, 0}), 1e-9) << kind << at_end;

@@ -47,7 +47,8 @@ double largest_difference(const Loads& a, const Loads& b) {
     double largest = 0;
     for (std::size_t i = 0; i < a.size(); ++i) {
         largest = std::max(largest, norm(lane(a[i].force, 0) - lane(b[i].force, 0)) / (1 + norm(lane(a[i].force, 0))));
-        largest = std::max(largest, norm(lane(a[i].couple, 0) - lane(b[i].couple, 0)) / (1 + norm(lane(a[i].couple, 0))));
+        largest =
+            std::max(largest, norm(lane(a[i].couple, 0) - lane(b[i].couple, 0)) / (1 + norm(lane(a[i].couple, 0))));
     }
     return largest;
 }
@@ -77,19 +78,26 @@ std::vector<Twin> twins() {
         {UniformForce{.force = {8, 0, -1}}, of({"8", "0", "-1"}, rod), true},
         {UniformForce{.force = {8, 0, -1}, .ramp = {2}}, of({"8*ramp(t, 2)", "0", "-1*ramp(t, 2)"}, rod), false},
         {UniformCouple{.couple = {1, 2, 3}}, turning({"1", "2", "3"}), true},
-        {UniformCouple{.couple = {1, 2, 3}, .ramp = {5}}, turning({"1*ramp(t, 5)", "2*ramp(t, 5)", "3*ramp(t, 5)"}), false},
+        {UniformCouple{.couple = {1, 2, 3}, .ramp = {5}}, turning({"1*ramp(t, 5)", "2*ramp(t, 5)", "3*ramp(t, 5)"}),
+         false},
         {EndForce{.start = {0, 4, 3}}, of({"0", "4", "3"}, length, FormulaAt::start), true},
         {EndForce{.end = {-4, 0, 0.5}}, of({"-4", "0", "0.5"}, length, FormulaAt::end), true},
-        {EndForce{.end = {-4, 0, 0.5}, .ramp = {2}}, of({"-4*ramp(t, 2)", "0", "0.5*ramp(t, 2)"}, length, FormulaAt::end), true},
-        {SinusoidalEndForce{.end = 3, .period = 4}, of({"3*cos(2*pi/4*t)", "3*sin(2*pi/4*t)", "0"}, length, FormulaAt::end), false},
+        {EndForce{.end = {-4, 0, 0.5}, .ramp = {2}},
+         of({"-4*ramp(t, 2)", "0", "0.5*ramp(t, 2)"}, length, FormulaAt::end), true},
+        {SinusoidalEndForce{.end = 3, .period = 4},
+         of({"3*cos(2*pi/4*t)", "3*sin(2*pi/4*t)", "0"}, length, FormulaAt::end), false},
         {MagneticField{.constant = {0, 8e-4, 0.01}}, MagneticFormula{{"0", "8e-4", "0.01"}}, true},
         {MagneticField{.constant = {0, 8e-4, 0}, .rotating = 0.08, .period = 72, .ramp = {10}},
-         MagneticFormula{{"ramp(t, 10)*0.08*sin(2*pi/72*t)", "8e-4*ramp(t, 10)", "ramp(t, 10)*0.08*cos(2*pi/72*t)"}}, false},
-        {MuscleWave{.amplitude = 0.3, .period = 2, .wavelength = 0.8, .phase = 0.4, .direction = {0, 0.6, 0.8}, .ramp = {1}},
-         MuscleFormula{{"0", "0.6*ramp(t, 1)*0.3*sin(pi*t - 2*pi*s/0.8 + 0.4)", "0.8*ramp(t, 1)*0.3*sin(pi*t - 2*pi*s/0.8 + 0.4)"},
+         MagneticFormula{{"ramp(t, 10)*0.08*sin(2*pi/72*t)", "8e-4*ramp(t, 10)", "ramp(t, 10)*0.08*cos(2*pi/72*t)"}},
+         false},
+        {MuscleWave{
+             .amplitude = 0.3, .period = 2, .wavelength = 0.8, .phase = 0.4, .direction = {0, 0.6, 0.8}, .ramp = {1}},
+         MuscleFormula{{"0", "0.6*ramp(t, 1)*0.3*sin(pi*t - 2*pi*s/0.8 + 0.4)",
+                        "0.8*ramp(t, 1)*0.3*sin(pi*t - 2*pi*s/0.8 + 0.4)"},
                        LoadFrame::lab},
          false},
-        {MuscleWave{.amplitude = 0.3, .period = 2, .wavelength = 0.8, .direction = {0, 0.6, 0.8}, .frame = LoadFrame::body},
+        {MuscleWave{
+             .amplitude = 0.3, .period = 2, .wavelength = 0.8, .direction = {0, 0.6, 0.8}, .frame = LoadFrame::body},
          MuscleFormula{{"0", "0.18*sin(pi*t - 2*pi*s/0.8)", "0.24*sin(pi*t - 2*pi*s/0.8)"}}, false},
     };
 }
@@ -113,9 +121,11 @@ RodSpec ring() {
 TEST(FormulaLoads, AreTheNamedOnes) {
     const std::vector<Twin> all = twins();
     for (std::size_t i = 0; i < all.size(); ++i)
-        for (const RodSpec& spec : {magnetised(test::simple_rod(40)), magnetised(test::crooked_rod()), clamped(), ring()})
+        for (const RodSpec& spec :
+             {magnetised(test::simple_rod(40)), magnetised(test::crooked_rod()), clamped(), ring()})
             for (const double t : {0.0, 0.7, 3.3}) {
-                if (spec.shape.closed && (all[i].named.get_if<EndForce>() || all[i].named.get_if<SinusoidalEndForce>())) continue;
+                if (spec.shape.closed && (all[i].named.get_if<EndForce>() || all[i].named.get_if<SinusoidalEndForce>()))
+                    continue;
                 const RodGroup group(spec, 0, 0, "");
                 const Loads named = applied(all[i].named, group, t), written = applied(read(all[i].written), group, t);
                 EXPECT_LT(largest_difference(named, written), 1e-13) << i << " at " << t;
@@ -129,9 +139,10 @@ TEST(FormulaLoads, KnowPlacesVelocitiesAndTables) {
     scope.tables.push_back({.name = "gust", .at = {0, 2}, .value = {1, 5}, .unit = "m/s"});
     const RodGroup group(test::crooked_rod(), 0, 0, "");
     const auto state = test::shaken_state(group, 0.01, 0.4, 1);
-    const FormulaLoad wind = formula(
-        {.force = {"c*(gust(t) - vx)", "-k*(y - Y)", "k*s*s/L"}, .couple = {"1*x", "1*vy*s", "0"}, .frame = FormulaFrame::body},
-        scope);
+    const FormulaLoad wind = formula({.force = {"c*(gust(t) - vx)", "-k*(y - Y)", "k*s*s/L"},
+                                      .couple = {"1*x", "1*vy*s", "0"},
+                                      .frame = FormulaFrame::body},
+                                     scope);
     const Loads loads = applied(wind, group, 0.5);
     std::vector<Slot<1>> start(state.size());
     group.start_state(0, start);
@@ -144,7 +155,8 @@ TEST(FormulaLoads, KnowPlacesVelocitiesAndTables) {
         EXPECT_LT(norm(lane(loads[i].force, 0) - expected), 1e-13);
         if (i + 1 == loads.size()) break;
         const double length = group.element[i].rest_length;
-        const Vec3d middle = 0.5 * (x + lane(state[i + 1].position, 0)), rate = 0.5 * (v + lane(state[i + 1].velocity, 0));
+        const Vec3d middle = 0.5 * (x + lane(state[i + 1].position, 0)),
+                    rate = 0.5 * (v + lane(state[i + 1].velocity, 0));
         const Vec3d couple =
             Vec3d{0.2, 0.01 * static_cast<double>(i), -0.5} + length * Vec3d{middle.x, rate.y * (s + 0.5 * length), 0};
         EXPECT_LT(norm(lane(loads[i].couple, 0) - couple), 1e-13);
@@ -152,8 +164,8 @@ TEST(FormulaLoads, KnowPlacesVelocitiesAndTables) {
     }
 }
 
-/// The same everywhere, of time alone, of place alone, and of all, at each step of a batch; on all of a rod and at its ends, where
-/// no other node or element feels anything, not even in the sign of a zero.
+/// The same everywhere, of time alone, of place alone, and of all, at each step of a batch; on all of a rod and at its
+/// ends, where no other node or element feels anything, not even in the sign of a zero.
 class FormulaLoadsOf : public testing::TestWithParam<int> {};
 TEST_P(FormulaLoadsOf, ManyPlacesAreOfTheirPlaceAndTheirStep) {
     struct Case {
@@ -184,13 +196,15 @@ TEST_P(FormulaLoadsOf, ManyPlacesAreOfTheirPlaceAndTheirStep) {
     const RodTile<1> tile = test::tile_of(group, state);
     const double rod_length = group.spec().shape.length;
     const int n = group.elements();
-    const std::vector<Step> steps = {
-        {.index = 1, .time = 0.2, .slot = 0}, {.index = 2, .time = 1.1, .slot = 1}, {.index = 3, .time = 2.9, .slot = 2}};
+    const std::vector<Step> steps = {{.index = 1, .time = 0.2, .slot = 0},
+                                     {.index = 2, .time = 1.1, .slot = 1},
+                                     {.index = 3, .time = 2.9, .slot = 2}};
     for (const Case& c : cases)
         for (const FormulaAt at : {FormulaAt::rod, FormulaAt::start, FormulaAt::end})
             for (const FormulaPer per : {FormulaPer::length, FormulaPer::mass, FormulaPer::rod}) {
                 const auto pass = make_pass<1>(
-                    formula({.force = c.texts, .couple = c.texts, .per = per, .at = at, .frame = FormulaFrame::body}), group);
+                    formula({.force = c.texts, .couple = c.texts, .per = per, .at = at, .frame = FormulaFrame::body}),
+                    group);
                 pass->bind(tile);
                 pass->prepare(steps);
                 for (const Step& step : {steps[2], steps[0], steps[1]}) {
@@ -210,12 +224,16 @@ TEST_P(FormulaLoadsOf, ManyPlacesAreOfTheirPlaceAndTheirStep) {
                         const Vec3d x = lane(state[k].position, 0);
                         const auto share = [&](double length, double mass, int last) {
                             if (at != FormulaAt::rod) return i == (at == FormulaAt::start ? 0 : last) ? 1.0 : 0.0;
-                            return per == FormulaPer::length ? length : per == FormulaPer::mass ? mass : length / rod_length;
+                            return per == FormulaPer::length ? length
+                                   : per == FormulaPer::mass ? mass
+                                                             : length / rod_length;
                         };
-                        expect(loads[k].force, share(group.node_length[k], group.node_mass[k], n), c.value(step.time, s, x));
+                        expect(loads[k].force, share(group.node_length[k], group.node_mass[k], n),
+                               c.value(step.time, s, x));
                         if (i == n) break;
                         const ElementConstants& element = group.element[k];
-                        const double length = element.rest_length, mass = group.spec().material.density * element.volume;
+                        const double length = element.rest_length,
+                                     mass = group.spec().material.density * element.volume;
                         expect(loads[k].couple, share(length, mass, n - 1),
                                c.value(step.time, s + 0.5 * length, 0.5 * (x + lane(state[k + 1].position, 0))));
                         s += length;
@@ -235,11 +253,14 @@ TEST(FormulaLoads, SayWhereTheyAreNotFinite) {
         return formula({.force = std::move(force)}, scope_of(duration)).fault_at_start(group);
     };
     EXPECT_EQ(fault({"0", "1", "2*x"}), "");
-    EXPECT_EQ(fault({"0", "1/(z - 0.25)", "0"}), "'force': \"1/(z - 0.25)\" divides by 0 at t = 0 s at node 2 of rod 0 of 'rod', "
-                                                 "where x, y, z = 0, 0, 0.25 m and s = 0.25 m");
-    EXPECT_EQ(fault({"0", "0", "sqrt(0.9 - x)"}), "'force': \"sqrt(0.9 - x)\" is the root of a negative number at t = 0 s at node "
-                                                  "0 of rod 2 of 'rod', where x, y, z = 1, 0, 0 m and s = 0 m");
-    EXPECT_NE(fault({"0", "0", "1/(s + 0.3 - 0.5 - 0.05)"}).find("divides by 0 at t = 0 s at node 2"), std::string::npos)
+    EXPECT_EQ(fault({"0", "1/(z - 0.25)", "0"}),
+              "'force': \"1/(z - 0.25)\" divides by 0 at t = 0 s at node 2 of rod 0 of 'rod', "
+              "where x, y, z = 0, 0, 0.25 m and s = 0.25 m");
+    EXPECT_EQ(fault({"0", "0", "sqrt(0.9 - x)"}),
+              "'force': \"sqrt(0.9 - x)\" is the root of a negative number at t = 0 s at node "
+              "0 of rod 2 of 'rod', where x, y, z = 1, 0, 0 m and s = 0 m");
+    EXPECT_NE(fault({"0", "0", "1/(s + 0.3 - 0.5 - 0.05)"}).find("divides by 0 at t = 0 s at node 2"),
+              std::string::npos)
         << "but for round-off";
     EXPECT_EQ(fault({"if(x > 0, 1/x, 0)", "0", "0"}), "") << "what is not chosen does not count";
     EXPECT_NE(fault({"1/(t - 4)", "0", "0"}).find("divides by 0 at t = 4 s"), std::string::npos);
@@ -287,7 +308,8 @@ TEST_P(MagneticFormulas, ExertMinusTheGradientOfTheirEnergy) {
             const Vec3d m = by_formula ? Vec3d{2e3 * share, -1e3, 5e3 * std::cos(2 * M_PI * share)}
                                        : 5e3 * (group.start_directors()[k] * group.magnetisation(0));
             const Vec3d y = 0.5 * (lane(state[k].position, 0) + lane(state[k + 1].position, 0));
-            u -= group.element[k].volume * dot(m, lane(state[k].director, 0) * field(y, s + 0.5 * group.element[k].rest_length));
+            u -= group.element[k].volume *
+                 dot(m, lane(state[k].director, 0) * field(y, s + 0.5 * group.element[k].rest_length));
             s += group.element[k].rest_length;
         }
         return u;
@@ -314,8 +336,9 @@ TEST_P(MagneticFormulas, ExertMinusTheGradientOfTheirEnergy) {
     ASSERT_GT(largest_force, 0);
     for (std::size_t i = 0; i < state.size(); ++i)
         for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
-            const double slope = difference(
-                [&](std::vector<Slot<1>>& s, double d) { set_lane(s[i].position, 0, lane(s[i].position, 0) + d * axis); });
+            const double slope = difference([&](std::vector<Slot<1>>& s, double d) {
+                set_lane(s[i].position, 0, lane(s[i].position, 0) + d * axis);
+            });
             EXPECT_NEAR(dot(lane(loads[i].force, 0), axis), -slope, 1e-8 * largest_force) << i;
             if (i + 1 == state.size()) continue;
             const double turn = difference([&](std::vector<Slot<1>>& s, double d) {

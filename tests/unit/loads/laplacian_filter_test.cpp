@@ -1,4 +1,5 @@
-// The Laplacian filter of the rates: its modes, what it keeps, and that no rod of any shape and ends gains energy by it.
+// The Laplacian filter of the rates: its modes, what it keeps, and that no rod of any shape and ends gains energy by
+// it.
 #include "loads/laplacian_filter.hpp"
 #include "support/rods_for_tests.hpp"
 
@@ -33,7 +34,8 @@ Products product(const RodGroup& group, const State& a, const State& b) {
     Products sum;
     for (std::size_t i = 0; i < a.size(); ++i) {
         sum.nodes += group.node_mass[i] * dot(lane(a[i].velocity, 0), lane(b[i].velocity, 0));
-        if (i + 1 < a.size()) sum.elements += dot(lane(a[i].spin, 0), scale(group.element[i].inertia, lane(b[i].spin, 0)));
+        if (i + 1 < a.size())
+            sum.elements += dot(lane(a[i].spin, 0), scale(group.element[i].inertia, lane(b[i].spin, 0)));
     }
     return sum;
 }
@@ -41,7 +43,8 @@ Products product(const RodGroup& group, const State& a, const State& b) {
 /// Rods of every shape and kind of end; a ring has none.
 std::vector<RodGroup> all_rods() {
     std::vector<RodSpec> specs{test::simple_rod(9), test::crooked_rod(8), test::crooked_rod(2)};
-    RodSpec scaled = test::crooked_rod(7), profile = test::simple_rod(6), ring = test::simple_rod(9), rough = test::simple_rod(3);
+    RodSpec scaled = test::crooked_rod(7), profile = test::simple_rod(6), ring = test::simple_rod(9),
+            rough = test::simple_rod(3);
     scaled.material.rotary_inertia_scale = 30;
     profile.section.profile = {1, 0.01, 1, 3, 0.2, 1};
     for (RodSpec* r : {&ring, &rough}) r->shape.closed = true;
@@ -66,7 +69,8 @@ State moving(const RodGroup& group, unsigned seed) {
     State state = test::shaken_state(group, 0.01, 0.8, 1, seed);
     for (int i = 0; i <= group.elements(); ++i) {
         if (group.holds_node(i)) set_lane(state[static_cast<std::size_t>(i)].velocity, 0, Vec3d{0, 0, 0});
-        if (i < group.elements() && group.holds_element(i)) set_lane(state[static_cast<std::size_t>(i)].spin, 0, Vec3d{0, 0, 0});
+        if (i < group.elements() && group.holds_element(i))
+            set_lane(state[static_cast<std::size_t>(i)].spin, 0, Vec3d{0, 0, 0});
     }
     if (group.closed()) state.back().velocity = state.front().velocity;
     return state;
@@ -103,7 +107,8 @@ TEST(LaplacianFilter, DampsWavesByTheClosedForm) {
             }
 }
 
-// What the filter takes is a symmetric form between nothing and all there is, so no mode gains and none is turned round.
+// What the filter takes is a symmetric form between nothing and all there is, so no mode gains and none is turned
+// round.
 TEST(LaplacianFilter, HasGainsBetweenNoneAndOne) {
     for (const RodGroup& group : all_rods())
         for (const long order : {1, 2, 7})
@@ -114,7 +119,10 @@ TEST(LaplacianFilter, HasGainsBetweenNoneAndOne) {
                         const double turn = i % 2 == 0 ? 1 : -1;
                         const auto other = [&](auto& rate) {
                             const Vec3d v = lane(rate, 0);
-                            set_lane(rate, 0, norm(v) == 0 ? v : seed == 1 ? Vec3d{turn, 2 * turn, 0} : Vec3d{v.y, -v.z, v.x});
+                            set_lane(rate, 0,
+                                     norm(v) == 0 ? v
+                                     : seed == 1  ? Vec3d{turn, 2 * turn, 0}
+                                                  : Vec3d{v.y, -v.z, v.x});
                         };
                         other(b[i].velocity);
                         other(b[i].spin);
@@ -141,7 +149,8 @@ TEST(LaplacianFilter, KeepsMomentaAndSparesRigidSpin) {
         const auto of_spins = [&](const State& state) {
             Vec3d sum{0, 0, 0};
             for (std::size_t k = 0; k + 1 < state.size(); ++k)
-                sum += transpose_times(lane(state[k].director, 0), scale(group.element[k].inertia, lane(state[k].spin, 0)));
+                sum += transpose_times(lane(state[k].director, 0),
+                                       scale(group.element[k].inertia, lane(state[k].spin, 0)));
             return sum;
         };
         for (const long order : {1, 3}) {
@@ -213,7 +222,8 @@ TEST(LaplacianFilter, HasTheSameBitsInAllLanes) {
             for (std::size_t k = 0; k < wide.size(); ++k) set_lane(wide[k], static_cast<int>(i), states.back()[k]);
         }
         std::vector<SlotLoad<8>> load(10);
-        const RodTile<8> tile{wide.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, 8};
+        const RodTile<8> tile{
+            wide.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, 8};
         LaplacianFilterPass<8>(group, 3, 5, 0.1).run(tile, load.data(), Step{});
         for (int i = 0; i < 8; ++i) {
             const State one = filtered(group, states[static_cast<std::size_t>(i)], 3, 5, 0.1);

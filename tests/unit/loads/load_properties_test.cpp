@@ -1,6 +1,7 @@
-// What must hold of every load, over tests/support/load_examples.hpp: it turns with its scene, internal ones carry no momentum,
-// forces are minus the gradient of a potential where there is one, friction feels what presses, what reads velocities says its
-// rate. And of every law with an energy: its forces are internal, and rest is rest wherever a rod lies.
+// What must hold of every load, over tests/support/load_examples.hpp: it turns with its scene, internal ones carry no
+// momentum, forces are minus the gradient of a potential where there is one, friction feels what presses, what reads
+// velocities says its rate. And of every law with an energy: its forces are internal, and rest is rest wherever a rod
+// lies.
 #include "mechanics/drift.hpp"
 #include "mechanics/elastic.hpp"
 #include "support/load_examples.hpp"
@@ -32,7 +33,9 @@ State closed(State state) {
     return state;
 }
 
-std::vector<SlotLoad<1>> nothing_yet(const State& state) { return std::vector<SlotLoad<1>>(state.size(), SlotLoad<1>{}); }
+std::vector<SlotLoad<1>> nothing_yet(const State& state) {
+    return std::vector<SlotLoad<1>>(state.size(), SlotLoad<1>{});
+}
 
 /// Adds what a load does to `sum`.
 void add(const Load& load, const RodGroup& group, State state, double time, std::vector<SlotLoad<1>>& sum) {
@@ -80,7 +83,8 @@ TEST(EveryLoad, HasAnExample) {
     const auto examples = test::load_examples();
     for (const LoadExample& e : examples) there.insert(e.load.kind());
     for (const std::string_view kind : load_kinds())
-        EXPECT_TRUE(there.contains(kind)) << "give an example of the load " << kind << " in tests/support/load_examples.hpp";
+        EXPECT_TRUE(there.contains(kind))
+            << "give an example of the load " << kind << " in tests/support/load_examples.hpp";
 }
 
 TEST(EveryLoad, TurnsWithItsScene) {
@@ -97,7 +101,8 @@ TEST(EveryLoad, TurnsWithItsScene) {
             for (std::size_t i = 0; i < here.size(); ++i) {
                 EXPECT_LE(norm(turn.direction(force(here, i)) - force(there, i)), 1e-12 * size_of(here))
                     << e.name() << ", node " << i;
-                EXPECT_LE(norm(couple(here, i) - couple(there, i)), 1e-12 * size_of(here)) << e.name() << ", element " << i;
+                EXPECT_LE(norm(couple(here, i) - couple(there, i)), 1e-12 * size_of(here))
+                    << e.name() << ", element " << i;
             }
         }
     }
@@ -139,17 +144,20 @@ TEST(EveryLoad, WithAPotentialIsItsGradient) {
         };
         for (std::size_t i = 0; i < state.size(); ++i)
             for (const Vec3d axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {
-                const double f = fall([&](State& s, double by) { set_lane(s[i].position, 0, lane(s[i].position, 0) + by * axis); });
+                const double f =
+                    fall([&](State& s, double by) { set_lane(s[i].position, 0, lane(s[i].position, 0) + by * axis); });
                 EXPECT_NEAR(f, dot(axis, force(load, i)), 1e-8 * size) << e.name() << ", node " << i;
                 if (i + 1 == state.size()) continue;
-                const double c =
-                    fall([&](State& s, double by) { set_lane(s[i].director, 0, rotation(by * axis) * lane(s[i].director, 0)); });
+                const double c = fall([&](State& s, double by) {
+                    set_lane(s[i].director, 0, rotation(by * axis) * lane(s[i].director, 0));
+                });
                 EXPECT_NEAR(c, dot(axis, couple(load, i)), 1e-8 * size) << e.name() << ", element " << i;
             }
     }
 }
 
-// On a plane without stiffness all that presses is borne: the sum of the forces along the normal is 0, whatever else acts.
+// On a plane without stiffness all that presses is borne: the sum of the forces along the normal is 0, whatever else
+// acts.
 TEST(EveryLoad, IsFeltByFriction) {
     const RodSpec spec = magnetised(test::simple_rod(8));
     const RodGroup group(spec, 0, 0, "");
@@ -240,7 +248,8 @@ TEST(EveryLaw, IsInternalAndRestIsRestAnywhere) {
             const auto inner = [&](State state) {
                 auto load = nothing_yet(state);
                 const RodTile<1> tile = test::tile_of(group, state);
-                with_energy_law(law, [&]<class L>(L) { ElasticPass<L, 1>(ends_of(group)).run(tile, load.data(), Step{}); });
+                with_energy_law(law,
+                                [&]<class L>(L) { ElasticPass<L, 1>(ends_of(group)).run(tile, load.data(), Step{}); });
                 if (group.closed()) FoldRingPass<1>().run(tile, load.data(), Step{});
                 return load;
             };

@@ -27,7 +27,9 @@ struct Bare {
     static constexpr std::string_view kind = "of_no_use";
     double strength = 1;
     void fields(FieldVisitor& f) { f.visit({.name = "strength", .unit = "N", .text = ""}, strength); }
-    template <int W> void add(const RodTile<W>&, SlotLoad<W>* load, const Step&) const { load[0].force.x += Pack<W>(strength); }
+    template <int W> void add(const RodTile<W>&, SlotLoad<W>* load, const Step&) const {
+        load[0].force.x += Pack<W>(strength);
+    }
 };
 
 /// A load with all that it may have.
@@ -76,8 +78,9 @@ TEST(AnyLoad, OfTheListObjectsToRodsThatItIsNotFor) {
     };
     for (int i = 0; i < static_cast<int>(load_kinds().size()); ++i) {
         const Load load = make_load(i);
-        const bool of_bends = load.get_if<MuscleWave>() || load.get_if<MuscleTorques>() || load.get_if<SlenderBodyDrag>() ||
-                              load.get_if<PlaneFriction>() || load.get_if<FormulaLoad>() || load.get_if<MagneticFormula>() ||
+        const bool of_bends = load.get_if<MuscleWave>() || load.get_if<MuscleTorques>() ||
+                              load.get_if<SlenderBodyDrag>() || load.get_if<PlaneFriction>() ||
+                              load.get_if<FormulaLoad>() || load.get_if<MagneticFormula>() ||
                               load.get_if<MuscleFormula>();
         const bool of_ends = load.get_if<EndForce>() || load.get_if<EndCouple>() || load.get_if<SinusoidalEndForce>() ||
                              load.get_if<PlaneFriction>() || load.get_if<Guide>();
@@ -133,8 +136,8 @@ TEST(AnyLoad, IsAskedForWhatItHas) {
     const RodSpec* groups[] = {&group.spec(), &other};
     load.check(groups, told);
     EXPECT_EQ(told.keys, (std::vector<std::string>{"strength", "given", "list"}));
-    EXPECT_EQ(told.messages,
-              (std::vector<std::string>{"2", "'given' has no use here", "'list' has 1 value, but needs 2: one for each end"}));
+    EXPECT_EQ(told.messages, (std::vector<std::string>{"2", "'given' has no use here",
+                                                       "'list' has 1 value, but needs 2: one for each end"}));
 }
 
 } // namespace

@@ -46,7 +46,8 @@ void expect_near(const Vec3d& a, const Vec3d& b, double tolerance) {
 TEST(Loads, GravityIsTheWeightOfEveryNode) {
     const RodGroup group(test::crooked_rod(), 0, 0, "");
     const Loaded r = apply(Gravity{{0, 1, -9.81}}, group, 0);
-    for (std::size_t i = 0; i < r.load.size(); ++i) expect_near(r.force(i), group.node_mass[i] * Vec3d{0, 1, -9.81}, 1e-14);
+    for (std::size_t i = 0; i < r.load.size(); ++i)
+        expect_near(r.force(i), group.node_mass[i] * Vec3d{0, 1, -9.81}, 1e-14);
 }
 
 TEST(Loads, UniformForceSharesItsTotalByLength) {
@@ -85,7 +86,8 @@ TEST(Loads, MagneticFieldTurnsTheMomentTowardsItself) {
         const Vec3d b = 0.5 * Vec3d{0.08 * std::sin(angle), 8e-4, 0.08 * std::cos(angle)};
         const Loaded r = apply(field, group, t);
         for (std::size_t k = 0; k + 1 < r.load.size(); ++k) {
-            const Vec3d moment = 5e3 * group.element[k].volume * (group.start_directors()[k] * ((1.0 / 3) * Vec3d{1, 2, 2}));
+            const Vec3d moment =
+                5e3 * group.element[k].volume * (group.start_directors()[k] * ((1.0 / 3) * Vec3d{1, 2, 2}));
             expect_near(r.couple(k), cross(moment, r.director(k) * b), 1e-15 + 1e-13 * norm(moment) * norm(b));
         }
     }
@@ -94,7 +96,8 @@ TEST(Loads, MagneticFieldTurnsTheMomentTowardsItself) {
 TEST(Loads, MagnetisationWavesAreUnitVectorsAndMirrorWithTheWavelength) {
     RodSpec spec = test::simple_rod();
     spec.placement = {.kind = PlacementKind::lattice, .counts = {5, 4}, .spacing = {0.7, 0.9}};
-    spec.magnetisation = {.pattern = MagnetisationPattern::wave_xy, .strength = 1, .wavelength_x = 3, .wavelength_y = 5};
+    spec.magnetisation = {
+        .pattern = MagnetisationPattern::wave_xy, .strength = 1, .wavelength_x = 3, .wavelength_y = 5};
     const RodGroup group(spec, 0, 0, "");
     for (std::int64_t i = 0; i < group.count(); ++i) EXPECT_NEAR(norm(group.magnetisation(i)), 1, 1e-9);
 
@@ -137,9 +140,11 @@ TEST(Loads, AmplitudesOfMusclesAtPlacesFitAnyElements) {
         const RodGroup group(test::simple_rod(n), 0, 0, "");
         MuscleWave sampled = through;
         sampled.profile_at.clear(), sampled.profile.clear();
-        for (int j = 1; j < n; ++j) sampled.profile.push_back(std::clamp(1 + 2 * (j / double(n) - 0.2) / 0.4, 1.0, 3.0));
+        for (int j = 1; j < n; ++j)
+            sampled.profile.push_back(std::clamp(1 + 2 * (j / double(n) - 0.2) / 0.4, 1.0, 3.0));
         const Loaded one = apply(through, group, 1.3), other = apply(sampled, group, 1.3);
-        for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k) expect_near(one.couple(k), other.couple(k), 1e-15);
+        for (std::size_t k = 0; k < static_cast<std::size_t>(n); ++k)
+            expect_near(one.couple(k), other.couple(k), 1e-15);
     }
 }
 

@@ -57,7 +57,8 @@ struct Plainly {
         std::vector<Vec3d> all = of_elements(), along(n), across(n);
         std::vector<double> push(n), rest_along(n), rest_across(n), r(n), va(n), vb(n);
         const auto rest = [&](double speed) {
-            return std::abs(speed) <= p.slip_speed ? 1 : std::abs(1 - std::min(1.0, std::abs(speed) / p.slip_speed - 1));
+            return std::abs(speed) <= p.slip_speed ? 1
+                                                   : std::abs(1 - std::min(1.0, std::abs(speed) / p.slip_speed - 1));
         };
         for (std::size_t k = 0; k < n; ++k) {
             const int at = static_cast<int>(k);
@@ -88,9 +89,11 @@ struct Plainly {
             const double fa = dot(all[k], along[k]), mu = fa > 0 ? p.static_forward : p.static_backward;
             const double torque = dot(transpose_times(lane(state[k].director, 0), couple[k]), along[k]);
             const double no_slip = -(r[k] * dot(all[k], across[k]) - 2 * torque) / (3 * r[k]);
-            give(static_cast<int>(k), (-std::copysign(std::min(std::abs(fa), rest_along[k] * mu * push[k]), fa)) * along[k]);
+            give(static_cast<int>(k),
+                 (-std::copysign(std::min(std::abs(fa), rest_along[k] * mu * push[k]), fa)) * along[k]);
             roll(k, -r[k] * up,
-                 std::copysign(std::min(std::abs(no_slip), rest_across[k] * p.static_sideways * push[k]), no_slip) * across[k]);
+                 std::copysign(std::min(std::abs(no_slip), rest_across[k] * p.static_sideways * push[k]), no_slip) *
+                     across[k]);
         }
     }
     void roll(std::size_t k, const Vec3d& arm, const Vec3d& f) {
@@ -123,7 +126,8 @@ TEST(PlaneFriction, IsThePublishedFormula) {
             for (std::size_t i = 0; i < 8; ++i) {
                 EXPECT_LT(norm(lane(load[i].force, 0) - plain.force[i]), 1e-13 * 5) << at_rest << seed << " node " << i;
                 if (i == 7) continue;
-                EXPECT_LT(norm(lane(load[i].couple, 0) - plain.couple[i]), 1e-14) << at_rest << seed << " element " << i;
+                EXPECT_LT(norm(lane(load[i].couple, 0) - plain.couple[i]), 1e-14)
+                    << at_rest << seed << " element " << i;
             }
         }
 }
@@ -149,7 +153,8 @@ TEST(PlaneFriction, IsTheSameInAllLanes) {
     LoadPass<PlaneFriction, 8>(plane, group).run(tile, wide_load.data(), {});
     for (int i = 0; i < 8; ++i) {
         auto& load = loads[static_cast<std::size_t>(i)];
-        LoadPass<PlaneFriction, 1>(plane, group).run(tile_of(group, states[static_cast<std::size_t>(i)]), load.data(), {});
+        LoadPass<PlaneFriction, 1>(plane, group)
+            .run(tile_of(group, states[static_cast<std::size_t>(i)]), load.data(), {});
         for (std::size_t k = 0; k < 8; ++k) {
             EXPECT_EQ(norm(lane(wide_load[k].force, i) - lane(load[k].force, 0)), 0);
             EXPECT_EQ(norm(lane(wide_load[k].couple, i) - lane(load[k].couple, 0)), 0);
@@ -191,7 +196,9 @@ TEST(PlaneFriction, HoldsSlidesAndRolls) {
     plane.slip_speed = 1e-4;
     plane.kinetic_forward = 0.1, plane.kinetic_backward = 0.15, plane.kinetic_sideways = 0.2;
     const double time = 0.5;
-    const auto speed = [&](const Vec3d& pull) { return (1 / time) * lane(lie(group, plane, pull, time, 1e-4)[4].velocity, 0); };
+    const auto speed = [&](const Vec3d& pull) {
+        return (1 / time) * lane(lie(group, plane, pull, time, 1e-4)[4].velocity, 0);
+    };
     const auto leaning = [&](double slope, const Vec3d& way) {
         return weight * (std::sin(slope) * way + Vec3d{0, 0, -std::cos(slope)});
     };

@@ -22,7 +22,8 @@ template <int W> struct Tile {
     std::vector<Slot<W>> slot;
     std::vector<SlotLoad<W>> load;
 
-    Tile(const RodGroup& group, const std::vector<State>& states) : slot(states[0].size()), load(states[0].size(), SlotLoad<W>{}) {
+    Tile(const RodGroup& group, const std::vector<State>& states)
+        : slot(states[0].size()), load(states[0].size(), SlotLoad<W>{}) {
         for (std::size_t k = 0; k < slot.size(); ++k)
             for (int i = 0; i < W; ++i) {
                 const Slot<1>& s = states[static_cast<std::size_t>(i)][k];
@@ -116,7 +117,8 @@ TEST(SlenderBodyDrag, IsThePublishedFormula) {
     for (std::size_t i = 0; i < 8; ++i) expect_near(force(out, i), expected[i], 1e-14);
 }
 
-// A straight rod drags half as much along itself as across, and with this load alone slows down as exp(-nu t), at first order.
+// A straight rod drags half as much along itself as across, and with this load alone slows down as exp(-nu t), at first
+// order.
 TEST(SlenderBodyDrag, SlowsAStraightRodExponentiallyAtFirstOrder) {
     const RodGroup group = even_group(10);
     const double mu = 0.3, length = 1, radius = 0.02, mass = 1000 * pi * radius * radius * length;
@@ -170,7 +172,8 @@ TEST(MuscleTorques, AreThePublishedFormula) {
         for (std::size_t i = 0; i < 6; ++i) {
             sum += group.element[i].rest_length;
             const double s = sum / length;
-            a[i] = 0.25 * (spline ? cubic_bspline(load.coefficients, s) : load.table[i]) * std::sin(2 * pi / 2 * t - 5 * s + 0.4);
+            a[i] = 0.25 * (spline ? cubic_bspline(load.coefficients, s) : load.table[i]) *
+                   std::sin(2 * pi / 2 * t - 5 * s + 0.4);
         }
         Vec3d total{0, 0, 0};
         for (std::size_t e = 0; e < 6; ++e) {
@@ -190,10 +193,11 @@ TEST(MuscleTorques, MirrorTheMuscleWave) {
     const RodGroup group = even_group(8);
     const State state = test::shaken_state(group, 0.01, 0.3, 1);
     const double k = 7, phase = 0.3;
-    const Tile<1> one = apply(MuscleTorques{.table = std::vector<double>(8, 0.2), .period = 1.5, .wave_number = k, .phase = phase},
-                              group, state, 0.9);
-    const Tile<1> other =
-        apply(MuscleWave{.amplitude = 0.2, .period = 1.5, .wavelength = -2 * pi / k, .phase = phase - k}, group, state, 0.9);
+    const Tile<1> one =
+        apply(MuscleTorques{.table = std::vector<double>(8, 0.2), .period = 1.5, .wave_number = k, .phase = phase},
+              group, state, 0.9);
+    const Tile<1> other = apply(
+        MuscleWave{.amplitude = 0.2, .period = 1.5, .wavelength = -2 * pi / k, .phase = phase - k}, group, state, 0.9);
     for (std::size_t e = 0; e < 8; ++e) expect_near(couple(one, e), couple(other, e), 1e-14);
 }
 
@@ -202,7 +206,8 @@ TEST(MagneticField, RisesAndFallsByItsRamp) {
     for (const auto& [t, share] :
          {std::pair{0.5, 0.0}, {1.0, 0.0}, {1.25, 0.5}, {1.5, 1.0}, {3.0, 1.0}, {3.125, 0.75}, {3.5, 0.0}, {9.0, 0.0}})
         expect_near(field.at(t), {0, 0, 4 * share}, 1e-15);
-    const MagneticField cut_short{.constant = {0, 0, 1}, .ramp = {2, 0}, .until = 1}; // as published: from half up, down from 1
+    const MagneticField cut_short{
+        .constant = {0, 0, 1}, .ramp = {2, 0}, .until = 1}; // as published: from half up, down from 1
     EXPECT_DOUBLE_EQ(cut_short.at(1).z, 0.5);
     EXPECT_DOUBLE_EQ(cut_short.at(1.5).z, 0.75);
     const MagneticField sudden{.constant = {0, 0, 1}, .ramp = {0, 1}, .until = 2};

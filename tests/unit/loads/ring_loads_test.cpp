@@ -55,8 +55,8 @@ void expect_near(const Vec3d& a, const Vec3d& b, double tolerance) {
 TEST(RingLoads, DoNotKnowWhereTheNumbersBegin) {
     const RodGroup group(ring_spec(), 0, 0, "");
     const State state = closed(test::shaken_state(group, 0.005, 0.3, 1));
-    for (const Load& load : {Load(SlenderBodyDrag{.viscosity = 0.3}), Load(Gravity{}), Load(UniformForce{.force = {1, 2, 3}}),
-                             Load(UniformCouple{.couple = {1, 2, 3}})}) {
+    for (const Load& load : {Load(SlenderBodyDrag{.viscosity = 0.3}), Load(Gravity{}),
+                             Load(UniformForce{.force = {1, 2, 3}}), Load(UniformCouple{.couple = {1, 2, 3}})}) {
         const auto first = apply(load, group, state, 1);
         for (const std::size_t from : {std::size_t{1}, std::size_t{4}, n - 1}) {
             const auto other = apply(load, group, renumbered(state, from), 1);
@@ -92,7 +92,8 @@ TEST(RingLoads, MusclesActAtTheClosingVertexToo) {
     const double t = 0.4, k = 2 * pi * 3; // three waves around
     MuscleWave wave{.amplitude = 0.3, .period = 2, .wavelength = 1.0 / 3, .phase = 0.4, .direction = {0.6, 0, 0.8}};
     for (std::size_t j = 1; j <= n; ++j) wave.profile.push_back(1 + 0.1 * static_cast<double>(j));
-    const MuscleTorques torques{.table = wave.profile, .period = 2, .wave_number = k, .phase = 0.4, .direction = wave.direction};
+    const MuscleTorques torques{
+        .table = wave.profile, .period = 2, .wave_number = k, .phase = 0.4, .direction = wave.direction};
     const auto of_wave = [&](std::size_t vertex) { // vertex n is vertex 0
         const std::size_t j = vertex == 0 ? n : vertex;
         return 0.3 * wave.profile[j - 1] * std::sin(pi * t - k * static_cast<double>(j) / n + 0.4);

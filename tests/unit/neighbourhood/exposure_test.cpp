@@ -1,4 +1,5 @@
-// Windows in order, slots found by their numbers in the scene, and what own bodies show while windows of ghosts come and go.
+// Windows in order, slots found by their numbers in the scene, and what own bodies show while windows of ghosts come
+// and go.
 #include "neighbourhood/exposure.hpp"
 
 #include <gtest/gtest.h>

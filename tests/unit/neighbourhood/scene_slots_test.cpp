@@ -14,7 +14,8 @@ TEST(SceneSlots, AreThoseOfGoingThroughAllBodies) {
     for (int scene = 0; scene < 300; ++scene) {
         std::vector<SceneSlots::Alike> groups(1 + random() % 6);
         for (auto& g : groups)
-            g = {static_cast<std::int64_t>(random() % 40), 2 + static_cast<std::int64_t>(random() % (scene % 3 ? 60 : 600))};
+            g = {static_cast<std::int64_t>(random() % 40),
+                 2 + static_cast<std::int64_t>(random() % (scene % 3 ? 60 : 600))};
         groups.front().bodies += 1;
         const SceneSlots slots(groups);
         std::int64_t gid = 0, slot = 0, block = -1, begun = 0;
@@ -28,7 +29,8 @@ TEST(SceneSlots, AreThoseOfGoingThroughAllBodies) {
                 ASSERT_EQ(slots.first_slot(gid), slot);
                 ASSERT_EQ(slots.slots_of(gid), groups[g].slots);
                 ASSERT_EQ(slots.block_of(gid), block) << "scene " << scene << " body " << gid;
-                for (const std::int64_t k : {std::int64_t{0}, groups[g].slots - 1}) ASSERT_EQ(slots.gid_at(slot + k), gid);
+                for (const std::int64_t k : {std::int64_t{0}, groups[g].slots - 1})
+                    ASSERT_EQ(slots.gid_at(slot + k), gid);
                 slot += groups[g].slots;
             }
         EXPECT_EQ(slots.bodies(), gid);

@@ -36,7 +36,8 @@ Dense random_system(int blocks, unsigned seed, bool ring) {
     for (double& s : scale) s = std::pow(10, 3 * any(random));
     for (std::size_t i = 0; i < dense.n; ++i) {
         for (std::size_t j = 0; j < i; ++j)
-            if (joined(i / size, j / size, blocks, ring)) dense.at(i, j) = dense.at(j, i) = scale[i] * scale[j] * any(random);
+            if (joined(i / size, j / size, blocks, ring))
+                dense.at(i, j) = dense.at(j, i) = scale[i] * scale[j] * any(random);
         dense.at(i, i) = scale[i] * scale[i] * (3 * size + any(random));
         dense.b[i] = scale[i] * any(random);
     }
@@ -51,7 +52,8 @@ template <int W> void set_blocks(int l, Dense& dense, std::vector<BandBlock<W>>&
             for (int j = 0; j < size; ++j) {
                 const auto column = static_cast<std::size_t>(k * size + j);
                 BandBlock<W>& b = block[static_cast<std::size_t>(k)];
-                b.diagonal[i][j].set(l, j <= i ? dense.at(row, column) : std::nan("")); // the upper triangle is not looked at
+                b.diagonal[i][j].set(l, j <= i ? dense.at(row, column)
+                                               : std::nan("")); // the upper triangle is not looked at
                 b.next[i][j].set(l, k < last ? dense.at(row + size, column)
                                     : ring   ? dense.at(static_cast<std::size_t>(i), column)
                                              : std::nan(""));
@@ -90,7 +92,8 @@ TEST_P(BlockBand, SolutionSolvesTheFullSystemInEveryLane) {
         std::vector<BandBlock<4>> block(static_cast<std::size_t>(blocks));
         std::vector<Dense> dense;
         for (int l = 0; l < 4; ++l)
-            set_blocks(l, dense.emplace_back(random_system(blocks, static_cast<unsigned>(10 * blocks + l), ring)), block, ring);
+            set_blocks(l, dense.emplace_back(random_system(blocks, static_cast<unsigned>(10 * blocks + l), ring)),
+                       block, ring);
         solve(block, ring);
         for (int l = 0; l < 4; ++l) {
             EXPECT_LT(residual(l, dense[static_cast<std::size_t>(l)], block), 1e-14) << blocks << " blocks, lane " << l;
@@ -120,7 +123,8 @@ TEST_P(BlockBand, WhatIsHeldStaysAndMovesNothing) {
     }
 }
 
-INSTANTIATE_TEST_SUITE_P(Shapes, BlockBand, testing::Bool(), [](const auto& ring) { return ring.param ? "ring" : "rod"; });
+INSTANTIATE_TEST_SUITE_P(Shapes, BlockBand, testing::Bool(),
+                         [](const auto& ring) { return ring.param ? "ring" : "rod"; });
 
 } // namespace
 } // namespace skein

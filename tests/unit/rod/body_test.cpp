@@ -1,4 +1,5 @@
-// Rigid bodies alone: masses, inertia and axes against integrals, free tops against closed forms, and what a force does.
+// Rigid bodies alone: masses, inertia and axes against integrals, free tops against closed forms, and what a force
+// does.
 #include "core/principal_axes.hpp"
 #include "diagnostics/observables.hpp"
 #include "mechanics/body.hpp"
@@ -36,17 +37,20 @@ struct Integrals {
                    -m * x.x * x.z,
                    -m * x.y * x.z};
     }
-    /// Of the solid about the axis from a to b, by Gauss's points along it and across: sections are circles of radius(z), z from a.
+    /// Of the solid about the axis from a to b, by Gauss's points along it and across: sections are circles of
+    /// radius(z), z from a.
     void add_round(const Vec3d& a, const Vec3d& b, double from, double to, double density,
                    const std::function<double(double)>& radius) {
         const Vec3d axis = unit(b - a);
         const auto [u, v] = directions_across(axis);
         constexpr int n = 2000, around = 8;
         for (int i = 0; i < n; ++i) {
-            const double dz = (to - from) / n, z = from + (i + 0.5) * dz, r = radius(z), ring = std::sqrt(0.5) * r; // of gyration
+            const double dz = (to - from) / n, z = from + (i + 0.5) * dz, r = radius(z),
+                         ring = std::sqrt(0.5) * r; // of gyration
             for (int k = 0; k < around; ++k) {
                 const double angle = 2 * pi * k / around;
-                add(density * pi * r * r * dz / around, a + z * axis + (ring * std::cos(angle)) * u + (ring * std::sin(angle)) * v);
+                add(density * pi * r * r * dz / around,
+                    a + z * axis + (ring * std::cos(angle)) * u + (ring * std::sin(angle)) * v);
             }
         }
     }
@@ -80,8 +84,8 @@ Vec3d inertia_times(const BodyShape& shape, const Vec3d& w) {
 TEST(BodyShape, HasTheMassCentreAndInertiaOfItsParts) {
     RodSpec capsules = test::rigid_body(0.3, 0.1);
     capsules.body->capsules.from[0] = {0.1, 0.2, -0.3};
-    for (const RodSpec& spec :
-         {test::rigid_body(0, 0.1), test::rigid_body(0.01, 0.1), test::rigid_body(2, 0.1), capsules, test::crooked_body()}) {
+    for (const RodSpec& spec : {test::rigid_body(0, 0.1), test::rigid_body(0.01, 0.1), test::rigid_body(2, 0.1),
+                                capsules, test::crooked_body()}) {
         const BodyShape shape(spec);
         const Integrals exact = integrals_of(spec);
         const Vec3d centre = (1 / exact.mass) * exact.first;
@@ -130,8 +134,8 @@ TEST(BodyShape, HasTheMassAndInertiaOfABox) {
     const BodyShape sharp(spec);
     const double m = 1000 * size.x * size.y * size.z;
     EXPECT_NEAR(sharp.mass, m, 1e-6 * m);
-    const Vec3d exact =
-        (m / 12) * Vec3d{size.y * size.y + size.z * size.z, size.x * size.x + size.z * size.z, size.x * size.x + size.y * size.y};
+    const Vec3d exact = (m / 12) * Vec3d{size.y * size.y + size.z * size.z, size.x * size.x + size.z * size.z,
+                                         size.x * size.x + size.y * size.y};
     EXPECT_LT(norm(inertia_times(sharp, {1, 1, 1}) - exact), 1e-6 * norm(exact));
 }
 
@@ -145,7 +149,8 @@ TEST(BodyShape, TakesMassCentreAndInertiaThatAreGiven) {
     EXPECT_EQ(shape.mass, 3);
     EXPECT_EQ(shape.centre.x, 0.1);
     const SymmetricMatrix j{2, 3, 4, 0.5, -0.3, 0.2};
-    for (const Vec3d& w : {Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}) EXPECT_LT(norm(inertia_times(shape, w) - j * w), 1e-14);
+    for (const Vec3d& w : {Vec3d{1, 0, 0}, {0, 1, 0}, {0, 0, 1}})
+        EXPECT_LT(norm(inertia_times(shape, w) - j * w), 1e-14);
     for (const std::vector<double>& bad : {std::vector<double>{1, 1, 3}, {1, 1, -1}, {1, 1, 1, 2, 0, 0}}) {
         spec.body->inertia = bad;
         EXPECT_THROW(BodyShape{spec}, InputError);
@@ -156,14 +161,16 @@ TEST(PrincipalAxes, AreThoseOfTheMatrix) {
     std::mt19937 random(3);
     std::normal_distribution<double> normal;
     for (int trial = 0; trial < 200; ++trial) {
-        SymmetricMatrix a{normal(random), normal(random), normal(random), normal(random), normal(random), normal(random)};
+        SymmetricMatrix a{normal(random), normal(random), normal(random),
+                          normal(random), normal(random), normal(random)};
         if (trial % 4 == 0) a.xy = a.xz = 0;
         if (trial % 4 == 1) a = {2, 2, 2, 1e-9 * a.xy, a.xz * 1e-12, 0};
         const PrincipalAxes p = principal_axes(a);
         const double values[] = {p.value.x, p.value.y, p.value.z};
         const Vec3d rows[] = {p.axes.d1, p.axes.d2, p.axes.d3};
         for (int i = 0; i < 3; ++i) {
-            EXPECT_LT(norm(a * rows[i] - values[i] * rows[i]), 3e-15 * (1 + std::abs(a.xx) + std::abs(a.yy) + std::abs(a.zz) + 4));
+            EXPECT_LT(norm(a * rows[i] - values[i] * rows[i]),
+                      3e-15 * (1 + std::abs(a.xx) + std::abs(a.yy) + std::abs(a.zz) + 4));
             EXPECT_NEAR(dot(rows[i], rows[i]), 1, 1e-14);
         }
         EXPECT_NEAR(dot(cross(rows[0], rows[1]), rows[2]), 1, 1e-14);
@@ -254,7 +261,8 @@ TEST(Body, TurnsAsAFreeSymmetricTop) {
     EXPECT_NEAR(end.rotation, start.rotation, 1e-11 * start.rotation);
     EXPECT_EQ(end.elastic(), 0);
     const ExtraFigures after = extra_figures(body.group, body.state, {.angular_momentum = true});
-    const double speed = norm(spec.shape.velocity), orbital = body.group.node_mass[0] * (speed * h * steps) * speed; // kg m^2/s
+    const double speed = norm(spec.shape.velocity),
+                 orbital = body.group.node_mass[0] * (speed * h * steps) * speed; // kg m^2/s
     for (std::size_t i = 0; i < 3; ++i) EXPECT_NEAR(after.sum[i], before.sum[i], 1e-12 * (orbital + norm(spin))) << i;
 
     const double angle = norm(spin) / body.group.element[0].inertia.x * (h * steps); // 52 turns
@@ -269,7 +277,8 @@ TEST(Body, TurnsAsAFreeSymmetricTop) {
 TEST(Body, TurnsAsAFreeAsymmetricTopToSecondOrder) {
     for (const bool first_small : {true, false}) {
         RodSpec spec = test::rigid_body(0, 0.05);
-        spec.body->inertia = first_small ? std::vector<double>{0.010, 0.012, 0.019} : std::vector<double>{0.012, 0.010, 0.019};
+        spec.body->inertia =
+            first_small ? std::vector<double>{0.010, 0.012, 0.019} : std::vector<double>{0.012, 0.010, 0.019};
         const double small_rate = 2, w3 = 5, time = 4;
         spec.shape.angular_velocity = first_small ? Vec3d{small_rate, 0, w3} : Vec3d{0, small_rate, w3};
         const Vec3d j{spec.body->inertia[0], spec.body->inertia[1], spec.body->inertia[2]};
@@ -282,13 +291,15 @@ TEST(Body, TurnsAsAFreeAsymmetricTopToSecondOrder) {
             const double energy = rod_energy(body.group, body.state).rotation;
             body.advance(steps, time / steps);
             EXPECT_LT(norm(body.spin_momentum() - momentum), 1e-13 * norm(momentum));
-            EXPECT_NEAR(rod_energy(body.group, body.state).rotation, energy, 1e-3 * energy * (400.0 / steps) * (400.0 / steps));
+            EXPECT_NEAR(rod_energy(body.group, body.state).rotation, energy,
+                        1e-3 * energy * (400.0 / steps) * (400.0 / steps));
             const Mat3d exact = test::free_top_directors(j, small_rate, w3, time, start), now = frame(body.state[0]);
             errors.push_back(norm(now.d1 - exact.d1) + norm(now.d2 - exact.d2) + norm(now.d3 - exact.d3));
         }
         EXPECT_LT(errors[2], 2e-3);
         for (int i = 0; i < 2; ++i)
-            EXPECT_NEAR(std::log2(errors[static_cast<std::size_t>(i)] / errors[static_cast<std::size_t>(i) + 1]), 2, 0.05);
+            EXPECT_NEAR(std::log2(errors[static_cast<std::size_t>(i)] / errors[static_cast<std::size_t>(i) + 1]), 2,
+                        0.05);
     }
 }
 
@@ -302,7 +313,8 @@ TEST(Body, ChoosesTheAxisThatSplitsTheTopBest) {
         spec.body->inertia = given;
         const BodyShape shape(spec);
         EXPECT_EQ(shape.inertia.z, third);
-        EXPECT_NEAR(norm(inertia_times(shape, {1, 0, 0}) - Vec3d{given[0], 0, 0}), 0, 1e-15) << "axes go with their moments";
+        EXPECT_NEAR(norm(inertia_times(shape, {1, 0, 0}) - Vec3d{given[0], 0, 0}), 0, 1e-15)
+            << "axes go with their moments";
         const RodGroup group(spec, 0, 0, "");
         EXPECT_EQ(top_of(group) == TopKind::circular, given[0] != 1 || given[1] != 1.1 ? third == 0.1 : false);
     }

@@ -45,7 +45,8 @@ TEST(Drift, CircularTopIsExactWhateverTheStep) {
         const RodGroup group = tops(0.02, 0.02, j);
         const auto once = turned(group, 0.3, 1), often = turned(group, 0.3, 1000);
         EXPECT_LT(frame_distance(once[0], often[0]), 1e-12) << "j = " << j;
-        EXPECT_LT(norm(lane(once[0].spin, 0) - lane(often[0].spin, 0)), 1e-12 * norm(lane(once[0].spin, 0))) << "j = " << j;
+        EXPECT_LT(norm(lane(once[0].spin, 0) - lane(often[0].spin, 0)), 1e-12 * norm(lane(once[0].spin, 0)))
+            << "j = " << j;
     }
 }
 

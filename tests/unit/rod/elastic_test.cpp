@@ -19,14 +19,16 @@ using test::tile_of;
 std::vector<SlotLoad<1>> internal_loads(const RodGroup& group, std::vector<Slot<1>>& state) {
     std::vector<SlotLoad<1>> load(state.size());
     if (group.closed()) close_ring(tile_of(group, state));
-    with_energy_law(group.law(),
-                    [&]<class L>(L) { ElasticPass<L, 1>(ends_of(group)).run(tile_of(group, state), load.data(), Step{}); });
+    with_energy_law(group.law(), [&]<class L>(L) {
+        ElasticPass<L, 1>(ends_of(group)).run(tile_of(group, state), load.data(), Step{});
+    });
     if (group.closed()) load[0].force += load.back().force;
     return load;
 }
 
 /// dU/ds of moving one degree of freedom by s, from five energies; error O(h^4).
-template <class Move> double derivative(const RodGroup& group, const std::vector<Slot<1>>& state, double h, Move&& move) {
+template <class Move>
+double derivative(const RodGroup& group, const std::vector<Slot<1>>& state, double h, Move&& move) {
     const auto energy = [&](double s) {
         std::vector<Slot<1>> moved = state;
         move(moved, s);
@@ -46,7 +48,8 @@ struct Case {
 };
 
 std::vector<Case> cases() {
-    std::vector<Case> all = {{"straight", simple_rod(), 0.2}, {"crooked", crooked_rod(), 0.2}, {"wild", crooked_rod(), 0.6}};
+    std::vector<Case> all = {
+        {"straight", simple_rod(), 0.2}, {"crooked", crooked_rod(), 0.2}, {"wild", crooked_rod(), 0.6}};
     all.push_back({"clamped", crooked_rod(), 0.2});
     all.back().spec.start = all.back().spec.end = EndKind::clamped;
     all.push_back({"clamped straight", simple_rod(2), 0.4});

@@ -1,4 +1,5 @@
-// End weights: who has them, what they leave as it is, and that the limits of the step bound what they make of the frequencies.
+// End weights: who has them, what they leave as it is, and that the limits of the step bound what they make of the
+// frequencies.
 #include "rod/end_weights.hpp"
 
 #include "diagnostics/extra_observables.hpp"
@@ -127,9 +128,10 @@ TEST(EndWeights, LimitsBoundTheLargestFrequencyAndAreNear) {
                         const double limit = time_limits(group).front().dt;
                         for (const TimeLimit& mode : time_limits(group)) {
                             const bool axial = mode.mode == "axial", twist = mode.mode == "twist";
-                            const double share = 0.5 * mode.dt * test::Statics(group).largest_frequency([&](bool turns, int axis) {
-                                return axial || twist ? axis == 2 && turns == twist : axis == (turns ? 1 : 0);
-                            });
+                            const double share =
+                                0.5 * mode.dt * test::Statics(group).largest_frequency([&](bool turns, int axis) {
+                                    return axial || twist ? axis == 2 && turns == twist : axis == (turns ? 1 : 0);
+                                });
                             EXPECT_LT(share, 1 + 1e-6) << mode.mode << " " << aspect << " " << n;
                             EXPECT_GT(share, axial ? 0.96 : 0.92) << mode.mode << " " << aspect << " " << n;
                         }

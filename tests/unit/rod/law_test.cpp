@@ -1,4 +1,5 @@
-// What the laws mean at finite strain, against closed forms of rods that are strained evenly.             theory.md (11a)-(11d)
+// What the laws mean at finite strain, against closed forms of rods that are strained evenly.             theory.md
+// (11a)-(11d)
 #include "mechanics/law.hpp"
 
 #include "rod/time_limits.hpp"
@@ -15,7 +16,8 @@ namespace {
 constexpr double radius = 0.1, modulus = 1e6, area = std::numbers::pi * radius * radius, tension = modulus * area,
                  bending = 0.25 * tension * radius * radius, torsion = 0.5 * tension / 3 * radius * radius; // G = E/3
 
-/// A rod between two clamps that may float: whatever the walls' frames do to it, it has no force on it, and is strained evenly.
+/// A rod between two clamps that may float: whatever the walls' frames do to it, it has no force on it, and is strained
+/// evenly.
 RodSpec floating(Law law, const Vec3d& curvature, long n = 4) {
     RodSpec spec = test::simple_rod(n);
     spec.material = {.density = 1000, .youngs_modulus = modulus, .law = law};
@@ -53,8 +55,10 @@ TEST(Laws, LengthenATwistedRod) {
     for (const double twist : {0.5, 3.0, 8.0}) {
         EXPECT_NEAR(rest_dilatation(floating(Law::neo_hookean, {0, 0, twist}, 8)),
                     std::cbrt(1 + 1.5 * torsion * twist * twist / tension), 1e-10);
-        EXPECT_NEAR(rest_dilatation(floating(Law::incompressible, {0, 0, twist}, 8)),
-                    root([&](double e) { return tension * (e - 1) / e - 1.5 * torsion * twist * twist / (e * e * e * e); }), 1e-10);
+        EXPECT_NEAR(rest_dilatation(floating(Law::incompressible, {0, 0, twist}, 8)), root([&](double e) {
+                        return tension * (e - 1) / e - 1.5 * torsion * twist * twist / (e * e * e * e);
+                    }),
+                    1e-10);
         EXPECT_NEAR(rest_dilatation(floating(Law::linear, {0, 0, twist}, 8)), 1, 1e-10);
     }
     const auto longer = [](Law law) { return rest_dilatation(floating(law, {0, 0, 0.1})) - 1; };
@@ -89,14 +93,16 @@ TEST(NeoHookean, IsPulledAlongItsClosedForm) {
             const double step = 1e-4;
             const auto energy = [&](double at) { return NeoHookeanLaw::stretch_energy(c, Pack<1>(at))[0]; };
             EXPECT_NEAR((energy(e + step) - energy(e - step)) / (2 * step), n, 1e-6 * tension);
-            EXPECT_NEAR((NeoHookeanLaw::stress(c, Vec3d{0, 0, e + step}).z - NeoHookeanLaw::stress(c, Vec3d{0, 0, e - step}).z) /
+            EXPECT_NEAR((NeoHookeanLaw::stress(c, Vec3d{0, 0, e + step}).z -
+                         NeoHookeanLaw::stress(c, Vec3d{0, 0, e - step}).z) /
                             (2 * step),
                         NeoHookeanLaw::stretch_stiffness(c, e), 1e-6 * tension);
         }
     }
 }
 
-/// Of a section whose fibres, at the distance Y at rest, are pulled to e + kappa Y/sqrt(e): the integral of (E/6)(l^2 + 2/l - 3).
+/// Of a section whose fibres, at the distance Y at rest, are pulled to e + kappa Y/sqrt(e): the integral of (E/6)(l^2 +
+/// 2/l - 3).
 double energy_of_fibres(double e, double curvature) {
     constexpr int rings = 200, spokes = 64;
     double sum = 0;
@@ -113,7 +119,8 @@ TEST(NeoHookean, BendsAsItsFibresDo) {
     for (const double e : {0.8, 1.0, 1.5}) {
         const auto excess = [&](double curvature) {
             const CellFactor<double> f = NeoHookeanLaw::bending_factor(1 / e, 1.0);
-            return energy_of_fibres(e, curvature) - energy_of_fibres(e, 0) - 0.5 * bending * f.bending * curvature * curvature;
+            return energy_of_fibres(e, curvature) - energy_of_fibres(e, 0) -
+                   0.5 * bending * f.bending * curvature * curvature;
         };
         const double size = 0.5 * bending * 4;
         EXPECT_LT(std::abs(excess(2)), 0.1 * size) << e;

@@ -19,7 +19,8 @@ constexpr double length = 0.07574, radius = 0.0012075; // aspect 31
 
 Packing box(long count, const Vec3d& size) { return {.count = count, .upper = size}; }
 Packing cylinder(long count, double r, double height) {
-    return {.count = count, .region = PackingRegion::cylinder, .point = {0.1, -0.2, 0.3}, .radius = r, .height = height};
+    return {
+        .count = count, .region = PackingRegion::cylinder, .point = {0.1, -0.2, 0.3}, .radius = r, .height = height};
 }
 
 std::vector<Capsule> packed(const Packing& p, std::vector<Capsule> occupied = {}) {
@@ -32,14 +33,16 @@ double sampled_distance(const Capsule& a, const Capsule& b) {
     double least = INFINITY;
     for (int i = 0; i <= 60; ++i)
         for (int j = 0; j <= 60; ++j)
-            least = std::min(least, norm(a.start + (i / 60.0) * (a.end - a.start) - b.start - (j / 60.0) * (b.end - b.start)));
+            least = std::min(least,
+                             norm(a.start + (i / 60.0) * (a.end - a.start) - b.start - (j / 60.0) * (b.end - b.start)));
     return least;
 }
 
 void expect_apart(const std::vector<Capsule>& rods, double gap) {
     for (std::size_t i = 0; i < rods.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) {
-            if (norm(0.5 * (rods[i].start + rods[i].end - rods[j].start - rods[j].end)) > norm(rods[i].end - rods[i].start) + 0.02)
+            if (norm(0.5 * (rods[i].start + rods[i].end - rods[j].start - rods[j].end)) >
+                norm(rods[i].end - rods[i].start) + 0.02)
                 continue;
             ASSERT_FALSE(closer(rods[i], rods[j], rods[i].radius + rods[j].radius + 0.999 * gap)) << i << " and " << j;
         }
@@ -52,8 +55,8 @@ TEST(Packing, CloserIsWhatSamplingSays) {
     for (int i = 0; i < 400; ++i) {
         Capsule a{point(), point(), 0}, b{point(), point(), 0};
         if (i % 4 == 1) b = {b.start, b.start + (0.5 + even(random)) * (a.end - a.start), 0}; // parallel
-        if (i % 4 == 2) b = {0.5 * (a.start + a.end) + Vec3d{1e-3, 0, 0}, b.end, 0};          // an end near the other's middle
-        if (i % 4 == 3) b.end = b.start;                                                      // a point
+        if (i % 4 == 2) b = {0.5 * (a.start + a.end) + Vec3d{1e-3, 0, 0}, b.end, 0}; // an end near the other's middle
+        if (i % 4 == 3) b.end = b.start;                                             // a point
         const double sampled = sampled_distance(a, b); // too large by the spacing of the points at most
         EXPECT_FALSE(closer(a, b, std::max(0.0, sampled - 0.06))) << i;
         EXPECT_TRUE(closer(a, b, sampled + 1e-12)) << i;
@@ -101,13 +104,16 @@ TEST(Packing, OfASlabGrowsAsItMust) {
     EXPECT_GT(highest, result.top - 0.02);
     EXPECT_GT(result.fill, 0.05);
     EXPECT_NEAR(result.fill,
-                600 * std::numbers::pi * radius * radius * (length + 4.0 / 3 * radius) / (0.12 * 0.12 * (result.top + 1)), 1e-12);
+                600 * std::numbers::pi * radius * radius * (length + 4.0 / 3 * radius) /
+                    (0.12 * 0.12 * (result.top + 1)),
+                1e-12);
 }
 
 TEST(Packing, KeepsClearOfWhatIsThere) {
     // Thick bars and far, thin ones of another group.
-    std::vector<Capsule> there{
-        {{0, 0.06, 0.06}, {0.12, 0.06, 0.06}, 0.01}, {{0.03, 0, 0.03}, {0.03, 0.12, 0.03}, 0.002}, {{5, 5, 5}, {6, 5, 5}, 0.1}};
+    std::vector<Capsule> there{{{0, 0.06, 0.06}, {0.12, 0.06, 0.06}, 0.01},
+                               {{0.03, 0, 0.03}, {0.03, 0.12, 0.03}, 0.002},
+                               {{5, 5, 5}, {6, 5, 5}, 0.1}};
     Packing p = box(100, {0.12, 0.12, 0.12});
     const auto both = packed(p, there);
     ASSERT_EQ(both.size(), 103u);
@@ -135,7 +141,8 @@ TEST(Packing, DependsOnTheSeedAlone) {
 /// Chi-square of values in [low, high] against an even law, 20 bins: 43.8 is passed once in a thousand.
 double chi_square(const std::vector<double>& values, double low, double high) {
     std::vector<double> bins(20, 0.0);
-    for (const double v : values) bins[static_cast<std::size_t>(std::clamp(20 * (v - low) / (high - low), 0.0, 19.0))] += 1;
+    for (const double v : values)
+        bins[static_cast<std::size_t>(std::clamp(20 * (v - low) / (high - low), 0.0, 19.0))] += 1;
     const double expected = static_cast<double>(values.size()) / 20;
     double sum = 0;
     for (const double n : bins) sum += (n - expected) * (n - expected) / expected;
@@ -209,7 +216,8 @@ TEST(Packing, DrawsDirectionsUntilOneFits) {
     for (const Capsule& rod : rods) EXPECT_LT(std::abs(rod.end.y - rod.start.y), 0.5 * length);
 }
 
-/// A thick rod above a bed of thin ones: where it drew a direction in which it lies, no centre is clear. It stands then.
+/// A thick rod above a bed of thin ones: where it drew a direction in which it lies, no centre is clear. It stands
+/// then.
 TEST(Packing, DrawsAnotherDirectionWhereTheFirstHasNoPlace) {
     int stood = 0;
     for (long seed = 1; seed <= 65; ++seed) {
@@ -267,7 +275,8 @@ TEST(Packing, NumbersNeighboursAlike) {
         return sum / static_cast<double>(at.size() - 1);
     };
     std::vector<Vec3d> centres, drawn;
-    for (std::size_t i = 0; i < 1000; ++i) centres.push_back(result.origins[i] + 0.5 * length * third_director(result.frames[i]));
+    for (std::size_t i = 0; i < 1000; ++i)
+        centres.push_back(result.origins[i] + 0.5 * length * third_director(result.frames[i]));
     for (const Capsule& c : rods) drawn.push_back(0.5 * (c.start + c.end));
     EXPECT_LT(mean_step(centres), 0.3 * mean_step(drawn));
 }

@@ -14,8 +14,15 @@
 namespace skein {
 namespace {
 
-constexpr Step step{
-    .index = 1, .dt = 1, .drift = 1, .kick = 1, .time = 0.5, .kick_length = 0, .slot = 0, .completes = true, .last = true};
+constexpr Step step{.index = 1,
+                    .dt = 1,
+                    .drift = 1,
+                    .kick = 1,
+                    .time = 0.5,
+                    .kick_length = 0,
+                    .slot = 0,
+                    .completes = true,
+                    .last = true};
 
 /// A rod with what a step needs of it.
 struct Relaxing {
@@ -27,8 +34,8 @@ struct Relaxing {
     RelaxPass<IncompressibleLaw, 1> relax;
 
     explicit Relaxing(const RodSpec& spec, RelaxationContacts contacts = {})
-        : group(spec, 0, 0, ""), state(static_cast<std::size_t>(group.slots())), load(state.size()), elastic(ends_of(group)),
-          relax(group, contacts, residual) {
+        : group(spec, 0, 0, ""), state(static_cast<std::size_t>(group.slots())), load(state.size()),
+          elastic(ends_of(group)), relax(group, contacts, residual) {
         group.start_state(0, state);
         relax.expect(1);
     }
@@ -50,8 +57,8 @@ struct Relaxing {
     bool relax_notes = false;
 };
 
-/// At rest, K of (65) is the tangent stiffness but for the rod's own small share and for the square of the turn per cell, so one
-/// correction leaves little of a small load.
+/// At rest, K of (65) is the tangent stiffness but for the rod's own small share and for the square of the turn per
+/// cell, so one correction leaves little of a small load.
 class RelaxationOf : public testing::TestWithParam<std::string> {
 public:
     static RodSpec rod() {
@@ -85,12 +92,14 @@ TEST_P(RelaxationOf, CorrectionsAreThoseOfTheTangentStiffness) {
     const auto& held = rod.group.spec();
     for (std::size_t i = 1; i + 1 < rod.load.size(); ++i) left = std::max(left, norm(lane(rod.load[i].force, 0)));
     if (!ring && held.end == EndKind::free) left = std::max(left, norm(lane(rod.load.back().force, 0)));
-    for (std::size_t i = ring ? 1 : 0; i + 1 < rod.load.size(); ++i) left = std::max(left, norm(lane(rod.load[i].couple, 0)));
+    for (std::size_t i = ring ? 1 : 0; i + 1 < rod.load.size(); ++i)
+        left = std::max(left, norm(lane(rod.load[i].couple, 0)));
     std::printf("relaxation: %s rod, %.2e of the load is left\n", GetParam().c_str(), left / size);
     EXPECT_LT(left, 0.02 * size);
 }
 
-INSTANTIATE_TEST_SUITE_P(Rods, RelaxationOf, testing::Values("straight", "gregory", "curved", "tapered", "two_clamps", "ring"),
+INSTANTIATE_TEST_SUITE_P(Rods, RelaxationOf,
+                         testing::Values("straight", "gregory", "curved", "tapered", "two_clamps", "ring"),
                          [](const auto& kind) { return kind.param; });
 
 TEST(Relaxation, HeldNodesAndElementsStay) {
@@ -138,8 +147,8 @@ TEST(Relaxation, RingsHaveNoBeginning) {
         Relaxing rod(spec, {1e-6, 1e-9, 1});
         rod.relax_notes = true;
         const Mat3d q = frame(rod.state[static_cast<std::size_t>(pushed)]);
-        rod.kick(static_cast<std::size_t>(pushed), transpose_times(q, Vec3d{1e-9, 2e-9, 3e-9}), static_cast<std::size_t>(pushed),
-                 {1e-11, 2e-11, 3e-11});
+        rod.kick(static_cast<std::size_t>(pushed), transpose_times(q, Vec3d{1e-9, 2e-9, 3e-9}),
+                 static_cast<std::size_t>(pushed), {1e-11, 2e-11, 3e-11});
         std::vector<Vec3d> rates;
         for (std::size_t i = 0; i < 16; ++i) {
             const auto k = (static_cast<std::size_t>(pushed) + i) % 16;
@@ -202,7 +211,8 @@ TEST(Relaxation, RodsThatBounceAreSlowedDown) {
     rod.relax_notes = true;
     double reach = 1;
     const auto move = [&](double sign) {
-        for (Slot<1>& s : rod.state) s.position = lane(s.position, 0).z * broadcast<1>(Vec3d{0, 0, 1}); // as at the start
+        for (Slot<1>& s : rod.state)
+            s.position = lane(s.position, 0).z * broadcast<1>(Vec3d{0, 0, 1}); // as at the start
         rod.kick(20, {sign, 0, 0});
         double move = 0;
         for (std::size_t i = 0; i <= 20; ++i) move = std::max(move, norm(rod.velocity(i)));

@@ -88,7 +88,8 @@ TEST(RotaryInertia, CannotLiftTheLimitOfShearItself) {
     EXPECT_THROW(RodGroup(spec, 0, 0, ""), InputError);
 }
 
-/// Frequency of a rod let go in a bent shape, by its projection on that shape, a cosine: a(t+T) + a(t-T) = 2 cos(W T) a(t).
+/// Frequency of a rod let go in a bent shape, by its projection on that shape, a cosine: a(t+T) + a(t-T) = 2 cos(W T)
+/// a(t).
 double frequency(const RodGroup& group, const std::vector<double>& w, double dt, int steps, int lag) {
     std::vector<Slot<1>> state(w.size());
     group.start_state(0, state);
@@ -96,7 +97,8 @@ double frequency(const RodGroup& group, const std::vector<double>& w, double dt,
         set_lane(state[k].position, 0, lane(state[k].position, 0) + Vec3d{1e-5 * w[k], 0, 0});
         if (k + 1 < w.size())
             set_lane(state[k].director, 0,
-                     rotation({0, 1e-5 * (w[k + 1] - w[k]) * group.element[k].inv_rest_length, 0}) * lane(state[k].director, 0));
+                     rotation({0, 1e-5 * (w[k + 1] - w[k]) * group.element[k].inv_rest_length, 0}) *
+                         lane(state[k].director, 0));
     }
     const RodTile<1> tile = test::tile_of(group, state);
     const ElasticPass<IncompressibleLaw, 1> elastic(ends_of(group));
@@ -153,7 +155,9 @@ TEST(RotaryInertia, SlowsBendingAsEstimated) {
 }
 
 TEST(RotaryInertia, ModesKnowTheEnds) {
-    const auto shift = [](EndKind start, EndKind end) { return bending_shift(RodGroup(slender(0.016, 25, start, end), 0, 0, "")); };
+    const auto shift = [](EndKind start, EndKind end) {
+        return bending_shift(RodGroup(slender(0.016, 25, start, end), 0, 0, ""));
+    };
     // Integral of w'^2 over that of w^2, length 1, of the textbook's modes.
     const auto expected = [](double integral) {
         const double r = integral * 0.25 * 0.016 * 0.016;
@@ -164,7 +168,8 @@ TEST(RotaryInertia, ModesKnowTheEnds) {
     EXPECT_NEAR(shift(clamped, clamped), expected(12.3026), 2e-4);
     EXPECT_NEAR(shift(clamped, pinned), expected(11.5125), 2e-4);
     EXPECT_NEAR(shift(free, clamped), shift(clamped, free), 1e-12);
-    // Ends that slide, of rods along z. Along the rod they bend as before; sideways a clamp is the middle of a rod twice as long.
+    // Ends that slide, of rods along z. Along the rod they bend as before; sideways a clamp is the middle of a rod
+    // twice as long.
     const auto sliding = [](EndKind start, EndKind end, const char* end_free) {
         RodSpec spec = slender(0.016, 25, start, end);
         spec.end_free = end_free;

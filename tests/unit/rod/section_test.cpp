@@ -117,7 +117,8 @@ TEST(Section, IsWatchedAboutBothAxes) {
         const RodGroup group(spec, 0, 0, "");
         std::vector<Slot<1>> state(7);
         group.start_state(0, state);
-        const double watched = 2 / std::sqrt(largest_eigenvalue(tile_of(group, state))[0]), planned = time_limits(group).front().dt;
+        const double watched = 2 / std::sqrt(largest_eigenvalue(tile_of(group, state))[0]),
+                     planned = time_limits(group).front().dt;
         EXPECT_NEAR(watched, planned, 1e-9 * planned) << swapped;
     }
 }

@@ -12,8 +12,8 @@ namespace {
 
 const Vec3d drift{0.3, -0.2, 0.1}, turning{2, -5, 3};
 
-/// Straight, curved, tapered, elliptic with unequal elements, a ring, a capsule and a body of several parts; each with a place and
-/// direction of its own.
+/// Straight, curved, tapered, elliptic with unequal elements, a ring, a capsule and a body of several parts; each with
+/// a place and direction of its own.
 std::vector<RodSpec> free_rods() {
     std::vector<RodSpec> rods(4, test::simple_rod(11));
     rods[1].shape.start_curvature = Vec3d{2, -1, 3};
@@ -80,9 +80,11 @@ TEST(StartState, TurnsAsARigidBody) {
     }
 }
 
-/// Rods of a list spin about the same axis of the lab, wherever they point: as lone ones that are laid out in their own direction.
+/// Rods of a list spin about the same axis of the lab, wherever they point: as lone ones that are laid out in their own
+/// direction.
 TEST(StartState, RodsOfTheirOwnDirectionsTurnInTheLab) {
-    const std::vector<Vec3d> origins = {{0, 0, 0}, {1, -2, 0.5}, {3, 0.1, 0}}, tangents = {{1, 0.5, 0.3}, {0, 0, -2}, {-1, 0.1, 4}},
+    const std::vector<Vec3d> origins = {{0, 0, 0}, {1, -2, 0.5}, {3, 0.1, 0}},
+                             tangents = {{1, 0.5, 0.3}, {0, 0, -2}, {-1, 0.1, 4}},
                              normals = {{0, 1, 0}, {1, 1, 1}, {1, 0, 0}};
     for (RodSpec spec : free_rods())
         for (const auto& [start, end] : {std::pair{EndKind::free, EndKind::free},
@@ -94,7 +96,8 @@ TEST(StartState, RodsOfTheirOwnDirectionsTurnInTheLab) {
             spec.start = start, spec.end = end;
             spec.shape.element_spin = {0.1, 0.2, 0.3};
             RodSpec listed = spec;
-            listed.placement = {.kind = PlacementKind::list, .origins = origins, .tangents = tangents, .normals = normals};
+            listed.placement = {
+                .kind = PlacementKind::list, .origins = origins, .tangents = tangents, .normals = normals};
             const RodGroup group(listed, 0, 0, "");
             ASSERT_TRUE(group.turned());
             for (std::size_t i = 0; i < origins.size(); ++i) {
@@ -113,7 +116,8 @@ TEST(StartState, RodsOfTheirOwnDirectionsTurnInTheLab) {
         }
 }
 
-// The discrete rod has the mass of the continuous one, and its inertia with an error that falls by four as elements are doubled.
+// The discrete rod has the mass of the continuous one, and its inertia with an error that falls by four as elements are
+// doubled.
 TEST(StartState, MeetsTheContinuousRod) {
     const double length = 1, radius = 0.02, mass = 1000 * std::numbers::pi * radius * radius * length;
     const double across = mass * (length * length / 12 + 0.25 * radius * radius), along = 0.5 * mass * radius * radius;
@@ -123,7 +127,8 @@ TEST(StartState, MeetsTheContinuousRod) {
         const RodGroup group(spec, 0, 0, "");
         const auto state = start_of(group);
         const Vec3d momentum{across * turning.x, across * turning.y, along * turning.z};
-        const Vec3d found = test::momenta(group, state).angular - cross({0, 0, 0.5 * length}, test::momenta(group, state).linear);
+        const Vec3d found =
+            test::momenta(group, state).angular - cross({0, 0, 0.5 * length}, test::momenta(group, state).linear);
         EXPECT_NEAR(found.z, momentum.z, 1e-13 * momentum.z);
         const RodEnergy energy = rod_energy(group, state);
         return std::pair(norm(found - momentum) / norm(momentum),

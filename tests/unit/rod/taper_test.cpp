@@ -1,4 +1,5 @@
-// Tapered rods against the beam whose radius falls linearly: tips under small loads, frequencies, masses, and the step's limit.
+// Tapered rods against the beam whose radius falls linearly: tips under small loads, frequencies, masses, and the
+// step's limit.
 #include "rod/taper.hpp"
 
 #include "loads/end_force.hpp"
@@ -20,8 +21,8 @@ namespace {
 
 constexpr double radius = 0.02, pi = std::numbers::pi;
 
-/// A cone of length 1, clamped at its thick end: w' = theta + V/(alpha_c G A), theta' = M/(E I), M' = -V - rho I W^2 theta,
-/// V' = -rho A W^2 w.
+/// A cone of length 1, clamped at its thick end: w' = theta + V/(alpha_c G A), theta' = M/(E I), M' = -V - rho I W^2
+/// theta, V' = -rho A W^2 w.
 struct Cone {
     double taper;
     Material material = test::simple_rod().material;
@@ -69,8 +70,8 @@ struct Cone {
         const auto shoot = [&](State y) {
             for (int i = 0; i < steps; ++i) {
                 const double at = i * h;
-                const State a = rate(at, y), b = rate(at + h / 2, ahead(y, h / 2, a)), c = rate(at + h / 2, ahead(y, h / 2, b)),
-                            d = rate(at + h, ahead(y, h, c));
+                const State a = rate(at, y), b = rate(at + h / 2, ahead(y, h / 2, a)),
+                            c = rate(at + h / 2, ahead(y, h / 2, b)), d = rate(at + h, ahead(y, h, c));
                 y = ahead(ahead(ahead(ahead(y, h / 6, a), h / 3, b), h / 3, c), h / 6, d);
             }
             return y;
@@ -151,8 +152,8 @@ TEST(Taper, BendsUnderAForceAsTheIntegralSays) {
 
 TEST(Taper, BendsUnderItsWeightAsTheIntegralSays) {
     for (const auto& [taper, bar10, bar20] :
-         {std::array{0.5, 4e-3, 1e-3}, std::array{0.2, 6e-3, 8e-4}, std::array{0.1, 1.5e-2, 4e-3}, std::array{0.05, 2e-2, 6e-3},
-          std::array{0.02, 1e-2, 6e-3}}) {
+         {std::array{0.5, 4e-3, 1e-3}, std::array{0.2, 6e-3, 8e-4}, std::array{0.1, 1.5e-2, 4e-3},
+          std::array{0.05, 2e-2, 6e-3}, std::array{0.02, 1e-2, 6e-3}}) {
         const double n10 = error_under_weight(taper, 10), n20 = error_under_weight(taper, 20);
         std::printf("taper to %.2f, weight: n = 10, 20: %+.1e %+.1e\n", taper, n10, n20);
         EXPECT_LE(std::abs(n10), bar10) << taper;
@@ -199,7 +200,8 @@ TEST(Taper, GivesNodesTheCentreOfMassOfEveryElement) {
     }
 }
 
-// x^2 over the compliance of any sections that vary towards a free end: what is left is the trapezoid sum's at the wall, g'/12.
+// x^2 over the compliance of any sections that vary towards a free end: what is left is the trapezoid sum's at the
+// wall, g'/12.
 TEST(Taper, HasCellsThatAreExactForParabolas) {
     constexpr std::size_t n = 8;
     std::mt19937 random(3);
@@ -240,9 +242,9 @@ TEST(Taper, OfUniformRodsChangesNoBit) {
     RodSpec spec = test::simple_rod(7);
     const RodGroup group(spec, 0, 0, "");
     for (const VoronoiConstants& v : group.voronoi)
-        EXPECT_EQ(v.stiffness.x,
-                  (1 / (2 * group.element[0].rest_length)) * (group.element[0].rest_length * group.element[0].bending.x +
-                                                              group.element[0].rest_length * group.element[0].bending.x));
+        EXPECT_EQ(v.stiffness.x, (1 / (2 * group.element[0].rest_length)) *
+                                     (group.element[0].rest_length * group.element[0].bending.x +
+                                      group.element[0].rest_length * group.element[0].bending.x));
     EXPECT_EQ(group.start_wall.stiffness.z, group.element[0].bending.z);
     spec.section.profile.assign(7, 0.7);
     const RodGroup scaled(spec, 0, 0, "");

@@ -111,7 +111,8 @@ TEST(PresentLimits, AtRestAreThoseOfTheRestShape) {
                 spec.material.law = law;
                 spec.shape.rest_strain.z = closed ? 0 : strain;
                 spec.shape.closed = closed;
-                if (!closed) spec.section = {.kind = SectionKind::elliptic, .radius = 0.03, .radius_2 = 0.02, .taper = 0.5};
+                if (!closed)
+                    spec.section = {.kind = SectionKind::elliptic, .radius = 0.03, .radius_2 = 0.02, .taper = 0.5};
                 if (!closed) spec.start = EndKind::clamped;
                 const RodGroup group(spec, 0, 0, "");
                 std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
@@ -124,16 +125,16 @@ TEST(PresentLimits, AtRestAreThoseOfTheRestShape) {
                 for (const TimeLimit& limit : time_limits(group))
                     for (int i = 0; i < 4; ++i)
                         if (limit.mode == limiting_modes[i]) {
-                            // A ring's frames turn from cell to cell by 2 pi/9: phi/2 over its sine, squared, on bending; its
-                            // chords are straight.
+                            // A ring's frames turn from cell to cell by 2 pi/9: phi/2 over its sine, squared, on
+                            // bending; its chords are straight.
                             EXPECT_NEAR(2 / std::sqrt(most[i]) / limit.dt, 1, closed ? 0.03 : 1e-9)
                                 << limit.mode << " " << strain << closed;
                         }
             }
 }
 
-/// Kinetic energy that a barely shaken rod, clamped at both ends at `e` times its length, has after so many steps; over the energy
-/// of the shaking.
+/// Kinetic energy that a barely shaken rod, clamped at both ends at `e` times its length, has after so many steps; over
+/// the energy of the shaking.
 double growth_between_walls(RodSpec spec, double e, double share, int steps) {
     spec.start = spec.end = EndKind::clamped;
     const RodGroup group(spec, 0, 0, "");
@@ -154,13 +155,18 @@ double growth_between_walls(RodSpec spec, double e, double share, int steps) {
 
 TEST(PresentLimits, AreSharpBetweenWalls) {
     for (const Law law : {Law::incompressible, Law::neo_hookean})
-        for (const auto& [e, radius] :
-             {std::pair{0.85, 0.3}, {0.95, 0.15}, {1.2, 0.01}, {1.2, 0.1}, {1.6, 0.05}}) { // thick where it might buckle
+        for (const auto& [e, radius] : {std::pair{0.85, 0.3},
+                                        {0.95, 0.15},
+                                        {1.2, 0.01},
+                                        {1.2, 0.1},
+                                        {1.6, 0.05}}) { // thick where it might buckle
             RodSpec spec = test::simple_rod(10);
             spec.material.law = law;
             spec.section.radius = radius;
-            EXPECT_LT(growth_between_walls(spec, e, 0.98, 3000), 1e3) << test::name_of(law) << " " << e << " " << radius;
-            EXPECT_FALSE(growth_between_walls(spec, e, 1.05, 3000) < 1e6) << test::name_of(law) << " " << e << " " << radius;
+            EXPECT_LT(growth_between_walls(spec, e, 0.98, 3000), 1e3)
+                << test::name_of(law) << " " << e << " " << radius;
+            EXPECT_FALSE(growth_between_walls(spec, e, 1.05, 3000) < 1e6)
+                << test::name_of(law) << " " << e << " " << radius;
         }
 }
 

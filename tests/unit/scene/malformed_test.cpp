@@ -1,5 +1,5 @@
-// Every scene in malformed/ is wrong in one way and says on its first line, "# expect: LINE:COLUMN: message", what it should be
-// told.
+// Every scene in malformed/ is wrong in one way and says on its first line, "# expect: LINE:COLUMN: message", what it
+// should be told.
 #include "scene_fixture.hpp"
 
 #include <gtest/gtest.h>
@@ -54,7 +54,8 @@ TEST_P(Malformed, IsToldWhereAndWhat) {
     EXPECT_EQ(static_cast<int>(carets) - 8 + 1, column);
 }
 
-INSTANTIATE_TEST_SUITE_P(Scenes, Malformed, testing::ValuesIn(malformed_scenes()), [](const auto& name) { return name.param; });
+INSTANTIATE_TEST_SUITE_P(Scenes, Malformed, testing::ValuesIn(malformed_scenes()),
+                         [](const auto& name) { return name.param; });
 
 TEST(MalformedScenes, AreAllFound) { EXPECT_GE(malformed_scenes().size(), 160u); }
 

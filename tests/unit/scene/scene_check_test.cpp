@@ -53,7 +53,8 @@ TEST(CheckScene, RelaxesUnderNoLoadThatChangesWithTime) {
         load.fields(times);
         scene.loads.push_back({.load = load});
         const std::string text = refusal(scene);
-        EXPECT_EQ(text.find("do not change with time") != std::string::npos, times.times > 0) << load.kind() << ": " << text;
+        EXPECT_EQ(text.find("do not change with time") != std::string::npos, times.times > 0)
+            << load.kind() << ": " << text;
         changing += times.times > 0;
     }
     EXPECT_GE(changing, 6);
@@ -99,12 +100,13 @@ TEST(CheckScene, NamesAllThatIsWrong) {
     scene.time.dt = 2;
     scene.loads.push_back({.load = EndForce{}});
     scene.damping.push_back({.damping = {.kind = DampingKind::physical, .rate = 1}});
-    EXPECT_EQ(refusal(scene),
-              "rods.1: two groups of rods are named 'rod'\n"
-              "'dt' of 2 s is longer than 'duration' of 1 s\n"
-              "load.0: an end_force needs 'start' or 'end' [N]: both are 0\n"
-              "damping.0: 'rate' has no use for a damping of kind \"physical\"\n"
-              "damping.0: 'translational' [kg/s] or 'rotational' [kg m^2/s] is needed for a damping of kind \"physical\"");
+    EXPECT_EQ(
+        refusal(scene),
+        "rods.1: two groups of rods are named 'rod'\n"
+        "'dt' of 2 s is longer than 'duration' of 1 s\n"
+        "load.0: an end_force needs 'start' or 'end' [N]: both are 0\n"
+        "damping.0: 'rate' has no use for a damping of kind \"physical\"\n"
+        "damping.0: 'translational' [kg/s] or 'rotational' [kg m^2/s] is needed for a damping of kind \"physical\"");
 }
 
 TEST(CheckScene, ChecksAMusclesProfileAgainstEachOfItsGroups) {
@@ -133,8 +135,8 @@ TEST(ChangedKeys, AreThoseThatDifferFromTheirDefaults) {
     scene.rods.emplace_back().section.taper = 0.5;
     scene.rods[0].shape.start_curvature = Vec3d{0, 0, 0};
     scene.loads.push_back({.load = Gravity{.acceleration = {1, 0, 0}}});
-    EXPECT_EQ(changed_keys(scene), (std::set<std::string>{"time.safety", "rods.0.section.taper", "rods.0.shape.start_curvature",
-                                                          "load.0.acceleration"}));
+    EXPECT_EQ(changed_keys(scene), (std::set<std::string>{"time.safety", "rods.0.section.taper",
+                                                          "rods.0.shape.start_curvature", "load.0.acceleration"}));
 }
 
 } // namespace

@@ -112,7 +112,9 @@ TEST_F(WrittenScene, NamesTenProblemsAndCountsTheRest) {
     EXPECT_TRUE(said.ends_with("and 3 more")) << said;
 }
 
-TEST_F(WrittenScene, NothingAtAll) { EXPECT_TRUE(written("").starts_with(file + ":1:1: missing table [time] in the scene")); }
+TEST_F(WrittenScene, NothingAtAll) {
+    EXPECT_TRUE(written("").starts_with(file + ":1:1: missing table [time] in the scene"));
+}
 
 } // namespace
 } // namespace skein

@@ -6,7 +6,9 @@
 namespace skein {
 namespace {
 
-nlohmann::json parsed(const SceneSpec& scene, bool physics_only) { return nlohmann::json::parse(scene_json(scene, physics_only)); }
+nlohmann::json parsed(const SceneSpec& scene, bool physics_only) {
+    return nlohmann::json::parse(scene_json(scene, physics_only));
+}
 
 TEST(SceneJson, SpellsOutDefaults) {
     const auto json = parsed(read_scene(good_scene), false);
@@ -37,7 +39,8 @@ TEST(SceneJson, IsTheSameForTheSameScene) {
 TEST(SceneJson, SortsItsKeys) {
     const std::string text = scene_json(read_scene(good_scene), false);
     std::size_t last = 0;
-    for (const char* key : {"\n  \"damping\"", "\n  \"load\"", "\n  \"output\"", "\n  \"rods\"", "\n  \"time\"", "\n  \"title\""}) {
+    for (const char* key :
+         {"\n  \"damping\"", "\n  \"load\"", "\n  \"output\"", "\n  \"rods\"", "\n  \"time\"", "\n  \"title\""}) {
         const std::size_t at = text.find(key);
         ASSERT_NE(at, std::string::npos) << key;
         EXPECT_GT(at, last);

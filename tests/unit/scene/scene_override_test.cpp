@@ -9,10 +9,10 @@ namespace skein {
 namespace {
 
 TEST(Override, ReplacesAndAddsKeys) {
-    const SceneSpec scene =
-        read_scene(good_scene, {"time.duration=10", "time.dt = 1e-3", "rods.cilia.shape.elements=50", "rods.1.section.taper=0.25",
-                                "load.magnetic_field.period=-3", "load.1.acceleration=[0, 0, -1]", "damping.legacy.rate=0.75",
-                                "output.tips=0.1", "rods.0.placement.counts.1=6"});
+    const SceneSpec scene = read_scene(
+        good_scene, {"time.duration=10", "time.dt = 1e-3", "rods.cilia.shape.elements=50", "rods.1.section.taper=0.25",
+                     "load.magnetic_field.period=-3", "load.1.acceleration=[0, 0, -1]", "damping.legacy.rate=0.75",
+                     "output.tips=0.1", "rods.0.placement.counts.1=6"});
     EXPECT_EQ(scene.time.duration, 10.0);
     EXPECT_EQ(scene.time.dt, 1e-3);
     EXPECT_EQ(scene.rods[0].shape.elements, 50);
@@ -31,7 +31,9 @@ TEST(Override, TakesTextWithAndWithoutQuotes) {
     EXPECT_EQ(read_scene(good_scene, {"time.dt=auto"}).time.dt, 0.0);
 }
 
-TEST(Override, LaterOnesWin) { EXPECT_EQ(read_scene(good_scene, {"time.duration=10", "time.duration=20"}).time.duration, 20.0); }
+TEST(Override, LaterOnesWin) {
+    EXPECT_EQ(read_scene(good_scene, {"time.duration=10", "time.duration=20"}).time.duration, 20.0);
+}
 
 TEST(Override, MakesATableThatTheSceneLeavesOut) {
     const SceneSpec scene =
@@ -58,21 +60,25 @@ INSTANTIATE_TEST_SUITE_P(
         Mistake{"time.duration=long", "'duration' in [time]: expected a number [s], found the string \"long\""},
         Mistake{"time.duration=-1", "'duration' in [time] is -1; it must be above 0 [s]"},
         Mistake{"time.safety=nan", "'safety' in [time] is not a number; it must be a finite number"},
-        Mistake{"time=3", "a path names a key, not a whole table"}, Mistake{"title.x=3", "'title' is no table: it has no 'x'"},
+        Mistake{"time=3", "a path names a key, not a whole table"},
+        Mistake{"title.x=3", "'title' is no table: it has no 'x'"},
         Mistake{"rods.cilia.shape=3", "'shape' in [[rods]]: expected a table [rods.shape], found the integer 3"},
         Mistake{"rods.cila.start=free", "there is no 'rods.cila'; did you mean 'cilia'?"},
         Mistake{"rods.2.start=free", "there is no 'rods.2': 'rods' has 2, counted from 0"},
         Mistake{"rods.cilia.start=glued",
                 "'start' in [[rods]] knows no \"glued\"; it is one of free, pinned, clamped, clamped_frozen"},
-        Mistake{"rods.cilia.section.radius_2=1", "'radius_2' has no use in a circular section; kind = \"elliptic\" has two radii"},
-        Mistake{"load.end_force.ramp=3", "there is no 'load.end_force'; there are magnetic_field, gravity, muscle_wave"},
+        Mistake{"rods.cilia.section.radius_2=1",
+                "'radius_2' has no use in a circular section; kind = \"elliptic\" has two radii"},
+        Mistake{"load.end_force.ramp=3",
+                "there is no 'load.end_force'; there are magnetic_field, gravity, muscle_wave"},
         Mistake{"load.0.rods=[\"wire\"]", "there is no group of rods 'wire'; did you mean 'wires'?"},
         Mistake{"time.duration", "expected path=value, e.g. time.duration=10"},
         Mistake{"time..duration=1", "a name is missing in the path; expected path=value, e.g. time.duration=10"}));
 
 TEST(Override, RefusesAnAmbiguousName) {
     EXPECT_EQ(refusal(good_scene, {"damping.1.kind=legacy", "damping.legacy.rate=1"}),
-              "--set damping.legacy.rate=1: 'damping.legacy' is not the only one of this name; use its number, counted from 0");
+              "--set damping.legacy.rate=1: 'damping.legacy' is not the only one of this name; use its number, counted "
+              "from 0");
 }
 
 } // namespace

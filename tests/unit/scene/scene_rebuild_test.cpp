@@ -1,4 +1,5 @@
-// Scenes come back from what a checkpoint keeps of them, and from the TOML that is written of them, with every bit of every key.
+// Scenes come back from what a checkpoint keeps of them, and from the TOML that is written of them, with every bit of
+// every key.
 #include "loads/gravity.hpp"
 #include "scene/plan.hpp"
 #include "scene/scene_keys.hpp"
@@ -80,13 +81,15 @@ TEST(SceneRebuild, WithOverrides) {
     EXPECT_EQ(keys, (std::vector<std::string>{"load.1.acceleration.2", "start.from", "start.time", "time.dt"}));
     EXPECT_TRUE(forbidden_changes(physics, physics_json(branch, {}, 0.005)).empty());
     // A branch of a branch begins with the state of the first one, and with time as it goes.
-    EXPECT_EQ(branched_scene(physics_json(branch, {}, 0.005), settings_json(branch), "checkpoint", "../second@9", {}).start.time,
+    EXPECT_EQ(branched_scene(physics_json(branch, {}, 0.005), settings_json(branch), "checkpoint", "../second@9", {})
+                  .start.time,
               StartTime::goes_on);
     EXPECT_THROW(branched_scene(physics, settings, "checkpoint", "first", {"time.dtt=1"}), InputError);
     EXPECT_THROW(rebuilt_scene("{", settings, "checkpoint"), InputError);
 }
 
-/// Each key of a group of rods, but those that a branch may change by name: a new key is refused from the day it is born.
+/// Each key of a group of rods, but those that a branch may change by name: a new key is refused from the day it is
+/// born.
 TEST(SceneRebuild, StatesBelongToTheirRods) {
     const std::string physics = physics_json(read_scene(good_scene), {}, 0.01);
     const auto json = nlohmann::json::parse(physics).flatten();

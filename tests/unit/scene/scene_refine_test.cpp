@@ -52,8 +52,8 @@ public:
 };
 
 TEST(SceneRefine, EveryListOfNumbersHasARuleOrNeedsNone) {
-    // A new key that takes a list may be one per element, node or vertex: give it a rule in scene_refine.cpp, or refine() of its
-    // load, or say here that it is of something else.
+    // A new key that takes a list may be one per element, node or vertex: give it a rule in scene_refine.cpp, or
+    // refine() of its load, or say here that it is of something else.
     const std::set<std::string> ruled = {
         "profile", "profile_2", "table", "length_profile", "rest_curvature_profile", "start_curvature_profile",
         "nodes",   "elements"};
@@ -94,7 +94,8 @@ TEST(SceneRefine, ShippedScenesAreTheSameProblem) {
 TEST(SceneRefine, ProfilesAreLinearBetweenTheirPlaces) {
     // Linear along the rod, also where its elements differ in length: refined, and halved, it is the same line.
     const SceneSpec scene =
-        scene_of("", {"rods.one.section.profile=[1.0625, 1.25, 1.5, 1.8125]", "rods.one.shape.length_profile=[0.5, 1.0, 1.0, 1.5]",
+        scene_of("", {"rods.one.section.profile=[1.0625, 1.25, 1.5, 1.8125]",
+                      "rods.one.shape.length_profile=[0.5, 1.0, 1.0, 1.5]",
                       "rods.one.shape.rest_curvature_profile=[[0.5, 0, 0], [1.5, 0, 0], [2.5, 0, 0]]"});
     for (const Refinement by : {Refinement{2, 1}, Refinement{4, 1}, Refinement{1, 2}}) {
         const SceneSpec other = refined(scene, by);
@@ -114,8 +115,9 @@ TEST(SceneRefine, ProfilesAreLinearBetweenTheirPlaces) {
 }
 
 TEST(SceneRefine, RingsGoRound) {
-    const SceneSpec ring = scene_of(
-        "", {"rods.one.shape.closed=true", "rods.one.shape.start_curvature_profile=[[1, 0, 0], [2, 0, 0], [3, 0, 0], [2, 0, 0]]"});
+    const SceneSpec ring =
+        scene_of("", {"rods.one.shape.closed=true",
+                      "rods.one.shape.start_curvature_profile=[[1, 0, 0], [2, 0, 0], [3, 0, 0], [2, 0, 0]]"});
     const SceneSpec fine = refined(ring, {2, 1});
     const auto& c = fine.rods[0].shape.start_curvature_profile;
     const double expected[] = {1.5, 1, 1.5, 2, 2.5, 3, 2.5, 2};
@@ -173,12 +175,14 @@ order = 2
 }
 
 TEST(SceneRefine, ScaledInertiaStaysThatOfTheScene) {
-    const SceneSpec scene = scene_of("", {"rods.one.material.rotary_inertia_for_dt=2e-3"}), fine = refined(scene, {4, 1});
+    const SceneSpec scene = scene_of("", {"rods.one.material.rotary_inertia_for_dt=2e-3"}),
+                    fine = refined(scene, {4, 1});
     const auto scales = [](const SceneSpec& s) { return make_groups(s)[0].rotary_inertia_scale; };
     ASSERT_FALSE(scales(scene).empty());
     EXPECT_GT(scales(scene)[2], 1);
     EXPECT_EQ(scales(fine), std::vector<double>(16, scales(scene)[2]));
-    const SceneSpec tapered = scene_of("", {"rods.one.material.rotary_inertia_for_dt=2e-3", "rods.one.section.taper=0.5"});
+    const SceneSpec tapered =
+        scene_of("", {"rods.one.material.rotary_inertia_for_dt=2e-3", "rods.one.section.taper=0.5"});
     EXPECT_NE(refused(tapered, {2, 1}).find("rotary_inertia_for_dt"), std::string::npos);
 }
 

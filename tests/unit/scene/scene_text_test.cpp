@@ -31,8 +31,8 @@ TEST(SceneText, KeepsTextsAndNumbersToTheLastBit) {
 TEST(SceneText, NamesEveryKeyWithItsUnit) {
     const std::string text = scene_toml(read_scene(good_scene), Keys::all);
     for (const char* line :
-         {"\nduration = 216  # [s] time to simulate\n", "\n# rest_speed = 0  # [m/s]", "\n[[rods]]\n", "\n[rods.material]\n",
-          "\n# [rods.hold]\n", "\n[[load]]\nkind = \"magnetic_field\"", "\n# normal =   # "})
+         {"\nduration = 216  # [s] time to simulate\n", "\n# rest_speed = 0  # [m/s]", "\n[[rods]]\n",
+          "\n[rods.material]\n", "\n# [rods.hold]\n", "\n[[load]]\nkind = \"magnetic_field\"", "\n# normal =   # "})
         EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
 }
 
@@ -62,7 +62,8 @@ TEST(Doubts, OfNumbersFarFromTheirNeighbours) {
     expect("load.magnetic_field.ramp=1e308", "load.0.ramp = 1e+308 s is");
     expect("rods.cilia.shape.velocity=[1e20, 0, 0]", "rods.cilia.shape.velocity = 1e+20 m/s is");
     expect("rods.wires.shape.rest_curvature_profile=[[0, 0, 7.5], [0, 1, 0]]",
-           "the rest curvature turns element 1 against element 0 by 2.5 rad; at 3 rad a run stops, and up to 1 rad cells follow a "
+           "the rest curvature turns element 1 against element 0 by 2.5 rad; at 3 rad a run stops, and up to 1 rad "
+           "cells follow a "
            "bend: elements = 8 would do");
     expect("time.duration=1e13", "time.duration = 1e+13 s is 1e+16 steps");
 }
@@ -80,7 +81,8 @@ TEST(Doubts, OfEndsThatJumpAsTheirMotionBegins) {
     EXPECT_EQ(doubts_of({begins}), "");
 }
 
-/// Published friction with a slip speed that its step does not follow; regularised friction follows any, and memory has none.
+/// Published friction with a slip speed that its step does not follow; regularised friction follows any, and memory has
+/// none.
 TEST(Doubts, OfSlipThatTrembles) {
     const auto notes = [](const std::vector<std::string>& overrides) {
         const SceneSpec scene = read_scene(SHIPPED_SCENES "/contact/incline.toml", overrides);
@@ -90,7 +92,8 @@ TEST(Doubts, OfSlipThatTrembles) {
     };
     const auto expect = [&](const std::string& friction, const std::string& slip_speed, bool told) {
         const std::string found = notes({"wall.floor.friction=" + friction, "wall.floor.slip_speed=" + slip_speed});
-        EXPECT_EQ(found.find("wall 'floor' and 'rod': " + friction + " friction is too steep") != std::string::npos, told)
+        EXPECT_EQ(found.find("wall 'floor' and 'rod': " + friction + " friction is too steep") != std::string::npos,
+                  told)
             << friction << ", " << slip_speed << ": " << found;
     };
     expect("published", "1e-9", true);

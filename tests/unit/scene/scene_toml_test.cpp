@@ -21,7 +21,8 @@ std::string refusal(const std::string& text) {
 }
 
 TEST(SceneToml, NumbersToTheLastBit) {
-    const TomlValue root = parsed("a = [-0, 0xDEAD_beef, -9223372036854775808]\nb = [5e+22, 6.626e-34, 224_617.445_991_228]\n");
+    const TomlValue root =
+        parsed("a = [-0, 0xDEAD_beef, -9223372036854775808]\nb = [5e+22, 6.626e-34, 224_617.445_991_228]\n");
     const auto& integers = *root.find("a")->value.as<TomlArray>();
     EXPECT_EQ(*integers[0].as<std::int64_t>(), 0);
     EXPECT_EQ(*integers[1].as<std::int64_t>(), 0xdeadbeef);
@@ -60,7 +61,8 @@ TEST(SceneToml, NothingIsOpenedTwice) {
     for (const char* text :
          {"a = 1\na = 2", "[a]\n[a]", "a = 1\n[a]", "a = 1\na.b = 2", "[a]\nb = 1\n[a.b]", "[[a]]\n[a]", "[a]\n[[a]]",
           "a = []\n[[a]]", "a = {b = 1}\na.c = 2", "[[a]]\nb = 1\nb = 2", "[a.b]\nc = 1\n[d]\n[a.b]"})
-        EXPECT_NE(refusal(text).find("is given twice; the first is on line"), std::string::npos) << text << ": " << refusal(text);
+        EXPECT_NE(refusal(text).find("is given twice; the first is on line"), std::string::npos)
+            << text << ": " << refusal(text);
     for (const char* text : {"v = {a = 1, a = 2}", "v = {a.b = 1, a = 2}", "v = [{a = 1},\n{a = 2, a = 3}]"})
         EXPECT_NE(refusal(text).find("is given twice"), std::string::npos) << text << ": " << refusal(text);
     EXPECT_EQ(refusal("[x]\n[[a]]\nb = 1\n[[a]]\nb = 2\n  b = 3\n"), "6:3: 'b' is given twice; the first is on line 5");
@@ -78,7 +80,8 @@ TEST(SceneToml, RefusesWhatIsNestedTooDeep) {
     for (int i = 0; i < 100000; ++i) tables += "{a = ", dotted += ".a", quoted += ".\"#,\"", blank += " . a";
     EXPECT_NE(refusal(tables).find(expected), std::string::npos) << refusal(tables);
     for (const std::string& key : {dotted, quoted, blank})
-        for (const std::string& text : {key + " = 1", "[" + key + "]", "[[" + key + "]]", "b = 1\nv = {c = 0.5, " + key + " = 1}"})
+        for (const std::string& text :
+             {key + " = 1", "[" + key + "]", "[[" + key + "]]", "b = 1\nv = {c = 0.5, " + key + " = 1}"})
             EXPECT_NE(refusal(text).find(": a key of more than 16 names"), std::string::npos) << refusal(text);
 }
 
@@ -86,7 +89,8 @@ TEST(SceneToml, LongKeysAreNotSeenWhereThereAreNone) {
     std::string numbers, words, dots;
     for (int i = 0; i < 1000; ++i) numbers += "0.5, ", words += "0.5 1.5 ", dots += ".";
     EXPECT_EQ(refusal("a = [" + numbers + "]"), "");
-    EXPECT_EQ(refusal("# " + dots + "\n# " + words + "\na = \"" + words + dots + "\"\nb = '''" + words + "\n" + words + "'''\n"),
+    EXPECT_EQ(refusal("# " + dots + "\n# " + words + "\na = \"" + words + dots + "\"\nb = '''" + words + "\n" + words +
+                      "'''\n"),
               "");
 }
 

@@ -1,4 +1,5 @@
-// Rigid bodies among walls, rods and each other: they roll, slip, tip, bounce and collide; what scenes may not say of them.
+// Rigid bodies among walls, rods and each other: they roll, slip, tip, bounce and collide; what scenes may not say of
+// them.
 #include "contact/contact_limits.hpp"
 #include "diagnostics/observables.hpp"
 #include "loads/end_force.hpp"
@@ -85,7 +86,8 @@ TEST(Ball, BouncesWithTheRestitutionOfTheWall) {
         for (const double restitution : {1.0, 0.7}) {
             SceneSpec scene;
             scene.rods = {ball("ball", {0, 0, 1.1 * radius}, {0.3, 0, -1})};
-            scene.walls = {floor_of({.normal = normal, .restitution = restitution, .collision_time = 2e-3, .collision_speed = 1})};
+            scene.walls = {
+                floor_of({.normal = normal, .restitution = restitution, .collision_time = 2e-3, .collision_speed = 1})};
             scene.time = {.duration = 1, .dt = 2e-6};
             Meeting stage(scene);
             const double before = stage.energy();
@@ -102,8 +104,10 @@ TEST(Ball, CollidesWithAnother) {
     const double big = 1.5 * radius;
     for (const double restitution : {0.3, 0.5, 0.9}) {
         SceneSpec scene;
-        scene.rods = {ball("one", {0, 0, 0}, {1, 0.2, 0}), ball("two", {radius + 1.1 * big, 0, 0}, {-0.5, 0.2, 0}, big)};
-        scene.contact = ContactSpec{.law = {.normal = ContactNormal::linear, .restitution = restitution, .collision_time = 1e-3}};
+        scene.rods = {ball("one", {0, 0, 0}, {1, 0.2, 0}),
+                      ball("two", {radius + 1.1 * big, 0, 0}, {-0.5, 0.2, 0}, big)};
+        scene.contact =
+            ContactSpec{.law = {.normal = ContactNormal::linear, .restitution = restitution, .collision_time = 1e-3}};
         scene.time = {.duration = 1, .dt = 1e-6};
         Meeting stage(scene);
         const test::Momenta before = stage.momenta();
@@ -209,8 +213,8 @@ TEST(Body, PressesTheFloorWithItsWeightAtAllItsPoints) {
     EXPECT_LT(norm(moment), 1e-6 * weight * 0.1);
 }
 
-/// A block of sides b, b, h on a plane that leans: it slides, or tips, or stays. Its corners, 5 mm from its sides, are what
-/// touches.
+/// A block of sides b, b, h on a plane that leans: it slides, or tips, or stays. Its corners, 5 mm from its sides, are
+/// what touches.
 Meeting block(double slope, double friction, double b, double h) {
     RodSpec spec = test::box_body({b, b, h});
     spec.placement.origin = {0, 0, 0.5 * h};
@@ -287,7 +291,8 @@ TEST(Body, BouncesOffEveryFaceOfABox) {
         box.name = "box";
         scene.rods = {box, flying};
         const double restitution = 0.7;
-        scene.contact = ContactSpec{.law = {.normal = ContactNormal::linear, .restitution = restitution, .collision_time = 1e-3}};
+        scene.contact =
+            ContactSpec{.law = {.normal = ContactNormal::linear, .restitution = restitution, .collision_time = 1e-3}};
         scene.time = {.duration = 1, .dt = 1e-6};
         Meeting stage(scene);
         stage.advance(4000);
@@ -298,8 +303,8 @@ TEST(Body, BouncesOffEveryFaceOfABox) {
     }
 }
 
-// A stiff rod on a box, over whose edges it hangs on both sides: each element beside the face bears as much, and all of them its
-// weight.
+// A stiff rod on a box, over whose edges it hangs on both sides: each element beside the face bears as much, and all of
+// them its weight.
 TEST(Body, ABoxBearsARodThatLiesOnIt) {
     RodSpec rod = test::simple_rod(8);
     rod.section.radius = 0.01;
@@ -334,8 +339,10 @@ TEST(Body, ABoxBearsARodThatLiesOnIt) {
     EXPECT_NEAR(on_rod.z, weight, 1e-3 * weight);
     EXPECT_LT(norm(on_rod + on_box), 1e-12 * weight);
     EXPECT_NEAR(stage.around.wall_contacts[1]->figures({0, 0}, 0).normal, all, 1e-3 * all);
-    EXPECT_NEAR(stage.contacts->figures().weight, 4, 1e-6) << "as many elements are as long as the face without its rounding";
-    const double overlap = stage.contacts->figures().max_overlap * 0.01; // over the smaller diameter, of the box's edges
+    EXPECT_NEAR(stage.contacts->figures().weight, 4, 1e-6)
+        << "as many elements are as long as the face without its rounding";
+    const double overlap =
+        stage.contacts->figures().max_overlap * 0.01; // over the smaller diameter, of the box's edges
     EXPECT_NEAR(overlap, weight / (4 * k), 0.02 * overlap);
 }
 
@@ -366,8 +373,9 @@ SceneSpec heap() {
     scene.contact = ContactSpec{.law = law};
     scene.walls = {floor_of(law)};
     scene.loads = {{.load = Gravity{}}};
-    scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 1}},
-                     {.damping = {.kind = DampingKind::physical, .translational = 0.01, .rotational = 1e-6}, .rods = {"capsules"}}};
+    scene.damping = {
+        {.damping = {.kind = DampingKind::uniform, .rate = 1}},
+        {.damping = {.kind = DampingKind::physical, .translational = 0.01, .rotational = 1e-6}, .rods = {"capsules"}}};
     scene.time = {.duration = 1, .dt = 4e-5};
     return scene;
 }
@@ -384,7 +392,8 @@ TEST(Body, HasTheSameBitsAtEveryWidth) {
         }
 }
 
-// Against points of the surface and directions that may be pushed there, sampled: never less, of a ball exact, nowhere much more.
+// Against points of the surface and directions that may be pushed there, sampled: never less, of a ball exact, nowhere
+// much more.
 TEST(Body, YieldsNowhereMoreThanItsContactLimitSays) {
     std::vector<RodSpec> bodies = every_kind_of_body();
     for (const double length : {0.02, 1.0}) bodies.push_back(test::rigid_body(length, radius));
@@ -406,7 +415,8 @@ TEST(Body, YieldsNowhereMoreThanItsContactLimitSays) {
                     normal = std::max(normal, mobility(arm, n));
                     const auto [u, v] = directions_across(n);
                     for (int d = 0; d < 8; ++d)
-                        tangential = std::max(tangential, mobility(arm, std::cos(M_PI * d / 8) * u + std::sin(M_PI * d / 8) * v));
+                        tangential = std::max(tangential,
+                                              mobility(arm, std::cos(M_PI * d / 8) * u + std::sin(M_PI * d / 8) * v));
                 }
         EXPECT_LE(normal, found.normal * (1 + 1e-12));
         EXPECT_GT(normal, 0.99 * found.normal);
@@ -417,7 +427,8 @@ TEST(Body, YieldsNowhereMoreThanItsContactLimitSays) {
     EXPECT_NEAR(contact_mobility(RodGroup(test::rigid_body(0, radius), 0, 0, "")).tangential, 3.5 / m, 1e-10 / m);
 }
 
-/// Balls stacked densely in a box that squeezes them by 1 % of their radius, each with 12 around it; they stick to each other.
+/// Balls stacked densely in a box that squeezes them by 1 % of their radius, each with 12 around it; they stick to each
+/// other.
 SceneSpec stack(double share_of_limit) {
     SceneSpec scene;
     const double apart = 2 * radius * 0.99, cell = apart * std::sqrt(2.0);
@@ -427,7 +438,8 @@ SceneSpec stack(double share_of_limit) {
     for (int x = 0; x <= 2 * n; ++x)
         for (int y = 0; y <= 2 * n; ++y)
             for (int z = 0; z <= 2 * n; ++z)
-                if ((x + y + z) % 2 == 0) balls.placement.origins.push_back((0.5 * cell) * Vec3d{double(x), double(y), double(z)});
+                if ((x + y + z) % 2 == 0)
+                    balls.placement.origins.push_back((0.5 * cell) * Vec3d{double(x), double(y), double(z)});
     scene.rods = {balls};
     const ContactLaw law{
         .normal = ContactNormal::linear, .stiffness = 1e4, .friction = ContactFriction::memory, .static_friction = 1e9};
@@ -454,14 +466,16 @@ TEST(Ball, StaysWhereItIsInADenseStackAtItsContactLimit) {
             stage.rods->export_rod(i, state);
             const double phase = static_cast<double>(i);
             for (Slot<1>& s : state)
-                set_lane(s.velocity, 0, 1e-6 * Vec3d{std::sin(7.1 * phase), std::sin(5.3 * phase), std::sin(11.7 * phase)});
+                set_lane(s.velocity, 0,
+                         1e-6 * Vec3d{std::sin(7.1 * phase), std::sin(5.3 * phase), std::sin(11.7 * phase)});
             set_lane(state[0].spin, 0,
                      (1e-6 / radius) * Vec3d{std::sin(3.1 * phase), std::sin(9.3 * phase), std::sin(8.7 * phase)});
             stage.rods->import_rod(i, state);
         }
         stage.advance(steps);
         double most = 0;
-        for (std::size_t i = 0; i < count; ++i) most = std::max({most, norm(stage.velocity(i)), radius * norm(stage.spin(i))});
+        for (std::size_t i = 0; i < count; ++i)
+            most = std::max({most, norm(stage.velocity(i)), radius * norm(stage.spin(i))});
         return most;
     };
     // It is not quite in equilibrium, and sways at 0.14 m/s. The true limit is between 1.05 and 1.1.
@@ -497,13 +511,15 @@ TEST(Body, RefusesWhatItCannotHave) {
         return {};
     };
     EXPECT_EQ(refusal([](SceneSpec&) {}), "");
-    EXPECT_EQ(refusal([](SceneSpec& s) {
-                  s.loads = {{.load = Gravity{}}, {.load = UniformForce{.force = {1, 0, 0}}}, {.load = UniformCouple{}}};
-              }),
-              "");
+    EXPECT_EQ(
+        refusal([](SceneSpec& s) {
+            s.loads = {{.load = Gravity{}}, {.load = UniformForce{.force = {1, 0, 0}}}, {.load = UniformCouple{}}};
+        }),
+        "");
     const std::pair<std::function<void(SceneSpec&)>, const char*> cases[] = {
         {[](SceneSpec& s) { s.rods[0].body->capsules = {}; }, "a body needs parts"},
-        {[](SceneSpec& s) { s.rods[0].body->capsules.to.clear(); }, "'to' has 0 values, but needs 1: one for each of 'radii'"},
+        {[](SceneSpec& s) { s.rods[0].body->capsules.to.clear(); },
+         "'to' has 0 values, but needs 1: one for each of 'radii'"},
         {[](SceneSpec& s) {
              s.rods[0].body->spheres.radii = {1, 2};
          },
@@ -525,7 +541,8 @@ TEST(Body, RefusesWhatItCannotHave) {
          },
          "end_force is not for rigid bodies"},
         {[](SceneSpec& s) { s.output.audit = true; }, "there is no audit of the rigid bodies of group 'body'"},
-        {[](SceneSpec& s) { s.loads = {{.load = SlenderBodyDrag{.viscosity = 1}}}; }, "slender_body_drag is not for rigid bodies"},
+        {[](SceneSpec& s) { s.loads = {{.load = SlenderBodyDrag{.viscosity = 1}}}; },
+         "slender_body_drag is not for rigid bodies"},
         {[](SceneSpec& s) { s.loads = {{.load = PlaneFriction{}}}; }, "anisotropic_plane is not for rigid bodies"},
         {[](SceneSpec& s) { s.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 1}}}; },
          "\"legacy\" is not for rigid bodies"},

@@ -51,8 +51,10 @@ TEST(Convergence, BarHoldsTheErrorOfSmoothRuns) {
     for (const double d : {0.0, 30.0, -30.0, 100.0})
         for (const double b : {0.0, 1e3, -2e4, 3e4})
             for (const std::size_t given : {0u, 1u})
-                for (const std::array<int, 3> shares : {std::array{1, 1, 1}, std::array{1, 2, 4}, std::array{1, 1, 3}}) {
-                    if (given == 1 && shares[1] != 1) continue; // others have steps as long as the given one, or shorter
+                for (const std::array<int, 3> shares :
+                     {std::array{1, 1, 1}, std::array{1, 2, 4}, std::array{1, 1, 3}}) {
+                    if (given == 1 && shares[1] != 1)
+                        continue; // others have steps as long as the given one, or shorter
                     const auto u = smooth(2.0, d, b);
                     const Runs runs(u, 10, given, shares);
                     const Convergence c = converge(runs.levels);
@@ -65,7 +67,8 @@ TEST(Convergence, BarHoldsTheErrorOfSmoothRuns) {
                     EXPECT_GE(c.error_bar.time, std::abs(b) * dt * dt * (1 - 1e-9));
                     EXPECT_GE(c.error_bar_at_end.total, std::abs(u(n, dt, 9) - exact(9)));
                     double wrong = 0;
-                    for (int i = 0; i < 10; ++i) wrong = std::max(wrong, std::abs(c.limit[static_cast<std::size_t>(i)] - exact(i)));
+                    for (int i = 0; i < 10; ++i)
+                        wrong = std::max(wrong, std::abs(c.limit[static_cast<std::size_t>(i)] - exact(i)));
                     EXPECT_LE(wrong, c.remainder + 1e-12) << "the Richardson value";
                 }
 }

@@ -1,4 +1,5 @@
-// Copies of rods and their figures, put together tile by tile: the bits of one rod alone, for any width, mapping and threads.
+// Copies of rods and their figures, put together tile by tile: the bits of one rod alone, for any width, mapping and
+// threads.
 #include "mechanics/rod_copies.hpp"
 #include "support/scenes_for_tests.hpp"
 
@@ -12,7 +13,8 @@
 namespace skein {
 namespace {
 
-/// Every law, kind of end and section; groups that do not fill their tiles, turns on both sides of the polynomials' range.
+/// Every law, kind of end and section; groups that do not fill their tiles, turns on both sides of the polynomials'
+/// range.
 SceneSpec every_kind() {
     SceneSpec scene = test::cilia_scene(19, 12);
     scene.time = {.duration = 1, .safety = 0.3};
@@ -76,7 +78,8 @@ TEST(Copies, AreTheBitsOfOneRodAlone) {
             if (i % 5 != 1 && i % 7 != 2) some.push_back(i);
         const std::vector<std::size_t> few(all.begin(), all.begin() + 10); // threads share tiles
         for (const auto& which : {all, some, few, std::vector<std::size_t>{}, std::vector<std::size_t>{3}})
-            for (const Copy copy : {Copy::canonical, Copy::positions, Copy::synchronised, Copy::frames, Copy::strained}) {
+            for (const Copy copy :
+                 {Copy::canonical, Copy::positions, Copy::synchronised, Copy::frames, Copy::strained}) {
                 constexpr double time = 0.25;
                 std::vector<int> seen(which.size(), 0);
                 std::mutex one_at_a_time;
@@ -93,14 +96,16 @@ TEST(Copies, AreTheBitsOfOneRodAlone) {
                         if (copy == Copy::positions) synchronise_positions(group, twin, lag);
                         else if (copy != Copy::canonical) synchronise(group, twin, lag);
                         ASSERT_EQ(found.state.size(), twin.size());
-                        EXPECT_EQ(std::memcmp(found.state.data(), twin.data(), found.state.size_bytes()), 0) << "rod " << which[at];
+                        EXPECT_EQ(std::memcmp(found.state.data(), twin.data(), found.state.size_bytes()), 0)
+                            << "rod " << which[at];
                         if (copy == Copy::canonical) {
                             EXPECT_EQ(found.hash, hash_rod(stage.rods->local()[which[at]].gid, twin));
                         }
                         ASSERT_EQ(found.frames.size(), has_frames(copy) ? group.element.size() : 0);
                         for (std::size_t k = 0; k < found.frames.size(); ++k) {
                             const Mat3d q = frame(twin[k]);
-                            EXPECT_EQ(std::memcmp(&found.frames[k], &q, sizeof q), 0) << "rod " << which[at] << " element " << k;
+                            EXPECT_EQ(std::memcmp(&found.frames[k], &q, sizeof q), 0)
+                                << "rod " << which[at] << " element " << k;
                         }
                         ASSERT_EQ(found.profile.size(), copy == Copy::strained ? twin.size() : 0);
                         std::vector<NodeProfile> profile(found.profile.size());
@@ -113,10 +118,11 @@ TEST(Copies, AreTheBitsOfOneRodAlone) {
                 EXPECT_EQ(std::count(seen.begin(), seen.end(), 1), static_cast<std::ptrdiff_t>(which.size()));
             }
         std::uint64_t digest = 0;
-        stage.rods->read(all, Copy::canonical, 0, [&, lock = std::make_shared<std::mutex>()](int, std::size_t, const RodCopy& one) {
-            const std::lock_guard held(*lock);
-            digest += one.hash;
-        });
+        stage.rods->read(all, Copy::canonical, 0,
+                         [&, lock = std::make_shared<std::mutex>()](int, std::size_t, const RodCopy& one) {
+                             const std::lock_guard held(*lock);
+                             digest += one.hash;
+                         });
         EXPECT_EQ(stage.rods->digest(), digest);
     });
 }
@@ -130,7 +136,8 @@ TEST(Figures, AreTheBitsOfOneRodAlone) {
             stage.rods->export_rod(i, state);
             synchronise(stage.group_of(i), state, lag);
             const RodFigures twin = figures_of(stage.group_of(i), state, 0.25);
-            EXPECT_EQ(std::memcmp(&found[i], &twin, sizeof twin), 0) << "rod " << i << " of " << stage.group_of(i).name();
+            EXPECT_EQ(std::memcmp(&found[i], &twin, sizeof twin), 0)
+                << "rod " << i << " of " << stage.group_of(i).name();
         }
     });
 }
@@ -144,7 +151,8 @@ TEST(Figures, EnergyOfSmallStrainsKeepsItsDigits) {
     for (Slot<1>& slot : state) slot.position = Pack<1>(1 + strain) * slot.position;
     const ElementConstants& c = group.element[0];
     const double exact = 0.5 * c.stiffness.z * strain * strain * (1 - 2 * strain / 3);
-    EXPECT_NEAR(figures_of(group, state).sum[RodFigures::stretch], exact, 1e-8 * exact); // nodes are rounded to 1e-9 of the strain
+    EXPECT_NEAR(figures_of(group, state).sum[RodFigures::stretch], exact,
+                1e-8 * exact); // nodes are rounded to 1e-9 of the strain
 }
 
 } // namespace

@@ -1,5 +1,5 @@
-// What every kind of damping must do, on rods of every shape and ends: take energy in every step, at any step, converge with the
-// square of the step, and keep the momentum that it says it keeps.                                        theory.md (22)-(24), (41)
+// What every kind of damping must do, on rods of every shape and ends: take energy in every step, at any step, converge
+// with the square of the step, and keep the momentum that it says it keeps. theory.md (22)-(24), (41)
 #include "diagnostics/energy_audit.hpp"
 #include "support/dampers.hpp"
 #include "support/energy.hpp"
@@ -110,7 +110,8 @@ TEST(Damping, TakesEnergyInEveryStep) {
     }
 }
 
-/// Most that the balance lacks, as a share of what damping has taken. Rods begin bent; a ring, which begins at rest, is shaken.
+/// Most that the balance lacks, as a share of what damping has taken. Rods begin bent; a ring, which begins at rest, is
+/// shaken.
 double unbooked(const Case& c) {
     test::Stage stage = stage_of(c, true);
     const auto audit = [&] { return audit_rod(stage.groups, *stage.rods, 0, stage.clock.time(), stage.clock.lag()); };
@@ -126,8 +127,8 @@ double unbooked(const Case& c) {
     return most / taken;
 }
 
-// What is lacking falls with the square of the step: what was booked wrongly would stay. Ends that are moved are left out: the
-// filter takes from the jump of their walls too, and books that as taken from the rod.
+// What is lacking falls with the square of the step: what was booked wrongly would stay. Ends that are moved are left
+// out: the filter takes from the jump of their walls too, and books that as taken from the rod.
 TEST(Damping, BooksWhatItTakes) {
     for (Case c : all_cases()) {
         if (c.share != 0.5) continue;
@@ -152,7 +153,8 @@ TEST(Damping, LeavesLessEnergyThanThereWas) {
             stage.advance(part * 500);
             most = std::max(most, test::energy(group, stage.state(0)));
         }
-        EXPECT_LT(most, 1.01 * start) << text(c); // the energy of a Verlet step goes up and down by the square of the step
+        EXPECT_LT(most, 1.01 * start) << text(
+            c); // the energy of a Verlet step goes up and down by the square of the step
         EXPECT_LT(test::energy(group, stage.state(0)), start) << text(c);
     }
 }
@@ -167,13 +169,15 @@ TEST(Damping, KeepsTheMomentumThatItSaysItKeeps) {
         const auto start = stage.state(0);
         for (std::size_t i = 0; i < start.size(); ++i) size += group.node_mass[i] * norm(lane(start[i].velocity, 0));
         stage.advance(2000);
-        EXPECT_LT(norm(test::momenta(group, stage.state(0)).linear - test::momenta(group, start).linear), 1e-12 * size) << text(c);
+        EXPECT_LT(norm(test::momenta(group, stage.state(0)).linear - test::momenta(group, start).linear), 1e-12 * size)
+            << text(c);
     }
 }
 
 double distance(const std::vector<Slot<1>>& a, const std::vector<Slot<1>>& b) {
     double most = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, norm(lane(a[i].position, 0) - lane(b[i].position, 0)));
+    for (std::size_t i = 0; i < a.size(); ++i)
+        most = std::max(most, norm(lane(a[i].position, 0) - lane(b[i].position, 0)));
     return most;
 }
 

@@ -90,7 +90,8 @@ TEST(PlaneFriction, OfAStackIsThatOfItsWholeWeight) {
     for (std::size_t i = 0; i <= elements; ++i) carried += first.around.loads->load[elements + 1 + i].force.z;
     const double overlap = guess * alone / carried;
     const Sliding s = slide(stack(overlap, weight));
-    // Rods whose ends lie abreast are parted along each other at both, or not, by the energy of a contact over an element's length.
+    // Rods whose ends lie abreast are parted along each other at both, or not, by the energy of a contact over an
+    // element's length.
     const double parting = 0.5 * stack_stiffness * overlap * overlap * elements;
     EXPECT_NEAR(s.friction, friction * weight, 2.05 * parting);
     EXPECT_LT(parting, 1e-3 * friction * weight);
@@ -125,7 +126,9 @@ TEST(PlaneFriction, IsAPassAfterContactsAndWalls) {
     scene.walls = {lid};
     const auto groups = make_groups(scene);
     const auto passes = make_plan(scene, groups, {1, 1, 1, 1, {}, Mapping::automatic}).groups[0].program.names();
-    const auto place = [&](std::string_view name) { return std::find(passes.begin(), passes.end(), name) - passes.begin(); };
+    const auto place = [&](std::string_view name) {
+        return std::find(passes.begin(), passes.end(), name) - passes.begin();
+    };
     EXPECT_GT(place("anisotropic_plane"), place("contact"));
     EXPECT_GT(place("anisotropic_plane"), place("walls"));
     EXPECT_LT(place("anisotropic_plane"), place("kick (damped)"));

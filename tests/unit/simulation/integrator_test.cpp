@@ -27,7 +27,8 @@ SceneSpec bent_rod(Integrator integrator, double dt, Law law = Law::incompressib
 
 double distance(const std::vector<Slot<1>>& a, const std::vector<Slot<1>>& b) {
     double most = 0;
-    for (std::size_t i = 0; i < a.size(); ++i) most = std::max(most, norm(lane(a[i].position, 0) - lane(b[i].position, 0)));
+    for (std::size_t i = 0; i < a.size(); ++i)
+        most = std::max(most, norm(lane(a[i].position, 0) - lane(b[i].position, 0)));
     return most;
 }
 
@@ -55,7 +56,8 @@ TEST(Integrators, HaveTheirOrder) {
 TEST(Integrators, KeepTheirOrderUnderDamping) {
     for (const DampingKind kind : {DampingKind::uniform, DampingKind::legacy}) {
         SceneSpec scene = bent_rod(Integrator::pefrl, 1);
-        scene.damping.push_back({.damping = {.kind = kind, .rate = kind == DampingKind::legacy ? 0.02 : 2}}); // 36 1/s about d1
+        scene.damping.push_back(
+            {.damping = {.kind = kind, .rate = kind == DampingKind::legacy ? 0.02 : 2}}); // 36 1/s about d1
         EXPECT_NEAR(ratio(scene, 0.2, 400, 4000), 16, 1.5);
         scene.time.integrator = Integrator::verlet;
         EXPECT_NEAR(ratio(scene, 0.2, 1500, 48000), 4, 0.2);
@@ -67,7 +69,8 @@ TEST(Integrators, KeepTheirOrderUnderDamping) {
 TEST(Ring, SpinsWithoutLosingMomentum) {
     SceneSpec scene = bent_rod(Integrator::verlet, 0);
     RodSpec& ring = scene.rods[0];
-    ring.shape = {.length = 1, .elements = 24, .closed = true, .velocity = {0.1, -0.2, 0.3}, .element_spin = {0.5, 1, 3}};
+    ring.shape = {
+        .length = 1, .elements = 24, .closed = true, .velocity = {0.1, -0.2, 0.3}, .element_spin = {0.5, 1, 3}};
     test::Stage stage(scene);
     const auto [p0, l0] = test::momenta(stage.groups[0], stage.state(0));
     stage.advance(20000);
@@ -91,7 +94,8 @@ TEST(Ring, TurnOfMoreThanThreeRadiansWhereItClosesIsFound) {
         test::Stage stage(scene);
         auto state = stage.state(0);
         for (std::size_t k = 0; k < 24; ++k) // evenly twisted, all of it taken back in the last cell
-            set_lane(state[k].director, 0, rotation({0, 0, turn / 23 * static_cast<double>(k)}) * lane(state[k].director, 0));
+            set_lane(state[k].director, 0,
+                     rotation({0, 0, turn / 23 * static_cast<double>(k)}) * lane(state[k].director, 0));
         stage.rods->import_rod(0, state);
         EXPECT_EQ(stage.rods->visit({}, true), turn < 3);
         if (turn > 3) {
@@ -109,7 +113,8 @@ TEST(Ring, CircleAtRestStays) {
     EXPECT_LT(distance(before, stage.state(0)), 1e-13);
 }
 
-/// Both ends moved and turned smoothly: energy less the walls' work is conserved to second order, here seen in the end state.
+/// Both ends moved and turned smoothly: energy less the walls' work is conserved to second order, here seen in the end
+/// state.
 TEST(MovingEnds, AreSecondOrder) {
     SceneSpec scene = bent_rod(Integrator::verlet, 1);
     RodSpec& rod = scene.rods[0];
@@ -119,8 +124,10 @@ TEST(MovingEnds, AreSecondOrder) {
                         .translation = {{0, 0, 0}, {0.05, 0.02, 0.1}},
                         .rotation = {{0, 0, 0}, {0.5, 0.3, -0.8}},
                         .smooth = true};
-    rod.end_motion = {
-        .times = {0, 0.2}, .translation = {{0, 0, 0}, {-0.1, 0, -0.05}}, .rotation = {{0, 0, 0}, {-0.4, 0.9, 0.6}}, .smooth = true};
+    rod.end_motion = {.times = {0, 0.2},
+                      .translation = {{0, 0, 0}, {-0.1, 0, -0.05}},
+                      .rotation = {{0, 0, 0}, {-0.4, 0.9, 0.6}},
+                      .smooth = true};
     EXPECT_NEAR(ratio(scene, 0.2, 1500, 48000), 4, 0.2);
     const auto state = after(scene, 0.2, 3000);
     EXPECT_LT(norm(lane(state[0].position, 0) - Vec3d{0.05, 0.02, 0.1}), 1e-6);
@@ -134,15 +141,17 @@ struct WrittenMotion {
 std::vector<WrittenMotion> written_motions() {
     const double pi = 3.14159265358979323846;
     const std::string smooth = "ramp(t, b)^2*(3 - 2*ramp(t, b))";
-    return {
-        {{.amplitude = {0.02, 0, -0.03}, .rotation_amplitude = {0, 0.4, 0.2}, .period = 0.3, .phase = pi / 3},
-         {.translation_formula = {"2*d*sin(2*pi*t/T + pi/3)", "0", "-3*d*sin(2*pi*t/T + pi/3)"},
-          .rotation_formula = {"0", "0.4*sin(2*pi*t/T + pi/3)", "0.2*sin(2*pi*t/T + pi/3)"}}},
-        {{.times = {0, 0.1}, .translation = {{0, 0, 0}, {0.01, 0.02, 0}}, .rotation = {{0, 0, 0}, {0.5, 0, -0.3}}, .smooth = true},
-         {.translation_formula = {"d*" + smooth, "2*d*" + smooth, "0"},
-          .rotation_formula = {"0.5*" + smooth, "0", "-0.3*" + smooth}}},
-        {{.times = {0, 0.1, 0.2}, .translation = {{0, 0, 0}, {0, 0.01, 0}, {0, 0.03, 0}}},
-         {.translation_formula = {"0", "lift(t)", "0"}}}};
+    return {{{.amplitude = {0.02, 0, -0.03}, .rotation_amplitude = {0, 0.4, 0.2}, .period = 0.3, .phase = pi / 3},
+             {.translation_formula = {"2*d*sin(2*pi*t/T + pi/3)", "0", "-3*d*sin(2*pi*t/T + pi/3)"},
+              .rotation_formula = {"0", "0.4*sin(2*pi*t/T + pi/3)", "0.2*sin(2*pi*t/T + pi/3)"}}},
+            {{.times = {0, 0.1},
+              .translation = {{0, 0, 0}, {0.01, 0.02, 0}},
+              .rotation = {{0, 0, 0}, {0.5, 0, -0.3}},
+              .smooth = true},
+             {.translation_formula = {"d*" + smooth, "2*d*" + smooth, "0"},
+              .rotation_formula = {"0.5*" + smooth, "0", "-0.3*" + smooth}}},
+            {{.times = {0, 0.1, 0.2}, .translation = {{0, 0, 0}, {0, 0.01, 0}, {0, 0.03, 0}}},
+             {.translation_formula = {"0", "lift(t)", "0"}}}};
 }
 
 TEST(MovingEnds, AreTheSameAsFormulas) {
@@ -163,7 +172,8 @@ TEST(MovingEnds, AreTheSameAsFormulas) {
     }
 }
 
-/// An end drawn away along the rod: until the wave meets the other end, u(s, t) = f(t - s/c) with c^2 = E/rho, of small strain.
+/// An end drawn away along the rod: until the wave meets the other end, u(s, t) = f(t - s/c) with c^2 = E/rho, of small
+/// strain.
 TEST(MovingEnds, SendAWaveAlongTheRod) {
     SceneSpec scene;
     RodSpec rod = test::simple_rod(40);

@@ -1,5 +1,5 @@
-// What must hold of everything that touches, under every law: no place and no direction is special, momentum stays with what is
-// free, elastic contacts keep energy and all others take some, stiffer ones ask for shorter steps.
+// What must hold of everything that touches, under every law: no place and no direction is special, momentum stays with
+// what is free, elastic contacts keep energy and all others take some, stiffer ones ask for shorter steps.
 #include "support/interaction_examples.hpp"
 
 #include <gtest/gtest.h>
@@ -15,12 +15,14 @@ using test::Turn;
 
 constexpr std::int64_t meeting_steps = 8000;
 
-static_assert(std::size(contact_normal_names) == 2, "a new law of the normal force needs numbers in law_of, and is elastic or not");
+static_assert(std::size(contact_normal_names) == 2,
+              "a new law of the normal force needs numbers in law_of, and is elastic or not");
 static_assert(std::size(contact_friction_names) == 5, "a new law of friction needs numbers in law_of");
 
 ContactLaw law_of(ContactNormal normal, ContactFriction friction) {
     const bool hertz = normal == ContactNormal::hertz;
-    ContactLaw law{.normal = normal, .stiffness = hertz ? 1e6 : 1e5, .damping = hertz ? 300.0 : 30.0, .friction = friction};
+    ContactLaw law{
+        .normal = normal, .stiffness = hertz ? 1e6 : 1e5, .damping = hertz ? 300.0 : 30.0, .friction = friction};
     if (friction == ContactFriction::none) return law;
     law.static_friction = 0.5, law.kinetic_friction = 0.4;
     if (friction == ContactFriction::memory) law.tangential_damping = 2;
@@ -67,7 +69,8 @@ struct Met : Meeting {
         EXPECT_FALSE(springs(*this).touch) << what << ", at the start";
         const std::int64_t part = times * 40, most = 250;
         bool touch = false;
-        while (!(touch && !springs(*this).touch) && clock.done() < most * part) advance(part), touch |= springs(*this).touch;
+        while (!(touch && !springs(*this).touch) && clock.done() < most * part)
+            advance(part), touch |= springs(*this).touch;
         EXPECT_TRUE(touch) << what;
         EXPECT_LT(clock.done(), most * part) << what << ", not parted";
     }

@@ -1,5 +1,5 @@
-// What must hold of every kind of joint: it carries no momentum, springs keep energy and dashpots take it, the automatic step bears
-// any stiffness, and bits do not depend on lanes, threads or the protocol.
+// What must hold of every kind of joint: it carries no momentum, springs keep energy and dashpots take it, the
+// automatic step bears any stiffness, and bits do not depend on lanes, threads or the protocol.
 #include "loads/muscle_formula.hpp"
 #include "support/joint_examples.hpp"
 #include "support/meeting.hpp"
@@ -21,7 +21,8 @@ using test::stick;
 
 double joint_energy(const Meeting& stage) {
     double sum = 0;
-    for (const double energy : joints_now(stage.plan, stage.groups, *stage.rods, stage.clock.lag()).energies) sum += energy;
+    for (const double energy : joints_now(stage.plan, stage.groups, *stage.rods, stage.clock.lag()).energies)
+        sum += energy;
     return sum;
 }
 
@@ -33,7 +34,8 @@ TEST(Joints, CarryNoMomentum) {
             stage.advance(2000);
             const test::Momenta after = stage.momenta();
             EXPECT_LT(norm(after.linear - before.linear), 1e-13 * norm(before.linear) * 10) << e.name;
-            EXPECT_LT(norm(after.angular - before.angular), 1e-12 * (norm(before.angular) + norm(before.linear))) << e.name;
+            EXPECT_LT(norm(after.angular - before.angular), 1e-12 * (norm(before.angular) + norm(before.linear)))
+                << e.name;
         }
 }
 
@@ -73,9 +75,10 @@ TEST(CommonNodes, KeepMomentumEnergyAndPlaces) {
                     joints_now(stage.plan, stage.groups, *stage.rods, stage.clock.lag()).gap);
         EXPECT_LT(most - least, 3e-2 * start) << e.name; // of the step, which is the longest
         EXPECT_LT(norm(after.linear - before.linear), 1e-12 * norm(before.linear)) << e.name;
-        const bool body =
-            std::any_of(e.scene.rods.begin(), e.scene.rods.end(), [](const RodSpec& rod) { return rod.body.has_value(); });
-        EXPECT_LT(norm(after.angular - before.angular), (body ? 1e-5 : 1e-12) * (norm(before.angular) + norm(before.linear)))
+        const bool body = std::any_of(e.scene.rods.begin(), e.scene.rods.end(),
+                                      [](const RodSpec& rod) { return rod.body.has_value(); });
+        EXPECT_LT(norm(after.angular - before.angular),
+                  (body ? 1e-5 : 1e-12) * (norm(before.angular) + norm(before.linear)))
             << e.name;
     }
 }
@@ -173,9 +176,11 @@ TEST(CommonNodes, HaveTheSameBitsInAnyLanesAndVisits) {
             SceneSpec scene = e.scene;
             for (RodSpec& rod : scene.rods) rod.assembly = "copies";
             AssemblySpec assembly{.name = "copies"};
-            assembly.placement = {.kind = PlacementKind::line, .normal = Vec3d{0, 1, 0}, .counts = {copies}, .spacing = {3}};
+            assembly.placement = {
+                .kind = PlacementKind::line, .normal = Vec3d{0, 1, 0}, .counts = {copies}, .spacing = {3}};
             scene.assemblies = {assembly};
-            scene.loads = {{.load = MuscleFormula{.moment = {"0.1 * s * rod", "0.2", "0"}}, .rods = {scene.rods[0].name}}};
+            scene.loads = {
+                {.load = MuscleFormula{.moment = {"0.1 * s * rod", "0.2", "0"}}, .rods = {scene.rods[0].name}}};
             scene.time.duration = 0.05;
             const std::uint64_t expected = digest_of(scene, 1, 1, 1);
             for (const int lanes : {2, 4, 8})
@@ -187,13 +192,15 @@ TEST(CommonNodes, HaveTheSameBitsInAnyLanesAndVisits) {
 
 TEST(Joints, MoveCopiesThatAreAlikeAlike) {
     SceneSpec scene = chains(11);
-    scene.assemblies[0].placement = {.kind = PlacementKind::list, .origins = std::vector<Vec3d>(11, Vec3d{0.1, 0.2, 0.3})};
+    scene.assemblies[0].placement = {.kind = PlacementKind::list,
+                                     .origins = std::vector<Vec3d>(11, Vec3d{0.1, 0.2, 0.3})};
     Meeting stage(scene, 8);
     stage.advance(300);
     for (std::size_t i = 1; i < stage.rods->local().size(); ++i) {
         if (stage.rods->local()[i].group != stage.rods->local()[i - 1].group) continue;
         const auto a = stage.state(i - 1), b = stage.state(i);
-        for (std::size_t k = 0; k < a.size(); ++k) EXPECT_EQ(norm(lane(a[k].position, 0) - lane(b[k].position, 0)), 0) << i;
+        for (std::size_t k = 0; k < a.size(); ++k)
+            EXPECT_EQ(norm(lane(a[k].position, 0) - lane(b[k].position, 0)), 0) << i;
     }
 }
 
@@ -208,15 +215,16 @@ std::array<double, 4> double_pendulum(double time, double length, double radius,
                      c = std::cos(t1 - t2), sine = std::sin(t1 - t2);
         const double f1 = -0.5 * sine * w2 * w2 - 1.5 * g / length * std::sin(t1),
                      f2 = 0.5 * sine * w1 * w1 - 0.5 * g / length * std::sin(t2);
-        const double thick = radius * radius / (4 * length * length), m11 = 4.0 / 3 + thick, m12 = 0.5 * c, m22 = 1.0 / 3 + thick,
-                     det = m11 * m22 - m12 * m12;
+        const double thick = radius * radius / (4 * length * length), m11 = 4.0 / 3 + thick, m12 = 0.5 * c,
+                     m22 = 1.0 / 3 + thick, det = m11 * m22 - m12 * m12;
         return std::array<double, 4>{s[2], s[3], -(m22 * f1 - m12 * f2) / det, -(m11 * f2 - m12 * f1) / det};
     };
     const auto moved = [](const std::array<double, 4>& s, double by, const std::array<double, 4>& r) {
         return std::array<double, 4>{s[0] + by * r[0], s[1] + by * r[1], s[2] + by * r[2], s[3] + by * r[3]};
     };
     for (int i = 0; i < steps; ++i) {
-        const auto k1 = rate(y), k2 = rate(moved(y, h / 2, k1)), k3 = rate(moved(y, h / 2, k2)), k4 = rate(moved(y, h, k3));
+        const auto k1 = rate(y), k2 = rate(moved(y, h / 2, k1)), k3 = rate(moved(y, h / 2, k2)),
+                   k4 = rate(moved(y, h, k3));
         for (std::size_t j = 0; j < 4; ++j) y[j] += h / 6 * (k1[j] + 2 * k2[j] + 2 * k3[j] + k4[j]);
     }
     return y;

@@ -22,7 +22,8 @@
 namespace skein {
 namespace {
 
-/// Rods of many lengths with all that strands can carry: sections, ends, tapers, loads, and dampings of three groups of passes.
+/// Rods of many lengths with all that strands can carry: sections, ends, tapers, loads, and dampings of three groups of
+/// passes.
 SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     SceneSpec scene = test::cilia_scene(3, 12);
     scene.rods[0].material.law = law;
@@ -35,7 +36,8 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
         rod.start = elements == 9 ? EndKind::clamped : elements == 17 ? EndKind::pinned : EndKind::free;
         rod.end = elements == 5 ? EndKind::clamped : elements == 40 ? EndKind::clamped_frozen : EndKind::free;
         if (elements == 6)
-            rod.shape.start_curvature = Vec3d{2.5, 0, 1}; // half a radian per cell: both sides of the polynomials' range
+            rod.shape.start_curvature =
+                Vec3d{2.5, 0, 1}; // half a radian per cell: both sides of the polynomials' range
         if (elements == 6) rod.shape.end_weights = EndWeights::gregory;
         if (elements == 40) rod.placement = {.kind = PlacementKind::line, .counts = {2}, .spacing = {1}};
         scene.rods.push_back(rod);
@@ -63,7 +65,8 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"rod 5", "rod 17"}});
     scene.loads.push_back({.load = EndForce{.start = {0, 0, 0.01}, .end = {0, 0.02, 0}, .ramp = {0.1}}});
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
-        scene.loads.push_back({.load = EndCouple{.start = {1e-4, 0, 0}, .end = {0, 2e-4, 1e-4}, .frame = frame, .ramp = {0.1}}});
+        scene.loads.push_back(
+            {.load = EndCouple{.start = {1e-4, 0, 0}, .end = {0, 2e-4, 1e-4}, .frame = frame, .ramp = {0.1}}});
         scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1, .frame = frame},
                                .rods = {"rod 5", "rod 9", "sliding", "rod 6"}});
     }
@@ -72,31 +75,36 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     scene.loads.push_back(
         {.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"rod 6"}});
     scene.loads.push_back(
-        {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = {0.1}},
+        {.load =
+             MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = {0.1}},
          .rods = {"rod 17"}});
     scene.tables.push_back({.name = "gust", .at = {0, 0.1, 0.3}, .value = {0, 1, 0.5}, .periodic = true});
-    scene.loads.push_back({.load = FormulaLoad{.force = {"1e-3*sin(20*t - 3*s)*x", "-0.01*vy*gust(t)", "1e-3*exp(-(1*z)^2)*rod/L"},
-                                               .couple = {"1e-6*x*vy", "1e-6*cos(9*t)*s", "1e-6*tanh(1*z)"}},
-                           .rods = {"cilia", "rod 5", "rod 40"}});
+    scene.loads.push_back(
+        {.load = FormulaLoad{.force = {"1e-3*sin(20*t - 3*s)*x", "-0.01*vy*gust(t)", "1e-3*exp(-(1*z)^2)*rod/L"},
+                             .couple = {"1e-6*x*vy", "1e-6*cos(9*t)*s", "1e-6*tanh(1*z)"}},
+         .rods = {"cilia", "rod 5", "rod 40"}});
     scene.loads.push_back({.load = FormulaLoad{.force = {"0.01*(X - x)", "1e-3", "0"},
                                                .couple = {"0", "1e-6*y", "1e-6"},
                                                .at = FormulaAt::end,
                                                .frame = FormulaFrame::body},
                            .rods = {"rod 9", "rod 40"}});
-    scene.loads.push_back(
-        {.load = FormulaLoad{.force = {"1e-3", "0", "2e-3*cos(9*t)"}, .at = FormulaAt::start}, .rods = {"cilia", "rod 9"}});
-    scene.loads.push_back(
-        {.load =
-             FormulaLoad{.force = {"0.1*sin(9*t)", "0", "-0.3"}, .couple = {"1e-6*gust(t)", "0", "1e-6"}, .per = FormulaPer::mass},
-         .rods = {"cilia", "rod 40"}});
+    scene.loads.push_back({.load = FormulaLoad{.force = {"1e-3", "0", "2e-3*cos(9*t)"}, .at = FormulaAt::start},
+                           .rods = {"cilia", "rod 9"}});
+    scene.loads.push_back({.load = FormulaLoad{.force = {"0.1*sin(9*t)", "0", "-0.3"},
+                                               .couple = {"1e-6*gust(t)", "0", "1e-6"},
+                                               .per = FormulaPer::mass},
+                           .rods = {"cilia", "rod 40"}});
     scene.loads.push_back({.load = MagneticFormula{{"1e-3", "2e-3*sin(5*t)", "0"}}, .rods = {"cilia"}});
-    scene.loads.push_back({.load = MagneticFormula{{"1e-3*x*z", "2e-3*sin(5*t)", "1e-3*y*y - 1e-3*s"}}, .rods = {"cilia"}});
-    scene.loads.push_back({.load = MagneticFormula{{"1e-3*x*z", "2e-3", "1e-3*y"}, {"3*s/L", "1 + 1*rod", "sin(5*s)*2"}},
-                           .rods = {"rod 9", "rod 40"}});
+    scene.loads.push_back(
+        {.load = MagneticFormula{{"1e-3*x*z", "2e-3*sin(5*t)", "1e-3*y*y - 1e-3*s"}}, .rods = {"cilia"}});
+    scene.loads.push_back(
+        {.load = MagneticFormula{{"1e-3*x*z", "2e-3", "1e-3*y"}, {"3*s/L", "1 + 1*rod", "sin(5*s)*2"}},
+         .rods = {"rod 9", "rod 40"}});
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
         scene.loads.push_back({.load = MuscleFormula{{"1e-4*sin(9*t - 6*s)", "0", "1e-4*s*cos(rod)"}, frame},
                                .rods = {"cilia", "rod 5", "rod 9", "rod 40", "sliding"}});
-        scene.loads.push_back({.load = MuscleFormula{{"0", "1e-4*cos(9*t)", "1e-5"}, frame}, .rods = {"rod 6", "rod 17"}});
+        scene.loads.push_back(
+            {.load = MuscleFormula{{"0", "1e-4*cos(9*t)", "1e-5"}, frame}, .rods = {"rod 6", "rod 17"}});
     }
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia", "rod 5", "rod 6"}},
                      {.damping = {.kind = DampingKind::uniform, .rate = 2}, .rods = {"rod 40"}}};
@@ -129,7 +137,8 @@ std::string difference(const test::Stage& a, const test::Stage& b) {
         b.rods->export_rod(i, other);
         for (std::size_t k = 0; k < one.size(); ++k)
             for (int d = 0; d < slot_doubles; ++d) {
-                const double x = reinterpret_cast<const double*>(&one[k])[d], y = reinterpret_cast<const double*>(&other[k])[d];
+                const double x = reinterpret_cast<const double*>(&one[k])[d],
+                             y = reinterpret_cast<const double*>(&other[k])[d];
                 if (std::bit_cast<std::uint64_t>(x) != std::bit_cast<std::uint64_t>(y))
                     return group.name() + ", slot " + std::to_string(k) + ", number " + std::to_string(d) + ": " +
                            std::to_string(x) + ", " + std::to_string(y) + " less " + std::to_string(x - y);
@@ -160,12 +169,14 @@ TEST(Mapping, GivesTheSameBits) {
 TEST(Mapping, IsTriedWithEveryLoad) {
     const SceneSpec scene = mixed(Law::incompressible);
     for (int kind = 0; kind < static_cast<int>(load_kinds().size()); ++kind)
-        EXPECT_TRUE(std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& l) { return l.load.number() == kind; }))
-            << load_kinds()[static_cast<std::size_t>(kind)];
+        EXPECT_TRUE(std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& l) {
+            return l.load.number() == kind;
+        })) << load_kinds()[static_cast<std::size_t>(kind)];
 }
 
 TEST(Mapping, OfALadderOfLengths) {
-    test::Stage across(ladder(40), 8, 1, Mapping::across), along(ladder(40), 8, 1, Mapping::along), automatic(ladder(40));
+    test::Stage across(ladder(40), 8, 1, Mapping::across), along(ladder(40), 8, 1, Mapping::along),
+        automatic(ladder(40));
     EXPECT_EQ(along.plan.families, 1);
     EXPECT_GT(automatic.plan.groups[20].along, 0);
     for (test::Stage* stage : {&across, &along, &automatic}) stage->advance(200);
@@ -178,7 +189,8 @@ TEST(Mapping, OfFlatAndUprightSections) {
     SceneSpec scene = ladder(12);
     for (std::size_t i = 0; i < scene.rods.size(); ++i) {
         const bool flat = i % 2 == 0;
-        scene.rods[i].section = {.kind = SectionKind::elliptic, .radius = flat ? 0.02 : 0.01, .radius_2 = flat ? 0.01 : 0.02};
+        scene.rods[i].section = {
+            .kind = SectionKind::elliptic, .radius = flat ? 0.02 : 0.01, .radius_2 = flat ? 0.01 : 0.02};
         scene.rods[i].shape.element_spin = {3, 2, 5};
     }
     test::Stage across(scene, 8, 1, Mapping::across), along(scene, 8, 1, Mapping::along);
@@ -188,13 +200,15 @@ TEST(Mapping, OfFlatAndUprightSections) {
 }
 
 TEST(Mapping, SurvivesExportAndImport) {
-    test::Stage whole(mixed(Law::incompressible), 8, 1, Mapping::along), half(mixed(Law::incompressible), 8, 1, Mapping::along);
+    test::Stage whole(mixed(Law::incompressible), 8, 1, Mapping::along),
+        half(mixed(Law::incompressible), 8, 1, Mapping::along);
     whole.advance(200);
     half.advance(90);
     test::Stage resumed(mixed(Law::incompressible), 4, 2, Mapping::along);
     std::vector<Slot<1>> state;
     for (std::size_t i = 0; i < half.rods->local().size(); ++i) {
-        state.resize(static_cast<std::size_t>(half.groups[static_cast<std::size_t>(half.rods->local()[i].group)].slots()));
+        state.resize(
+            static_cast<std::size_t>(half.groups[static_cast<std::size_t>(half.rods->local()[i].group)].slots()));
         half.rods->export_rod(i, state);
         resumed.rods->import_rod(i, state);
     }
@@ -210,7 +224,8 @@ TEST(Mapping, WatchesStepAndStateAlike) {
         EXPECT_TRUE(stage->rods->visit({}, true));
     }
     for (std::size_t i = 0; i < across.rods->local().size(); ++i) {
-        const auto slots = static_cast<std::size_t>(across.groups[static_cast<std::size_t>(across.rods->local()[i].group)].slots());
+        const auto slots =
+            static_cast<std::size_t>(across.groups[static_cast<std::size_t>(across.rods->local()[i].group)].slots());
         std::vector<Slot<1>> good(slots);
         across.rods->export_rod(i, good);
         for (const std::size_t k : {std::size_t{0}, slots / 2, slots - 2, slots - 1}) {
@@ -248,7 +263,8 @@ TEST(Mapping, FindsTheSamePresentLimits) {
         test::Stage stage(scene, along ? 8 : 1, 1, along ? Mapping::along : Mapping::across);
         std::vector<Slot<1>> state;
         for (std::size_t i = 0; i < across.rods->local().size(); ++i) {
-            state.resize(static_cast<std::size_t>(across.groups[static_cast<std::size_t>(across.rods->local()[i].group)].slots()));
+            state.resize(static_cast<std::size_t>(
+                across.groups[static_cast<std::size_t>(across.rods->local()[i].group)].slots()));
             across.rods->export_rod(i, state);
             stage.rods->import_rod(i, state);
         }

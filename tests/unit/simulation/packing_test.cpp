@@ -84,9 +84,10 @@ TEST(PackedScene, MagnetisationKeepsItsDirectionInTheLab) {
         stage.rods->export_rod(i, state);
         for (std::size_t k = 0; k + 1 < state.size(); ++k) {
             const ElementConstants& c = group.element[k];
-            const Vec3d couple =
-                (1000 * c.volume * stage.clock.dt()) * (group.start_director(stage.rods->local()[i].index, k) * Vec3d{0, -1e-3, 0});
-            EXPECT_LT(norm(scale(c.inertia, lane(state[k].spin, 0)) - couple), 1e-6 * 1000 * c.volume * stage.clock.dt() * 1e-3);
+            const Vec3d couple = (1000 * c.volume * stage.clock.dt()) *
+                                 (group.start_director(stage.rods->local()[i].index, k) * Vec3d{0, -1e-3, 0});
+            EXPECT_LT(norm(scale(c.inertia, lane(state[k].spin, 0)) - couple),
+                      1e-6 * 1000 * c.volume * stage.clock.dt() * 1e-3);
         }
     }
 }

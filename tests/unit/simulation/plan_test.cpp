@@ -1,4 +1,5 @@
-// Plans are what they are printed to be: snapshots for every scene in apps/, absent physics absent, steps within limits.
+// Plans are what they are printed to be: snapshots for every scene in apps/, absent physics absent, steps within
+// limits.
 #include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
 #include "loads/slender_body_drag.hpp"
@@ -40,7 +41,8 @@ std::vector<fs::path> app_scenes() {
 void compare_with_snapshot(const fs::path& path, const Machine& machine) {
     const SceneSpec scene = read_scene(path.string());
     const std::string text = to_text(make_plan(scene, make_whole_groups(scene), machine));
-    const fs::path snapshot = fs::path(SKEIN_SOURCE_DIR) / "tests/unit/simulation/plans" / (path.stem().string() + ".txt");
+    const fs::path snapshot =
+        fs::path(SKEIN_SOURCE_DIR) / "tests/unit/simulation/plans" / (path.stem().string() + ".txt");
     if (std::getenv("SKEIN_UPDATE_SNAPSHOTS")) std::ofstream(snapshot) << text;
     EXPECT_EQ(text, text_of(snapshot)) << path << " against " << snapshot;
 }
@@ -97,16 +99,16 @@ TEST(Plan, TellsWhatRanksSendThatShareTheRowsOfSlabs) {
         const std::string text = to_text(make_plan(scene, {}, {.ranks = ranks}));
         EXPECT_NE(text.find(told), std::string::npos) << text;
     };
-    expect(
-        32, 4,
-        "8 slabs of planes, the rows of each on 4 ranks; by a rank in a step: 319 MB in transposes (319 MB a solve), 83.6 MB as");
+    expect(32, 4,
+           "8 slabs of planes, the rows of each on 4 ranks; by a rank in a step: 319 MB in transposes (319 MB a "
+           "solve), 83.6 MB as");
     expect(160, 0, "    sent        by a rank in a step: 39.1 MB in transposes (39.1 MB a solve), 216 MB as ghosts");
     expect(160, 8, "71.8 MB in transposes (71.8 MB a solve), 38.8 MB as ghosts");
     expect(320, 0, "19.6 MB in transposes (19.6 MB a solve), 216 MB as ghosts");
     expect(320, 16, "37.1 MB in transposes (37.1 MB a solve), 25.3 MB as ghosts");
-    expect(
-        640, 0,
-        "320 slabs of planes, the rows of each on 2 ranks; by a rank in a step: 14.7 MB in transposes (14.7 MB a solve), 109 MB");
+    expect(640, 0,
+           "320 slabs of planes, the rows of each on 2 ranks; by a rank in a step: 14.7 MB in transposes (14.7 MB a "
+           "solve), 109 MB");
     expect(640, 16, "18.8 MB in transposes (18.8 MB a solve), 19.4 MB as ghosts");
     expect(1280, 0, "8.59 MB in transposes (8.59 MB a solve), 54.8 MB as ghosts");
     expect(1280, 32, "9.55 MB in transposes (9.55 MB a solve), 12.7 MB as ghosts");
@@ -157,7 +159,8 @@ TEST(Plan, PassesStandInTheTableOfTheArchitecture) {
 /// The passes that rods run are those of the plan.
 void expect_planned_passes(SceneSpec scene) {
     const test::Stage stage(std::move(scene), 8, 1, Mapping::across);
-    for (std::size_t g = 0; g < stage.groups.size(); ++g) EXPECT_EQ(stage.rods->passes(g), stage.plan.groups[g].program.names());
+    for (std::size_t g = 0; g < stage.groups.size(); ++g)
+        EXPECT_EQ(stage.rods->passes(g), stage.plan.groups[g].program.names());
 }
 
 TEST(Plan, NamesThePassesThatRun) { expect_planned_passes(test::cilia_scene(3)); }
@@ -229,7 +232,8 @@ TEST(Plan, HintsAtElementsThatGainNothing) {
     };
     EXPECT_TRUE(hints(9, EndKind::clamped).empty());
     ASSERT_EQ(hints(25, EndKind::clamped).size(), 1u);
-    EXPECT_NE(hints(25, EndKind::clamped)[0].find("elements = 10 would do"), std::string::npos) << hints(25, EndKind::clamped)[0];
+    EXPECT_NE(hints(25, EndKind::clamped)[0].find("elements = 10 would do"), std::string::npos)
+        << hints(25, EndKind::clamped)[0];
     EXPECT_EQ(hints(9, EndKind::clamped_frozen).size(), 1u);
 }
 
@@ -246,9 +250,10 @@ TEST(Plan, TellsWhereLawsDiffer) {
     EXPECT_TRUE(hints({0, 2.4, 0}, {2, 0, 2.4}).empty()) << "r kappa = 0.048";
     for (const auto& found : {hints({6, 8, 0}, {0, 0, 0}), hints({0, 0, 0}, {10, 0, 0}, Law::neo_hookean)}) {
         ASSERT_EQ(found.size(), 1u);
-        EXPECT_EQ(found[0],
-                  "r kappa reaches 0.2 in bending and 0 in twist; from straight to that a free rod gets longer by 1.5 % with "
-                  "\"incompressible\", 1.5 % with \"neo_hookean\" and not at all with \"linear\": theory.md (11a)");
+        EXPECT_EQ(
+            found[0],
+            "r kappa reaches 0.2 in bending and 0 in twist; from straight to that a free rod gets longer by 1.5 % with "
+            "\"incompressible\", 1.5 % with \"neo_hookean\" and not at all with \"linear\": theory.md (11a)");
     }
     const auto twisted = hints({0, 0, 0}, {0, 0, -15}); // (r kappa)^2/4 and a third of that
     ASSERT_EQ(twisted.size(), 1u);
@@ -277,7 +282,8 @@ TEST(Plan, AutomaticStepDividesTheIntervalsOfAllOutputs) {
     };
     const double limit = plan_of({}).limit;
     for (const auto& [trajectory, series] : {std::pair{50.0, 20.0}, {30.0, 45.0}, {70.0, 33.0}, {20.0, 50.0}}) {
-        const Plan plan = plan_of({.trajectory = trajectory * limit, .series = series * limit, .checkpoint = 100 * limit});
+        const Plan plan =
+            plan_of({.trajectory = trajectory * limit, .series = series * limit, .checkpoint = 100 * limit});
         const bool alike = trajectory != 70;
         for (const double interval : {trajectory, series}) {
             const double steps = interval * limit / plan.dt;
@@ -332,7 +338,8 @@ TEST(Plan, AbsentPhysicsHasNoPassAndNoArray) {
     bare.rods[0].magnetisation = {};
     const auto groups = make_groups(bare);
     const Plan plan = make_plan(bare, groups, {});
-    const std::vector<std::string_view> expected = {"drift (circular)", "orthonormalise", "elastic (incompressible)", "kick"};
+    const std::vector<std::string_view> expected = {"drift (circular)", "orthonormalise", "elastic (incompressible)",
+                                                    "kick"};
     EXPECT_EQ(plan.groups[0].program.names(), expected);
     EXPECT_EQ(plan.cadence.trajectory + plan.cadence.tips + plan.cadence.series + plan.cadence.checkpoint, 0);
     for (const char* absent : {"damping", "gravity", "magnetics", "muscles", "trajectory", "tips", "time series"})
@@ -410,7 +417,8 @@ TEST(Plan, CountsExplicitDragAmongTheLimits) {
     const auto thin = limits(1e-3), thick = limits(300);
     EXPECT_NE(thin.front().mode, "slender-body drag");
     ASSERT_EQ(thick.front().mode, "slender-body drag");
-    // Inside, a node of mass m is dragged by one element's worth: nu = 4 pi mu l/(m ln(L/r)), and (h/h0)^2 + h nu/2 = 1.
+    // Inside, a node of mass m is dragged by one element's worth: nu = 4 pi mu l/(m ln(L/r)), and (h/h0)^2 + h nu/2
+    // = 1.
     const double rate = 4 * 3.14159265358979324 * 300 / (1000 * 3.14159265358979324 * 0.02 * 0.02 * std::log(1 / 0.02));
     const double share = thick[0].dt / thick[1].dt;
     EXPECT_NEAR(share * share + thick[0].dt * rate / 2, 1, 1e-12);

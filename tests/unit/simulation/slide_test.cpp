@@ -1,4 +1,5 @@
-// Held ends that slide in some lab directions: what must hold of every kind of end, in every set of directions.  theory.md (47a)
+// Held ends that slide in some lab directions: what must hold of every kind of end, in every set of directions.
+// theory.md (47a)
 #include "loads/gravity.hpp"
 #include "rod/time_limits.hpp"
 #include "support/energy.hpp"
@@ -90,9 +91,11 @@ TEST(Slide, KeepsTheMomentumOfDirectionsInWhichBothEndsAreFree) {
             const RodGroup& group = stage.groups[0];
             double size = 0;
             const auto start = stage.state(0);
-            for (std::size_t i = 0; i < start.size(); ++i) size += group.node_mass[i] * norm(lane(start[i].velocity, 0));
+            for (std::size_t i = 0; i < start.size(); ++i)
+                size += group.node_mass[i] * norm(lane(start[i].velocity, 0));
             stage.advance(1000);
-            const double change = component(test::momenta(group, stage.state(0)).linear - test::momenta(group, start).linear, axis);
+            const double change =
+                component(test::momenta(group, stage.state(0)).linear - test::momenta(group, start).linear, axis);
             EXPECT_LT(std::abs(change), 1e-12 * size) << text(c) << " along " << axis;
             ++found;
         }
@@ -109,7 +112,8 @@ TEST(Slide, HoldsTheOtherDirectionsExactlyAndMovesInThese) {
             if (kind == EndKind::free) return;
             const Vec3d moved = lane(state[i].position, 0) - lane(start[i].position, 0), v = lane(state[i].velocity, 0);
             for (const char axis : {'x', 'y', 'z'}) {
-                EXPECT_EQ(component(moved, axis) != 0, names(free, axis)) << text(c) << ", node " << i << " along " << axis;
+                EXPECT_EQ(component(moved, axis) != 0, names(free, axis))
+                    << text(c) << ", node " << i << " along " << axis;
                 EXPECT_EQ(component(v, axis) != 0, names(free, axis)) << text(c) << ", node " << i << " along " << axis;
             }
         };
@@ -125,7 +129,8 @@ TEST(Slide, LeavesRodsAtRest) {
         stage.advance(300);
         const auto state = stage.state(0);
         for (std::size_t i = 0; i < start.size(); ++i)
-            EXPECT_LT(norm(lane(state[i].position, 0) - lane(start[i].position, 0)), 1e-12) << text(c) << ", node " << i;
+            EXPECT_LT(norm(lane(state[i].position, 0) - lane(start[i].position, 0)), 1e-12)
+                << text(c) << ", node " << i;
     }
 }
 
@@ -150,11 +155,13 @@ TEST(Slide, TurnsWithTheScene) {
         two.advance(300);
         const auto a = one.state(0), b = two.state(0);
         for (std::size_t i = 0; i < a.size(); ++i)
-            EXPECT_LT(norm(turned(lane(a[i].position, 0)) - lane(b[i].position, 0)), 1e-11) << text(c) << ", node " << i;
+            EXPECT_LT(norm(turned(lane(a[i].position, 0)) - lane(b[i].position, 0)), 1e-11)
+                << text(c) << ", node " << i;
     }
 }
 
-// Holding a node in some directions only takes freedom away: the bound on the step is what it is for rods with free ends.
+// Holding a node in some directions only takes freedom away: the bound on the step is what it is for rods with free
+// ends.
 TEST(Slide, LeavesTheLimitOfTheStep) {
     for (const double radius : {0.004, 0.1})
         for (const Case& c : all_cases()) {

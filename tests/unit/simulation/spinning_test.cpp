@@ -1,6 +1,6 @@
-// A straight rod that spins about an axis across it, stretched by its own inertia: with the linear law a node whose distance from
-// the middle is X at rest goes round at x,  E A x'' = -rho A w^2 x,  x' = 1 at the ends,  so x = sin(k X)/(k cos(k L/2)), k = w
-// sqrt(rho/E).
+// A straight rod that spins about an axis across it, stretched by its own inertia: with the linear law a node whose
+// distance from the middle is X at rest goes round at x,  E A x'' = -rho A w^2 x,  x' = 1 at the ends,  so x = sin(k
+// X)/(k cos(k L/2)), k = w sqrt(rho/E).
 #include "support/energy.hpp"
 #include "support/scenes_for_tests.hpp"
 
@@ -53,7 +53,8 @@ double off_its_circle(long elements) {
         for (std::size_t i = 0; i < state.size(); ++i) {
             const Vec3d x = lane(state[i].position, 0);
             const double at_rest = length * (static_cast<double>(i) / static_cast<double>(elements) - 0.5);
-            most = std::max(most, std::abs(norm(x) - std::abs(radius_of(at_rest)))), most = std::max(most, std::abs(x.z));
+            most = std::max(most, std::abs(norm(x) - std::abs(radius_of(at_rest)))),
+            most = std::max(most, std::abs(x.z));
         }
     }
     return most;

@@ -1,5 +1,5 @@
-// A scene that is turned and shifted, with all of its lab vectors, gives the same results: over loads, dampers, laws and ends. And
-// what couples do to the momentum and the energy of rods that tumble, and drag to the step.
+// A scene that is turned and shifted, with all of its lab vectors, gives the same results: over loads, dampers, laws
+// and ends. And what couples do to the momentum and the energy of rods that tumble, and drag to the step.
 #include "support/dampers.hpp"
 #include "support/energy.hpp"
 #include "support/free_rods.hpp"
@@ -73,8 +73,9 @@ TEST(TurnedScenes, AreTheSameUnderEveryDamperLawAndEnd) {
                 SceneSpec scene = scene_of(rod), turned = scene_of(turn.rod(rod));
                 const DampingKind damper = test::all_dampers()[(start + end) % std::size(damping_names)];
                 scene.damping = turned.damping = {{.damping = test::damper(damper)}};
-                EXPECT_LT(difference(scene, turned, turn), 1e-10) << end_names[start] << ", " << end_names[end] << ", "
-                                                                  << test::name_of(damper) << ", law " << static_cast<int>(law);
+                EXPECT_LT(difference(scene, turned, turn), 1e-10)
+                    << end_names[start] << ", " << end_names[end] << ", " << test::name_of(damper) << ", law "
+                    << static_cast<int>(law);
             }
 }
 
@@ -126,13 +127,15 @@ TEST(TumblingRods, GainTheWorkOfEndCouples) {
             SceneSpec scene = test::flying_rod(false, 1);
             scene.rods[0].shape.start_curvature = Vec3d{0.2, 0.1, 0.1};
             scene.loads = {
-                {.load = EndCouple{.start = {0.01, 0.02, -0.01}, .end = {-0.02, 0.01, 0.03}, .frame = frame, .ramp = {0.02}}}};
+                {.load = EndCouple{
+                     .start = {0.01, 0.02, -0.01}, .end = {-0.02, 0.01, 0.03}, .frame = frame, .ramp = {0.02}}}};
             scene.output.audit = true;
             scene.time.dt = 0.04 / steps;
             test::Stage stage(scene, 1);
             const double before = test::energy(stage.groups[0], stage.state(0));
             stage.advance(steps);
-            const double gained = test::energy(stage.groups[0], stage.state(0)) - before, work = stage.rods->budget(0).loads;
+            const double gained = test::energy(stage.groups[0], stage.state(0)) - before,
+                         work = stage.rods->budget(0).loads;
             EXPECT_NE(work, 0);
             return std::abs(gained - work) / std::abs(work);
         };
@@ -142,8 +145,8 @@ TEST(TumblingRods, GainTheWorkOfEndCouples) {
     }
 }
 
-// A light rod, whose drag is stiff: every load that says a rate is the first of the limits, and a rod shaken at the automatic step
-// loses energy. A plane has its spring taken off, whose energy is none of the rod's.
+// A light rod, whose drag is stiff: every load that says a rate is the first of the limits, and a rod shaken at the
+// automatic step loses energy. A plane has its spring taken off, whose energy is none of the rod's.
 TEST(LimitOfTheStep, FallsUnderEveryLoadThatSaysARate) {
     SceneSpec scene;
     scene.rods = {test::simple_rod(7)};

@@ -40,16 +40,18 @@ SceneSpec everything() {
     scene.loads.push_back({.load = EndForce{.end = {0, 0.02, 0}, .ramp = {0.1}}, .rods = {"flat"}});
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
         scene.loads.push_back({.load = EndCouple{.end = {0, 2e-4, 1e-4}, .frame = frame}, .rods = {"crooked", "flat"}});
-        scene.loads.push_back(
-            {.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1, .frame = frame}, .rods = {"crooked", "flat"}});
+        scene.loads.push_back({.load = MuscleWave{.amplitude = 1e-3, .period = 0.5, .wavelength = 1, .frame = frame},
+                               .rods = {"crooked", "flat"}});
     }
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body})
-        scene.loads.push_back(
-            {.load = MuscleFormula{{"0", "1e-3*sin(9*t - 6*s)", "2e-4*s*cos(rod)"}, frame}, .rods = {"crooked", "flat"}});
-    scene.loads.push_back({.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"flat"}});
+        scene.loads.push_back({.load = MuscleFormula{{"0", "1e-3*sin(9*t - 6*s)", "2e-4*s*cos(rod)"}, frame},
+                               .rods = {"crooked", "flat"}});
+    scene.loads.push_back(
+        {.load = SinusoidalEndForce{.start = 0.01, .end = -0.02, .hold = 0.05, .period = 0.3}, .rods = {"flat"}});
     scene.loads.push_back({.load = SlenderBodyDrag{.viscosity = 0.02}, .rods = {"crooked", "flat"}});
     scene.loads.push_back(
-        {.load = MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = {0.1}},
+        {.load =
+             MuscleTorques{.coefficients = {0, 1e-3, 2e-3, 1e-3, 0}, .period = 0.4, .wave_number = 6, .ramp = {0.1}},
          .rods = {"crooked"}});
     scene.damping = {{.damping = {.kind = DampingKind::legacy, .rate = 0.5}, .rods = {"cilia"}},
                      {.damping = {.kind = DampingKind::laplacian, .rate = 20, .order = 2}, .rods = {"cilia", "flat"}},
@@ -69,10 +71,12 @@ TEST(Bits, AreTheSameForEveryWidthThreadCountAndBatch) {
     for (const int lanes : {1, 2, 4, 8})
         for (const int threads : {1, 2})
             for (const std::int64_t batch : {1, 7, 64})
-                EXPECT_EQ(digest(lanes, threads, batch), one) << lanes << " lanes, " << threads << " threads, batches of " << batch;
+                EXPECT_EQ(digest(lanes, threads, batch), one)
+                    << lanes << " lanes, " << threads << " threads, batches of " << batch;
 }
 
-// Beyond half a radian lanes take the C library: neighbours that are turned against each other, and tops that spin fast.
+// Beyond half a radian lanes take the C library: neighbours that are turned against each other, and tops that spin
+// fast.
 TEST(Bits, AreTheSameWhereTurnsAreLarge) {
     RodSpec rod = test::simple_rod(10);
     rod.shape.start_curvature = Vec3d{12, 0, 3};
@@ -85,7 +89,8 @@ TEST(Bits, AreTheSameWhereTurnsAreLarge) {
         std::vector<Slot<1>> state(11);
         for (std::size_t i = 0; i < 11; i += 2) {
             stage.rods->export_rod(i, state);
-            for (std::size_t k = 0; k < 10; ++k) set_lane(state[k].spin, 0, (1 / stage.plan.dt) * Vec3d{0.9, -0.4, 0.1});
+            for (std::size_t k = 0; k < 10; ++k)
+                set_lane(state[k].spin, 0, (1 / stage.plan.dt) * Vec3d{0.9, -0.4, 0.1});
             stage.rods->import_rod(i, state);
         }
         stage.advance(3);
@@ -101,7 +106,8 @@ TEST(Bits, SurviveExportAndImport) {
     test::Stage resumed(everything(), 4);
     std::vector<Slot<1>> state;
     for (std::size_t i = 0; i < halves.rods->local().size(); ++i) {
-        state.resize(static_cast<std::size_t>(halves.groups[static_cast<std::size_t>(halves.rods->local()[i].group)].slots()));
+        state.resize(
+            static_cast<std::size_t>(halves.groups[static_cast<std::size_t>(halves.rods->local()[i].group)].slots()));
         halves.rods->export_rod(i, state);
         resumed.rods->import_rod(i, state);
     }
@@ -146,9 +152,11 @@ TEST(Inspect, NamesARodWhoseStrainsLeaveTheStepNoRoom) {
             for (const double e : {1.2, 1.0, 0.85, 0.82, 0.79, 0.77, 0.7, 0.6}) {
                 stage.rods->export_rod(7, state);
                 for (std::size_t k = 0; k < 11; ++k)
-                    set_lane(state[k].position, 0, stage.groups[0].origin(7) + Vec3d{0, 0, 0.1 * e * static_cast<double>(k)});
+                    set_lane(state[k].position, 0,
+                             stage.groups[0].origin(7) + Vec3d{0, 0, 0.1 * e * static_cast<double>(k)});
                 stage.rods->import_rod(7, state);
-                const double share = 0.5 * scene.time.dt * std::sqrt(largest_eigenvalue(test::tile_of(stage.groups[0], state))[0]);
+                const double share =
+                    0.5 * scene.time.dt * std::sqrt(largest_eigenvalue(test::tile_of(stage.groups[0], state))[0]);
                 told += share > 0.93, stopped += share > 1;
                 EXPECT_EQ(stage.rods->visit({}, true), forced || share <= 1) << e;
                 const std::string near = stage.rods->near_limit();
