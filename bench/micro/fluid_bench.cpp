@@ -72,9 +72,13 @@ void fftw_pair(benchmark::State& state, int n) {
     auto* spectrum = reinterpret_cast<fftw_complex*>(field.data());
     fftw_plan there = fftw_plan_dft_r2c_3d(n, n, n, field.data(), spectrum, FFTW_MEASURE),
               back = fftw_plan_dft_c2r_3d(n, n, n, spectrum, field.data(), FFTW_MEASURE);
-    for (auto _ : state) fftw_execute(there), fftw_execute(back);
+    for (auto _ : state) {
+        fftw_execute(there);
+        fftw_execute(back);
+    }
     per_cell(state, static_cast<double>(rows) * n);
-    fftw_destroy_plan(there), fftw_destroy_plan(back);
+    fftw_destroy_plan(there);
+    fftw_destroy_plan(back);
 }
 
 /// Of `sweeps`, with a sphere a quarter of the cube across; of none without it.

@@ -55,8 +55,10 @@ Times time_of(const RodGroup& group, const std::vector<Load>& loads) {
             ratio[p].push_back(one / ns[0].back());
         }
     Times times;
-    for (std::size_t p = 0; p < passes.size(); ++p)
-        times.ns.push_back(median(ns[p])), times.ratio.push_back(median(ratio[p]));
+    for (std::size_t p = 0; p < passes.size(); ++p) {
+        times.ns.push_back(median(ns[p]));
+        times.ratio.push_back(median(ratio[p]));
+    }
     return times;
 }
 
@@ -83,8 +85,10 @@ std::vector<Vec3d> added_by(const RodGroup& group, const Load& load) {
 double difference_of(const RodGroup& group, const Load& named, const Load& written) {
     const auto a = added_by(group, named), b = added_by(group, written);
     double largest = 0, difference = 0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        largest = std::max(largest, norm(a[i])), difference = std::max(difference, norm(a[i] - b[i]));
+    for (std::size_t i = 0; i < a.size(); ++i) {
+        largest = std::max(largest, norm(a[i]));
+        difference = std::max(difference, norm(a[i] - b[i]));
+    }
     return difference / largest;
 }
 

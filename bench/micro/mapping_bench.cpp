@@ -114,12 +114,17 @@ int main(int argc, char** argv) {
         for (long turn = 0; turn <= turns; ++turn)
             for (Row& row : rows) {
                 const double ns = timed(*row.stage, per_visit), block_ns = timed(*row.block, per_visit);
-                if (turn > 0) row.ns.push_back(ns), row.block_ns.push_back(block_ns); // the first one warms up
+                if (turn > 0) { // the first one warms up
+                    row.ns.push_back(ns);
+                    row.block_ns.push_back(block_ns);
+                }
             }
         for (const Row& row : rows) {
             const std::uint64_t digest = digest_after(row.scene, 8, 64);
-            if (digest != digest_after(row.scene, 1, 64))
-                return fmt::print("{}: the bits differ from those of one lane\n", row.name), 1;
+            if (digest != digest_after(row.scene, 1, 64)) {
+                fmt::print("{}: the bits differ from those of one lane\n", row.name);
+                return 1;
+            }
             const double ns = bench::median(row.ns), block_ns = bench::median(row.block_ns);
             fmt::print("{:<38}{:>12}{:>8.2f}{:>12.2f}{:>8.2f}{:>7.1f}  {:016x}\n", row.name, per_visit, ns, block_ns,
                        ns / block_ns, row.bar, digest);

@@ -38,7 +38,9 @@ TextbookRod::TextbookRod(const RodGroup& group, std::int64_t index, const std::v
         gain_[i] = kick_constants.node[i].gain;
     }
     const auto set_frame = [&](std::size_t k, const Mat3d& q) {
-        set(d1_, k, q.d1), set(d2_, k, q.d2), set(d3_, k, q.d3);
+        set(d1_, k, q.d1);
+        set(d2_, k, q.d2);
+        set(d3_, k, q.d3);
     };
     set_frame(0, matrix(group.frame()));
     const Vec3d magnetisation = group.spec().magnetisation.strength * group.magnetisation(index);

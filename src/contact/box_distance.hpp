@@ -84,7 +84,10 @@ inline SegmentToBox nearest_to_box(const Vec3d& p, const Vec3d& d, const Vec3d& 
         double steep = 0;
         int faces = 0;
         for (int k = 0; k < 3; ++k)
-            if (beyond(k, middle) != 0) steep += along[k] * along[k], ++faces;
+            if (beyond(k, middle) != 0) {
+                steep += along[k] * along[k];
+                ++faces;
+            }
         if (const double sine = steep / squared; faces > 0 && sine < near.sine_squared)
             near = {near.s, at[i], at[i + 1], sine};
     }

@@ -37,7 +37,8 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
     std::fill(b + count, b + count + W, b[0]);
     for (std::size_t i = 0; i < count + W; ++i) {
         const std::uint32_t low = std::min(a[i], b[i]), high = std::max(a[i], b[i]);
-        a[i] = low, b[i] = high;
+        a[i] = low;
+        b[i] = high;
     }
     const auto node = [&](std::uint32_t slot) { return &c.node[slot]; };
     for_capsule_tiles(
@@ -92,10 +93,12 @@ struct BroadPhase::Copies {
             const auto [begin, end] = ranges.range[r];
             if (count + (end - begin) > most) return false;
             for (std::uint32_t i = begin, to = count; i < end; i += 16, to += 16) { // in sixteens, beyond the end
-                std::memcpy(x + to, from.x + i, 64), std::memcpy(y + to, from.y + i, 64),
-                    std::memcpy(z + to, from.z + i, 64);
-                std::memcpy(reach + to, from.reach + i, 64), std::memcpy(body + to, from.body + i, 64),
-                    std::memcpy(slot + to, from.slot + i, 64);
+                std::memcpy(x + to, from.x + i, 64);
+                std::memcpy(y + to, from.y + i, 64);
+                std::memcpy(z + to, from.z + i, 64);
+                std::memcpy(reach + to, from.reach + i, 64);
+                std::memcpy(body + to, from.body + i, 64);
+                std::memcpy(slot + to, from.slot + i, 64);
             }
             count += end - begin;
         }
@@ -134,7 +137,8 @@ void BroadPhase::find_sizes(const Exposure& bodies) {
     for (std::size_t s = 0; s < bodies.slots(); ++s) {
         if (!bodies.has_element(s)) continue;
         const Vec3d m = middle(bodies, s);
-        least = least_of(least, m), most = most_of(most, m);
+        least = least_of(least, m);
+        most = most_of(most, m);
         smallest_ = std::min(smallest_, half_length(bodies, s) + bodies.node[s].radius);
     }
     const Vec3d centre = 0.5 * (least + most);
@@ -161,7 +165,8 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
             grid_of_[s] = static_cast<std::uint8_t>(std::clamp(std::ilogb(reach / smallest_), 0, 31));
             sphere_[s] = {static_cast<float>(m.x), static_cast<float>(m.y), static_cast<float>(m.z),
                           static_cast<float>(reach)};
-            e.least = least_of(e.least, m), e.most = most_of(e.most, m);
+            e.least = least_of(e.least, m);
+            e.most = most_of(e.most, m);
             e.reach[grid_of_[s]] = std::max(e.reach[grid_of_[s]], reach);
             ++e.count[grid_of_[s]];
         }
@@ -169,9 +174,12 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
     Extent all;
     std::size_t coarsest = 0;
     for (const Extent& e : parts) {
-        all.least = least_of(e.least, all.least), all.most = most_of(e.most, all.most);
-        for (std::size_t g = 0; g < 32; ++g)
-            all.reach[g] = std::max(all.reach[g], e.reach[g]), all.count[g] += e.count[g];
+        all.least = least_of(e.least, all.least);
+        all.most = most_of(e.most, all.most);
+        for (std::size_t g = 0; g < 32; ++g) {
+            all.reach[g] = std::max(all.reach[g], e.reach[g]);
+            all.count[g] += e.count[g];
+        }
     }
     for (std::size_t g = 0; g < 32; ++g)
         if (all.count[g] > 0) coarsest = g;
@@ -226,7 +234,10 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
             if (!bodies.has_element(s)) continue;
             const std::size_t i = cell_begin_[cell_of_[s]] + place_[s];
             const Sphere& sphere = sphere_[s];
-            x_[i] = sphere.x, y_[i] = sphere.y, z_[i] = sphere.z, reach_[i] = sphere.reach;
+            x_[i] = sphere.x;
+            y_[i] = sphere.y;
+            z_[i] = sphere.z;
+            reach_[i] = sphere.reach;
             slot_[i] = static_cast<std::uint32_t>(s);
             const bool touches_itself = gaps[static_cast<std::size_t>(bodies.at(s).group)].touches_itself();
             body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.kin_of(s);

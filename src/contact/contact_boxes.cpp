@@ -69,9 +69,11 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     };
     const auto exert = [&](const ContactForce<Q>& f, double s, const Vec3d& arm) {
         const Vec3d force = lane(f.on_1, 0), moment = lane(f.moment, 0);
-        out.on_element.first += (1 - s) * force, out.on_element.second += s * force,
-            out.on_element.couple += f.arm_1[0] * moment;
-        out.on_box.first -= force, out.on_box.couple += f.arm_2[0] * moment - cross(arm, force);
+        out.on_element.first += (1 - s) * force;
+        out.on_element.second += s * force;
+        out.on_element.couple += f.arm_1[0] * moment;
+        out.on_box.first -= force;
+        out.on_box.couple += f.arm_2[0] * moment - cross(arm, force);
     };
     double weight = 1;
     if (const int side = vertex_side(near.s, vertices, reach); side != 0) { // the other is the nearest point of the box
@@ -115,8 +117,10 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
             const Q of_end = 0.5 * share * beside;
             const auto f =
                 contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, {of_end, of_end});
-            elsewhere += f.normal[0], elastic_energy += f.elastic_energy[0], viscous_work += 2 * f.viscous_work[0],
-                stiffest = std::max(stiffest, f.stiffness[0]);
+            elsewhere += f.normal[0];
+            elastic_energy += f.elastic_energy[0];
+            viscous_work += 2 * f.viscous_work[0];
+            stiffest = std::max(stiffest, f.stiffness[0]);
             exert(f, s, end.arm);
         }
     }

@@ -37,7 +37,10 @@ Bounce hertz_bounce(double d) {
 /// Where a falling function of a positive number takes a value.
 template <class F> double falling_root(F&& f, double value) {
     double low = 0, high = 1;
-    while (f(high) > value) low = high, high *= 2;
+    while (f(high) > value) {
+        low = high;
+        high *= 2;
+    }
     for (int i = 0; i < 60; ++i) {
         const double middle = 0.5 * (low + high);
         (f(middle) > value ? low : high) = middle;
@@ -155,7 +158,10 @@ ContactLaw ContactLaw::resolved(double effective_mass) const {
 ContactLaw ContactLaw::at(double time) const {
     ContactLaw law = *this;
     law.kinetic_friction = kinetic();
-    if (time < soft_until) law.stiffness = soft_stiffness, law.damping = soft_damping;
+    if (time < soft_until) {
+        law.stiffness = soft_stiffness;
+        law.damping = soft_damping;
+    }
     if (time < friction_from) law.static_friction = law.kinetic_friction = 0;
     return law;
 }

@@ -48,7 +48,10 @@ template <class P> struct ContactNumbers {
     P twice_step{};         ///< 2 h, s: likewise
 
     /// For a step h, s, of regularised friction on bodies of this mobility, 1/kg (contact_limits.hpp).
-    void set_spring(double step, double mobility) { compliance = step * step * mobility, twice_step = 2 * step; }
+    void set_spring(double step, double mobility) {
+        compliance = step * step * mobility;
+        twice_step = 2 * step;
+    }
     /// The same in all lanes.
     template <class Q> ContactNumbers<Q> as() const {
         return {stiffness,          damping,    static_friction, kinetic_friction, tangential_stiffness,
@@ -57,10 +60,15 @@ template <class P> struct ContactNumbers {
 };
 
 template <int W> SKEIN_INLINE void set_lane(ContactNumbers<Pack<W>>& all, int i, const ContactNumbers<double>& one) {
-    all.stiffness.set(i, one.stiffness), all.damping.set(i, one.damping);
-    all.static_friction.set(i, one.static_friction), all.kinetic_friction.set(i, one.kinetic_friction);
-    all.tangential_stiffness.set(i, one.tangential_stiffness), all.tangential_damping.set(i, one.tangential_damping);
-    all.slip_speed.set(i, one.slip_speed), all.compliance.set(i, one.compliance), all.twice_step.set(i, one.twice_step);
+    all.stiffness.set(i, one.stiffness);
+    all.damping.set(i, one.damping);
+    all.static_friction.set(i, one.static_friction);
+    all.kinetic_friction.set(i, one.kinetic_friction);
+    all.tangential_stiffness.set(i, one.tangential_stiffness);
+    all.tangential_damping.set(i, one.tangential_damping);
+    all.slip_speed.set(i, one.slip_speed);
+    all.compliance.set(i, one.compliance);
+    all.twice_step.set(i, one.twice_step);
 }
 
 struct ContactLaw {

@@ -116,7 +116,8 @@ StifferLaw stiffer_law(const ContactLaw& given, const ContactLaw& law, double ef
 
 double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching) {
     const auto limit = [&](double k, double c, double mobility) {
-        k *= touching, c *= touching;
+        k *= touching;
+        c *= touching;
         const double m = 0.5 / mobility; // two alike
         return k > 0 ? (std::sqrt(c * c + 4 * k * m) - c) / k : HUGE_VAL;
     };

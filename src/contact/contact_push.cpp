@@ -80,10 +80,15 @@ template <bool prune> void Contacts::find_touching(const Work& work, WorkArea& a
             if (touch == 0) return;
             begins |= touch & ~before;
             const auto keep = [&](A::Number which, const P& value) { compress_store(number[which] + n, touch, value); };
-            keep(A::s, closest.s), keep(A::t, closest.t), keep(A::squared, squared);
-            keep(A::x, closest.apart.x), keep(A::y, closest.apart.y), keep(A::z, closest.apart.z);
+            keep(A::s, closest.s);
+            keep(A::t, closest.t);
+            keep(A::squared, squared);
+            keep(A::x, closest.apart.x);
+            keep(A::y, closest.apart.y);
+            keep(A::z, closest.apart.z);
             keep(A::sine_squared, closest.sine_squared);
-            keep(A::radius_1, tile.radius_1), keep(A::radius_2, tile.radius_2);
+            keep(A::radius_1, tile.radius_1);
+            keep(A::radius_2, tile.radius_2);
             const P squared_1 = dot(tile.d1, tile.d1), squared_2 = dot(tile.d2, tile.d2);
             const auto both_long = min(squared_1, squared_2) > P(0.0);
             const unsigned beside = bits_of((closest.sine_squared < P(blend * blend)) & both_long) & touch;
@@ -143,7 +148,8 @@ template <class Row> void Contacts::exert(const Work& work, std::uint32_t slot, 
     if (slot >= work.last_slot) {
         const auto with = [](const Row& of, double share, double arm) {
             LoadRow row = detail::as_load(of);
-            row.number[3] = share, row.number[7] = arm;
+            row.number[3] = share;
+            row.number[7] = arm;
             return row;
         };
         work.deferring.defer(window, slot, with(first, 0, 1));
@@ -169,7 +175,8 @@ void Contacts::exert_at(const Work& work, std::uint32_t slot, const ForceRow& ro
     if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
     if (slot >= work.last_slot) {
         LoadRow deferred = detail::as_load(row);
-        deferred.number[3] = at_end, deferred.number[7] = 0;
+        deferred.number[3] = at_end;
+        deferred.number[7] = 0;
         work.deferring.defer(window, slot, deferred);
         return;
     }
@@ -238,7 +245,9 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
         struct {
             alignas(64) double first_1[W], second_1[W], arm_1[W], first_2[W];
         } share;
-        detail::put(share.first_1, one - s), detail::put(share.second_1, s), detail::put(share.arm_1, force.arm_1);
+        detail::put(share.first_1, one - s);
+        detail::put(share.second_1, s);
+        detail::put(share.arm_1, force.arm_1);
         detail::put(share.first_2, t - one);
         const unsigned shared = bits_of(weight_of_all > none); // near-parallel pairs may have no share
         if (remembers_) {

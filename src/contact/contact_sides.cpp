@@ -23,7 +23,8 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
         Element& e = of[body];
         const auto slot = [&](int l) { return body ? pair[l].b : pair[l].a; };
         const auto start = load_transposed<N>([&](int l) { return &bodies.node[slot(l)].position.x; });
-        e.node[0] = start.vector, e.radius = start.behind;
+        e.node[0] = start.vector;
+        e.radius = start.behind;
         e.node[1] = load_transposed<N>([&](int l) { return &bodies.node[slot(l) + 1].position.x; }).vector;
         e.edge = e.node[1] - e.node[0];
         e.squared = max(dot(e.edge, e.edge), Q(1e-300));
@@ -99,20 +100,28 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
                                     e2.spin};
         ContactMemory<Q> none{};
         const auto f = contact_force<N>({kinds_.normal, ContactFriction::none}, law, state, h, none, {of_end, of_end});
-        out.elsewhere += f.normal, out.elastic_energy += f.elastic_energy,
-            out.viscous_work += f.viscous_work + f.viscous_work;
+        out.elsewhere += f.normal;
+        out.elastic_energy += f.elastic_energy;
+        out.viscous_work += f.viscous_work + f.viscous_work;
         out.stiffness = max(out.stiffness, f.stiffness);
-        on[0].first += (one - e.s) * f.on_1, on[0].second += e.s * f.on_1, on[0].couple += f.arm_1 * f.moment;
-        on[1].first -= (one - e.t) * f.on_1, on[1].second -= e.t * f.on_1, on[1].couple += f.arm_2 * f.moment;
+        on[0].first += (one - e.s) * f.on_1;
+        on[0].second += e.s * f.on_1;
+        on[0].couple += f.arm_1 * f.moment;
+        on[1].first -= (one - e.t) * f.on_1;
+        on[1].second -= e.t * f.on_1;
+        on[1].couple += f.arm_2 * f.moment;
     }
     // How the energy changes with the share, times how the share changes as elements turn.
     const Q per_share = beside * energy_of_ends - fma(weight, energy_at(distance), vertex_energy),
             per_cosine = Q(4 / (blend * blend)) * near * along / max(e1.squared * e2.squared, Q(1e-300));
     const Vec3<Q> turn_1 = (per_share * per_cosine) * (e2.edge - (along / e1.squared) * e1.edge),
                   turn_2 = (per_share * per_cosine) * (e1.edge - (along / e2.squared) * e2.edge);
-    on[0].first += turn_1, on[0].second -= turn_1;
-    on[1].first += turn_2, on[1].second -= turn_2;
-    out.on_1 = on[0], out.on_2 = on[1];
+    on[0].first += turn_1;
+    on[0].second -= turn_1;
+    on[1].first += turn_2;
+    on[1].second -= turn_2;
+    out.on_1 = on[0];
+    out.on_2 = on[1];
     return out;
 }
 
@@ -176,7 +185,9 @@ Contacts::Points Contacts::points(const Exposure& bodies, std::uint32_t pair) co
     p.distance = norm(p.at.apart);
     if (list_.vertices[pair] != 0 && p.distance[0] < bodies.node[a].radius + bodies.node[b].radius) {
         p.vertices = at_vertices(bodies, pair, p.at);
-        p.at.s = p.vertices.share[0], p.at.t = p.vertices.share[1], p.at.apart = p.vertices.apart;
+        p.at.s = p.vertices.share[0];
+        p.at.t = p.vertices.share[1];
+        p.at.apart = p.vertices.apart;
         p.distance = norm(p.at.apart);
     }
     p.ends = at_ends<1>(bodies, 0, &list_.pair[pair], &list_.vertices[pair], p.at.sine_squared, p.vertices.weight,

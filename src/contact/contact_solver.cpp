@@ -37,8 +37,10 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
         scene.slip_mobility.push_back(slip_mobility(group));
         const auto bodies = static_cast<double>(group.count());
         const auto add = [&](double radius) {
-            sum += bodies * 2 * radius, elements += bodies;
-            scene.thinnest = std::min(scene.thinnest, radius), widest = std::max(widest, radius);
+            sum += bodies * 2 * radius;
+            elements += bodies;
+            scene.thinnest = std::min(scene.thinnest, radius);
+            widest = std::max(widest, radius);
         };
         scene.masses.push_back(body_mass(group));
         for (const ElementConstants& c : group.element)

@@ -8,9 +8,12 @@ namespace skein {
 
 template <int W> SKEIN_INLINE void Contacts::NearVertex<W>::put(int l, Pair pair, unsigned vertices, bool turned) {
     const int first = turned, second = 1 - first;
-    slot[first][l] = pair.a, slot[second][l] = pair.b;
-    at_start[first] |= (vertices & 1) << l, at_end[first] |= (vertices >> 1 & 1) << l;
-    at_start[second] |= (vertices >> 2 & 1) << l, at_end[second] |= (vertices >> 3 & 1) << l;
+    slot[first][l] = pair.a;
+    slot[second][l] = pair.b;
+    at_start[first] |= (vertices & 1) << l;
+    at_end[first] |= (vertices >> 1 & 1) << l;
+    at_start[second] |= (vertices >> 2 & 1) << l;
+    at_end[second] |= (vertices >> 3 & 1) << l;
 }
 
 /// Energies and forces of vertices that pairs in touch share. The first element of each is near a vertex, the second
@@ -27,7 +30,8 @@ VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVer
         ElementAtVertices<Q>& e = element[i];
         const std::uint32_t* const slot = pairs.slot[i];
         const auto at_start = load([&](int l) { return node + slot[l]; });
-        e.node[1] = at_start.vector, radii += at_start.behind;
+        e.node[1] = at_start.vector;
+        radii += at_start.behind;
         e.node[2] = load([&](int l) { return node + slot[l] + 1; }).vector;
         e.share = pairs.share[i];
         if (i == 1 && !both) continue;
@@ -59,13 +63,17 @@ void Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, std::uint
         const unsigned vertices = near.vertices[at];
         const bool turned = (vertices & 3) == 0;
         pairs.put(l, area.pair[n], vertices, turned);
-        place[turned][l] = area[A::s][n], place[!turned][l] = area[A::t][n];
+        place[turned][l] = area[A::s][n];
+        place[!turned][l] = area[A::t][n];
         sine_squared[l] = area[A::sine_squared][n];
         const double sign = turned ? -1 : 1;
-        apart[0][l] = sign * area[A::x][n], apart[1][l] = sign * area[A::y][n], apart[2][l] = sign * area[A::z][n];
+        apart[0][l] = sign * area[A::x][n];
+        apart[1][l] = sign * area[A::y][n];
+        apart[2][l] = sign * area[A::z][n];
         mine |= static_cast<unsigned>(l < valid && work.bodies.owns_slot(area.pair[n].a)) << l;
     }
-    pairs.share[0] = detail::pack_at<W>(place[0]), pairs.share[1] = detail::pack_at<W>(place[1]);
+    pairs.share[0] = detail::pack_at<W>(place[0]);
+    pairs.share[1] = detail::pack_at<W>(place[1]);
     pairs.sine_squared = detail::pack_at<W>(sine_squared);
     pairs.apart = {detail::pack_at<W>(apart[0]), detail::pack_at<W>(apart[1]), detail::pack_at<W>(apart[2])};
     const VertexTerms<P> terms = at_vertices<W, both>(work.bodies, pairs);
@@ -80,11 +88,15 @@ void Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, std::uint
         const std::uint32_t n = near.which[i + static_cast<std::uint32_t>(l)];
         const bool turned = (near.vertices[i + static_cast<std::uint32_t>(l)] & 3) == 0;
         const double sign = turned ? -1 : 1, x = terms.apart.x[l], y = terms.apart.y[l], z = terms.apart.z[l];
-        area[A::s][n] = terms.share[turned][l], area[A::t][n] = terms.share[!turned][l];
-        area[A::x][n] = sign * x, area[A::y][n] = sign * y, area[A::z][n] = sign * z;
+        area[A::s][n] = terms.share[turned][l];
+        area[A::t][n] = terms.share[!turned][l];
+        area[A::x][n] = sign * x;
+        area[A::y][n] = sign * y;
+        area[A::z][n] = sign * z;
         area[A::squared][n] = squared[l];
         area[A::weight][n] = area[A::weight_of_all][n] = terms.weight[l];
-        area[A::elsewhere][n] = terms.normal[l], area[A::vertex_energy][n] = terms.energy[l];
+        area[A::elsewhere][n] = terms.normal[l];
+        area[A::vertex_energy][n] = terms.energy[l];
         for (const int e : {0, 1}) {
             const std::uint32_t slot = pairs.slot[e][l];
             exert(work, slot, row[e][1][l], row[e][2][l]);
@@ -122,14 +134,17 @@ VertexTerms<Pack<1>> Contacts::at_vertices(const Exposure& bodies, std::uint32_t
     const unsigned vertices = list_.vertices[pair];
     const bool turned = (vertices & 3) == 0;
     one.put(0, list_.pair[pair], vertices, turned);
-    one.share[turned] = at.s, one.share[!turned] = at.t;
+    one.share[turned] = at.s;
+    one.share[!turned] = at.t;
     one.sine_squared = at.sine_squared;
     one.apart = turned ? -at.apart : at.apart;
     if ((vertices & 3) != 0 && (vertices >> 2) != 0) return at_vertices<1, true>(bodies, one);
     VertexTerms<Pack<1>> terms = at_vertices<1, false>(bodies, one);
-    if (turned)
-        std::swap(terms.force[0], terms.force[1]), std::swap(terms.share[0], terms.share[1]),
-            terms.apart = -terms.apart;
+    if (turned) {
+        std::swap(terms.force[0], terms.force[1]);
+        std::swap(terms.share[0], terms.share[1]);
+        terms.apart = -terms.apart;
+    }
     return terms;
 }
 

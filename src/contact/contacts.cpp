@@ -58,7 +58,8 @@ double farthest_squared(const Exposure& bodies, double gap) {
 /// Runs of tiles of places: all of them, and those in which ghosts are.
 void Contacts::cut_tiles(const Exposure& bodies) {
     constexpr std::size_t most = 128;
-    all_tiles_.clear(), ghosts_tiles_.clear();
+    all_tiles_.clear();
+    ghosts_tiles_.clear();
     auto block = deferred_.blocks().begin();
     for (std::size_t begin = 0; begin < place_.size(); begin += most) {
         TileRun run{begin, std::min(begin + most, place_.size()), false};
@@ -99,7 +100,8 @@ Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileR
         for (std::size_t tile = begin; tile < end; ++tile) {
             const Vec3<P> here = places(bodies, tile * W), way = here - place_[tile],
                           last_way = here - pruned_at_[tile];
-            since_list = max(since_list, dot(way, way)), since_pruned = max(since_pruned, dot(last_way, last_way));
+            since_list = max(since_list, dot(way, way));
+            since_pruned = max(since_pruned, dot(last_way, last_way));
         }
         if (any(!(since_list < from_list))) list.store(false, std::memory_order_relaxed);
         if (any(!(since_pruned < from_pruned))) pruned.store(false, std::memory_order_relaxed);
@@ -243,7 +245,8 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     deferred_.make_room(list_, bodies, threads_);
     block_figures_.resize(deferred_.blocks().size());
     touched_.assign(bodies.window.size(), 0);
-    now_.clear(), later_.clear();
+    now_.clear();
+    later_.clear();
     for (std::uint32_t i = 0; i < deferred_.strips().size(); ++i)
         (deferred_.strips()[i].needs_ghosts ? later_ : now_).push_back(i);
     place_.resize((bodies.slots() + places_at_once - 1) / places_at_once);
@@ -253,7 +256,8 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
         for (std::size_t tile = begin; tile < end; ++tile) place_[tile] = places(bodies, tile * places_at_once);
     });
     prune_anew(bodies);
-    moved_ = 0, way_ = HUGE_VAL;
+    moved_ = 0;
+    way_ = HUGE_VAL;
     pruned_.make_room(list_, deferred_.blocks().size());
     edge_.assign(place_.size() * places_at_once, 0);
     for (std::size_t w = 0; w < bodies.window.size(); ++w)
@@ -317,7 +321,8 @@ void Contacts::begin(const Exposure& bodies, double time, double h, std::span<Ex
     numbers_ = laws_.numbers(time);
     if (slips_always(kinds_.friction)) set_springs(h);
     time_ = time;
-    side_changes_.clear(), overlap_now_.clear();
+    side_changes_.clear();
+    overlap_now_.clear();
     look_for_far_ways(bodies);
     may_repeat_ = may_repeat;
     if (may_repeat_ && !now_.empty()) { // on the way, while all is in cache
@@ -346,10 +351,11 @@ void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> l
     for (const BlockFigures& found : block_figures_) {
         f.active += found.active;
         f.weight += found.weight;
-        f.max_overlap = std::max(f.max_overlap, found.max_overlap),
+        f.max_overlap = std::max(f.max_overlap, found.max_overlap);
         f.max_stiffness = std::max(f.max_stiffness, found.max_stiffness);
-        f.elastic_energy.add(found.elastic_energy), f.friction_work.add(found.friction_work),
-            f.viscous_work.add(found.viscous_work);
+        f.elastic_energy.add(found.elastic_energy);
+        f.friction_work.add(found.friction_work);
+        f.viscous_work.add(found.viscous_work);
     }
 }
 

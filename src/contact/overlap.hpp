@@ -30,7 +30,8 @@ template <int W> SKEIN_INLINE Overlap<Pack<W>> overlap_on(const Vec3<Pack<W>>& s
     const P zero(0.0), one(1.0), squared = max(dot(edge, edge), P(1e-300)), from = dot(other - start, edge) / squared,
                                  to = from + dot(edge_of_other, edge) / squared;
     Overlap<P> o;
-    o.foot[0] = select(same_way, from, to), o.foot[1] = select(same_way, to, from);
+    o.foot[0] = select(same_way, from, to);
+    o.foot[1] = select(same_way, to, from);
     const Mask<W> by_foot[2] = {o.foot[0] > zero, o.foot[1] < one},
                   other_joined[2] = {(same_way & vertices_of_other.at[0]) | ((!same_way) & vertices_of_other.at[1]),
                                      (same_way & vertices_of_other.at[1]) | ((!same_way) & vertices_of_other.at[0])};

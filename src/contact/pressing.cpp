@@ -49,7 +49,10 @@ Assembly assemble(std::span<const RodGroup> groups, std::span<const Vec3d> gravi
 struct Extent {
     double least = HUGE_VAL, most = -HUGE_VAL;
     double size() const { return most - least; }
-    void take(double x) { least = std::min(least, x), most = std::max(most, x); }
+    void take(double x) {
+        least = std::min(least, x);
+        most = std::max(most, x);
+    }
 };
 
 /// Pressure at the foot of the heaviest column, Pa: columns as wide as rods are long, and none wider than the
@@ -74,7 +77,10 @@ double pressure_of_weight(std::span<const RodGroup> groups, std::span<const Vec3
             elements.clear();
             group.append_capsules(i, elements);
             for (const Capsule& c : elements)
-                for (const Vec3d& end : {c.start, c.end}) along_u.take(dot(end, u)), along_v.take(dot(end, v));
+                for (const Vec3d& end : {c.start, c.end}) {
+                    along_u.take(dot(end, u));
+                    along_v.take(dot(end, v));
+                }
             const auto stands_for = static_cast<double>(std::min(stride, group.count() - i));
             const Vec3d centre = group.centre(i);
             places.push_back({dot(centre, u), dot(centre, v), stands_for * weight});

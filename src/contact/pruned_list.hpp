@@ -22,7 +22,9 @@ public:
     /// Room for any candidates of each block; none is in it.
     void make_room(const PairList& list, std::size_t blocks) {
         const std::size_t room = list.count() + (blocks + 1) * PairList::padding;
-        candidate_.need(room), pair_.need(room), vertices_.need(room);
+        candidate_.need(room);
+        pair_.need(room);
+        vertices_.need(room);
         count_.assign(blocks, 0);
     }
     /// Of a block, the first of whose candidates is this one in the list.

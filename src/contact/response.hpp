@@ -57,8 +57,10 @@ template <int W> SKEIN_INLINE ContactMemory<double> lane(const ContactMemory<Pac
     return {{lane(m.spring.x, i), m.spring.stiffness[i]}, lane(m.viscous_part, i), m.weight[i]};
 }
 template <int W> SKEIN_INLINE void set_lane(ContactMemory<Pack<W>>& m, int i, const ContactMemory<double>& one) {
-    set_lane(m.spring.x, i, one.spring.x), m.spring.stiffness.set(i, one.spring.stiffness);
-    set_lane(m.viscous_part, i, one.viscous_part), m.weight.set(i, one.weight);
+    set_lane(m.spring.x, i, one.spring.x);
+    m.spring.stiffness.set(i, one.spring.stiffness);
+    set_lane(m.viscous_part, i, one.viscous_part);
+    m.weight.set(i, one.weight);
 }
 
 /// Shares of a contact.

@@ -92,8 +92,10 @@ SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiff
             const Vec3<P> from_vertex = e.node[3 * j] - at, from = at - o.node[1];
             const P next = max(norm(from_vertex), tiny), both_lengths = own_length[i] + next,
                     inverse = one / (next * both_lengths); // one division for two
-            c.longer = both_lengths * inverse, c.curved = P(2.0) * (next * inverse);
-            c.inwards = j ? along[i] : -along[i], c.outwards = c.longer * from_vertex;
+            c.longer = both_lengths * inverse;
+            c.curved = P(2.0) * (next * inverse);
+            c.inwards = j ? along[i] : -along[i];
+            c.outwards = c.longer * from_vertex;
             c.bend = c.outwards - c.inwards;
             const P free = dot(from, edge[1 - i]) * inverse_squared[1 - i];
             c.foot = clamp01(free);
@@ -111,9 +113,11 @@ SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiff
             // E = -c phi/2 of this vertex and the other element.
             const P pull = half * c.share * s.normal;
             const Vec3<P> force = (pull / max(distance_here, tiny)) * c.apart;
-            out.energy -= half * c.share * s.energy, out.normal -= pull;
+            out.energy -= half * c.share * s.energy;
+            out.normal -= pull;
             out.force[i][1 + j] += force;
-            out.force[1 - i][1] -= (one - c.foot) * force, out.force[1 - i][2] -= c.foot * force;
+            out.force[1 - i][1] -= (one - c.foot) * force;
+            out.force[1 - i][2] -= c.foot * force;
             const P beyond = max(min(dot(c.inwards, c.apart), dot(c.outwards, c.apart)), zero);
             c.here = select(j ? e.share >= one : e.share <= zero, e.joined[j], zero);
             way[i] += c.here * c.share * (j ? beyond : -beyond);
@@ -130,10 +134,12 @@ SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiff
                 const Spring s = spring(distance_here);
                 const P push = shares * s.normal;
                 const Vec3<P> force = (push / max(distance_here, tiny)) * apart;
-                out.energy += shares * s.energy, out.normal += push;
-                out.force[0][1 + j] -= force, out.force[1][1 + k] += force;
-                slope[0][j] += P(0.25) * corner[1][k].share * s.energy,
-                    slope[1][k] += P(0.25) * corner[0][j].share * s.energy;
+                out.energy += shares * s.energy;
+                out.normal += push;
+                out.force[0][1 + j] -= force;
+                out.force[1][1 + k] += force;
+                slope[0][j] += P(0.25) * corner[1][k].share * s.energy;
+                slope[1][k] += P(0.25) * corner[0][j].share * s.energy;
             }
     P per_angle(0.0); // of the energy over S
     auto changes = zero > zero;
@@ -171,7 +177,8 @@ SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiff
                 both_squared = P(2.0) * (product * inverse_squared[0]) * inverse_squared[1] * per_angle;
         for (const int i : {0, 1}) { // S = 1 - (e1.e2)^2/(e1^2 e2^2)
             const Vec3<P> turn = both_squared * (edge[1 - i] - (product * inverse_squared[i]) * edge[i]);
-            out.force[i][2] += turn, out.force[i][1] -= turn;
+            out.force[i][2] += turn;
+            out.force[i][1] -= turn;
         }
     }
     const P near = max(one - sine_squared * P(1 / (blend * blend)), zero);
@@ -181,7 +188,8 @@ SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiff
             both_go = goes[0] * goes[1];
     Vec3<P> apart = from_first;
     P beyond_distance = distance;
-    out.share[0] = element[0].share, out.share[1] = element[1].share;
+    out.share[0] = element[0].share;
+    out.share[1] = element[1].share;
     if (const auto goes_on = (abs(way[0]) > zero) | (abs(way[1]) > zero); any(goes_on)) {
         const P per_straight = one / (P(straight) * radii);
         P there[2], bends(one); // how far the tangents lead over how far bent rods are beside them, to the fourth power
@@ -216,8 +224,10 @@ SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiff
     // The nearest points act with the weight; what they take of E is given back.
     const auto give = [&](const P& force, const Vec3<P>& way_of_it, const P& length, const P& s, const P& t) {
         const Vec3<P> on_first = (force / max(length, tiny)) * way_of_it;
-        out.force[0][1] -= (one - s) * on_first, out.force[0][2] -= s * on_first;
-        out.force[1][1] += (one - t) * on_first, out.force[1][2] += t * on_first;
+        out.force[0][1] -= (one - s) * on_first;
+        out.force[0][2] -= s * on_first;
+        out.force[1][1] += (one - t) * on_first;
+        out.force[1][2] += t * on_first;
     };
     give(own.normal, from_first, distance, element[0].share, element[1].share);
     give(-(out.weight * whole.normal), apart, beyond_distance, out.share[0], out.share[1]);

@@ -87,7 +87,11 @@ public:
         }
         std::size_t recall(int lane, std::span<const double> numbers) {
             std::size_t at = 0;
-            for (Work& w : work) w.friction.set(lane, numbers[at]), w.viscous.set(lane, numbers[at + 1]), at += 2;
+            for (Work& w : work) {
+                w.friction.set(lane, numbers[at]);
+                w.viscous.set(lane, numbers[at + 1]);
+                at += 2;
+            }
             for (std::size_t i = static_cast<std::size_t>(lane); i < memory.size(); i += W) {
                 MemoryNumbers one;
                 std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(at), one.size(), one.begin());
@@ -151,7 +155,8 @@ public:
         WallFigures all{lane(e.force, l), e.normal[l],    e.touching[l],
                         e.max_overlap[l], e.stiffness[l], e.elastic_energy[l]};
         const Work& work = contacts.work[static_cast<std::size_t>(at)];
-        all.friction_work = work.friction[l], all.viscous_work = work.viscous[l];
+        all.friction_work = work.friction[l];
+        all.viscous_work = work.viscous[l];
         return all;
     }
 

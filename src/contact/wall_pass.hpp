@@ -194,19 +194,24 @@ private:
         void take(const WallNow& wall, const Surface& s, unsigned some) {
             const Mask<W> there = where_set<W>(some, 1.0) > P(0.0);
             const auto put = [&](auto& to, const auto& from) { to = lanes == 0 ? from : select(there, from, to); };
-            put(towards, s.towards), put(distance, s.distance);
-            put(velocity, broadcast<W>(wall.velocity)), put(width, P(wall.width));
+            put(towards, s.towards);
+            put(distance, s.distance);
+            put(velocity, broadcast<W>(wall.velocity));
+            put(width, P(wall.width));
             const auto numbers = wall.law.as<P>();
-            put(law.stiffness, numbers.stiffness), put(law.damping, numbers.damping);
+            put(law.stiffness, numbers.stiffness);
+            put(law.damping, numbers.damping);
             put(law.kinetic_friction, numbers.kinetic_friction);
             if (wall.kinds.friction == ContactFriction::memory) {
                 put(law.static_friction, numbers.static_friction);
                 put(law.tangential_stiffness, numbers.tangential_stiffness);
                 put(law.tangential_damping, numbers.tangential_damping);
             } else {
-                put(law.slip_speed, numbers.slip_speed), put(law.compliance, numbers.compliance);
+                put(law.slip_speed, numbers.slip_speed);
+                put(law.compliance, numbers.compliance);
                 put(law.twice_step, numbers.twice_step);
-                put(backward, P(wall.backward)), put(sideways, P(wall.sideways));
+                put(backward, P(wall.backward));
+                put(sideways, P(wall.sideways));
             }
             lanes |= some;
         }
@@ -247,7 +252,8 @@ private:
         const Mask<W> lanes = where_set<W>(one.lanes, 1.0) > P(0.0);
         ContactState<P> state{};
         points_.describe(rod, point, state);
-        state.normal = one.towards, state.velocity_2 = one.velocity;
+        state.normal = one.towards;
+        state.velocity_2 = one.velocity;
         state.radius_1 = one.width * P(radius);
         state.distance = select(lanes, one.distance, state.radius_1);
         const auto spring = load_transposed<W>([&](int l) { return &one.memory[l]->spring.x.x; }),
@@ -270,12 +276,15 @@ private:
             const Mask<W> these = where_set<W>(contacts.taken[w], 1.0) > none;
             const auto raise = [&](P& to, const P& other) { to = select(these, max(to, other), to); };
             typename WallContactTiles<W>::Work& work = contacts.work[w];
-            add_where(these, work.friction, out.friction_work), add_where(these, work.viscous, out.viscous_work);
+            add_where(these, work.friction, out.friction_work);
+            add_where(these, work.viscous, out.viscous_work);
             Entry& e = contacts.entry[w];
             add_where(these, e.force, -out.on_1);
-            add_where(these, e.normal, out.normal), add_where(these, e.touching, P(1.0));
+            add_where(these, e.normal, out.normal);
+            add_where(these, e.touching, P(1.0));
             add_where(these, e.elastic_energy, out.elastic_energy);
-            raise(e.max_overlap, overlap), raise(e.stiffness, out.stiffness);
+            raise(e.max_overlap, overlap);
+            raise(e.stiffness, out.stiffness);
         }
         return one.more;
     }

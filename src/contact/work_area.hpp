@@ -71,7 +71,10 @@ struct Contacts::WorkArea {
         UnsetArray<std::uint32_t> which;
         UnsetArray<std::uint8_t> vertices;
 
-        void need(std::size_t pairs) { which.need(pairs), vertices.need(pairs); }
+        void need(std::size_t pairs) {
+            which.need(pairs);
+            vertices.need(pairs);
+        }
         NearColumns columns() { return {which.data(), vertices.data()}; }
     };
     Near near_one; ///< of one element
@@ -86,7 +89,8 @@ struct Contacts::WorkArea {
         pair.need(pairs + 2 * W);
         count = ones = twos = sides = 0;
         begins = false;
-        ended.clear(), deep.clear();
+        ended.clear();
+        deep.clear();
     }
     double* operator[](Number n) { return number[n].data(); }
     const double* operator[](Number n) const { return number[n].data(); }
@@ -142,8 +146,9 @@ struct Contacts::Sums {
         const auto counted = counts > P(0.0);
         const auto of = [&](P value) { return bits == 0xff ? value : select(counted, value, P(0.0)); };
         max_stiffness = max(max_stiffness, of(stiffness));
-        elastic_energy.add(of(energy), bins), friction_work.add(of(friction), bins),
-            viscous_work.add(of(viscous), bins);
+        elastic_energy.add(of(energy), bins);
+        friction_work.add(of(friction), bins);
+        viscous_work.add(of(viscous), bins);
     }
     template <int N> SKEIN_INLINE void add_energy(Pack<N> energy, unsigned bits) {
         alignas(64) double lane[W] = {};

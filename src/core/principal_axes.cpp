@@ -18,15 +18,22 @@ PrincipalAxes principal_axes(const SymmetricMatrix& a) {
         const double c = 1 / std::sqrt(t * t + 1), s = t * c;
         for (int k = 0; k < 3; ++k) {
             const double kp = m[k][p], kq = m[k][q];
-            m[k][p] = c * kp - s * kq, m[k][q] = s * kp + c * kq;
+            m[k][p] = c * kp - s * kq;
+            m[k][q] = s * kp + c * kq;
         }
         for (int k = 0; k < 3; ++k) {
             const double pk = m[p][k], qk = m[q][k], vp = v[p][k], vq = v[q][k];
-            m[p][k] = c * pk - s * qk, m[q][k] = s * pk + c * qk;
-            v[p][k] = c * vp - s * vq, v[q][k] = s * vp + c * vq;
+            m[p][k] = c * pk - s * qk;
+            m[q][k] = s * pk + c * qk;
+            v[p][k] = c * vp - s * vq;
+            v[q][k] = s * vp + c * vq;
         }
     };
-    for (int sweep = 0; sweep < 12; ++sweep) rotate(0, 1), rotate(0, 2), rotate(1, 2); // quadratic: 5 do
+    for (int sweep = 0; sweep < 12; ++sweep) { // quadratic: 5 do
+        rotate(0, 1);
+        rotate(0, 2);
+        rotate(1, 2);
+    }
     return {{m[0][0], m[1][1], m[2][2]},
             {{v[0][0], v[0][1], v[0][2]}, {v[1][0], v[1][1], v[1][2]}, {v[2][0], v[2][1], v[2][2]}}};
 }

@@ -10,7 +10,12 @@ struct SymmetricMatrix {
     double xx = 0, yy = 0, zz = 0, xy = 0, xz = 0, yz = 0;
 
     SymmetricMatrix& operator+=(const SymmetricMatrix& o) {
-        xx += o.xx, yy += o.yy, zz += o.zz, xy += o.xy, xz += o.xz, yz += o.yz;
+        xx += o.xx;
+        yy += o.yy;
+        zz += o.zz;
+        xy += o.xy;
+        xz += o.xz;
+        yz += o.yz;
         return *this;
     }
     Vec3d operator*(const Vec3d& a) const {

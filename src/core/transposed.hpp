@@ -104,7 +104,10 @@ SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& b
     } else {
         for (int i = 0; i < W; ++i) {
             double* to = at(i);
-            to[0] = vector.x[i], to[1] = vector.y[i], to[2] = vector.z[i], to[3] = behind[i];
+            to[0] = vector.x[i];
+            to[1] = vector.y[i];
+            to[2] = vector.z[i];
+            to[3] = behind[i];
         }
     }
 }

@@ -53,7 +53,8 @@ public:
             const P more = (k == 0 ? ends.lower : P(0.0)) + (k == n - 1 ? ends.upper : P(0.0));
             pivot = inverse_of(diagonal + more - pivot);
             value = fms(scale, next(f + k * plane), k == n - 1 ? value + ends.above : value) * pivot;
-            store(pivots + 8 * k, pivot), store(values + 8 * k, value);
+            store(pivots + 8 * k, pivot);
+            store(values + 8 * k, value);
         }
         store(f + (n - 1) * plane, value);
         for (int k = n - 2; k >= 0; --k) {
@@ -70,7 +71,8 @@ public:
         if (nz == 2) { // both neighbours are the same cell
             const P a = scale * load<8>(f), b = scale * load<8>(f + plane),
                     sum = (a + b) * inverse_of(diagonal + P(2.0)), difference = (a - b) * inverse_of(diagonal - P(2.0));
-            store(f, P(0.5) * (sum + difference)), store(f + plane, P(0.5) * (sum - difference));
+            store(f, P(0.5) * (sum + difference));
+            store(f + plane, P(0.5) * (sum - difference));
             return;
         }
         const int n = nz - 1;
@@ -80,13 +82,17 @@ public:
             pivot = inverse_of(diagonal - pivot);
             y = fms(scale, next(f + k * plane), y) * pivot;
             z = ((k == 0 ? P(-1.0) : P(0.0)) + (k == n - 1 ? P(-1.0) : P(0.0)) - z) * pivot;
-            store(pivots + 8 * k, pivot), store(values + 8 * k, y), store(lasts + 8 * k, z);
+            store(pivots + 8 * k, pivot);
+            store(values + 8 * k, y);
+            store(lasts + 8 * k, z);
         }
         const P y_end = y, z_end = z;
         for (int k = n - 2; k >= 0; --k) {
             const P p = load<8>(pivots + 8 * k);
-            y = fnma(p, y, load<8>(values + 8 * k)), z = fnma(p, z, load<8>(lasts + 8 * k));
-            store(values + 8 * k, y), store(lasts + 8 * k, z);
+            y = fnma(p, y, load<8>(values + 8 * k));
+            z = fnma(p, z, load<8>(lasts + 8 * k));
+            store(values + 8 * k, y);
+            store(lasts + 8 * k, z);
         }
         const P x = (scale * next(f + n * plane) - y_end - y) * inverse_of(diagonal + z_end + z);
         for (int k = 0; k < n; ++k) store(f + k * plane, fma(load<8>(lasts + 8 * k), x, load<8>(values + 8 * k)));

@@ -65,9 +65,11 @@ public:
     void start(const Helmholtz& equation, const double* first, const double* last, int row) {
         for (const Place& place : places_) {
             const std::ptrdiff_t at = place.coefficient.at(row, first_mode_);
-            sent_[place.lower] = first[at], sent_[place.upper] = last[at];
+            sent_[place.lower] = first[at];
+            sent_[place.upper] = last[at];
         }
-        to_chains_.start(), to_chains_.finish();
+        to_chains_.start();
+        to_chains_.finish();
         threads_.for_each(room_ / 8, [&](std::size_t pack, int thread) {
             if (equation.z == LineEnds::periodic)
                 solve_ring(equation, 8 * pack, work_[static_cast<std::size_t>(thread)]);
@@ -79,7 +81,8 @@ public:
         to_slabs_.finish();
         for (const Place& place : places_) {
             const std::ptrdiff_t at = place.coefficient.at(row, first_mode_);
-            below[at] = sent_[place.lower], above[at] = sent_[place.upper];
+            below[at] = sent_[place.lower];
+            above[at] = sent_[place.upper];
         }
     }
 
@@ -132,7 +135,9 @@ private:
             const auto& [near, far] = planes(r) == least ? thin : thick;
             const P inverse = P(1.0) / (P(1.0) - near * q), a = (load<8>(chain(r, 0) + at) + near * p) * inverse,
                     b = far * inverse, c = near * t * inverse;
-            p = load<8>(chain(r, 1) + at) + far * (p + q * a), t = far * (t + q * c), q = near + far * (q * b);
+            p = load<8>(chain(r, 1) + at) + far * (p + q * a);
+            t = far * (t + q * c);
+            q = near + far * (q * b);
             links[static_cast<std::size_t>(r)] = {p, q, t, a, b, c};
         }
     }
@@ -152,8 +157,10 @@ private:
         P above = P(0.0), here = first;
         for (int r = last; r >= 0; --r) {
             const Link& below = links[static_cast<std::size_t>(std::max(r - 1, 0))];
-            store(chain(r, 0) + at, fma(below.q, here, below.p)), store(chain(r, 1) + at, above);
-            above = here, here = fma(below.b, here, below.a);
+            store(chain(r, 0) + at, fma(below.q, here, below.p));
+            store(chain(r, 1) + at, above);
+            above = here;
+            here = fma(below.b, here, below.a);
         }
     }
     /// The same round a period: by the first number of all and the last.
@@ -164,8 +171,12 @@ private:
         P a(0.0), b(1.0), c(0.0);
         for (int r = slabs_ - 1; r >= 0; --r) {
             Link& of = links[static_cast<std::size_t>(r)];
-            a = fma(of.b, a, of.a), c = fma(of.b, c, of.c), b = of.b * b;
-            of.a = a, of.b = b, of.c = c;
+            a = fma(of.b, a, of.a);
+            c = fma(of.b, c, of.c);
+            b = of.b * b;
+            of.a = a;
+            of.b = b;
+            of.c = c;
         }
         const Link& all = links[static_cast<std::size_t>(slabs_ - 1)];
         const P inverse = P(1.0) / (P(1.0) - b), free = P(1.0) - all.t - all.q * c * inverse,
@@ -178,7 +189,8 @@ private:
             const bool top = r + 1 == slabs_;
             const Link& next = links[static_cast<std::size_t>(top ? 0 : r + 1)];
             const P above = top ? first : fma(next.b, first, fma(next.c, last, next.a));
-            store(chain(r, 0) + at, below), store(chain(r, 1) + at, above);
+            store(chain(r, 0) + at, below);
+            store(chain(r, 1) + at, above);
             below = fma(of.q, above, fma(of.t, last, of.p));
         }
     }

@@ -30,7 +30,10 @@ void FlowSolver::set_velocity(const std::function<Vec3d(const Vec3d& place)>& ve
 }
 
 void FlowSolver::step(double time, double dt) {
-    for (int s = 0; s < stage_parts(constants().scheme).count; ++s) begin_stage(s, time, dt), end_stage(s, time, dt);
+    for (int s = 0; s < stage_parts(constants().scheme).count; ++s) {
+        begin_stage(s, time, dt);
+        end_stage(s, time, dt);
+    }
 }
 
 std::int64_t FlowSolver::step_within(double time, double dt, double courant) {
@@ -99,12 +102,16 @@ FlowFigures figures_of(const Communicator& comm, const FlowSolver& flow) {
         const double numbers[] = {row.kinetic_energy, row.enstrophy,  row.dissipation,
                                   row.momentum.x,     row.momentum.y, row.momentum.z};
         for (std::size_t i = 0; i < terms.size(); ++i) terms[i].push_back(numbers[i]);
-        all.divergence = std::max(all.divergence, row.divergence), all.speed = std::max(all.speed, row.speed);
+        all.divergence = std::max(all.divergence, row.divergence);
+        all.speed = std::max(all.speed, row.speed);
     }
     const std::vector<double> sums = exact_sums(comm, terms);
-    all.kinetic_energy = sums[0], all.enstrophy = sums[1], all.dissipation = sums[2],
+    all.kinetic_energy = sums[0];
+    all.enstrophy = sums[1];
+    all.dissipation = sums[2];
     all.momentum = {sums[3], sums[4], sums[5]};
-    all.divergence = comm.max(all.divergence), all.speed = comm.max(all.speed);
+    all.divergence = comm.max(all.divergence);
+    all.speed = comm.max(all.speed);
     return all;
 }
 

@@ -105,27 +105,41 @@ namespace {
 template <class Edge> void fill_below(double* f, std::ptrdiff_t stride, std::ptrdiff_t width, const Edge& edge) {
     const auto at = [&](int i) { return f + i * stride; };
     for (std::ptrdiff_t x = 0; x < width; ++x)
-        if (edge.on_face) at(-1)[x] = edge.fixed, at(-2)[x] = 2 * edge.fixed + edge.mirrored * at(0)[x];
-        else at(-1)[x] = edge.mirrored * at(0)[x] + edge.fixed, at(-2)[x] = edge.mirrored * at(1)[x] + edge.fixed;
+        if (edge.on_face) {
+            at(-1)[x] = edge.fixed;
+            at(-2)[x] = 2 * edge.fixed + edge.mirrored * at(0)[x];
+        } else {
+            at(-1)[x] = edge.mirrored * at(0)[x] + edge.fixed;
+            at(-2)[x] = edge.mirrored * at(1)[x] + edge.fixed;
+        }
 }
 template <class Edge> void fill_above(double* f, int n, std::ptrdiff_t stride, std::ptrdiff_t width, const Edge& edge) {
     const auto at = [&](int i) { return f + (n + i) * stride; };
     for (std::ptrdiff_t x = 0; x < width; ++x)
-        if (edge.on_face)
-            at(-1)[x] = edge.fixed, at(0)[x] = 2 * edge.fixed + edge.mirrored * at(-2)[x],
+        if (edge.on_face) {
+            at(-1)[x] = edge.fixed;
+            at(0)[x] = 2 * edge.fixed + edge.mirrored * at(-2)[x];
             at(1)[x] = 2 * edge.fixed + edge.mirrored * at(-3)[x];
-        else at(0)[x] = edge.mirrored * at(-1)[x] + edge.fixed, at(1)[x] = edge.mirrored * at(-2)[x] + edge.fixed;
+        } else {
+            at(0)[x] = edge.mirrored * at(-1)[x] + edge.fixed;
+            at(1)[x] = edge.mirrored * at(-2)[x] + edge.fixed;
+        }
 }
 /// Both.
 template <class Edge>
 void fill_line(double* f, int n, std::ptrdiff_t stride, std::ptrdiff_t width, const Edge& lower, const Edge& upper) {
     if (!lower.periodic) {
-        fill_below(f, stride, width, lower), fill_above(f, n, stride, width, upper);
+        fill_below(f, stride, width, lower);
+        fill_above(f, n, stride, width, upper);
         return;
     }
     const auto at = [&](int i) { return f + i * stride; };
-    for (std::ptrdiff_t x = 0; x < width; ++x)
-        at(-1)[x] = at(n - 1)[x], at(-2)[x] = at(n - 2)[x], at(n)[x] = at(0)[x], at(n + 1)[x] = at(1)[x];
+    for (std::ptrdiff_t x = 0; x < width; ++x) {
+        at(-1)[x] = at(n - 1)[x];
+        at(-2)[x] = at(n - 2)[x];
+        at(n)[x] = at(0)[x];
+        at(n + 1)[x] = at(1)[x];
+    }
 }
 
 } // namespace
@@ -460,7 +474,10 @@ BoxFlow::StageOfStep BoxFlow::stage_of_step(int s, double time, double dt) const
 
 void BoxFlow::begin_stage(int s, double time, double dt) {
     // The last step ended at this time but for rounding, which a run that goes on from a checkpoint does not know.
-    if (s == 0 && oscillation(constants_, time) != oscillation_) go_to(time), fill_beyond_walls();
+    if (s == 0 && oscillation(constants_, time) != oscillation_) {
+        go_to(time);
+        fill_beyond_walls();
+    }
     const StageOfStep stage = stage_of_step(s, time, dt);
     go_to(stage.end);
     gain_times_ = 0;                                             // its field is changed within a step

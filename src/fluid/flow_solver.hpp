@@ -41,7 +41,10 @@ public:
         return implicit() ? gain_ : next_[0];
     }
     std::optional<double> pressure_time() const override { return pressure_time_; }
-    void set_pressure_time(std::optional<double> time) override { pressure_time_ = time, gain_times_ = 0; }
+    void set_pressure_time(std::optional<double> time) override {
+        pressure_time_ = time;
+        gain_times_ = 0;
+    }
     std::vector<std::span<double>> state() override;
     double time() const override { return time_; }
     void refresh(double time) override;
@@ -59,7 +62,10 @@ private:
     };
     Edge edge(int c, int d, bool upper) const;
     /// Ghosts that are filled from now on are those of a time, where walls move.
-    void go_to(double time) { time_ = time, oscillation_ = oscillation(constants_, time); }
+    void go_to(double time) {
+        time_ = time;
+        oscillation_ = oscillation(constants_, time);
+    }
     LineEnds ends(int c, int d) const; ///< of lines of it in direction d
     /// Whether this rank has the lower or the upper end in direction d, where that is no period.
     bool has_end(int d, bool upper) const;

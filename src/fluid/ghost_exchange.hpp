@@ -30,7 +30,8 @@ public:
             copy_rows(fields, 0, [&](double* from, std::size_t at) { to_buffer(rows.lowest, at, from); });
         if (along_y_.above >= 0)
             copy_rows(fields, last, [&](double* from, std::size_t at) { to_buffer(rows.uppermost, at, from); });
-        rows.messages.start(), rows.messages.finish();
+        rows.messages.start();
+        rows.messages.finish();
         if (along_y_.below >= 0)
             copy_rows(fields, -width, [&](double* to, std::size_t at) { from_buffer(rows.from_below, at, to); });
         if (along_y_.above >= 0)
@@ -46,7 +47,8 @@ public:
         const std::vector<double*> key(fields.begin(), fields.end());
         auto found = planes_.find(key);
         if (found == planes_.end()) found = planes_.emplace(key, make(fields)).first;
-        found->second.start(), found->second.finish();
+        found->second.start();
+        found->second.finish();
     }
 
 private:

@@ -18,8 +18,10 @@ template <int W> SKEIN_INLINE Pack<W> load(const double* from) {
     }
 }
 template <int W> SKEIN_INLINE void store(double* to, const Pack<W>& p) {
-    if constexpr (Wide<W>) store(to, p.low), store(to + W / 2, p.high);
-    else std::memcpy(to, &p.v, sizeof p.v);
+    if constexpr (Wide<W>) {
+        store(to, p.low);
+        store(to + W / 2, p.high);
+    } else std::memcpy(to, &p.v, sizeof p.v);
 }
 
 /// 0 in all but the first lanes.
@@ -41,12 +43,16 @@ template <int W> SKEIN_INLINE void transpose(Pack<W> (&r)[W]) {
     if constexpr (Wide<W>) {
         Pack<W / 2> quarter[4][W / 2];
         for (int i = 0; i < W / 2; ++i) {
-            quarter[0][i] = r[i].low, quarter[1][i] = r[i].high;
-            quarter[2][i] = r[i + W / 2].low, quarter[3][i] = r[i + W / 2].high;
+            quarter[0][i] = r[i].low;
+            quarter[1][i] = r[i].high;
+            quarter[2][i] = r[i + W / 2].low;
+            quarter[3][i] = r[i + W / 2].high;
         }
         for (auto& q : quarter) transpose(q);
-        for (int i = 0; i < W / 2; ++i)
-            r[i] = {quarter[0][i], quarter[2][i]}, r[i + W / 2] = {quarter[1][i], quarter[3][i]};
+        for (int i = 0; i < W / 2; ++i) {
+            r[i] = {quarter[0][i], quarter[2][i]};
+            r[i + W / 2] = {quarter[1][i], quarter[3][i]};
+        }
     } else if constexpr (W == 8) {
         typename Pack<W>::Doubles a[8], b[8];
         for (int i = 0; i < 8; i += 2) {
@@ -67,12 +73,15 @@ template <int W> SKEIN_INLINE void transpose(Pack<W> (&r)[W]) {
                    o01 = __builtin_shufflevector(r[0].v, r[1].v, 1, 5, 3, 7),
                    e23 = __builtin_shufflevector(r[2].v, r[3].v, 0, 4, 2, 6),
                    o23 = __builtin_shufflevector(r[2].v, r[3].v, 1, 5, 3, 7);
-        r[0].v = __builtin_shufflevector(e01, e23, 0, 1, 4, 5), r[1].v = __builtin_shufflevector(o01, o23, 0, 1, 4, 5);
-        r[2].v = __builtin_shufflevector(e01, e23, 2, 3, 6, 7), r[3].v = __builtin_shufflevector(o01, o23, 2, 3, 6, 7);
+        r[0].v = __builtin_shufflevector(e01, e23, 0, 1, 4, 5);
+        r[1].v = __builtin_shufflevector(o01, o23, 0, 1, 4, 5);
+        r[2].v = __builtin_shufflevector(e01, e23, 2, 3, 6, 7);
+        r[3].v = __builtin_shufflevector(o01, o23, 2, 3, 6, 7);
     } else {
         const auto even = __builtin_shufflevector(r[0].v, r[1].v, 0, 2),
                    odd = __builtin_shufflevector(r[0].v, r[1].v, 1, 3);
-        r[0].v = even, r[1].v = odd;
+        r[0].v = even;
+        r[1].v = odd;
     }
 }
 

@@ -65,7 +65,8 @@ public:
                 double *const at_low = coefficients + low, *const at_high = coefficients + high;
                 const P a = load<8>(at_low), b = load<8>(at_high), even = fma(P(c), a, P(s) * b),
                         odd = swapped(sign_of_second() * fms(P(s), a, P(c) * b));
-                store(at_low, even + odd), store(at_high, even - odd);
+                store(at_low, even + odd);
+                store(at_high, even - odd);
             },
             [&](std::size_t middle, double c) {
                 store(coefficients + middle, P(1 / c) * load<8>(coefficients + middle));
@@ -90,12 +91,14 @@ private:
         const auto row = static_cast<std::size_t>(lanes_), n = static_cast<std::size_t>(n_);
         const P turn = P(sign) * sign_of_second();
         for (std::size_t l = 0; l < row; l += 8) {
-            store(from + l, P(0.0)), store(from + n * row + l, P(0.0));
+            store(from + l, P(0.0));
+            store(from + n * row + l, P(0.0));
             for (std::size_t i = 1; i < n; ++i) store(from + (2 * n - i) * row + l, -load<8>(from + i * row + l));
         }
         fft.run(from, to);
         for (std::size_t l = 0; l < row; l += 8) {
-            store(to + l, P(0.0)), store(to + n * row + l, P(0.0));
+            store(to + l, P(0.0));
+            store(to + n * row + l, P(0.0));
             for (std::size_t k = 1; k < n; ++k) store(to + k * row + l, turn * swapped(load<8>(to + k * row + l)));
         }
     }

@@ -37,7 +37,10 @@ struct Line {
     std::vector<double> centres() const {
         std::vector<double> all;
         double face = 0;
-        for (const double w : width) all.push_back(face + 0.5 * w), face += w;
+        for (const double w : width) {
+            all.push_back(face + 0.5 * w);
+            face += w;
+        }
         return all;
     }
     /// One over the distance of the centres of cell i and the next, which of a period's last is the first; 0: there is
@@ -76,8 +79,14 @@ std::vector<Weights> interpolation(const Line& fine, const Line& coarse) {
         const double ahead = to[static_cast<std::size_t>(i)] - from[static_cast<std::size_t>(own)];
         int other = ahead < 0 ? own - 1 : own + 1;
         double lap = 0;
-        if (coarse.periodic && other < 0) other = coarse.size() - 1, lap = -length;
-        if (coarse.periodic && other == coarse.size()) other = 0, lap = length;
+        if (coarse.periodic && other < 0) {
+            other = coarse.size() - 1;
+            lap = -length;
+        }
+        if (coarse.periodic && other == coarse.size()) {
+            other = 0;
+            lap = length;
+        }
         if (other < 0 || other >= coarse.size() || other == own) {
             all.push_back({{own, own}, {1, 0}});
             continue;
@@ -134,7 +143,10 @@ struct Entries {
     int count = 0;
     PetscInt column[8];
     PetscScalar value[8];
-    void add(PetscInt c, double v) { column[count] = c, value[count++] = v; }
+    void add(PetscInt c, double v) {
+        column[count] = c;
+        value[count++] = v;
+    }
 };
 
 /// What PETSc said of its last error.
@@ -179,7 +191,8 @@ public:
         : comm_(MPI_Comm_f2c(comm.handle())), rank_(comm.rank()), levels_(levels_of(grid, comm.size())) {}
     ~PetscMultigrid() override {
         KSPDestroy(&solver_);
-        VecDestroy(&right_), VecDestroy(&answer_);
+        VecDestroy(&right_);
+        VecDestroy(&answer_);
         MatNullSpaceDestroy(&constants_);
         session_.end();
     }
@@ -269,7 +282,10 @@ private:
         PetscScalar* numbers;
         PetscCall(VecGetArrayWrite(right_, &numbers));
         std::size_t at = 0;
-        for_cells(level, [&](int i, int j, int k) { numbers[at] = -level.volume(i, j, k) * f[at], ++at; });
+        for_cells(level, [&](int i, int j, int k) {
+            numbers[at] = -level.volume(i, j, k) * f[at];
+            ++at;
+        });
         PetscCall(VecRestoreArrayWrite(right_, &numbers));
         PetscCall(MatNullSpaceRemove(constants_, right_));
         PetscCall(VecNorm(right_, NORM_2, &size));
@@ -292,14 +308,15 @@ private:
         const PetscInt first = columns.first_cell(rank_), behind = columns.first_cell(rank_ + 1),
                        mine = rows.first_cell(rank_ + 1) - rows.first_cell(rank_);
         std::vector<PetscInt> here, away;
-        here.reserve(static_cast<std::size_t>(mine)), away.reserve(static_cast<std::size_t>(mine));
+        here.reserve(static_cast<std::size_t>(mine));
+        away.reserve(static_cast<std::size_t>(mine));
         for_cells(rows, [&](int i, int j, int k) {
             Entries entries;
             row(i, j, k, entries);
             const auto inside = std::count_if(entries.column, entries.column + entries.count,
                                               [&](PetscInt c) { return c >= first && c < behind; });
-            here.push_back(static_cast<PetscInt>(inside)),
-                away.push_back(entries.count - static_cast<PetscInt>(inside));
+            here.push_back(static_cast<PetscInt>(inside));
+            away.push_back(entries.count - static_cast<PetscInt>(inside));
         });
         PetscCall(MatCreate(comm_, matrix));
         PetscCall(MatSetSizes(*matrix, mine, behind - first, static_cast<PetscInt>(rows.cells()),

@@ -16,7 +16,10 @@ struct PlaneRows {
     std::vector<double*> first;
     std::vector<std::ptrdiff_t> plane;
 
-    void add(double* row, std::ptrdiff_t to_next_plane) { first.push_back(row), plane.push_back(to_next_plane); }
+    void add(double* row, std::ptrdiff_t to_next_plane) {
+        first.push_back(row);
+        plane.push_back(to_next_plane);
+    }
     double* at(int j, int k) const {
         const auto row = static_cast<std::size_t>(j);
         return first[row] + k * plane[row];
@@ -30,7 +33,9 @@ struct PlanePacks {
     std::vector<std::ptrdiff_t> plane, row;
 
     void add(double* pack, std::ptrdiff_t to_next_plane, std::ptrdiff_t to_next_row) {
-        first.push_back(pack), plane.push_back(to_next_plane), row.push_back(to_next_row);
+        first.push_back(pack);
+        plane.push_back(to_next_plane);
+        row.push_back(to_next_row);
     }
 };
 
@@ -54,7 +59,10 @@ struct LineBlocks {
     AlignedVector<double> in, out;
 
     void make_room(const LineTransform& line) {
-        if (in.size() < line.block()) in.resize(line.block()), out.resize(line.block());
+        if (in.size() < line.block()) {
+            in.resize(line.block());
+            out.resize(line.block());
+        }
     }
 };
 

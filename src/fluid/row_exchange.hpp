@@ -46,8 +46,14 @@ public:
     /// Of its modes in all rows.
     const PlaneRows& of_modes() const { return whole_; }
     /// Both collective.
-    void to_modes() { to_modes_.start(), to_modes_.finish(); }
-    void to_rows() { to_rows_.start(), to_rows_.finish(); }
+    void to_modes() {
+        to_modes_.start();
+        to_modes_.finish();
+    }
+    void to_rows() {
+        to_rows_.start();
+        to_rows_.finish();
+    }
 
     std::size_t bytes() const { return (rows_.size() + modes_.size()) * sizeof(double); }
 

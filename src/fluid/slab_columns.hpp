@@ -102,7 +102,8 @@ private:
                 double* const to = &beyond[static_cast<std::size_t>(place(j, m))];
                 store(to, fma(near, load<8>(&own[static_cast<std::size_t>(place(j, m))]), load<8>(to)) * inverse);
             };
-            join(beyond_lower_, first_), join(beyond_upper_, last_);
+            join(beyond_lower_, first_);
+            join(beyond_upper_, last_);
         });
     }
     void solve(const Helmholtz& equation, int j, int begin, int end, Columns::Work& work) {

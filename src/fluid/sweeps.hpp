@@ -72,11 +72,12 @@ public:
             const P last = at(rate[c]);
             store(rate[c], now);
             P to = before + P(factors_.push[c]);
-            to = fma(P(factors_.rate), now, to), to = fma(P(factors_.last_rate), last, to);
+            to = fma(P(factors_.rate), now, to);
+            to = fma(P(factors_.last_rate), last, to);
             store(out[c], fnma(gradient, ahead - p0, to));
         };
-        put(0, of_u, before_of(around_u, u0), at(pressure + 1)),
-            put(1, of_v, before_of(around_v, v0), at(pressure + r));
+        put(0, of_u, before_of(around_u, u0), at(pressure + 1));
+        put(1, of_v, before_of(around_v, v0), at(pressure + r));
         put(2, of_w, before_of(around_w, w0), at(pressure + p));
     }
 

@@ -17,7 +17,10 @@ Slab PlaneExchange::planes_of(int share) const {
 
 Slab PlaneExchange::rows_with_ghosts(int share) const {
     Slab rows = pencils_.rows(share);
-    if (share == 0) rows.first -= ghosts_, rows.count += ghosts_;
+    if (share == 0) {
+        rows.first -= ghosts_;
+        rows.count += ghosts_;
+    }
     if (share + 1 == pencils_.across()) rows.count += ghosts_;
     return rows;
 }

@@ -132,7 +132,10 @@ public:
         if (op == "!=") r = graph_.make(Op::subtract, graph_.constant(1), r);
         push_over(2, r, Unit{}, a.begin);
     }
-    void bracket(std::size_t begin, std::size_t end) { stack_.back().begin = begin, stack_.back().end = end; }
+    void bracket(std::size_t begin, std::size_t end) {
+        stack_.back().begin = begin;
+        stack_.back().end = end;
+    }
 
     const Item& result() const { return stack_.back(); }
 

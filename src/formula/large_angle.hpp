@@ -52,9 +52,15 @@ inline constexpr std::uint64_t inverse_pi[] = {
         a = ~a + (c == 0 && b == 0);
     }
     unsigned zeros = 0;
-    if (a == 0) a = b, b = c, c = 0, zeros = 64;
+    if (a == 0) {
+        a = b;
+        b = c;
+        c = 0;
+        zeros = 64;
+    }
     if (const auto more = static_cast<unsigned>(std::countl_zero(a)); more > 0) {
-        a = a << more | b >> (64 - more), b = b << more | c >> (64 - more);
+        a = a << more | b >> (64 - more);
+        b = b << more | c >> (64 - more);
         zeros += more;
     }
     const double scale = std::bit_cast<double>(std::uint64_t{1023 - zeros} << 52) * (negative ? -1 : 1);

@@ -14,7 +14,10 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
     const auto count = graph.nodes().size();
     std::vector<int> uses(count, 0), last_use(count, -1), source(count, -1);
     const int forever = static_cast<int>(count);
-    for (const int o : outputs) ++uses[static_cast<std::size_t>(o)], last_use[static_cast<std::size_t>(o)] = forever;
+    for (const int o : outputs) {
+        ++uses[static_cast<std::size_t>(o)];
+        last_use[static_cast<std::size_t>(o)] = forever;
+    }
     // Whether the list works a node out.
     const auto made = [&](std::size_t i) {
         return uses[i] > 0 && graph.nodes()[i].op != Op::constant && input_of(static_cast<int>(i)) < 0;
@@ -32,8 +35,10 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
         for (const int o : n.of) {
             const auto k = static_cast<std::size_t>(o);
             if (o >= 0 && inner[i] < 0 && (is_arithmetic(n.op) || n.op == Op::negative) && is_arithmetic(graph[o].op) &&
-                made(k) && uses[k] == 1 && inner[k] < 0)
-                inner[i] = o, within[k] = static_cast<int>(i);
+                made(k) && uses[k] == 1 && inner[k] < 0) {
+                inner[i] = o;
+                within[k] = static_cast<int>(i);
+            }
         }
     }
     for (std::size_t i = 0; i < count; ++i)
@@ -75,7 +80,8 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
             const Graph::Node& first = graph[inner[i]];
             in = {first.op, 0, -1, operand(first, 0), operand(first, 1), -1, n.op, n.of[1] == inner[i]};
             if (n.op == Op::negative) {
-                in.c = constant_base + static_cast<int>(list.constants.size()), in.then = Op::subtract,
+                in.c = constant_base + static_cast<int>(list.constants.size());
+                in.then = Op::subtract;
                 in.reversed = true;
                 list.constants.push_back(-0.0);
             } else {
@@ -98,7 +104,11 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
         if (s >= input_base) s = list.first_input() + s - input_base;
         else if (s >= constant_base) s = list.registers + s - constant_base;
     };
-    for (Instruction& in : list.code) settle(in.a), settle(in.b), settle(in.c);
+    for (Instruction& in : list.code) {
+        settle(in.a);
+        settle(in.b);
+        settle(in.c);
+    }
     for (const int o : outputs) {
         list.outputs.push_back(source[static_cast<std::size_t>(o)]);
         settle(list.outputs.back());
@@ -168,7 +178,8 @@ std::optional<FormulaProgram> compiled(const Graph& graph, std::span<const int> 
     std::optional<InstructionList> time = list_of(graph, of_time, variable_input),
                                    place = list_of(graph, of_place, variable_input);
     if (!time || !place) return std::nullopt;
-    program.time = std::move(*time), program.place = std::move(*place);
+    program.time = std::move(*time);
+    program.place = std::move(*place);
     return program;
 }
 

@@ -38,7 +38,9 @@ std::optional<Unit> parse_unit(std::string_view text) {
         }
         if (c == '/') {
             if (!any || below) return std::nullopt; // "N/m/s" may be read in two ways
-            below = true, any = false, ++i;
+            below = true;
+            any = false;
+            ++i;
             continue;
         }
         std::size_t end = i;
@@ -55,7 +57,8 @@ std::optional<Unit> parse_unit(std::string_view text) {
             end = static_cast<std::size_t>(read.ptr - text.data());
         }
         unit = unit * found->unit.raised(below ? -exponent : exponent);
-        any = true, i = end;
+        any = true;
+        i = end;
     }
     return any ? std::optional(unit) : std::nullopt;
 }

@@ -87,7 +87,8 @@ double DirectForcing::least_slips(std::span<const Vec3d> answer) const {
     std::vector<double> terms[2];
     for (std::size_t m = 0; m < answer.size(); ++m) {
         const Vec3d weighted = scale(weight_[m], answer[m]);
-        terms[0].push_back(dot(weighted, difference_[m])), terms[1].push_back(dot(weighted, answer[m]));
+        terms[0].push_back(dot(weighted, difference_[m]));
+        terms[1].push_back(dot(weighted, answer[m]));
     }
     const std::vector<double> sums = exact_sums(comm_, terms);
     return sums[1] > 0 ? sums[0] / sums[1] : 0;

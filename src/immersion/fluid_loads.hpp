@@ -41,7 +41,8 @@ public:
         for (const LocalRod& rod : rods)
             first_.push_back(first_.back() +
                              static_cast<std::size_t>(groups[static_cast<std::size_t>(rod.group)].slots()));
-        load.resize(first_.back()), received.resize(first_.back());
+        load.resize(first_.back());
+        received.resize(first_.back());
     }
     /// First slot of local()[i].
     std::size_t first(std::size_t i) const { return first_[i]; }

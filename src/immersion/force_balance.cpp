@@ -73,15 +73,18 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Answer& ans
             const auto [volume, times_velocity] = answer(m);
             const Vec3d mass = fluid_.density * volume, impulse = fluid_.density * times_velocity;
             FluidLoad &before = load[marker.element], &behind = load[marker.element + 1];
-            before.push += (1 - marker.along) * impulse, before.drag += (1 - marker.along) * mass;
-            behind.push += marker.along * impulse, behind.drag += marker.along * mass;
+            before.push += (1 - marker.along) * impulse;
+            before.drag += (1 - marker.along) * mass;
+            behind.push += marker.along * impulse;
+            behind.drag += marker.along * mass;
             before.couple += cross(off_[m], impulse);
             const double across = mean_of(mass), along_d1 = marker.off_d1 * marker.off_d1,
                          along_d2 = marker.off_d2 * marker.off_d2;
             before.turn_drag += across * Vec3d{along_d2, along_d1, along_d1 + along_d2};
         });
         if (group.closed()) { // its last node is its first
-            load[0].push += load[count - 1].push, load[0].drag += load[count - 1].drag;
+            load[0].push += load[count - 1].push;
+            load[0].drag += load[count - 1].drag;
             load[static_cast<std::ptrdiff_t>(count) - 1] = {};
         }
         const Vec3d buoyancy = (-inertia.displaced) * weight_(static_cast<std::size_t>(own(i).group), middle);
@@ -127,8 +130,10 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes) {
             slots_[first + marker.element + 1].owed -= marker.along * given;
             slots_[first + marker.element].owed_turn -= cross(off_[m], given);
         });
-        if (group.closed())
-            slots_[first].owed += slots_[first + count - 1].owed, slots_[first + count - 1].owed = {0, 0, 0};
+        if (group.closed()) {
+            slots_[first].owed += slots_[first + count - 1].owed;
+            slots_[first + count - 1].owed = {0, 0, 0};
+        }
     }
 }
 

@@ -22,9 +22,10 @@ void HeldVectors::settle(const Communicator& comm, std::span<const std::int64_t>
     values_.assign(identities.size(), Vec3d{0, 0, 0});
     std::vector<std::size_t> strangers;
     for (std::size_t m = 0; m < identities_.size(); ++m)
-        if (const auto found = before.find(identities_[m]); found != before.end())
-            values_[m] = found->second, before.erase(found);
-        else strangers.push_back(m);
+        if (const auto found = before.find(identities_[m]); found != before.end()) {
+            values_[m] = found->second;
+            before.erase(found);
+        } else strangers.push_back(m);
     if (comm.max(static_cast<std::int64_t>(before.size())) == 0) return; // none has left its rank
     std::vector<double> left;
     for (const auto& [identity, value] : before) append(left, identity, value);
@@ -52,7 +53,8 @@ std::vector<double> HeldVectors::kept(const Communicator& comm) const {
 }
 
 void HeldVectors::recall(const Communicator& comm, std::span<const double> kept) {
-    identities_.clear(), values_.clear();
+    identities_.clear();
+    values_.clear();
     if (!comm.root()) return; // settle() brings them to their ranks
     for (std::size_t at = 0; at + record <= kept.size(); at += record) {
         identities_.push_back(static_cast<std::int64_t>(kept[at]));

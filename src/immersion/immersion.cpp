@@ -73,8 +73,10 @@ void Immersion::place_obstacles(double time, Markers& markers) const {
             const Vec3d place = centre + at;
             const std::int64_t own = identity++;
             if (pencils_.rank_of_cell(cell_of(place, 1), cell_of(place, 2)) != rank_) continue;
-            markers.place.push_back(place), markers.velocity.push_back(velocity);
-            markers.identity.push_back(own), markers.body.push_back(static_cast<std::uint32_t>(o));
+            markers.place.push_back(place);
+            markers.velocity.push_back(velocity);
+            markers.identity.push_back(own);
+            markers.body.push_back(static_cast<std::uint32_t>(o));
         }
     }
 }

@@ -44,7 +44,10 @@ public:
     Vec3d force_on_obstacle(std::size_t obstacle, double density, double time) const;
     /// The same on the rods of a group, with what the fluid within their surfaces takes to move with them.
     Vec3d force_on_rods(std::size_t group, double density, double time) const;
-    void begin_interval(double time) { forcing_.forget(), from_ = time; }
+    void begin_interval(double time) {
+        forcing_.forget();
+        from_ = time;
+    }
 
     /// Wall time spent at markers since the last call, s.
     double take_seconds() { return std::exchange(seconds_, 0) + forcing_.take_seconds(); }

@@ -36,7 +36,8 @@ std::vector<Ring> rings_of(std::span<const RodMarker> markers, std::span<const d
         if (rings.empty() || rings.back().element != m.element || rings.back().along != m.along)
             rings.push_back(
                 {m.element, m.along, begin[m.element] + m.along * (begin[m.element + 1] - begin[m.element])});
-        rings.back().off_d1 |= m.off_d1 != 0, rings.back().off_d2 |= m.off_d2 != 0;
+        rings.back().off_d1 |= m.off_d1 != 0;
+        rings.back().off_d2 |= m.off_d2 != 0;
     }
     return rings;
 }
@@ -67,7 +68,10 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
             if (begin[k + 1] > to) break; // the next ring has the rest of it
         }
     }
-    if (group.closed()) mass.front() += mass.back(), mass.back() = 0;
+    if (group.closed()) {
+        mass.front() += mass.back();
+        mass.back() = 0;
+    }
     for (std::size_t i = 0; i < mass.size(); ++i)
         of_nodes.push_back(shares(group.node_mass[i] > 0 ? mass[i] / group.node_mass[i] : 0));
     for (std::size_t i = 0; i < turning.size(); ++i)

@@ -144,7 +144,8 @@ void MarkerPlanes::lay_out(const Vec3d& place, Footprint* of_components) const {
     const Slab all{0, grid_.cells[0]};
     for (int c = 0; c < 3; ++c) {
         Footprint& f = of_components[c];
-        f.run = true, f.beyond_sides = false;
+        f.run = true;
+        f.beyond_sides = false;
         const auto axis = [&](int d, const Slab& own, auto& index, auto& weight, auto& inside) {
             const DeltaWeights& w = along[d].of(c == d);
             for (int i = 0; i < w.count; ++i) {
@@ -157,7 +158,8 @@ void MarkerPlanes::lay_out(const Vec3d& place, Footprint* of_components) const {
                 f.run &= d == 1 || (inside[at] && (i == 0 || index[at] == index[at - 1] + 1));
             }
         };
-        axis(0, all, f.cell, f.along_x, f.inside_x), axis(1, pencils_.rows(), f.row, f.along_y, f.inside_y);
+        axis(0, all, f.cell, f.along_x, f.inside_x);
+        axis(1, pencils_.rows(), f.row, f.along_y, f.inside_y);
         const DeltaWeights& z = along[2].of(c == 2);
         f.along_z = z.weight;
         f.plane.fill(none);
@@ -169,8 +171,10 @@ void MarkerPlanes::lay_out(const Vec3d& place, Footprint* of_components) const {
 /// `arriving`: numbers of markers that come from each rank.
 void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
     const std::size_t shares_each = shares_of_marker();
-    shares_back_.resize(shares_each * sent_.size()), changes_out_.resize(sent_.size());
-    shares_.assign(shares_each * arrival_.size(), 0.0), changes_.resize(arrival_.size());
+    shares_back_.resize(shares_each * sent_.size());
+    changes_out_.resize(sent_.size());
+    shares_.assign(shares_each * arrival_.size(), 0.0);
+    changes_.resize(arrival_.size());
     if (comm_.size() == 1) return;
     std::vector<RepeatedMessages::Part> back, out, shares, changes;
     const auto add = [](std::vector<RepeatedMessages::Part>& parts, int rank, auto numbers) {
@@ -180,11 +184,12 @@ void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
     for (int r = 0; r < comm_.size(); ++r) {
         const auto sent = static_cast<std::size_t>(sent_counts_[static_cast<std::size_t>(r)]),
                    come = static_cast<std::size_t>(arriving[static_cast<std::size_t>(r)]);
-        add(back, r, std::span(shares_back_).subspan(shares_each * from, shares_each * sent)),
-            add(out, r, std::span(changes_out_).subspan(from, sent));
-        add(shares, r, std::span(shares_).subspan(shares_each * at, shares_each * come)),
-            add(changes, r, std::span(changes_).subspan(at, come));
-        from += sent, at += come;
+        add(back, r, std::span(shares_back_).subspan(shares_each * from, shares_each * sent));
+        add(out, r, std::span(changes_out_).subspan(from, sent));
+        add(shares, r, std::span(shares_).subspan(shares_each * at, shares_each * come));
+        add(changes, r, std::span(changes_).subspan(at, come));
+        from += sent;
+        at += come;
     }
     to_holders_ = RepeatedMessages(comm_, shares, back);
     to_planes_ = RepeatedMessages(comm_, out, changes);
@@ -232,7 +237,8 @@ void MarkerPlanes::add_shares(std::span<Vec3d> values) {
     const std::size_t rows = rows_of_plane(), numbers = shares_of_marker();
     const bool alone = comm_.size() == 1; // each marker comes to the one rank, in order
     if (!alone) {
-        to_holders_.start(), to_holders_.finish();
+        to_holders_.start();
+        to_holders_.finish();
         // Of rows and planes that a rank does not have its shares are 0.
         whole_.assign(numbers * values.size(), 0.0);
         for (std::size_t i = 0; i < sent_.size(); ++i)
@@ -274,7 +280,10 @@ void MarkerPlanes::spread(std::span<const Vec3d> changes, const Fields& fields) 
     const bool alone = comm_.size() == 1;
     std::vector<Vec3d>& sent = alone ? changes_ : changes_out_;
     for (std::size_t i = 0; i < sent_.size(); ++i) sent[i] = changes[sent_[i]];
-    if (!alone) to_planes_.start(), to_planes_.finish();
+    if (!alone) {
+        to_planes_.start();
+        to_planes_.finish();
+    }
     with_points([&](auto points) {
         threads_.for_each(static_cast<std::size_t>(layout_.nz), [&](std::size_t p, int) {
             const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p));

@@ -15,8 +15,18 @@ struct Markers {
     std::vector<std::uint32_t> body;
 
     std::size_t count() const { return place.size(); }
-    void resize(std::size_t n) { place.resize(n), velocity.resize(n), identity.resize(n), body.resize(n); }
-    void clear() { place.clear(), velocity.clear(), identity.clear(), body.clear(); }
+    void resize(std::size_t n) {
+        place.resize(n);
+        velocity.resize(n);
+        identity.resize(n);
+        body.resize(n);
+    }
+    void clear() {
+        place.clear();
+        velocity.clear();
+        identity.clear();
+        body.clear();
+    }
 };
 
 /// Places on an ellipse of half axes a along x and b along y about the origin, equal arcs apart, about `spacing`.

@@ -31,7 +31,10 @@ std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vecto
                          const H5Box& box) {
     std::size_t inner = shape.size(); // dimensions from here on are side by side
     std::uint64_t run = 1, below = 1; // words, of the box and of the whole
-    while (inner > 0 && run == below) run *= box.count[--inner], below *= shape[inner];
+    while (inner > 0 && run == below) {
+        run *= box.count[--inner];
+        below *= shape[inner];
+    }
     const std::uint64_t runs = run > 0 ? product(box.count) / run : 0;
     const auto* bytes = static_cast<const std::byte*>(numbers);
     std::uint64_t sum = 0;
@@ -40,7 +43,8 @@ std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vecto
         for (std::size_t d = shape.size(), within = 1; d-- > 0;) {
             if (d < inner) {
                 first += (box.start[d] + rest % box.count[d]) * stride;
-                rest /= box.count[d], stride *= shape[d];
+                rest /= box.count[d];
+                stride *= shape[d];
             } else {
                 first += box.start[d] * within;
                 within *= shape[d];
@@ -65,7 +69,8 @@ bool is_sound(const H5File& file, const std::string& path) {
     std::vector<std::byte> bytes;
     for (std::uint64_t begin = 0; begin < shape[0]; begin += rows) {
         H5Box box{std::vector<std::uint64_t>(shape.size(), 0), shape};
-        box.start[0] = begin, box.count[0] = std::min(rows, shape[0] - begin);
+        box.start[0] = begin;
+        box.count[0] = std::min(rows, shape[0] - begin);
         bytes.resize(box.count[0] * row * word);
         file.read(path, type, box, bytes.data());
         found += word_digest(bytes, word, begin * row);
@@ -118,8 +123,10 @@ void FieldSeries::find_earlier(const Earlier& earlier) {
     std::vector<std::string> paths;
     on_root(comm_, [&] {
         for (const std::int64_t step : steps(frames))
-            if (step <= earlier.resume_step)
-                there.push_back(step), paths.push_back(names_.directory + "/" + file_of(step, frames));
+            if (step <= earlier.resume_step) {
+                there.push_back(step);
+                paths.push_back(names_.directory + "/" + file_of(step, frames));
+            }
     });
     const auto step_of = [](const std::string& path) { return std::stoll(path.substr(path.rfind('_') + 1)); };
     const std::vector<std::int64_t> damaged =
@@ -159,7 +166,9 @@ bool FieldSeries::shows_same(const std::string& path) const {
 void FieldSeries::list(std::int64_t step, const std::string& path) {
     const H5File file(Communicator::alone(), path, H5File::Mode::read);
     Vec3d lower{0, 0, 0};
-    file.get("/", "lower_x", lower.x), file.get("/", "lower_y", lower.y), file.get("/", "lower_z", lower.z);
+    file.get("/", "lower_x", lower.x);
+    file.get("/", "lower_y", lower.y);
+    file.get("/", "lower_z", lower.z);
     if (file.has("/lower")) {
         blocks_ = true;
         Blocks blocks;
@@ -239,7 +248,9 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
         file.set("/", "step", step);
         file.set("/", "time", shift_ + static_cast<double>(step) * dt_);
         file.set("/", "spacing", grid_.spacing);
-        file.set("/", "lower_x", lower.x), file.set("/", "lower_y", lower.y), file.set("/", "lower_z", lower.z);
+        file.set("/", "lower_x", lower.x);
+        file.set("/", "lower_y", lower.y);
+        file.set("/", "lower_z", lower.z);
         file.set("/", "contents", contents());
         file.set("/", "after", after);
         for (const auto& [name, text] : names_.labels) file.set("/", name, text);
@@ -267,7 +278,10 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
                 std::vector<double> numbers;
                 if (piece < mine) {
                     box = frame.pieces()[static_cast<std::size_t>(piece)];
-                    if (components > 1) box.start.push_back(0), box.count.push_back(components);
+                    if (components > 1) {
+                        box.start.push_back(0);
+                        box.count.push_back(components);
+                    }
                     numbers.resize(product(box.count));
                     frame.fill(static_cast<std::size_t>(piece), numbers);
                 }
@@ -342,8 +356,10 @@ void FieldSeries::show_blocks(const std::string& path, const Blocks& blocks) con
             PartView view{field.name + suffix_of(b), "/" + field.name, {{b, 0, 0, 0}, {1}}};
             for (const std::size_t d : {2, 1, 0})
                 view.part.count.push_back(static_cast<std::uint64_t>(blocks.cells[b][d]));
-            if (field.components > 1)
-                view.part.start.push_back(0), view.part.count.push_back(static_cast<std::uint64_t>(field.components));
+            if (field.components > 1) {
+                view.part.start.push_back(0);
+                view.part.count.push_back(static_cast<std::uint64_t>(field.components));
+            }
             views.push_back(std::move(view));
         }
     make_part_views(path, "/blocks", views);

@@ -31,7 +31,8 @@ std::uint64_t byte_digest(std::span<const std::byte> bytes, std::uint64_t first)
     std::uint64_t sum = 0, weighted = 0;
     for (std::uint64_t i = 0; i < bytes.size(); ++i) {
         const auto byte = std::to_integer<std::uint64_t>(bytes[i]);
-        sum += byte, weighted += i * byte;
+        sum += byte;
+        weighted += i * byte;
     }
     return 2 * weighted + (2 * first + 1) * sum;
 }

@@ -198,7 +198,9 @@ void GroupFrames::write_constants(H5File& file, const Communicator& comm) const 
     const auto write_vectors = [&](const std::string& name, auto vector_of) {
         const std::vector<double> rows = rows_of_owners(blocks_, owned_.indices, 3, [&](std::int64_t i, double* out) {
             const Vec3d v = vector_of(i);
-            out[0] = v.x, out[1] = v.y, out[2] = v.z;
+            out[0] = v.x;
+            out[1] = v.y;
+            out[2] = v.z;
         });
         write_rows<double>(file, name, 3, [&](std::int64_t i, double* out) {
             std::copy_n(&rows[static_cast<std::size_t>(i - blocks_.begin()) * 3], 3, out);

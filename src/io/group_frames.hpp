@@ -59,7 +59,10 @@ public:
     void write(H5File& file, std::uint64_t first, std::span<std::uint64_t> digests);
     /// Whether there are pending frames of other owners.
     bool has_left() const { return pending_blocks_.has_value(); }
-    void drop_pending() { pending_frames_ = 0, pending_blocks_.reset(); }
+    void drop_pending() {
+        pending_frames_ = 0;
+        pending_blocks_.reset();
+    }
 
     /// Single frames under names of their own, for the side-car: of the XDMF readers in use one knows hyperslabs only
     /// in a spelling that the other does not. Root only, of a closed file.

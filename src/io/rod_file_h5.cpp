@@ -46,7 +46,10 @@ public:
     explicit Hdf5RodFile(const std::string& path)
         : RodFile(path), file_(quietly([&] { return H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT); }), H5Fclose) {
         if (!file_.valid()) refuse("cannot be read as HDF5");
-        quietly([&] { return look(), 0; });
+        quietly([&] {
+            look();
+            return 0;
+        });
     }
 
 private:

@@ -44,8 +44,10 @@ std::uint64_t dataset_digest(const H5File& file, const std::string& path, std::s
     std::uint64_t sum = 0;
     for (std::uint64_t begin = 0; begin < shape.at(1); begin += rods) {
         H5Box box{std::vector<std::uint64_t>(shape.size(), 0), shape};
-        box.start[0] = k, box.count[0] = 1;
-        box.start[1] = begin, box.count[1] = std::min(rods, shape[1] - begin);
+        box.start[0] = k;
+        box.count[0] = 1;
+        box.start[1] = begin;
+        box.count[1] = std::min(rods, shape[1] - begin);
         bytes.resize(box.count[1] * words * word);
         file.read(path, type, box, bytes.data());
         sum += word_digest(bytes, word, begin * words);

@@ -167,7 +167,10 @@ struct FrameWriter::Impl {
             comm.broadcast(!segments.empty() && frames < segments.back().steps.size() ? segments.back().file : "");
         if (!longer.empty()) {
             cut(longer, static_cast<std::size_t>(comm.broadcast(static_cast<std::int64_t>(frames))));
-            if (comm.root()) segments.back().steps.resize(frames), segments.back().times.resize(frames);
+            if (comm.root()) {
+                segments.back().steps.resize(frames);
+                segments.back().times.resize(frames);
+            }
         }
         if (comm.root()) look_for_gaps(expected);
         last_closed = last_step = comm.broadcast(segments.empty() ? std::int64_t{-1} : segments.back().steps.back());

@@ -135,7 +135,8 @@ bool is_sound_vtk_polydata(const std::string& path, std::int64_t step) {
         const std::uint64_t bytes = std::min<std::uint64_t>(left, part.size());
         if (!file.read(part.data(), static_cast<std::streamsize>(bytes))) return false;
         digest += byte_digest(std::as_bytes(std::span(part)).first(bytes), at);
-        at += bytes, left -= bytes;
+        at += bytes;
+        left -= bytes;
     }
     return found->stamp->step == step && found->stamp->digest == digest;
 }

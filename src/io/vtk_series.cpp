@@ -61,7 +61,10 @@ VtkSeries::List VtkSeries::list_of(const std::string& kind, std::int64_t resume_
         for (const auto& found : numbered_files(frames, kind + "_", ".vtp.tmp"))
             if (const std::string path = frames + found.name; is_unfinished_frame(path)) remove_file(path);
         for (const auto& found : numbered_files(frames, kind + "_", ".vtp"))
-            if (found.number <= resume_step) there.push_back(found), paths.push_back(frames + found.name);
+            if (found.number <= resume_step) {
+                there.push_back(found);
+                paths.push_back(frames + found.name);
+            }
     });
     const auto step_of = [&](const std::string& path) { return std::stoll(path.substr(path.rfind('_') + 1)); };
     const std::vector<std::int64_t> damaged =

@@ -42,7 +42,10 @@ SKEIN_INLINE JointNodeLoads<Pack<W>> node_loads(const JointLaw& law, const Joine
                                   b.share * on_b.force,        on_a.couple,          on_b.couple};
     if constexpr (Repels) {
         const Vec3<Pack<W>> half_a = Pack<W>(0.5) * on_a.push, half_b = Pack<W>(0.5) * on_b.push;
-        loads.force_a += half_a, loads.force_a_next += half_a, loads.force_b += half_b, loads.force_b_next += half_b;
+        loads.force_a += half_a;
+        loads.force_a_next += half_a;
+        loads.force_b += half_b;
+        loads.force_b_next += half_b;
     }
     return loads;
 }
@@ -138,17 +141,24 @@ private:
     };
 
     void lay_out(const AssemblyGroups& assembly, std::size_t groups) {
-        slots_of_.assign(groups, 0), is_body_.assign(groups, false);
-        across_.first.assign(groups, 0), within_.first.assign(groups, 0);
-        across_.first_tile.assign(groups, 0), within_.first_tile.assign(groups, 0);
+        slots_of_.assign(groups, 0);
+        is_body_.assign(groups, false);
+        across_.first.assign(groups, 0);
+        within_.first.assign(groups, 0);
+        across_.first_tile.assign(groups, 0);
+        within_.first_tile.assign(groups, 0);
         for (const RodGroup* group : assembly.groups) {
             const auto g = static_cast<std::size_t>(group->id());
             const auto slots = static_cast<std::size_t>(group->slots());
             const std::int64_t rods = group->rods_per_copy(), tiles = tiles_within(rods, W);
-            slots_of_[g] = slots, is_body_[g] = !group->strained();
-            across_.first[g] = across_.slots, within_.first[g] = within_.slots;
-            across_.first_tile[g] = across_.tiles, within_.first_tile[g] = within_.tiles;
-            across_.tiles += static_cast<std::size_t>(rods), within_.tiles += static_cast<std::size_t>(tiles);
+            slots_of_[g] = slots;
+            is_body_[g] = !group->strained();
+            across_.first[g] = across_.slots;
+            within_.first[g] = within_.slots;
+            across_.first_tile[g] = across_.tiles;
+            within_.first_tile[g] = within_.tiles;
+            across_.tiles += static_cast<std::size_t>(rods);
+            within_.tiles += static_cast<std::size_t>(tiles);
             across_.slots += static_cast<std::size_t>(rods) * slots;
             within_.slots += static_cast<std::size_t>(tiles) * slots;
             if (const int lanes = static_cast<int>(rods - (tiles - 1) * W); lanes < W)
@@ -181,8 +191,10 @@ private:
         slots_across_.push_back(slots(joint, across_, 1));
         constants_.push_back(constants_of(joint));
         run.behind = slots_across_.size();
-        if (run.behind_pack == run.first_pack || gathered_.back().count == W)
-            gathered_.emplace_back(), ++run.behind_pack;
+        if (run.behind_pack == run.first_pack || gathered_.back().count == W) {
+            gathered_.emplace_back();
+            ++run.behind_pack;
+        }
         Gathered& pack = gathered_.back();
         for (int l = pack.count; l < W; ++l) {
             const auto at = static_cast<std::size_t>(l);
@@ -204,10 +216,14 @@ private:
         return {node(joint.first, 0), node(joint.first, 1), node(joint.second, 0), node(joint.second, 1)};
     }
     static void set(JointConstants<P>& all, int l, const JointConstants<double>& one) {
-        all.share_a.set(l, one.share_a), all.share_before_a.set(l, one.share_before_a);
-        all.share_b.set(l, one.share_b), all.share_before_b.set(l, one.share_before_b);
-        set_lane(all.arm_a, l, one.arm_a), set_lane(all.axis_a, l, one.axis_a);
-        set_lane(all.arm_b, l, one.arm_b), set_lane(all.axis_b, l, one.axis_b);
+        all.share_a.set(l, one.share_a);
+        all.share_before_a.set(l, one.share_before_a);
+        all.share_b.set(l, one.share_b);
+        all.share_before_b.set(l, one.share_before_b);
+        set_lane(all.arm_a, l, one.arm_a);
+        set_lane(all.axis_a, l, one.axis_a);
+        set_lane(all.arm_b, l, one.arm_b);
+        set_lane(all.axis_b, l, one.axis_b);
         set_lane(all.rest, l, one.rest);
         all.rest_distance.set(l, one.rest_distance);
     }
@@ -242,7 +258,9 @@ private:
         std::array<double, W> x, y, z;
         for (std::size_t l = 0; l < W; ++l) {
             const double* from = at(l) + first * W;
-            x[l] = from[0], y[l] = from[W], z[l] = from[2 * W];
+            x[l] = from[0];
+            y[l] = from[W];
+            z[l] = from[2 * W];
         }
         return {std::bit_cast<P>(x), std::bit_cast<P>(y), std::bit_cast<P>(z)};
     }
@@ -276,9 +294,11 @@ private:
                                    before,
                                    arm,
                                    axis};
-                if constexpr (Damped)
-                    e.velocity = gathered(3, first), e.next_velocity = gathered(3, second),
+                if constexpr (Damped) {
+                    e.velocity = gathered(3, first);
+                    e.next_velocity = gathered(3, second);
                     e.spin = gathered(10, first);
+                }
                 return e;
             };
             const JointNodeLoads<P> loads = node_loads<Turn, Damped, Repels, W>(
@@ -289,7 +309,9 @@ private:
                 const auto l = static_cast<std::size_t>(lane);
                 const auto add = [&](std::uint32_t at, std::uint8_t to_lane, std::size_t first, const Vec3<P>& v) {
                     double* to = reinterpret_cast<double*>(load + at) + to_lane + first * W;
-                    to[0] += v.x[lane], to[W] += v.y[lane], to[2 * W] += v.z[lane];
+                    to[0] += v.x[lane];
+                    to[W] += v.y[lane];
+                    to[2 * W] += v.z[lane];
                 };
                 add(g.slots[l].a, g.lane_a[l], 0, loads.force_a);
                 add(g.slots[l].a_next, g.lane_a[l], 0, loads.force_a_next);

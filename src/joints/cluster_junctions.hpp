@@ -167,7 +167,8 @@ private:
             const Vec3<P> arm = broadcast<V>(h.arms[i]);
             at(i).velocity(velocity + transpose_times(first.director, cross(spin, arm) + ahead(arm)));
         }
-        at(0).velocity(velocity), at(0).spin(spin);
+        at(0).velocity(velocity);
+        at(0).spin(spin);
     }
 
     struct Across {

@@ -64,7 +64,8 @@ SKEIN_INLINE JointLoad<Pack<W>> joint_load(const JointLaw& law, const JoinedElem
     const Vec3<P> to_middle = half * apart;
     Vec3<P> force = P(law.stiffness) * apart, wa{}, wb{};
     if constexpr (Damped) {
-        wa = transpose_times(a.director, a.spin), wb = transpose_times(b.director, b.spin);
+        wa = transpose_times(a.director, a.spin);
+        wb = transpose_times(b.director, b.spin);
         const Vec3<P> va = between(a.share_before, a.share, a.velocity, a.next_velocity) + cross(wa, ra),
                       vb = between(b.share_before, b.share, b.velocity, b.next_velocity) + cross(wb, rb);
         force += P(law.damping) * ((vb - va) - cross(wa + wb, to_middle));
@@ -78,14 +79,16 @@ SKEIN_INLINE JointLoad<Pack<W>> joint_load(const JointLaw& law, const JoinedElem
             const Vec3<P> w = wb - wa;
             couple += P(law.torsional_damping) * (w - dot(w, na) * na);
         }
-        on_a += couple, on_b += couple;
+        on_a += couple;
+        on_b += couple;
         if (figures) energy += P(0.5 * law.torsional_stiffness) * dot(nb - na, nb - na);
     }
     if constexpr (Turn == JointTurn::fixed) {
         const Vec3<P> phi = relative_rotation_and_jacobian(b.director, rest * a.director).log;
         Vec3<P> couple = P(law.torsional_stiffness) * transpose_times(b.director, phi);
         if constexpr (Damped) couple += P(law.torsional_damping) * (wb - wa);
-        on_a += couple, on_b += couple;
+        on_a += couple;
+        on_b += couple;
         if (figures) energy += P(0.5 * law.torsional_stiffness) * dot(phi, phi);
     }
     JointLoad<P> load{force, {}, a.director * on_a};
@@ -96,7 +99,8 @@ SKEIN_INLINE JointLoad<Pack<W>> joint_load(const JointLaw& law, const JoinedElem
         if (any(squared < rest_distance * rest_distance)) { // else not even a root
             const P distance = sqrt(squared), closer = max(rest_distance - distance, P(0.0)), root = sqrt(closer);
             const Vec3<P> push = (P(law.repulsion) * (closer * root) / max(distance, P(1e-150))) * c;
-            load.push = -push, other.push = push;
+            load.push = -push;
+            other.push = push;
             if (figures) energy += P(0.4 * law.repulsion) * (closer * closer * root);
         }
     }

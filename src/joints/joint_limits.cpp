@@ -68,8 +68,10 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
         for (const auto& [place, by] : held[g]) {
             const double eigenvalue = groups[g].strained() ? eigenvalue_of_element(groups[g], place.second, by)
                                                            : std::max({by.x, by.y, by.z});
-            if (eigenvalue > bounds[g].eigenvalue)
-                bounds[g].eigenvalue = eigenvalue, bounds[g].element_of_eigenvalue = place.second;
+            if (eigenvalue > bounds[g].eigenvalue) {
+                bounds[g].eigenvalue = eigenvalue;
+                bounds[g].element_of_eigenvalue = place.second;
+            }
         }
 }
 
@@ -91,7 +93,8 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
                 const RodGroup& group = groups[static_cast<std::size_t>(end->group)];
                 const Mobility m = mobility(group, *end);
                 JointEnd centre = *end;
-                centre.share = group.strained() ? 0.5 : 0, centre.arm = {0, 0, 0};
+                centre.share = group.strained() ? 0.5 : 0;
+                centre.arm = {0, 0, 0};
                 Sums& sums = of_element[static_cast<std::size_t>(end->group)][{end->rod, end->element}];
                 sums.stiffness += 2 * (table.law.stiffness * m.shift + repelling * mobility(group, centre).shift +
                                        (turns ? table.law.torsional_stiffness * m.turn : 0));
@@ -103,8 +106,10 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
         bound_stars(junctions_of(tables, assembly, groups), groups, bounds);
     for (std::size_t g = 0; g < groups.size(); ++g)
         for (const auto& [place, sums] : of_element[g]) {
-            if (sums.stiffness > bounds[g].stiffness)
-                bounds[g].stiffness = sums.stiffness, bounds[g].element = place.second;
+            if (sums.stiffness > bounds[g].stiffness) {
+                bounds[g].stiffness = sums.stiffness;
+                bounds[g].element = place.second;
+            }
             bounds[g].drag = std::max(bounds[g].drag, sums.drag);
         }
     return bounds;

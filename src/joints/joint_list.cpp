@@ -209,7 +209,11 @@ private:
                 const Vec3d start = second_.place(j, l, 0), edge = second_.place(j, l, 1) - start;
                 const double t = std::clamp(dot(tip - start, edge) / dot(edge, edge), 0.0, 1.0);
                 const double apart = norm(tip - (start + t * edge));
-                if (apart < nearest * (1 - 1e-9)) nearest = apart, share = t, side = {j, l};
+                if (apart < nearest * (1 - 1e-9)) {
+                    nearest = apart;
+                    share = t;
+                    side = {j, l};
+                }
             }
         const double radius = second_.radius(side.number);
         if (nearest > radius + first_.radius(k) + spec_.gap)

@@ -150,7 +150,8 @@ private:
                                    "nothing goes on: leave them out",
                                    g.name()));
         }
-        s.node_held = g.holds_node(s.node), s.element_held = !s.inner && g.holds_element(s.element);
+        s.node_held = g.holds_node(s.node);
+        s.element_held = !s.inner && g.holds_element(s.element);
         const Hold& hold = spec.hold;
         const auto all = [](const std::string& axes) {
             return axes.find('x') != std::string::npos && axes.find('y') != std::string::npos &&
@@ -206,7 +207,8 @@ private:
             const std::size_t known = stars_.size(), at = set_of(stars_, place_of_star_, key(s), s);
             if (s.inner && at == known) { // both halves of the cell around the node
                 Side before = s;
-                before.element = (s.node + group(s.group).elements() - 1) % group(s.group).elements(), before.side = -1;
+                before.element = (s.node + group(s.group).elements() - 1) % group(s.group).elements();
+                before.side = -1;
                 stars_.back().sides.push_back(before);
             }
             return at;
@@ -263,7 +265,8 @@ private:
             m.rest_stretch = 1;
             if (!(i == 0 && star.rigid)) {
                 const ElementConstants& e = g.element[static_cast<std::size_t>(s.element)];
-                m.length = e.rest_length, m.rest_stretch = e.rest_stretch;
+                m.length = e.rest_length;
+                m.rest_stretch = e.rest_stretch;
                 const double half = 0.5 * e.rest_length;
                 m.compliance = {half / e.bending.x, half / e.bending.y, half / e.bending.z};
                 m.stiffness = {1 / m.compliance.x, 1 / m.compliance.y, 1 / m.compliance.z};
@@ -296,7 +299,10 @@ private:
         return star;
     }
     static Star taken_off(Star star) {
-        for (Star::Member& m : star.members) m.stiffness = -1.0 * m.stiffness, m.compliance = -1.0 * m.compliance;
+        for (Star::Member& m : star.members) {
+            m.stiffness = -1.0 * m.stiffness;
+            m.compliance = -1.0 * m.compliance;
+        }
         star.largest = 0;
         return star;
     }

@@ -69,7 +69,10 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
         }
         const Junctions junctions = junctions_of(plan.joints, of_copy, groups);
         KickGains gains;
-        if (!junctions.empty()) kicks.clear(), gains = kick_gains(plan, groups, kicks);
+        if (!junctions.empty()) {
+            kicks.clear();
+            gains = kick_gains(plan, groups, kicks);
+        }
         joints.push_back(
             std::make_unique<JointsOfCluster<W>>(plan.joints, of_copy, groups, static_cast<int>(a), junctions, gains));
     }

@@ -88,7 +88,8 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
                                       [&](std::size_t t) { return !muscles_[tiles_[t].program].empty(); });
         if (cluster.muscles) most_tiles = std::max(most_tiles, cluster.tiles.size());
     }
-    joined_.resize(scratch_.size()), moments_.resize(scratch_.size());
+    joined_.resize(scratch_.size());
+    moments_.resize(scratch_.size());
     for (auto& joined : joined_) joined.resize(most_joined);
     for (auto& moments : moments_) moments.resize(most_tiles);
 
@@ -557,7 +558,8 @@ std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, const RodGroup& grou
                 const auto [row, l] =
                     tile.strands ? tile.strands->place(first, k) : typename Strands<W>::Place{k, first};
                 const auto at = static_cast<std::size_t>(k);
-                force[at] = lane(load[row].force, l), couple[at] = lane(load[row].couple, l);
+                force[at] = lane(load[row].force, l);
+                couple[at] = lane(load[row].couple, l);
             }
             export_rod(i, state);
             watch.look(effects[p], state, force, couple, step.dt, program.passes[p]->adds_loads());

@@ -87,9 +87,16 @@ template <class Look> void over_samples(const RodGroup& group, double duration, 
             Sample sample{{}, rod, static_cast<int>(place)};
             const auto set = [&](Variable v, double value) { sample.at[static_cast<std::size_t>(v)] = value; };
             Vec3d x = lane(state[k].position, 0), v = lane(state[k].velocity, 0);
-            if (middles) x = 0.5 * (x + lane(state[k + 1].position, 0)), v = 0.5 * (v + lane(state[k + 1].velocity, 0));
-            set(Variable::x, x.x), set(Variable::y, x.y), set(Variable::z, x.z);
-            set(Variable::vx, v.x), set(Variable::vy, v.y), set(Variable::vz, v.z);
+            if (middles) {
+                x = 0.5 * (x + lane(state[k + 1].position, 0));
+                v = 0.5 * (v + lane(state[k + 1].velocity, 0));
+            }
+            set(Variable::x, x.x);
+            set(Variable::y, x.y);
+            set(Variable::z, x.z);
+            set(Variable::vx, v.x);
+            set(Variable::vy, v.y);
+            set(Variable::vz, v.z);
             for (int i = static_cast<int>(Variable::s); i < variables; ++i)
                 set(static_cast<Variable>(i), along.value(static_cast<Variable>(i), k));
             for (const double t : some_times(duration)) {

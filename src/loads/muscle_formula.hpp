@@ -152,7 +152,8 @@ struct MuscleFormula {
             if (!curvature.empty()) at.body += scale(broadcast<W>(rod.element[element].bending), value);
             else (frame == LoadFrame::lab ? at.lab : at.body) += value;
         };
-        add(0, 0, moments.start), add(rod.n, rod.n - 1, moments.end);
+        add(0, 0, moments.start);
+        add(rod.n, rod.n - 1, moments.end);
     }
 
     // What use() makes of them, and add() calls.

@@ -99,7 +99,8 @@ struct PlaneFriction {
 
     std::string refine(const Shape& was, const Shape& now) {
         const double share = static_cast<double>(was.elements) / static_cast<double>(now.elements);
-        stiffness *= share, damping *= share;
+        stiffness *= share;
+        damping *= share;
         return "stiffness and damping per element are shared among more elements";
     }
 

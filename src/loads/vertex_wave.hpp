@@ -54,14 +54,16 @@ public:
     }
     /// Moments where an open rod ends, for joints that go on there; none until they are set.
     void set_ends(double start_amplitude, double start_phase, double end_amplitude, double end_phase) {
-        at_start_ = parts_of(start_amplitude, start_phase), at_end_ = parts_of(end_amplitude, end_phase);
+        at_start_ = parts_of(start_amplitude, start_phase);
+        at_end_ = parts_of(end_amplitude, end_phase);
     }
     template <int W> void add_end_moments(const Step& step, const Vec3d& direction, EndMoments<W>& moments) const {
         const auto add = [&](const Parts<double>& parts, EndMoment<Pack<W>>& at) {
             const double m = parts.in_phase * sine_[step.slot] - parts.quadrature * cosine_[step.slot];
             (frame_ == LoadFrame::body ? at.body : at.lab) += broadcast<W>(m * direction);
         };
-        add(at_start_, moments.start), add(at_end_, moments.end);
+        add(at_start_, moments.start);
+        add(at_end_, moments.end);
     }
     void prepare(std::span<const Step> steps, double period, const Ramp& ramp) {
         for (const Step& step : steps) {
@@ -91,7 +93,8 @@ private:
         return {amplitude * std::cos(phase), amplitude * std::sin(phase)};
     }
     void add(std::size_t k, const Parts<double>& m, double sign) {
-        parts_[k].in_phase += sign * m.in_phase, parts_[k].quadrature += sign * m.quadrature;
+        parts_[k].in_phase += sign * m.in_phase;
+        parts_[k].quadrature += sign * m.quadrature;
     }
 
     template <class Map, int W> void add_about_body_axes(const RodTile<W>& rod, const auto& in_lanes, SlotLoad<W>* load,

@@ -28,9 +28,21 @@ template <int Axis, int W> SKEIN_INLINE void turn_about(Quaternion<Pack<W>>& q, 
     const HalfAngle<Pack<W>> f = half_angle(half * half);
     const Pack<W> s = f.sine_over * half, c = f.cosine;
     const Pack<W> sine = (s + s) * c, cosine = fnma(s + s, s, Pack<W>(1.0));
-    if constexpr (Axis == 0) turn(q.v.x, q.w, s, c), turn(q.v.y, q.v.z, s, c), turn(p.y, p.z, sine, cosine);
-    if constexpr (Axis == 1) turn(q.v.y, q.w, s, c), turn(q.v.z, q.v.x, s, c), turn(p.z, p.x, sine, cosine);
-    if constexpr (Axis == 2) turn(q.v.z, q.w, s, c), turn(q.v.x, q.v.y, s, c), turn(p.x, p.y, sine, cosine);
+    if constexpr (Axis == 0) {
+        turn(q.v.x, q.w, s, c);
+        turn(q.v.y, q.v.z, s, c);
+        turn(p.y, p.z, sine, cosine);
+    }
+    if constexpr (Axis == 1) {
+        turn(q.v.y, q.w, s, c);
+        turn(q.v.z, q.v.x, s, c);
+        turn(p.z, p.x, sine, cosine);
+    }
+    if constexpr (Axis == 2) {
+        turn(q.v.z, q.w, s, c);
+        turn(q.v.x, q.v.y, s, c);
+        turn(p.x, p.y, sine, cosine);
+    }
 }
 
 } // namespace detail

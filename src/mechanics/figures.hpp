@@ -39,8 +39,12 @@ template <int W> void add_nodes(TileFigures<W>& f, const RodTile<W>& rod) {
         raise(fastest, squared);
     }
     f.sum[F::translation] = P(0.5) * twice;
-    f.sum[F::momentum_x] = momentum.x, f.sum[F::momentum_y] = momentum.y, f.sum[F::momentum_z] = momentum.z;
-    f.sum[F::mass_x] = first.x, f.sum[F::mass_y] = first.y, f.sum[F::mass_z] = first.z;
+    f.sum[F::momentum_x] = momentum.x;
+    f.sum[F::momentum_y] = momentum.y;
+    f.sum[F::momentum_z] = momentum.z;
+    f.sum[F::mass_x] = first.x;
+    f.sum[F::mass_y] = first.y;
+    f.sum[F::mass_z] = first.z;
     f.sum[F::mass] = mass;
     f.extreme[F::speed] = sqrt(fastest);
 }
@@ -87,7 +91,10 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
         const Quaternion<P>& q = slot[k].director;
         const Vec3<P> nu = P(c.inv_rest_length) * (q * (slot[k + 1].position - slot[k].position));
         P e = nu.z, half(0.5);
-        if constexpr (Published) e = norm(nu), half = half / e;
+        if constexpr (Published) {
+            e = norm(nu);
+            half = half / e;
+        }
         const Vec3<P>& w = slot[k].spin;
         const P sx = nu.x - P(c.rest_strain.x), sy = nu.y - P(c.rest_strain.y);
         f.sum[F::rotation] = fma(half, dot(w, scale(broadcast<W>(c.inertia), w)), f.sum[F::rotation]);

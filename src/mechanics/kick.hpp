@@ -123,10 +123,12 @@ private:
             Decay<W> x, y, z;
             if constexpr (Kind == KickKind::stretched_rates) {
                 const TwoDecays<W> two = midpoint_decays(zx, zz);
-                x = two.x, z = two.z;
+                x = two.x;
+                z = two.z;
                 y = Alike ? x : midpoint_decays(zy, zz).x;
             } else {
-                x = decay(zx), z = decay(zz);
+                x = decay(zx);
+                z = decay(zz);
                 y = Alike ? x : decay(zy);
             }
             const auto kicked = [&](auto impulse, const Decay<W>& d, P torque, P w) {

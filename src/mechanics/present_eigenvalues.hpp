@@ -120,8 +120,13 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
         });
 
         P tension = Law::stress(c, nu).z, stretching = Law::stretch_stiffness(c, nu.z), looser(1.0), softer(1.0);
-        if (published) looser = nu.z, softer = P(1.0) / nu.z;
-        else tension += before.tension + after.tension, stretching += before.stiffness + after.stiffness;
+        if (published) {
+            looser = nu.z;
+            softer = P(1.0) / nu.z;
+        } else {
+            tension += before.tension + after.tension;
+            stretching += before.stiffness + after.stiffness;
+        }
         const auto m = 4 / (Map::nodal_density(rod) * c.volume);
         const auto shear_rotation = [&](auto shear, auto inverse_inertia, P springs) {
             const P s = softer * P(shear), j = looser * P(inverse_inertia), net = s * nu.z - tension;

@@ -54,13 +54,18 @@ void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out
         const ElementConstants& c = rod.element[k];
         const Vec3<P> nu = P(c.inv_rest_length) * (slot[k].director * (slot[k + 1].position - slot[k].position));
         P e = nu.z, half(0.5);
-        if constexpr (Published) e = norm(nu), half = half / e;
+        if constexpr (Published) {
+            e = norm(nu);
+            half = half / e;
+        }
         const P sx = nu.x - P(c.rest_strain.x), sy = nu.y - P(c.rest_strain.y);
         const P shear = half * fma(P(c.stiffness.x) * sx, sx, P(c.stiffness.y) * sy * sy);
         const P strain = P(0.5) * (e - P(c.rest_stretch)),
                 energy = P(0.5 * c.rest_length) * (shear + Law::stretch_energy(c, e));
-        out[k].strain += strain, out[k].energy += energy;
-        out[k + 1].strain += strain, out[k + 1].energy += energy;
+        out[k].strain += strain;
+        out[k].energy += energy;
+        out[k + 1].strain += strain;
+        out[k + 1].energy += energy;
         if (k == 0) first_e = e;
         else cell(k - 1, k, e_before, e);
         e_before = e;
@@ -83,8 +88,10 @@ void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out
         out[0] = out[n] = {out[0].strain + out[n].strain, out[n].curvature,
                            length_inverse * (out[0].energy + out[n].energy)};
     } else {
-        for (const auto& [node, k] : {std::pair{0, 0}, std::pair{n, n - 1}})
-            out[node].strain *= P(2.0), out[node].energy *= P(1 / half_length(k));
+        for (const auto& [node, k] : {std::pair{0, 0}, std::pair{n, n - 1}}) {
+            out[node].strain *= P(2.0);
+            out[node].energy *= P(1 / half_length(k));
+        }
     }
 }
 

@@ -16,11 +16,16 @@ struct Box {
 
     void add(const Vec3d& x, double radius) {
         const double c[3] = {x.x, x.y, x.z};
-        for (int i = 0; i < 3; ++i)
-            least[i] = std::min(least[i], c[i] - radius), most[i] = std::max(most[i], c[i] + radius);
+        for (int i = 0; i < 3; ++i) {
+            least[i] = std::min(least[i], c[i] - radius);
+            most[i] = std::max(most[i], c[i] + radius);
+        }
     }
     void add(const Box& o) {
-        for (int i = 0; i < 3; ++i) least[i] = std::min(least[i], o.least[i]), most[i] = std::max(most[i], o.most[i]);
+        for (int i = 0; i < 3; ++i) {
+            least[i] = std::min(least[i], o.least[i]);
+            most[i] = std::max(most[i], o.most[i]);
+        }
     }
     bool meets(const Box& o, double margin) const {
         for (int i = 0; i < 3; ++i)
@@ -123,12 +128,16 @@ std::vector<Box> boxes_of_parts(std::span<const OwnBody> own) {
 /// Boxes of all ranks, those of each one after another. Collective.
 std::vector<Box> gathered(const Communicator& comm, std::span<const Box> mine) {
     std::vector<double> sides;
-    for (const Box& box : mine)
-        sides.insert(sides.end(), box.least, box.least + 3), sides.insert(sides.end(), box.most, box.most + 3);
+    for (const Box& box : mine) {
+        sides.insert(sides.end(), box.least, box.least + 3);
+        sides.insert(sides.end(), box.most, box.most + 3);
+    }
     const std::vector<double> all_sides = comm.all_gather(sides);
     std::vector<Box> all(all_sides.size() / 6);
-    for (std::size_t i = 0; i < all.size(); ++i)
-        std::copy_n(&all_sides[6 * i], 3, all[i].least), std::copy_n(&all_sides[6 * i + 3], 3, all[i].most);
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        std::copy_n(&all_sides[6 * i], 3, all[i].least);
+        std::copy_n(&all_sides[6 * i + 3], 3, all[i].most);
+    }
     return all;
 }
 
@@ -174,7 +183,9 @@ Visitors visitors_to(std::span<const Box> boxes, const Exposure& bodies, std::sp
 } // namespace
 
 void Neighbourhood::Route::begin() {
-    runs.clear(), parts.clear(), lengths_.clear();
+    runs.clear();
+    parts.clear();
+    lengths_.clear();
     size_ = begun_ = 0;
 }
 
@@ -217,8 +228,11 @@ void Neighbourhood::pack() {
             double* to = sent_.numbers.data() + run.at;
             for (std::uint32_t slot = run.first_slot; slot < run.first_slot + run.slots; ++slot)
                 for (const Vec3d& v :
-                     {exposure_->node[slot].position, exposure_->motion[slot].velocity, exposure_->motion[slot].spin})
-                    *to++ = v.x, *to++ = v.y, *to++ = v.z;
+                     {exposure_->node[slot].position, exposure_->motion[slot].velocity, exposure_->motion[slot].spin}) {
+                    *to++ = v.x;
+                    *to++ = v.y;
+                    *to++ = v.z;
+                }
         }
     });
 }
@@ -231,8 +245,11 @@ void Neighbourhood::unpack() {
             const double* from = received_.numbers.data() + run.at;
             for (std::uint32_t slot = run.first_slot; slot < run.first_slot + run.slots; ++slot)
                 for (Vec3d* v : {&exposure_->node[slot].position, &exposure_->motion[slot].velocity,
-                                 &exposure_->motion[slot].spin})
-                    v->x = *from++, v->y = *from++, v->z = *from++;
+                                 &exposure_->motion[slot].spin}) {
+                    v->x = *from++;
+                    v->y = *from++;
+                    v->z = *from++;
+                }
         }
     });
 }
@@ -243,7 +260,10 @@ void Neighbourhood::publish(bool holds) {
     pack();
     messages_.start();
     vote_.start(holds);
-    threads_.set_poll([this] { vote_.poll(), messages_.poll(); });
+    threads_.set_poll([this] {
+        vote_.poll();
+        messages_.poll();
+    });
 }
 
 bool Neighbourhood::arrive() {
@@ -303,7 +323,10 @@ const Exposure& Neighbourhood::widen(double reach) {
               [](const Source& x, const Source& y) { return x.window.first_in_scene < y.window.first_in_scene; });
     std::vector<Window> windows;
     wide_rank_.clear();
-    for (const Source& s : all) windows.push_back(s.window), wide_rank_.push_back(s.rank);
+    for (const Source& s : all) {
+        windows.push_back(s.window);
+        wide_rank_.push_back(s.rank);
+    }
     wide_ = std::make_unique<Exposure>(exposure_->scene(), std::move(windows), false);
     for (std::size_t i = 0; i < all.size(); ++i)
         std::copy_n(all[i].node, all[i].window.slots, wide_->node.begin() + wide_->window[i].first_slot);
@@ -378,7 +401,8 @@ void Neighbourhood::set_up_messages() {
         sent_.end_of_rank(r);
     }
     messages_ = {}; // before the memory that it uses
-    sent_.settle(), received_.settle();
+    sent_.settle();
+    received_.settle();
     messages_ = RepeatedMessages(channel_, sent_.parts, received_.parts);
     std::set<int> neighbours;
     for (const Route* route : {&sent_, &received_})

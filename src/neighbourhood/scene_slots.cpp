@@ -25,7 +25,8 @@ std::vector<SceneSlots::Alike> alike(std::span<const RodGroup> groups) {
             return other.assembly() && other.assembly()->number == group.assembly()->number;
         });
         all.back().first_kin = first.first_gid();
-        all.back().kin_per_copy = first.rods_per_copy(), all.back().per_copy = group.rods_per_copy();
+        all.back().kin_per_copy = first.rods_per_copy();
+        all.back().per_copy = group.rods_per_copy();
     }
     return all;
 }

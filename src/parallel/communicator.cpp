@@ -215,7 +215,8 @@ std::string Communicator::first_text(const std::string& mine) const {
 
 Communicator::Traffic Communicator::traffic() { return counted; }
 void Communicator::count_messages(std::int64_t bytes, std::int64_t messages) {
-    counted.bytes += bytes, counted.messages += messages;
+    counted.bytes += bytes;
+    counted.messages += messages;
 }
 void Communicator::count_call() { ++counted.calls; }
 

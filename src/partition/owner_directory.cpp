@@ -47,7 +47,10 @@ OwnerDirectory::OwnerDirectory(const Communicator& comm, std::span<const std::in
     };
     std::vector<Owned> mine;
     std::vector<int> block;
-    for (const std::int64_t gid : own) mine.push_back({gid, comm_.rank()}), block.push_back(block_of(gid));
+    for (const std::int64_t gid : own) {
+        mine.push_back({gid, comm_.rank()});
+        block.push_back(block_of(gid));
+    }
     const std::vector<std::int64_t> told = numbers(send(comm_, std::as_bytes(std::span(mine)), sizeof(Owned), block));
     const std::int64_t first = block_begin(bodies_, comm_.rank(), comm_.size());
     owner_.resize(static_cast<std::size_t>(block_begin(bodies_, comm_.rank() + 1, comm_.size()) - first));

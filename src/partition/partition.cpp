@@ -77,7 +77,10 @@ public:
         const Cube cube = bounding_cube(comm, centres);
         for (const WeighedRod& rod : rods) weighed.push_back({{key_in(cube, rod.centre), rod.gid}, rod.weight});
         std::sort(weighed.begin(), weighed.end());
-        for (const auto& [rod, weight] : weighed) rods_.push_back(rod), before_.push_back(before_.back() + weight);
+        for (const auto& [rod, weight] : weighed) {
+            rods_.push_back(rod);
+            before_.push_back(before_.back() + weight);
+        }
         for (const Keyed& rod : rods_) last_gid_ = std::max(last_gid_, rod.gid);
         last_gid_ = comm.max(last_gid_);
     }
@@ -142,7 +145,9 @@ std::vector<WeighedRod> index_block(const Communicator& comm, std::span<const Ro
         if (group.assembly()) {
             const AssemblyGroups& whole = assembly_of(group, assemblies);
             if (whole.groups.front() != &group) continue;
-            units = group.assembly()->count(), rods_of_unit = group.rods_per_copy(), weight = whole.elements_per_copy();
+            units = group.assembly()->count();
+            rods_of_unit = group.rods_per_copy();
+            weight = whole.elements_per_copy();
         }
         const std::int64_t end = block_begin(units, comm.rank() + 1, comm.size());
         for (std::int64_t unit = block_begin(units, comm.rank(), comm.size()); unit < end; ++unit) {
@@ -185,7 +190,10 @@ std::vector<Keyed> send_to_owners(const Communicator& comm, std::span<const Keye
 OwnedRods owned_rods(const Rods& rods, int group) {
     OwnedRods owned;
     for (std::size_t i = 0; i < rods.local().size(); ++i)
-        if (rods.local()[i].group == group) owned.places.push_back(i), owned.indices.push_back(rods.local()[i].index);
+        if (rods.local()[i].group == group) {
+            owned.places.push_back(i);
+            owned.indices.push_back(rods.local()[i].index);
+        }
     return owned;
 }
 

@@ -186,14 +186,21 @@ PackedRods pack(const Packing& p, double length, double radius, std::vector<Caps
                                 where, centres.size(), count,
                                 100 * static_cast<double>(centres.size()) * volume_of(length, radius) / region.volume(),
                                 p.attempts));
-            if (attempt >= patience) direction = draw_direction_that_fits(), half = 0.5 * length * direction;
+            if (attempt >= patience) {
+                direction = draw_direction_that_fits();
+                half = 0.5 * length * direction;
+            }
             const auto centre = region.draw(half, random);
             if (!centre) {
                 if (region.grows()) attempt = patience; // too low for this one
                 continue;
             }
             const Capsule tried{*centre - half, *centre + half, radius};
-            if (grid.is_clear(tried)) place = tried, centres.push_back(*centre), directions.push_back(direction);
+            if (grid.is_clear(tried)) {
+                place = tried;
+                centres.push_back(*centre);
+                directions.push_back(direction);
+            }
         }
         grid.add(*place, reach);
         occupied.push_back(*place);

@@ -201,8 +201,10 @@ std::vector<std::int64_t> Places::held() const {
 }
 
 void Places::become(const Places& all, std::int64_t i) {
-    count_ = all.count_, begin_ = i;
-    listed_ = true, turned_ = all.turned_;
+    count_ = all.count_;
+    begin_ = i;
+    listed_ = true;
+    turned_ = all.turned_;
     origins_.assign(1, all.origin(i));
     if (turned_) turns_.assign(1, all.turn(i));
     else turns_.clear();
@@ -236,7 +238,9 @@ Vec3d Places::corner() const {
 
 void Places::read(std::int64_t begin, std::int64_t end) {
     constexpr std::int64_t block = 1 << 16;
-    origins_.clear(), turns_.clear(), held_.clear();
+    origins_.clear();
+    turns_.clear();
+    held_.clear();
     origins_.reserve(static_cast<std::size_t>(end - begin));
     if (turned_) turns_.reserve(static_cast<std::size_t>(end - begin));
     sizes_.clear();
@@ -289,7 +293,10 @@ void Places::keep(std::span<const std::int64_t> indices) {
     const auto order = rising(indices);
     std::vector<std::size_t> rows;
     std::vector<std::int64_t> held;
-    for (const std::size_t i : order) rows.push_back(row(indices[i])), held.push_back(indices[i]);
+    for (const std::size_t i : order) {
+        rows.push_back(row(indices[i]));
+        held.push_back(indices[i]);
+    }
     keep_rows(origins_, rows);
     keep_rows(turns_, rows);
     if (width_ > 0) {
@@ -330,7 +337,9 @@ void Places::keep(std::span<const std::int64_t> indices, std::span<const std::by
         held_[row] = indices[order[row]];
     }
     forget_consecutive(begin_, held_);
-    origins_.shrink_to_fit(), turns_.shrink_to_fit(), sizes_.shrink_to_fit();
+    origins_.shrink_to_fit();
+    turns_.shrink_to_fit();
+    sizes_.shrink_to_fit();
 }
 
 std::size_t Places::bytes() const {

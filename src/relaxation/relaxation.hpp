@@ -101,10 +101,14 @@ private:
 
     static void load_of(const RodTile<W>& rod, const SlotLoad<W>* load, int k, Block& b) {
         const Vec3<P>& f = load[k].force;
-        b.u[0] = f.x, b.u[1] = f.y, b.u[2] = f.z;
+        b.u[0] = f.x;
+        b.u[1] = f.y;
+        b.u[2] = f.z;
         const Vec3<P> c =
             k < rod.n ? transpose_times(rod.slot[k].director, load[k].couple) : Vec3<P>{P(0.0), P(0.0), P(0.0)};
-        b.u[3] = c.x, b.u[4] = c.y, b.u[5] = c.z;
+        b.u[3] = c.x;
+        b.u[4] = c.y;
+        b.u[5] = c.z;
     }
 
     void kick(const RodTile<W>& rod, int last, const SlotLoad<W>* load, const Block* block, double h) const {

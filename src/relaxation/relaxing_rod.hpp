@@ -37,7 +37,9 @@ public:
             if (group.holds_node(k)) row.free[0] = row.free[1] = row.free[2] = 0;
             if (group.slides(k)) {
                 const Vec3d free = group.free_directions(k);
-                row.free[0] = free.x, row.free[1] = free.y, row.free[2] = free.z;
+                row.free[0] = free.x;
+                row.free[1] = free.y;
+                row.free[2] = free.z;
             }
             if (k == n || group.holds_element(k)) row.free[3] = row.free[4] = row.free[5] = 0;
             row.own_node = per_length * group.node_length[static_cast<std::size_t>(k)] / (length_ * length_);

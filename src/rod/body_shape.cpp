@@ -95,7 +95,10 @@ BodyShape::BodyShape(const RodSpec& spec) {
         part.push_back({.from = at, .to = at, .radius = r, .half = half, .box = true});
     }
     Vec3d first{0, 0, 0};
-    for (const Solid& s : solids) volume += s.volume, first += s.volume * s.centre;
+    for (const Solid& s : solids) {
+        volume += s.volume;
+        first += s.volume * s.centre;
+    }
     mass = body.mass > 0 ? body.mass : spec.material.density * volume;
     if (!(mass > 0) || !std::isfinite(mass)) refuse(fmt::format("its mass is {:g} kg", mass));
     centre = body.centre.value_or((1 / volume) * first);
@@ -108,7 +111,11 @@ BodyShape::BodyShape(const RodSpec& spec) {
     }
     if (const std::vector<double>& given = body.inertia; !given.empty()) {
         j = {given[0], given[1], given[2]};
-        if (given.size() == 6) j.xy = given[3], j.xz = given[4], j.yz = given[5];
+        if (given.size() == 6) {
+            j.xy = given[3];
+            j.xz = given[4];
+            j.yz = given[5];
+        }
     }
     const PrincipalAxes principal = principal_axes(j);
     const Vec3d& v = principal.value;
@@ -122,7 +129,8 @@ BodyShape::BodyShape(const RodSpec& spec) {
                            v.x, v.y, v.z));
     take_axes(v, principal.axes);
     for (Part& p : part) {
-        p.from = axes * (p.from - centre), p.to = axes * (p.to - centre);
+        p.from = axes * (p.from - centre);
+        p.to = axes * (p.to - centre);
         const int slot = 2 * static_cast<int>(&p - part.data());
         if (p.box) {
             p.axes = {axes.w, -axes.v}; // of the frame of the parts
@@ -163,7 +171,10 @@ void BodyShape::take_axes(const Vec3d& values, const Mat3d& rows) {
     double nearest = HUGE_VAL;
     for (const std::size_t c : {2, 0, 1}) {
         const double a = 1 / j[(c + 1) % 3], b = 1 / j[(c + 2) % 3], apart = std::abs(a - b);
-        if (apart < nearest - 1e-12 * (a + b)) nearest = apart, third = c;
+        if (apart < nearest - 1e-12 * (a + b)) {
+            nearest = apart;
+            third = c;
+        }
     }
     const std::size_t one = (third + 1) % 3, two = (third + 2) % 3;
     inertia = {j[one], j[two], j[third]};

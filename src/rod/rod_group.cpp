@@ -43,7 +43,10 @@ public:
     Share operator[](std::size_t k) const {
         const auto n = static_cast<double>(shape_.elements);
         if (shape_.length_profile.empty()) return {1 / n, (static_cast<double>(k) + 0.5) / n};
-        if (k < next_) next_ = 0, before_ = 0;
+        if (k < next_) {
+            next_ = 0;
+            before_ = 0;
+        }
         for (; next_ < k; ++next_) before_ += shape_.length_profile[next_];
         return {shape_.length_profile[k] / sum_, (before_ + 0.5 * shape_.length_profile[k]) / sum_};
     }
@@ -426,7 +429,8 @@ void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
         double lowest = HUGE_VAL, highest = -HUGE_VAL, radius = 0;
         for (const BodyShape::Point& p : body_->point) {
             const Vec3d at = body_->centre + transpose_times(body_->axes, p.place);
-            lowest = std::min(lowest, at.z), highest = std::max(highest, at.z);
+            lowest = std::min(lowest, at.z);
+            highest = std::max(highest, at.z);
             radius = std::max(radius, std::hypot(at.x, at.y) + p.radius);
         }
         PackedRods packed = pack(spec_.placement.packing, highest - lowest, radius, occupied ? *occupied : none, where);

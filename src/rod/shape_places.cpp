@@ -41,12 +41,16 @@ template <class T> std::vector<T> values_between(const std::vector<double>& at, 
         double from = 0, till = 0;
         std::size_t a = 0, b = 0;
         if (ring && (after == 0 || after == n)) {
-            a = n - 1, b = 0;
-            from = at[a] - (after == 0 ? 1 : 0), till = at[b] + (after == 0 ? 0 : 1);
+            a = n - 1;
+            b = 0;
+            from = at[a] - (after == 0 ? 1 : 0);
+            till = at[b] + (after == 0 ? 0 : 1);
         } else {
             after = std::clamp<std::size_t>(after, 1, n - 1);
-            a = after - 1, b = after;
-            from = at[a], till = at[b];
+            a = after - 1;
+            b = after;
+            from = at[a];
+            till = at[b];
         }
         const double share = (s - from) / (till - from);
         out.push_back(share == 0 ? value[a] : share == 1 ? value[b] : (1 - share) * value[a] + share * value[b]);

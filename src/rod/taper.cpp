@@ -28,7 +28,9 @@ Parts integrate(double before, double after) {
             for (const double begin : {0.0, 0.5}) {
                 const double t = begin + 0.25 * (1 + side);
                 const double part = 0.25 * weight[i] * compliance(std::max(before + t * (after - before), least));
-                sum.before += (1 - t) * part, sum.after += t * part, sum.curved += 0.5 * t * (1 - t) * part;
+                sum.before += (1 - t) * part;
+                sum.after += t * part;
+                sum.curved += 0.5 * t * (1 - t) * part;
             }
     return sum;
 }
@@ -71,8 +73,12 @@ std::vector<double> cell_scales(const SectionScales& scales, EndKind start, EndK
         double second[2];
         second[thick] = std::min(0.5 * part[k].curved, limit[thick]);
         second[thin] = std::min(part[k].curved - second[thick], limit[thin]);
-        weight[outer[0]] -= second[0], weight[k] += 2 * second[0], weight[k + 1] -= second[0];
-        weight[outer[1]] -= second[1], weight[k + 1] += 2 * second[1], weight[k] -= second[1];
+        weight[outer[0]] -= second[0];
+        weight[k] += 2 * second[0];
+        weight[k + 1] -= second[0];
+        weight[outer[1]] -= second[1];
+        weight[k + 1] += 2 * second[1];
+        weight[k] -= second[1];
     }
     std::vector<double> cell(n + 1);
     for (std::size_t i = 0; i <= n; ++i) {

@@ -23,8 +23,10 @@ Pressing pressing_of(const SceneSpec& scene, std::span<const RodGroup> groups) {
                 if (names_group(load.rods, groups[i].name())) gravity[i] = gravity[i] + g->acceleration;
     double pressure = 0, area = 0;
     for (const Wall& wall : scene.walls)
-        if (wall.servo.drives() && wall.servo.turn_back_above > pressure)
-            pressure = wall.servo.turn_back_above, area = wall.servo.area;
+        if (wall.servo.drives() && wall.servo.turn_back_above > pressure) {
+            pressure = wall.servo.turn_back_above;
+            area = wall.servo.area;
+        }
     return pressing(groups, gravity, pressure, area);
 }
 

@@ -93,7 +93,8 @@ void tell_rigid_joints(const SceneSpec& scene, std::span<const RodGroup> groups,
                 if (group.name() != joint.between[side] || !group.strained() || group.sized() || (at != 0 && at != 1))
                     continue;
                 const ElementConstants& element = at == 0 ? group.element.front() : group.element.back();
-                compliance += 0.5 * element.rest_length / element.bending.x, rigid += 0.5 * element.rest_length;
+                compliance += 0.5 * element.rest_length / element.bending.x;
+                rigid += 0.5 * element.rest_length;
             }
         if (compliance * joint.law.torsional_stiffness > much)
             found.push_back(fmt::format("joint.{}: torsional_stiffness = {:g} N m/rad is {:.2g} times that of the half "

@@ -324,8 +324,11 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
         for (std::size_t i = 0; i < list.size(); ++i)
             objections.add(fmt::format("{}.{}", name, i), fmt::format("[[{}]] has no use without rods", name));
     };
-    no_use("load", scene.loads), no_use("damping", scene.damping), no_use("wall", scene.walls),
-        no_use("joint", scene.joints), no_use("assembly", scene.assemblies);
+    no_use("load", scene.loads);
+    no_use("damping", scene.damping);
+    no_use("wall", scene.walls);
+    no_use("joint", scene.joints);
+    no_use("assembly", scene.assemblies);
     if (scene.contact) objections.add("contact", "[contact] has no use without rods");
     if (!scene.start.from.empty()) objections.add("start.from", "a scene of a fluid begins with its own start");
 }

@@ -174,7 +174,8 @@ CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
     if (spec.kind == FluidOutputKind::slice) {
         const auto d = static_cast<std::size_t>(spec.across);
         const double cell = std::floor((spec.at - component_of(grid.lower, static_cast<int>(d))) / grid.h);
-        box.first[d] = static_cast<int>(std::clamp(cell, 0.0, grid.cells[d] - 1.0)), box.count[d] = 1;
+        box.first[d] = static_cast<int>(std::clamp(cell, 0.0, grid.cells[d] - 1.0));
+        box.count[d] = 1;
     }
     if (spec.kind == FluidOutputKind::box) {
         box.average = static_cast<int>(spec.average);

@@ -44,8 +44,10 @@ double zero_between(OfTime& value, int node, double begin, double end) {
     for (int i = 0; i < halvings && end > begin; ++i) {
         if (changes) {
             const double middle = 0.5 * (begin + end), here = value(node, middle);
-            if ((here < 0) == (at_begin < 0)) begin = middle, at_begin = here;
-            else end = middle;
+            if ((here < 0) == (at_begin < 0)) {
+                begin = middle;
+                at_begin = here;
+            } else end = middle;
         } else {
             const double a = begin + golden * (end - begin), b = end - golden * (end - begin);
             if (std::abs(value(node, a)) < std::abs(value(node, b))) end = b;

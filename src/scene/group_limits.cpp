@@ -22,7 +22,10 @@ Together together(const GroupPlan& p, const RodGroup& group, DragRate (Load::*of
     Together all;
     for (const Load& load : p.loads) {
         const DragRate one = (load.*of)(group);
-        if (one.value > all.largest.value) all.largest = one, all.label = load.label();
+        if (one.value > all.largest.value) {
+            all.largest = one;
+            all.label = load.label();
+        }
         all.sum += one.value / p.felt_inertia();
     }
     return all;

@@ -20,7 +20,8 @@ std::optional<std::string> law_differences(const RodGroup& group) {
                          q_t = c.stiffness.z * kappa.z * kappa.z;
             if (!(q_b + q_t > most)) return;
             most = q_b + q_t;
-            by_bending = q_b / e.stiffness.z, by_twist = q_t / e.stiffness.z;
+            by_bending = q_b / e.stiffness.z;
+            by_twist = q_t / e.stiffness.z;
             bent = 2 * std::sqrt(by_bending); // r kappa of a circle
             twisted = e.radius * std::abs(kappa.z);
         };

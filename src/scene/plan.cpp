@@ -75,7 +75,10 @@ std::vector<std::string> hints_for(const RodGroup& group) {
     const Shape& shape = group.spec().shape;
     double length = group.element[0].rest_length, radius = group.element[0].radius;
     for (const ElementConstants& c : group.element)
-        if (c.rest_length * radius < length * c.radius) length = c.rest_length, radius = c.radius;
+        if (c.rest_length * radius < length * c.radius) {
+            length = c.rest_length;
+            radius = c.radius;
+        }
     if (length < radius)
         hints.push_back(fmt::format(
             "elements are {:.2g} radii long; below 1 they cost time and gain little: elements = {} would do",
@@ -174,11 +177,14 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
     p.tension_limit = tension_limit(group);
     if (const auto& j = group.rotary_inertia_scale; !j.empty()) {
         const auto [least, largest] = std::minmax_element(j.begin(), j.end());
-        p.least_rotary_scale = *least, p.largest_rotary_scale = *largest;
+        p.least_rotary_scale = *least;
+        p.largest_rotary_scale = *largest;
         p.bending_shift = bending_shift(group);
     }
-    if (group.spec().placement.kind == PlacementKind::packing)
-        p.packed_fill = group.packed_fill(), p.packed_top = group.packed_top();
+    if (group.spec().placement.kind == PlacementKind::packing) {
+        p.packed_fill = group.packed_fill();
+        p.packed_top = group.packed_top();
+    }
     p.hints = hints_for(group);
     const auto named = [](EndKind kind, const std::string& free) {
         return fmt::format("{}{}{}", end_names[static_cast<std::size_t>(kind)], free.empty() ? "" : ", free along ",
@@ -264,8 +270,10 @@ double lay_out(Plan& plan) {
         int least = m.lanes, most = 1;
         for (const AlongTile& tile : tiling.along)
             for (const AlongTile::Part& part : tile.parts)
-                if (part.group == static_cast<int>(g))
-                    least = std::min(least, part.pieces), most = std::max(most, part.pieces);
+                if (part.group == static_cast<int>(g)) {
+                    least = std::min(least, part.pieces);
+                    most = std::max(most, part.pieces);
+                }
         if (p.along > 0)
             p.pieces = most == 1       ? "whole"
                        : least == most ? fmt::format("in {} pieces each", most)
@@ -361,7 +369,8 @@ void weigh(Plan& plan, std::span<const RodGroup> groups, const SceneSpec& scene)
     for (const RodGroup& group : groups) {
         const double mass =
             static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
-        plan.mass += mass, plan.mass_radius += mass * group.element.front().radius;
+        plan.mass += mass;
+        plan.mass_radius += mass * group.element.front().radius;
     }
     if (!scene.contact && scene.walls.empty()) return;
     int found = 0;
@@ -486,9 +495,10 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     if (scene.contact) plan.contact_laws = contact_laws(scene, groups);
     plan.automatic_stiffness = as_given.contact && as_given.contact->law.stiffness_is_automatic();
     plan.walls = expanded(scene.walls);
-    if (plan.contact || !plan.walls.empty())
-        plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups),
+    if (plan.contact || !plan.walls.empty()) {
+        plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
         plan.speeds = speed_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
+    }
     if (plan.contact) refuse_boxes_that_meet(scene, groups);
     if (!scene.joints.empty()) plan.interactions.emplace_back(interact::Joints{});
     if (plan.contact) plan.interactions.emplace_back(interact::Contacts{});
@@ -535,7 +545,10 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     };
     note(doubts(scene, groups, plan.dt));
     if (plan.fluid) note(fluid_doubts(*plan.fluid, groups));
-    if (!plan.relax) note(plan.speeds.doubts), note(plan.speeds.doubts_of_step(plan.dt));
+    if (!plan.relax) {
+        note(plan.speeds.doubts);
+        note(plan.speeds.doubts_of_step(plan.dt));
+    }
     if (scene.fluid) note(abrupt_starts(scene, groups, loads));
     for (std::size_t i = 0; i < loads.size(); ++i)
         if (const auto* formula = loads[i].get_if<FormulaLoad>(); formula && formula->couple_answers())

@@ -115,7 +115,8 @@ void read_table(const std::string& path, FormulaTable& table) {
     for (const auto& column : file.columns)
         for (const double number : column)
             if (!std::isfinite(number)) throw IoError(fmt::format("{}: {} is no number that fits", path, number));
-    table.at = std::move(file.columns[0]), table.value = std::move(file.columns[1]);
+    table.at = std::move(file.columns[0]);
+    table.value = std::move(file.columns[1]);
     for (std::size_t k = 1; k < table.at.size(); ++k)
         if (!(table.at[k] > table.at[k - 1]))
             throw IoError(

@@ -101,7 +101,10 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     if (copy.contact) json["contact"] = contact_echo(*copy.contact);
     if (copy.fluid) json["fluid"] = table_echo(*copy.fluid);
     if (copy.fluid && copy.rods.empty() && physics_only) // of plans alone, and of rods
-        json["fluid"].erase("expected_speed"), json["fluid"].erase("largest_slip");
+    {
+        json["fluid"].erase("expected_speed");
+        json["fluid"].erase("largest_slip");
+    }
     if (copy.fluid && physics_only) json["fluid"].erase("ranks_across"); // any ranks have the same results
     if (copy.has_immersed()) json["immersion"] = table_echo(copy.immersion);
     if (physics_only) copy.fluid_outputs.clear();

@@ -243,7 +243,9 @@ std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, doub
 
 std::string settings_json(const SceneSpec& scene) {
     SceneSpec rest;
-    rest.title = scene.title, rest.time = scene.time, rest.output = scene.output,
+    rest.title = scene.title;
+    rest.time = scene.time;
+    rest.output = scene.output;
     rest.fluid_outputs = scene.fluid_outputs;
     const Json all = Json::parse(scene_json(rest, false));
     Json settings = {{"file", scene.file}, {"title", all["title"]}, {"time", all["time"]}, {"output", all["output"]}};

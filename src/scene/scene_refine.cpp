@@ -146,7 +146,8 @@ void refine_damping(DampingSpec& spec, const SceneSpec& scene, const Refinement&
                "not of bodies: give it once for rods and once for bodies");
     if (bodies) return;
     const double share = static_cast<double>(by.over) / static_cast<double>(by.times);
-    spec.damping.translational *= share, spec.damping.rotational *= share;
+    spec.damping.translational *= share;
+    spec.damping.rotational *= share;
 }
 
 } // namespace

@@ -115,11 +115,16 @@ void refuse_long_keys(std::string_view text, const Source& source) {
             if (end >= text.size() || text[end] != c) end = npos;
         }
         if (!is_bare(c) && end == npos) {
-            dots = 0, named = apart = false;
-            if (c == '\n') ++line, line_start = i + 1;
+            dots = 0;
+            named = apart = false;
+            if (c == '\n') {
+                ++line;
+                line_start = i + 1;
+            }
         } else {
             if (apart) dots = 0; // another word, so no key
-            named = true, apart = false;
+            named = true;
+            apart = false;
             if (end != npos) i = end;
         }
     }
@@ -194,7 +199,8 @@ int line_of_first(std::string_view text, int at, const Source& source) {
             const TomlEntry* first = in->find(name.key);
             if (!first) break;
             line = first->place.line;
-            in = opened(first->value), key = opened(name.value);
+            in = opened(first->value);
+            key = opened(name.value);
         }
         return line;
     } catch (const toml::parse_error&) { // a key in an array or a table over several lines
@@ -234,7 +240,8 @@ std::string reworded(std::string said, bool at_end) {
                                                    source->lines[static_cast<std::size_t>(place.line) - 1].size()))));
     const auto [name, begin] =
         key_at(source->lines[static_cast<std::size_t>(place.line) - 1], static_cast<std::size_t>(place.column) - 1);
-    place.column = static_cast<int>(begin) + 1, place.length = std::max(1, static_cast<int>(name.size()));
+    place.column = static_cast<int>(begin) + 1;
+    place.length = std::max(1, static_cast<int>(name.size()));
     const int first = line_of_first(text, place.line, source);
     throw InputError(message_at(place, first > 0
                                            ? fmt::format("'{}' is given twice; the first is on line {}", name, first)

@@ -211,7 +211,10 @@ double speed_of_bending(const RodGroup& group, std::span<const Vertex> vertices,
     }
     double count = 0, first = 0, second = 0; // moments of places
     Vec3d mean{0, 0, 0}, slope{0, 0, 0};
-    for (std::size_t i = 0; i < place.size(); ++i) count += 1, first += place[i];
+    for (std::size_t i = 0; i < place.size(); ++i) {
+        count += 1;
+        first += place[i];
+    }
     first /= count;
     for (std::size_t i = 0; i < place.size(); ++i) {
         mean += (1 / count) * velocity[i];
@@ -267,7 +270,8 @@ Bending sum_over(const std::vector<Muscle>& muscles, const Vertex& at, double ti
     Bending sum;
     for (const Muscle& muscle : muscles) {
         const Bending one = muscle(at, time);
-        sum.curvature += one.curvature, sum.rate += one.rate;
+        sum.curvature += one.curvature;
+        sum.rate += one.rate;
     }
     return sum;
 }

@@ -120,7 +120,9 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
                      {"changes", list}};
     if (!info.ancestry.empty()) ancestry["ancestry"] = Json::parse(info.ancestry, nullptr, false);
     info.ancestry = ancestry.dump();
-    info.step = after.done(), info.dt = branch.dt, info.shift = after.shift();
+    info.step = after.done();
+    info.dt = branch.dt;
+    info.shift = after.shift();
     if (std::any_of(changes.begin(), changes.end(), stores_energy))
         info.audited_from.reset(); // the energy budget begins anew
     return info;

@@ -82,7 +82,12 @@ std::int64_t skein_step(skein_run* run) { return run->run.step(); }
 std::int64_t skein_steps(skein_run* run) { return run->run.steps(); }
 
 int skein_advance(skein_run* run, std::int64_t until) {
-    return guarded([&] { return run->run.advance(until), 0; }, -1);
+    return guarded(
+        [&] {
+            run->run.advance(until);
+            return 0;
+        },
+        -1);
 }
 const char* skein_digest(skein_run* run) {
     return text_of(run, [&] { return run->run.digest(); });
@@ -104,7 +109,12 @@ const char* skein_contacts(skein_run* run) {
     return text_of(run, [&] { return run->run.contacts(); });
 }
 int skein_drive(skein_run* run, const char* table, double until, double value) {
-    return guarded([&] { return run->run.drive(table, until, value), 0; }, -1);
+    return guarded(
+        [&] {
+            run->run.drive(table, until, value);
+            return 0;
+        },
+        -1);
 }
 std::int64_t skein_table(skein_run* run, const char* table, double* at, double* value, std::int64_t count) {
     return guarded(

@@ -319,14 +319,21 @@ KeptNumbers ContactInteraction::kept() const {
 
 void ContactInteraction::recall(const KeptNumbers& kept) {
     forces_lost_ = true;
-    if (!std::exchange(follows_, false)) side_change_.clear(), cause_.clear(), step_of_change_ = HUGE_VAL;
+    if (!std::exchange(follows_, false)) {
+        side_change_.clear();
+        cause_.clear();
+        step_of_change_ = HUGE_VAL;
+    }
     std::vector<Row> mine;
     std::vector<std::int64_t> body;
     for (std::size_t i = 0; i + contact_size <= kept.rows.size(); i += contact_size) {
         Row row;
         std::copy_n(kept.rows.begin() + static_cast<std::ptrdiff_t>(i), contact_size, row.begin());
         for (const std::size_t end : {0, 1}) // to the owners of both
-            mine.push_back(row), body.push_back(exposure_->scene().gid_at(static_cast<std::int64_t>(row[end])));
+        {
+            mine.push_back(row);
+            body.push_back(exposure_->scene().gid_at(static_cast<std::int64_t>(row[end])));
+        }
     }
     std::vector<Row> rows = rows_of<Row>(directory().to_owners(std::as_bytes(std::span(mine)), sizeof(Row), body));
     std::sort(rows.begin(), rows.end());

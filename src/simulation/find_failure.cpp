@@ -230,12 +230,17 @@ Simulation::Failure Simulation::find_failure() {
             if (step == last) limit = std::min(limit, present_limit());
             redo(step, false); // so that contacts are those of this step
             if (!interactions_.empty())
-                if (const Touch now = strongest_touch(comm_, interactions_, gid); now.force > touch.force)
-                    touch = now, touched = step;
+                if (const Touch now = strongest_touch(comm_, interactions_, gid); now.force > touch.force) {
+                    touch = now;
+                    touched = step;
+                }
             go_back(*before);
             if (here) {
                 auto effects = rods_->dissect(mine.rod, clock_.next(step, 1));
-                if (worst.empty() || share_of(effects) > share_of(worst)) worst = std::move(effects), began = step;
+                if (worst.empty() || share_of(effects) > share_of(worst)) {
+                    worst = std::move(effects);
+                    began = step;
+                }
             }
             go_back(*before);
             redo(step, false);

@@ -192,7 +192,10 @@ std::string FluidInteraction::warning() const {
 void FluidInteraction::step_alone(const Step& step) {
     const double limit = flow_->step_limit(plan_.courant); // the same on all ranks
     if (!(step.dt / limit < most_fluid_steps)) return fail_at(limit, step.dt);
-    if (bodies_) bodies_->begin_interval(step.begin), to_ = step.end();
+    if (bodies_) {
+        bodies_->begin_interval(step.begin);
+        to_ = step.end();
+    }
     steps_ += flow_->step_within(step.begin, step.dt, plan_.courant);
 }
 
@@ -230,8 +233,12 @@ FluidInteraction::RodsInBox FluidInteraction::rods_in_box() const {
             const Vec3d v = lane(rod.state[k].velocity, 0);
             mine.speed = std::max(mine.speed, std::abs(v.x) + std::abs(v.y) + std::abs(v.z));
             if (!plan_.felt() || mine.outside != nobody) continue;
-            if (const auto face = face_beyond(box, lane(rod.state[k].position, 0), rounding))
-                mine.outside = local[i].gid, mine.rod = i, mine.node = k, mine.face = *face;
+            if (const auto face = face_beyond(box, lane(rod.state[k].position, 0), rounding)) {
+                mine.outside = local[i].gid;
+                mine.rod = i;
+                mine.node = k;
+                mine.face = *face;
+            }
         }
     });
     RodsInBox all;
@@ -295,7 +302,10 @@ bool FluidInteraction::choose_part(const Step& first) {
     const auto steps_of = [&](double length) {
         return static_cast<std::int64_t>(std::min(1.0 * left, std::floor(length / shortest * (1 + 1e-12))));
     };
-    if (!(limit >= shortest * (1 - 1e-12))) return fail_with_rods(limit, first.dt), false;
+    if (!(limit >= shortest * (1 - 1e-12))) {
+        fail_with_rods(limit, first.dt);
+        return false;
+    }
     if (limit < whole * (1 - 1e-12))
         speed_to_expect_ = std::max(speed_to_expect_, plan_.courant * plan_.constants.grid.h / limit);
     if (plan_.largest_slip > 0 && last_length_ > 0 && speed_ > 0)
@@ -303,8 +313,12 @@ bool FluidInteraction::choose_part(const Step& first) {
     const std::int64_t most =
         std::max<std::int64_t>(1, std::min(steps_of(limit), steps_of(step_by_slip(speed_, whole, shortest))));
     const std::int64_t steps = (left + most - 1) / most; // of about the same length until the next meeting of the plan
-    part_begin_ = within, part_ = unit * ((left + steps - 1) / steps);
-    if (within == 0) bodies_->begin_interval(first.begin), to_ = first.begin + whole;
+    part_begin_ = within;
+    part_ = unit * ((left + steps - 1) / steps);
+    if (within == 0) {
+        bodies_->begin_interval(first.begin);
+        to_ = first.begin + whole;
+    }
     return true;
 }
 
@@ -340,7 +354,10 @@ void FluidInteraction::end_stage(int s, const Step& step) {
     const bool last = s + 1 == stage_parts(plan_.constants.scheme).count;
     if (balance) bodies_->end_stage();
     if (balance && last) balance->end_step(lag_);
-    if (last) ++steps_, last_length_ = stage.step;
+    if (last) {
+        ++steps_;
+        last_length_ = stage.step;
+    }
 }
 
 std::string FluidInteraction::invalid() const {
@@ -409,7 +426,8 @@ KeptNumbers FluidInteraction::kept() const {
     if (bodies_ && bodies_->balance()) keep(bodies_->balance()->kept(comm_));
     if (bodies_) keep(bodies_->forcing().held().kept(comm_));  // empty where nothing is held
     const PressureInTime& pressure = pressure_in_time(*flow_); // last: programs before it did not know it
-    numbers.push_back(pressure.pressure_time().value_or(no_time)), numbers.push_back(pressure.pressure_gain().times);
+    numbers.push_back(pressure.pressure_time().value_or(no_time));
+    numbers.push_back(pressure.pressure_gain().times);
     KeptNumbers kept{
         .name = kept_name(), .numbers = std::move(numbers), .columns = state.numbers_of_plane(), .rows = {}};
     // Frames of this step are written again by a run that goes on from it, so the gain of the pressure is kept where
@@ -454,7 +472,8 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
     }
     state.put_back();
     flow_->refresh(kept.numbers.at(1));
-    slip_before_ = kept.numbers.at(2), last_length_ = kept.numbers.at(3);
+    slip_before_ = kept.numbers.at(2);
+    last_length_ = kept.numbers.at(3);
     auto more = std::span(kept.numbers).subspan(4);
     if (plan_.follows_rods) {
         move_box_to(static_cast<std::int64_t>(more[0]));
@@ -479,7 +498,8 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         more = more.first(more.size() - 2);
     }
     if (bodies_) bodies_->forcing().recall_held(more);
-    failure_.clear(), needed_.clear();
+    failure_.clear();
+    needed_.clear();
 }
 
 std::uint64_t

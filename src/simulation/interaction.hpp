@@ -56,37 +56,35 @@ public:
     /// within which elements of others are to be seen. Second: finds partners among all elements near, and marks the
     /// ghosts that it needs. Third: takes the slots from now on, by slot of the search; collective.
     virtual double begin_rebuild() { return 0; }
-    virtual void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) {
-        static_cast<void>(near), static_cast<void>(wanted);
+    virtual void find_partners([[maybe_unused]] const Exposure& near, [[maybe_unused]] std::span<std::uint8_t> wanted) {
     }
-    virtual void settle(std::span<const std::uint32_t> slot) { static_cast<void>(slot); }
+    virtual void settle([[maybe_unused]] std::span<const std::uint32_t> slot) {}
 
     /// This rank owns other bodies from now on, those of `parts`. Called between begin_rebuild and find_partners;
     /// recall() of what was kept() before follows.
     virtual void follow(const InteractionParts& parts) = 0;
     /// Adds its work in a step to that of own bodies (Rods::local()), in pairs of elements that touch. This rank alone.
-    virtual void add_work(std::span<const LocalRod> own, std::span<double> work) const {
-        static_cast<void>(own), static_cast<void>(work);
-    }
+    virtual void add_work([[maybe_unused]] std::span<const LocalRod> own,
+                          [[maybe_unused]] std::span<double> work) const {}
 
     /// Before the first of steps that bodies make by themselves: what they are to feel in them. Collective.
-    virtual void begin(const Step& first, Timers& timers) { static_cast<void>(first), static_cast<void>(timers); }
+    virtual void begin([[maybe_unused]] const Step& first, [[maybe_unused]] Timers& timers) {}
     /// Adds loads to those of the slots, when own bodies have exposed themselves: those for which no ghost is needed.
     /// This rank alone.
-    virtual void add_own(const Step& step) { static_cast<void>(step); }
+    virtual void add_own([[maybe_unused]] const Step& step) {}
     /// The rest, when ghosts have arrived. This rank alone.
-    virtual void add_shared(const Step& step) { static_cast<void>(step); }
+    virtual void add_shared([[maybe_unused]] const Step& step) {}
     /// The first step after `done` behind which drive() looks at where bodies are: the next drift waits for it. This
     /// rank alone.
-    virtual std::int64_t next_meeting(std::int64_t done) const {
-        return static_cast<void>(done), std::numeric_limits<std::int64_t>::max();
+    virtual std::int64_t next_meeting([[maybe_unused]] std::int64_t done) const {
+        return std::numeric_limits<std::int64_t>::max();
     }
     /// Whether drive() is to see every step, and not only those before a meeting.
     virtual bool drives_every_step() const { return true; }
     /// After the kick: drives what answers the bodies, such as walls with servos. Collective.
-    virtual void drive(const Step& step, Timers& timers) { static_cast<void>(step), static_cast<void>(timers); }
+    virtual void drive([[maybe_unused]] const Step& step, [[maybe_unused]] Timers& timers) {}
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
-    virtual void look(const Step& step) { static_cast<void>(step); }
+    virtual void look([[maybe_unused]] const Step& step) {}
 
     /// Whether it ends runs, and has done so here. Not collective.
     enum class Ending { never, not_yet, now };
@@ -99,11 +97,14 @@ public:
     /// The longest step that it leaves this rank as bodies are now, s. Not collective.
     virtual double step_limit() const { return HUGE_VAL; }
     /// What presses a body of this rank most, by this interaction. Not collective.
-    virtual Touch strongest_touch(std::int64_t gid) const { return static_cast<void>(gid), Touch{}; }
+    virtual Touch strongest_touch(std::int64_t gid) const {
+        static_cast<void>(gid);
+        return Touch{};
+    }
     /// Overlaps that it has seen on this rank. Not collective.
     virtual std::span<OverlapWatch> overlaps() { return {}; }
     /// Its columns of the time series. `lag`: by which positions are behind the rates, s. Not collective.
-    virtual std::vector<Figure> figures(double lag) const { return static_cast<void>(lag), std::vector<Figure>(); }
+    virtual std::vector<Figure> figures([[maybe_unused]] double lag) const { return std::vector<Figure>(); }
 
     /// Of a state beyond that of bodies: what this rank adds to the digest of all. Collective.
     virtual std::uint64_t digest() const { return 0; }

@@ -79,7 +79,9 @@ void LoadBalance::look(Timers& timers, const Rods& rods, const Interactions& all
         pair_rate_ = sums[3] > 0 ? sums[1] / (sums[3] * steps) : 0;
         decide(rods, work, step, left);
     }
-    rods_before_ = rods_s, pairs_before_ = pairs_s, step_before_ = step;
+    rods_before_ = rods_s;
+    pairs_before_ = pairs_s;
+    step_before_ = step;
     skip_ = static_cast<std::int64_t>(comm_.max(looked) / share_of_looks);
 }
 
@@ -90,7 +92,8 @@ void LoadBalance::decide(const Rods& rods, const Work& work, std::int64_t step, 
     const std::vector<double> numbers = of_ranks(comm_, mine);
     for (std::size_t r = 0; r < numbers.size(); r += 3) {
         mean += numbers[r] / comm_.size();
-        most = std::max(most, numbers[r]), heaviest = std::max(heaviest, numbers[r + 1]),
+        most = std::max(most, numbers[r]);
+        heaviest = std::max(heaviest, numbers[r + 1]);
         price = std::max(price, numbers[r + 2]);
     }
     figures_.imbalance = most / mean;

@@ -45,7 +45,10 @@ public:
     /// They own them from `step` on: it took `seconds` of this rank, and so many bodies moved. Collective.
     void moved(double seconds, std::int64_t bodies, std::int64_t step);
     /// Bodies stay where they are from now on: a failure is looked for.
-    void stop() { due_ = false, when_ = Balance::never; }
+    void stop() {
+        due_ = false;
+        when_ = Balance::never;
+    }
 
     const BalanceFigures& figures() const { return figures_; }
 

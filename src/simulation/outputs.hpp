@@ -47,14 +47,14 @@ public:
     /// Writes what is not due at the run's last step.
     virtual void write_end(const Moment& now) = 0;
     /// Rods have new owners from now on.
-    virtual void follow(const Rods& rods) { static_cast<void>(rods); }
+    virtual void follow([[maybe_unused]] const Rods& rods) {}
     /// Puts what has been written on the disk, under final names.
     virtual void flush() {}
     /// Notes for a checkpoint how far it has come.
-    virtual void mark(CheckpointInfo& info) const { static_cast<void>(info); }
+    virtual void mark([[maybe_unused]] CheckpointInfo& info) const {}
     virtual void finish() {}
     /// Says which of the records before a step an error has cost; empty: none.
-    virtual std::string lost_before(std::int64_t step) const { return static_cast<void>(step), std::string(); }
+    virtual std::string lost_before([[maybe_unused]] std::int64_t step) const { return std::string(); }
     /// True where it can show the step at which a failure began, as far as rods are made again.
     virtual bool shows_failure() const { return true; }
     virtual Phase phase() const { return Phase::output; }

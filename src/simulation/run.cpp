@@ -120,8 +120,12 @@ void Run::drive(const std::string& name, double until, double value) {
         throw InputError(
             fmt::format("table '{}' cannot go to {:.6g} until {:.6g} s; now is {:.6g} s", name, value, until, time()));
     const double last = table.value.back(); // where it has stayed meanwhile
-    if (table.at.back() < time()) table.at.push_back(time()), table.value.push_back(last);
-    table.at.push_back(until), table.value.push_back(value);
+    if (table.at.back() < time()) {
+        table.at.push_back(time());
+        table.value.push_back(last);
+    }
+    table.at.push_back(until);
+    table.value.push_back(value);
 }
 
 std::vector<GroupInfo> Run::groups() const {
@@ -161,14 +165,20 @@ void Run::read(std::size_t number, Quantity quantity, std::span<double> out) con
         double* to =
             out.data() +
             static_cast<std::size_t>(std::lower_bound(order.begin(), order.end(), rod.index) - order.begin()) * each;
-        const auto put = [&to](const Vec3d& v) { *to++ = v.x, *to++ = v.y, *to++ = v.z; };
+        const auto put = [&to](const Vec3d& v) {
+            *to++ = v.x;
+            *to++ = v.y;
+            *to++ = v.z;
+        };
         for (std::size_t k = 0; k < places; ++k) {
             if (quantity == Quantity::position) put(lane(state[k].position, 0));
             else if (quantity == Quantity::velocity) put(lane(state[k].velocity, 0));
             else if (quantity == Quantity::spin) put(lane(state[k].spin, 0));
             else {
                 const Mat3d axes = frame(state[k]);
-                put(axes.d1), put(axes.d2), put(axes.d3);
+                put(axes.d1);
+                put(axes.d2);
+                put(axes.d3);
             }
         }
     }

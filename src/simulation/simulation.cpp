@@ -476,7 +476,9 @@ void Simulation::keep_state() {
     saving_ = true; // an error from here on is that of a checkpoint
     checkpoint_digest_ = digest();
     CheckpointInfo info{clock_.done(), plan_.dt, checkpoint_digest_, physics_, {}, audited_from()};
-    info.shift = clock_.shift(), info.settings = settings_, info.ancestry = ancestry_;
+    info.shift = clock_.shift();
+    info.settings = settings_;
+    info.ancestry = ancestry_;
     info.beyond = comm_.sum_wrapping(digest_of(interactions_));
     info.kept = kept(interactions_);
     if (settling_) info.kept.push_back(settling_->kept());
@@ -509,9 +511,12 @@ void Simulation::write_summary(const RunResult& result) {
     figures.rod_bytes = comm_.sum(static_cast<std::int64_t>(rods_->bytes()));
     figures.resident_bytes = comm_.sum(resident_bytes());
     figures.overlaps = largest_overlaps(comm_, interactions_);
-    if (const FluidInteraction* fluid = fluid_of(interactions_))
-        figures.cell_steps = fluid->cell_steps(), figures.speed_to_expect = fluid->speed_to_expect(),
-        figures.slips = fluid->slips(), figures.slip_warning = fluid->warning();
+    if (const FluidInteraction* fluid = fluid_of(interactions_)) {
+        figures.cell_steps = fluid->cell_steps();
+        figures.speed_to_expect = fluid->speed_to_expect();
+        figures.slips = fluid->slips();
+        figures.slip_warning = fluid->warning();
+    }
     if (neighbourhood_ && comm_.size() > 1) {
         figures.ghosts = neighbourhood_->figures_of_ranks();
         figures.balance = balance_.figures();

@@ -36,8 +36,11 @@ struct Deepest {
     double overlap = 0;
     std::int64_t first = std::numeric_limits<std::int64_t>::max(), second = first;
     void take(double share, std::int64_t a, std::int64_t b) {
-        if (share > overlap || (share == overlap && std::tie(a, b) < std::tie(first, second)))
-            overlap = share, first = a, second = b;
+        if (share > overlap || (share == overlap && std::tie(a, b) < std::tie(first, second))) {
+            overlap = share;
+            first = a;
+            second = b;
+        }
     }
 };
 

@@ -35,7 +35,8 @@ void WallInteraction::drive(const Step& step, Timers& timers) {
     for (std::size_t i = 0; i < driven_.size(); ++i) {
         const DrivenWall& d = driven_[i];
         std::vector<double>&on_watched = pressing_[2 * i], &power = pressing_[2 * i + 1];
-        on_watched.clear(), power.clear();
+        on_watched.clear();
+        power.clear();
         for (const auto& contacts : wall_contacts_) {
             if (!contacts) continue;
             contacts->append_normal(d.watched, on_watched);

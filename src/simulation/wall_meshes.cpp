@@ -51,7 +51,10 @@ WallMeshes::WallMeshes(const Communicator& comm, const Walls& walls, std::span<c
         if (rod.index % (group.count() / looked_at + 1) != 0) continue;
         elements.clear();
         group.append_capsules(rod.index, elements);
-        for (const Capsule& c : elements) bounds.take(c.start, c.radius), bounds.take(c.end, c.radius);
+        for (const Capsule& c : elements) {
+            bounds.take(c.start, c.radius);
+            bounds.take(c.end, c.radius);
+        }
     }
     for (double* x : {&bounds.lower.x, &bounds.lower.y, &bounds.lower.z}) *x = comm.min(*x);
     for (double* x : {&bounds.upper.x, &bounds.upper.y, &bounds.upper.z}) *x = comm.max(*x);

@@ -79,7 +79,8 @@ void bound(Convergence& c, const LevelValues& levels) {
         return Convergence::ErrorBar{safety * (space + last.most), safety * time,
                                      safety * (std::max(space, time) + last.most)};
     };
-    c.error_bar = bar(farthest.most, half.most), c.error_bar_at_end = bar(farthest.last, half.last);
+    c.error_bar = bar(farthest.most, half.most);
+    c.error_bar_at_end = bar(farthest.last, half.last);
 }
 
 /// Interpolates logarithms; beyond the levels it goes on with the slope of the nearest two, between `least` and `most`.

@@ -59,7 +59,10 @@ ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& sa
     o.range = range_of(samples[2].quantities[number].values, width);
     LevelValues levels{
         .given = study.given, .half_step = values[3], .time_order = study.time_order, .components = width};
-    for (std::size_t k = 0; k < 3; ++k) levels.space[k] = values[k], levels.dt[k] = study.runs[k].dt;
+    for (std::size_t k = 0; k < 3; ++k) {
+        levels.space[k] = values[k];
+        levels.dt[k] = study.runs[k].dt;
+    }
     for (const auto& run : study.runs) levels.steps = std::max(levels.steps, run.steps);
     o.convergence = converge(levels);
     const std::span<const double> start = std::span(q.values).first(width), end = values[study.given].last(width);
@@ -138,8 +141,10 @@ Advice advice_for(const Study& study, const StudyFigures& figures, double tolera
     }
     // As the plan predicts, at the speed of all runs together: short ones take their time for other things than steps.
     double measured = 0, predicted = 0;
-    for (std::size_t k = 0; k < study.runs.size(); ++k)
-        measured += figures.core_seconds[k], predicted += study.runs[k].predicted;
+    for (std::size_t k = 0; k < study.runs.size(); ++k) {
+        measured += figures.core_seconds[k];
+        predicted += study.runs[k].predicted;
+    }
     CostModel cost;
     for (std::size_t k = 0; k < 3; ++k) {
         const StudyRun& run = study.runs[k];

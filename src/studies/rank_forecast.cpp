@@ -133,7 +133,8 @@ void count_ghosts(const Exposure& bodies, const Candidates& pairs, std::span<con
             share[r].ghost_slots += slots;
             share[from].bytes += slots * static_cast<std::int64_t>(Exposure::sent_numbers_per_slot * sizeof(double));
             receivers[from].insert(static_cast<int>(r));
-            neighbours[r].insert(static_cast<int>(from)), neighbours[from].insert(static_cast<int>(r));
+            neighbours[r].insert(static_cast<int>(from));
+            neighbours[from].insert(static_cast<int>(r));
             last_body = body;
         }
     }
@@ -214,7 +215,9 @@ template <class Of> std::string spread(const std::vector<RankShare>& share, Of&&
     double least = HUGE_VAL, sum = 0, most = 0;
     for (const RankShare& s : share) {
         const auto x = static_cast<double>(of(s));
-        least = std::min(least, x), sum += x, most = std::max(most, x);
+        least = std::min(least, x);
+        sum += x;
+        most = std::max(most, x);
     }
     return fmt::format("{:>12.6g}{:>12.6g}{:>12.6g}", least, sum / static_cast<double>(share.size()), most);
 }

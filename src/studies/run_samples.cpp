@@ -34,7 +34,10 @@ std::vector<Quantity> quantities_of(const CsvTable& table, std::span<const std::
         const std::string name = table.names[c].substr(0, bracket), unit = table.names[c].substr(bracket);
         const std::string stem = name.ends_with("_x") ? name.substr(0, name.size() - 2) : "";
         Quantity q{name, unit.empty() ? "" : unit.substr(1, unit.size() - 2), 1, {}};
-        if (!stem.empty() && is(c + 1, stem, 'y', unit) && is(c + 2, stem, 'z', unit)) q.name = stem, q.components = 3;
+        if (!stem.empty() && is(c + 1, stem, 'y', unit) && is(c + 2, stem, 'z', unit)) {
+            q.name = stem;
+            q.components = 3;
+        }
         for (const std::size_t row : rows)
             for (std::size_t k = 0; k < q.components; ++k) q.values.push_back(table.columns[c + k][row]);
         c += q.components - 1;

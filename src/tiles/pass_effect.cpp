@@ -26,15 +26,22 @@ void PassWatch::begin() {
 void PassWatch::look(PassEffect& effect, std::span<const Slot<1>> state, std::span<const Vec3d> force,
                      std::span<const Vec3d> couple, double dt, bool adds) {
     const auto consider = [&](int k, bool turns, double load, double share) {
-        if (share > effect.share) effect.at = k, effect.turns = turns, effect.load = load, effect.share = share;
+        if (share > effect.share) {
+            effect.at = k;
+            effect.turns = turns;
+            effect.load = load;
+            effect.share = share;
+        }
     };
     for (int k = 0; k < group_.slots(); ++k) {
         const auto i = static_cast<std::size_t>(k);
         const Vec3d more_force = force[i] - force_[i], more_couple = couple[i] - couple_[i];
-        force_[i] = force[i], couple_[i] = couple[i];
+        force_[i] = force[i];
+        couple_[i] = couple[i];
         if (!effect.finite) continue;
         if (!finite(state[i]) || !finite(force[i]) || !finite(couple[i])) {
-            effect.finite = false, effect.at = k;
+            effect.finite = false;
+            effect.at = k;
             continue;
         }
         if (!adds) continue;

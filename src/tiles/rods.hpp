@@ -151,7 +151,8 @@ public:
     /// it, in order. What others do to it is taken to be what they last did. For a look back, before the state is put
     /// back.
     virtual std::vector<PassEffect> dissect(std::size_t i, std::span<const Step> stages) {
-        static_cast<void>(i), static_cast<void>(stages);
+        static_cast<void>(i);
+        static_cast<void>(stages);
         return {};
     }
     /// Bytes held for state, parameters and scratch.

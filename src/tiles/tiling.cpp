@@ -35,7 +35,10 @@ std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest
     for (const PooledRod& rod : rods) {
         std::size_t t = open;
         while (t < tiles.size() && room[t] < rod.pieces) ++t;
-        if (t == tiles.size()) tiles.push_back({family, rod.rows(), {}}), room.push_back(lanes);
+        if (t == tiles.size()) {
+            tiles.push_back({family, rod.rows(), {}});
+            room.push_back(lanes);
+        }
         tiles[t].parts.push_back({rod.group, rod.pieces});
         room[t] -= rod.pieces;
         while (open < tiles.size() && room[open] == 0) ++open;
@@ -54,7 +57,10 @@ std::vector<AlongTile> best_packing(const std::vector<PooledRod>& rods, int fami
             std::clamp(static_cast<int>(std::min(1e6, share * total / (lanes * threads))) + 1, least_rows, cached_rows);
         std::vector<AlongTile> tiles = pack(rods, family, longest, lanes);
         const double cost = tiling_cost({.across = {}, .along = tiles}, {}, lanes, threads);
-        if (cost < least) least = cost, best = std::move(tiles);
+        if (cost < least) {
+            least = cost;
+            best = std::move(tiles);
+        }
         if (longest == cached_rows) break;
     }
     return best;
@@ -111,7 +117,10 @@ Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads
     double least = tiling_cost(best, groups, lanes, threads);
     const auto consider = [&](Tiling other) {
         const double cost = tiling_cost(other, groups, lanes, threads);
-        if (cost < 0.97 * least) least = cost, best = std::move(other);
+        if (cost < 0.97 * least) {
+            least = cost;
+            best = std::move(other);
+        }
     };
     consider(with(full_tiles));
     // Where tiles are fewer than threads could use, all of them.

@@ -23,7 +23,8 @@ SceneSpec heap_and_field() {
     scene.time = {.duration = 1, .dt = 1e-5};
     scene.contact = ContactSpec{.law = law};
     Wall floor;
-    floor.name = "floor", floor.law = law;
+    floor.name = "floor";
+    floor.law = law;
     scene.walls.push_back(floor);
     std::mt19937 random(4);
     std::uniform_real_distribution<double> uniform;
@@ -121,7 +122,8 @@ TEST(Assignment, gives_equal_weights_whoever_asks) {
     for (std::int64_t gid = 0; gid < 500; ++gid) {
         const std::int64_t weight = 1 + static_cast<std::int64_t>(random() % 50) * (gid < 100 ? 20 : 1);
         all.push_back({gid, {uniform(random), uniform(random), 10 * uniform(random)}, weight});
-        whole += weight, heaviest = std::max(heaviest, weight);
+        whole += weight;
+        heaviest = std::max(heaviest, weight);
     }
     std::vector<std::int64_t> found[2];
     for (const int dealt : {0, 1}) { // by number; all to the last
@@ -263,7 +265,8 @@ TEST(LoadBalance, leaves_owners_alone_where_nothing_is_gained) {
         balance.expect(0.1);
         Timers timers;
         balance.look(timers, *field.rods, field.interactions, 0, left);
-        timers.add(Phase::rods, seconds), timers.add(Phase::contacts, 4 * seconds);
+        timers.add(Phase::rods, seconds);
+        timers.add(Phase::contacts, 4 * seconds);
         look_until_done(balance, timers, field, left);
         return balance.due();
     };

@@ -353,7 +353,9 @@ std::vector<FlowConstants> all_kinds() {
     all.push_back(through);
     for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::adams_bashforth}) {
         FlowConstants moving{.grid = grid_of({24, 20, 16}, 7, FluidBoundary::no_slip), .kinematic_viscosity = 2e-3};
-        moving.acceleration = {0.3, 0.2, 0.1}, moving.frequency = 3, moving.scheme = scheme;
+        moving.acceleration = {0.3, 0.2, 0.1};
+        moving.frequency = 3;
+        moving.scheme = scheme;
         for (std::size_t d = 0; d < 3; ++d)
             for (std::size_t side = 0; side < 2; ++side) {
                 const double v = 0.5 + 0.3 * static_cast<double>(d) - static_cast<double>(side);
@@ -555,7 +557,10 @@ TEST(Flow, GoesOnFromItsState) {
                                 static_cast<std::size_t>(first->layout().nx) * sizeof(double));
                 }
         second->refresh(0.3); // of another time: a step begins at its own
-        for (int s = 2; s < 4; ++s) first->step(0.02 * s, 0.02), second->step(0.02 * s, 0.02);
+        for (int s = 2; s < 4; ++s) {
+            first->step(0.02 * s, 0.02);
+            second->step(0.02 * s, 0.02);
+        }
         EXPECT_EQ(fields_of(*first), fields_of(*second));
     }
 }

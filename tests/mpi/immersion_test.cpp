@@ -20,10 +20,16 @@ FlowConstants still_box(std::array<int, 3> cells) {
 /// One that swings across the planes that ranks share, one that moves through the sides of the box.
 std::vector<Obstacle> moving_bodies() {
     Obstacle ball;
-    ball.name = "ball", ball.centre = {0.43, 1.12, 0.81}, ball.radius = 0.31;
-    ball.amplitude = {0.05, 0.02, 0.3}, ball.frequency = 0.7;
+    ball.name = "ball";
+    ball.centre = {0.43, 1.12, 0.81};
+    ball.radius = 0.31;
+    ball.amplitude = {0.05, 0.02, 0.3};
+    ball.frequency = 0.7;
     Obstacle tube;
-    tube.name = "tube", tube.kind = ObstacleKind::cylinder, tube.centre = {1.5, 0.25, 0}, tube.radius = 0.3,
+    tube.name = "tube";
+    tube.kind = ObstacleKind::cylinder;
+    tube.centre = {1.5, 0.25, 0};
+    tube.radius = 0.3;
     tube.second_radius = 0.2;
     tube.velocity = {0.4, -0.5, 0.1};
     return {ball, tube};
@@ -37,7 +43,8 @@ struct Swum {
 
 Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, DeltaKind delta, int across = 1) {
     FlowConstants constants = still_box({24, 20, 16});
-    constants.scheme = scheme, constants.ranks_across = across;
+    constants.scheme = scheme;
+    constants.ranks_across = across;
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
     Immersion bodies(comm, threads, constants.grid, {.delta = delta, .sweeps = 3}, moving_bodies(), nullptr, across);
@@ -47,7 +54,8 @@ Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, D
     Swum all;
     for (const Vec3d& given : bodies.forcing().given()) all.given += constants.density * given;
     const FlowFigures figures = figures_of(comm, *flow);
-    all.gained = figures.momentum, all.speed = figures.speed;
+    all.gained = figures.momentum;
+    all.speed = figures.speed;
     all.slip = bodies.forcing().slip();
     WholeState state(comm, *flow);
     std::vector<double> mine;
@@ -98,7 +106,8 @@ TEST(Obstacles, GoOnFromForcesAtMarkers) {
     Immersion bodies(comm, threads, constants.grid, {}, moving_bodies()),
         others(comm, threads, constants.grid, {}, moving_bodies());
     first->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
-    first->set_forcing(&bodies.forcing()), second->set_forcing(&others.forcing());
+    first->set_forcing(&bodies.forcing());
+    second->set_forcing(&others.forcing());
     for (int s = 0; s < 4; ++s) first->step(0.05 * s, 0.05);
     const std::vector<double> held = bodies.forcing().held().kept(comm);
     std::size_t markers = 0;
@@ -109,7 +118,10 @@ TEST(Obstacles, GoOnFromForcesAtMarkers) {
     second->refresh(first->time());
     others.forcing().recall_held(held);
     EXPECT_EQ(others.forcing().held().kept(comm), held);
-    for (int s = 4; s < 7; ++s) first->step(0.05 * s, 0.05), second->step(0.05 * s, 0.05);
+    for (int s = 4; s < 7; ++s) {
+        first->step(0.05 * s, 0.05);
+        second->step(0.05 * s, 0.05);
+    }
     EXPECT_EQ(state_of(*first), state_of(*second));
     EXPECT_EQ(bodies.forcing().held().kept(comm), others.forcing().held().kept(comm));
     EXPECT_EQ(bodies.forcing().slip(), others.forcing().slip());
@@ -130,7 +142,9 @@ struct SphereArray {
         auto flow = make_flow(comm, threads, constants);
         flow->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
         Obstacle sphere;
-        sphere.centre = {0.51, 0.5, 0.497}, sphere.radius = radius, sphere.retraction = 0.3;
+        sphere.centre = {0.51, 0.5, 0.497};
+        sphere.radius = radius;
+        sphere.retraction = 0.3;
         Immersion bodies(comm, threads, constants.grid, {}, {sphere});
         flow->set_forcing(&bodies.forcing());
         for (int s = 0; s < steps; ++s) {
@@ -139,7 +153,8 @@ struct SphereArray {
         }
         const double speed = figures_of(comm, *flow).momentum.x;
         drag_factor = acceleration / (6 * std::numbers::pi * radius * speed);
-        force = bodies.force_on_obstacle(0, 1, step * steps).x / acceleration, slip = bodies.forcing().slip() / speed;
+        force = bodies.force_on_obstacle(0, 1, step * steps).x / acceleration;
+        slip = bodies.forcing().slip() / speed;
     }
 };
 
@@ -174,7 +189,8 @@ TEST(Obstacles, SphereHasItsDrag) {
     auto flow = make_flow(comm, threads, constants);
     flow->set_velocity([](const Vec3d&) { return Vec3d{1, 0, 0}; });
     Obstacle sphere;
-    sphere.centre = {3.5, 3, 3}, sphere.radius = 0.5;
+    sphere.centre = {3.5, 3, 3};
+    sphere.radius = 0.5;
     Immersion bodies(comm, threads, constants.grid, {}, {sphere});
     flow->set_forcing(&bodies.forcing());
     for (int t = 0; t < 16; ++t) {

@@ -26,8 +26,10 @@ FluidGrid grid_of(std::array<int, 3> cells, unsigned walls) {
 
 TensorGrid even(std::array<int, 3> cells, unsigned walls, double h) {
     TensorGrid grid;
-    for (std::size_t d = 0; d < 3; ++d)
-        grid.width[d].assign(static_cast<std::size_t>(cells[d]), h), grid.periodic[d] = !(walls >> d & 1);
+    for (std::size_t d = 0; d < 3; ++d) {
+        grid.width[d].assign(static_cast<std::size_t>(cells[d]), h);
+        grid.periodic[d] = !(walls >> d & 1);
+    }
     return grid;
 }
 
@@ -64,7 +66,8 @@ double volume(const TensorGrid& grid, int i, int j, int k) {
 void centre(const TensorGrid& grid, std::vector<double>& f) {
     double sum = 0, whole = 0;
     for_cells(grid, [&](std::size_t cell, int i, int j, int k) {
-        sum += volume(grid, i, j, k) * f[cell], whole += volume(grid, i, j, k);
+        sum += volume(grid, i, j, k) * f[cell];
+        whole += volume(grid, i, j, k);
     });
     for (double& x : f) x -= sum / whole;
 }
@@ -114,7 +117,8 @@ double relative_residual(const TensorGrid& grid, const std::vector<double>& phi,
             }
         }
         const double v = volume(grid, i, j, k);
-        squares += v * v * (sum - f[cell]) * (sum - f[cell]), all += v * v * f[cell] * f[cell];
+        squares += v * v * (sum - f[cell]) * (sum - f[cell]);
+        all += v * v * f[cell] * f[cell];
     });
     return std::sqrt(squares / all);
 }
@@ -192,7 +196,10 @@ TEST(Multigrid, ConvergesToAClosedFormOnStretchedGrids) {
             std::array<std::vector<double>, 3> middle;
             for (std::size_t d = 0; d < 3; ++d) {
                 double face = 0;
-                for (const double w : grid.width[d]) middle[d].push_back(face + 0.5 * w), face += w;
+                for (const double w : grid.width[d]) {
+                    middle[d].push_back(face + 0.5 * w);
+                    face += w;
+                }
             }
             std::vector<double> exact;
             for_cells(grid, [&](std::size_t, int i, int j, int k) {
@@ -205,7 +212,8 @@ TEST(Multigrid, ConvergesToAClosedFormOnStretchedGrids) {
             centre(grid, f);
             std::vector<double> phi = solved(comm, grid, f, 1e-10);
             ASSERT_EQ(phi.size(), exact.size());
-            centre(grid, phi), centre(grid, exact);
+            centre(grid, phi);
+            centre(grid, exact);
             error[fine] = difference(phi, exact);
         }
         EXPECT_GT(std::log2(error[0] / error[1]), 1.8);
@@ -277,7 +285,8 @@ TEST(Multigrid, StepsTheFluidAsTheDirectSolverDoes) {
                             speed = std::max(speed, std::abs(direct->velocity(c)[at]));
                         }
                         const double more = direct->pressure()[at] - multigrid->pressure()[at];
-                        higher[0] = std::min(higher[0], more), higher[1] = std::max(higher[1], more);
+                        higher[0] = std::min(higher[0], more);
+                        higher[1] = std::max(higher[1], more);
                     }
             speed = comm.max(speed);
             apart[3] = comm.max(higher[1]) - comm.min(higher[0]);

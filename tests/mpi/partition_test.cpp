@@ -152,8 +152,10 @@ public:
     RodColumns columns() const override { return {.tangent = true}; }
     RodRows read(std::int64_t begin, std::int64_t end) const override {
         RodRows rows;
-        for (std::int64_t i = begin; i < end; ++i)
-            rows.origins.push_back(origin(i)), rows.tangents.push_back({1, 0.01 * double(i), 2});
+        for (std::int64_t i = begin; i < end; ++i) {
+            rows.origins.push_back(origin(i));
+            rows.tangents.push_back({1, 0.01 * double(i), 2});
+        }
         asked += end - begin;
         return rows;
     }
@@ -169,8 +171,10 @@ private:
 TEST_F(PartitionTest, of_a_file_every_rank_reads_its_block_and_keeps_its_own) {
     RodSpec spec = lattice({1, 1}, 10);
     spec.placement = {.kind = PlacementKind::list};
-    for (std::int64_t i = 0; i < 1001; ++i)
-        spec.placement.origins.push_back(Helix::origin(i)), spec.placement.tangents.push_back({1, 0.01 * double(i), 2});
+    for (std::int64_t i = 0; i < 1001; ++i) {
+        spec.placement.origins.push_back(Helix::origin(i));
+        spec.placement.tangents.push_back({1, 0.01 * double(i), 2});
+    }
     std::vector<RodGroup> list, file;
     list.emplace_back(spec, 0, 0, "");
     spec.placement = {.kind = PlacementKind::file};

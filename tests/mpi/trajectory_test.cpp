@@ -264,7 +264,10 @@ TEST_F(TrajectoryTest, a_changed_number_of_the_last_segment_is_found) {
                 H5Box box;
                 box.count = file.shape(dataset);
                 box.start.assign(box.count.size(), 0);
-                for (std::size_t d = 0; d < box.count.size(); ++d) box.start[d] = box.count[d] - 1, box.count[d] = 1;
+                for (std::size_t d = 0; d < box.count.size(); ++d) {
+                    box.start[d] = box.count[d] - 1;
+                    box.count[d] = 1;
+                }
                 double number = 0; // as many bytes as any type has
                 const H5Type type = file.type(dataset);
                 file.read(dataset, type, box, &number);

@@ -118,8 +118,10 @@ Outcome watch(const Trial& trial) {
             const std::vector<Piece> now = pieces(run, trial.radius);
             for (std::size_t i = 0; i < now.size() && !out.crossed; ++i)
                 for (std::size_t k = 0; k < i; ++k)
-                    if (now[i].body != now[k].body && changed_sides(before[k], before[i], now[k], now[i]))
-                        out.crossed = true, out.at = step;
+                    if (now[i].body != now[k].body && changed_sides(before[k], before[i], now[k], now[i])) {
+                        out.crossed = true;
+                        out.at = step;
+                    }
             before = now;
         }
         out.how = Outcome::ended;
@@ -237,7 +239,8 @@ TEST(SideChanges, TheDetectorSeesBodiesCrossThatDoNotFeelEachOther) {
     int crossed = 0, ran = 0;
     for (int i = 0; i < 100; ++i) {
         const Outcome out = watch(scenes.make(i % 5, false));
-        ran += out.how == Outcome::ended, crossed += out.how == Outcome::ended && out.crossed;
+        ran += out.how == Outcome::ended;
+        crossed += out.how == Outcome::ended && out.crossed;
     }
     std::printf("without contact: %d of %d scenes ran, bodies crossed in %d\n", ran, 100, crossed);
     EXPECT_GT(ran, 40);
@@ -253,7 +256,8 @@ TEST(SideChanges, NoSceneEndsAfterBodiesHaveChangedSides) {
         EXPECT_FALSE(out.how == Outcome::ended && out.crossed)
             << "scene " << i << ": crossed at step " << out.at << "\n"
             << trial.toml;
-        ended += out.how == Outcome::ended, refused += out.how == Outcome::refused;
+        ended += out.how == Outcome::ended;
+        refused += out.how == Outcome::refused;
         if (out.how != Outcome::stopped) continue;
         if (out.text.find("pass") == std::string::npos || ++stopped % 8 != 0) continue;
         Trial better = trial; // what the message proposes, twice at most, as a cure may show another fault
@@ -265,7 +269,10 @@ TEST(SideChanges, NoSceneEndsAfterBodiesHaveChangedSides) {
             if (found.empty()) break;
             better.overrides.insert(better.overrides.end(), found.begin(), found.end());
             again = watch(better);
-            if (again.how == Outcome::stopped) text = whole_message(better), told += "\n-- then: " + text;
+            if (again.how == Outcome::stopped) {
+                text = whole_message(better);
+                told += "\n-- then: " + text;
+            }
         }
         EXPECT_TRUE(again.how == Outcome::ended && !again.crossed)
             << "scene " << i << ": " << told << "\nwith " << fmt::format("{}", fmt::join(better.overrides, " ")) << ": "

@@ -48,7 +48,10 @@ public:
         ContactScene all{std::move(laws), gaps, 0, static_cast<std::int64_t>(nodes_.size())};
         double sum = 0, elements = 0;
         for (const ExposedNode& n : nodes_)
-            if (n.radius >= 0) sum += 2 * n.radius, ++elements;
+            if (n.radius >= 0) {
+                sum += 2 * n.radius;
+                ++elements;
+            }
         all.diameter = sum / elements;
         return all;
     }

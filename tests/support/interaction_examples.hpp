@@ -72,9 +72,13 @@ inline SceneSpec at_wall(Wall wall, const ContactLaw& law, const Turn& turn) {
     SceneSpec scene = of_rods({flying_stick("flying", {0, 0, 0.06}, {1, 0.1, 0.1}, {0.1, 0.3, -1})}, turn);
     wall.name = "wall";
     wall.law = law;
-    if (wall.kind == WallKind::box) wall.lower += turn.shift, wall.upper += turn.shift;
+    if (wall.kind == WallKind::box) {
+        wall.lower += turn.shift;
+        wall.upper += turn.shift;
+    }
     wall.point = turn.point(wall.point);
-    wall.normal = turn.direction(wall.normal), wall.axis = turn.direction(wall.axis);
+    wall.normal = turn.direction(wall.normal);
+    wall.axis = turn.direction(wall.axis);
     scene.walls = {wall};
     return scene;
 }

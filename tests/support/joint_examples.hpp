@@ -15,7 +15,8 @@ inline RodSpec stick(const std::string& name, const Vec3d& origin, const Vec3d& 
     rod.material.youngs_modulus = 1e7;
     rod.shape.length = 0.8;
     rod.section.radius = 0.02;
-    rod.placement.origin = origin, rod.placement.tangent = tangent;
+    rod.placement.origin = origin;
+    rod.placement.tangent = tangent;
     return rod;
 }
 
@@ -31,10 +32,12 @@ inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double d
     std::vector<JointExample> all;
     const auto add = [&](const std::string& name, RodSpec first, RodSpec second, JointSpec joint) {
         SceneSpec scene;
-        first.shape.velocity = {0.3, -0.2, 0.5}, first.shape.angular_velocity = {0.4, 2, -1};
+        first.shape.velocity = {0.3, -0.2, 0.5};
+        first.shape.angular_velocity = {0.4, 2, -1};
         scene.rods = {first, second};
         joint.between = {first.name, second.name};
-        joint.law.stiffness = stiffness, joint.law.damping = damping;
+        joint.law.stiffness = stiffness;
+        joint.law.damping = damping;
         scene.joints = {joint};
         scene.time.duration = 1;
         all.push_back({name, scene});
@@ -57,7 +60,8 @@ inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double d
          .at = {0, 0},
          .law = {.torsional_stiffness = turning, .repulsion = stiffness}});
     RodSpec ball = rigid_body(0, 0.1);
-    ball.name = "ball", ball.placement.origin = {0.9, 0, 0};
+    ball.name = "ball";
+    ball.placement.origin = {0.9, 0, 0};
     add("a body, fixed", along, ball, {.kind = JointKind::fixed, .law = {.torsional_stiffness = turning}});
     return all;
 }
@@ -67,9 +71,11 @@ inline std::vector<JointExample> common_node_examples() {
     std::vector<JointExample> all;
     const auto add = [&](const std::string& name, std::vector<RodSpec> rods, std::vector<JointSpec> joints) {
         SceneSpec scene;
-        rods[0].shape.velocity = {0.3, -0.2, 0.5}, rods[0].shape.angular_velocity = {0.4, 2, -1};
+        rods[0].shape.velocity = {0.3, -0.2, 0.5};
+        rods[0].shape.angular_velocity = {0.4, 2, -1};
         for (JointSpec& joint : joints) joint.kind = JointKind::fixed;
-        scene.rods = std::move(rods), scene.joints = std::move(joints);
+        scene.rods = std::move(rods);
+        scene.joints = std::move(joints);
         scene.time.duration = 1;
         all.push_back({name, scene});
     };
@@ -77,7 +83,8 @@ inline std::vector<JointExample> common_node_examples() {
                   third = stick("third", {0.8, 0, 0}, {0, 0.6, 0.8}),
                   straight = stick("straight", {0.8, 0, 0}, {1, 0, 0}), up = stick("up", {0.4, 0, 0}, {0, 0, 1});
     RodSpec thin = straight, linear = on, neo = straight, rubber = along;
-    thin.section.radius = 0.012, linear.material.law = Law::linear;
+    thin.section.radius = 0.012;
+    linear.material.law = Law::linear;
     neo.material.law = rubber.material.law = Law::neo_hookean;
     add("in line", {along, straight}, {{.between = {"along", "straight"}}});
     add("thick and thin", {along, thin}, {{.between = {"along", "straight"}}});
@@ -87,7 +94,8 @@ inline std::vector<JointExample> common_node_examples() {
         {{.between = {"along", "on"}}, {.between = {"third", "on"}, .at = {0, 0}}});
     add("an inner node", {along, up}, {{.between = {"along", "up"}, .at = {0.5, 0}}});
     RodSpec ball = rigid_body(0, 0.1);
-    ball.name = "ball", ball.placement.origin = {0.9, 0, 0};
+    ball.name = "ball";
+    ball.placement.origin = {0.9, 0, 0};
     add("a body", {along, ball}, {{.between = {"along", "ball"}}});
     RodSpec leg = stick("leg", {0.9, 0.1, 0}, {0, 1, 0});
     add("two rods on a body", {along, ball, leg},

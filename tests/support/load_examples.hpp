@@ -146,7 +146,8 @@ inline std::vector<LoadExample> load_examples() {
     all.push_back({ends,
                    [](Load& l, const Turn& t) {
                        EndForce& e = l.as<EndForce>();
-                       e.start = t.direction(e.start), e.end = t.direction(e.end);
+                       e.start = t.direction(e.start);
+                       e.end = t.direction(e.end);
                    },
                    false,
                    [=](const RodGroup&, const State& s, double time) {
@@ -157,7 +158,10 @@ inline std::vector<LoadExample> load_examples() {
         all.push_back({EndCouple{.start = {0.1, 0.2, -0.3}, .end = {0.3, -0.1, 0.2}, .frame = frame, .ramp = {2}},
                        [](Load& l, const Turn& t) {
                            EndCouple& e = l.as<EndCouple>();
-                           if (e.frame == LoadFrame::lab) e.start = t.direction(e.start), e.end = t.direction(e.end);
+                           if (e.frame == LoadFrame::lab) {
+                               e.start = t.direction(e.start);
+                               e.end = t.direction(e.end);
+                           }
                        }});
 
     const MagneticField field{.constant = {0.01, 0.02, -0.05}, .rotating = 0.08, .period = 7};
@@ -165,7 +169,8 @@ inline std::vector<LoadExample> load_examples() {
                    [](Load& l, const Turn& t) {
                        MagneticField& f = l.as<MagneticField>();
                        f.constant = t.direction(f.constant);
-                       f.sine_axis = t.direction(f.sine_axis), f.cosine_axis = t.direction(f.cosine_axis);
+                       f.sine_axis = t.direction(f.sine_axis);
+                       f.cosine_axis = t.direction(f.cosine_axis);
                    },
                    false,
                    [=](const RodGroup& group, const State& s, double time) {
@@ -238,7 +243,8 @@ inline std::vector<LoadExample> load_examples() {
     all.push_back({turning,
                    [](Load& l, const Turn& t) {
                        SinusoidalEndForce& f = l.as<SinusoidalEndForce>();
-                       f.normal = t.direction(f.normal), f.tangent = t.direction(f.tangent);
+                       f.normal = t.direction(f.normal);
+                       f.tangent = t.direction(f.tangent);
                    },
                    false,
                    [=](const RodGroup&, const State& s, double time) {
@@ -249,12 +255,17 @@ inline std::vector<LoadExample> load_examples() {
 
     PlaneFriction ground{
         .point = {0, 0, 0.1}, .normal = {0.1, -0.2, 1}, .stiffness = 10, .damping = 0.1, .tolerance = 0.3};
-    ground.kinetic_forward = 0.3, ground.kinetic_backward = 0.4, ground.kinetic_sideways = 0.5;
-    ground.static_forward = 0.5, ground.static_backward = 0.6, ground.static_sideways = 0.7;
+    ground.kinetic_forward = 0.3;
+    ground.kinetic_backward = 0.4;
+    ground.kinetic_sideways = 0.5;
+    ground.static_forward = 0.5;
+    ground.static_backward = 0.6;
+    ground.static_sideways = 0.7;
     ground.slip_speed = 1;
     all.push_back({ground, [](Load& l, const Turn& t) {
                        PlaneFriction& p = l.as<PlaneFriction>();
-                       p.point = t.point(p.point), p.normal = t.direction(p.normal);
+                       p.point = t.point(p.point);
+                       p.normal = t.direction(p.normal);
                    }});
 
     const Vec3d a{0.48, 0.6, -0.64}, p{0.1, 0.2, 0.3}, b{0.2, -0.1, 0.3}, c{0.01, 0.03, -0.02};

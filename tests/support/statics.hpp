@@ -23,7 +23,11 @@ public:
             std::size_t pivot = c;
             for (std::size_t r = c + 1; r < row_.size(); ++r)
                 if (std::abs(row_[r][c]) > std::abs(row_[pivot][c])) pivot = r;
-            if (pivot != c) std::swap(row_[pivot], row_[c]), std::swap(order_[pivot], order_[c]), sign_ = -sign_;
+            if (pivot != c) {
+                std::swap(row_[pivot], row_[c]);
+                std::swap(order_[pivot], order_[c]);
+                sign_ = -sign_;
+            }
             if (row_[c][c] < 0) sign_ = -sign_;
             for (std::size_t r = c + 1; r < row_.size(); ++r) {
                 const double share = row_[r][c] /= row_[c][c];

@@ -69,7 +69,8 @@ double under_formula(EndWeights weights, long n) {
 double guided(EndWeights weights, long n) {
     constexpr double f = 1e-8;
     RodSpec spec = test::clamped_rod(beam, n);
-    spec.end = EndKind::clamped, spec.end_free = "x";
+    spec.end = EndKind::clamped;
+    spec.end_free = "x";
     const RodGroup group = group_of(spec, weights);
     const double exact = f / (12 * beam.youngs * beam.second_moment) + f / beam.shearing;
     return std::abs(tip_of(at_rest(group, {EndForce{.end = {f, 0, 0}}})).x / exact - 1);

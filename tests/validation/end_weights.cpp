@@ -56,7 +56,9 @@ constexpr Held ends[] = {clamped_free,
 
 RodGroup held(const Held& held, EndWeights weights, long n) {
     RodSpec spec = test::clamped_rod(beam, n);
-    spec.start = held.start, spec.end = held.end, spec.end_free = held.end_free;
+    spec.start = held.start;
+    spec.end = held.end;
+    spec.end_free = held.end_free;
     return test::group_of(spec, weights);
 }
 double bending_frequency(const Held& ends, std::size_t mode, EndWeights weights, long n) {

@@ -96,8 +96,10 @@ TEST(EnergyAudit, WallsThatLetEndsSlideDoTheWorkThatTheRodGains) {
     for (const EndKind kind : {EndKind::clamped, EndKind::clamped_frozen}) {
         SceneSpec scene = ramped(kind, Law::incompressible, true);
         RodSpec& rod = scene.rods[0];
-        rod.end_free = "z", rod.end_motion.translation.back().z = 0;
-        rod.start_free = "xy", rod.start_motion.translation.back().x = 0;
+        rod.end_free = "z";
+        rod.end_motion.translation.back().z = 0;
+        rod.start_free = "xy";
+        rod.start_motion.translation.back().x = 0;
         study(table, kind == EndKind::clamped ? "half cells" : "frozen", scene, 2000, 1e-6);
         test::Stage stage(scene, 1);
         const auto before = stage.state(0);

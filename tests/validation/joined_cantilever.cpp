@@ -20,10 +20,13 @@ constexpr double bending = young * 0.25 * std::numbers::pi * radius * radius * r
 RodSpec piece(const std::string& name, double from, double size, long elements) {
     RodSpec rod = test::simple_rod(static_cast<int>(elements));
     rod.name = name;
-    rod.material.youngs_modulus = young, rod.material.density = 1000;
+    rod.material.youngs_modulus = young;
+    rod.material.density = 1000;
     rod.section.radius = radius;
-    rod.shape.length = size, rod.shape.elements = elements;
-    rod.placement.origin = {from, 0, 0}, rod.placement.tangent = {1, 0, 0};
+    rod.shape.length = size;
+    rod.shape.elements = elements;
+    rod.placement.origin = {from, 0, 0};
+    rod.placement.tangent = {1, 0, 0};
     return rod;
 }
 

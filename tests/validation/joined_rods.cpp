@@ -26,10 +26,14 @@ constexpr double length = 1, radius = 0.05, young = 1e6, density = 1000, area = 
 RodSpec piece(const std::string& name, const Vec3d& from, const Vec3d& along, double size, long elements) {
     RodSpec rod = test::simple_rod(static_cast<int>(elements));
     rod.name = name;
-    rod.material.youngs_modulus = young, rod.material.density = density;
+    rod.material.youngs_modulus = young;
+    rod.material.density = density;
     rod.section.radius = radius;
-    rod.shape.length = size, rod.shape.elements = elements;
-    rod.placement.origin = from, rod.placement.tangent = along, rod.placement.normal = Vec3d{0, 0, 1};
+    rod.shape.length = size;
+    rod.shape.elements = elements;
+    rod.placement.origin = from;
+    rod.placement.tangent = along;
+    rod.placement.normal = Vec3d{0, 0, 1};
     return rod;
 }
 
@@ -119,8 +123,10 @@ std::vector<Case> cases() {
          z},
         {"rest curvature",
          [](SceneSpec& s) {
-             for (RodSpec& rod : s.rods)
-                 rod.shape.rest_curvature = {0.5, 0.2, 0.3}, rod.shape.start_curvature = Vec3d{0, 0, 0};
+             for (RodSpec& rod : s.rods) {
+                 rod.shape.rest_curvature = {0.5, 0.2, 0.3};
+                 rod.shape.start_curvature = Vec3d{0, 0, 0};
+             }
          },
          z},
     };
@@ -135,7 +141,10 @@ TEST(JoinedRods, AreTheWholeRodUnderEveryLoad) {
         };
         const std::vector<long> counts{10, 20, 40};
         std::vector<double> whole, joined;
-        for (const long n : counts) whole.push_back(of(n, 1)), joined.push_back(of(n, 2));
+        for (const long n : counts) {
+            whole.push_back(of(n, 1));
+            joined.push_back(of(n, 2));
+        }
         const double limit = (4 * whole[2] - whole[1]) / 3;
         std::printf("%s: whole %.8g\n", c.name.c_str(), limit);
         for (std::size_t i = 0; i < counts.size(); ++i) {
@@ -186,7 +195,8 @@ TEST(JoinedRods, HaveTheFirstFrequencyOfTheWholeRodAndItsStep) {
     for (const long n : {10L, 20L, 40L}) {
         SceneSpec one = in_pieces(n, 1), two = in_pieces(n, 2);
         one.time.duration = two.time.duration = 1;
-        whole.push_back(frequency(one, guess)), joined.push_back(frequency(two, guess));
+        whole.push_back(frequency(one, guess));
+        joined.push_back(frequency(two, guess));
         const double step = test::Stage(two).plan.dt / test::Stage(one).plan.dt;
         std::printf("n = %ld: %.8f rad/s whole, %.8f joined; step %.4f of the whole's\n", n, whole.back(),
                     joined.back(), step);
@@ -214,7 +224,8 @@ TEST(JoinedRods, ThatAreUnlikeAreOfSecondOrder) {
         SceneSpec scene;
         scene.rods = {piece("thick", {0, 0, 0}, {1, 0, 0}, first, n / 2),
                       piece("thin", {first, 0, 0}, {1, 0, 0}, second, n / 2)};
-        scene.rods[0].start = EndKind::clamped, scene.rods[1].section.radius = thin;
+        scene.rods[0].start = EndKind::clamped;
+        scene.rods[1].section.radius = thin;
         scene.joints = {joint("thick", "thin")};
         load_last(scene, EndForce{.end = {0, 0, force}});
         return at_rest(scene).tip.z;
@@ -285,8 +296,10 @@ TEST(JoinedRods, WithABodyAreOfSecondOrder) {
     const auto of = [&](long n) {
         SceneSpec scene;
         RodSpec ball = test::rigid_body(0, arm);
-        ball.name = "ball", ball.placement.origin = {length + arm, 0, 0};
-        ball.body->mass = mass, ball.body->inertia = {0.02, 0.02, 0.02};
+        ball.name = "ball";
+        ball.placement.origin = {length + arm, 0, 0};
+        ball.body->mass = mass;
+        ball.body->inertia = {0.02, 0.02, 0.02};
         scene.rods = {piece("rod", {0, 0, 0}, {1, 0, 0}, length, n), ball};
         scene.rods[0].start = EndKind::clamped;
         scene.joints = {joint("rod", "ball")};

@@ -67,8 +67,10 @@ std::pair<double, double> elastica(double load) {
         across = along = 0;
         for (int i = 0; i < parts; ++i) { // theta'' = -load cos theta, midpoint rule twice as fine
             const double middle = angle + 0.5 * h * kappa, kappa_middle = kappa - 0.5 * h * load * std::cos(angle);
-            across += h * std::sin(middle), along += h * std::cos(middle);
-            angle += h * kappa_middle, kappa -= h * load * std::cos(middle);
+            across += h * std::sin(middle);
+            along += h * std::cos(middle);
+            angle += h * kappa_middle;
+            kappa -= h * load * std::cos(middle);
         }
         return kappa;
     };
@@ -134,7 +136,8 @@ TEST(Relaxation, HangingRingsMeetTheThinRing) {
         ring.shape.closed = true;
         ring.shape.rest_curvature = {2 * pi, 0, 0};
         ring.hold.nodes = {0};
-        ring.placement.tangent = {0, -1, 0}, ring.placement.normal = Vec3d{1, 0, 0};
+        ring.placement.tangent = {0, -1, 0};
+        ring.placement.normal = Vec3d{1, 0, 0};
         const double r = ring.section.radius, weight = load * bending_of(ring) / (radius * radius * radius);
         const SceneSpec scene = relaxing(ring, {{.load = Gravity{.acceleration = {0, 0, -weight / (pi * r * r)}}}});
         test::Stage stage(scene, 4);
@@ -155,7 +158,8 @@ TEST(Relaxation, HangingRingsMeetTheThinRing) {
             EXPECT_NEAR(std::log2(across_before / across_off), 2, 0.1);
             EXPECT_LT(std::abs(down_off) + std::abs(across_off), 2e-2);
         }
-        down_before = down_off, across_before = across_off;
+        down_before = down_off;
+        across_before = across_off;
     }
 }
 
@@ -194,7 +198,8 @@ TEST(Relaxation, EndsWhereDampedMotionDoes) {
     };
     for (const Case& c : cases) {
         RodSpec rod = test::clamped_unit_rod(16, 0.05);
-        rod.start = c.start, rod.end = c.end;
+        rod.start = c.start;
+        rod.end = c.end;
         rod.material.law = c.law;
         rod.shape.rest_curvature = c.rest_curvature;
         if (c.strip) rod.section = {.kind = SectionKind::elliptic, .radius = 0.05, .radius_2 = 0.02, .taper = 0.7};

@@ -37,10 +37,14 @@ SceneSpec meeting(double ratio, int place, ContactNormal normal) {
         return one;
     };
     RodSpec big = rod(thick, 1e6, 1, 10), thin = rod(radius, 1e8, length, 50);
-    big.name = "big", thin.name = "thin";
-    big.placement.origin = {-0.5, 0, 0}, big.placement.tangent = {1, 0, 0}, big.placement.normal = Vec3d{0, 0, 1};
+    big.name = "big";
+    thin.name = "thin";
+    big.placement.origin = {-0.5, 0, 0};
+    big.placement.tangent = {1, 0, 0};
+    big.placement.normal = Vec3d{0, 0, 1};
     const Vec3d tangent{std::cos(angle), std::sin(angle), 0};
-    thin.placement.tangent = tangent, thin.placement.normal = Vec3d{0, 0, 1};
+    thin.placement.tangent = tangent;
+    thin.placement.normal = Vec3d{0, 0, 1};
     thin.placement.origin = Vec3d{at, 0, thick + 1.3 * radius} - (0.5 * length + along) * tangent;
     thin.shape.velocity = {0, 0, -0.5};
     SceneSpec scene;

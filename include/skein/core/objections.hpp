@@ -16,8 +16,8 @@ public:
     /// `key`: of the struct's own table; empty where none is at fault by itself.
     virtual void add(std::string_view key, const std::string& message) = 0;
     /// Against part of a key's text, in bytes; a length of 0: all of it.
-    virtual void add_within(std::string_view key, std::size_t begin, std::size_t length, const std::string& message) {
-        static_cast<void>(begin), static_cast<void>(length);
+    virtual void add_within(std::string_view key, [[maybe_unused]] std::size_t begin,
+                            [[maybe_unused]] std::size_t length, const std::string& message) {
         add(key, message);
     }
     /// Whether the scene sets the key, be it to its default.

@@ -136,7 +136,9 @@ public:
     /// What depends on all rods of a file, and so is known when all ranks have read their parts: the smallest x, y, z
     /// of the origins, which a magnetisation is measured from, and the sum of the parts' digests.
     void set_read(const Vec3d& corner, std::uint64_t digest, const LeastLimits& limits) {
-        corner_ = corner, file_digest_ = digest, least_limits_ = limits;
+        corner_ = corner;
+        file_digest_ = digest;
+        least_limits_ = limits;
     }
     /// Reads all rods of a file that has not been read, where no other rank takes a part.
     void read_all();

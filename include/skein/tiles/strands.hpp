@@ -27,7 +27,10 @@ public:
     void push_back(const Row& row) {
         std::size_t at = distinct_.size();
         while (at > 0 && std::memcmp(&distinct_[at - 1], &row, sizeof row) != 0) --at;
-        if (at == 0) distinct_.push_back(row), at = distinct_.size();
+        if (at == 0) {
+            distinct_.push_back(row);
+            at = distinct_.size();
+        }
         which_.push_back(at - 1);
     }
     /// When all rows are there.
@@ -196,7 +199,10 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows)
         }
         c.present = present > P(0.0);
         c.inner = inner > P(0.0);
-        if (row < rows_) element.push_back(e), cell.push_back(c);
+        if (row < rows_) {
+            element.push_back(e);
+            cell.push_back(c);
+        }
         node.push_back(n);
     }
     element.close();

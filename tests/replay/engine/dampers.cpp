@@ -16,7 +16,10 @@ public:
         : kick_(std::vector(largest_stages, KickConstants(group, damping_rates(group, {&damping, 1}), time_step,
                                                           DampingScheme::after))) {}
     void run(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const override {
-        for (int k = 0; k <= rod.n; ++k) load[k].force = {}, load[k].couple = {};
+        for (int k = 0; k <= rod.n; ++k) {
+            load[k].force = {};
+            load[k].couple = {};
+        }
         kick_.run(rod, load, step);
     }
 

@@ -41,7 +41,8 @@ PointJoint::PointJoint(const Entry& e, const Rod& a, const Rod& b)
         e.expect_keys({"system", "other", "index", "other_index", "k", "nu"});
         return;
     }
-    element_a_ = place(e["index"], a.elements()), element_b_ = place(e["other_index"], b.elements());
+    element_a_ = place(e["index"], a.elements());
+    element_b_ = place(e["other_index"], b.elements());
     torsional_stiffness_ = e["kt"].number();
     if (turn_ == Turn::hinge) {
         e.expect_keys({"system", "other", "index", "other_index", "k", "nu", "kt", "normal_direction"});
@@ -58,7 +59,8 @@ PointJoint::PointJoint(const Entry& e, const Rod& a, const Rod& b)
 void PointJoint::add(Rod& a, Rod& b) const {
     const Vec3d force = stiffness_ * (b.position(node_b_) - a.position(node_a_)) +
                         damping_ * (b.velocity(node_b_) - a.velocity(node_a_));
-    add_force(a, node_a_, force), add_force(b, node_b_, -force);
+    add_force(a, node_a_, force);
+    add_force(b, node_b_, -force);
     if (turn_ == Turn::free) return;
     Vec3d couple;
     if (turn_ == Turn::hinge) {
@@ -70,7 +72,8 @@ void PointJoint::add(Rod& a, Rod& b) const {
         couple = torsional_stiffness_ * to_lab(b, element_b_, phi) -
                  torsional_damping_ * (spin(b, element_b_) - spin(a, element_a_));
     }
-    add_couple(a, element_a_, -couple), add_couple(b, element_b_, couple);
+    add_couple(a, element_a_, -couple);
+    add_couple(b, element_b_, couple);
 }
 
 SideJoint::SideJoint(const Entry& e, const Rod& a, const Rod& b)
@@ -100,8 +103,12 @@ void SideJoint::add(Rod& a, Rod& b) const {
                     s = arm(b, of_b[p.j], p.j, p.direction_b, p.offset);
         const Vec3d spring = stiffness_ * rounded(centre(b, p.j) + s - centre(a, p.i) - r);
         const Vec3d half = 0.5 * (spring + damping_ * (mean_velocity(b, p.j) - mean_velocity(a, p.i)));
-        for (const std::size_t node : {0, 1}) add_force(a, p.i + node, half), add_force(b, p.j + node, -half);
-        add_couple(a, p.i, cross(r, spring)), add_couple(b, p.j, cross(s, -spring));
+        for (const std::size_t node : {0, 1}) {
+            add_force(a, p.i + node, half);
+            add_force(b, p.j + node, -half);
+        }
+        add_couple(a, p.i, cross(r, spring));
+        add_couple(b, p.j, cross(s, -spring));
     }
 }
 

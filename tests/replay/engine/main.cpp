@@ -45,8 +45,14 @@ int replay_file(const std::string& path) {
 } // namespace
 
 int main(int argc, char** argv) {
-    if (argc == 2 && std::string_view(argv[1]) == "--help") return std::fputs(usage, stdout), 0;
-    if (argc != 2) return std::fputs(usage, stderr), static_cast<int>(Exit::input);
+    if (argc == 2 && std::string_view(argv[1]) == "--help") {
+        std::fputs(usage, stdout);
+        return 0;
+    }
+    if (argc != 2) {
+        std::fputs(usage, stderr);
+        return static_cast<int>(Exit::input);
+    }
     try {
         return replay_file(argv[1]);
     } catch (const NotBuilt& e) {

@@ -65,8 +65,13 @@ Rod read_rod(const Entry& e, int number) {
         Slot<1>& s = rod.slot[k];
         s.position = broadcast<1>(position[k % nodes]);
         s.velocity = broadcast<1>(velocity[k % nodes]);
-        if (k < n) s.director = broadcast<1>(quaternion(director[k])), s.spin = broadcast<1>(omega[k]);
-        else s.director = broadcast<1>(no_turn), s.spin = {};
+        if (k < n) {
+            s.director = broadcast<1>(quaternion(director[k]));
+            s.spin = broadcast<1>(omega[k]);
+        } else {
+            s.director = broadcast<1>(no_turn);
+            s.spin = {};
+        }
     }
     return rod;
 }

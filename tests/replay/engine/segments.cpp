@@ -45,8 +45,11 @@ Nearest nearest(const Vec3d& start_a, const Vec3d& edge_a, const Vec3d& start_b,
                          {1, within_segment((ab - rb) / bb)}};
             double least = INFINITY;
             for (const auto& pair : pairs)
-                if (const double distance = norm(between(pair.t, pair.s)); distance < least)
-                    least = distance, t = pair.t, s = pair.s;
+                if (const double distance = norm(between(pair.t, pair.s)); distance < least) {
+                    least = distance;
+                    t = pair.t;
+                    s = pair.s;
+                }
         }
     }
     return {between(t, s), start_b + s * edge_b};

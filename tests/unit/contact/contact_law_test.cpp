@@ -122,8 +122,9 @@ TEST(ContactLaw, DashpotsDampWhatIsThere) {
                                                  broadcast<1>(along ? Vec3d{0, v, 0} : Vec3d{v, 0, 0}),
                                                  broadcast<1>(none), broadcast<1>(none), broadcast<1>(none)},
                                                 h, memory);
-                viscous_work += f.viscous_work[0], friction_work += f.friction_work[0],
-                    elastic_energy = memory.spring.energy()[0];
+                viscous_work += f.viscous_work[0];
+                friction_work += f.friction_work[0];
+                elastic_energy = memory.spring.energy()[0];
                 v += h * (along ? f.on_1.y[0] : f.on_1.x[0] + law.stiffness * overlap) /
                      mass; // the spring holds what presses
             }
@@ -171,12 +172,14 @@ template <int W> Drawn<W> draw(unsigned seed, int first) {
         const auto vector = [&] { return Vec3d{normal(random), normal(random), normal(random)}; };
         const Vec3d n = vector();
         set_lane(d.state.normal, l, (1 / norm(n)) * n);
-        d.state.radius_1.set(l, 0.5 + uniform(random)), d.state.radius_2.set(l, 0.5 + uniform(random)),
-            d.state.distance.set(l, 2 * uniform(random));
+        d.state.radius_1.set(l, 0.5 + uniform(random));
+        d.state.radius_2.set(l, 0.5 + uniform(random));
+        d.state.distance.set(l, 2 * uniform(random));
         for (Vec3<Pack<W>>* v : {&d.state.velocity_1, &d.state.spin_1, &d.state.velocity_2, &d.state.spin_2,
                                  &d.memory.spring.x, &d.memory.viscous_part})
             set_lane(*v, l, vector());
-        d.memory.spring.stiffness.set(l, uniform(random)), d.memory.weight.set(l, uniform(random));
+        d.memory.spring.stiffness.set(l, uniform(random));
+        d.memory.weight.set(l, uniform(random));
         for (Pack<W>* p : {&d.law.stiffness, &d.law.damping, &d.law.static_friction, &d.law.kinetic_friction,
                            &d.law.tangential_stiffness, &d.law.tangential_damping, &d.law.slip_speed})
             p->set(l, uniform(random));
@@ -250,7 +253,8 @@ TEST(ContactForce, AccountsForItsEnergy) {
             const Vec3d force = lane(f.on_1, 0);
             done -= h * dot(0.5 * (force + force_before), v);
             force_before = force;
-            lost += f.friction_work[0] + f.viscous_work[0], friction_work += f.friction_work[0];
+            lost += f.friction_work[0] + f.viscous_work[0];
+            friction_work += f.friction_work[0];
             elastic_energy = f.elastic_energy[0];
         }
         EXPECT_GT(friction_work, 0.1 * done);
@@ -385,7 +389,8 @@ TEST(ContactForce, OfASpringOfFrictionTakesEnergyOnEveryClosedWay) {
                 const double work = -0.5 * contact.h * dot(force + force_before, slip);
                 force_before = force;
                 if (n < steps) continue; // from the second turn on it is periodic in a linear contact
-                done += work, scale += std::abs(work);
+                done += work;
+                scale += std::abs(work);
             }
             if (normal == ContactNormal::linear) EXPECT_NEAR(done, 0, 2e-3 * scale) << trial;
             else EXPECT_GT(done, -2e-3 * scale) << trial;

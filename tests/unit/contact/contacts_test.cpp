@@ -102,12 +102,15 @@ TEST(Contacts, AreMinusTheGradientOfTheirEnergy) {
             near_parallel += std::abs(std::sin(angle)) < 0.05;
             std::vector<Vec3d> force;
             double size = 0;
-            for (std::size_t i = 0; i < 4; ++i)
-                force.push_back(out.load[i].force), size = std::max(size, norm(force[i]));
+            for (std::size_t i = 0; i < 4; ++i) {
+                force.push_back(out.load[i].force);
+                size = std::max(size, norm(force[i]));
+            }
             for (std::size_t i = 0; i < 4; ++i)
                 for (double Vec3d::*axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
                     std::vector<Vec3d> there = nodes, back = nodes;
-                    there[i].*axis += step, back[i].*axis -= step;
+                    there[i].*axis += step;
+                    back[i].*axis -= step;
                     EXPECT_NEAR(force[i].*axis, -(energy(there) - energy(back)) / (2 * step), 1e-5 * size)
                         << trial << ", node " << i;
                 }
@@ -146,10 +149,15 @@ template <class Place> double largest_jump(Place place, int steps) {
         AlignedVector<ExertedLoad>& loads = out.load;
         contacts.evaluate(c, 0, 1e-4, out);
         Vec3d force{0, 0, 0}, moment{0, 0, 0};
-        for (std::size_t s = c.window[1].first_slot; s < c.slots(); ++s)
-            force += loads[s].force, moment += cross(c.node[s].position, loads[s].force);
+        for (std::size_t s = c.window[1].first_slot; s < c.slots(); ++s) {
+            force += loads[s].force;
+            moment += cross(c.node[s].position, loads[s].force);
+        }
         const Vec3d now = force + moment;
-        if (i > 0) jump = std::max(jump, norm(now - before)), sum += norm(now - before);
+        if (i > 0) {
+            jump = std::max(jump, norm(now - before));
+            sum += norm(now - before);
+        }
         before = now;
     }
     EXPECT_GT(sum, 0);

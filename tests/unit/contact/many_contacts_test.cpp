@@ -25,8 +25,10 @@ struct Crowd {
         Vec3d at = point(), along = point();
         for (int r = 0; r < rods; ++r) {
             const double size = r % 10 == 0 ? 3 : 1;
-            if (r % 5 != 0) along = point() - point(), at = point();
-            else at += Vec3d{0, 0.015, 0.001};
+            if (r % 5 != 0) {
+                along = point() - point();
+                at = point();
+            } else at += Vec3d{0, 0.015, 0.001};
             std::vector<Vec3d> nodes;
             for (int k = 0; k <= elements; ++k) {
                 nodes.push_back(at + (0.4 * size / elements * k / norm(along)) * along +
@@ -148,7 +150,10 @@ TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
     }
     EXPECT_EQ(f.max_overlap, std::max(a.max_overlap, b.max_overlap));
     EXPECT_EQ(f.max_stiffness, std::max(a.max_stiffness, b.max_stiffness));
-    const auto of_both = [](BinnedTotal sum, const BinnedTotal& other) { return sum.add(other), sum; };
+    const auto of_both = [](BinnedTotal sum, const BinnedTotal& other) {
+        sum.add(other);
+        return sum;
+    };
     EXPECT_EQ(f.elastic_energy, of_both(a.elastic_energy, b.elastic_energy));
     EXPECT_EQ(f.friction_work, of_both(a.friction_work, b.friction_work));
     EXPECT_EQ(f.viscous_work, of_both(a.viscous_work, b.viscous_work));
@@ -195,7 +200,10 @@ TEST(ManyContacts, GoOnFromWhatWasKept) {
     crowd.seen = {&bodies};
     Contacts whole(scene, one);
     SlotLoads x, y;
-    for (int step = 0; step < 57; ++step) crowd.move(1e-4), whole.evaluate(bodies, 0, 1e-4, x);
+    for (int step = 0; step < 57; ++step) {
+        crowd.move(1e-4);
+        whole.evaluate(bodies, 0, 1e-4, x);
+    }
     const std::vector<KeptContact> kept = whole.kept(bodies);
     EXPECT_EQ(static_cast<std::int64_t>(kept.size()), whole.figures().active);
     Contacts resumed(scene, one);

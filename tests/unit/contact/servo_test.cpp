@@ -39,7 +39,10 @@ TEST(Servo, CyclesBetweenTwoStresses) {
         if (servo.turns() == 1) {
             EXPECT_EQ(servo.wall_state().velocity.z, 5e-3) << "up";
         }
-        if (servo.turns() > 0) lowest = std::min(lowest, servo.height()), highest = std::max(highest, servo.height());
+        if (servo.turns() > 0) {
+            lowest = std::min(lowest, servo.height());
+            highest = std::max(highest, servo.height());
+        }
     }
     EXPECT_TRUE(servo.finished());
     EXPECT_EQ(servo.turns(), 6);
@@ -73,7 +76,8 @@ TEST(Servo, ApproachesUntilItTouchesOrIsThere) {
     for (const double approach_to : {0.0, 0.08}) {
         Wall wall = lid();
         wall.from = 0;
-        wall.servo.approach = 0.05, wall.servo.approach_to = approach_to;
+        wall.servo.approach = 0.05;
+        wall.servo.approach_to = approach_to;
         Servo servo(wall);
         for (int step = 0; step < 3000 && servo.turns() == 0; ++step) {
             const bool touched = servo.height() < 0.07, there = servo.height() <= approach_to;

@@ -73,7 +73,10 @@ Found push(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b, ContactNorm
 
 struct Range {
     double least = HUGE_VAL, most = -HUGE_VAL;
-    void take(double x) { least = std::min(least, x), most = std::max(most, x); }
+    void take(double x) {
+        least = std::min(least, x);
+        most = std::max(most, x);
+    }
 };
 
 /// Force of two rods that cross at places of either, over that of one contact with their largest overlap.
@@ -242,13 +245,17 @@ TEST(Vertices, LeaveForcesMinusTheGradientOfTheEnergy) {
         };
         const double here = energy();
         if (here == 0) continue;
-        near_parallel += std::abs(std::sin(angle))<0.05, bent += bend> 0, ++compared;
+        near_parallel += std::abs(std::sin(angle))<0.05, bent += bend> 0;
+        ++compared;
         double size = 0, worst = 0;
         for (std::size_t i = 0; i < bodies.slots(); ++i) size = std::max(size, norm(loads.load[i].force));
         for (std::size_t i = 0; i < bodies.slots(); ++i)
             for (double Vec3d::*axis : {&Vec3d::x, &Vec3d::y, &Vec3d::z}) {
                 const double step = 2e-7 * diameter, was = bodies.node[i].position.*axis;
-                const auto at = [&](double x) { return bodies.node[i].position.*axis = x, energy(); };
+                const auto at = [&](double x) {
+                    bodies.node[i].position.*axis = x;
+                    return energy();
+                };
                 const double slope = (at(was + step) - at(was - step)) / (2 * step);
                 bodies.node[i].position.*axis = was;
                 worst = std::max(worst, std::abs(loads.load[i].force.*axis + slope));
@@ -286,8 +293,13 @@ TEST(Vertices, LeaveNoJumps) {
             while (std::abs(e_high - e_low) > 1e-4 * std::max(e_high, e_low) &&
                    high - low > 1e-10) { // the half that changes more
                 const double middle = 0.5 * (low + high), e = at_place(middle).energy;
-                if (std::abs(e - e_low) > std::abs(e_high - e)) high = middle, e_high = e;
-                else low = middle, e_low = e;
+                if (std::abs(e - e_low) > std::abs(e_high - e)) {
+                    high = middle;
+                    e_high = e;
+                } else {
+                    low = middle;
+                    e_low = e;
+                }
             }
             jumps += high - low <= 1e-10;
         }

@@ -300,11 +300,16 @@ TEST(Walls, HoldASlidingSnakeLessAlongItThanAcross) {
                    .stiffness = k,
                    .friction = ContactFriction::anisotropic,
                    .kinetic_friction = 0.2};
-    law.kinetic_backward = 0.3, law.kinetic_sideways = 0.5, law.slip_speed = 1e-3;
+    law.kinetic_backward = 0.3;
+    law.kinetic_sideways = 0.5;
+    law.slip_speed = 1e-3;
     const auto slowed = [&](const Vec3d& speed, const Vec3d& spin = {0, 0, 0}, int steps = 10, double h = 1e-5,
                             int skipped = 0) {
         State state = lying(group, k, gravity);
-        for (Slot<1>& s : state) set_lane(s.velocity, 0, speed), set_lane(s.spin, 0, spin);
+        for (Slot<1>& s : state) {
+            set_lane(s.velocity, 0, speed);
+            set_lane(s.spin, 0, spin);
+        }
         Stage<1> stage(group, {state}, {floor_of(law)}, {0, 0, -gravity}, h);
         stage.advance(skipped);
         const Vec3d before = velocity(group, stage.state());
@@ -350,7 +355,10 @@ TEST(Walls, OfATubeHoldARodAtItsLowestLine) {
     EXPECT_NEAR(centre(group, lowest.state()).z, -arm, 1e-5);
     // Beside it the rod swings: as a point where it slides, with half as much inertia again where it rolls.
     for (const bool rolls : {false, true}) {
-        if (rolls) tube.law = sticky(1e5, 1, 1), tube.law.damping = tube.law.tangential_damping = 60;
+        if (rolls) {
+            tube.law = sticky(1e5, 1, 1);
+            tube.law.damping = tube.law.tangential_damping = 60;
+        }
         const double angle = 0.05,
                      period = 2 * pi * std::sqrt((rolls ? 1.5 : 1) * arm / gravity) * (1 + angle * angle / 16);
         Stage<1> swing(group, {at_height(arm * std::sin(angle), -arm * std::cos(angle))}, {tube}, {0, 0, -gravity},
@@ -427,7 +435,9 @@ TEST(Walls, GiveTheSameBitsInAllLanes) {
                    .friction = ContactFriction::memory,
                    .static_friction = 0.5,
                    .kinetic_friction = 0.4};
-    law.slip_speed = 1e-2, law.kinetic_backward = 0.7, law.kinetic_sideways = 1.1;
+    law.slip_speed = 1e-2;
+    law.kinetic_backward = 0.7;
+    law.kinetic_sideways = 1.1;
     for (const ContactFriction friction :
          {ContactFriction::none, ContactFriction::memory, ContactFriction::regularised, ContactFriction::anisotropic}) {
         law.friction = friction;
@@ -466,7 +476,10 @@ TEST(Walls, TakeWhatRodsGive) {
     double size = 0;
     for (int step = 0; step < 20000; ++step) {
         stage.advance(1);
-        for (int w = 0; w < 7; ++w) given += 2e-5 * stage.figures(w).force, size += 2e-5 * norm(stage.figures(w).force);
+        for (int w = 0; w < 7; ++w) {
+            given += 2e-5 * stage.figures(w).force;
+            size += 2e-5 * norm(stage.figures(w).force);
+        }
     }
     EXPECT_GT(size, 1);
     EXPECT_LT(norm(before - test::momenta(group, stage.state()).linear - given), 1e-12 * size);

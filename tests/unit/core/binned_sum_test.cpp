@@ -59,7 +59,10 @@ TEST(BinnedSum, RoundsATermByHalfOfTheLastUnitAtMost) {
     const SumBins bins(3.0);
     const std::vector<double> terms = terms_up_to(3.0, 3000);
     long double sum = 0, size = 0;
-    for (const double term : terms) sum += term, size += std::abs(term);
+    for (const double term : terms) {
+        sum += term;
+        size += std::abs(term);
+    }
     const double error = 0.5 * 3000 * bins.unit(SumBins::count - 1) + 1e-17 * static_cast<double>(size);
     EXPECT_LT(error, 1e-13);
     EXPECT_NEAR(total_of<8>(terms, bins, 64).value(), static_cast<double>(sum), error);
@@ -73,7 +76,10 @@ TEST(BinnedSum, GoesOnFromItsNumbers) {
     const std::vector<double> terms = terms_up_to(2e-9, 1000);
     BinnedTotal whole = total_of<8>(terms, bins, 64), resumed = BinnedTotal(bins).of(whole.numbers());
     EXPECT_EQ(resumed, whole);
-    for (int i = 0; i < 20000; ++i) whole.add(1.9e-9, bins), resumed.add(1.9e-9, bins);
+    for (int i = 0; i < 20000; ++i) {
+        whole.add(1.9e-9, bins);
+        resumed.add(1.9e-9, bins);
+    }
     EXPECT_EQ(resumed, whole);
     EXPECT_NEAR(whole.value(), 20000 * 1.9e-9, 1e-6 * 1.9e-9 + 3000 * 2e-9);
     EXPECT_EQ(BinnedTotal(bins).of(whole.numbers()), whole);

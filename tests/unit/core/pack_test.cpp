@@ -97,7 +97,10 @@ TYPED_TEST(PackOf, MasksAsBitsAndWhatTheyChoose) {
     constexpr int W = TypeParam::value;
     for (unsigned bits = 0; bits < 1u << W; ++bits) {
         Pack<W> p, number;
-        for (int l = 0; l < W; ++l) p.set(l, bits >> l & 1 ? -1 : 1), number.set(l, 10 + l);
+        for (int l = 0; l < W; ++l) {
+            p.set(l, bits >> l & 1 ? -1 : 1);
+            number.set(l, 10 + l);
+        }
         const Mask<W> mask = p < Pack<W>(0.0);
         EXPECT_EQ(bits_of(mask), bits);
         EXPECT_EQ(any(mask), bits != 0);
@@ -157,7 +160,10 @@ template <int W> void check_log() {
     for (const double at : {0.5, 0.70710678118654752, 1.0, 1.4142135623730951, 2.0, 1e8})
         for (const double less : {1e-16, 1e-12, 1e-6, 1e-3})
             some.insert(some.end(), {at * (1 - less), at, at * (1 + less)});
-    for (int i = 1; i < 400; ++i) some.push_back(0.013 * i), some.push_back(std::exp(1.7 * (i - 200)));
+    for (int i = 1; i < 400; ++i) {
+        some.push_back(0.013 * i);
+        some.push_back(std::exp(1.7 * (i - 200)));
+    }
     for (std::size_t at = 0; at < some.size(); ++at) {
         Pack<W> x;
         for (int i = 0; i < W; ++i) x.set(i, some[(at + 7 * static_cast<std::size_t>(i)) % some.size()]);

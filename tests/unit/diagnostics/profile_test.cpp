@@ -43,7 +43,8 @@ TEST(RodProfile, SumsUpToTheElasticEnergyOfEveryLawAndEnd) {
                         spec.shape.rest_curvature = {2 * std::numbers::pi, 0, 0};
                     }
                     spec.material.law = law;
-                    spec.start = start, spec.end = end;
+                    spec.start = start;
+                    spec.end = end;
                     spec.shape.closed = closed;
                     const RodGroup group(spec, 0, 0, "");
                     auto state = test::shaken_state(group, 1e-3, 0.05, 0);

@@ -101,7 +101,8 @@ TEST(Formulas, HaveTheDerivativesThatDifferencesHave) {
             const int derivative = read.graph.derivative(read.result->node, v);
             const double h = 1e-5;
             auto up = here, down = here;
-            up[static_cast<std::size_t>(v)] += h, down[static_cast<std::size_t>(v)] -= h;
+            up[static_cast<std::size_t>(v)] += h;
+            down[static_cast<std::size_t>(v)] -= h;
             const double difference = (read.value(up) - read.value(down)) / (2 * h);
             EXPECT_NEAR(read.graph.values(here)[static_cast<std::size_t>(derivative)], difference,
                         1e-8 * (1 + std::abs(difference)))

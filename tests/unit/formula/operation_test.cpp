@@ -58,8 +58,11 @@ template <int W> void lanes_are_alone(Numbers& number) {
     for_each_operation([&](Op op) {
         for (int trial = 0; trial < 1000; ++trial) {
             Pack<W> a, b, c;
-            for (int l = 0; l < W; ++l)
-                a.set(l, number()), b.set(l, trial % 7 == 0 ? a[l] : number()), c.set(l, number());
+            for (int l = 0; l < W; ++l) {
+                a.set(l, number());
+                b.set(l, trial % 7 == 0 ? a[l] : number());
+                c.set(l, number());
+            }
             const Pack<W> r = result_of(op, a, b, c);
             for (int l = 0; l < W; ++l) {
                 const double one = result_of(op, a[l], b[l], c[l]);
@@ -86,7 +89,10 @@ TEST(Operations, HaveTheSameBitsInStrips) {
         for (int trial = 0; trial < 40; ++trial) {
             Pack<W> a[places], b[places];
             for (int i = 0; i < places; ++i)
-                for (int l = 0; l < W; ++l) a[i].set(l, number.sized(-20, 9)), b[i].set(l, number());
+                for (int l = 0; l < W; ++l) {
+                    a[i].set(l, number.sized(-20, 9));
+                    b[i].set(l, number());
+                }
             if (trial % 2 == 1)
                 a[trial / 2].set(trial % W, odd_numbers[static_cast<std::size_t>(trial) % std::size(odd_numbers)]);
             const InstructionList list{.code = {{op, 0, 0, 1, 2, 1}}, .registers = 1, .inputs = {0, 1}, .outputs = {0}};
@@ -211,7 +217,11 @@ void check_errors(Op op, std::span<const Range> ranges, double most) {
         for (int trial = 0; trial < 100000; ++trial) {
             const double a = range.a(number), b = range.b(number);
             const double error = error_of(result_of(op, a, b, 1), reference(op, a, b, 1));
-            if (error > largest) largest = error, at = a, with = b;
+            if (error > largest) {
+                largest = error;
+                at = a;
+                with = b;
+            }
         }
         EXPECT_LE(largest, most) << "operation " << static_cast<int>(op) << " " << range.what << ", of " << at
                                  << " and " << with;

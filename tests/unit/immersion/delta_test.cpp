@@ -20,7 +20,9 @@ TEST(Delta, SumsToOneAndStandsWhereTheMarkerIs) {
             for (int p = 0; p < w.count; ++p) {
                 const double weight = w.weight[static_cast<std::size_t>(p)];
                 EXPECT_GE(weight, -1e-15);
-                sum += weight, moment += weight * (w.first + p - place), squares += weight * weight;
+                sum += weight;
+                moment += weight * (w.first + p - place);
+                squares += weight * weight;
             }
             EXPECT_NEAR(sum, 1, 1e-14);
             EXPECT_NEAR(moment, 0, 1e-14);

@@ -36,14 +36,16 @@ RodGroup rod(const Example& e, double rod_density) {
     RodSpec spec;
     spec.material = {.density = rod_density, .youngs_modulus = 1};
     spec.section = {.kind = e.kind, .radius = e.a, .radius_2 = e.b, .taper = e.taper};
-    spec.shape.length = 3, spec.shape.elements = e.elements;
+    spec.shape.length = 3;
+    spec.shape.elements = e.elements;
     spec.shape.closed = e.closed;
     return {spec, 0, 0, "."};
 }
 
 std::vector<RodMarker> markers_of(const RodGroup& group, double spacing) {
     FluidGrid grid;
-    grid.h = spacing, grid.cells = {40, 40, 40};
+    grid.h = spacing;
+    grid.cells = {40, 40, 40};
     return rod_markers(group, grid, 0.4 * spacing);
 }
 
@@ -70,7 +72,10 @@ TEST(InertiaInFluid, TurnsWithAnElementWhereMarkersLieOffItsAxis) {
         for (std::size_t k = 0; k < group.element.size(); ++k) {
             bool off_d1 = false, off_d2 = false;
             for (const RodMarker& m : markers)
-                if (m.element == k) off_d1 |= m.off_d1 != 0, off_d2 |= m.off_d2 != 0;
+                if (m.element == k) {
+                    off_d1 |= m.off_d1 != 0;
+                    off_d2 |= m.off_d2 != 0;
+                }
             const Vec3d& borne = inertia.of_elements[k].borne;
             EXPECT_EQ(borne.x > 0, off_d2) << e.name << ", element " << k;
             EXPECT_EQ(borne.y > 0, off_d1) << e.name << ", element " << k;
@@ -80,8 +85,10 @@ TEST(InertiaInFluid, TurnsWithAnElementWhereMarkersLieOffItsAxis) {
     const RodGroup thick = rod(examples[0], 0.9);
     const InertiaInFluid inertia(thick, markers_of(thick, examples[0].spacing), density, true);
     Vec3d borne{0, 0, 0}, own{0, 0, 0};
-    for (std::size_t k = 0; k < thick.element.size(); ++k)
-        borne += scale(inertia.of_elements[k].borne, thick.element[k].inertia), own += thick.element[k].inertia;
+    for (std::size_t k = 0; k < thick.element.size(); ++k) {
+        borne += scale(inertia.of_elements[k].borne, thick.element[k].inertia);
+        own += thick.element[k].inertia;
+    }
     EXPECT_NEAR(norm(borne - inertia.displaced * own), 0, 1e-12 * norm(own));
 }
 
@@ -117,12 +124,15 @@ TEST(InertiaInFluid, WhatIsNotBorneIsFeltOrMadeGood) {
             };
             const InertiaInFluid inertia(group, markers, density, true), outside(group, markers, density, false);
             double least = 1;
-            for (const auto& s : inertia.of_nodes)
-                check(s.borne, s.felt, s.added, s.returned), least = std::min(least, s.felt);
+            for (const auto& s : inertia.of_nodes) {
+                check(s.borne, s.felt, s.added, s.returned);
+                least = std::min(least, s.felt);
+            }
             for (const auto& s : inertia.of_elements)
                 for (int c = 0; c < 3; ++c) {
                     const auto of = [&](const Vec3d& v) { return component_of(v, c); };
-                    check(of(s.borne), of(s.felt), of(s.added), of(s.returned)), least = std::min(least, of(s.felt));
+                    check(of(s.borne), of(s.felt), of(s.added), of(s.returned));
+                    least = std::min(least, of(s.felt));
                 }
             EXPECT_EQ(inertia.least_felt(), least) << e.name;
             for (const auto& s : outside.of_nodes) EXPECT_EQ(s.borne, 0) << e.name;

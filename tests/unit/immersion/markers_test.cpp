@@ -42,7 +42,10 @@ TEST(Markers, OfATubeHaveEqualArcs) {
         const std::vector<Vec3d> points = tube_markers(1, b, -1, 1, 0.1);
         double least = HUGE_VAL, most = 0;
         for (const Vec3d& at : points) EXPECT_NEAR(at.x * at.x + at.y * at.y / (b * b), 1, 1e-5);
-        for (const double apart : nearest(points)) least = std::min(least, apart), most = std::max(most, apart);
+        for (const double apart : nearest(points)) {
+            least = std::min(least, apart);
+            most = std::max(most, apart);
+        }
         EXPECT_GT(least, 0.9 * 0.1); // chords of the sharp ends are shorter than their arcs
         EXPECT_LT(most, 1.06 * 0.1);
         EXPECT_NEAR(points.front().z, -0.95, 1e-14);

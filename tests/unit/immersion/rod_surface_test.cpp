@@ -16,7 +16,8 @@ RodGroup rod(SectionKind kind, double a, double b, double length, double taper =
     RodSpec spec;
     spec.material = {.density = 1, .youngs_modulus = 1};
     spec.section = {.kind = kind, .radius = a, .radius_2 = b, .taper = taper};
-    spec.shape.length = length, spec.shape.elements = 20;
+    spec.shape.length = length;
+    spec.shape.elements = 20;
     return {spec, 0, 0, "."};
 }
 

@@ -12,7 +12,10 @@ namespace {
 /// Of n sweeps together, over what the first one does.
 double together(int n, double taken) {
     double sum = 0, left = 1;
-    for (const double share : sweep_shares(n)) sum += share * left, left *= 1 - taken;
+    for (const double share : sweep_shares(n)) {
+        sum += share * left;
+        left *= 1 - taken;
+    }
     return sum;
 }
 double left_by(int n, double taken) { return 1 - taken * together(n, taken); }

@@ -326,13 +326,15 @@ TEST_P(MagneticFormulas, ExertMinusTheGradientOfTheirEnergy) {
     const double h = 1e-5;
     const auto difference = [&](auto change) {
         std::vector<Slot<1>> up = state, down = state;
-        change(up, h), change(down, -h);
+        change(up, h);
+        change(down, -h);
         return (energy(up) - energy(down)) / (2 * h);
     };
     double largest_force = 0, largest_couple = 0;
-    for (const SlotLoad<1>& l : loads)
-        largest_force = std::max(largest_force, norm(lane(l.force, 0))),
+    for (const SlotLoad<1>& l : loads) {
+        largest_force = std::max(largest_force, norm(lane(l.force, 0)));
         largest_couple = std::max(largest_couple, norm(lane(l.couple, 0)));
+    }
     ASSERT_GT(largest_force, 0);
     for (std::size_t i = 0; i < state.size(); ++i)
         for (const Vec3d& axis : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}}) {

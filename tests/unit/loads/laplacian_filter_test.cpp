@@ -57,7 +57,8 @@ std::vector<RodGroup> all_rods() {
         for (const EndKind start : {EndKind::free, EndKind::pinned, EndKind::clamped, EndKind::clamped_frozen})
             for (const EndKind end : {EndKind::free, EndKind::pinned, EndKind::clamped_frozen}) {
                 RodSpec held = spec;
-                held.start = start, held.end = end;
+                held.start = start;
+                held.end = end;
                 rods.emplace_back(held, 0, 0, "");
             }
     for (const RodSpec& spec : {ring, rough}) rods.emplace_back(spec, 0, 0, "");

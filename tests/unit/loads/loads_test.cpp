@@ -139,7 +139,8 @@ TEST(Loads, AmplitudesOfMusclesAtPlacesFitAnyElements) {
     for (const int n : {4, 6, 11}) {
         const RodGroup group(test::simple_rod(n), 0, 0, "");
         MuscleWave sampled = through;
-        sampled.profile_at.clear(), sampled.profile.clear();
+        sampled.profile_at.clear();
+        sampled.profile.clear();
         for (int j = 1; j < n; ++j)
             sampled.profile.push_back(std::clamp(1 + 2 * (j / double(n) - 0.2) / 0.4, 1.0, 3.0));
         const Loaded one = apply(through, group, 1.3), other = apply(sampled, group, 1.3);

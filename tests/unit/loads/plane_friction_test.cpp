@@ -26,8 +26,12 @@ PlaneFriction some_plane() {
     plane.stiffness = 30;
     plane.damping = 0.2;
     plane.tolerance = 0.01;
-    plane.kinetic_forward = 0.1, plane.kinetic_backward = 0.15, plane.kinetic_sideways = 0.2;
-    plane.static_forward = 0.2, plane.static_backward = 0.3, plane.static_sideways = 0.4;
+    plane.kinetic_forward = 0.1;
+    plane.kinetic_backward = 0.15;
+    plane.kinetic_sideways = 0.2;
+    plane.static_forward = 0.2;
+    plane.static_backward = 0.3;
+    plane.static_sideways = 0.4;
     plane.slip_speed = 0.5;
     return plane;
 }
@@ -73,7 +77,8 @@ struct Plainly {
             va[k] = dot(v, along[k]);
             const Vec3d w = transpose_times(lane(state[k].director, 0), lane(state[k].spin, 0));
             vb[k] = dot(v + cross(w, -r[k] * up), across[k]);
-            rest_along[k] = rest(va[k]), rest_across[k] = rest(vb[k]);
+            rest_along[k] = rest(va[k]);
+            rest_across[k] = rest(vb[k]);
             if (gap > p.tolerance) continue;
             push[k] = -std::min(0.0, dot(all[k], up));
             give(at, (push[k] - p.stiffness * std::min(0.0, gap) - p.damping * dot(v, up)) * up);
@@ -194,7 +199,9 @@ TEST(PlaneFriction, HoldsSlidesAndRolls) {
     plane.stiffness = 1;
     plane.damping = 1e-6;
     plane.slip_speed = 1e-4;
-    plane.kinetic_forward = 0.1, plane.kinetic_backward = 0.15, plane.kinetic_sideways = 0.2;
+    plane.kinetic_forward = 0.1;
+    plane.kinetic_backward = 0.15;
+    plane.kinetic_sideways = 0.2;
     const double time = 0.5;
     const auto speed = [&](const Vec3d& pull) {
         return (1 / time) * lane(lie(group, plane, pull, time, 1e-4)[4].velocity, 0);
@@ -209,7 +216,9 @@ TEST(PlaneFriction, HoldsSlidesAndRolls) {
     EXPECT_NEAR(speed(leaning(0.3, -x)).x, -slides(0.3, 0.15), 0.01 * slides(0.3, 0.15));
     EXPECT_NEAR(speed(leaning(0.9, y)).y, slides(0.9, 0.2), 0.01 * slides(0.9, 0.2));
     // Holding: below the static coefficient, whichever way it would slide; rolling: two thirds of the fall.
-    plane.static_forward = 0.4, plane.static_backward = 0.6, plane.static_sideways = 0.4;
+    plane.static_forward = 0.4;
+    plane.static_backward = 0.6;
+    plane.static_sideways = 0.4;
     EXPECT_LT(norm(speed(leaning(std::atan(0.38), x))), 1e-9);
     EXPECT_GT(norm(speed(leaning(std::atan(0.42), x))), 0.1);
     EXPECT_LT(norm(speed(leaning(std::atan(0.57), -x))), 1e-9);

@@ -17,7 +17,8 @@ Window body(std::int64_t gid, bool own) {
 TEST(Exposure, FindsSlotsByTheirNumbersInTheScene) {
     const SceneSlots scene{groups};
     Window part = body(5, false); // elements 2 and 3 of a ghost, and the node behind
-    part.first_in_scene += 2, part.slots = 3;
+    part.first_in_scene += 2;
+    part.slots = 3;
     const Exposure bodies(scene, {body(1, true), body(3, true), part});
     ASSERT_EQ(bodies.slots(), 5u + 5 + 3);
     EXPECT_EQ(bodies.find(4), std::nullopt);

@@ -22,8 +22,11 @@ TEST(SceneSlots, AreThoseOfGoingThroughAllBodies) {
         int group_of_block = -1;
         for (std::size_t g = 0; g < groups.size(); ++g)
             for (std::int64_t i = 0; i < groups[g].bodies; ++i, ++gid) {
-                if (block < 0 || slot + groups[g].slots - begun > slots.block_slots())
-                    ++block, begun = slot, group_of_block = static_cast<int>(g);
+                if (block < 0 || slot + groups[g].slots - begun > slots.block_slots()) {
+                    ++block;
+                    begun = slot;
+                    group_of_block = static_cast<int>(g);
+                }
                 shared += group_of_block != static_cast<int>(g);
                 ASSERT_EQ(slots.group_of(gid), static_cast<int>(g));
                 ASSERT_EQ(slots.first_slot(gid), slot);

@@ -69,7 +69,8 @@ template <int W> double residual(int l, Dense& dense, const std::vector<BandBloc
         double sum = -dense.b[i], term = std::abs(dense.b[i]);
         for (std::size_t j = 0; j < dense.n; ++j) {
             const double part = dense.at(i, j) * block[j / size].u[j % size][l];
-            sum += part, term = std::max(term, std::abs(part));
+            sum += part;
+            term = std::max(term, std::abs(part));
         }
         largest = std::max(largest, std::abs(sum) / term);
     }
@@ -116,7 +117,8 @@ TEST_P(BlockBand, WhatIsHeldStaysAndMovesNothing) {
         const auto k = static_cast<std::size_t>(held / size), row = static_cast<std::size_t>(held);
         block[k].hold(held % size, k > 0 ? &block[k - 1] : ring ? &block.back() : nullptr);
         for (std::size_t j = 0; j < dense.n; ++j) dense.at(row, j) = dense.at(j, row) = 0;
-        dense.at(row, row) = 1, dense.b[row] = 0;
+        dense.at(row, row) = 1;
+        dense.b[row] = 0;
         solve(block, ring);
         EXPECT_EQ(block[k].u[held % size][0], 0);
         EXPECT_LT(residual(0, dense, block), 1e-14) << held;

@@ -189,7 +189,8 @@ TEST(BodyShape, DoesNotDependOnTheFrameOfItsParts) {
         for (Vec3d& x : *list) move(x);
     const Mat3d axes = matrix(turn);
     turned.placement.origin = {0.3, 0.1, -0.2};
-    turned.placement.tangent = axes.d3, turned.placement.normal = axes.d1;
+    turned.placement.tangent = axes.d3;
+    turned.placement.normal = axes.d1;
     const RodGroup other(turned, 0, 0, "");
     std::vector<Slot<1>> a(1), b(1);
     one.start_state(0, a);
@@ -330,7 +331,8 @@ TEST(Body, TakesForceAndCoupleAtItsCentre) {
     std::vector<SlotLoad<1>> load(2);
     UnstrainedPass<1>().run(tile_of(group, state), load.data(), Step{});
     const Vec3d force{1, 2, 3}, couple{0.1, -0.2, 0.3};
-    load[0].force = broadcast<1>(force), load[0].couple = broadcast<1>(couple);
+    load[0].force = broadcast<1>(force);
+    load[0].couple = broadcast<1>(couple);
     KickPass<KickKind::constant_rates, 1>(KicksOfGroup{KickConstants(group, rates, h)})
         .run(tile_of(group, state), load.data(), Step{.kick_length = 0});
     const double mean = 2 / (2 + rate * h);

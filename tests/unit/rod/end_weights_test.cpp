@@ -20,7 +20,8 @@ constexpr EndKind all_ends[] = {EndKind::free, EndKind::pinned, EndKind::clamped
 
 RodSpec weighted(long n, EndKind start = EndKind::free, EndKind end = EndKind::free) {
     RodSpec spec = test::simple_rod(n);
-    spec.start = start, spec.end = end;
+    spec.start = start;
+    spec.end = end;
     spec.shape.end_weights = EndWeights::gregory;
     return spec;
 }
@@ -64,7 +65,8 @@ TEST(EndWeights, ArePlainWhereTheyDoNotHold) {
     specs[3].section.profile.assign(9, 1.0);
     specs[4].material.law = Law::elastica;
     specs[5].shape.rest_curvature = {0, 1, 0};
-    specs[6].start = EndKind::free, specs[6].shape.closed = true;
+    specs[6].start = EndKind::free;
+    specs[6].shape.closed = true;
     specs[7].shape.rest_curvature_profile.assign(8, Vec3d{0, 0, 1});
     for (const RodSpec& spec : specs) {
         const RodGroup group = group_of(spec), other = group_of(plain(spec));

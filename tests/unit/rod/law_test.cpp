@@ -37,7 +37,8 @@ double rest_dilatation(const RodSpec& spec) {
     for (std::size_t k = 0; k < group.element.size(); ++k) {
         const Vec3d dx = lane(rod.state[k + 1].position, 0) - lane(rod.state[k].position, 0);
         const double e = (lane(rod.state[k].director, 0) * dx).z / group.element[k].rest_length;
-        least = std::min(least, e), most = std::max(most, e);
+        least = std::min(least, e);
+        most = std::max(most, e);
     }
     EXPECT_LT(most - least, 1e-10);
     return most;

@@ -173,7 +173,10 @@ TEST(Packing, DirectionsFollowTheirLaw) {
     p.azimuth = {20, 50};
     sines.clear();
     azimuths.clear();
-    for (const Vec3d& d : directions(p)) sines.push_back(d.z), azimuths.push_back(std::atan2(d.y, d.x));
+    for (const Vec3d& d : directions(p)) {
+        sines.push_back(d.z);
+        azimuths.push_back(std::atan2(d.y, d.x));
+    }
     EXPECT_LT(chi_square(sines, std::sin(-pi / 18), 0.5), 43.8);
     EXPECT_LT(chi_square(azimuths, pi / 9, pi / 3.6), 43.8);
     const auto [least, largest] = std::minmax_element(sines.begin(), sines.end());
@@ -222,7 +225,10 @@ TEST(Packing, DrawsAnotherDirectionWhereTheFirstHasNoPlace) {
     int stood = 0;
     for (long seed = 1; seed <= 65; ++seed) {
         Packing bed{.count = 60, .seed = 4710 + seed, .lower = {0, 0, 0.02}, .upper = {0.2, 0.2, 0.35}}, thick = bed;
-        thick.count = 1, thick.seed += 1, thick.upper.z = 0.4, thick.attempts = 20000;
+        thick.count = 1;
+        thick.seed += 1;
+        thick.upper.z = 0.4;
+        thick.attempts = 20000;
         std::vector<Capsule> rods;
         pack(bed, 0.12, 0.006, rods, "here");
         ASSERT_NO_THROW(pack(thick, 0.16, 0.012, rods, "here")) << seed;

@@ -69,9 +69,12 @@ public:
         if (kind == "tapered") spec.section.taper = 0.4;
         if (kind == "two_clamps") spec.end = EndKind::clamped;
         if (kind == "ring") {
-            spec.shape.elements = 40, spec.shape.closed = true, spec.start = EndKind::free;
+            spec.shape.elements = 40;
+            spec.shape.closed = true;
+            spec.start = EndKind::free;
             spec.shape.rest_curvature = {2 * std::numbers::pi, 0, 0};
-            spec.hold.nodes = {0}, spec.hold.elements = {0};
+            spec.hold.nodes = {0};
+            spec.hold.elements = {0};
         }
         return spec;
     }
@@ -104,7 +107,8 @@ INSTANTIATE_TEST_SUITE_P(Rods, RelaxationOf,
 
 TEST(Relaxation, HeldNodesAndElementsStay) {
     RodSpec spec = test::clamped_unit_rod(10, 0.02);
-    spec.start = EndKind::clamped_frozen, spec.end = EndKind::pinned;
+    spec.start = EndKind::clamped_frozen;
+    spec.end = EndKind::pinned;
     spec.hold.nodes = {4};
     spec.hold.directions = "xz";
     spec.hold.elements = {6};
@@ -141,7 +145,8 @@ TEST(Relaxation, AFreeRodIsPushedAsAWhole) {
 /// A ring's first node is like any other, its last no node of its own.
 TEST(Relaxation, RingsHaveNoBeginning) {
     RodSpec spec = test::clamped_unit_rod(16, 0.02);
-    spec.start = EndKind::free, spec.shape.closed = true;
+    spec.start = EndKind::free;
+    spec.shape.closed = true;
     spec.shape.rest_curvature = {2 * std::numbers::pi, 0, 0};
     const auto answer = [&](int pushed) { // at nodes and elements after the one that is pushed, in its frame
         Relaxing rod(spec, {1e-6, 1e-9, 1});
@@ -164,7 +169,8 @@ TEST(Relaxation, RingsHaveNoBeginning) {
             EXPECT_LT(norm(other[i] - first[i]), 1e-9 * norm(first[i % 2])) << pushed << ", " << i;
     }
     RodSpec held = spec;
-    held.hold.nodes = {-1}, held.hold.elements = {-1};
+    held.hold.nodes = {-1};
+    held.hold.elements = {-1};
     Relaxing rod(held);
     rod.kick(0, {1e-9, 2e-9, 3e-9});
     EXPECT_EQ(norm(rod.velocity(15)), 0);
@@ -241,9 +247,12 @@ TEST(Relaxation, RodsOfNoNumbersHaveNotSettled) {
 TEST(Relaxation, ResidualIsTheLargestOfAllTilesAndOfNoNumbers) {
     RelaxationResidual residual(2);
     EXPECT_EQ(residual.largest(), 0);
-    residual.expect(0, 1), residual.expect(1, 2);
+    residual.expect(0, 1);
+    residual.expect(1, 2);
     EXPECT_EQ(residual.largest(), HUGE_VAL);
-    residual.set(0, 0, 1), residual.set(1, 0, 3), residual.set(1, 1, 2);
+    residual.set(0, 0, 1);
+    residual.set(1, 0, 3);
+    residual.set(1, 1, 2);
     EXPECT_EQ(residual.largest(), 3);
     residual.set(1, 0, std::nan(""));
     EXPECT_EQ(residual.largest(), HUGE_VAL);

@@ -93,7 +93,8 @@ TEST(StartState, RodsOfTheirOwnDirectionsTurnInTheLab) {
                                          {EndKind::clamped_frozen, EndKind::free}}) {
             const bool held = start != EndKind::free || end != EndKind::free;
             if (held && (spec.shape.closed || spec.body)) continue;
-            spec.start = start, spec.end = end;
+            spec.start = start;
+            spec.end = end;
             spec.shape.element_spin = {0.1, 0.2, 0.3};
             RodSpec listed = spec;
             listed.placement = {

@@ -184,7 +184,8 @@ TEST(Taper, GivesNodesTheCentreOfMassOfEveryElement) {
         constexpr int steps = 1000;
         for (int i = 0; i < steps; ++i) {
             const double t = (i + 0.5) / steps, f = 1 + (after - 1) * t;
-            mass += f * f / steps, first += f * f * t / steps;
+            mass += f * f / steps;
+            first += f * f * t / steps;
         }
         EXPECT_NEAR(mass_share_before({1, 1}, {after, after}), 1 - first / mass, 1e-6) << after;
     }

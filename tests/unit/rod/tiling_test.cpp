@@ -55,7 +55,10 @@ TEST(Tiling, FewRodsKeepAllThreadsBusy) {
 TEST(Tiling, RodsOfUnlikeLengthsShareTiles) {
     std::vector<TilingGroup> groups;
     std::int64_t elements = 0;
-    for (int n = 5; n <= 100; ++n) groups.push_back({1, n, 0}), elements += n;
+    for (int n = 5; n <= 100; ++n) {
+        groups.push_back({1, n, 0});
+        elements += n;
+    }
     const Tiling tiling = choose_tiling(groups, 8, 1);
     expect_complete(tiling, groups, 8);
     int rows = 0;

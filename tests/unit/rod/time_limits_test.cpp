@@ -29,7 +29,10 @@ void take_steps(const RodGroup& group, const RodTile<1>& tile, SlotLoad<1>* load
 /// Energy of a barely shaken undamped rod after so many steps, over that at the start.
 double energy_growth(const RodGroup& group, double dt, int steps) {
     std::vector<Slot<1>> state = test::shaken_state(group, 1e-9 * group.element[0].rest_length, 1e-9, 0);
-    for (Slot<1>& s : state) set_lane(s.velocity, 0, Vec3d{0, 0, 0}), set_lane(s.spin, 0, Vec3d{0, 0, 0});
+    for (Slot<1>& s : state) {
+        set_lane(s.velocity, 0, Vec3d{0, 0, 0});
+        set_lane(s.spin, 0, Vec3d{0, 0, 0});
+    }
     // Held nodes must start in place.
     std::vector<Slot<1>> rest(state.size());
     group.start_state(0, rest);

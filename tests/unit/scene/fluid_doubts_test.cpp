@@ -37,7 +37,8 @@ TEST(FluidDoubts, NameEachBodyOfLessThanTwoCellsInRadius) {
         spec.name = "rods" + std::to_string(groups.size());
         spec.material = {.density = 1, .youngs_modulus = 1};
         spec.section.radius = radius;
-        spec.shape.length = 2.4, spec.shape.elements = 20;
+        spec.shape.length = 2.4;
+        spec.shape.elements = 20;
         groups.emplace_back(spec, static_cast<int>(groups.size()), 0, ".");
         RodsInFluid rods{.name = spec.name, .least_axis = radius / 0.1, .most_axis = radius / 0.1};
         rods.has[static_cast<std::size_t>(radius < 0.1 ? SectionMarkers::centre_line : SectionMarkers::ring)] = true;

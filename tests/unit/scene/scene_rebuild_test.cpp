@@ -60,7 +60,8 @@ TEST(SceneRebuild, OfAutomaticStiffnesses) {
 
 TEST(SceneRebuild, TomlKeepsEveryBitOfANumber) {
     SceneSpec scene = read_scene(good_scene);
-    scene.output = {}, scene.time.dt = 0;
+    scene.output = {};
+    scene.time.dt = 0;
     for (const double x : {0.1, 1.0 / 3.0, 1e-5, 4.9e-7, 1e22, 6.02214076e23, 0.30000000000000004, 7.0}) {
         scene.time.duration = x;
         EXPECT_EQ(read_text(scene_toml(scene, Keys::given)).time.duration, x);

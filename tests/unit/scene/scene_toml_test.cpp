@@ -77,7 +77,12 @@ TEST(SceneToml, RefusesWhatIsNestedTooDeep) {
     EXPECT_EQ(refusal(nested(10000)), "1:261" + expected);
     EXPECT_EQ(refusal("\ntitle = " + std::string(1000000, '[')), "2:265" + expected);
     std::string tables = "a = ", dotted = "a", quoted = "a", blank = "a";
-    for (int i = 0; i < 100000; ++i) tables += "{a = ", dotted += ".a", quoted += ".\"#,\"", blank += " . a";
+    for (int i = 0; i < 100000; ++i) {
+        tables += "{a = ";
+        dotted += ".a";
+        quoted += ".\"#,\"";
+        blank += " . a";
+    }
     EXPECT_NE(refusal(tables).find(expected), std::string::npos) << refusal(tables);
     for (const std::string& key : {dotted, quoted, blank})
         for (const std::string& text :
@@ -87,7 +92,11 @@ TEST(SceneToml, RefusesWhatIsNestedTooDeep) {
 
 TEST(SceneToml, LongKeysAreNotSeenWhereThereAreNone) {
     std::string numbers, words, dots;
-    for (int i = 0; i < 1000; ++i) numbers += "0.5, ", words += "0.5 1.5 ", dots += ".";
+    for (int i = 0; i < 1000; ++i) {
+        numbers += "0.5, ";
+        words += "0.5 1.5 ";
+        dots += ".";
+    }
     EXPECT_EQ(refusal("a = [" + numbers + "]"), "");
     EXPECT_EQ(refusal("# " + dots + "\n# " + words + "\na = \"" + words + dots + "\"\nb = '''" + words + "\n" + words +
                       "'''\n"),

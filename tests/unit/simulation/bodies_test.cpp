@@ -126,7 +126,8 @@ TEST(Ball, CollidesWithAnother) {
 std::vector<RodSpec> every_kind_of_body() {
     std::vector<RodSpec> bodies{test::rigid_body(0, 0.03), test::rigid_body(0.1, 0.015), test::crooked_body(),
                                 test::box_body({0.1, 0.06, 0.04})};
-    bodies[1].body->capsules.from[0].z -= 0.05, bodies[1].body->capsules.to[0].z -= 0.05;
+    bodies[1].body->capsules.from[0].z -= 0.05;
+    bodies[1].body->capsules.to[0].z -= 0.05;
     const Vec3d centre = BodyShape(bodies[2]).centre;
     bodies[2].body->spheres.centres[0] -= centre;
     for (auto* list : {&bodies[2].body->capsules.from, &bodies[2].body->capsules.to})
@@ -142,10 +143,12 @@ SceneSpec crash(RodSpec body, const Vec3d& turn = {0, 0, 0}) {
     RodSpec rod = test::simple_rod(10);
     rod.shape.length = 0.5;
     rod.placement.origin = turned({0, 0, -0.25});
-    rod.placement.tangent = turned({0, 0, 1}), rod.placement.normal = turned({1, 0, 0});
+    rod.placement.tangent = turned({0, 0, 1});
+    rod.placement.normal = turned({1, 0, 0});
     body.placement.origin = turned({0.1, 0.02, 0.02});
     const Vec3d along{0.2, 1, 0.4};
-    body.placement.tangent = turned(along), body.placement.normal = turned({1, 0, 0});
+    body.placement.tangent = turned(along);
+    body.placement.normal = turned({1, 0, 0});
     body.shape.velocity = turned({-2, 0, 0.5});
     body.shape.angular_velocity = turned({5, -3, 40});
     scene.rods = {rod, body};
@@ -351,7 +354,11 @@ SceneSpec heap() {
     SceneSpec scene;
     RodSpec rods = test::simple_rod(6), balls = test::rigid_body(0, 0.03), capsules = test::rigid_body(0.08, 0.015),
             crooked = test::crooked_body(), box = test::box_body({0.08, 0.06, 0.05});
-    rods.name = "rods", balls.name = "balls", capsules.name = "capsules", crooked.name = "crooked", box.name = "box";
+    rods.name = "rods";
+    balls.name = "balls";
+    capsules.name = "capsules";
+    crooked.name = "crooked";
+    box.name = "box";
     rods.shape.length = 0.3;
     rods.material.youngs_modulus = 1e7;
     long seed = 0;
@@ -448,7 +455,8 @@ SceneSpec stack(double share_of_limit) {
     box.name = "box";
     box.kind = WallKind::box;
     const double out = 0.972 * radius, far = n * cell + out;
-    box.lower = {-out, -out, -out}, box.upper = {far, far, far};
+    box.lower = {-out, -out, -out};
+    box.upper = {far, far, far};
     box.law = {.normal = ContactNormal::linear, .stiffness = 1e4};
     scene.walls = {box};
     scene.time = {.duration = 1, .dt = 1e-9};

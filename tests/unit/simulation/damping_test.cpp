@@ -20,7 +20,8 @@ RodSpec rod_of(Form form, EndKind start, EndKind end) {
     if (form == Form::tapered) rod.section.taper = 0.3;
     if (form == Form::ring) rod.shape.closed = true;
     else rod.shape.start_curvature = Vec3d{0.8, -0.5, 0.6};
-    rod.start = start, rod.end = end;
+    rod.start = start;
+    rod.end = end;
     return rod;
 }
 
@@ -103,7 +104,8 @@ TEST(Damping, TakesEnergyInEveryStep) {
             const double now = kinetic(stage), taken = stage.rods->budget(0).dissipated;
             most = std::max({most, energy, now});
             worst = std::min(worst, (taken - before) / std::max(energy, now));
-            energy = now, before = taken;
+            energy = now;
+            before = taken;
         }
         EXPECT_GE(worst, -1e-14) << text(c);
         EXPECT_GT(before, 0) << text(c);

@@ -24,10 +24,14 @@ ContactLaw law_of(ContactNormal normal, ContactFriction friction) {
     ContactLaw law{
         .normal = normal, .stiffness = hertz ? 1e6 : 1e5, .damping = hertz ? 300.0 : 30.0, .friction = friction};
     if (friction == ContactFriction::none) return law;
-    law.static_friction = 0.5, law.kinetic_friction = 0.4;
+    law.static_friction = 0.5;
+    law.kinetic_friction = 0.4;
     if (friction == ContactFriction::memory) law.tangential_damping = 2;
     else law.slip_speed = 0.05;
-    if (friction == ContactFriction::anisotropic) law.kinetic_backward = 0.6, law.kinetic_sideways = 0.2; // of walls
+    if (friction == ContactFriction::anisotropic) { // of walls
+        law.kinetic_backward = 0.6;
+        law.kinetic_sideways = 0.2;
+    }
     return law;
 }
 std::vector<ContactLaw> all_laws() {
@@ -69,8 +73,10 @@ struct Met : Meeting {
         EXPECT_FALSE(springs(*this).touch) << what << ", at the start";
         const std::int64_t part = times * 40, most = 250;
         bool touch = false;
-        while (!(touch && !springs(*this).touch) && clock.done() < most * part)
-            advance(part), touch |= springs(*this).touch;
+        while (!(touch && !springs(*this).touch) && clock.done() < most * part) {
+            advance(part);
+            touch |= springs(*this).touch;
+        }
         EXPECT_TRUE(touch) << what;
         EXPECT_LT(clock.done(), most * part) << what << ", not parted";
     }
@@ -144,7 +150,9 @@ TEST(Interactions, AskForShorterStepsTheStifferTheyAre) {
     for (const InteractionExample& e : test::interaction_examples())
         for (ContactLaw law : all_laws()) {
             const auto limit = [&](double stiffness, double damping) {
-                law.stiffness = stiffness, law.damping = damping, law.tangential_damping = 0;
+                law.stiffness = stiffness;
+                law.damping = damping;
+                law.tangential_damping = 0;
                 SceneSpec scene = e.scene(law, Turn{});
                 scene.time.force_dt = true;
                 const auto groups = make_groups(scene);

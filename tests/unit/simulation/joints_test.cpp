@@ -48,7 +48,8 @@ TEST(Joints, KeepEnergyUnlessTheyAreDamped) {
             for (int part = 0; part < 40; ++part) {
                 stage.advance(200);
                 const double now = stage.energy() + joint_energy(stage);
-                least = std::min(least, now), most = std::max(most, now);
+                least = std::min(least, now);
+                most = std::max(most, now);
             }
             if (damping == 0) EXPECT_LT(most - least, 3e-2 * start) << e.name; // of the step, which is the longest
             else EXPECT_LT(least, 0.999 * start) << e.name;
@@ -66,7 +67,8 @@ TEST(CommonNodes, KeepMomentumEnergyAndPlaces) {
         for (int part = 0; part < 20; ++part) {
             stage.advance(200);
             const double now = stage.energy() + joint_energy(stage);
-            least = std::min(least, now), most = std::max(most, now);
+            least = std::min(least, now);
+            most = std::max(most, now);
         }
         const test::Momenta after = stage.momenta();
         std::printf("%s: energy within %.1e, momentum %.1e, angular momentum %.1e, gap %.1e m\n", e.name.c_str(),
@@ -109,7 +111,10 @@ TEST(CommonNodes, AreRefusedWithACureWhereThereAreNone) {
 
 TEST(CommonNodes, AreDampedAsTheOthers) {
     SceneSpec scene = test::common_node_examples().front().scene;
-    for (RodSpec& rod : scene.rods) rod.shape.velocity = {0, 0, 1}, rod.shape.angular_velocity = {0, 0, 0};
+    for (RodSpec& rod : scene.rods) {
+        rod.shape.velocity = {0, 0, 1};
+        rod.shape.angular_velocity = {0, 0, 0};
+    }
     scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 3}}};
     Meeting stage(scene);
     stage.advance(2000);
@@ -238,12 +243,18 @@ TEST(Joints, LetADoublePendulumFall) {
     const auto error = [&](long elements) {
         SceneSpec scene;
         RodSpec upper = simple_rod(static_cast<int>(elements));
-        upper.shape.length = length, upper.shape.elements = elements, upper.section.radius = radius;
-        upper.material.youngs_modulus = 4e9, upper.material.density = 1000;
+        upper.shape.length = length;
+        upper.shape.elements = elements;
+        upper.section.radius = radius;
+        upper.material.youngs_modulus = 4e9;
+        upper.material.density = 1000;
         upper.placement.tangent = {1, 0, 0};
-        upper.name = "upper", upper.start = EndKind::pinned;
+        upper.name = "upper";
+        upper.start = EndKind::pinned;
         RodSpec lower = upper;
-        lower.name = "lower", lower.start = EndKind::free, lower.placement.origin = {length, 0, 0};
+        lower.name = "lower";
+        lower.start = EndKind::free;
+        lower.placement.origin = {length, 0, 0};
         scene.rods = {upper, lower};
         scene.joints = {{.kind = JointKind::spherical, .between = {"upper", "lower"}, .law = {.stiffness = 1e7}}};
         scene.loads = {{.load = make_load(0)}};

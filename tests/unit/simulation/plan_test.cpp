@@ -71,13 +71,17 @@ TEST(Plan, PredictsStepsOfAFluidFromWhatIsFastest) {
         EXPECT_EQ(to_text(plan).find("at least") == std::string::npos, speed > 0);
     };
     expect(4, 0, "");
-    scene.fluid->along_x = FluidBoundary::through, scene.fluid->inflow = {0.75, 0.25, 0};
+    scene.fluid->along_x = FluidBoundary::through;
+    scene.fluid->inflow = {0.75, 0.25, 0};
     expect(4 * 8, 1, "the inflow"); // steps of at most 0.0625 s
-    scene.fluid->along_z = FluidBoundary::no_slip, scene.fluid->upper_wall_velocity = {1.25, 0.25, 0};
+    scene.fluid->along_z = FluidBoundary::no_slip;
+    scene.fluid->upper_wall_velocity = {1.25, 0.25, 0};
     expect(4 * 12, 1.5, "a moving wall");
-    scene.fluid->acceleration = {0, 0, 4 * std::numbers::pi}, scene.fluid->frequency = 1;
+    scene.fluid->acceleration = {0, 0, 4 * std::numbers::pi};
+    scene.fluid->frequency = 1;
     expect(4 * 20, 2, "the acceleration"); // steps of at most a fortieth of a period
-    scene.fluid->frequency = 0, scene.fluid->upper_wall_velocity = {0, 0, 0};
+    scene.fluid->frequency = 0;
+    scene.fluid->upper_wall_velocity = {0, 0, 0};
     scene.obstacles = {{.radius = 0.2, .velocity = {-2, 0, 0}}};
     expect(4 * 16, 2, "an obstacle");
     scene.fluid->velocity_formula = {"U", "U", "0*U"};

@@ -52,7 +52,8 @@ TEST(RestCurvature, OfALineIsASpiralToSecondOrder) {
         constexpr int parts = 2000; // middles
         for (int i = 0; i < parts; ++i) {
             const double s = (i + 0.5) * length / parts, angle = 1.5 * s * s;
-            along += std::cos(angle) * length / parts, across += std::sin(angle) * length / parts;
+            along += std::cos(angle) * length / parts;
+            across += std::sin(angle) * length / parts;
         }
         const auto groups = make_groups(scene);
         std::vector<Slot<1>> state(static_cast<std::size_t>(groups[0].slots()));

@@ -44,8 +44,10 @@ std::vector<Case> all_cases() {
 /// A rod of everything, on a slant, its curvature off the one at rest: it moves by itself, with all of its nodes.
 RodSpec rod_of(const Case& c) {
     RodSpec rod = test::crooked_rod(8);
-    rod.start = c.start, rod.end = c.end;
-    rod.start_free = c.start_free, rod.end_free = c.end_free;
+    rod.start = c.start;
+    rod.end = c.end;
+    rod.start_free = c.start_free;
+    rod.end_free = c.end_free;
     rod.placement.tangent = {0.3, -0.2, 1};
     rod.placement.normal = Vec3d{1, 0.1, 0.2};
     return rod;
@@ -148,7 +150,8 @@ TEST(Slide, TurnsWithTheScene) {
         rod.placement.tangent = turned(rod.placement.tangent);
         rod.placement.normal = turned(*rod.placement.normal);
         rod.shape.velocity = turned(rod.shape.velocity);
-        rod.start_free = turned_axes(c.start_free), rod.end_free = turned_axes(c.end_free);
+        rod.start_free = turned_axes(c.start_free);
+        rod.end_free = turned_axes(c.end_free);
         other.loads = {{.load = Gravity{.acceleration = turned({1, -2, -5})}}};
         test::Stage one(scene, 1), two(other, 1);
         one.advance(300);
@@ -167,8 +170,10 @@ TEST(Slide, LeavesTheLimitOfTheStep) {
         for (const Case& c : all_cases()) {
             RodSpec rod = test::simple_rod(8);
             rod.section.radius = radius;
-            rod.start = c.start, rod.end = c.end;
-            rod.start_free = c.start_free, rod.end_free = c.end_free;
+            rod.start = c.start;
+            rod.end = c.end;
+            rod.start_free = c.start_free;
+            rod.end_free = c.end_free;
             test::Stage stage(scene_of(rod, 0.98), 1);
             const RodGroup& group = stage.groups[0];
             auto state = stage.state(0);

@@ -20,7 +20,8 @@ SceneSpec spinning_scene(long elements, std::int64_t steps_per_turn) {
     RodSpec rod = test::simple_rod(elements);
     rod.material = {.density = density, .youngs_modulus = young, .law = Law::linear};
     rod.placement.origin = {-0.5 * length, 0, 0};
-    rod.placement.tangent = {1, 0, 0}, rod.placement.normal = Vec3d{0, 1, 0};
+    rod.placement.tangent = {1, 0, 0};
+    rod.placement.normal = Vec3d{0, 1, 0};
     rod.shape.angular_velocity = {0, 0, w};
     SceneSpec scene;
     scene.rods = {rod};
@@ -53,7 +54,7 @@ double off_its_circle(long elements) {
         for (std::size_t i = 0; i < state.size(); ++i) {
             const Vec3d x = lane(state[i].position, 0);
             const double at_rest = length * (static_cast<double>(i) / static_cast<double>(elements) - 0.5);
-            most = std::max(most, std::abs(norm(x) - std::abs(radius_of(at_rest)))),
+            most = std::max(most, std::abs(norm(x) - std::abs(radius_of(at_rest))));
             most = std::max(most, std::abs(x.z));
         }
     }

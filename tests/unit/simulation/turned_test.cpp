@@ -16,7 +16,8 @@ using test::Turn;
 
 RodSpec moving_rod(EndKind start, EndKind end) {
     RodSpec rod = test::crooked_rod(7);
-    rod.start = start, rod.end = end;
+    rod.start = start;
+    rod.end = end;
     rod.shape.start_curvature = Vec3d{0.8, -0.5, 0.6};
     rod.magnetisation = {.pattern = MagnetisationPattern::uniform, .strength = 5e3, .direction = {1, 2, 2}};
     if (start == EndKind::free && end == EndKind::free) {
@@ -29,7 +30,8 @@ RodSpec moving_rod(EndKind start, EndKind end) {
 /// Runs a scene as it is and turned: the largest difference of positions, m, directors and velocities, m/s.
 double difference(const SceneSpec& scene, const SceneSpec& turned_scene, const Turn& turn) {
     test::Stage here(scene, 1), there(turned_scene, 1);
-    here.advance(200), there.advance(200);
+    here.advance(200);
+    there.advance(200);
     const auto expected = turn.state(here.state(0)), found = there.state(0);
     double most = 0;
     for (std::size_t i = 0; i < expected.size(); ++i) {

@@ -157,7 +157,8 @@ TEST(Inspect, NamesARodWhoseStrainsLeaveTheStepNoRoom) {
                 stage.rods->import_rod(7, state);
                 const double share =
                     0.5 * scene.time.dt * std::sqrt(largest_eigenvalue(test::tile_of(stage.groups[0], state))[0]);
-                told += share > 0.93, stopped += share > 1;
+                told += share > 0.93;
+                stopped += share > 1;
                 EXPECT_EQ(stage.rods->visit({}, true), forced || share <= 1) << e;
                 const std::string near = stage.rods->near_limit();
                 EXPECT_EQ(near.empty(), share <= 0.93) << e << near;
