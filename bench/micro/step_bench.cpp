@@ -54,8 +54,8 @@ struct Subject {
     std::int64_t element_count() const { return stage.groups[0].count() * stage.groups[0].elements(); }
     void visit(std::int64_t steps) {
         const auto batch = stage.clock.next(stage.clock.done() + steps);
-        if (textbook) textbook->visit(batch);
-        else stage.rods->visit(batch, false);
+        if (textbook) textbook->advance(batch);
+        else stage.rods->advance(batch, false);
         stage.clock.advance(batch);
     }
 

@@ -41,7 +41,7 @@ struct Row {
         if (stage) stage->advance(until, per_visit);
         while (textbook && textbook_clock.done() < until) {
             const auto batch = textbook_clock.next(until, per_visit);
-            textbook->visit(batch);
+            textbook->advance(batch);
             textbook_clock.advance(batch);
         }
         wall_s.push_back(wall_seconds() - wall);

@@ -105,7 +105,7 @@ TextbookRods::TextbookRods(const RodGroup& group, const GroupPlan& plan, double 
     for (std::int64_t i = 0; i < count; ++i) rods_.emplace_back(group, i, plan.damping, dt);
 }
 
-void TextbookRods::visit(std::span<const Step> steps) {
+void TextbookRods::advance(std::span<const Step> steps) {
     field_.prepare(steps);
     const auto step_of = build_ == TextbookBuild::vectorised ? &TextbookRod::step<TextbookBuild::vectorised>
                                                              : &TextbookRod::step<TextbookBuild::plain>;

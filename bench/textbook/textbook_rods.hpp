@@ -79,7 +79,7 @@ public:
     TextbookRods(const RodGroup& group, const GroupPlan& plan, double dt, std::int64_t count,
                  TextbookBuild build = TextbookBuild::plain);
 
-    void visit(std::span<const Step> steps);
+    void advance(std::span<const Step> steps);
     std::size_t count() const { return rods_.size(); }
     TextbookBuild build() const { return build_; }
     void state(std::size_t i, std::span<Slot<1>> out) const { rods_[i].state(out); }

@@ -106,7 +106,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     advance_ = [this, advance_tile](std::size_t task, int thread) {
         if (task >= clusters_.size()) return advance_tile(alone_[task - clusters_.size()], thread);
         const Cluster& cluster = clusters_[task];
-        for (const StepPart& part : visit_) advance(cluster, part, thread);
+        for (const StepPart& part : visit_) advance_cluster(cluster, part, thread);
         if (check_)
             for (const std::size_t t : cluster.tiles)
                 if (!healthy(tiles_[t])) valid_.store(false, std::memory_order_relaxed);
@@ -119,7 +119,7 @@ template <int W> void RodTiles<W>::run_passes(const RodTile<W>& tile, SlotLoad<W
     for (std::size_t pass = first; pass < behind; ++pass) program[pass]->run(tile, load, step);
 }
 
-template <int W> void RodTiles<W>::advance(const Cluster& cluster, const StepPart& part, int thread) {
+template <int W> void RodTiles<W>::advance_cluster(const Cluster& cluster, const StepPart& part, int thread) {
     SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
     const auto with_passes = [&](Part which, auto&& f) {
         for (const std::size_t t : cluster.tiles) {
@@ -204,25 +204,25 @@ template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F
     }
 }
 
-template <int W> bool RodTiles<W>::visit(std::span<const Step> steps, bool check) {
+template <int W> bool RodTiles<W>::advance(std::span<const Step> steps, bool check) {
     const StepPart all{Part::whole, steps};
     prepare(all);
     return run(all, {}, check);
 }
 
-template <int W> void RodTiles<W>::visit_before(const Step& step) {
+template <int W> void RodTiles<W>::drift(const Step& step) {
     const StepPart before{Part::before, {&step, 1}};
     prepare(before);
     run(before, {}, false);
 }
 
-template <int W> bool RodTiles<W>::visit_after(const Step& step, bool check) {
+template <int W> bool RodTiles<W>::kick(const Step& step, bool check) {
     const StepPart after{Part::after, {&step, 1}};
     prepare(after);
     return run(after, {}, check);
 }
 
-template <int W> void RodTiles<W>::visit_after_and_before(const Step& step, const Step& next) {
+template <int W> void RodTiles<W>::kick_and_drift(const Step& step, const Step& next) {
     const StepPart after{Part::after, {&step, 1}}, before{Part::before, {&next, 1}};
     prepare(after);
     prepare(before);

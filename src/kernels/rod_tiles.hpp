@@ -40,10 +40,10 @@ public:
              std::vector<std::shared_ptr<EnergyBudget<W>>> audits = {}, StepWatch watch = {},
              JointsOfAssemblies<W> joints = {});
 
-    bool visit(std::span<const Step> steps, bool check) override;
-    void visit_before(const Step& step) override;
-    bool visit_after(const Step& step, bool check) override;
-    void visit_after_and_before(const Step& step, const Step& next) override;
+    bool advance(std::span<const Step> steps, bool check) override;
+    void drift(const Step& step) override;
+    bool kick(const Step& step, bool check) override;
+    void kick_and_drift(const Step& step, const Step& next) override;
     void begin_within(const Step& step) override { prepare({Part::before, {&step, 1}}); }
     std::string near_limit() const override;
     double undamped_share() const override { return undamped_share_.load(std::memory_order_relaxed); }
@@ -97,7 +97,7 @@ private:
     /// Tiles across of each group so far, in order, grouped by cluster.
     void find_clusters();
     /// A part of a step over a cluster.
-    void advance(const Cluster& cluster, const StepPart& part, int thread);
+    void advance_cluster(const Cluster& cluster, const StepPart& part, int thread);
     /// Loads of joints, by slot of the cluster.
     JoinedLoad<W>* couple(const Cluster& cluster, const Step& step, int thread) const;
     /// Moments of muscles at the ends of its rods; null where none act, or no joint goes on.

@@ -253,7 +253,7 @@ void Simulation::advance(std::int64_t until) {
 
 bool Simulation::step_uncoupled(std::span<const Step> steps, bool check) {
     const auto timing = timers_.time(Phase::rods);
-    const bool valid = rods_->visit(steps, check); // per tile: drift, forces, loads, kick
+    const bool valid = rods_->advance(steps, check); // per tile: drift, forces, loads, kick
     return valid && (!check || invalid(interactions_).empty());
 }
 
@@ -266,11 +266,11 @@ bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
     for (const auto& interaction : interactions_) interaction->begin(steps.front(), timers_);
     const auto is_valid = [&] { return valid && (!check || invalid(interactions_).empty()); };
     if (!neighbourhood_ && !drive_every_step(interactions_)) { // rods by themselves, until the fluid meets them
-        timed(Phase::rods, [&] { valid = rods_->visit(steps, check); });
+        timed(Phase::rods, [&] { valid = rods_->advance(steps, check); });
         for (const auto& interaction : interactions_) interaction->drive(steps.back(), timers_);
         return is_valid();
     }
-    timed(Phase::rods, [&] { rods_->visit_before(steps.front()); }); // per tile: drift, expose
+    timed(Phase::rods, [&] { rods_->drift(steps.front()); }); // per tile: drift, expose
     for (std::size_t i = 0; i < steps.size(); ++i) {
         const auto at_rebuild = [&] {
             if (balance_.due()) move_bodies(steps[i]);
@@ -278,8 +278,8 @@ bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
         if (neighbourhood_)
             couple(interactions_, *neighbourhood_, steps[i], timers_, at_rebuild); // contacts; ghosts meanwhile
         timed(Phase::rods, [&] { // per tile: forces, loads, walls, kick; then the next drift
-            if (i + 1 < steps.size()) rods_->visit_after_and_before(steps[i], steps[i + 1]);
-            else valid = rods_->visit_after(steps[i], check);
+            if (i + 1 < steps.size()) rods_->kick_and_drift(steps[i], steps[i + 1]);
+            else valid = rods_->kick(steps[i], check);
         });
         for (const auto& interaction : interactions_) interaction->drive(steps[i], timers_); // servos
     }

@@ -43,7 +43,7 @@ public:
     /// Pairs near enough for the first list, by slots of the scene; none where rods do not feel each other.
     Candidates first_candidates(std::span<const RodGroup> groups) {
         if (!around_.exposure) return {};
-        rods_->visit_before(clock_.next(1, 1).front());
+        rods_->drift(clock_.next(1, 1).front());
         exposed_ = true;
         const auto contacts = kernels(plan_.machine.lanes)
                                   .make_contacts(contact_scene(groups, *plan_.contact, *plan_.contact_laws), threads_);
@@ -79,11 +79,11 @@ private:
             work();
         };
         if (!coupled) {
-            timed([&] { rods_->visit(batch, false); });
+            timed([&] { rods_->advance(batch, false); });
         } else {
-            if (!exposed) timed([&] { rods_->visit_before(step); });
+            if (!exposed) timed([&] { rods_->drift(step); });
             if (neighbourhood_) couple(interactions_, *neighbourhood_, step, timers);
-            timed([&] { rods_->visit_after(step, false); });
+            timed([&] { rods_->kick(step, false); });
             for (const auto& one : interactions_) one->drive(step, timers);
         }
         clock_.advance(batch);

@@ -78,9 +78,9 @@ std::uint64_t self_check(const Communicator& comm, const Threads& threads, int l
     Timers timers;
     for (Clock clock(plan.dt, 0, plan.integrator); clock.done() < plan.steps;) {
         const auto steps = clock.next(plan.steps, 1);
-        rods->visit_before(steps.front());
+        rods->drift(steps.front());
         couple(interactions, neighbourhood, steps.front(), timers);
-        rods->visit_after(steps.front(), false);
+        rods->kick(steps.front(), false);
         clock.advance(steps);
     }
     return comm.sum_wrapping(rods->digest());

@@ -104,13 +104,13 @@ public:
     virtual ~Rods() = default;
 
     /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod is invalid (see inspect).
-    virtual bool visit(std::span<const Step> steps, bool check) = 0;
+    virtual bool advance(std::span<const Step> steps, bool check) = 0;
     /// The halves of a step of rods that feel each other: before and after their coupling; with `check`, the second
     /// returns false if a rod is invalid.
-    virtual void visit_before(const Step& step) = 0;
-    virtual bool visit_after(const Step& step, bool check) = 0;
-    /// visit_after(step), then visit_before(next), in one visit to each tile. Steps of different slots.
-    virtual void visit_after_and_before(const Step& step, const Step& next) = 0;
+    virtual void drift(const Step& step) = 0;
+    virtual bool kick(const Step& step, bool check) = 0;
+    /// kick(step), then drift(next), in one visit to each tile. Steps of different slots.
+    virtual void kick_and_drift(const Step& step, const Step& next) = 0;
     /// Readies the passes of new rods, whose states are put in between the halves of this step, for the second half.
     virtual void begin_within(const Step& step) = 0;
     /// Names the rod whose strains leave the step least room, where the last check found one that is near its limit

@@ -70,9 +70,9 @@ struct Field {
     }
     void step() {
         const Step s = clock.next(clock.done() + 1, 1).front();
-        rods->visit_before(s);
+        rods->drift(s);
         couple(interactions, *neighbourhood, s, timers);
-        rods->visit_after(s, false);
+        rods->kick(s, false);
         clock.advance(std::span(&s, 1));
     }
     std::vector<Slot<1>> state(std::size_t i) const {
@@ -196,7 +196,7 @@ TEST(Exposure, shows_what_its_pass_shows) {
     Field field;
     for (int i = 0; i < 20; ++i) field.step();
     const Step s = field.clock.next(field.clock.done() + 1, 1).front();
-    field.rods->visit_before(s);
+    field.rods->drift(s);
     const Exposure& shown = *field.around.exposure;
     Exposure again(field.groups, field.rods->local());
     for (std::size_t i = 0; i < field.rods->local().size(); ++i) again.show(i, field.state(i));

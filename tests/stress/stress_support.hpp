@@ -24,7 +24,7 @@ inline bool long_runs() {
 inline void advance_checked(Stage& stage, std::int64_t until) {
     while (stage.clock.done() < until) {
         const auto steps = stage.clock.next(until);
-        const bool fit = stage.rods->visit(steps, true);
+        const bool fit = stage.rods->advance(steps, true);
         stage.clock.advance(steps);
         if (!fit) stage.rods->inspect(stage.clock.done(), stage.plan.dt);
     }
@@ -117,7 +117,7 @@ public:
         }
         // One step from rest: rates are h M^-1 F, their energy is (h^2/2) F.M^-1 F.
         kicked_.clock = Clock(stage.plan.dt, 0);
-        kicked_.rods->visit(kicked_.clock.next(1), false);
+        kicked_.rods->advance(kicked_.clock.next(1), false);
         std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
         for (std::size_t i = 0; i < shadow.size(); ++i) {
             kicked_.rods->export_rod(i, state);

@@ -74,10 +74,10 @@ public:
         return {1 / (1 + x * x), -x, 3 + x};
     }
 
-    bool visit(std::span<const Step>, bool) override { return true; }
-    void visit_before(const Step&) override {}
-    bool visit_after(const Step&, bool) override { return true; }
-    void visit_after_and_before(const Step&, const Step&) override {}
+    bool advance(std::span<const Step>, bool) override { return true; }
+    void drift(const Step&) override {}
+    bool kick(const Step&, bool) override { return true; }
+    void kick_and_drift(const Step&, const Step&) override {}
     void begin_within(const Step&) override {}
     std::string near_limit() const override { return {}; }
     std::vector<std::string_view> passes(std::size_t) const override { return {}; }

@@ -24,12 +24,12 @@ public:
         for (std::int64_t until = clock.done() + steps; clock.done() < until;) {
             const auto batch = clock.next(until, 1);
             const Step& step = batch.front();
-            rods->visit_before(step);
+            rods->drift(step);
             if (contacts) {
                 contacts->evaluate(*around.exposure, step.time, step.kick, *around.loads);
                 touched = touched || contacts->figures().active > 0;
             }
-            EXPECT_TRUE(rods->visit_after(step, true)) << clock.done();
+            EXPECT_TRUE(rods->kick(step, true)) << clock.done();
             clock.advance(batch);
         }
     }

@@ -55,7 +55,7 @@ struct Stage {
     void advance(std::int64_t until, std::int64_t batch = Clock::largest_batch) {
         while (clock.done() < until) {
             const auto steps = clock.next(until, batch);
-            rods->visit(steps, false);
+            rods->advance(steps, false);
             clock.advance(steps);
         }
     }

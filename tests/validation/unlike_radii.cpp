@@ -125,7 +125,7 @@ Audited audited(double share, int refinement) {
     Audited found{0, 0};
     for (int step = 0; step < 2000 * refinement; ++step) {
         const auto batch = m.clock.next(m.clock.done() + 1, 1);
-        m.rods->visit_before(batch.front());
+        m.rods->drift(batch.front());
         m.contacts->evaluate(*m.around.exposure, batch.front().time, batch.front().kick, *m.around.loads);
         if (m.contacts->figures().active > 0)
             for (std::size_t i = 0; i < m.around.loads->load.size(); ++i) {
@@ -135,7 +135,7 @@ Audited audited(double share, int refinement) {
                 force += across;
                 found.done += batch.front().kick * dot(across, velocity) / before;
             }
-        m.rods->visit_after(batch.front(), false);
+        m.rods->kick(batch.front(), false);
         m.clock.advance(batch);
         found.balance = std::max(found.balance, std::abs(balance(m) - before) / before);
     }

@@ -48,8 +48,8 @@ void expect_same(long elements, std::int64_t steps, std::int64_t batch, double t
     const std::vector<Slot<1>> start = stage.state(0);
     while (stage.clock.done() < steps) {
         const auto visit = stage.clock.next(std::min(steps, stage.clock.done() + batch));
-        stage.rods->visit(visit, false);
-        textbook.visit(visit);
+        stage.rods->advance(visit, false);
+        textbook.advance(visit);
         stage.clock.advance(visit);
     }
     std::vector<Slot<1>> state(start.size());

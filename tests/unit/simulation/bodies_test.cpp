@@ -502,7 +502,7 @@ TEST(Body, NeedsAStepWhereNothingLimitsIt) {
               (std::vector<std::string_view>{"drift (circular)", "orthonormalise", "unstrained", "kick"}));
     EXPECT_NE(to_text(stage.plan).find("none (rigid)"), std::string::npos);
     stage.advance(100);
-    EXPECT_TRUE(stage.rods->visit({}, true));
+    EXPECT_TRUE(stage.rods->advance({}, true));
 }
 
 TEST(Body, RefusesWhatItCannotHave) {

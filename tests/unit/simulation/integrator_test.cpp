@@ -97,7 +97,7 @@ TEST(Ring, TurnOfMoreThanThreeRadiansWhereItClosesIsFound) {
             set_lane(state[k].director, 0,
                      rotation({0, 0, turn / 23 * static_cast<double>(k)}) * lane(state[k].director, 0));
         stage.rods->import_rod(0, state);
-        EXPECT_EQ(stage.rods->visit({}, true), turn < 3);
+        EXPECT_EQ(stage.rods->advance({}, true), turn < 3);
         if (turn > 3) {
             EXPECT_THROW(stage.rods->inspect(0, 1e-3), NumericalError);
         }

@@ -159,7 +159,7 @@ std::uint64_t digest_of(const SceneSpec& scene, int lanes, int threads, int toge
     Clock clock(plan.dt, 0);
     while (clock.done() < 200) {
         const auto steps = clock.next(200, together);
-        EXPECT_TRUE(rods->visit(steps, true));
+        EXPECT_TRUE(rods->advance(steps, true));
         clock.advance(steps);
     }
     return rods->digest();

@@ -228,7 +228,7 @@ TEST(Mapping, WatchesStepAndStateAlike) {
     test::Stage across(mixed(Law::incompressible), 1), along(mixed(Law::incompressible), 8, 1, Mapping::along);
     for (test::Stage* stage : {&across, &along}) {
         stage->advance(128);
-        EXPECT_TRUE(stage->rods->visit({}, true));
+        EXPECT_TRUE(stage->rods->advance({}, true));
     }
     for (std::size_t i = 0; i < across.rods->local().size(); ++i) {
         const auto slots =
@@ -242,7 +242,7 @@ TEST(Mapping, WatchesStepAndStateAlike) {
             int n = 0;
             for (test::Stage* stage : {&across, &along}) {
                 stage->rods->import_rod(i, bad);
-                EXPECT_FALSE(stage->rods->visit({}, true)) << i << ' ' << k;
+                EXPECT_FALSE(stage->rods->advance({}, true)) << i << ' ' << k;
                 try {
                     stage->rods->inspect(128, stage->plan.dt);
                 } catch (const NumericalError& error) {
@@ -250,7 +250,7 @@ TEST(Mapping, WatchesStepAndStateAlike) {
                 }
                 ++n;
                 stage->rods->import_rod(i, good);
-                EXPECT_TRUE(stage->rods->visit({}, true));
+                EXPECT_TRUE(stage->rods->advance({}, true));
             }
             EXPECT_FALSE(told[0].empty());
             EXPECT_EQ(told[0], told[1]);
@@ -275,7 +275,7 @@ TEST(Mapping, FindsTheSamePresentLimits) {
             across.rods->export_rod(i, state);
             stage.rods->import_rod(i, state);
         }
-        stage.rods->visit({}, true);
+        stage.rods->advance({}, true);
         told[along] = stage.rods->near_limit();
     }
     EXPECT_FALSE(told[0].empty());

@@ -122,9 +122,9 @@ TEST(Inspect, NamesRodElementAndQuantity) {
     stage.rods->export_rod(3, state);
     set_lane(state[7].spin, 0, Vec3d{0, NAN, 0});
     const auto next = Clock(stage.plan.dt, 0).next(1);
-    EXPECT_TRUE(stage.rods->visit(next, true));
+    EXPECT_TRUE(stage.rods->advance(next, true));
     stage.rods->import_rod(3, state);
-    EXPECT_FALSE(stage.rods->visit({}, true));
+    EXPECT_FALSE(stage.rods->advance({}, true));
     try {
         stage.rods->inspect(42, 1e-3);
         FAIL() << "a NaN passed";
@@ -159,7 +159,7 @@ TEST(Inspect, NamesARodWhoseStrainsLeaveTheStepNoRoom) {
                     0.5 * scene.time.dt * std::sqrt(largest_eigenvalue(test::tile_of(stage.groups[0], state))[0]);
                 told += share > 0.93;
                 stopped += share > 1;
-                EXPECT_EQ(stage.rods->visit({}, true), forced || share <= 1) << e;
+                EXPECT_EQ(stage.rods->advance({}, true), forced || share <= 1) << e;
                 const std::string near = stage.rods->near_limit();
                 EXPECT_EQ(near.empty(), share <= 0.93) << e << near;
                 if (near.empty()) continue;
