@@ -111,7 +111,7 @@ void Simulation::go_back(const StateCopy& copy) {
 bool Simulation::redo(std::int64_t until, bool look) {
     bool valid = true;
     while (clock_.done() < until) {
-        const auto steps = clock_.next(std::min(until, next_meeting(interactions_, clock_.done())));
+        const auto steps = clock_.next(std::min(until, next_coupling(interactions_, clock_.done())));
         const bool check = look && steps.back().index == until;
         valid = (is_coupled(plan_) ? step_coupled(steps, check) : step_uncoupled(steps, check)) || !check;
         clock_.advance(steps);

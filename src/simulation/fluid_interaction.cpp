@@ -93,8 +93,8 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
 
 void FluidInteraction::follow(const InteractionParts& parts) { bodies_->rods()->follow(parts.rods); }
 
-std::int64_t FluidInteraction::next_meeting(std::int64_t done) const {
-    if (groups_.empty() || !failure_.empty()) return Interaction::next_meeting(done);
+std::int64_t FluidInteraction::next_coupling(std::int64_t done) const {
+    if (groups_.empty() || !failure_.empty()) return Interaction::next_coupling(done);
     const std::int64_t of_part = done % plan_.every - (done % plan_.every == 0 ? 0 : part_begin_);
     if (of_part == 0 || of_part == part_) return done + 1; // how long a step of the fluid may be is found behind it
     const StageParts parts = stage_parts(plan_.constants.scheme);
@@ -124,7 +124,7 @@ void FluidInteraction::begin(const Step& first, Timers& timers) {
     });
 }
 
-void FluidInteraction::drive(const Step& step, Timers& timers) {
+void FluidInteraction::end_step(const Step& step, Timers& timers) {
     if (!failure_.empty()) return;
     timed(timers, [&] {
         try {

@@ -23,10 +23,10 @@ public:
     explicit FluidInteraction(const InteractionParts& parts);
 
     void follow(const InteractionParts& parts) override;
-    std::int64_t next_meeting(std::int64_t done) const override;
+    std::int64_t next_coupling(std::int64_t done) const override;
     void begin(const Step& first, Timers& timers) override;
-    bool drives_every_step() const override { return groups_.empty(); }
-    void drive(const Step& step, Timers& timers) override;
+    bool ends_every_step() const override { return groups_.empty(); }
+    void end_step(const Step& step, Timers& timers) override;
     std::string invalid() const override;
     std::vector<Figure> figures(double lag) const override;
     std::uint64_t digest() const override;

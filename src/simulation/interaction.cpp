@@ -124,13 +124,13 @@ double step_limit(const Interactions& all) {
     return least;
 }
 
-bool drive_every_step(const Interactions& all) {
-    return std::any_of(all.begin(), all.end(), [](const auto& one) { return one->drives_every_step(); });
+bool ends_every_step(const Interactions& all) {
+    return std::any_of(all.begin(), all.end(), [](const auto& one) { return one->ends_every_step(); });
 }
 
-std::int64_t next_meeting(const Interactions& all, std::int64_t done) {
+std::int64_t next_coupling(const Interactions& all, std::int64_t done) {
     std::int64_t next = std::numeric_limits<std::int64_t>::max();
-    for (const auto& one : all) next = std::min(next, one->next_meeting(done));
+    for (const auto& one : all) next = std::min(next, one->next_coupling(done));
     return next;
 }
 

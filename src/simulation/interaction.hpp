@@ -74,17 +74,17 @@ public:
     virtual void add_own([[maybe_unused]] const Step& step) {}
     /// The rest, when ghosts have arrived. This rank alone.
     virtual void add_shared([[maybe_unused]] const Step& step) {}
-    /// The first step after `done` behind which drive() looks at where bodies are: the next drift waits for it. This
+    /// The first step after `done` behind which end_step() looks at where bodies are: the next drift waits for it. This
     /// rank alone.
-    virtual std::int64_t next_meeting([[maybe_unused]] std::int64_t done) const {
+    virtual std::int64_t next_coupling([[maybe_unused]] std::int64_t done) const {
         return std::numeric_limits<std::int64_t>::max();
     }
-    /// Whether drive() is to see every step, and not only those before a meeting.
-    virtual bool drives_every_step() const { return true; }
+    /// Whether end_step() is to see every step, and not only those before a meeting.
+    virtual bool ends_every_step() const { return true; }
     /// After the kick: drives what answers the bodies, such as walls with servos. Collective.
-    virtual void drive([[maybe_unused]] const Step& step, [[maybe_unused]] Timers& timers) {}
+    virtual void end_step([[maybe_unused]] const Step& step, [[maybe_unused]] Timers& timers) {}
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
-    virtual void look([[maybe_unused]] const Step& step) {}
+    virtual void watch([[maybe_unused]] const Step& step) {}
 
     /// Whether it ends runs, and has done so here. Not collective.
     enum class Ending { never, not_yet, now };
@@ -142,9 +142,9 @@ std::string cause(const Interactions& all);
 std::vector<std::string> remedies(const Interactions& all);
 double step_limit(const Interactions& all);
 /// Whether one of them is to.
-bool drive_every_step(const Interactions& all);
+bool ends_every_step(const Interactions& all);
 /// That of any of them.
-std::int64_t next_meeting(const Interactions& all, std::int64_t done);
+std::int64_t next_coupling(const Interactions& all, std::int64_t done);
 /// Of all that touch a body what presses it most, on any rank. Collective.
 Touch strongest_touch(const Communicator& comm, const Interactions& all, std::int64_t gid);
 

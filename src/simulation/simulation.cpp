@@ -232,7 +232,7 @@ void Simulation::advance(std::int64_t until) {
     while (clock_.done() < until && going) {
         const std::int64_t next_check = (clock_.done() / check_every + 1) * check_every;
         const auto steps = coupled || settling_
-                               ? clock_.next(std::min({until, next_check, next_meeting(interactions_, clock_.done())}))
+                               ? clock_.next(std::min({until, next_check, next_coupling(interactions_, clock_.done())}))
                                : clock_.next(until, together ? 1 : Clock::largest_batch);
         const std::int64_t last = steps.back().index;
         const bool check = last == until || last >= next_check;
@@ -244,7 +244,7 @@ void Simulation::advance(std::int64_t until) {
         }
         if (check) undamped_share_ = std::max(undamped_share_, rods_->undamped_share());
         for (const auto& interaction : interactions_)
-            if (check) interaction->look(steps.back());
+            if (check) interaction->watch(steps.back());
         if (!valid) failure_ = reason_of_failure(); // the other ranks learn of it when they meet
         if (settling_ && (clock_.done() % check_every == 0 || clock_.done() == plan_.steps)) look_for_settled();
         going = (together ? meet() : failure_.empty()) && !ended();
@@ -265,9 +265,9 @@ bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
     bool valid = true;
     for (const auto& interaction : interactions_) interaction->begin(steps.front(), timers_);
     const auto is_valid = [&] { return valid && (!check || invalid(interactions_).empty()); };
-    if (!neighbourhood_ && !drive_every_step(interactions_)) { // rods by themselves, until the fluid meets them
+    if (!neighbourhood_ && !ends_every_step(interactions_)) { // rods by themselves, until the fluid meets them
         timed(Phase::rods, [&] { valid = rods_->advance(steps, check); });
-        for (const auto& interaction : interactions_) interaction->drive(steps.back(), timers_);
+        for (const auto& interaction : interactions_) interaction->end_step(steps.back(), timers_);
         return is_valid();
     }
     timed(Phase::rods, [&] { rods_->drift(steps.front()); }); // per tile: drift, expose
@@ -281,7 +281,7 @@ bool Simulation::step_coupled(std::span<const Step> steps, bool check) {
             if (i + 1 < steps.size()) rods_->kick_and_drift(steps[i], steps[i + 1]);
             else valid = rods_->kick(steps[i], check);
         });
-        for (const auto& interaction : interactions_) interaction->drive(steps[i], timers_); // servos
+        for (const auto& interaction : interactions_) interaction->end_step(steps[i], timers_); // servos
     }
     return is_valid();
 }

@@ -29,7 +29,7 @@ void WallInteraction::follow(const InteractionParts& parts) {
     wall_contacts_ = parts.around.wall_contacts;
 }
 
-void WallInteraction::drive(const Step& step, Timers& timers) {
+void WallInteraction::end_step(const Step& step, Timers& timers) {
     if (driven_.empty()) return;
     const auto timing = timers.time(Phase::exchange);
     for (std::size_t i = 0; i < driven_.size(); ++i) {
@@ -54,7 +54,7 @@ void WallInteraction::drive(const Step& step, Timers& timers) {
     }
 }
 
-void WallInteraction::look(const Step& step) {
+void WallInteraction::watch(const Step& step) {
     for (std::size_t w = 0; w < overlaps_.size(); ++w) {
         if (step.time < walls_->wall[w].law.soft_until) continue;
         for (const auto& contacts : wall_contacts_)

@@ -12,8 +12,8 @@ public:
     explicit WallInteraction(const InteractionParts& parts);
 
     void follow(const InteractionParts& parts) override;
-    void drive(const Step& step, Timers& timers) override;
-    void look(const Step& step) override;
+    void end_step(const Step& step, Timers& timers) override;
+    void watch(const Step& step) override;
     Ending ending() const override;
     std::string invalid() const override;
     Touch strongest_touch(std::int64_t gid) const override;

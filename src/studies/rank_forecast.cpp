@@ -84,7 +84,7 @@ private:
             if (!exposed) timed([&] { rods_->drift(step); });
             if (neighbourhood_) couple(interactions_, *neighbourhood_, step, timers);
             timed([&] { rods_->kick(step, false); });
-            for (const auto& one : interactions_) one->drive(step, timers);
+            for (const auto& one : interactions_) one->end_step(step, timers);
         }
         clock_.advance(batch);
         return static_cast<std::int64_t>(batch.size());
