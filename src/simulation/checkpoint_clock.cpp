@@ -24,7 +24,7 @@ void CheckpointClock::end_saving() {
     saving_s_ = last_saved_ - saving_began_;
 }
 
-void CheckpointClock::look() {
+void CheckpointClock::update() {
     const double now = wall_seconds();
     longest_look_s_ = std::max(longest_look_s_, now - last_look_);
     last_look_ = now;

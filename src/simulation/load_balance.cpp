@@ -58,8 +58,8 @@ std::vector<double> LoadBalance::costs(const Work& work) const {
     return costs;
 }
 
-void LoadBalance::look(Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step,
-                       std::int64_t left) {
+void LoadBalance::update(Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step,
+                         std::int64_t left) {
     if (when_ != Balance::automatic || due_ || ++skipped_ <= skip_) return;
     skipped_ = 0;
     const auto timing = timers.time(Phase::balance);

@@ -37,7 +37,7 @@ public:
     void expect(double seconds) { price_ = seconds; }
     /// Measures what a step costs since the last look, and whether other owners would pay. `left`: steps of the run to
     /// come. Collective; called about once a second, it looks less often where looking takes long.
-    void look(Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step, std::int64_t left);
+    void update(Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step, std::int64_t left);
     /// Whether bodies are to move at the next rebuild: the same on all ranks.
     bool due() const { return due_; }
     /// New owners of this rank's rods. Collective.

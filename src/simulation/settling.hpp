@@ -22,7 +22,7 @@ public:
     /// Rods have been made anew.
     void watch(std::shared_ptr<const RelaxationResidual> residual) { residual_ = std::move(residual); }
     /// Collective, at steps that are alike on any ranks.
-    void look(const Communicator& comm) { correction_ = comm.max(residual_->largest()); }
+    void measure(const Communicator& comm) { correction_ = comm.max(residual_->largest()); }
     bool settled() const { return correction_ <= tolerance_; }
     double correction() const {
         return correction_;

@@ -96,13 +96,13 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     std::vector<std::string> kept = kept_names(interactions_);
     if (settling_) kept.emplace_back(Settling::kept_name);
     std::optional<CheckpointInfo> found;
-    if (writes) found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, tell_warning, kept);
+    if (writes) found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, print_warning, kept);
     else if (!options_.from.empty())
         found = load_checkpoint(
             comm_, options_.from, groups_, *rods_, [](const CheckpointInfo&) {}, kept);
     const bool resumes = found.has_value();
     if (!resumes && !scene.start.from.empty())
-        found = begin_branch(comm_, {scene, plan_.dt, physics_}, groups_, *rods_, kept, tell_warning);
+        found = begin_branch(comm_, {scene, plan_.dt, physics_}, groups_, *rods_, kept, print_warning);
     if (found) {
         recall(interactions_, found->kept);
         if (settling_) settling_->recall(found->kept.back());
@@ -133,12 +133,12 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
     last_step_ = whole_event(last_step_, plan_.events_every());
     if (writes && first_step_ > 0 && plan_.rest_speed > 0 && first_step_ % plan_.cadence.series == 0) {
-        look();
-        look_for_rest();
+        take_sample();
+        test_for_rest();
     }
     progress_columns_ = columns_of(scene.output.progress, names());
     const CheckpointInfo* const resumed = resumes ? &*found : nullptr;
-    idle_ = writes && resumes && (first_step_ >= last_step_ || ended()) && is_told(found->digest);
+    idle_ = writes && resumes && (first_step_ >= last_step_ || ended()) && has_record(found->digest);
     if (writes && !idle_) open_outputs(scene, resumed);
     progress_ = std::make_unique<Progress>(comm_.root() && (!options_.quiet || options_.place), options_.progress,
                                            first_step_, last_step_, plan_.dt, static_cast<double>(plan_.elements),
@@ -197,7 +197,7 @@ void Simulation::follow_owners() {
     outputs_owners_ = owners_;
 }
 
-bool Simulation::is_told(std::uint64_t digest) const {
+bool Simulation::has_record(std::uint64_t digest) const {
     EarlierSummary earlier;
     on_root(comm_, [&] { earlier = read_summary(options_.out + "/summary.json", digest, output_); });
     if (earlier.ended && !options_.quiet) {
@@ -238,7 +238,7 @@ void Simulation::advance(std::int64_t until) {
         const bool check = last == until || last >= next_check;
         const bool valid = coupled ? step_coupled(steps, check) : step_uncoupled(steps, check);
         clock_.advance(steps);
-        if (check && !told_limit_ && near_limit_.empty()) {
+        if (check && !warned_limit_ && near_limit_.empty()) {
             near_limit_ = rods_->near_limit();
             if (!near_limit_.empty()) near_limit_ += fmt::format(" at step {}", clock_.done());
         }
@@ -246,8 +246,8 @@ void Simulation::advance(std::int64_t until) {
         for (const auto& interaction : interactions_)
             if (check) interaction->watch(steps.back());
         if (!valid) failure_ = reason_of_failure(); // the other ranks learn of it when they meet
-        if (settling_ && (clock_.done() % check_every == 0 || clock_.done() == plan_.steps)) look_for_settled();
-        going = (together ? meet() : failure_.empty()) && !ended();
+        if (settling_ && (clock_.done() % check_every == 0 || clock_.done() == plan_.steps)) measure_settling();
+        going = (together ? all_ranks_valid() : failure_.empty()) && !ended();
     }
 }
 
@@ -298,16 +298,16 @@ std::string Simulation::reason_of_failure() const {
 
 bool Simulation::ended() const { return at_rest_ || (settling_ && settling_->settled()) || finished(interactions_); }
 
-void Simulation::look_for_settled() {
+void Simulation::measure_settling() {
     const auto timing = timers_.time(Phase::agree);
-    settling_->look(comm_);
+    settling_->measure(comm_);
 }
 
-void Simulation::look_for_rest() {
+void Simulation::test_for_rest() {
     at_rest_ = plan_.rest_speed > 0 && clock_.done() > 0 && last_sample_[observed_speed] < plan_.rest_speed;
 }
 
-bool Simulation::meet() {
+bool Simulation::all_ranks_valid() {
     const auto timing = timers_.time(Phase::agree);
     return comm_.max(static_cast<std::int64_t>(!failure_.empty())) == 0;
 }
@@ -341,7 +341,7 @@ RunResult Simulation::step_to_the_end() {
     checkpoint();
     write_end(false);
 
-    const RunResult result{exit_code(), clock_.done(), look_at_end()};
+    const RunResult result{exit_code(), clock_.done(), sample_at_end()};
     write_summary(result);
     if (settling_ && comm_.root()) settling_->tell(clock_.done(), plan_.steps, options_.quiet);
     return result;
@@ -362,9 +362,9 @@ Exit Simulation::exit_code() const {
 Simulation::Verdict Simulation::agree() {
     const auto timing = timers_.time(Phase::agree);
     const double wall = wall_seconds() - started_;
-    checkpoints_.look();
+    checkpoints_.update();
     const bool late = options_.walltime > 0 && checkpoints_.late(options_.walltime);
-    const bool tells = (!near_limit_.empty() && !told_limit_) || overlaps_untold(interactions_);
+    const bool tells = (!near_limit_.empty() && !warned_limit_) || overlaps_untold(interactions_);
     const Verdict mine = !failure_.empty()          ? Verdict::fail
                          : stop_requested() || late ? Verdict::stop_at_limit
                          : tells                    ? Verdict::warn
@@ -388,7 +388,7 @@ Simulation::Verdict Simulation::agree() {
         if (plan_.cadence.frames_wall > 0)
             close_now_ = comm_.broadcast(static_cast<std::int64_t>(wall_seconds() - frames_closed_ >=
                                                                    plan_.cadence.frames_wall)) != 0;
-        balance_.look(timers_, *rods_, interactions_, clock_.done(), last_step_ - clock_.done());
+        balance_.update(timers_, *rods_, interactions_, clock_.done(), last_step_ - clock_.done());
         if (!progress_columns_.empty())
             show_now_ = comm_.broadcast(static_cast<std::int64_t>(progress_->due(clock_.done()))) != 0;
     }
@@ -409,7 +409,7 @@ void Simulation::show_progress(bool last) {
     std::vector<double> values;
     if (!progress_columns_.empty() && (show_now_ || last || clock_.done() >= last_step_ || ended())) {
         const auto timing = timers_.time(Phase::observe);
-        look();
+        take_sample();
         for (const std::size_t column : progress_columns_) values.push_back(last_sample_[column]);
     }
     show_now_ = false;
@@ -444,23 +444,23 @@ std::vector<double> Simulation::observables() const {
     return values;
 }
 
-void Simulation::look() {
+void Simulation::take_sample() {
     if (sampled_ == clock_.done()) return;
     last_sample_ = observables();
     sampled_ = clock_.done();
 }
 
-std::uint64_t Simulation::look_at_end() {
+std::uint64_t Simulation::sample_at_end() {
     const auto timing = timers_.time(Phase::observe);
-    look();
+    take_sample();
     return last_checkpoint_ == clock_.done() ? checkpoint_digest_ : digest();
 }
 
 void Simulation::sample() {
     const auto timing = timers_.time(Phase::observe);
-    look();
+    take_sample();
     warn_of_strain();
-    look_for_rest();
+    test_for_rest();
 }
 
 void Simulation::checkpoint() {
@@ -524,7 +524,7 @@ void Simulation::write_summary(const RunResult& result) {
     on_root(comm_, [&] {
         write_file(options_.out + "/summary.json", summary_json(figures));
         if (!options_.quiet) std::printf("%s", timing_table(figures).c_str());
-        if (!figures.slip_warning.empty()) tell_warning(figures.slip_warning);
+        if (!figures.slip_warning.empty()) print_warning(figures.slip_warning);
     });
 }
 

@@ -31,7 +31,7 @@ namespace skein {
 class StateCopy;
 
 /// "warning: ...", on the stderr of this process.
-void tell_warning(const std::string& text);
+void print_warning(const std::string& text);
 
 /// How steps, threads and ranks meet; the bits are the same.
 enum class Protocol {
@@ -142,7 +142,7 @@ private:
     void show_progress(bool last);
     /// Whether summary.json tells of the end of this very state; then also tells what has changed in [output] since.
     /// Collective.
-    bool is_told(std::uint64_t digest) const;
+    bool has_record(std::uint64_t digest) const;
     /// After an I/O error: frames that are whole and the state. Returns what to tell of it. Collective.
     std::string save_what_can_be_saved();
     void keep_state(); ///< the part of checkpoint() that writes it
@@ -158,9 +158,9 @@ private:
     /// The row of this step; none where an energy is not a number. Collective.
     std::optional<std::span<const double>> row();
     /// Observables of this step, once. Collective.
-    void look();
+    void take_sample();
     /// The last sample, and the digest of the whole scene. Collective.
-    std::uint64_t look_at_end();
+    std::uint64_t sample_at_end();
     /// Tells once of strains and turns that the last sample shows to be near what the rod law or the discretisation
     /// bears.
     void warn_of_strain();
@@ -177,12 +177,12 @@ private:
     Verdict agree();
     /// By what happens in the scene, before its duration is over.
     bool ended() const;
-    void look_for_rest();
+    void test_for_rest();
     Exit exit_code() const;
     /// At steps that are alike on any ranks: whether rods that relax have settled. Collective.
-    void look_for_settled();
+    void measure_settling();
     /// Where ranks meet after every step: false on all of them as soon as one has failed.
-    bool meet();
+    bool all_ranks_valid();
     /// At an event, if it is time for one.
     void keep_copy();
     void go_back(const StateCopy& copy);
@@ -249,7 +249,8 @@ private:
     std::uint64_t checkpoint_digest_ = 0; ///< at last_checkpoint_
     bool at_rest_ = false;
     std::optional<Settling> settling_; ///< of rods that relax
-    bool told_row_ = false, told_turn_ = false, told_strain_ = false, told_tension_ = false, told_limit_ = false;
+    bool warned_row_ = false, warned_turn_ = false, warned_strain_ = false, warned_tension_ = false,
+         warned_limit_ = false;
     std::unique_ptr<Progress> progress_;
     std::vector<std::size_t> progress_columns_; ///< of the series
     bool show_now_ = false;

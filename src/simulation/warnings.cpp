@@ -11,7 +11,7 @@
 
 namespace skein {
 
-void tell_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
+void print_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
 
 void Simulation::warn(bool& told, bool bad, const std::string& text) {
     if (told || !bad) return;
@@ -23,7 +23,7 @@ void Simulation::warn(bool& told, bool bad, const std::string& text) {
 
 void Simulation::warn_of_limit() {
     const std::string text = comm_.first_text(near_limit_);
-    warn(told_limit_, !text.empty(),
+    warn(warned_limit_, !text.empty(),
          text + (plan_.force_dt ? "" : "; beyond it the run is stopped: lower dt or time.e_min"));
 }
 
@@ -51,15 +51,15 @@ void Simulation::warn_of_strain() {
     double room = HUGE_VAL; // to the lowest tension limit
     for (std::size_t g = 0; g < groups_.size(); ++g)
         room = std::min(room, plan_.groups[g].tension_limit - groups_[g].element[0].rest_stretch);
-    warn(told_turn_, turn > 2,
+    warn(warned_turn_, turn > 2,
          fmt::format(
              "neighbouring elements turn by {:.3g} rad against each other, and 3 rad stops the run: use more elements",
              turn));
-    warn(told_strain_, strain > 0.7,
+    warn(warned_strain_, strain > 0.7,
          fmt::format(
              "an axial strain of {:.3g}: elements are shorter than 0.3 or well on the way to 3 times their length",
              strain));
-    warn(told_tension_, strain > room,
+    warn(warned_tension_, strain > room,
          fmt::format("an axial strain of {:.3g} may be beyond the tension limit (plan): directors flip there", strain));
 }
 

@@ -27,14 +27,15 @@ void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resu
         outputs_.push_back(std::make_unique<FrameOutput>(
             interval, kind,
             std::make_unique<FrameWriter>(comm_, options_.out, kind, scene.output, groups_, *rods_, step, plan_.title,
-                                          FrameWriter::default_buffer_bytes, tell_warning,
+                                          FrameWriter::default_buffer_bytes, print_warning,
                                           resumed ? resumed->*last : std::nullopt)));
     };
     if (every.series > 0 || plan_.relax) {
         std::unique_ptr<SeriesFile> file;
         on_root(comm_, [&] {
-            file = std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
-                                                resumed && resumed->series ? &*resumed->series : nullptr, tell_warning);
+            file =
+                std::make_unique<SeriesFile>(options_.out + "/observables.csv", names(), step,
+                                             resumed && resumed->series ? &*resumed->series : nullptr, print_warning);
         });
         outputs_.push_back(
             std::make_unique<SeriesOutput>(every.series, comm_, std::move(file), [this] { return row(); }));
@@ -49,7 +50,7 @@ void Simulation::open_outputs(const SceneSpec& scene, const CheckpointInfo* resu
             std::make_unique<FluidFrames>(
                 comm_, threads_, fluid.flow(), *plan_.fluid, options_.out, plan_.dt, clock_.shift(),
                 [&](const std::string& name) {
-                    return FieldSeries::Earlier{step, last_frame(resumed, name), tell_warning};
+                    return FieldSeries::Earlier{step, last_frame(resumed, name), print_warning};
                 }),
             fluid));
     }
@@ -63,7 +64,7 @@ std::unique_ptr<Output> Simulation::polydata(const SceneSpec& scene, const Check
         forces = [this](std::int64_t gid, std::span<Vec3d> out) { contacts_of(interactions_)->forces(gid, out); };
     auto frames = std::make_unique<VtkSeries>(
         comm_, options_.out, scene.output, groups_, *rods_, resumed ? clock_.done() : -1, std::move(forces),
-        VtkSeries::Expected{last_frame(resumed, "rods"), last_frame(resumed, "walls")}, tell_warning);
+        VtkSeries::Expected{last_frame(resumed, "rods"), last_frame(resumed, "walls")}, print_warning);
     std::unique_ptr<WallMeshes> walls;
     if (walls_) walls = std::make_unique<WallMeshes>(comm_, *walls_, groups_, rods_->local());
     return std::make_unique<PolyDataOutput>(plan_.cadence.trajectory, std::move(frames), std::move(walls));
@@ -110,11 +111,11 @@ void Simulation::finish_files() {
 Moment Simulation::now() const { return {clock_.done(), clock_.time(), clock_.lag()}; }
 
 std::optional<std::span<const double>> Simulation::row() {
-    look();
+    take_sample();
     const bool numbers = std::isfinite(
         groups_.empty() ? last_sample_.front()
                         : observed_energy(last_sample_)); // of a copy half a step on, which may fail first
-    warn(told_row_, !numbers, "an energy is not a number: the time series has no row of this step");
+    warn(warned_row_, !numbers, "an energy is not a number: the time series has no row of this step");
     return numbers ? std::optional<std::span<const double>>(last_sample_) : std::nullopt;
 }
 
