@@ -105,8 +105,9 @@ std::uint64_t GroupFrames::frame_bytes() const {
 }
 
 std::uint64_t GroupFrames::constant_bytes() const {
-    const std::uint64_t per_node =
-        kind_ == FrameKind::trajectory ? (group_.sized() ? 24 : 16) * static_cast<std::uint64_t>(group_.slots()) : 0;
+    const std::uint64_t per_node = kind_ == FrameKind::trajectory
+                                       ? (group_.heterogeneous() ? 24 : 16) * static_cast<std::uint64_t>(group_.slots())
+                                       : 0;
     const std::size_t parts = group_.body() ? group_.body()->part.size() : 0;
     return count() * (per_node + 56) + 88 * parts + 8 * static_cast<std::uint64_t>(group_.slots()) +
            fields_.size() * H5File::frames_slack;
@@ -214,10 +215,10 @@ void GroupFrames::write_constants(H5File& file, const Communicator& comm) const 
     const auto width = static_cast<std::uint64_t>(nodes);
     std::vector<double> radius;
     const auto put_radii = [&](std::int64_t i, double* out) {
-        const std::size_t first = group_.sized() ? static_cast<std::size_t>((i - blocks_.begin()) * nodes) : 0;
+        const std::size_t first = group_.heterogeneous() ? static_cast<std::size_t>((i - blocks_.begin()) * nodes) : 0;
         std::copy_n(radius.begin() + static_cast<std::ptrdiff_t>(first), nodes, out);
     };
-    if (group_.sized()) {
+    if (group_.heterogeneous()) {
         radius =
             rows_of_owners(blocks_, owned_.indices, static_cast<std::size_t>(nodes), [&](std::int64_t i, double* out) {
                 with_rod(group_, i, [&](const RodGroup& rod) {

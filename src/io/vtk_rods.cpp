@@ -112,7 +112,7 @@ void VtkRods::find_radii() {
             radius_.push_back(rod.body() ? rod.body()->line[static_cast<std::size_t>(k / 2)].radius
                                          : node_radius(rod, k));
     };
-    if (!group_.sized()) put_radii(group_);
+    if (!group_.heterogeneous()) put_radii(group_);
     else
         for (const std::int64_t i : owned_.indices) with_rod(group_, i, put_radii);
 }
@@ -130,7 +130,7 @@ void VtkRods::describe(std::size_t place, const RodCopy& rod, const VtkContent& 
     const auto each = [&](auto&& number) {
         for (std::size_t i = 0; i < nodes; ++i) out = put(out, number(i));
     };
-    const double* radius = radius_.data() + (group_.sized() ? place * nodes : 0);
+    const double* radius = radius_.data() + (group_.heterogeneous() ? place * nodes : 0);
     each([&](std::size_t i) { return lane(rod.state[i].position, 0); });
     each([&](std::size_t i) { return radius[i]; });
     each([&](std::size_t i) { return lane(rod.state[i].velocity, 0); });

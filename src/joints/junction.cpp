@@ -112,7 +112,7 @@ private:
     Side side(const JointEnd& end) const {
         const RodGroup& g = group(end.group);
         if (!g.strained()) return {.group = end.group, .rod = end.rod, .node = 0, .body = true, .arm = end.arm};
-        if (g.sized())
+        if (g.heterogeneous())
             refuse(fmt::format("is by common nodes, which rods '{}' of a file are not for: give 'stiffness' [N/m] and "
                                "'torsional_stiffness' [N m/rad]",
                                g.name()));

@@ -172,7 +172,7 @@ public:
         for (const RodGroup* group : family_)
             kicks.emplace(group->id(), kicks_of(p, plan_of(*group), *group, scheme, plan_.dt));
         std::function<KicksOfGroup(const RodGroup&)> of_rod;
-        if (family_.front()->sized())
+        if (family_.front()->heterogeneous())
             of_rod = [p, one = plan(), scheme, dt = plan_.dt](const RodGroup& rod) {
                 return kicks_of(p, one, rod, scheme, dt);
             };

@@ -352,7 +352,7 @@ void RodTiles<W>::take_along(std::size_t i, Copy copy, double lag, double time, 
     for (std::size_t k = 0; k + 1 < slots; ++k) reading.frames[k] = frame(state[k]);
     if (copy != Copy::strained) return;
     at_least(reading.profiles, slots);
-    const RodGroup& own = group.sized() ? own_group(reading, 0, group, local_[i].index) : group;
+    const RodGroup& own = group.heterogeneous() ? own_group(reading, 0, group, local_[i].index) : group;
     rod_profile(tile_of(own, state, local_[i].index), time,
                 reinterpret_cast<NodeProfileOf<Pack<1>>*>(reading.profiles.data()));
 }
@@ -405,7 +405,7 @@ template <int W> void RodTiles<W>::figures(double time, double lag, std::span<Ro
         const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
         take_along(i, Copy::synchronised, lag, 0, reading);
         const std::span state = std::span(reading.state).first(static_cast<std::size_t>(group.slots()));
-        const RodGroup& own = group.sized() ? own_group(reading, 0, group, local_[i].index) : group;
+        const RodGroup& own = group.heterogeneous() ? own_group(reading, 0, group, local_[i].index) : group;
         put_figures(figures_of(tile_of(own, state, local_[i].index), time), out.subspan(i, 1));
     });
 }

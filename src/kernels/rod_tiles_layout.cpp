@@ -169,7 +169,7 @@ void RodTiles<W>::board(RodTile<W>& tile, Boarding& boarding, std::optional<Stra
     auto& [seats, rods] = boarding;
     const RodGroup& group =
         *seats.front().group; // rods with sizes of their own share tiles with those of their group alone
-    if (group.sized())
+    if (group.heterogeneous())
         for (std::size_t s = 0; s < seats.size(); ++s) seats[s].group = &own_group(reading, s, group, seats[s].index);
     strands.emplace(seats, tile.n);
     tile.strands = &*strands;
@@ -189,7 +189,7 @@ void RodTiles<W>::board(RodTile<W>& tile, Boarding& boarding, std::optional<Stra
         import_rod(rods[s], state);
     }
     for (auto& pass : programs_[tile.program].passes) pass->bind(tile);
-    if (group.sized()) strands->settle(group);
+    if (group.heterogeneous()) strands->settle(group);
     boarding = {};
 }
 

@@ -213,7 +213,7 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
             require_memory_of_rows(*group, end - begin);
             group->places().read(begin, end);
             refuse_large_turns(*group);
-            if (group->sized()) limits_of[group] = least_limits_of_rods(*group);
+            if (group->heterogeneous()) limits_of[group] = least_limits_of_rods(*group);
         } catch (const std::exception& e) {
             error = e.what();
             break;
@@ -225,7 +225,7 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
         double lowest[3] = {-corner.x, -corner.y, -corner.z};
         comm.max(lowest);
         LeastLimits limits{};
-        if (group->sized()) {
+        if (group->heterogeneous()) {
             limits = limits_of[group];
             for (double& dt : limits) dt = comm.min(dt);
         }

@@ -52,7 +52,7 @@ void refuse_large_turns(const RodGroup& group) {
     const RodSpec& spec = group.spec();
     RodSpec own = spec;
     const auto look_at = [&](std::int64_t i) {
-        if (group.sized()) put_sizes(places, spec, i, own);
+        if (group.heterogeneous()) put_sizes(places, spec, i, own);
         const auto [most, curvature] = largest_turn(own.shape);
         if (most.angle < CellTurn::largest) return;
         throw InputError(
@@ -63,7 +63,7 @@ void refuse_large_turns(const RodGroup& group) {
     };
     const std::vector<std::int64_t> held = places.held();
     if (held.empty()) return;
-    if (!group.sized()) return look_at(held.front());
+    if (!group.heterogeneous()) return look_at(held.front());
     if (places.columns().nodes) {
         std::for_each(held.begin(), held.end(), look_at);
         return;

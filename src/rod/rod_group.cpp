@@ -456,11 +456,11 @@ void RodGroup::read_all() {
     require_memory_of_rows(*this, count());
     places_.read(0, count());
     refuse_large_turns(*this);
-    set_read(places_.corner(), places_.digest(), sized() ? least_limits_of_rods(*this) : LeastLimits{});
+    set_read(places_.corner(), places_.digest(), heterogeneous() ? least_limits_of_rods(*this) : LeastLimits{});
 }
 
 void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const {
-    if (sized()) return single(i).append_capsules(i, capsules);
+    if (heterogeneous()) return single(i).append_capsules(i, capsules);
     if (body_) {
         const Quaterniond axes = start_director(i, 0);
         const Vec3d at = origin(i) + as_turned(i, centre_offset_);
@@ -512,12 +512,12 @@ void RodGroup::join(std::shared_ptr<const AssemblyCopies> copies) {
 }
 
 void RodGroup::start_state_in_assembly(std::int64_t i, std::span<Slot<1>> out) const {
-    if (sized()) return start_state(i, out); // of one copy
+    if (heterogeneous()) return start_state(i, out); // of one copy
     start_state(within_.origin(i), within_.turned() ? within_.turn(i) : no_turn, within_.turned(), out);
 }
 
 void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
-    if (sized()) return single(i).start_state(i, out);
+    if (heterogeneous()) return single(i).start_state(i, out);
     start_state(origin(i), turned() ? places_.turn(i) : no_turn, turned(), out);
 }
 

@@ -118,7 +118,7 @@ std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
 std::vector<TimeLimit> time_limits(const RodGroup& g) {
     if (!g.strained()) return {{"none (rigid)", infinite, 0}};
     std::vector<TimeLimit> limits = limits_by_mode(g);
-    if (g.sized())
+    if (g.heterogeneous())
         for (std::size_t mode = 0; mode < limits.size(); ++mode) limits[mode].dt = g.least_limits()[mode];
     std::stable_sort(limits.begin(), limits.end(), [](const TimeLimit& a, const TimeLimit& b) {
         return std::isnan(a.dt) ? !std::isnan(b.dt) : a.dt < b.dt;

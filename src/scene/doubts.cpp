@@ -38,12 +38,12 @@ void tell_units(const RodGroup& group, std::vector<std::string>& found) {
     constexpr double stiffest = 2e12; // Pa: diamond has 1.1e12
     const RodSpec& spec = group.spec();
     const double length = spec.shape.length, radius = spec.section.radius, modulus = spec.material.youngs_modulus;
-    if (!group.sized() && radius > length)
+    if (!group.heterogeneous() && radius > length)
         found.push_back(fmt::format(
             "rods.{}.section: radius = {:g} m is {:.3g} times the length of {:g} m: lengths are in m; were {:g} mm "
             "meant, write {:g}",
             spec.name, radius, radius / length, length, radius, 1e-3 * radius));
-    if (!group.sized() && length > slender * radius)
+    if (!group.heterogeneous() && length > slender * radius)
         found.push_back(fmt::format(
             "rods.{}.shape: length = {:g} m is {:.3g} radii of {:g} m: lengths are in m; were {:g} mm meant, write "
             "{:g}",
@@ -90,7 +90,8 @@ void tell_rigid_joints(const SceneSpec& scene, std::span<const RodGroup> groups,
         for (const RodGroup& group : groups)
             for (std::size_t side = 0; side < joint.between.size(); ++side) {
                 const double at = joint.at[side];
-                if (group.name() != joint.between[side] || !group.strained() || group.sized() || (at != 0 && at != 1))
+                if (group.name() != joint.between[side] || !group.strained() || group.heterogeneous() ||
+                    (at != 0 && at != 1))
                     continue;
                 const ElementConstants& element = at == 0 ? group.element.front() : group.element.back();
                 compliance += 0.5 * element.rest_length / element.bending.x;
@@ -166,7 +167,7 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
         const double sound = std::sqrt(m.youngs_modulus / m.density),
                      crossings = scene.time.duration * sound / group.spec().shape.length;
         speed = std::max(speed, sound);
-        if (!group.sized()) tell_large_turns(group, found);
+        if (!group.heterogeneous()) tell_large_turns(group, found);
         tell_jumps(group, found);
         tell_units(group, found);
         const double ratio = m.shear_modulus > 0 ? m.youngs_modulus / m.shear_modulus : 3;

@@ -9,7 +9,7 @@ namespace skein {
 
 std::optional<std::string> law_differences(const RodGroup& group) {
     constexpr double small = 0.05; // of r kappa: below, laws differ by less than 0.1 % of the length
-    if (!group.strained() || group.sized() || group.law() == Law::elastica) return std::nullopt;
+    if (!group.strained() || group.heterogeneous() || group.law() == Law::elastica) return std::nullopt;
     const Shape& s = group.spec().shape;
     double most = 0, by_bending = 0, by_twist = 0, bent = 0, twisted = 0;
     for (std::size_t k = 0; k < group.voronoi.size(); ++k) {

@@ -201,7 +201,7 @@ bool can_lie_along(const GroupProgram& program) {
 }
 
 /// What has constants of a group where rods have their own.
-void refuse_in_sized(const GroupPlan& p, const RodGroup& group, bool can_lie_along) {
+void refuse_in_heterogeneous(const GroupPlan& p, const RodGroup& group, bool can_lie_along) {
     const auto refuse = [&](const std::string& what) {
         throw InputError(
             fmt::format("{}: the rods of '{}' have lengths, radii or shapes of their own, by file '{}': {}",
@@ -231,13 +231,13 @@ void find_families(Plan& plan, std::span<const RodGroup> groups) {
     for (std::size_t g = 0; g < groups.size(); ++g) {
         GroupPlan& p = plan.groups[g];
         const bool can = can_lie_along(p.program);
-        p.sized = groups[g].sized();
-        if (p.sized) refuse_in_sized(p, groups[g], can);
+        p.heterogeneous = groups[g].heterogeneous();
+        if (p.heterogeneous) refuse_in_heterogeneous(p, groups[g], can);
         if (!can) continue;
         std::string key = fmt::format("{} of {}", fmt::join(p.program.names(), "|"), fmt::join(p.load_numbers, ","));
         for (const Load& load : p.loads)
             if (load.keeps_tables_of_group()) key += fmt::format(" in {}", g);
-        if (p.sized) key += fmt::format(" in {}", g);
+        if (p.heterogeneous) key += fmt::format(" in {}", g);
         const auto found = std::find(keys.begin(), keys.end(), key);
         p.family = static_cast<int>(found - keys.begin());
         if (found == keys.end()) keys.push_back(key);
@@ -456,7 +456,7 @@ StepWatch step_watch(const Plan& plan) {
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes) {
     std::vector<TilingGroup> groups;
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
-        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family, plan.groups[g].sized});
+        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family, plan.groups[g].heterogeneous});
     return choose_tiling(groups, lanes, plan.machine.threads, plan.machine.mapping);
 }
 

@@ -45,7 +45,8 @@ struct GroupPlan {
     std::int64_t along = 0; ///< rods that lie along, on all ranks
     std::string pieces;     ///< how these are cut
     int family = -1;        ///< groups with the same passes, which may share tiles along; -1: across only
-    bool sized = false; ///< rods have lengths, radii or shapes of their own: they lie along, each with its constants
+    bool heterogeneous =
+        false; ///< rods have lengths, radii or shapes of their own: they lie along, each with its constants
     std::vector<std::size_t> load_numbers; ///< of `loads` in the scene
     bool walls = false;                    ///< it may touch some
     KickKind kick = KickKind::undamped;

@@ -23,7 +23,7 @@ struct RodColumns {
     bool tangent = false, normal = false, length = false, radius = false;
     bool nodes = false, directors = false, radii = false; ///< along the rod
     bool turned() const { return tangent || nodes; }
-    bool sized() const { return length || radius || nodes || radii; }
+    bool heterogeneous() const { return length || radius || nodes || radii; }
 };
 
 /// Consecutive rods as a file describes them: an entry per rod (or element, node), none at all where the file is
@@ -67,7 +67,7 @@ public:
     /// Whether rods have directions of their own: turn(i) from the lab's axes to those of the start shape.
     bool turned() const { return turned_; }
     /// Whether rods have lengths, radii or shapes of their own.
-    bool sized() const { return columns_.sized(); }
+    bool heterogeneous() const { return columns_.heterogeneous(); }
     const RodColumns& columns() const { return columns_; }
     /// Rest length and radius of rod i, m; `given`, the scene's, where the file is silent.
     double length(std::int64_t i, double given) const;

@@ -67,7 +67,7 @@ public:
 
     /// Whether rods have lengths, radii or shapes of their own. Constants of the group are then those that the scene
     /// gives and of no rod; single(i) has those of rod i, and its number. Such rods lie along.
-    bool sized() const { return places_.sized(); }
+    bool heterogeneous() const { return places_.heterogeneous(); }
     RodGroup single(std::int64_t i) const { return RodGroup(*this, i); }
     /// Of a group that is single(j): becomes single(i) of the same `group`, in the memory that it has.
     void become(const RodGroup& group, std::int64_t i);
@@ -159,7 +159,7 @@ public:
     double largest_magnetisation() const;                ///< of all rods, A/m
     /// Centre of rod i at t = 0, the point that partitioning uses.
     Vec3d centre(std::int64_t i) const {
-        const double scale = sized() ? places_.length(i, spec_.shape.length) / spec_.shape.length : 1;
+        const double scale = heterogeneous() ? places_.length(i, spec_.shape.length) / spec_.shape.length : 1;
         return origin(i) + as_turned(i, scale * centre_offset_);
     }
     /// Elements of rod i at t = 0 as capsules that hold all of their sections.
@@ -226,7 +226,7 @@ inline double cell_weight(const RodGroup& group, std::size_t i) {
 
 /// Calls f with the group whose constants rod i has.
 template <class F> decltype(auto) with_rod(const RodGroup& group, std::int64_t i, F&& f) {
-    if (!group.sized()) return f(group);
+    if (!group.heterogeneous()) return f(group);
     const RodGroup own = group.single(i);
     return f(own);
 }
