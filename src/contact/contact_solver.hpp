@@ -115,7 +115,7 @@ public:
     /// Units of the sums of energies and works, the same on all ranks.
     virtual const SumBins& energy_bins() const = 0;
     /// Memory of contacts whose first body is own, in order of pairs.
-    virtual std::vector<KeptContact> kept(const Exposure& bodies) const = 0;
+    virtual std::vector<KeptContact> saved(const Exposure& bodies) const = 0;
 
     /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s. `may_repeat`: other ranks may
     /// still ask for a rebuild, after which the step begins anew.

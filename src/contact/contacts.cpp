@@ -284,7 +284,7 @@ void Contacts::restore(std::span<const KeptContact> kept, const BinnedTotal& fri
     overlapping_.clear();
 }
 
-std::vector<KeptContact> Contacts::kept(const Exposure& bodies) const {
+std::vector<KeptContact> Contacts::saved(const Exposure& bodies) const {
     std::vector<KeptContact> mine;
     if (!list_.first.empty()) mine = touching_pairs(bodies, true);
     else // not yet gone on from

@@ -43,7 +43,7 @@ public:
     void restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work,
                  const BinnedTotal& viscous_work) override;
     const SumBins& energy_bins() const override { return bins_; }
-    std::vector<KeptContact> kept(const Exposure& bodies) const override;
+    std::vector<KeptContact> saved(const Exposure& bodies) const override;
     void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) override;
     void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) override;
     std::span<const std::uint8_t> touched() const override { return touched_; }

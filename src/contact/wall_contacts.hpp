@@ -85,7 +85,7 @@ public:
                 numbers.insert(numbers.end(), one.begin(), one.end());
             }
         }
-        std::size_t recall(int lane, std::span<const double> numbers) {
+        std::size_t restore(int lane, std::span<const double> numbers) {
             std::size_t at = 0;
             for (Work& w : work) {
                 w.friction.set(lane, numbers[at]);

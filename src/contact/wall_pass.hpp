@@ -75,8 +75,8 @@ public:
     void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
         contacts_->of_tile(rod.number).append_memory(lane, numbers);
     }
-    std::size_t recall(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
-        return contacts_->of_tile(rod.number).recall(lane, numbers);
+    std::size_t restore(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
+        return contacts_->of_tile(rod.number).restore(lane, numbers);
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {

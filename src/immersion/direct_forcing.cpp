@@ -68,7 +68,7 @@ void DirectForcing::add_given(const std::vector<Vec3d>& changes) {
 }
 
 void DirectForcing::recall_held(std::span<const double> kept) {
-    held_.recall(comm_, kept);
+    held_.restore(comm_, kept);
     settled_ = false;
 }
 

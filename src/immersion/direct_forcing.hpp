@@ -64,7 +64,7 @@ public:
 
     /// None where viscosity is explicit.
     const HeldVectors& held() const { return held_; }
-    /// Goes on from what kept() of held() was. This rank alone.
+    /// Goes on from what saved() of held() was. This rank alone.
     void recall_held(std::span<const double> kept);
 
 private:

@@ -177,7 +177,7 @@ std::array<double, ForceBalance::record> ForceBalance::numbers_of(std::size_t sl
             s.lent.x, s.lent.y, s.lent.z, s.lent_turn.x, s.lent_turn.y, s.lent_turn.z};
 }
 
-std::vector<double> ForceBalance::kept(const Communicator& comm) const {
+std::vector<double> ForceBalance::saved(const Communicator& comm) const {
     std::vector<double> mine;
     for (std::size_t i = 0; i < rods_.rods().local().size(); ++i)
         for (std::size_t k = 0; k < static_cast<std::size_t>(group_of(i).slots()); ++k) {
@@ -186,14 +186,14 @@ std::vector<double> ForceBalance::kept(const Communicator& comm) const {
             mine.insert(mine.end(), numbers.begin(), numbers.end());
         }
     const std::vector<double> all = comm.all_gather(mine);
-    std::vector<double> sorted(kept_numbers());
+    std::vector<double> sorted(saved_numbers());
     for (std::size_t at = 0; at < all.size(); at += record + 1)
         std::copy_n(all.begin() + static_cast<std::ptrdiff_t>(at) + 1, record,
                     sorted.begin() + static_cast<std::ptrdiff_t>(record * static_cast<std::size_t>(all[at])));
     return sorted;
 }
 
-void ForceBalance::recall(std::span<const double> kept) {
+void ForceBalance::restore(std::span<const double> kept) {
     for (std::size_t i = 0; i < rods_.rods().local().size(); ++i)
         for (std::size_t k = 0; k < static_cast<std::size_t>(group_of(i).slots()); ++k) {
             const double* n = kept.data() + record * (static_cast<std::size_t>(first_in_scene(i)) + k);

@@ -50,9 +50,9 @@ public:
     /// Of a slot: what it is owed and what is to be returned to it, node and element.
     static constexpr std::size_t record = 12;
     /// Records by slot of the scene, of all ranks. Collective.
-    std::vector<double> kept(const Communicator& comm) const;
-    std::size_t kept_numbers() const { return record * slots_of_scene_; }
-    void recall(std::span<const double> kept);
+    std::vector<double> saved(const Communicator& comm) const;
+    std::size_t saved_numbers() const { return record * slots_of_scene_; }
+    void restore(std::span<const double> kept);
     std::uint64_t digest() const;
 
 private:

@@ -37,7 +37,7 @@ void HeldVectors::settle(const Communicator& comm, std::span<const std::int64_t>
         if (const auto found = before.find(identities_[m]); found != before.end()) values_[m] = found->second;
 }
 
-std::vector<double> HeldVectors::kept(const Communicator& comm) const {
+std::vector<double> HeldVectors::saved(const Communicator& comm) const {
     std::vector<double> mine;
     for (std::size_t m = 0; m < identities_.size(); ++m) append(mine, identities_[m], values_[m]);
     const std::vector<double> all = comm.all_gather(mine);
@@ -52,7 +52,7 @@ std::vector<double> HeldVectors::kept(const Communicator& comm) const {
     return sorted;
 }
 
-void HeldVectors::recall(const Communicator& comm, std::span<const double> kept) {
+void HeldVectors::restore(const Communicator& comm, std::span<const double> kept) {
     identities_.clear();
     values_.clear();
     if (!comm.root()) return; // settle() brings them to their ranks

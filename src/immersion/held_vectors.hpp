@@ -13,7 +13,7 @@ namespace skein {
 
 class HeldVectors {
 public:
-    /// Numbers of a marker in kept(): identity, vector.
+    /// Numbers of a marker in saved(): identity, vector.
     static constexpr std::size_t record = 4;
 
     /// This rank holds markers with these identities from now on; those that no rank held before have 0. Collective.
@@ -25,9 +25,9 @@ public:
     std::span<const std::int64_t> identities() const { return identities_; }
 
     /// Of the markers of all ranks, by identity. Collective.
-    std::vector<double> kept(const Communicator& comm) const;
+    std::vector<double> saved(const Communicator& comm) const;
     /// Goes on from these; settle() follows. This rank alone.
-    void recall(const Communicator& comm, std::span<const double> kept);
+    void restore(const Communicator& comm, std::span<const double> kept);
 
 private:
     std::vector<std::int64_t> identities_;

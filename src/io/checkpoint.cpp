@@ -222,7 +222,7 @@ std::uint64_t read_record(const Communicator& comm, const H5File& file, const st
     return found;
 }
 
-std::string kept_dataset(const KeptNumbers& kept) { return "/kept/" + kept.name; }
+std::string kept_dataset(const SavedNumbers& kept) { return "/kept/" + kept.name; }
 
 /// This rank's part of numbers that all ranks have.
 H5Box part_of(const Communicator& comm, std::size_t count) {
@@ -234,11 +234,11 @@ H5Box part_of(const Communicator& comm, std::size_t count) {
 }
 
 /// Of the rows of all ranks, this one's from number `first` on. Collective.
-std::uint64_t digest_of_rows(const Communicator& comm, std::uint64_t first, const KeptNumbers& kept) {
+std::uint64_t digest_of_rows(const Communicator& comm, std::uint64_t first, const SavedNumbers& kept) {
     return comm.sum_wrapping(sum_of_hashes(static_cast<std::int64_t>(first), kept.rows, kept.columns));
 }
 
-void write_rows(const Communicator& comm, H5File& file, const std::string& dataset, const KeptNumbers& kept) {
+void write_rows(const Communicator& comm, H5File& file, const std::string& dataset, const SavedNumbers& kept) {
     const std::vector<std::int64_t> rows = comm.all_gather(static_cast<std::int64_t>(kept.rows.size() / kept.columns));
     const auto mine = rows.begin() + comm.rank();
     const auto first = static_cast<std::uint64_t>(std::accumulate(rows.begin(), mine, std::int64_t{0}));
@@ -253,7 +253,7 @@ void write_rows(const Communicator& comm, H5File& file, const std::string& datas
                    kept.rows.data());
 }
 
-void write_kept(const Communicator& comm, H5File& file, const KeptNumbers& kept) {
+void write_kept(const Communicator& comm, H5File& file, const SavedNumbers& kept) {
     const std::string dataset = kept_dataset(kept);
     file.make_dataset(dataset, H5Type::float64, {std::max<std::uint64_t>(1, kept.numbers.size())});
     file.set(dataset, "digest", hash_numbers(0, kept.numbers));
@@ -266,7 +266,7 @@ void write_kept(const Communicator& comm, H5File& file, const KeptNumbers& kept)
 }
 
 void read_rows(const Communicator& comm, const H5File& file, const std::string& path, const std::string& dataset,
-               KeptNumbers& kept) {
+               SavedNumbers& kept) {
     std::int64_t rows = 0, columns = 0;
     std::uint64_t written = 0;
     file.get(dataset, "rows", rows);
@@ -280,7 +280,7 @@ void read_rows(const Communicator& comm, const H5File& file, const std::string& 
     if (digest_of_rows(comm, part.start[0], kept) != written) throw IoError(path + ": " + dataset + " is damaged");
 }
 
-void read_kept(const Communicator& comm, const H5File& file, const std::string& path, KeptNumbers& kept) {
+void read_kept(const Communicator& comm, const H5File& file, const std::string& path, SavedNumbers& kept) {
     const std::string dataset = kept_dataset(kept);
     std::int64_t count = 0;
     std::uint64_t written = 0;
@@ -298,7 +298,7 @@ std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> gro
     for (const RodGroup& group : groups)
         for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value()))
             bytes += static_cast<std::uint64_t>(group.count()) * record.bytes();
-    for (const KeptNumbers& kept : info.kept)
+    for (const SavedNumbers& kept : info.saved)
         bytes += kept.numbers.size() * sizeof(double) +
                  static_cast<std::uint64_t>(comm.sum(static_cast<std::int64_t>(kept.rows.size() * sizeof(double))));
     return bytes;
@@ -377,8 +377,8 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
             if (&record == &records.front()) digest += of_record;
         }
     }
-    if (!info.kept.empty()) file.make_group("/kept");
-    for (const KeptNumbers& kept : info.kept) write_kept(comm, file, kept);
+    if (!info.saved.empty()) file.make_group("/kept");
+    for (const SavedNumbers& kept : info.saved) write_kept(comm, file, kept);
     if (digest += info.beyond; digest != info.digest)
         throw IoError(fmt::format("{}: the state changed while it was written (digest {:016x}, was {:016x})", path,
                                   digest, info.digest));
@@ -406,8 +406,8 @@ void verify(const Communicator& comm, const std::string& path, std::span<const R
     H5File file(comm, path, H5File::Mode::read);
     read_info(file, path);
     read_state(comm, file, path, groups, info.audited_from.has_value(), rods, nullptr);
-    for (const KeptNumbers& kept : info.kept) {
-        KeptNumbers found{.name = kept.name};
+    for (const SavedNumbers& kept : info.saved) {
+        SavedNumbers found{.name = kept.name};
         read_kept(comm, file, path, found);
     }
     file.close();
@@ -545,7 +545,8 @@ CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path
             path, info.version));
     if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods) + info.beyond != info.digest)
         throw IoError(path + ": the digest of the whole state differs");
-    for (const std::string& name : kept) read_kept(comm, file, path, info.kept.emplace_back(KeptNumbers{.name = name}));
+    for (const std::string& name : kept)
+        read_kept(comm, file, path, info.saved.emplace_back(SavedNumbers{.name = name}));
     file.close();
     return info;
 }

@@ -456,7 +456,7 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
     const int last = first == tile.lanes - 1 ? W - 1 : first; // spare lanes do what the last rod does
     for (const auto& pass : programs_[tile.program].passes) {
         std::size_t taken = 0;
-        for (int l = first; l <= last; ++l) taken = pass->recall(tile, l, numbers);
+        for (int l = first; l <= last; ++l) taken = pass->restore(tile, l, numbers);
         numbers = numbers.subspan(taken);
     }
 }

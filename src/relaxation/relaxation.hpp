@@ -55,7 +55,7 @@ public:
     void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
         if (contacts_.any()) numbers.push_back(reach_[rod.number][lane]);
     }
-    std::size_t recall(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
+    std::size_t restore(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
         if (!contacts_.any()) return 0;
         reach_[rod.number].set(lane, numbers[0]);
         return 1;

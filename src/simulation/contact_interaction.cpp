@@ -297,11 +297,11 @@ void ContactInteraction::forces(std::int64_t gid, std::span<Vec3d> out) const {
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = loads_->load[*first + i].force;
 }
 
-KeptNumbers ContactInteraction::kept() const {
+SavedNumbers ContactInteraction::saved() const {
     const ContactFigures f = contacts_->figures();
     std::vector<Row> mine;
     std::vector<std::int64_t> first_body;
-    for (const KeptContact& c : contacts_->kept(*exposure_)) {
+    for (const KeptContact& c : contacts_->saved(*exposure_)) {
         const ContactMemory<double>& m = c.memory;
         mine.push_back({double(c.a), double(c.b), double(c.status), m.spring.x.x, m.spring.x.y, m.spring.x.z,
                         m.spring.stiffness, m.viscous_part.x, m.viscous_part.y, m.viscous_part.z, m.weight});
@@ -310,14 +310,14 @@ KeptNumbers ContactInteraction::kept() const {
     std::vector<Row> rows =
         rows_of<Row>(directory().to_blocks(std::as_bytes(std::span(mine)), sizeof(Row), first_body));
     std::sort(rows.begin(), rows.end());
-    KeptNumbers kept{.name = kept_name(), .numbers = {}, .columns = contact_size, .rows = {}};
+    SavedNumbers kept{.name = saved_name(), .numbers = {}, .columns = contact_size, .rows = {}};
     for (const BinnedTotal& work : totals(comm_, std::array{f.friction_work, f.viscous_work}))
         for (const double part : work.numbers()) kept.numbers.push_back(part);
     for (const Row& row : rows) kept.rows.insert(kept.rows.end(), row.begin(), row.end());
     return kept;
 }
 
-void ContactInteraction::recall(const KeptNumbers& kept) {
+void ContactInteraction::restore(const SavedNumbers& kept) {
     forces_lost_ = true;
     if (!std::exchange(follows_, false)) {
         side_change_.clear();

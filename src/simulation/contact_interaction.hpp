@@ -29,10 +29,10 @@ public:
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return {&overlap_, 1}; }
     std::vector<Figure> figures(double lag) const override;
-    std::string kept_name() const override { return "contact_memory"; }
+    std::string saved_name() const override { return "contact_memory"; }
     /// Energies of all contacts; rows: the memory of each, by pair, on the rank whose block of gids has its first rod.
-    KeptNumbers kept() const override;
-    void recall(const KeptNumbers& kept) override;
+    SavedNumbers saved() const override;
+    void restore(const SavedNumbers& kept) override;
 
     /// Every contact of the scene, a line each, in order of pairs: the part of ranks one after another, with the head
     /// on root. Collective.

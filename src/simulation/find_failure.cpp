@@ -273,7 +273,7 @@ void Simulation::begin_again(const StateCopy& start, const Clock& was) {
         rods_->import_rod(i, state);
         if (!start.memory(i).empty()) rods_->set_memory(i, start.memory(i));
     }
-    recall(interactions_, start.kept());
+    restore(interactions_, start.saved());
 }
 
 void Simulation::try_shorter_steps(Failure& failure, const StateCopy& start, double until, double dt) {

@@ -415,7 +415,7 @@ std::vector<Figure> FluidInteraction::figures(double) const {
     return all;
 }
 
-KeptNumbers FluidInteraction::kept() const {
+SavedNumbers FluidInteraction::saved() const {
     WholeState state(comm_, *flow_);
     std::vector<double> numbers{static_cast<double>(steps_), flow_->time(), bodies_ ? slip() : 0, last_length_};
     if (plan_.follows_rods) {
@@ -423,13 +423,13 @@ KeptNumbers FluidInteraction::kept() const {
         numbers.push_back(middle_at_start_.value_or(0));
     }
     const auto keep = [&](const std::vector<double>& more) { numbers.insert(numbers.end(), more.begin(), more.end()); };
-    if (bodies_ && bodies_->balance()) keep(bodies_->balance()->kept(comm_));
-    if (bodies_) keep(bodies_->forcing().held().kept(comm_));  // empty where nothing is held
+    if (bodies_ && bodies_->balance()) keep(bodies_->balance()->saved(comm_));
+    if (bodies_) keep(bodies_->forcing().held().saved(comm_)); // empty where nothing is held
     const PressureInTime& pressure = pressure_in_time(*flow_); // last: programs before it did not know it
     numbers.push_back(pressure.pressure_time().value_or(no_time));
     numbers.push_back(pressure.pressure_gain().times);
-    KeptNumbers kept{
-        .name = kept_name(), .numbers = std::move(numbers), .columns = state.numbers_of_plane(), .rows = {}};
+    SavedNumbers kept{
+        .name = saved_name(), .numbers = std::move(numbers), .columns = state.numbers_of_plane(), .rows = {}};
     // Frames of this step are written again by a run that goes on from it, so the gain of the pressure is kept where
     // they have it.
     const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
@@ -451,7 +451,7 @@ KeptNumbers FluidInteraction::kept() const {
     return kept;
 }
 
-void FluidInteraction::recall(const KeptNumbers& kept) {
+void FluidInteraction::restore(const SavedNumbers& kept) {
     WholeState state(comm_, *flow_);
     const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
     std::vector<double> gain;
@@ -481,8 +481,8 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
         more = more.subspan(2);
     }
     if (bodies_ && bodies_->balance()) {
-        const std::size_t of_balance = bodies_->balance()->kept_numbers();
-        bodies_->balance()->recall(more.first(of_balance));
+        const std::size_t of_balance = bodies_->balance()->saved_numbers();
+        bodies_->balance()->restore(more.first(of_balance));
         more = more.subspan(of_balance);
     }
     PressureInTime& pressure = pressure_in_time(*flow_);
@@ -503,7 +503,7 @@ void FluidInteraction::recall(const KeptNumbers& kept) {
 }
 
 std::uint64_t
-FluidInteraction::digest() const { // that of the rows of kept(), without a copy of them, and of forces by marker
+FluidInteraction::digest() const { // that of the rows of saved(), without a copy of them, and of forces by marker
     WholeState state(comm_, *flow_);
     std::vector<std::uint64_t> hash(static_cast<std::size_t>(state.planes().count));
     threads_.for_each(hash.size(), [&](std::size_t k, int) {

@@ -30,10 +30,10 @@ public:
     std::string invalid() const override;
     std::vector<Figure> figures(double lag) const override;
     std::uint64_t digest() const override;
-    std::string kept_name() const override { return "fluid"; }
+    std::string saved_name() const override { return "fluid"; }
     /// Rows are planes of cells.
-    KeptNumbers kept() const override;
-    void recall(const KeptNumbers& kept) override;
+    SavedNumbers saved() const override;
+    void restore(const SavedNumbers& kept) override;
 
     /// Of this run: cells times steps of the fluid.
     double cell_steps() const;

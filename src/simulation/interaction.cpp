@@ -215,22 +215,22 @@ std::uint64_t digest_of(const Interactions& all) {
     return sum;
 }
 
-std::vector<std::string> kept_names(const Interactions& all) {
+std::vector<std::string> saved_names(const Interactions& all) {
     std::vector<std::string> names;
-    for (const auto& one : all) names.push_back(one->kept_name());
+    for (const auto& one : all) names.push_back(one->saved_name());
     return names;
 }
 
-std::vector<KeptNumbers> kept(const Interactions& all) {
-    std::vector<KeptNumbers> numbers;
-    for (const auto& one : all) numbers.push_back(one->kept());
+std::vector<SavedNumbers> saved(const Interactions& all) {
+    std::vector<SavedNumbers> numbers;
+    for (const auto& one : all) numbers.push_back(one->saved());
     return numbers;
 }
 
-void recall(const Interactions& all, std::span<const KeptNumbers> kept) {
+void restore(const Interactions& all, std::span<const SavedNumbers> kept) {
     for (const auto& one : all)
-        for (const KeptNumbers& k : kept)
-            if (k.name == one->kept_name()) one->recall(k);
+        for (const SavedNumbers& k : kept)
+            if (k.name == one->saved_name()) one->restore(k);
 }
 
 } // namespace skein

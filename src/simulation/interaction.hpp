@@ -61,7 +61,7 @@ public:
     virtual void settle([[maybe_unused]] std::span<const std::uint32_t> slot) {}
 
     /// This rank owns other bodies from now on, those of `parts`. Called between begin_rebuild and find_partners;
-    /// recall() of what was kept() before follows.
+    /// restore() of what was saved() before follows.
     virtual void follow(const InteractionParts& parts) = 0;
     /// Adds its work in a step to that of own bodies (Rods::local()), in pairs of elements that touch. This rank alone.
     virtual void add_work([[maybe_unused]] std::span<const LocalRod> own,
@@ -109,11 +109,11 @@ public:
     /// Of a state beyond that of bodies: what this rank adds to the digest of all. Collective.
     virtual std::uint64_t digest() const { return 0; }
     /// Name of its numbers in checkpoints.
-    virtual std::string kept_name() const = 0;
+    virtual std::string saved_name() const = 0;
     /// Numbers that its next steps depend on, the same on any number of ranks. Collective.
-    virtual KeptNumbers kept() const = 0;
+    virtual SavedNumbers saved() const = 0;
     /// Goes on from these, whatever ranks left them. Collective.
-    virtual void recall(const KeptNumbers& kept) = 0;
+    virtual void restore(const SavedNumbers& kept) = 0;
 };
 
 using Interactions = std::vector<std::unique_ptr<Interaction>>;
@@ -162,8 +162,8 @@ std::vector<LargestOverlap> largest_overlaps(const Communicator& comm, const Int
 /// Of all of them, on this rank. Collective.
 std::uint64_t digest_of(const Interactions& all);
 /// For checkpoints.
-std::vector<std::string> kept_names(const Interactions& all);
-std::vector<KeptNumbers> kept(const Interactions& all);
-void recall(const Interactions& all, std::span<const KeptNumbers> kept);
+std::vector<std::string> saved_names(const Interactions& all);
+std::vector<SavedNumbers> saved(const Interactions& all);
+void restore(const Interactions& all, std::span<const SavedNumbers> kept);
 
 } // namespace skein

@@ -21,10 +21,10 @@ public:
 
     void follow(const InteractionParts& parts) override { rods_ = &parts.rods; }
     std::vector<Figure> figures(double lag) const override;
-    std::string kept_name() const override { return "joints"; }
+    std::string saved_name() const override { return "joints"; }
     /// Joints remember nothing.
-    KeptNumbers kept() const override { return {.name = kept_name(), .numbers = {}, .columns = 0, .rows = {}}; }
-    void recall(const KeptNumbers&) override {}
+    SavedNumbers saved() const override { return {.name = saved_name(), .numbers = {}, .columns = 0, .rows = {}}; }
+    void restore(const SavedNumbers&) override {}
 
 private:
     const Plan& plan_;

@@ -15,7 +15,7 @@ namespace skein {
 class Settling {
 public:
     /// Name among the kept numbers of a checkpoint.
-    static constexpr const char* kept_name = "relaxation";
+    static constexpr const char* saved_name = "relaxation";
 
     explicit Settling(double tolerance) : tolerance_(tolerance) {}
 
@@ -29,8 +29,8 @@ public:
     } ///< of all rods the largest at the last look, over the length and in rad
     double tolerance() const { return tolerance_; }
 
-    KeptNumbers kept() const { return {.name = kept_name, .numbers = {correction_}}; }
-    void recall(const KeptNumbers& kept) { correction_ = kept.numbers.front(); }
+    SavedNumbers saved() const { return {.name = saved_name, .numbers = {correction_}}; }
+    void restore(const SavedNumbers& kept) { correction_ = kept.numbers.front(); }
 
     /// Says at the end of a run whether they have settled, in the `allowed` steps or before; `quiet`: where they have
     /// not.

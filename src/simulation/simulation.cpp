@@ -93,8 +93,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
         if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);
     });
 
-    std::vector<std::string> kept = kept_names(interactions_);
-    if (settling_) kept.emplace_back(Settling::kept_name);
+    std::vector<std::string> kept = saved_names(interactions_);
+    if (settling_) kept.emplace_back(Settling::saved_name);
     std::optional<CheckpointInfo> found;
     if (writes) found = read_checkpoint(comm_, options_.out, groups_, *rods_, physics_, print_warning, kept);
     else if (!options_.from.empty())
@@ -104,8 +104,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (!resumes && !scene.start.from.empty())
         found = begin_branch(comm_, {scene, plan_.dt, physics_}, groups_, *rods_, kept, print_warning);
     if (found) {
-        recall(interactions_, found->kept);
-        if (settling_) settling_->recall(found->kept.back());
+        restore(interactions_, found->kept);
+        if (settling_) settling_->restore(found->kept.back());
         clock_ = Clock(plan_.dt, found->step, plan_.integrator, found->shift);
         ancestry_ = found->ancestry;
         if (found->shift != 0) plan_.steps = std::max<std::int64_t>(1, clock_.step_at(scene.time.duration));
@@ -170,7 +170,7 @@ void Simulation::move_bodies(const Step& step) {
     const std::vector<Assignment> assigned = balance_.assign(groups_, *rods_, interactions_);
     const std::int64_t moving = Migration::count(comm_, assigned);
     if (moving > 0 || options_.balance == Balance::always) {
-        const std::vector<KeptNumbers> kept = skein::kept(interactions_);
+        const std::vector<SavedNumbers> kept = skein::saved(interactions_);
         const Migration migration(comm_, groups_, *rods_, assigned, kernels(plan_.machine.lanes).lanes,
                                   threads_.count());
         const Surroundings around = make_rods_of(migration.owned());
@@ -182,7 +182,7 @@ void Simulation::move_bodies(const Step& step) {
         neighbourhood_->follow(around.exposure);
         for (const auto& interaction : interactions_)
             interaction->follow({comm_, threads_, plan_, groups_, *rods_, around});
-        recall(interactions_, kept);
+        restore(interactions_, kept);
         ++owners_;
     }
     const double seconds = wall_seconds() - began;
@@ -480,8 +480,8 @@ void Simulation::keep_state() {
     info.settings = settings_;
     info.ancestry = ancestry_;
     info.beyond = comm_.sum_wrapping(digest_of(interactions_));
-    info.kept = kept(interactions_);
-    if (settling_) info.kept.push_back(settling_->kept());
+    info.saved = saved(interactions_);
+    if (settling_) info.saved.push_back(settling_->saved());
     for (const auto& output : outputs_) output->mark(info);
     write_checkpoint(comm_, options_.out, groups_, *rods_, info, plan_.keeping);
     last_checkpoint_ = clock_.done();

@@ -28,7 +28,7 @@ void StateCopy::take(const Rods& rods, const Interactions& interactions, std::in
         budgets_[i] = rods.budget(i);
         if (!memory_.empty()) memory_[i] = rods.memory(i);
     });
-    kept_ = skein::kept(interactions);
+    kept_ = skein::saved(interactions);
     step_ = step;
 }
 
@@ -38,7 +38,7 @@ void StateCopy::put_back(Rods& rods, const Interactions& interactions) const {
         rods.set_budget(i, budgets_[i]);
         if (!memory_.empty()) rods.set_memory(i, memory_[i]);
     }
-    recall(interactions, kept_);
+    restore(interactions, kept_);
 }
 
 void StateCopy::put_back_places(std::span<RodGroup> groups) const {

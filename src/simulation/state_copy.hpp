@@ -33,7 +33,7 @@ public:
     std::span<const double> memory(std::size_t i) const {
         return memory_.empty() ? std::span<const double>() : memory_[i];
     }
-    const std::vector<KeptNumbers>& kept() const { return kept_; }
+    const std::vector<SavedNumbers>& saved() const { return kept_; }
 
 private:
     std::int64_t owners_, step_ = -1;
@@ -44,7 +44,7 @@ private:
     std::vector<Slot<1>> slots_;
     std::vector<RodBudget> budgets_;
     std::vector<std::vector<double>> memory_; ///< of each rod; none where passes remember nothing
-    std::vector<KeptNumbers> kept_;
+    std::vector<SavedNumbers> kept_;
 };
 
 } // namespace skein

@@ -21,7 +21,7 @@ bool same_bits(std::span<const double> a, std::span<const double> b) {
     });
 }
 
-bool same_numbers(const KeptNumbers& computed, const KeptNumbers& written) {
+bool same_numbers(const SavedNumbers& computed, const SavedNumbers& written) {
     return same_bits(computed.numbers, written.numbers) && same_bits(computed.rows, written.rows);
 }
 
@@ -40,9 +40,9 @@ std::string Simulation::difference_to(const std::string& checkpoint) {
         if (info.scene != physics_ || info.ancestry != ancestry_ || info.shift != clock_.shift())
             throw InputError(checkpoint + ": is not of the run that the checkpoint before it is of");
     };
-    const auto kept = kept_names(interactions_);
+    const auto kept = saved_names(interactions_);
     const CheckpointInfo info = load_checkpoint(comm_, checkpoint, groups_, *rods_, same_run, kept);
-    recall(interactions_, info.kept);
+    restore(interactions_, info.saved);
     written.take(*rods_, interactions_, info.step);
 
     constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
@@ -68,9 +68,9 @@ std::string Simulation::difference_to(const std::string& checkpoint) {
     if (all > 0)
         text = fmt::format("{} of {} rods differ; the first is {}", all, plan_.rods,
                            comm_.first_text(first == lowest ? mine : std::string()));
-    for (std::size_t i = 0; i < info.kept.size(); ++i)
-        if (comm_.max(static_cast<std::int64_t>(!same_numbers(computed.kept()[i], written.kept()[i]))) != 0)
-            text += fmt::format("{}'{}' differ", text.empty() ? "" : "; ", info.kept[i].name);
+    for (std::size_t i = 0; i < info.saved.size(); ++i)
+        if (comm_.max(static_cast<std::int64_t>(!same_numbers(computed.saved()[i], written.saved()[i]))) != 0)
+            text += fmt::format("{}'{}' differ", text.empty() ? "" : "; ", info.saved[i].name);
     if (info.audited_from.value_or(0) != audited_from)
         text += fmt::format("{}the energy that the audit began with differs", text.empty() ? "" : "; ");
     return text;

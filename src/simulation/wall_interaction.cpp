@@ -136,7 +136,7 @@ std::vector<Figure> WallInteraction::figures(double) const {
     return figures;
 }
 
-KeptNumbers WallInteraction::kept() const {
+SavedNumbers WallInteraction::saved() const {
     std::vector<double> numbers;
     for (const DrivenWall& d : driven_) {
         const std::vector<double> state = d.servo.state();
@@ -144,10 +144,10 @@ KeptNumbers WallInteraction::kept() const {
         numbers.push_back(static_cast<double>(state.size()));
         numbers.insert(numbers.end(), state.begin(), state.end());
     }
-    return {.name = kept_name(), .numbers = std::move(numbers)};
+    return {.name = saved_name(), .numbers = std::move(numbers)};
 }
 
-void WallInteraction::recall(const KeptNumbers& kept) {
+void WallInteraction::restore(const SavedNumbers& kept) {
     const std::span numbers(kept.numbers);
     std::size_t at = 0;
     for (DrivenWall& d : driven_) {

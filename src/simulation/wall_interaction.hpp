@@ -19,10 +19,10 @@ public:
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return overlaps_; }
     std::vector<Figure> figures(double lag) const override;
-    std::string kept_name() const override { return "walls"; }
+    std::string saved_name() const override { return "walls"; }
     /// Per driven wall its work, how many numbers its servo has, and these.
-    KeptNumbers kept() const override;
-    void recall(const KeptNumbers& kept) override;
+    SavedNumbers saved() const override;
+    void restore(const SavedNumbers& kept) override;
 
 private:
     struct DrivenWall {

@@ -159,7 +159,7 @@ TEST(Migration, takes_all_along_that_steps_depend_on) {
     for (int i = 0; i < 30; ++i) field.step();
     const std::uint64_t state = field.comm.sum_wrapping(field.rods->digest()), memory = field.digest_of_memory();
     for (std::size_t i = 0; i < field.rods->local().size(); ++i) ASSERT_FALSE(field.rods->memory(i).empty());
-    const std::vector<KeptNumbers> kept_before = kept(field.interactions);
+    const std::vector<SavedNumbers> kept_before = saved(field.interactions);
     const std::int64_t contacts = field.comm.sum(static_cast<std::int64_t>(kept_before.front().rows.size()));
     ASSERT_GT(contacts, 100) << "contacts with memory are there to be moved";
     for (int seed = 0; seed < 3; ++seed) {
@@ -177,10 +177,10 @@ TEST(Migration, takes_all_along_that_steps_depend_on) {
         for (std::size_t i = 0; i < migration.owned().size(); ++i) field.around.exposure->show(i, migration.state(i));
         field.neighbourhood->follow(field.around.exposure);
         for (const auto& one : field.interactions) one->follow(field.parts());
-        recall(field.interactions, kept_before);
+        restore(field.interactions, kept_before);
         EXPECT_EQ(field.comm.sum_wrapping(field.rods->digest()), state);
         EXPECT_EQ(field.digest_of_memory(), memory);
-        const std::vector<KeptNumbers> now = kept(field.interactions);
+        const std::vector<SavedNumbers> now = saved(field.interactions);
         ASSERT_EQ(now.size(), kept_before.size());
         for (std::size_t i = 0; i < now.size(); ++i) {
             EXPECT_EQ(now[i].numbers, kept_before[i].numbers);

@@ -109,7 +109,7 @@ TEST(Obstacles, GoOnFromForcesAtMarkers) {
     first->set_forcing(&bodies.forcing());
     second->set_forcing(&others.forcing());
     for (int s = 0; s < 4; ++s) first->step(0.05 * s, 0.05);
-    const std::vector<double> held = bodies.forcing().held().kept(comm);
+    const std::vector<double> held = bodies.forcing().held().saved(comm);
     std::size_t markers = 0;
     for (const Obstacle& body : moving_bodies()) markers += body.markers(constants.grid).size();
     EXPECT_EQ(held.size(), HeldVectors::record * markers);
@@ -117,13 +117,13 @@ TEST(Obstacles, GoOnFromForcesAtMarkers) {
     for (std::size_t f = 0; f < from.size(); ++f) std::copy(from[f].begin(), from[f].end(), to[f].begin());
     second->refresh(first->time());
     others.forcing().recall_held(held);
-    EXPECT_EQ(others.forcing().held().kept(comm), held);
+    EXPECT_EQ(others.forcing().held().saved(comm), held);
     for (int s = 4; s < 7; ++s) {
         first->step(0.05 * s, 0.05);
         second->step(0.05 * s, 0.05);
     }
     EXPECT_EQ(state_of(*first), state_of(*second));
-    EXPECT_EQ(bodies.forcing().held().kept(comm), others.forcing().held().kept(comm));
+    EXPECT_EQ(bodies.forcing().held().saved(comm), others.forcing().held().saved(comm));
     EXPECT_EQ(bodies.forcing().slip(), others.forcing().slip());
 }
 

@@ -204,11 +204,11 @@ TEST(ManyContacts, GoOnFromWhatWasKept) {
         crowd.move(1e-4);
         whole.evaluate(bodies, 0, 1e-4, x);
     }
-    const std::vector<KeptContact> kept = whole.kept(bodies);
+    const std::vector<KeptContact> kept = whole.saved(bodies);
     EXPECT_EQ(static_cast<std::int64_t>(kept.size()), whole.figures().active);
     Contacts resumed(scene, one);
     resumed.restore(kept, whole.figures().friction_work, whole.figures().viscous_work);
-    EXPECT_EQ(resumed.kept(bodies).size(), kept.size()) << "before its first step";
+    EXPECT_EQ(resumed.saved(bodies).size(), kept.size()) << "before its first step";
     bool one_rebuilds = false;
     for (int step = 0; step < 60; ++step) {
         const auto lists = [&] { return std::pair(whole.figures().rebuilds, resumed.figures().rebuilds); };

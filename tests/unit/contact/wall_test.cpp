@@ -538,7 +538,7 @@ TEST(Walls, GoOnFromWhatTheyRemember) {
     whole.wall_pass->append_memory(whole.tile(), 0, memory);
     ASSERT_EQ(memory.size(), 2 + 9 * 8u); // two sums, and per node what the contact keeps
     for (std::size_t k = 0; k < whole.slots().size(); ++k) other.tile().slot[k] = whole.slots()[k];
-    EXPECT_EQ(other.wall_pass->recall(other.tile(), 0, memory), memory.size());
+    EXPECT_EQ(other.wall_pass->restore(other.tile(), 0, memory), memory.size());
     whole.advance(3000);
     other.advance(3000);
     for (std::size_t k = 0; k < whole.slots().size(); ++k)

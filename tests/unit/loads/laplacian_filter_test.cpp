@@ -21,7 +21,7 @@ State filtered(const RodGroup& group, State state, long order, double rate, doub
 }
 
 /// What is kept of a mode whose eigenvalue of F^p is mu.
-double kept(double mu, double z) {
+double saved(double mu, double z) {
     const double s = 1 - std::exp(-z);
     return 1 - (s + 0.5 * s * s) * mu + 0.5 * s * s * mu * mu;
 }
@@ -97,7 +97,7 @@ TEST(LaplacianFilter, DampsWavesByTheClosedForm) {
                 }
                 const State end = filtered(group, start, order, 40, 0.01);
                 const double theta = closed ? 2 * pi * mode / 12.0 : pi * mode / 12.0;
-                const double share = kept(std::pow(std::sin(0.5 * theta), 2.0 * static_cast<double>(order)), 0.4);
+                const double share = saved(std::pow(std::sin(0.5 * theta), 2.0 * static_cast<double>(order)), 0.4);
                 for (std::size_t i = 0; i < (closed ? 12 : 13); ++i) {
                     const Vec3d expected = share * lane(start[i].velocity, 0), spin = share * lane(start[i].spin, 0);
                     EXPECT_LT(norm(lane(end[i].velocity, 0) - expected), 1e-14) << order << " " << mode;
