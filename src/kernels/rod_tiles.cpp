@@ -66,8 +66,8 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)),
       threads_(threads), watch_(watch), joints_(std::move(joints)),
       reading_(static_cast<std::size_t>(threads.count())) {
-    std::vector<Boarding> boardings = lay_out(tiling);
-    take_start_states(std::move(boardings));
+    std::vector<AlongLayout> layouts = lay_out(tiling);
+    take_start_states(std::move(layouts));
 
     int most_slots = 0;
     for (const RodTile<W>& tile : tiles_) most_slots = std::max(most_slots, tile.n + 1);

@@ -81,11 +81,11 @@ private:
         int lane;
     };
     /// The rods of a tile along, before their constants are laid out.
-    struct Boarding {
-        std::vector<Seat> seats;
+    struct AlongLayout {
+        std::vector<LaneRange> ranges;
         std::vector<std::size_t> rods; ///< places in local()
     };
-    std::vector<Boarding> lay_out(const Tiling& tiling);
+    std::vector<AlongLayout> lay_out(const Tiling& tiling);
     /// Tiles of a cluster, and what joins them.
     struct Cluster {
         const ClusterJoints<W>* joints;
@@ -104,7 +104,7 @@ private:
     const EndMoments<W>* end_moments(const Cluster& cluster, const Step& step, int thread) const;
     void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind,
                     const Step& step) const;
-    void take_start_states(std::vector<Boarding> boardings);
+    void take_start_states(std::vector<AlongLayout> layouts);
     void take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const;
     /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
     template <class F> void for_slots(std::size_t i, F&& f) const;
@@ -122,7 +122,7 @@ private:
     /// The group of a rod with a size of its own alone, in one of W places of a thread's.
     static const RodGroup& own_group(Reading& reading, std::size_t place, const RodGroup& group, std::int64_t index);
     /// Constants, start states and data of passes of a tile along. Any thread.
-    void board(RodTile<W>& tile, Boarding& boarding, std::optional<Strands<W>>& strands, Reading& reading);
+    void lay_out_along(RodTile<W>& tile, AlongLayout& layout, std::optional<Strands<W>>& strands, Reading& reading);
     /// A tile across as a copy has it: itself where nothing is moved.
     RodTile<W> moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const;
     /// Puts its rods together, and works frames and hashes out where asked.

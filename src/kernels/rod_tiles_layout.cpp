@@ -38,7 +38,7 @@ template <int W> std::vector<std::vector<int>> lanes_of_joined_tiles(std::span<c
 
 } // namespace
 
-template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_out(const Tiling& tiling) {
+template <int W> std::vector<typename RodTiles<W>::AlongLayout> RodTiles<W>::lay_out(const Tiling& tiling) {
     std::vector<std::size_t> tiles_of_program(programs_.size(), 0);
     const auto open = [&](RodTile<W> tile, std::size_t program) -> RodTile<W>& {
         tile.program = program;
@@ -78,19 +78,19 @@ template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_ou
         ++tile.lanes;
     }
     std::vector<std::size_t> next(groups_.size(), 0);
-    std::vector<Boarding> boardings;
+    std::vector<AlongLayout> layouts;
     for (const AlongTile& along : tiling.along) {
-        auto& [seats, rods] = boardings.emplace_back();
+        auto& [ranges, rods] = layouts.emplace_back();
         int l = 0;
         for (const auto& [g, pieces] : along.parts) {
             const auto group = static_cast<std::size_t>(g);
             const std::size_t i = pool[group][next[group]++];
-            seats.push_back({&groups_[group], local_[i].index, l, pieces});
+            ranges.push_back({&groups_[group], local_[i].index, l, pieces});
             rods.push_back(i);
             place_[i] = {tiles_.size(), l};
             l += pieces;
         }
-        open({.n = along.rows, .lanes = static_cast<int>(seats.size())},
+        open({.n = along.rows, .lanes = static_cast<int>(ranges.size())},
              groups_.size() + static_cast<std::size_t>(along.family));
     }
     for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
@@ -107,7 +107,7 @@ template <int W> std::vector<typename RodTiles<W>::Boarding> RodTiles<W>::lay_ou
     for (const Cluster& cluster : clusters_)
         for (const std::size_t t : cluster.tiles) give_slots(t);
     for (const std::size_t t : alone_) give_slots(t);
-    return boardings;
+    return layouts;
 }
 
 template <int W> void RodTiles<W>::find_clusters() {
@@ -140,14 +140,14 @@ template <int W> void RodTiles<W>::find_clusters() {
         if (cluster_of_[t] == SIZE_MAX) alone_.push_back(t);
 }
 
-template <int W> void RodTiles<W>::take_start_states(std::vector<Boarding> boardings) {
+template <int W> void RodTiles<W>::take_start_states(std::vector<AlongLayout> layouts) {
     const std::size_t across = first_rod_.size();
-    strands_ = std::vector<std::optional<Strands<W>>>(boardings.size());
+    strands_ = std::vector<std::optional<Strands<W>>>(layouts.size());
     // The loop of a visit: threads take much the same tiles then, whose memory has come to them here.
     threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
         Reading& reading = reading_[static_cast<std::size_t>(thread)];
         if (t < across) take_start_states(tiles_[t], first_rod_[t], reading.state);
-        else board(tiles_[t], boardings[t - across], strands_[t - across], reading);
+        else lay_out_along(tiles_[t], layouts[t - across], strands_[t - across], reading);
     });
     for (Reading& reading : reading_) reading.own = {};
     for (std::size_t t = 0; t < across; ++t)
@@ -164,14 +164,15 @@ const RodGroup& RodTiles<W>::own_group(Reading& reading, std::size_t place, cons
     return own[place];
 }
 
-template <int W>
-void RodTiles<W>::board(RodTile<W>& tile, Boarding& boarding, std::optional<Strands<W>>& strands, Reading& reading) {
-    auto& [seats, rods] = boarding;
+template <int W> void RodTiles<W>::lay_out_along(RodTile<W>& tile, AlongLayout& layout,
+                                                 std::optional<Strands<W>>& strands, Reading& reading) {
+    auto& [ranges, rods] = layout;
     const RodGroup& group =
-        *seats.front().group; // rods with sizes of their own share tiles with those of their group alone
+        *ranges.front().group; // rods with sizes of their own share tiles with those of their group alone
     if (group.heterogeneous())
-        for (std::size_t s = 0; s < seats.size(); ++s) seats[s].group = &own_group(reading, s, group, seats[s].index);
-    strands.emplace(seats, tile.n);
+        for (std::size_t s = 0; s < ranges.size(); ++s)
+            ranges[s].group = &own_group(reading, s, group, ranges[s].index);
+    strands.emplace(ranges, tile.n);
     tile.strands = &*strands;
     const Slot<1> still{{0, 0, 0}, {0, 0, 0}, broadcast<1>(no_turn), {0, 0, 0}};
     for (int row = 0; row <= tile.n; ++row)
@@ -182,15 +183,15 @@ void RodTiles<W>::board(RodTile<W>& tile, Boarding& boarding, std::optional<Stra
                 set_lane(tile.slot[row].director, i, tile.group_of(i).end_frame(tile.index_of(i)));
         }
     for (std::size_t s = 0; s < rods.size(); ++s) {
-        const auto slots = static_cast<std::size_t>(seats[s].group->slots());
+        const auto slots = static_cast<std::size_t>(ranges[s].group->slots());
         if (reading.state.size() < slots) reading.state.resize(slots);
         const std::span state = std::span(reading.state).first(slots);
-        seats[s].group->start_state(seats[s].index, state);
+        ranges[s].group->start_state(ranges[s].index, state);
         import_rod(rods[s], state);
     }
     for (auto& pass : programs_[tile.program].passes) pass->bind(tile);
     if (group.heterogeneous()) strands->settle(group);
-    boarding = {};
+    layout = {};
 }
 
 template <int W>
@@ -207,8 +208,8 @@ void RodTiles<W>::take_start_states(const RodTile<W>& tile, std::size_t first_ro
             *to++ = from[static_cast<std::size_t>(std::min(i, tile.lanes - 1)) * slots * slot_doubles + number];
 }
 
-template std::vector<RodTiles<SKEIN_WIDTH>::Boarding> RodTiles<SKEIN_WIDTH>::lay_out(const Tiling& tiling);
-template void RodTiles<SKEIN_WIDTH>::take_start_states(std::vector<Boarding> boardings);
+template std::vector<RodTiles<SKEIN_WIDTH>::AlongLayout> RodTiles<SKEIN_WIDTH>::lay_out(const Tiling& tiling);
+template void RodTiles<SKEIN_WIDTH>::take_start_states(std::vector<AlongLayout> layouts);
 template const RodGroup& RodTiles<SKEIN_WIDTH>::own_group(Reading& reading, std::size_t place, const RodGroup& group,
                                                           std::int64_t index);
 

@@ -45,8 +45,8 @@ private:
     template <class Map, int W>
     void add_to(const RodTile<W>& rod, SlotLoad<W>* load, bool last, const Vec3d& couple) const {
         if constexpr (Map::along) {
-            for (const Seat& seat : rod.strands->seats()) {
-                const auto [row, l] = rod.strands->place(seat.lane, last ? seat.group->elements() - 1 : 0);
+            for (const LaneRange& range : rod.strands->ranges()) {
+                const auto [row, l] = rod.strands->place(range.lane, last ? range.group->elements() - 1 : 0);
                 const Vec3d c = frame == LoadFrame::lab ? lane(rod.slot[row].director, l) * couple : couple;
                 set_lane(load[row].couple, l, lane(load[row].couple, l) + c);
             }

@@ -58,13 +58,13 @@ struct Guide {
 
     template <int W, class Map = Across<W>> void add(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const {
         if constexpr (Map::along) {
-            for (const Seat& seat : rod.strands->seats()) {
-                const auto [first, first_lane] = rod.strands->place(seat.lane, 0);
+            for (const LaneRange& range : rod.strands->ranges()) {
+                const auto [first, first_lane] = rod.strands->place(range.lane, 0);
                 const auto node = [&](int slot) {
-                    const auto [row, l] = rod.strands->place(seat.lane, slot);
+                    const auto [row, l] = rod.strands->place(range.lane, slot);
                     return lane(rod.slot[row].position, l);
                 };
-                const Vec3d pull = pull_on_first(seat.group->elements(), node, step);
+                const Vec3d pull = pull_on_first(range.group->elements(), node, step);
                 set_lane(load[first].force, first_lane, lane(load[first].force, first_lane) - pull);
             }
         } else {

@@ -121,12 +121,12 @@ private:
         Pack<W> total(0.0);
         if constexpr (Map::along) {
             for (int k = 0; k < rod.n; ++k) data.length[static_cast<std::size_t>(k)] = norm(edge_of(rod, k));
-            for (const Seat& seat : rod.strands->seats()) {
+            for (const LaneRange& range : rod.strands->ranges()) {
                 double sum = 0;
-                for (int l = seat.lane, left = seat.group->elements(); left > 0; ++l, left -= rod.n)
+                for (int l = range.lane, left = range.group->elements(); left > 0; ++l, left -= rod.n)
                     for (std::size_t k = 0; k < static_cast<std::size_t>(std::min(left, rod.n)); ++k)
                         sum += data.length[k][l];
-                for (int l = seat.lane; l < seat.lane + seat.lanes; ++l) total.set(l, sum);
+                for (int l = range.lane; l < range.lane + range.lanes; ++l) total.set(l, sum);
             }
         } else {
             for (int k = 0; k < rod.n; ++k) total = total + norm(edge_of(rod, k));

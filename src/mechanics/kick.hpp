@@ -163,10 +163,10 @@ public:
         std::vector<KicksOfGroup> own;
         const KicksOfGroup* of_lane[W];
         std::fill_n(of_lane, W, nullptr);
-        own.reserve(rod.strands->seats().size());
-        for (const Seat& seat : rod.strands->seats()) {
-            if (of_rod_) own.push_back(of_rod_(*seat.group));
-            std::fill_n(of_lane + seat.lane, seat.lanes, of_rod_ ? &own.back() : &constants_.at(seat.group->id()));
+        own.reserve(rod.strands->ranges().size());
+        for (const LaneRange& range : rod.strands->ranges()) {
+            if (of_rod_) own.push_back(of_rod_(*range.group));
+            std::fill_n(of_lane + range.lane, range.lanes, of_rod_ ? &own.back() : &constants_.at(range.group->id()));
         }
         kicks.reserve(constants_.begin()->second.size());
         for (std::size_t length = 0; length < constants_.begin()->second.size(); ++length) {

@@ -28,9 +28,9 @@ public:
                 if (group.slides(i)) add(i, group.free_directions(i));
         };
         if constexpr (Map::along) {
-            for (const Seat& seat : rod.strands->seats())
-                ends(*seat.group, [&](int slot, const Vec3d& free) {
-                    const auto [row, l] = rod.strands->place(seat.lane, slot);
+            for (const LaneRange& range : rod.strands->ranges())
+                ends(*range.group, [&](int slot, const Vec3d& free) {
+                    const auto [row, l] = rod.strands->place(range.lane, slot);
                     Node node{row, false, broadcast<W>(Vec3d{1, 1, 1})}; // others' lanes stay as they are
                     set_lane(node.free, l, free);
                     nodes.push_back(node);

@@ -98,8 +98,8 @@ TEST(TourLoad, HasTheSameBitsAlong) {
     constexpr int rows = 3;
     const RodGroup group(test::crooked_rod(rows * lanes), 0, 0, "");
     std::vector<Slot<1>> state = test::shaken_state(group, 0.02, 0.4, 1);
-    const Seat seat{&group, 0, 0, lanes};
-    const Strands<lanes> strands(std::span(&seat, 1), rows);
+    const LaneRange range{&group, 0, 0, lanes};
+    const Strands<lanes> strands(std::span(&range, 1), rows);
     std::vector<Slot<lanes>> slot(rows + 1);
     for (int row = 0; row <= rows; ++row)
         for (int i = 0; i < lanes; ++i)

@@ -51,13 +51,13 @@ template <int W> struct Along {
     }
 
     static void add_to_ends(const RodTile<W>& rod, SlotLoad<W>* load, const Vec3d& start, const Vec3d& end) {
-        for (const Seat& seat : rod.strands->seats()) {
+        for (const LaneRange& range : rod.strands->ranges()) {
             const auto add = [&](int slot, const Vec3d& f) {
-                const auto [row, l] = rod.strands->place(seat.lane, slot);
+                const auto [row, l] = rod.strands->place(range.lane, slot);
                 set_lane(load[row].force, l, lane(load[row].force, l) + f);
             };
             add(0, start);
-            add(seat.group->elements(), end);
+            add(range.group->elements(), end);
         }
     }
 };

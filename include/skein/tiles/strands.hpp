@@ -61,7 +61,7 @@ void set_lane(Constants<Pack<W>>& all, int l, const Constants<double>& one) {
 }
 
 /// A rod's place in a tile along.
-struct Seat {
+struct LaneRange {
     const RodGroup* group;
     std::int64_t index; ///< in its group
     int lane, lanes;    ///< where its first piece lies, and how many there are
@@ -81,21 +81,21 @@ public:
         P mass, length; ///< RodGroup::node_mass, node_length; 0 where there is none
     };
 
-    Strands(std::span<const Seat> seats, int rows);
+    Strands(std::span<const LaneRange> ranges, int rows);
 
     int rows() const { return rows_; }
-    std::span<const Seat> seats() const { return seats_; }
+    std::span<const LaneRange> ranges() const { return ranges_; }
     /// The slot of its rod that a lane has in a row, or -1; row `rows()` is a slot of its own where the rod does not go
     /// on.
     int slot(int l, int row) const;
     /// Of the rod in a lane; an empty one takes the first.
-    const RodGroup& group(int l) const { return *seat(l).group; }
-    std::int64_t index(int l) const { return seat(l).index; }
+    const RodGroup& group(int l) const { return *range(l).group; }
+    std::int64_t index(int l) const { return range(l).index; }
 
-    /// Rods with sizes of their own are seated by groups of their own, whose constants are taken while a tile is laid
+    /// Rods with sizes of their own are laid_out by groups of their own, whose constants are taken while a tile is laid
     /// out; from then on they belong to `group`.
     void settle(const RodGroup& group) {
-        for (Seat& seat : seats_) seat.group = &group;
+        for (LaneRange& range : ranges_) range.group = &group;
     }
 
     /// Where a slot of the rod in this lane lies.
@@ -103,8 +103,8 @@ public:
         int row, lane;
     };
     Place place(int l, int k) const {
-        const int piece = std::min(k / rows_, seat(l).lanes - 1);
-        return {k - piece * rows_, seat(l).lane + piece};
+        const int piece = std::min(k / rows_, range(l).lanes - 1);
+        return {k - piece * rows_, range(l).lane + piece};
     }
 
     LaneRows<Element> element;        ///< [rows]
@@ -119,15 +119,15 @@ public:
     VoronoiConstantsOf<P> start_cell; ///< of the half cells there
 
     std::size_t bytes() const {
-        return sizeof *this + element.bytes() + cell.bytes() + node.bytes() + seats_.size() * sizeof(Seat);
+        return sizeof *this + element.bytes() + cell.bytes() + node.bytes() + ranges_.size() * sizeof(LaneRange);
     }
 
 private:
-    const Seat& seat(int l) const { return seats_[static_cast<std::size_t>(std::max(0, seat_[l]))]; }
+    const LaneRange& range(int l) const { return ranges_[static_cast<std::size_t>(std::max(0, range_[l]))]; }
 
-    std::vector<Seat> seats_;
+    std::vector<LaneRange> ranges_;
     int rows_;
-    int seat_[W]; ///< of every lane; -1 where it is empty
+    int range_[W]; ///< of every lane; -1 where it is empty
 };
 
 /// Absent slots take harmless numbers from an element that is there.
@@ -139,38 +139,38 @@ inline ElementConstants absent_element(ElementConstants c) {
 }
 
 template <int W> int Strands<W>::slot(int l, int row) const {
-    if (seat_[l] < 0) return -1;
-    const Seat& seat = seats_[static_cast<std::size_t>(seat_[l])];
-    const int piece = l - seat.lane, at = piece * rows_ + row;
-    if (row == rows_ && piece + 1 < seat.lanes) return -1;
-    return at <= seat.group->elements() ? at : -1;
+    if (range_[l] < 0) return -1;
+    const LaneRange& range = ranges_[static_cast<std::size_t>(range_[l])];
+    const int piece = l - range.lane, at = piece * rows_ + row;
+    if (row == rows_ && piece + 1 < range.lanes) return -1;
+    return at <= range.group->elements() ? at : -1;
 }
 
-template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows)
-    : seats_(seats.begin(), seats.end()), rows_(rows) {
-    std::fill(seat_, seat_ + W, -1);
-    for (std::size_t s = 0; s < seats_.size(); ++s)
-        for (int piece = 0; piece < seats_[s].lanes; ++piece) seat_[seats_[s].lane + piece] = static_cast<int>(s);
+template <int W> Strands<W>::Strands(std::span<const LaneRange> ranges, int rows)
+    : ranges_(ranges.begin(), ranges.end()), rows_(rows) {
+    std::fill(range_, range_ + W, -1);
+    for (std::size_t s = 0; s < ranges_.size(); ++s)
+        for (int piece = 0; piece < ranges_[s].lanes; ++piece) range_[ranges_[s].lane + piece] = static_cast<int>(s);
 
     const auto mask = [](auto holds) {
         P one(0.0);
         for (int i = 0; i < W; ++i) one.set(i, holds(i) ? 1 : 0);
         return one > P(0.0);
     };
-    const auto begins = [&](int i) { return seat_[i] < 0 || seat(i).lane == i; };
+    const auto begins = [&](int i) { return range_[i] < 0 || range(i).lane == i; };
     first = mask(begins);
-    goes_on = mask([&](int i) { return seat_[i] >= 0 && i + 1 < seat(i).lane + seat(i).lanes; });
+    goes_on = mask([&](int i) { return range_[i] >= 0 && i + 1 < range(i).lane + range(i).lanes; });
     const auto walled = [&](int i) {
-        return seat_[i] >= 0 && begins(i) && seat(i).group->spec().start == EndKind::clamped;
+        return range_[i] >= 0 && begins(i) && range(i).group->spec().start == EndKind::clamped;
     };
     start_wall = mask(walled);
     start_walls = any(start_wall);
     for (int i = 0; i < W; ++i) {
-        const RodGroup& group = *seat(i).group;
+        const RodGroup& group = *range(i).group;
         length.set(i, group.spec().shape.length);
         density.set(i, group.spec().material.density);
         nodal_density.set(i, group.nodal_density);
-        set_lane(start_frame, i, group.frame(seat(i).index));
+        set_lane(start_frame, i, group.frame(range(i).index));
         set_lane<VoronoiConstantsOf>(start_cell, i, group.start_wall);
     }
 
@@ -180,7 +180,7 @@ template <int W> Strands<W>::Strands(std::span<const Seat> seats, int rows)
         Node n{};
         P present(0.0), inner(0.0);
         for (int i = 0; i < W; ++i) {
-            const RodGroup& group = *seat(i).group;
+            const RodGroup& group = *range(i).group;
             const int k = slot(i, row), elements = group.elements();
             const auto at = static_cast<std::size_t>(k);
             const bool has_element = k >= 0 && k < elements,
