@@ -164,9 +164,9 @@ template <int W> void add_width() {
             if (&level == &levels[0] && !fits_in_l1<W>(n)) continue;
             const SceneSpec circular = rods(n, true), elliptic = rods(n, false), uniform = uniform_rods(n);
             add_pass<W>("drift-circular", n, level, {112, 13, 9}, circular,
-                        [](const RodGroup&) { return new DriftPass<CircularTop, W>; });
+                        [](const RodGroup&) { return new DriftPass<CircularGyration, W>; });
             add_pass<W>("drift-elliptic", n, level, {189, 13, 10}, elliptic,
-                        [](const RodGroup&) { return new DriftPass<EllipticTop<1>, W>; });
+                        [](const RodGroup&) { return new DriftPass<EllipticGyration<1>, W>; });
             add_pass<W>("elastic", n, level, {211, 7, 0}, circular, [](const RodGroup&) {
                 return new ElasticPass<IncompressibleLaw, W>(Ends{.start_wall = true});
             });

@@ -93,7 +93,7 @@ TextbookRods::TextbookRods(const RodGroup& group, const GroupPlan& plan, double 
                            TextbookBuild build)
     : build_(build) {
     const RodSpec& spec = group.spec();
-    const bool same_model = top_of(group) == TopKind::circular && spec.start == EndKind::clamped &&
+    const bool same_model = gyration_of(group) == Gyration::circular && spec.start == EndKind::clamped &&
                             spec.end == EndKind::free && !spec.ends_slide() && zero(spec.shape.rest_strain) &&
                             zero(spec.shape.rest_curvature) && spec.shape.rest_curvature_profile.empty() &&
                             plan.damping.size() == 1 && plan.damping[0].kind == DampingKind::legacy &&

@@ -11,10 +11,10 @@
 #include "mechanics/audit.hpp"
 #include "mechanics/body.hpp"
 #include "mechanics/elastic.hpp"
+#include "mechanics/gyration.hpp"
 #include "mechanics/hold.hpp"
 #include "mechanics/kick.hpp"
 #include "mechanics/slide.hpp"
-#include "mechanics/top.hpp"
 #include "neighbourhood/surface.hpp"
 #include "relaxation/relaxation.hpp"
 #include "tiles/clusters.hpp"
@@ -71,7 +71,7 @@ public:
     explicit PassMaker(const PassParts<W>& parts) : parts_(parts) {}
 
     Made operator()(const pass::Drift& p) const {
-        return with_top(p.top, []<class Top>(Top) -> Made { return std::make_unique<DriftPass<Top, W>>(); });
+        return with_gyration(p.top, []<class Top>(Top) -> Made { return std::make_unique<DriftPass<Top, W>>(); });
     }
     Made operator()(pass::CloseRing) const { return std::make_unique<CloseRingPass<W>>(); }
     Made operator()(pass::AuditEnds) const { return std::make_unique<AuditEndsPass<W>>(parts_.audit); }
@@ -150,8 +150,8 @@ public:
     const GroupPlan& plan() const { return plan_of(*family_.front()); }
 
     Made operator()(const pass::Drift& p) const {
-        return with_top(p.top, []<class Top>(Top) -> Made {
-            if constexpr (std::is_same_v<Top, EllipticTopOfEach>)
+        return with_gyration(p.top, []<class Top>(Top) -> Made {
+            if constexpr (std::is_same_v<Top, EllipticGyrationOfEach>)
                 throw std::logic_error("tops of each element's own, in a family");
             else return std::make_unique<DriftPass<Top, W, Map>>();
         });

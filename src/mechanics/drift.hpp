@@ -48,7 +48,7 @@ template <int Axis, int W> SKEIN_INLINE void turn_about(Quaternion<Pack<W>>& q, 
 } // namespace detail
 
 /// J1 = J2; J3/J1 is 2 for the inertia of the section itself, less where the rotary inertia is scaled.
-struct CircularTop {
+struct CircularGyration {
     template <class C, int W>
     SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         const Pack<W> ratio(c.inertia_ratio);
@@ -61,7 +61,7 @@ struct CircularTop {
 
 /// J1 != J2; SmallAxis is the axis of the smaller one, 0 or 1. J3 = J1 + J2 is the largest unless the others are
 /// scaled.
-template <int SmallAxis> struct EllipticTop {
+template <int SmallAxis> struct EllipticGyration {
     template <class C, int W>
     SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         using P = Pack<W>;
@@ -81,11 +81,11 @@ template <int SmallAxis> struct EllipticTop {
 };
 
 /// The smaller of J1 and J2 is that of the element: of rods whose lanes have the same constants.
-struct EllipticTopOfEach {
+struct EllipticGyrationOfEach {
     template <int W>
     SKEIN_INLINE static void turn(const ElementConstants& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
-        if (c.inertia.x < c.inertia.y) EllipticTop<0>::turn(c, q, w, h);
-        else EllipticTop<1>::turn(c, q, w, h);
+        if (c.inertia.x < c.inertia.y) EllipticGyration<0>::turn(c, q, w, h);
+        else EllipticGyration<1>::turn(c, q, w, h);
     }
 };
 

@@ -14,7 +14,7 @@
 namespace skein {
 
 /// The frame turns at the body's angular velocity, whatever its inertia.
-struct PlainTop {
+struct PlainGyration {
     template <class C, int W>
     SKEIN_INLINE static void turn(const C&, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
         q = rotation<W>(h * w) * q;

@@ -2,7 +2,7 @@
 // (21)
 #pragma once
 
-#include "mechanics/top.hpp"
+#include "mechanics/gyration.hpp"
 
 namespace skein {
 
@@ -14,7 +14,7 @@ template <int W> void synchronise_positions(const RodTile<W>& rod, double h) {
 }
 
 template <int W> void synchronise(const RodTile<W>& rod, double h) {
-    with_top(top_of(*rod.group), [&]<class Top>(Top) { drift<Top>(rod, h); });
+    with_gyration(gyration_of(*rod.group), [&]<class Top>(Top) { drift<Top>(rod, h); });
     if (rod.group->closed()) close_ring(rod);
 }
 

@@ -34,7 +34,7 @@ std::string_view name_of(const PassSpec& pass) {
 
 bool may_lie_along(const PassSpec& pass) {
     return std::visit(
-        Overloaded{[](const pass::Drift& p) { return p.top != TopKind::plain && p.top != TopKind::elliptic_each; },
+        Overloaded{[](const pass::Drift& p) { return p.top != Gyration::plain && p.top != Gyration::elliptic_each; },
                    [](pass::Orthonormalise) { return true; }, [](pass::Slide p) { return !p.clamped_last; },
                    [](const pass::Elastic& p) { return p.law != Law::elastica; },
                    [](const pass::ApplyLoad& p) { return !p.needs_whole_rods; },
@@ -44,7 +44,7 @@ bool may_lie_along(const PassSpec& pass) {
 
 double predicted_ns(const PassSpec& pass) {
     return std::visit(
-        Overloaded{[](const pass::Drift& p) { return p.top == TopKind::circular ? drift_ns : elliptic_drift_ns; },
+        Overloaded{[](const pass::Drift& p) { return p.top == Gyration::circular ? drift_ns : elliptic_drift_ns; },
                    [](pass::Elastic) { return elastic_ns; }, [](const pass::ApplyLoad& p) { return p.ns; },
                    [](pass::Walls) { return walls_ns; }, [](pass::SurfaceWalls) { return walls_ns; },
                    [](pass::TakeJoinedLoads) { return joints_ns; }, [](pass::FeelFluid) { return fluid_ns; },
@@ -78,7 +78,7 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
     const double share = filtered ? 0.5 : 1.0; // of a kick: one before the filters, one after
 
     std::vector<PassSpec> before;
-    before.push_back(pass::Drift{top_of(group)});
+    before.push_back(pass::Drift{gyration_of(group)});
     if (ring) before.push_back(pass::CloseRing{});
     if (moving && audit) before.push_back(pass::AuditEnds{});
     if (moving) before.push_back(pass::MoveEnds{});

@@ -4,7 +4,7 @@
 #pragma once
 
 #include "loads/damping.hpp"
-#include "mechanics/top.hpp"
+#include "mechanics/gyration.hpp"
 #include "skein/loads/load.hpp"
 #include "skein/rod/rod_group.hpp"
 
@@ -19,7 +19,7 @@ namespace pass {
 
 /// Positions and frames at constant rates.
 struct Drift {
-    TopKind top;
+    Gyration top;
 };
 /// A ring's last node takes the place of its first.
 struct CloseRing {

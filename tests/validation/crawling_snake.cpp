@@ -6,8 +6,8 @@
 #include "loads/load_pass.hpp"
 #include "loads/plane_friction.hpp"
 #include "mechanics/elastica.hpp"
+#include "mechanics/gyration.hpp"
 #include "mechanics/rod_copies.hpp"
-#include "mechanics/top.hpp"
 #include "tiles/rods.hpp"
 
 #include <gtest/gtest.h>
@@ -40,7 +40,8 @@ public:
         group.start_state(0, state_);
         const std::vector<Damping> damping{{.kind = DampingKind::legacy, .rate = 2e-3}};
         const bool published = group.law() == Law::elastica;
-        with_top(top_of(group), [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, 1>>()); });
+        with_gyration(gyration_of(group),
+                      [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, 1>>()); });
         program_.push_back(std::make_unique<OrthonormalisePass<1>>());
         if (published) program_.push_back(std::make_unique<ElasticaPass<1>>(Ends{}));
         else program_.push_back(std::make_unique<ElasticPass<IncompressibleLaw, 1>>(Ends{}));

@@ -7,9 +7,9 @@
 #include "loads/load_pass.hpp"
 #include "loads/uniform_force.hpp"
 #include "mechanics/elastic.hpp"
+#include "mechanics/gyration.hpp"
 #include "mechanics/kick.hpp"
 #include "mechanics/rod_copies.hpp"
-#include "mechanics/top.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -35,7 +35,8 @@ public:
         for (std::size_t k = 0; k < slot_.size(); ++k)
             for (int i = 0; i < W; ++i) set_lane(slot_[k], i, states[static_cast<std::size_t>(i)][k]);
         tile_ = {slot_.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, W};
-        with_top(top_of(group), [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, W>>()); });
+        with_gyration(gyration_of(group),
+                      [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, W>>()); });
         with_energy_law(group.law(),
                         [&]<class L>(L) { program_.push_back(std::make_unique<ElasticPass<L, W>>(ends_of(group))); });
         program_.push_back(std::make_unique<LoadPass<Gravity, W>>(Gravity{gravity}, group));

@@ -3,8 +3,8 @@
 #include "loads/load_pass.hpp"
 #include "loads/plane_friction.hpp"
 #include "mechanics/elastic.hpp"
+#include "mechanics/gyration.hpp"
 #include "mechanics/kick.hpp"
-#include "mechanics/top.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -172,7 +172,7 @@ State lie(const RodGroup& group, const PlaneFriction& plane, const Vec3d& pull, 
     State state(static_cast<std::size_t>(group.slots()));
     group.start_state(0, state);
     std::vector<std::unique_ptr<TilePass<1>>> program;
-    program.push_back(std::make_unique<DriftPass<CircularTop, 1>>());
+    program.push_back(std::make_unique<DriftPass<CircularGyration, 1>>());
     program.push_back(std::make_unique<ElasticPass<IncompressibleLaw, 1>>(Ends{}));
     program.push_back(make_pass<1>(Gravity{pull}, group));
     program.push_back(std::make_unique<LoadPass<PlaneFriction, 1>>(plane, group));

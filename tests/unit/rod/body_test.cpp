@@ -3,8 +3,8 @@
 #include "core/principal_axes.hpp"
 #include "diagnostics/observables.hpp"
 #include "mechanics/body.hpp"
+#include "mechanics/gyration.hpp"
 #include "mechanics/kick.hpp"
-#include "mechanics/top.hpp"
 #include "rod/body_shape.hpp"
 #include "skein/core/error.hpp"
 #include "support/free_top.hpp"
@@ -215,7 +215,7 @@ struct Alone {
         const OrthonormalisePass<1> orthonormalise;
         const KickPass<KickKind::undamped, 1> kick(KicksOfGroup{KickConstants(group, {}, h)});
         std::vector<SlotLoad<1>> load(2);
-        with_top(top_of(group), [&]<class Top>(Top) {
+        with_gyration(gyration_of(group), [&]<class Top>(Top) {
             const DriftPass<Top, 1> drift_pass;
             for (int i = 1; i <= steps; ++i) {
                 const Step step{.index = i,
@@ -247,7 +247,7 @@ TEST(Body, TurnsAsAFreeSymmetricTop) {
     spec.placement.tangent = {1, 0.5, 0.3};
     spec.shape.angular_velocity = transpose_times(RodGroup(spec, 0, 0, "").frame(), Vec3d{3, -1, 7});
     Alone body(spec);
-    EXPECT_EQ(top_of(body.group), TopKind::circular);
+    EXPECT_EQ(gyration_of(body.group), Gyration::circular);
     const ExtraFigures before = extra_figures(body.group, body.state, {.angular_momentum = true});
     const RodEnergy start = rod_energy(body.group, body.state);
     const Vec3d d3 = frame(body.state[0]).d3, spin = body.spin_momentum();
@@ -286,7 +286,7 @@ TEST(Body, TurnsAsAFreeAsymmetricTopToSecondOrder) {
         std::vector<double> errors;
         for (const int steps : {400, 800, 1600}) {
             Alone body(spec);
-            EXPECT_EQ(top_of(body.group), first_small ? TopKind::elliptic_d1 : TopKind::elliptic_d2);
+            EXPECT_EQ(gyration_of(body.group), first_small ? Gyration::elliptic_d1 : Gyration::elliptic_d2);
             const Quaterniond start = lane(body.state[0].director, 0);
             const Vec3d momentum = body.spin_momentum();
             const double energy = rod_energy(body.group, body.state).rotation;
@@ -317,7 +317,7 @@ TEST(Body, ChoosesTheAxisThatSplitsTheTopBest) {
         EXPECT_NEAR(norm(inertia_times(shape, {1, 0, 0}) - Vec3d{given[0], 0, 0}), 0, 1e-15)
             << "axes go with their moments";
         const RodGroup group(spec, 0, 0, "");
-        EXPECT_EQ(top_of(group) == TopKind::circular, given[0] != 1 || given[1] != 1.1 ? third == 0.1 : false);
+        EXPECT_EQ(gyration_of(group) == Gyration::circular, given[0] != 1 || given[1] != 1.1 ? third == 0.1 : false);
     }
 }
 

@@ -1,6 +1,6 @@
 // Free tops: angular momentum kept, second order for J1 != J2, exact for J1 = J2, reversible, no drift off SO(3).
+#include "mechanics/gyration.hpp"
 #include "mechanics/rod_copies.hpp"
-#include "mechanics/top.hpp"
 #include "support/rods_for_tests.hpp"
 #include "tiles/rods.hpp"
 

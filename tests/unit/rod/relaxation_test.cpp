@@ -87,7 +87,7 @@ TEST_P(RelaxationOf, CorrectionsAreThoseOfTheTangentStiffness) {
     const Vec3d force = size * Vec3d{0.3, -0.2, 0.4}, couple = size * Vec3d{0.2, 0.1, -0.3};
     rod.kick(7, force, 4, couple);
     RodTile<1> tile = tile_of(rod.group, rod.state);
-    DriftPass<CircularTop, 1>().run(tile, rod.load.data(), step);
+    DriftPass<CircularGyration, 1>().run(tile, rod.load.data(), step);
     if (ring) CloseRingPass<1>().run(tile, rod.load.data(), step);
     rod.elastic.run(tile, rod.load.data(), step);
     rod.push(7, force, 4, couple);

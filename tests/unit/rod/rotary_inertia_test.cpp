@@ -1,8 +1,8 @@
 // Scaled rotary inertia: how far it lifts the step, and how far it slows bending.
 #include "mechanics/bending_shift.hpp"
 #include "mechanics/elastic.hpp"
+#include "mechanics/gyration.hpp"
 #include "mechanics/kick.hpp"
-#include "mechanics/top.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
 #include "support/rods_for_tests.hpp"
@@ -106,7 +106,7 @@ double frequency(const RodGroup& group, const std::vector<double>& w, double dt,
     std::vector<SlotLoad<1>> load(state.size());
     std::vector<double> a;
     for (int i = 0; i < steps; ++i) {
-        drift<CircularTop>(tile, i == 0 ? 0.5 * dt : dt);
+        drift<CircularGyration>(tile, i == 0 ? 0.5 * dt : dt);
         elastic.run(tile, load.data(), Step{});
         kick.run(tile, load.data(), Step{});
         double sum = 0;

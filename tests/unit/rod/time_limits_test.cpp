@@ -1,9 +1,9 @@
 // The closed-form limit is sharp: an undamped rod runs at 0.98 of it and diverges at 1.05.
 #include "diagnostics/observables.hpp"
 #include "mechanics/elastic.hpp"
+#include "mechanics/gyration.hpp"
 #include "mechanics/kick.hpp"
 #include "mechanics/present_eigenvalues.hpp"
-#include "mechanics/top.hpp"
 #include "rod/time_limits.hpp"
 #include "support/rods_for_tests.hpp"
 
@@ -19,7 +19,7 @@ void take_steps(const RodGroup& group, const RodTile<1>& tile, SlotLoad<1>* load
     with_energy_law(group.law(), [&]<class L>(L) {
         const ElasticPass<L, 1> elastic(ends_of(group));
         for (int i = 0; i < steps; ++i) {
-            drift<CircularTop>(tile, i == 0 ? 0.5 * dt : dt);
+            drift<CircularGyration>(tile, i == 0 ? 0.5 * dt : dt);
             elastic.run(tile, load, Step{});
             kick.run(tile, load, Step{});
         }
