@@ -4,7 +4,7 @@
 #include "contact/wall_contacts.hpp"
 #include "immersion/fluid_loads.hpp"
 #include "neighbourhood/exposure.hpp"
-#include "relaxation/relaxation_outlook.hpp"
+#include "relaxation/relaxation_estimate.hpp"
 #include "scene/plan.hpp"
 
 #include <memory>

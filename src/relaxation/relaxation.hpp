@@ -16,7 +16,7 @@
 #pragma once
 
 #include "relaxation/note_forces.hpp"
-#include "relaxation/relaxation_outlook.hpp"
+#include "relaxation/relaxation_estimate.hpp"
 #include "relaxation/relaxing_rod.hpp"
 #include "relaxation/tangent_stiffness.hpp"
 

@@ -204,13 +204,13 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
     return found;
 }
 
-std::vector<std::string> slip_doubts(const ContactOutlook& outlook, const ContactLaws* laws,
+std::vector<std::string> slip_doubts(const ContactEstimate& estimate, const ContactLaws* laws,
                                      std::span<const Wall> walls, std::span<const RodGroup> groups, double dt) {
     std::vector<std::string> found;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const ContactMobility mobility = contact_mobility(groups[g]);
         const auto look = [&](const std::string& where, const ContactLaw& law, int bodies) {
-            tell_trembling(where, law, outlook.force, least_slip_speed(mobility, law, outlook.force, bodies, dt),
+            tell_trembling(where, law, estimate.force, least_slip_speed(mobility, law, estimate.force, bodies, dt),
                            found);
         };
         if (laws) look(fmt::format("contact of '{}'", groups[g].name()), laws->between(g, g), 2);

@@ -2,7 +2,7 @@
 // wrong.
 #pragma once
 
-#include "scene/contact_outlook.hpp"
+#include "scene/contact_estimate.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <span>
@@ -15,8 +15,8 @@ namespace skein {
 std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup> groups, double dt);
 
 /// Friction without memory whose slip speed is too low for the step under the forces that are expected. `laws`: null
-/// where rods do not feel each other; `walls`: in the order of the outlook.
-std::vector<std::string> slip_doubts(const ContactOutlook& outlook, const ContactLaws* laws,
+/// where rods do not feel each other; `walls`: in the order of the estimate.
+std::vector<std::string> slip_doubts(const ContactEstimate& estimate, const ContactLaws* laws,
                                      std::span<const Wall> walls, std::span<const RodGroup> groups, double dt);
 
 } // namespace skein

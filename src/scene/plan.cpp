@@ -496,8 +496,8 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     plan.automatic_stiffness = as_given.contact && as_given.contact->law.stiffness_is_automatic();
     plan.walls = expanded(scene.walls);
     if (plan.contact || !plan.walls.empty()) {
-        plan.outlook = contact_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
-        plan.speeds = speed_outlook(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
+        plan.estimate = contact_estimate(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
+        plan.speeds = speed_estimate(scene, plan.contact_laws ? &*plan.contact_laws : nullptr, groups);
     }
     if (plan.contact) refuse_boxes_that_meet(scene, groups);
     if (!scene.joints.empty()) plan.interactions.emplace_back(interact::Joints{});
@@ -562,7 +562,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
             "end, and a run is stopped only where rods break or go through walls",
             share_text(plan.dt / plan.limit)));
     note(plane_doubts(scene, groups));
-    note(slip_doubts(plan.outlook, plan.contact_laws ? &*plan.contact_laws : nullptr, plan.walls, groups, plan.dt));
+    note(slip_doubts(plan.estimate, plan.contact_laws ? &*plan.contact_laws : nullptr, plan.walls, groups, plan.dt));
     plan.audit = scene.output.audit;
     plan.observables = scene.output.observables;
     const auto frames = [&](std::int64_t every) {

@@ -8,13 +8,13 @@
 #include "joints/joint_list.hpp"
 #include "mechanics/kick.hpp"
 #include "mechanics/step_watch.hpp"
-#include "relaxation/relaxation_outlook.hpp"
+#include "relaxation/relaxation_estimate.hpp"
 #include "rod/time_limits.hpp"
-#include "scene/contact_outlook.hpp"
+#include "scene/contact_estimate.hpp"
 #include "scene/fluid_plan.hpp"
 #include "scene/program.hpp"
 #include "scene/scene_spec.hpp"
-#include "scene/speed_outlook.hpp"
+#include "scene/speed_estimate.hpp"
 #include "tiles/tiling.hpp"
 
 #include <cstdint>
@@ -113,8 +113,8 @@ struct Plan {
     std::optional<ContactSpec> contact;      ///< of rods with each other; absent: nothing is searched, kept or sent
     std::optional<ContactLaws> contact_laws; ///< by pair of groups
     bool automatic_stiffness = false;        ///< of `contact`: found from what presses
-    ContactOutlook outlook;                  ///< of contacts and walls, where there are any
-    SpeedOutlook speeds;                     ///< of what may meet, where there are any
+    ContactEstimate estimate;                ///< of contacts and walls, where there are any
+    SpeedEstimate speeds;                    ///< of what may meet, where there are any
     std::optional<FluidPlan> fluid;
     /// Steps between times at which all of a scene stands: those of the fluid where rods are in it.
     std::int64_t events_every() const { return fluid && fluid->every > 0 ? fluid->every : 1; }

@@ -57,13 +57,13 @@ std::string law_text(const ContactLaw& law) {
 
 /// Overlap expected where something presses, and the stiffness that would hold it where that is too far. `only_law`: of
 /// all contacts.
-std::string overlap_text(const ContactOutlook& outlook, const ContactLaw& law, bool only_law, double assumed) {
-    if (outlook.force == 0)
+std::string overlap_text(const ContactEstimate& estimate, const ContactLaw& law, bool only_law, double assumed) {
+    if (estimate.force == 0)
         return fmt::format("neither weight nor a lid presses; the step allows for up to {:g} of the diameter", assumed);
     std::string text =
         fmt::format("{:.2g} of the diameter expected under {:.3g} N ({}); the step allows for up to {:g}",
-                    outlook.overlap, outlook.force, outlook.by, assumed);
-    const double ratio = outlook.overlap / assumed, power = law.normal == ContactNormal::linear ? 1 : 1.5;
+                    estimate.overlap, estimate.force, estimate.by, assumed);
+    const double ratio = estimate.overlap / assumed, power = law.normal == ContactNormal::linear ? 1 : 1.5;
     if (ratio <= 1) return text;
     const double times = std::pow(ratio, power);
     if (only_law && law.restitution == 0)
@@ -187,9 +187,9 @@ std::string to_text(const Plan& p) {
         line("contact", law_text(p.contact->law) + (p.automatic_stiffness ? " (auto)" : "") +
                             (p.contact->self ? ", of rods with themselves too" : ""));
         line("  overlap",
-             overlap_text(p.outlook, p.contact->law, p.contact_laws->materials() == 1, p.contact->overlap));
+             overlap_text(p.estimate, p.contact->law, p.contact_laws->materials() == 1, p.contact->overlap));
     }
-    for (std::size_t w = 0; w < p.walls.size(); ++w) line("wall", wall_text(p.walls[w], p.outlook.wall_overlaps[w]));
+    for (std::size_t w = 0; w < p.walls.size(); ++w) line("wall", wall_text(p.walls[w], p.estimate.wall_overlaps[w]));
     const bool servos =
         std::any_of(p.walls.begin(), p.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
     if (p.contact || servos) line("protocol", "one step per visit: rods wait for each other");
@@ -288,7 +288,7 @@ std::string to_json(const Plan& p) {
                          {"law", law_text(wall.law)},
                          {"driven", wall.servo.drives()},
                          {"moves", wall.moves_steadily()},
-                         {"expected_overlap", p.outlook.wall_overlaps[w]}});
+                         {"expected_overlap", p.estimate.wall_overlaps[w]}});
     }
     nlohmann::ordered_json coupling = nlohmann::ordered_json::array();
     for (const InteractionSpec& interaction : p.interactions) coupling.push_back(name_of(interaction));
@@ -305,13 +305,13 @@ std::string to_json(const Plan& p) {
         {"elements", p.elements},
         {"groups", groups},
         {"contact", p.contact ? nlohmann::ordered_json(law_text(p.contact->law)) : nlohmann::ordered_json()},
-        {"contact_outlook", p.contact ? nlohmann::ordered_json{{"stiffness", p.contact->law.stiffness},
-                                                               {"automatic", p.automatic_stiffness},
-                                                               {"force_N", p.outlook.force},
-                                                               {"by", p.outlook.by},
-                                                               {"expected_overlap", p.outlook.overlap},
-                                                               {"overlap_of_step", p.contact->overlap}}
-                                      : nlohmann::ordered_json()},
+        {"contact_estimate", p.contact ? nlohmann::ordered_json{{"stiffness", p.contact->law.stiffness},
+                                                                {"automatic", p.automatic_stiffness},
+                                                                {"force_N", p.estimate.force},
+                                                                {"by", p.estimate.by},
+                                                                {"expected_overlap", p.estimate.overlap},
+                                                                {"overlap_of_step", p.contact->overlap}}
+                                       : nlohmann::ordered_json()},
         {"fluid", p.fluid ? fluid_json(*p.fluid, p.steps, p.dt, p.machine.ranks) : nlohmann::ordered_json()},
         {"walls", walls},
         {"steps_together", is_coupled(p)},

@@ -3,7 +3,7 @@
 
 #include "io/checkpoint.hpp"
 #include "parallel/communicator.hpp"
-#include "relaxation/relaxation_outlook.hpp"
+#include "relaxation/relaxation_estimate.hpp"
 
 #include <cmath>
 #include <cstdint>

@@ -473,9 +473,9 @@ TEST(Plan, ExpectsTheOverlapsThatWereSeenInTheNest) {
         for (Wall& wall : scene.walls)
             if (wall.servo.drives()) wall.servo.turn_back_above = seen.pressure;
         const Plan plan = make_plan(scene, groups, {});
-        EXPECT_EQ(plan.outlook.by, "pressure");
-        EXPECT_GT(plan.outlook.overlap, 0.6 * seen.overlap) << seen.stiffness << " at " << seen.pressure;
-        EXPECT_LT(plan.outlook.overlap, 1.25 * seen.overlap) << seen.stiffness << " at " << seen.pressure;
+        EXPECT_EQ(plan.estimate.by, "pressure");
+        EXPECT_GT(plan.estimate.overlap, 0.6 * seen.overlap) << seen.stiffness << " at " << seen.pressure;
+        EXPECT_LT(plan.estimate.overlap, 1.25 * seen.overlap) << seen.stiffness << " at " << seen.pressure;
     }
 }
 
@@ -504,9 +504,9 @@ TEST(Plan, AutomaticStiffnessGivesTheAcceptedOverlapUnderTheForceExpected) {
             scene.walls = {{.name = "floor", .law = scene.contact->law}};
             const auto groups = make_groups(scene);
             const Plan plan = make_plan(scene, groups, {});
-            EXPECT_EQ(plan.outlook.by, "weight");
-            EXPECT_NEAR(plan.outlook.overlap, accepted, 1e-12);
-            EXPECT_NEAR(plan.outlook.wall_overlaps.at(0), accepted, 1e-12);
+            EXPECT_EQ(plan.estimate.by, "weight");
+            EXPECT_NEAR(plan.estimate.overlap, accepted, 1e-12);
+            EXPECT_NEAR(plan.estimate.wall_overlaps.at(0), accepted, 1e-12);
             EXPECT_NE(to_text(plan).find("(auto)"), std::string::npos) << to_text(plan);
             EXPECT_NE(to_json(plan).find("\"expected_overlap\""), std::string::npos);
             // Weight, gravity and stiffness go together.

@@ -23,7 +23,7 @@ struct Meeting {
     double step() const { return allowed * diameter / speed; } ///< s, in which they move by that
 };
 
-struct SpeedOutlook {
+struct SpeedEstimate {
     Meeting fastest; ///< that leaves the shortest step; speed 0: the scene states no speed of what may meet
     std::vector<std::string> doubts; ///< contacts that what meets would pass through
     double longest_step() const;     ///< s
@@ -32,6 +32,6 @@ struct SpeedOutlook {
 };
 
 /// `laws`: by pair of groups; null where rods do not feel each other.
-SpeedOutlook speed_outlook(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups);
+SpeedEstimate speed_estimate(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups);
 
 } // namespace skein

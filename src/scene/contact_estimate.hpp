@@ -12,7 +12,7 @@
 
 namespace skein {
 
-struct ContactOutlook {
+struct ContactEstimate {
     double force = 0;                  ///< of the contact that bears most, N; 0: nothing that the scene states presses
     std::string by;                    ///< "weight" or "pressure"
     double overlap = 0;                ///< of rods under it, over the smaller diameter; of the softest law
@@ -20,7 +20,7 @@ struct ContactOutlook {
 };
 
 /// Outlook of a scene whose stiffnesses are numbers. `laws`: by pair of groups; null where rods do not feel each other.
-ContactOutlook contact_outlook(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups);
+ContactEstimate contact_estimate(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups);
 
 /// The scene with a number in place of every automatic stiffness. Throws InputError where there is nothing to find it
 /// from.

@@ -1,4 +1,4 @@
-#include "scene/speed_outlook.hpp"
+#include "scene/speed_estimate.hpp"
 
 #include "contact/contact_limits.hpp"
 #include "rod/body_shape.hpp"
@@ -83,9 +83,9 @@ std::string softness(const Meeting& meeting, const ContactLaw& given, const Cont
 
 } // namespace
 
-double SpeedOutlook::longest_step() const { return fastest.speed > 0 ? fastest.step() : HUGE_VAL; }
+double SpeedEstimate::longest_step() const { return fastest.speed > 0 ? fastest.step() : HUGE_VAL; }
 
-std::vector<std::string> SpeedOutlook::doubts_of_step(double dt) const {
+std::vector<std::string> SpeedEstimate::doubts_of_step(double dt) const {
     if (!(dt > longest_step() * (1 + 1e-9))) return {};
     return {fmt::format(
         "time.dt = {:.4g} s: {} may meet at {:.3g} m/s, {:.2g} diameters in a step, and an overlap of {:g} is "
@@ -93,8 +93,8 @@ std::vector<std::string> SpeedOutlook::doubts_of_step(double dt) const {
         dt, fastest.who, fastest.speed, fastest.speed * dt / fastest.diameter, fastest.allowed, 0.95 * longest_step())};
 }
 
-SpeedOutlook speed_outlook(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups) {
-    SpeedOutlook out;
+SpeedEstimate speed_estimate(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups) {
+    SpeedEstimate out;
     if (!laws && scene.walls.empty()) return out;
     std::vector<Speeds> speeds;
     for (const RodGroup& group : groups) speeds.push_back(speeds_of(group, scene.time.duration));

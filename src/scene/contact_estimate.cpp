@@ -1,4 +1,4 @@
-#include "scene/contact_outlook.hpp"
+#include "scene/contact_estimate.hpp"
 
 #include "contact/contact_limits.hpp"
 #include "contact/pressing.hpp"
@@ -90,9 +90,9 @@ SceneSpec with_stiffnesses(SceneSpec scene, std::span<const RodGroup> groups) {
     return scene;
 }
 
-ContactOutlook contact_outlook(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups) {
+ContactEstimate contact_estimate(const SceneSpec& scene, const ContactLaws* laws, std::span<const RodGroup> groups) {
     const Pressing press = pressing_of(scene, groups);
-    ContactOutlook out{.force = press.force, .by = press.force == 0 ? "" : press.of_lid ? "pressure" : "weight"};
+    ContactEstimate out{.force = press.force, .by = press.force == 0 ? "" : press.of_lid ? "pressure" : "weight"};
     const auto overlap = [&](const ContactLaw& law, double diameter) {
         out.overlap = std::max(out.overlap, overlap_under(law, press.force) / diameter);
     };
