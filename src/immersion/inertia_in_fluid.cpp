@@ -78,7 +78,7 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
         of_elements.push_back(shares(scale(turning[i], group.element[i].inv_inertia)));
 }
 
-double InertiaInFluid::least_felt() const {
+double InertiaInFluid::least_effective() const {
     double all = 1;
     for (const auto& node : of_nodes) all = std::min(all, node.felt);
     for (const auto& e : of_elements) all = std::min({all, e.felt.x, e.felt.y, e.felt.z});

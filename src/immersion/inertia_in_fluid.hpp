@@ -32,7 +32,7 @@ public:
     std::vector<InertiaShares<Vec3d>> of_elements; ///< [elements], about d1, d2, d3
 
     /// Of what kicks feel, anywhere; at most 1.
-    double least_felt() const;
+    double least_effective() const;
 };
 
 } // namespace skein

@@ -45,7 +45,7 @@ Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> group
         around.exposure = std::make_shared<Exposure>(groups, owned);
         around.loads = std::make_shared<SlotLoads>();
     }
-    if (plan.fluid && plan.fluid->felt()) around.fluid = std::make_shared<FluidLoads>(groups, owned);
+    if (plan.fluid && plan.fluid->two_way()) around.fluid = std::make_shared<FluidLoads>(groups, owned);
     if (plan.relax) around.residual = std::make_shared<RelaxationResidual>(groups.size());
     if (!plan.walls.empty()) around.walls = walls ? std::move(walls) : std::make_shared<Walls>(plan.walls);
     return around;

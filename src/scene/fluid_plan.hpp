@@ -80,7 +80,7 @@ struct FluidPlan {
         0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
     std::vector<RodsInFluid> rods; ///< by group
 
-    bool felt() const { return !rods.empty() && coupling == RodCoupling::two_way; }
+    bool two_way() const { return !rods.empty() && coupling == RodCoupling::two_way; }
     bool has_bodies() const { return !obstacles.empty() || !rods.empty(); }
     /// Steps of the fluid that may go between two meetings.
     std::int64_t most_parts() const { return every / stage_parts(constants.scheme).unit; }

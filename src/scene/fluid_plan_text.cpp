@@ -79,10 +79,10 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
     if (has(SectionMarkers::sheet)) as.emplace_back("sheets");
     if (has(SectionMarkers::centre_line)) as.emplace_back("the centre line, which the fluid sees 1.6 to 2 cells wide");
     const std::string feel =
-        fluid.felt()
+        fluid.two_way()
             ? fmt::format(
                   "{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia at least",
-                  rods.density_ratio, rods.inertia->least_felt())
+                  rods.density_ratio, rods.inertia->least_effective())
             : "they do not feel the fluid";
     const std::string by =
         fluid.forcing.penalty() ? "springs and dampers" : fmt::format("{} sweeps", fluid.forcing.sweeps);

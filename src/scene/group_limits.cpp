@@ -26,7 +26,7 @@ Together together(const GroupPlan& p, const RodGroup& group, DragRate (Load::*of
             all.largest = one;
             all.label = load.label();
         }
-        all.sum += one.value / p.felt_inertia();
+        all.sum += one.value / p.effective_inertia();
     }
     return all;
 }
@@ -58,19 +58,19 @@ void limit_by_joints(GroupPlan& p, const JointBounds& joints, const Scheme& sche
         if (dt < 0.99 * p.limits.front().dt) p.limits.insert(p.limits.begin(), {"joints", dt, joints.element});
     };
     if (joints.eigenvalue > 0) { // beside a junction elements have one cell more than at an end
-        const double dt = 2 / std::sqrt(joints.eigenvalue / p.felt_inertia());
+        const double dt = 2 / std::sqrt(joints.eigenvalue / p.effective_inertia());
         if (p.limits.empty() || dt < 0.99 * p.limits.front().dt)
             p.limits.insert(p.limits.begin(), {"joints", dt, joints.element_of_eigenvalue});
     }
     if (joints.stiffness > 0) {
         const double rate = p.limits.empty() ? 0 : 2 / p.limits.front().dt,
-                     dt = 2 / std::sqrt(rate * rate + joints.stiffness / p.felt_inertia());
+                     dt = 2 / std::sqrt(rate * rate + joints.stiffness / p.effective_inertia());
         if (p.limits.empty()) p.limits.push_back({"joints", dt, joints.element});
         else limit(dt);
     }
     if (joints.drag == 0) return;
     const double fastest = p.limits.front().dt,
-                 half = 0.5 * fastest * scheme.stability * joints.drag / (scheme.drag * p.felt_inertia());
+                 half = 0.5 * fastest * scheme.stability * joints.drag / (scheme.drag * p.effective_inertia());
     limit(fastest * (std::sqrt(1 + half * half) - half));
 }
 
@@ -94,7 +94,7 @@ void find_limits(GroupPlan& p, const RodGroup& group, const SceneSpec& scene, co
     const Scheme scheme = scheme_of(scene.time.integrator);
     p.limits = time_limits(group);
     limit_by_contact(p, group, scene);
-    for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.felt_inertia());
+    for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.effective_inertia());
     limit_by_stiffness(p, group);
     limit_by_drag(p, group, scheme);
     if (joints) limit_by_joints(p, *joints, scheme);

@@ -444,7 +444,7 @@ StepWatch step_watch(const Plan& plan) {
     double inertia = 1;
     std::vector<char> undamped;
     for (const GroupPlan& group : plan.groups) {
-        inertia = std::min(inertia, group.felt_inertia());
+        inertia = std::min(inertia, group.effective_inertia());
         undamped.push_back(group.undamped && !group.inertia_in_fluid);
     }
     return {.dt = plan.dt,
@@ -580,7 +580,7 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     if (plan.fluid) {
         const FluidGrid& grid = plan.fluid->constants.grid;
         for (const RodGroup& group : groups)
-            if (plan.fluid->felt())
+            if (plan.fluid->two_way())
                 plan.state_bytes += static_cast<double>(group.count() * group.slots()) * FluidLoads::bytes_per_slot;
         plan.state_bytes += static_cast<double>(grid.count()) * plan.fluid->bytes_per_cell(machine.ranks);
         if (const std::string fault = unshared(plan.fluid->constants, machine.ranks); !fault.empty())

@@ -69,7 +69,7 @@ struct GroupPlan {
     int assembly = -1; ///< of Plan::assemblies; -1: none
 
     /// Least inertia that kicks feel, over the rod's.
-    double felt_inertia() const { return inertia_in_fluid ? inertia_in_fluid->least_felt() : 1; }
+    double effective_inertia() const { return inertia_in_fluid ? inertia_in_fluid->least_effective() : 1; }
 };
 
 /// Rods that are joined, or copied together.

@@ -75,7 +75,7 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
         bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods),
                                               flow_->pencils().across());
         bodies_->set_lag(lag_);
-        if (plan_.felt()) {
+        if (plan_.two_way()) {
             std::vector<std::shared_ptr<const InertiaInFluid>> inertia;
             for (const RodsInFluid& of_group : plan_.rods) inertia.push_back(of_group.inertia);
             bodies_->feel(std::make_unique<ForceBalance>(
@@ -161,7 +161,7 @@ void FluidInteraction::fail_with_rods(double limit, double dt) {
 
 std::vector<std::string> FluidInteraction::remedies() const {
     if (!needed_.empty()) return {needed_};
-    if (groups_.empty() || !plan_.felt()) return {};
+    if (groups_.empty() || !plan_.two_way()) return {};
     const double speed = std::max({plan_.speed.value, plan_.stated, speed_to_expect_, speed_});
     if (!automatic_dt_ || !(speed > 0) || !std::isfinite(speed)) return {};
     return {fmt::format("fluid.expected_speed={:g}", rounded_up(2 * speed))};
@@ -232,7 +232,7 @@ FluidInteraction::RodsInBox FluidInteraction::rods_in_box() const {
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const Vec3d v = lane(rod.state[k].velocity, 0);
             mine.speed = std::max(mine.speed, std::abs(v.x) + std::abs(v.y) + std::abs(v.z));
-            if (!plan_.felt() || mine.outside != nobody) continue;
+            if (!plan_.two_way() || mine.outside != nobody) continue;
             if (const auto face = face_beyond(box, lane(rod.state[k].position, 0), rounding)) {
                 mine.outside = local[i].gid;
                 mine.rod = i;
@@ -290,7 +290,7 @@ double FluidInteraction::step_by_slip(double speed, double whole, double shortes
 bool FluidInteraction::choose_part(const Step& first) {
     if (plan_.follows_rods) follow_rods();
     const RodsInBox rods = rods_in_box();
-    if (plan_.felt()) stop_outside(rods, first);
+    if (plan_.two_way()) stop_outside(rods, first);
     const int unit = stage_parts(plan_.constants.scheme).unit;
     const std::int64_t within = (first.index - 1) % plan_.every,
                        left = (plan_.every - within) / unit; // in the shortest steps

@@ -39,7 +39,7 @@ std::vector<double> of_ranks(const Communicator& comm, std::span<const double> m
 
 LoadBalance::LoadBalance(const Communicator& comm, const Plan& plan, Balance when)
     : comm_(comm),
-      when_(comm.size() > 1 && plan.contact && !(plan.fluid && plan.fluid->felt()) ? when : Balance::never),
+      when_(comm.size() > 1 && plan.contact && !(plan.fluid && plan.fluid->two_way()) ? when : Balance::never),
       due_(when_ == Balance::always) {
     for (const GroupPlan& group : plan.groups) passes_.push_back(group.ns_per_element_step * group.elements);
     if (when_ == Balance::automatic) sharing_ = ranks_of_this_machine(comm_);
