@@ -34,7 +34,7 @@ struct CheckpointInfo {
     std::string file;         ///< path it was read from
     std::optional<double> audited_from =
         {}; ///< J, the energy that an audit began with; with it goes the energy budget of every rod. None: no audit
-    std::vector<SavedNumbers> kept = {};
+    std::vector<SavedNumbers> saved = {};
     std::optional<SeriesMark> series = {};                            ///< none: there was no series
     std::optional<std::int64_t> last_trajectory = {}, last_tips = {}; ///< steps of the last frames in files, -1 of none
     std::map<std::string, std::int64_t> last_frames = {}; ///< the same of frames that are files of their own, by series

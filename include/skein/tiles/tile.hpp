@@ -74,7 +74,7 @@ public:
     /// of a group.
     virtual void append_memory(const RodTile<W>&, int, std::vector<double>&) const {}
     /// Puts back what that gave, from the front of these numbers; returns how many they are.
-    virtual std::size_t recall(const RodTile<W>&, int, std::span<const double>) { return 0; }
+    virtual std::size_t restore(const RodTile<W>&, int, std::span<const double>) { return 0; }
 };
 
 template <int W> using TilePasses = std::vector<std::unique_ptr<TilePass<W>>>;
