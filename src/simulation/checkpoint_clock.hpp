@@ -15,7 +15,7 @@ public:
     void begin_saving();
     void end_saving();
     /// To be called where ranks meet.
-    void take_sample();
+    void update();
     bool due() const;
     /// Whether a run that is to end `limit` seconds after it began must stop now: a last checkpoint takes twice the
     /// last one's time, and it may be as long as ever until ranks meet again.

@@ -104,8 +104,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (!resumes && !scene.start.from.empty())
         found = begin_branch(comm_, {scene, plan_.dt, physics_}, groups_, *rods_, kept, print_warning);
     if (found) {
-        restore(interactions_, found->kept);
-        if (settling_) settling_->restore(found->kept.back());
+        restore(interactions_, found->saved);
+        if (settling_) settling_->restore(found->saved.back());
         clock_ = Clock(plan_.dt, found->step, plan_.integrator, found->shift);
         ancestry_ = found->ancestry;
         if (found->shift != 0) plan_.steps = std::max<std::int64_t>(1, clock_.step_at(scene.time.duration));
