@@ -4,6 +4,7 @@
 #include "scene/scene_rebuild.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/summary.hpp"
+#include "skein/core/index.hpp"
 
 #include <charconv>
 #include <cstdio>
@@ -39,9 +40,7 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
                              " checkpoints; a segment to be computed again lies between two");
         const auto count = static_cast<std::int64_t>(files.size()) - 1,
                    segment = chosen(comm, arguments.segment, count);
-        const auto path = [&](std::int64_t i) {
-            return arguments.directory + "/" + files[static_cast<std::size_t>(i)];
-        };
+        const auto path = [&](std::int64_t i) { return arguments.directory + "/" + nth(files, i); };
         const CheckpointInfo from = read_checkpoint_info(comm, path(segment)),
                              to = read_checkpoint_info(comm, path(segment + 1));
 

@@ -3,6 +3,7 @@
 // while the list lasts.
 //   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>],  contacts/N<rods>/threads<T>
 #include "contact/contacts.hpp"
+#include "skein/core/index.hpp"
 #include "support/exposed_bodies.hpp"
 
 #include <benchmark/benchmark.h>
@@ -42,8 +43,7 @@ test::BodiesByHand nest(int rods) {
         const Vec3d along{normal(random), normal(random), normal(random)};
         std::vector<Vec3d> nodes;
         for (int k = 0; k <= elements; ++k)
-            nodes.push_back(places[static_cast<std::size_t>(r)].second +
-                            ((k - 0.5 * elements) / elements / norm(along)) * along);
+            nodes.push_back(nth(places, r).second + ((k - 0.5 * elements) / elements / norm(along)) * along);
         bodies.add(nodes, 0.5 * diameter);
     }
     return bodies;

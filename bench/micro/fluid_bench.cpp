@@ -6,6 +6,7 @@
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/make_flow.hpp"
 #include "immersion/immersion.hpp"
+#include "skein/core/index.hpp"
 
 #include <benchmark/benchmark.h>
 
@@ -38,11 +39,8 @@ void poisson(benchmark::State& state, int n, FluidBoundary boundary) {
     AlignedVector<double> field(layout.size(), 1.0);
     for (auto _ : state)
         solver.solve(
-            equation,
-            [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
-            [&](int i, int j, int k, const Pack<8>& p) {
-                store(&field[static_cast<std::size_t>(layout.at(i, j, k))], p);
-            });
+            equation, [&](int i, int j, int k) { return load<8>(&nth(field, layout.at(i, j, k))); },
+            [&](int i, int j, int k, const Pack<8>& p) { store(&nth(field, layout.at(i, j, k)), p); });
     per_cell(state, static_cast<double>(grid.count()));
 }
 
@@ -57,10 +55,8 @@ void multigrid(benchmark::State& state, int n, FluidBoundary boundary, double to
     AlignedVector<double> field(layout.size(), 0.0), phi(layout.size(), 0.0);
     for (double& f : field) f = normal(random);
     for (auto _ : state)
-        solver.solve([&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
-                     [&](int i, int j, int k, const Pack<8>& p) {
-                         store(&phi[static_cast<std::size_t>(layout.at(i, j, k))], p);
-                     });
+        solver.solve([&](int i, int j, int k) { return load<8>(&nth(field, layout.at(i, j, k))); },
+                     [&](int i, int j, int k, const Pack<8>& p) { store(&nth(phi, layout.at(i, j, k)), p); });
     per_cell(state, static_cast<double>(grid.count()));
     state.counters["bytes/cell"] = static_cast<double>(solver.bytes()) / static_cast<double>(grid.count());
 }
@@ -133,12 +129,12 @@ int main(int argc, char** argv) {
 #endif
             for (const FlowScheme scheme :
                  {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth, FlowScheme::crank_nicolson})
-                add("step " + std::string(flow_scheme_names[static_cast<std::size_t>(scheme)]) + box + size,
+                add("step " + std::string(nth(flow_scheme_names, scheme)) + box + size,
                     [=](benchmark::State& s) { step(s, n, boundary, scheme); });
             for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::crank_nicolson})
                 for (const int sweeps : {1, 2})
-                    add("step " + std::string(flow_scheme_names[static_cast<std::size_t>(scheme)]) +
-                            ", sphere, sweeps " + std::to_string(sweeps) + box + size,
+                    add("step " + std::string(nth(flow_scheme_names, scheme)) + ", sphere, sweeps " +
+                            std::to_string(sweeps) + box + size,
                         [=](benchmark::State& s) { step(s, n, boundary, scheme, sweeps); });
         }
     }

@@ -4,6 +4,7 @@
 #include "core/timer.hpp"
 #include "fluid/fast_helmholtz.hpp"
 #include "fluid/make_flow.hpp"
+#include "skein/core/index.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -45,9 +46,8 @@ struct Times {
 void show(const Communicator& comm, const std::string& what, ColumnExchange exchange, const Times& times,
           double cells) {
     if (!comm.root()) return;
-    fmt::print("{:<26}{:<12}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.3f}\n", what,
-               column_exchange_names[static_cast<std::size_t>(exchange)], 1e3 * times.least(), 1e3 * times.median(),
-               1e9 * times.least() / cells, 1e-6 * times.bytes);
+    fmt::print("{:<26}{:<12}{:>12.2f}{:>12.2f}{:>12.2f}{:>12.3f}\n", what, nth(column_exchange_names, exchange),
+               1e3 * times.least(), 1e3 * times.median(), 1e9 * times.least() / cells, 1e-6 * times.bytes);
 }
 
 void measure(const Communicator& comm, const Threads& threads, int n, FluidBoundary boundary, int rounds, int calls) {
@@ -60,7 +60,7 @@ void measure(const Communicator& comm, const Threads& threads, int n, FluidBound
         const Pencils pencils(grid, comm.rank(), comm.size());
         const FieldLayout layout = pencils.layout();
         AlignedVector<double> field(layout.size(), 1.0);
-        const auto at = [&](int i, int j, int k) { return &field[static_cast<std::size_t>(layout.at(i, j, k))]; };
+        const auto at = [&](int i, int j, int k) { return &nth(field, layout.at(i, j, k)); };
         std::vector<FastHelmholtz> solvers;
         solvers.reserve(2);
         for (const ColumnExchange exchange : exchanges) solvers.emplace_back(comm, threads, grid, pencils, exchange);

@@ -4,6 +4,7 @@
 // nodes at least where runs take several, as the file then holds what goes between nodes (the table on the screen has
 // both). link.hpp says what latency, overhead and bandwidth are.
 #include "scaling/link.hpp"
+#include "skein/core/index.hpp"
 
 #include <CLI/CLI.hpp>
 #include <fmt/format.h>
@@ -101,7 +102,7 @@ std::array<std::vector<Link>, 2> measure_links(const std::vector<int>& nodes, in
             MPI_Comm_free(&pair);
         }
         MPI_Bcast(&link, sizeof link, MPI_BYTE, a, MPI_COMM_WORLD);
-        links[nodes[static_cast<std::size_t>(a)] == nodes[static_cast<std::size_t>(b)] ? 0 : 1].push_back(link);
+        links[nth(nodes, a) == nth(nodes, b) ? 0 : 1].push_back(link);
     }
     return links;
 }
@@ -201,7 +202,7 @@ int main(int argc, char** argv) {
     const auto links = measure_links(nodes, most_pairs, batches);
     All all{
         .ranks = ranks, .nodes = 0, .ranks_per_node = per_node, .cores_per_node = cores_per_node, .threads = threads};
-    for (int r = 0; r < ranks; ++r) all.nodes += nodes[static_cast<std::size_t>(r)] == r;
+    for (int r = 0; r < ranks; ++r) all.nodes += nth(nodes, r) == r;
     measure_all(all, batches);
     if (rank != 0) return leave(0, "");
 

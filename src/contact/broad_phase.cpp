@@ -4,6 +4,7 @@
 #include "contact/group.hpp"
 #include "contact/vertices.hpp"
 #include "core/closest_points.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -239,7 +240,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
             z_[i] = sphere.z;
             reach_[i] = sphere.reach;
             slot_[i] = static_cast<std::uint32_t>(s);
-            const bool touches_itself = gaps[static_cast<std::size_t>(bodies.at(s).group)].touches_itself();
+            const bool touches_itself = nth(gaps, bodies.at(s).group).touches_itself();
             body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.kin_of(s);
         }
     });

@@ -9,6 +9,7 @@
 
 #include "neighbourhood/exposure.hpp"
 #include "parallel/threads.hpp"
+#include "skein/core/index.hpp"
 
 #include <span>
 
@@ -37,8 +38,7 @@ using SelfGaps = std::vector<SelfGap>; ///< by group
 inline bool may_touch(const Exposure& c, const SelfGaps& gaps, std::uint32_t a, std::uint32_t b) {
     if (c.window_of[a] != c.window_of[b])
         return c.kin_of(a) != c.kin_of(b); // of two bodies, or ghosts both: one body has one owner
-    return gaps[static_cast<std::size_t>(c.at(a).group)].may_touch(static_cast<std::int32_t>(a),
-                                                                   static_cast<std::int32_t>(b));
+    return nth(gaps, c.at(a).group).may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
 }
 
 /// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in

@@ -3,6 +3,7 @@
 #include "core/principal_axes.hpp"
 #include "core/two_digits.hpp"
 #include "rod/body_shape.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -52,7 +53,7 @@ ContactMobility contact_mobility(const RodGroup& group) {
     if (!group.strained()) return mobility_of_surface(*group.body());
     ContactMobility most;
     for (int k = 0; k < group.elements(); ++k) {
-        const ElementConstants& c = group.element[static_cast<std::size_t>(k)];
+        const ElementConstants& c = nth(group.element, k);
         const double light = lighter_node(group, k);
         const double tangential = 1 / light + c.radius * c.radius * c.inv_inertia.z;
         if (tangential > most.tangential)
@@ -69,7 +70,7 @@ double slip_mobility(const RodGroup& group) {
     }
     double most = 0;
     for (int k = 0; k < group.elements(); ++k) {
-        const ElementConstants& c = group.element[static_cast<std::size_t>(k)];
+        const ElementConstants& c = nth(group.element, k);
         const double turning = std::max({c.inv_inertia.x, c.inv_inertia.y, c.inv_inertia.z});
         most = std::max(most, 1 / lighter_node(group, k) + c.radius * c.radius * turning);
     }

@@ -2,6 +2,7 @@
 #include "contact/capsule_tiles.hpp"
 #include "contact/work_area.hpp"
 #include "core/closest_points.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <bit>
@@ -158,7 +159,7 @@ template <class Row> void Contacts::exert(const Work& work, std::uint32_t slot, 
     }
     add_whole_row(&work.load[slot], first);
     add_whole_row(&work.load[slot + 1], second);
-    touched_[static_cast<std::size_t>(window)] = 1;
+    nth(touched_, window) = 1;
 }
 
 void Contacts::exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load) {
@@ -181,7 +182,7 @@ void Contacts::exert_at(const Work& work, std::uint32_t slot, const ForceRow& ro
         return;
     }
     add_whole_row(&work.load[slot + at_end], row);
-    touched_[static_cast<std::size_t>(window)] = 1;
+    nth(touched_, window) = 1;
 }
 
 void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums) {
@@ -337,9 +338,9 @@ void Contacts::work_through(const Exposure& bodies, double h, std::span<const st
                             std::span<ExertedLoad> loads) {
     threads_.for_each(strips.size(), [&](std::size_t i, int thread) {
         const ContactStrip& strip = deferred_.strips()[strips[i]];
-        std::unique_ptr<WorkArea>& area = area_[static_cast<std::size_t>(thread)];
+        std::unique_ptr<WorkArea>& area = nth(area_, thread);
         if (!area) area = std::make_unique<WorkArea>();
-        DeferredLoads::Deferring deferring(deferred_, strips[i], next_[static_cast<std::size_t>(thread)]);
+        DeferredLoads::Deferring deferring(deferred_, strips[i], nth(next_, thread));
         for (std::size_t b = strip.last_block; b-- > strip.first_block;) {
             push({bodies, h, deferred_.blocks()[b], strip.last_slot, deferring, block_figures_[b], loads.data(), b,
                   prune},
@@ -354,7 +355,7 @@ void Contacts::add_deferred(const Exposure& bodies, std::span<ExertedLoad> loads
     threads_.for_each(deferred_.blocks().size(), [&](std::size_t block, int) {
         deferred_.add_deferred(block, [&](std::uint32_t slot, const LoadRow& row) {
             add_row(&loads[slot], row);
-            touched_[static_cast<std::size_t>(bodies.window_of[slot])] = 1;
+            nth(touched_, bodies.window_of[slot]) = 1;
         });
     });
 }

@@ -3,6 +3,7 @@
 #include "contact/contact_limits.hpp"
 #include "contact/contact_spec.hpp"
 #include "rod/body_shape.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -50,8 +51,7 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
         if (!group.body()->has_boxes()) continue;
         scene.boxes.resize(groups.size());
         for (const BodyShape::Part& part : group.body()->part)
-            scene.boxes[static_cast<std::size_t>(group.id())].push_back(part.box ? PartBox{part.half, part.radius}
-                                                                                 : PartBox{});
+            nth(scene.boxes, group.id()).push_back(part.box ? PartBox{part.half, part.radius} : PartBox{});
     }
     scene.diameter = elements > 0 ? sum / elements : 0;
     for (std::size_t i = 0; i < scene.laws.materials(); ++i)

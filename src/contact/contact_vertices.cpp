@@ -1,5 +1,6 @@
 // Contacts near vertices: what these take from pairs; springs that contacts go on from.
 #include "contact/work_area.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -164,7 +165,7 @@ Contacts::Followed Contacts::spring_at_vertex(const Exposure& bodies, std::uint3
 
 /// The element before or behind (step -1, 1) that of a slot, where a ring closes between them.
 std::optional<std::uint32_t> Contacts::beyond_seam(const Exposure& bodies, std::uint32_t slot, int step) const {
-    const std::int32_t ring = scene_.gaps[static_cast<std::size_t>(bodies.at(slot).group)].ring;
+    const std::int32_t ring = nth(scene_.gaps, bodies.at(slot).group).ring;
     if (ring == 0 || step == 0 || bodies.element(slot) != (step < 0 ? 0 : ring - 1)) return {};
     return bodies.find(bodies.in_scene(slot) - step * (ring - 1));
 }

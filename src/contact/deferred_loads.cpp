@@ -1,5 +1,7 @@
 #include "contact/deferred_loads.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <atomic>
 #include <utility>
@@ -32,7 +34,7 @@ void DeferredLoads::cut_blocks(const PairList& list, const Exposure& bodies, con
         if (begin != end) pair(block);
         for (std::uint32_t i = begin; i < end; ++i) {
             const std::uint32_t b = list.pair[i].b;
-            if (b >= block.last_slot) pair(blocks_[block_of_window_[static_cast<std::size_t>(bodies.window_of[b])]]);
+            if (b >= block.last_slot) pair(blocks_[nth(block_of_window_, bodies.window_of[b])]);
             if (!bodies.own.empty()) block.needs_ghosts |= !bodies.owns_slot(list.pair[i].a) || !bodies.owns_slot(b);
         }
     });
@@ -68,12 +70,12 @@ void DeferredLoads::make_room(const PairList& list, const Exposure& bodies, cons
     std::vector<std::vector<std::size_t>> rows_to(static_cast<std::size_t>(threads.count()),
                                                   std::vector<std::size_t>(blocks_.size(), 0));
     threads.for_each(strips_.size(), [&](std::size_t from, int thread) {
-        std::vector<std::size_t>& rows = rows_to[static_cast<std::size_t>(thread)];
+        std::vector<std::size_t>& rows = nth(rows_to, thread);
         const ContactStrip& strip = strips_[from];
         for (std::uint32_t i = list.first[strip.first_slot]; i < list.first[strip.last_slot]; ++i) {
             const std::uint32_t b = list.pair[i].b;
             if (b < strip.last_slot || !bodies.owns_slot(b)) continue;
-            const std::uint32_t to = block_of_window_[static_cast<std::size_t>(bodies.window_of[b])];
+            const std::uint32_t to = nth(block_of_window_, bodies.window_of[b]);
             if (rows[to] == 0) wanted[from].push_back({to, 0});
             rows[to] += rows_per_pair;
         }

@@ -2,6 +2,7 @@
 
 #include "contact/vertices.hpp"
 #include "parallel/blocks.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 
@@ -44,7 +45,7 @@ void PairList::find_neighbours(const Threads& threads) {
                     std::uint32_t word = at << 3;
                     for (std::uint32_t j = at; j < behind && pair[j].b <= from + 2; ++j)
                         word |= 1u << (pair[j].b - from);
-                    beyond_[i][static_cast<std::size_t>(side)] = word;
+                    nth(beyond_[i], side) = word;
                 }
             }
     });

@@ -6,6 +6,7 @@
 #include "contact/wall.hpp"
 #include "contact/wall_points.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
 #include "tiles/rods.hpp"
 
@@ -137,24 +138,24 @@ public:
         append(wall, forces, [&](const Entry& e, int l) { return dot(lane(e.force, l), direction); });
     }
     double max_overlap(int wall) const override {
-        const int at = place_[static_cast<std::size_t>(wall)];
+        const int at = nth(place_, wall);
         double most = 0;
         if (at < 0) return most;
         for (const TileContacts& contacts : tiles_)
-            for (int l = 0; contacts.held[static_cast<std::size_t>(at)] && l < W; ++l)
-                most = std::max(most, contacts.entry[static_cast<std::size_t>(at)].max_overlap[l]);
+            for (int l = 0; nth(contacts.held, at) && l < W; ++l)
+                most = std::max(most, nth(contacts.entry, at).max_overlap[l]);
         return most;
     }
     /// Spare lanes, which repeat the last rod, are for the reader to skip.
     WallFigures figures(RodPlace rod, int wall) const override {
         const auto [tile, l] = rod;
-        const int at = place_[static_cast<std::size_t>(wall)];
+        const int at = nth(place_, wall);
         if (at < 0) return {};
         const TileContacts& contacts = tiles_[tile];
-        const Entry& e = contacts.entry[static_cast<std::size_t>(at)];
+        const Entry& e = nth(contacts.entry, at);
         WallFigures all{lane(e.force, l), e.normal[l],    e.touching[l],
                         e.max_overlap[l], e.stiffness[l], e.elastic_energy[l]};
-        const Work& work = contacts.work[static_cast<std::size_t>(at)];
+        const Work& work = nth(contacts.work, at);
         all.friction_work = work.friction[l];
         all.viscous_work = work.viscous[l];
         return all;
@@ -162,11 +163,11 @@ public:
 
 private:
     template <class F> void append(int wall, std::vector<double>& forces, F&& value) const {
-        const int at = place_[static_cast<std::size_t>(wall)];
+        const int at = nth(place_, wall);
         if (at < 0) return;
         for (const TileContacts& contacts : tiles_) {
-            if (!contacts.held[static_cast<std::size_t>(at)]) continue;
-            const Entry& e = contacts.entry[static_cast<std::size_t>(at)];
+            if (!nth(contacts.held, at)) continue;
+            const Entry& e = nth(contacts.entry, at);
             for (int l = 0; l < contacts.lanes; ++l)
                 if (const double force = value(e, l); force != 0) forces.push_back(force);
         }

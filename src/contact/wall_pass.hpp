@@ -13,6 +13,7 @@
 #include "contact/wall_contacts.hpp"
 #include "contact/wall_points.hpp"
 #include "core/transposed.hpp"
+#include "skein/core/index.hpp"
 
 #include <array>
 #include <bit>
@@ -40,7 +41,7 @@ public:
         : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group),
           slip_mobility_(slip_mobility(group)) {
         for (const int w : contacts_->acting()) {
-            law_.push_back(walls_->wall[static_cast<std::size_t>(w)].law.resolved(mass_at_wall(group)));
+            law_.push_back(nth(walls_->wall, w).law.resolved(mass_at_wall(group)));
         }
     }
 

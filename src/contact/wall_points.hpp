@@ -3,6 +3,7 @@
 
 #include "contact/response.hpp"
 #include "rod/body_shape.hpp"
+#include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
 
 #include <algorithm>
@@ -81,7 +82,7 @@ public:
         return rod.slot[0].position + transpose_times(rod.slot[0].director, place(i));
     }
 
-    double radius(const RodTile<W>&, int i) const { return body_.point[static_cast<std::size_t>(i)].radius; }
+    double radius(const RodTile<W>&, int i) const { return nth(body_.point, i).radius; }
 
     SKEIN_INLINE void describe(const RodTile<W>& rod, int i, ContactState<P>& state) const {
         const Slot<W>& s = rod.slot[0];
@@ -97,7 +98,7 @@ public:
     }
 
 private:
-    SKEIN_INLINE Vec3<P> place(int i) const { return broadcast<W>(body_.point[static_cast<std::size_t>(i)].place); }
+    SKEIN_INLINE Vec3<P> place(int i) const { return broadcast<W>(nth(body_.point, i).place); }
     const BodyShape& body_; ///< of the group
     double largest_radius_ = 0;
 };

@@ -1,6 +1,8 @@
 // Wall time by phase of a run.
 #pragma once
 
+#include "skein/core/index.hpp"
+
 #include <array>
 #include <chrono>
 #include <cstddef>
@@ -44,14 +46,14 @@ public:
         double& total_;
         double start_;
     };
-    Guard time(Phase phase) { return Guard(seconds_[static_cast<std::size_t>(phase)]); }
-    void add(Phase phase, double seconds) { seconds_[static_cast<std::size_t>(phase)] += seconds; }
+    Guard time(Phase phase) { return Guard(nth(seconds_, phase)); }
+    void add(Phase phase, double seconds) { nth(seconds_, phase) += seconds; }
     /// Time that was counted as one phase and belongs to another.
     void move(Phase from, Phase to, double seconds) {
-        seconds_[static_cast<std::size_t>(from)] -= seconds;
-        seconds_[static_cast<std::size_t>(to)] += seconds;
+        nth(seconds_, from) -= seconds;
+        nth(seconds_, to) += seconds;
     }
-    double seconds(Phase phase) const { return seconds_[static_cast<std::size_t>(phase)]; }
+    double seconds(Phase phase) const { return nth(seconds_, phase); }
 
 private:
     std::array<double, phase_count> seconds_{};

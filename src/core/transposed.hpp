@@ -2,6 +2,7 @@
 // a multiple of 32 bytes; a function, as pointers by the dozen would go through memory.
 #pragma once
 
+#include "skein/core/index.hpp"
 #include "skein/core/vec3.hpp"
 
 #include <array>
@@ -59,7 +60,7 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
     } else {
         std::array<double, W> number[4];
         for (int i = 0; i < W; ++i)
-            for (int n = 0; n < 4; ++n) number[n][static_cast<std::size_t>(i)] = at(i)[n];
+            for (int n = 0; n < 4; ++n) nth(number[n], i) = at(i)[n];
         const auto pack = [&](int n) { return std::bit_cast<Pack<W>>(number[n]); };
         return {{pack(0), pack(1), pack(2)}, pack(3)};
     }

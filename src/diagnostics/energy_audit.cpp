@@ -2,11 +2,12 @@
 
 #include "mechanics/rod_copies.hpp"
 #include "parallel/exact_sum.hpp"
+#include "skein/core/index.hpp"
 
 namespace skein {
 
 EnergyAudit audit_rod(std::span<const RodGroup> groups, const Rods& rods, std::size_t i, double time, double lag) {
-    const RodGroup& group = groups[static_cast<std::size_t>(rods.local()[i].group)];
+    const RodGroup& group = nth(groups, rods.local()[i].group);
     std::vector<Slot<1>> copy(static_cast<std::size_t>(group.slots()));
     rods.export_rod(i, copy);
     synchronise(group, copy, lag);

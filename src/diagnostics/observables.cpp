@@ -3,6 +3,7 @@
 #include "mechanics/rod_copies.hpp"
 #include "parallel/exact_sum.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -19,7 +20,7 @@ void add_extra(std::vector<ExtraFigures>& extra, std::span<const RodGroup> group
     std::vector<std::size_t> all(local.size());
     std::iota(all.begin(), all.end(), std::size_t{0});
     rods.read(all, Copy::synchronised, lag, [&](int, std::size_t i, const RodCopy& copy) {
-        with_rod(groups[static_cast<std::size_t>(local[i].group)], local[i].index,
+        with_rod(nth(groups, local[i].group), local[i].index,
                  [&](const RodGroup& own) { extra[i] = extra_figures(own, copy.state, sets); });
     });
 }

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fluid/whole_planes.hpp"
+#include "skein/core/index.hpp"
 
 #include <array>
 #include <cstddef>
@@ -23,7 +24,7 @@ struct CellFieldEntry {
 };
 inline constexpr CellFieldEntry cell_field_table[] = {
     {"velocity", "m/s", 3}, {"vorticity", "1/s", 3}, {"q", "1/s^2", 1}, {"pressure", "Pa", 1}};
-inline const CellFieldEntry& entry_of(CellField field) { return cell_field_table[static_cast<std::size_t>(field)]; }
+inline const CellFieldEntry& entry_of(CellField field) { return nth(cell_field_table, field); }
 
 /// What a flow is, as numbers of cells.
 class CellReader {

@@ -1,5 +1,7 @@
 #include "fluid/cell_samples.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -48,7 +50,7 @@ void BoxSampler::begin(CellField field) {
     if (above < box_.count[2]) {
         const int first = std::max(begin_of(above), 0), planes = std::max(slab_.count - first, 0);
         const int last_cell = box_.first[2] + (above + 1) * n - 1;
-        to[static_cast<std::size_t>(rank_of_plane(last_cell, flow_.constants().grid.cells[2], comm_.size()))] = planes;
+        nth(to, rank_of_plane(last_cell, flow_.constants().grid.cells[2], comm_.size())) = planes;
         sums.assign(static_cast<std::size_t>(planes) * numbers, 0);
         threads_.for_each(static_cast<std::size_t>(planes * box_.count[1]), [&](std::size_t item, int) {
             const int k = static_cast<int>(item) / box_.count[1], row = static_cast<int>(item) % box_.count[1];
@@ -93,7 +95,7 @@ BlockSampler::BlockSampler(const Communicator& comm, const Threads& threads, con
 }
 
 int BlockSampler::extent(int direction, int block) const {
-    return std::min(edge_, cells_[static_cast<std::size_t>(direction)] - block * edge_);
+    return std::min(edge_, nth(cells_, direction) - block * edge_);
 }
 
 void BlockSampler::find(CellField criterion, double threshold) {
@@ -126,7 +128,7 @@ void BlockSampler::find(CellField criterion, double threshold) {
     for (int z = 0, at = 0; z < nz; ++z)
         for (int y = 0; y < ny; ++y)
             for (int x = 0; x < nx; ++x, ++at)
-                if (largest[static_cast<std::size_t>(at)] > threshold) blocks_.push_back({x, y, z});
+                if (nth(largest, at) > threshold) blocks_.push_back({x, y, z});
 }
 
 std::vector<BlockSampler::Piece> BlockSampler::pieces(std::size_t most_numbers) const {

@@ -9,6 +9,7 @@
 #include "parallel/messages.hpp"
 #include "parallel/threads.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -149,13 +150,13 @@ public:
                                                   std::as_writable_bytes(std::span(all + numbers(of.first, row_count),
                                                                                    numbers(of.count, row_count)))};
                 };
-                of_planes[static_cast<std::size_t>(c)].push_back(part(to, mine, modes.count));
-                of_modes[static_cast<std::size_t>(c)].push_back(part(from, theirs, own_.count));
+                nth(of_planes, c).push_back(part(to, mine, modes.count));
+                nth(of_modes, c).push_back(part(from, theirs, own_.count));
             }
             for (int j = 0; j < modes.count; ++j) add_row(to, j, modes.count);
         }
         for (int c = 0; c < chunks; ++c) {
-            const auto &sent = of_planes[static_cast<std::size_t>(c)], &come = of_modes[static_cast<std::size_t>(c)];
+            const auto &sent = nth(of_planes, c), &come = nth(of_modes, c);
             chunks_.push_back(
                 {slab_of(planes, c, chunks), RepeatedMessages(comm, sent, come), RepeatedMessages(comm, come, sent)});
         }
@@ -175,9 +176,8 @@ public:
     }
     /// From right sides to answers.
     void solve(const Helmholtz& equation) {
-        threads_.for_each(static_cast<std::size_t>(own_.count), [&](std::size_t j, int thread) {
-            solve(equation, static_cast<int>(j), work_[static_cast<std::size_t>(thread)]);
-        });
+        threads_.for_each(static_cast<std::size_t>(own_.count),
+                          [&](std::size_t j, int thread) { solve(equation, static_cast<int>(j), nth(work_, thread)); });
     }
     /// Of this rank's planes, as send(): takes their answers. Those of later chunks are on their way meanwhile.
     /// Collective.

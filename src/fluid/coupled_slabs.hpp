@@ -5,6 +5,7 @@
 
 #include "fluid/columns.hpp"
 #include "fluid/slab_coupling.hpp"
+#include "skein/core/index.hpp"
 
 #include <array>
 #include <vector>
@@ -34,8 +35,7 @@ public:
             const Slab of_rank = share(r);
             begins.push_back(begin);
             for (int c = 0; c < of_rank.count; ++c)
-                places_.push_back({all[static_cast<std::size_t>(of_rank.first + c)],
-                                   begin + static_cast<std::size_t>(c),
+                places_.push_back({nth(all, of_rank.first + c), begin + static_cast<std::size_t>(c),
                                    begin + room(of_rank.count) + static_cast<std::size_t>(c)});
             begin += 2 * room(of_rank.count);
         }
@@ -71,9 +71,8 @@ public:
         to_chains_.start();
         to_chains_.finish();
         threads_.for_each(room_ / 8, [&](std::size_t pack, int thread) {
-            if (equation.z == LineEnds::periodic)
-                solve_ring(equation, 8 * pack, work_[static_cast<std::size_t>(thread)]);
-            else solve_chain(equation, 8 * pack, work_[static_cast<std::size_t>(thread)]);
+            if (equation.z == LineEnds::periodic) solve_ring(equation, 8 * pack, nth(work_, thread));
+            else solve_chain(equation, 8 * pack, nth(work_, thread));
         });
         to_slabs_.start();
     }
@@ -138,7 +137,7 @@ private:
             p = load<8>(chain(r, 1) + at) + far * (p + q * a);
             t = far * (t + q * c);
             q = near + far * (q * b);
-            links[static_cast<std::size_t>(r)] = {p, q, t, a, b, c};
+            nth(links, r) = {p, q, t, a, b, c};
         }
     }
     /// Eight columns between two ends, from slab to slab; then back, with the numbers beyond each slab.
@@ -148,7 +147,7 @@ private:
         const P p = load<8>(chain(0, 1) + at), q = reach(diagonal, planes(0), end).near;
         links[0] = {p, q, P(0.0), P(0.0), P(0.0), P(0.0)};
         link(diagonal, 1, last, at, links, p, q, P(0.0));
-        const Link& before = links[static_cast<std::size_t>(last - 1)];
+        const Link& before = nth(links, last - 1);
         const P near = reach(diagonal, equation.unknown(planes(last)), end).near;
         // The constant is free: that the last number of all is 0, as whole columns have it.
         const P first =
@@ -156,7 +155,7 @@ private:
                    (load<8>(chain(last, 0) + at) + near * before.p) * Columns::inverse_of(P(1.0) - near * before.q));
         P above = P(0.0), here = first;
         for (int r = last; r >= 0; --r) {
-            const Link& below = links[static_cast<std::size_t>(std::max(r - 1, 0))];
+            const Link& below = nth(links, std::max(r - 1, 0));
             store(chain(r, 0) + at, fma(below.q, here, below.p));
             store(chain(r, 1) + at, above);
             above = here;
@@ -170,7 +169,7 @@ private:
         // First numbers of slabs by those two, from above.
         P a(0.0), b(1.0), c(0.0);
         for (int r = slabs_ - 1; r >= 0; --r) {
-            Link& of = links[static_cast<std::size_t>(r)];
+            Link& of = nth(links, r);
             a = fma(of.b, a, of.a);
             c = fma(of.b, c, of.c);
             b = of.b * b;
@@ -178,16 +177,16 @@ private:
             of.b = b;
             of.c = c;
         }
-        const Link& all = links[static_cast<std::size_t>(slabs_ - 1)];
+        const Link& all = nth(links, slabs_ - 1);
         const P inverse = P(1.0) / (P(1.0) - b), free = P(1.0) - all.t - all.q * c * inverse,
                 last = select(constants(equation, diagonal), P(0.0),
                               (all.p + all.q * a * inverse) * Columns::inverse_of(free)),
                 first = (a + c * last) * inverse;
         P below = last;
         for (int r = 0; r < slabs_; ++r) {
-            const Link& of = links[static_cast<std::size_t>(r)];
+            const Link& of = nth(links, r);
             const bool top = r + 1 == slabs_;
-            const Link& next = links[static_cast<std::size_t>(top ? 0 : r + 1)];
+            const Link& next = nth(links, top ? 0 : r + 1);
             const P above = top ? first : fma(next.b, first, fma(next.c, last, next.a));
             store(chain(r, 0) + at, below);
             store(chain(r, 1) + at, above);

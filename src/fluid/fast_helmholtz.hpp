@@ -5,6 +5,7 @@
 #include "fluid/flow.hpp"
 #include "fluid/row_exchange.hpp"
 #include "fluid/slab_columns.hpp"
+#include "skein/core/index.hpp"
 
 #include <optional>
 #include <vector>
@@ -69,9 +70,8 @@ private:
         TransformAlongY y;
     };
     template <class Body> void for_planes(int first, int behind, Body&& body) {
-        threads_.for_each(static_cast<std::size_t>(behind - first), [&](std::size_t k, int thread) {
-            body(work_[static_cast<std::size_t>(thread)], first + static_cast<int>(k));
-        });
+        threads_.for_each(static_cast<std::size_t>(behind - first),
+                          [&](std::size_t k, int thread) { body(nth(work_, thread), first + static_cast<int>(k)); });
     }
     template <class Body> void for_planes(Body&& body) { for_planes(0, planes_, body); }
 

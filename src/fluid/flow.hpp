@@ -7,6 +7,7 @@
 #include "fluid/stage_forcing.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
+#include "skein/core/index.hpp"
 
 #include <array>
 #include <functional>
@@ -39,7 +40,7 @@ struct StageParts {
     /// Units that the first `stages` of them take.
     constexpr int until(int stages) const {
         int units = 0;
-        for (int s = 0; s < stages; ++s) units += part[static_cast<std::size_t>(s)];
+        for (int s = 0; s < stages; ++s) units += nth(part, s);
         return units;
     }
 };

@@ -4,6 +4,7 @@
 #include "fluid/make_flow.hpp"
 #include "parallel/exact_sum.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -72,7 +73,7 @@ bool BoxFlow::has_end(int d, bool upper) const {
 }
 
 BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
-    const FluidBoundary kind = constants_.grid.boundary[static_cast<std::size_t>(d)];
+    const FluidBoundary kind = nth(constants_.grid.boundary, d);
     if (kind == FluidBoundary::periodic) return {0, 0, true, false};
     if (c == of_pressure) return {1, 0, false, false};
     if (c >= of_change) {
@@ -87,7 +88,7 @@ BoxFlow::Edge BoxFlow::edge(int c, int d, bool upper) const {
     }
     if (c == d) return {-1, 0, false, true};
     if (kind == FluidBoundary::free_slip) return {1, 0, false, false};
-    const Vec3d& wall = constants_.wall_velocity[static_cast<std::size_t>(d)][upper ? 1 : 0];
+    const Vec3d& wall = nth(constants_.wall_velocity, d)[upper ? 1 : 0];
     return {-1, 2 * oscillation_ * component_of(wall, c), false, false};
 }
 
@@ -168,9 +169,9 @@ void BoxFlow::fill_planes(int c, double* field) const {
 
 void BoxFlow::fill_beyond_walls() {
     for_planes(-FieldLayout::ghosts, layout_.nz + FieldLayout::ghosts, [&](int k) { // those of neighbours as they would
-        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+        for (int c = 0; c < 3; ++c) fill_plane(c, nth(now_, c).data(), k);
     });
-    for (int c = 0; c < 3; ++c) fill_planes(c, now_[static_cast<std::size_t>(c)].data());
+    for (int c = 0; c < 3; ++c) fill_planes(c, nth(now_, c).data());
 }
 
 void BoxFlow::fill_ghosts(int first, std::span<double* const> fields) {
@@ -182,7 +183,7 @@ void BoxFlow::fill_ghosts(int first, std::span<double* const> fields) {
 void BoxFlow::refresh(double time) {
     go_to(time);
     for_planes(0, layout_.nz, [&](int k) {
-        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+        for (int c = 0; c < 3; ++c) fill_plane(c, nth(now_, c).data(), k);
         P most(0.0);
         for (int j = 0; j < layout_.ny; ++j)
             for (int i = 0; i < layout_.nx; i += 8) {
@@ -191,7 +192,7 @@ void BoxFlow::refresh(double time) {
                                                  abs(load<8>(&now_[2][at])),
                                              layout_.nx - i));
             }
-        speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
+        nth(speed_, k) = largest_of_lanes(most);
     });
     fill_ghosts(0, velocities());
     fill_pressure();
@@ -264,8 +265,7 @@ template <Viscosity viscosity> void BoxFlow::sweep(const StageFactors& factors, 
                           {next_[0].data() + at, next_[1].data() + at, next_[2].data() + at});
             }
         }
-        for (int c = 0; viscosity == Viscosity::of_rates && c < 3; ++c)
-            fill_plane(c, next_[static_cast<std::size_t>(c)].data(), k);
+        for (int c = 0; viscosity == Viscosity::of_rates && c < 3; ++c) fill_plane(c, nth(next_, c).data(), k);
     });
     std::swap(now_, next_);
 }
@@ -319,14 +319,14 @@ void BoxFlow::pass_outflow(double dt) {
         for (int j = 0; j < layout_.ny; ++j) {
             const auto at = static_cast<std::size_t>(layout_.at(last, j, k));
             if (dt > 0) u[at] = before[at] - share * (before[at] - before[at - 1]);
-            leaving[static_cast<std::size_t>(k * layout_.ny + j)] = u[at];
+            nth(leaving, k * layout_.ny + j) = u[at];
         }
     });
     const double out = exact_sums(comm_, std::span(&leaving, 1)).front(),
                  faces = static_cast<double>(constants_.grid.cells[1]) * constants_.grid.cells[2],
                  more = constants_.inflow.x - out / faces;
     for_planes(0, layout_.nz, [&](int k) {
-        for (int j = 0; j < layout_.ny; ++j) u[static_cast<std::size_t>(layout_.at(last, j, k))] += more;
+        for (int j = 0; j < layout_.ny; ++j) nth(u, layout_.at(last, j, k)) += more;
         fill_plane(0, u.data(), k);
     });
 }
@@ -340,7 +340,7 @@ void BoxFlow::find_correction(Three<Field>& u, int first, double dt, Field& corr
         return P(per_time) * outflow_of(layout_, {u[0].data() + at, u[1].data() + at, u[2].data() + at});
     };
     const auto sink = [&](int i, int j, int k, const P& phi) __attribute__((always_inline)) {
-        store(&correction[static_cast<std::size_t>(layout_.at(i, j, k))], phi);
+        store(&nth(correction, layout_.at(i, j, k)), phi);
     };
     if (direct_) direct_->solve(equations_.front(), source, sink);
     else iterated_poisson_->solve(source, sink);
@@ -371,12 +371,11 @@ void BoxFlow::take_gradient(Three<Field>& u, int first, double dt, const Field& 
                                              layout_.nx - i));
             }
             if (keep && layout_.nx % 8 == 0) // else the last pack has had it
-                pressure_[static_cast<std::size_t>(row + layout_.nx)] +=
-                    correction[static_cast<std::size_t>(row + layout_.nx)];
+                nth(pressure_, row + layout_.nx) += nth(correction, row + layout_.nx);
         }
         if (!inside) return;
-        speed_[static_cast<std::size_t>(k)] = largest_of_lanes(most);
-        for (int c = 0; c < 3; ++c) fill_plane(first + c, u[static_cast<std::size_t>(c)].data(), k);
+        nth(speed_, k) = largest_of_lanes(most);
+        for (int c = 0; c < 3; ++c) fill_plane(first + c, nth(u, c).data(), k);
     });
     fill_ghosts(first, std::array{u[0].data(), u[1].data(), u[2].data()});
 }
@@ -436,14 +435,14 @@ FlowStage BoxFlow::forced_stage(const StageOfStep& stage, StageResponse* respons
             .response = response,
             .fill_beyond_walls = [this](const std::function<bool(int)>& sides, bool beyond) {
                 fill_sides(sides);
-                for (int c = 0; beyond && c < 3; ++c) fill_planes(c, now_[static_cast<std::size_t>(c)].data());
+                for (int c = 0; beyond && c < 3; ++c) fill_planes(c, nth(now_, c).data());
             }};
 }
 
 void BoxFlow::fill_sides(const std::function<bool(int)>& of_plane) {
     for_planes(0, layout_.nz, [&](int k) {
         if (!of_plane(k)) return;
-        for (int c = 0; c < 3; ++c) fill_plane(c, now_[static_cast<std::size_t>(c)].data(), k);
+        for (int c = 0; c < 3; ++c) fill_plane(c, nth(now_, c).data(), k);
     });
 }
 
@@ -598,7 +597,7 @@ std::vector<FlowFigures> BoxFlow::figures() const {
                 vorticity += fma(x, x, fma(y, y, z * z));
                 divergence = max(divergence, of(abs(outflow_of(layout_, {u, v, w}))));
             }
-            FlowFigures& f = rows[static_cast<std::size_t>(k * layout_.ny + j)];
+            FlowFigures& f = nth(rows, k * layout_.ny + j);
             f.kinetic_energy = 0.5 * mass * sum_of_lanes(squares);
             f.enstrophy = 0.5 * h * sum_of_lanes(vorticity);
             f.dissipation = mass * constants_.kinematic_viscosity * sum_of_lanes(loss) / (h * h);

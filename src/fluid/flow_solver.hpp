@@ -6,6 +6,7 @@
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/pressure_gain.hpp"
 #include "fluid/sweeps.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <optional>
@@ -32,7 +33,7 @@ public:
     std::vector<FlowFigures> figures() const override;
     void move_box(int cells) override;
     FieldLayout layout() const override { return layout_; }
-    std::span<const double> velocity(int component) const override { return now_[static_cast<std::size_t>(component)]; }
+    std::span<const double> velocity(int component) const override { return nth(now_, component); }
     std::span<const double> pressure() const override { return pressure_; }
     Gain pressure_gain() const override { return {implicit() ? gain_ : next_[0], keeps_gain_ ? gain_times_ : 0}; }
     void keep_pressure_gain() override;

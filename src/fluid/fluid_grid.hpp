@@ -1,6 +1,7 @@
 // A uniform staggered grid: pressure at the centres of cells, each velocity at the faces that it crosses.
 #pragma once
 
+#include "skein/core/index.hpp"
 #include "skein/core/vec3.hpp"
 
 #include <algorithm>
@@ -48,9 +49,7 @@ struct FluidGrid {
         return (periodic(0) || std::min(from.x, to.x) >= 0) && (periodic(1) || std::min(from.y, to.y) >= 0) &&
                (periodic(2) || std::min(from.z, to.z) >= 0);
     }
-    bool periodic(int direction) const {
-        return boundary[static_cast<std::size_t>(direction)] == FluidBoundary::periodic;
-    }
+    bool periodic(int direction) const { return nth(boundary, direction) == FluidBoundary::periodic; }
 };
 
 /// Planes of cells across z, or coefficients along x, of one rank: from `first`, `count` of them.

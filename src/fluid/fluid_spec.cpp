@@ -1,5 +1,7 @@
 #include "fluid/fluid_spec.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 
 namespace skein {
@@ -162,8 +164,7 @@ FlowConstants FluidSpec::constants() const {
     c.inflow = inflow;
     c.inflow_profile = inflow_profile;
     c.acceleration = acceleration;
-    if (const int d = moving_direction(); d >= 0)
-        c.wall_velocity[static_cast<std::size_t>(d)] = {lower_wall_velocity, upper_wall_velocity};
+    if (const int d = moving_direction(); d >= 0) nth(c.wall_velocity, d) = {lower_wall_velocity, upper_wall_velocity};
     c.frequency = frequency;
     c.scheme = scheme;
     c.pressure = pressure;

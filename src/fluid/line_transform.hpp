@@ -7,6 +7,7 @@
 #include "fluid/fft.hpp"
 #include "fluid/lanes.hpp"
 #include "fluid/line_ends.hpp"
+#include "skein/core/index.hpp"
 
 #include <cmath>
 #include <cstddef>
@@ -40,7 +41,7 @@ public:
     /// By which number i is to be multiplied on its way in and out.
     double sign(int i) const { return ends_ == LineEnds::value_zero && i % 2 == 1 ? -1 : 1; }
     /// Of the second difference, by number of the coefficient; of `faces_zero` coefficient 0 is always 0.
-    double eigenvalue(int k) const { return eigenvalue_[static_cast<std::size_t>(k)]; }
+    double eigenvalue(int k) const { return nth(eigenvalue_, k); }
     /// There and back multiplies by this.
     double gain() const { return length_; }
 

@@ -10,6 +10,7 @@
 // itself halves even numbers alone and needs a plane of each level on every rank.
 #include "fluid/fluid_grid.hpp"
 #include "fluid/pressure_solver.hpp"
+#include "skein/core/index.hpp"
 
 #include <petscksp.h>
 
@@ -48,7 +49,7 @@ struct Line {
     double closeness(int i) const {
         const int next = i + 1 < size() ? i + 1 : 0;
         if (next == i || (next == 0 && !periodic)) return 0;
-        return 2 / (width[static_cast<std::size_t>(i)] + width[static_cast<std::size_t>(next)]);
+        return 2 / (nth(width, i) + nth(width, next));
     }
     double closeness_before(int i) const { return closeness(i > 0 ? i - 1 : size() - 1); }
 
@@ -76,7 +77,7 @@ std::vector<Weights> interpolation(const Line& fine, const Line& coarse) {
             continue;
         }
         const int own = std::min(i / 2, coarse.size() - 1);
-        const double ahead = to[static_cast<std::size_t>(i)] - from[static_cast<std::size_t>(own)];
+        const double ahead = nth(to, i) - nth(from, own);
         int other = ahead < 0 ? own - 1 : own + 1;
         double lap = 0;
         if (coarse.periodic && other < 0) {
@@ -91,8 +92,7 @@ std::vector<Weights> interpolation(const Line& fine, const Line& coarse) {
             all.push_back({{own, own}, {1, 0}});
             continue;
         }
-        const double share =
-            ahead / (from[static_cast<std::size_t>(other)] + lap - from[static_cast<std::size_t>(own)]);
+        const double share = ahead / (nth(from, other) + lap - nth(from, own));
         all.push_back({{own, other}, {1 - share, share}});
     }
     return all;
@@ -102,12 +102,12 @@ struct Level {
     std::array<Line, 3> line;
     std::vector<int> first_plane; ///< of each rank, and behind the last one
 
-    int size(int d) const { return line[static_cast<std::size_t>(d)].size(); }
-    double width(int d, int i) const { return line[static_cast<std::size_t>(d)].width[static_cast<std::size_t>(i)]; }
+    int size(int d) const { return nth(line, d).size(); }
+    double width(int d, int i) const { return nth(nth(line, d).width, i); }
     std::int64_t cells() const { return std::int64_t{size(0)} * size(1) * size(2); }
     PetscInt cell(int i, int j, int k) const { return (static_cast<PetscInt>(k) * size(1) + j) * size(0) + i; }
     /// A rank has cells from first_cell(rank) until first_cell(rank + 1).
-    PetscInt first_cell(int rank) const { return cell(0, 0, first_plane[static_cast<std::size_t>(rank)]); }
+    PetscInt first_cell(int rank) const { return cell(0, 0, nth(first_plane, rank)); }
     double volume(int i, int j, int k) const { return width(0, i) * width(1, j) * width(2, k); }
 
     /// Directions along which the next level is coarser; none: there is no next one.
@@ -211,7 +211,7 @@ public:
         PetscCall(PCSetType(cycle, PCMG));
         PetscCall(PCMGSetLevels(cycle, count, nullptr)); // level 0 is the coarsest
         for (int l = 0; l < count; ++l) {
-            const Level& level = levels_[static_cast<std::size_t>(count - 1 - l)];
+            const Level& level = nth(levels_, count - 1 - l);
             Mat matrix;
             PetscCall(differences(level, l == 0, &matrix));
             KSP smoother;
@@ -221,7 +221,7 @@ public:
             else {
                 PetscCall(smooth(smoother));
                 Mat between;
-                PetscCall(interpolations(level, levels_[static_cast<std::size_t>(count - l)], &between));
+                PetscCall(interpolations(level, nth(levels_, count - l), &between));
                 PetscCall(PCMGSetInterpolation(cycle, l, between));
                 PetscCall(count_bytes(between));
                 PetscCall(MatDestroy(&between));
@@ -347,7 +347,7 @@ private:
                 const int at[3] = {i, j, k};
                 double sum = 0;
                 for (int d = 0; d < 3; ++d) {
-                    const Line& line = level.line[static_cast<std::size_t>(d)];
+                    const Line& line = nth(level.line, d);
                     const double area = level.volume(i, j, k) / level.width(d, at[d]);
                     const auto neighbour = [&](int place, double closeness) {
                         if (closeness == 0) return;
@@ -373,8 +373,7 @@ private:
         PetscCall(assemble(
             fine, coarse,
             [&](int i, int j, int k, Entries& row) {
-                const Weights &x = of[0][static_cast<std::size_t>(i)], &y = of[1][static_cast<std::size_t>(j)],
-                              &z = of[2][static_cast<std::size_t>(k)];
+                const Weights &x = nth(of[0], i), &y = nth(of[1], j), &z = nth(of[2], k);
                 for (std::size_t c = 0; c < 2; ++c)
                     for (std::size_t b = 0; b < 2; ++b)
                         for (std::size_t a = 0; a < 2; ++a)

@@ -5,6 +5,7 @@
 #include "fluid/fluid_grid.hpp"
 #include "fluid/helmholtz.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <vector>
@@ -85,8 +86,7 @@ public:
                 double* const first = to.first[pack] + k * to.plane[pack] + (j + l) * to.row[pack];
                 P square[8];
                 for (int t = 0; t < 8; ++t)
-                    square[t] =
-                        m + t < nx_ ? load<8>(&blocks_.out[static_cast<std::size_t>((m + t) * x.lanes() + l)]) : P(0.0);
+                    square[t] = m + t < nx_ ? load<8>(&nth(blocks_.out, (m + t) * x.lanes() + l)) : P(0.0);
                 transpose(square);
                 for (int t = 0; t < 8; ++t)
                     if (j + l + t < rows_) store(first + t * to.row[pack], square[t]);
@@ -117,7 +117,7 @@ public:
                     square[t] = j + l + t < rows_ ? load<8>(first + t * from.row[pack]) : P(0.0);
                 transpose(square);
                 for (int t = 0; t < 8; ++t)
-                    if (m + t < nx_) store(&blocks_.in[static_cast<std::size_t>((m + t) * x.lanes() + l)], square[t]);
+                    if (m + t < nx_) store(&nth(blocks_.in, (m + t) * x.lanes() + l), square[t]);
             });
             x.inverse(blocks_.in.data(), blocks_.out.data());
             scatter(x, j);
@@ -163,18 +163,15 @@ private:
                 transpose(square);
                 for (int t = 0; t < 8; ++t)
                     if (i + t < nx_)
-                        store(&blocks_.in[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)],
-                              P(x.sign(i + t)) * square[t]);
+                        store(&nth(blocks_.in, x.place(i + t) * x.lanes() + l), P(x.sign(i + t)) * square[t]);
             }
     }
     void scatter(const LineTransform& x, int j) {
         for_squares(x, j, [&](int i, int l) {
             P square[8];
             for (int t = 0; t < 8; ++t)
-                square[t] = i + t < nx_
-                                ? P(x.sign(i + t)) *
-                                      load<8>(&blocks_.out[static_cast<std::size_t>(x.place(i + t) * x.lanes() + l)])
-                                : P(0.0);
+                square[t] = i + t < nx_ ? P(x.sign(i + t)) * load<8>(&nth(blocks_.out, x.place(i + t) * x.lanes() + l))
+                                        : P(0.0);
             transpose(square);
             for (int t = 0; t < 8; ++t) store(row(j + l + t) + i, square[t]);
         });
@@ -235,11 +232,9 @@ public:
     }
 
 private:
-    double* in(const LineTransform& y, int j, int l) {
-        return &blocks_.in[static_cast<std::size_t>(y.place(j) * y.lanes() + l)];
-    }
+    double* in(const LineTransform& y, int j, int l) { return &nth(blocks_.in, y.place(j) * y.lanes() + l); }
     const double* out(const LineTransform& y, int j, int l) const {
-        return &blocks_.out[static_cast<std::size_t>(y.place(j) * y.lanes() + l)];
+        return &nth(blocks_.out, y.place(j) * y.lanes() + l);
     }
     /// body(j, l): of eight numbers from j on of eight modes of a block from l on.
     template <class Body> static void for_squares(const LineTransform& y, Body&& body) {
@@ -256,7 +251,7 @@ private:
                 double* const row = to.at(j, k) + m;
                 for (int l = 0; l < y.lanes(); l += 8) {
                     __builtin_prefetch(row + y.lanes() + l, 1, 2);
-                    store(row + l, load<8>(&blocks_.out[static_cast<std::size_t>(j * y.lanes() + l)]));
+                    store(row + l, load<8>(&nth(blocks_.out, j * y.lanes() + l)));
                 }
             }
         }
@@ -270,7 +265,7 @@ private:
                 const double* const row = from.at(j, k) + m;
                 for (int l = 0; l < y.lanes(); l += 8) {
                     __builtin_prefetch(row + y.lanes() + l, 0, 2);
-                    store(&blocks_.in[static_cast<std::size_t>(j * y.lanes() + l)], load<8>(row + l));
+                    store(&nth(blocks_.in, j * y.lanes() + l), load<8>(row + l));
                 }
             }
             y.inverse(blocks_.in.data(), blocks_.out.data());

@@ -5,6 +5,7 @@
 
 #include "fluid/coupled_slabs.hpp"
 #include "fluid/neighbours.hpp"
+#include "skein/core/index.hpp"
 
 #include <map>
 
@@ -47,9 +48,7 @@ public:
         messages_.finish();
         for_chunks([&](int j, int begin, int end, int) { find_beyond(equation, j, begin, end); });
         coupled->second.finish(beyond_lower_.data(), beyond_upper_.data(), row_);
-        for_chunks([&](int j, int begin, int end, int thread) {
-            solve(equation, j, begin, end, work_[static_cast<std::size_t>(thread)]);
-        });
+        for_chunks([&](int j, int begin, int end, int thread) { solve(equation, j, begin, end, nth(work_, thread)); });
     }
 
     std::size_t bytes() const {
@@ -83,14 +82,14 @@ private:
                 from_below = fms(scale, load<8>(f + k * plane_), from_below) * pivot;
                 from_above = fms(scale, load<8>(f + (n - 1 - k) * plane_), from_above) * pivot;
             }
-            store(&first_[static_cast<std::size_t>(place(j, m))], from_above);
-            store(&last_[static_cast<std::size_t>(place(j, m))], from_below);
+            store(&nth(first_, place(j, m)), from_above);
+            store(&nth(last_, place(j, m)), from_below);
         });
     }
     /// Of the constant in the uppermost slab, which decides what is free: no gradient at its end, 0 below.
     double last_of_constant(const Helmholtz& equation) const {
         double sum = 0;
-        for (int k = 0; k < planes_; ++k) sum += (k + 1) * numbers_[static_cast<std::size_t>(k * plane_)];
+        for (int k = 0; k < planes_; ++k) sum += (k + 1) * nth(numbers_, k * plane_);
         return -equation.scale_of_coefficients() * sum;
     }
     /// Numbers beyond this slab, of what neighbours sent: of coefficients that do not reach across a slab.
@@ -99,8 +98,8 @@ private:
             const P cosh = P(-0.5) * diagonal, near = P(1.0) / (cosh + sqrt(max(cosh * cosh - P(1.0), P(0.0)))),
                     inverse = Columns::inverse_of(P(1.0) - near * near);
             const auto join = [&](AlignedVector<double>& beyond, const AlignedVector<double>& own) {
-                double* const to = &beyond[static_cast<std::size_t>(place(j, m))];
-                store(to, fma(near, load<8>(&own[static_cast<std::size_t>(place(j, m))]), load<8>(to)) * inverse);
+                double* const to = &nth(beyond, place(j, m));
+                store(to, fma(near, load<8>(&nth(own, place(j, m))), load<8>(to)) * inverse);
             };
             join(beyond_lower_, first_);
             join(beyond_upper_, last_);
@@ -112,9 +111,9 @@ private:
         Columns::for_packs(equation, j, modes_.first, begin, end, [&](int m, const P& diagonal) {
             Columns::Ends ends;
             if (neighbours_.below < 0) ends.lower = wall;
-            else ends.below = load<8>(&beyond_lower_[static_cast<std::size_t>(place(j, m))]);
+            else ends.below = load<8>(&nth(beyond_lower_, place(j, m)));
             if (neighbours_.above < 0) ends.upper = wall;
-            else ends.above = load<8>(&beyond_upper_[static_cast<std::size_t>(place(j, m))]);
+            else ends.above = load<8>(&nth(beyond_upper_, place(j, m)));
             double* const f = numbers_.data() + place(j, m);
             Columns::solve_between(f, plane_, n, scale, diagonal, ends, work);
             if (n < planes_) store(f + n * plane_, P(0.0));

@@ -1,12 +1,14 @@
 #include "fluid/slab_coupling.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <vector>
 
 namespace skein {
 
 std::int64_t coupling_coefficients(const FluidGrid& grid, int ranks) {
     const auto eigenvalues = [&](int d) {
-        const int n = grid.cells[static_cast<std::size_t>(d)];
+        const int n = nth(grid.cells, d);
         std::vector<double> all;
         for (int k = 0; k < n; ++k)
             all.push_back(second_difference(n, grid.periodic(d) ? LineEnds::periodic : LineEnds::gradient_zero, k));

@@ -1,6 +1,7 @@
 #include "fluid/start_velocity.hpp"
 
 #include "formula/evaluate.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 
@@ -33,7 +34,7 @@ StartVelocity::StartVelocity(const std::vector<std::string>& texts, const Formul
 
 void StartVelocity::operator()(int component, const Vec3d& first, double spacing, std::span<double> row) const {
     constexpr int W = 2;
-    const FormulaProgram& program = program_[static_cast<std::size_t>(component)];
+    const FormulaProgram& program = nth(program_, component);
     const InstructionList& list = program.state;
     if (list.outputs.empty()) return;
     StripRegisters<W> registers;
@@ -56,7 +57,7 @@ void StartVelocity::operator()(int component, const Vec3d& first, double spacing
             for (int l = 0; l < W; ++l)
                 x[p].set(l, first.x + spacing * static_cast<double>(begin + static_cast<std::size_t>(W * p + l)));
         evaluate<W>(list, program.tables, source, registers, packs);
-        const Strided<W>& out = source[static_cast<std::size_t>(list.outputs.front())];
+        const Strided<W>& out = nth(source, list.outputs.front());
         for (std::size_t i = 0; i < values; ++i) row[begin + i] = out[static_cast<int>(i / W)][static_cast<int>(i % W)];
     }
 }

@@ -1,6 +1,7 @@
 #include "fluid/whole_planes.hpp"
 
 #include "fluid/pressure_gain.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -51,8 +52,7 @@ std::vector<double> PlaneExchange::exchanged(std::span<const double> sent,
                                              std::span<const std::int64_t> of_shares) const {
     std::vector<std::int64_t> counts(static_cast<std::size_t>(comm_.size()), 0), come;
     for (int share = 0; share < pencils_.across(); ++share)
-        counts[static_cast<std::size_t>(pencils_.rank_of(pencils_.slab(), share))] =
-            of_shares[static_cast<std::size_t>(share)];
+        nth(counts, pencils_.rank_of(pencils_.slab(), share)) = nth(of_shares, share);
     const std::vector<std::byte> arrived =
         comm_.all_to_all(std::as_bytes(sent), static_cast<std::size_t>(layout_.row) * sizeof(double), counts, come);
     std::vector<double> numbers(arrived.size() / sizeof(double));
@@ -66,7 +66,7 @@ void PlaneExchange::to_planes(std::span<const double> rows, std::span<double> pl
     for_sent([&](int share, int j, int k) {
         const auto row = rows.begin() + of_rows_.at(0, j, k) - FieldLayout::before;
         sent.insert(sent.end(), row, row + of_rows_.row);
-        ++counts[static_cast<std::size_t>(share)];
+        ++nth(counts, share);
     });
     const std::vector<double> come = exchanged(sent, counts);
     auto from = come.begin();
@@ -82,7 +82,7 @@ void PlaneExchange::to_rows(std::span<const double> planes, std::span<double> ro
     for_received([&](int share, int j, int k) {
         const auto row = planes.begin() + layout_.at(0, j, k) - FieldLayout::before;
         sent.insert(sent.end(), row, row + layout_.row);
-        ++counts[static_cast<std::size_t>(share)];
+        ++nth(counts, share);
     });
     const std::vector<double> come = exchanged(sent, counts);
     auto from = come.begin();

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "fluid/flow.hpp"
+#include "skein/core/index.hpp"
 
 #include <array>
 #include <span>
@@ -52,7 +53,7 @@ public:
     const FlowConstants& constants() const { return flow_.constants(); }
     Slab planes() const { return exchange_.planes(); }
     FieldLayout layout() const { return exchange_.layout(); }
-    std::span<const double> velocity(int component) const { return fields_[static_cast<std::size_t>(component)]; }
+    std::span<const double> velocity(int component) const { return nth(fields_, component); }
     std::span<const double> pressure() const { return fields_[3]; }
 
 private:

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "formula/program.hpp"
+#include "skein/core/index.hpp"
 #include "skein/core/pack.hpp"
 
 #include <bit>
@@ -51,7 +52,7 @@ template <int W> void evaluate(const InstructionList& list, std::span<const Form
         Pack<W>* to = registers.value[in.to];
         const Strided<W> a = source[in.a], b = in.b >= 0 ? source[in.b] : a, c = in.c >= 0 ? source[in.c] : a;
         if (in.op == Op::tabulated || in.op == Op::tabulated_slope) {
-            for (int i = 0; i < count; ++i) to[i] = looked_up(tables[static_cast<std::size_t>(in.table)], in.op, a[i]);
+            for (int i = 0; i < count; ++i) to[i] = looked_up(nth(tables, in.table), in.op, a[i]);
             continue;
         }
         if (!in.then) {

@@ -1,5 +1,7 @@
 #include "formula/graph.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <bit>
 
@@ -13,9 +15,8 @@ int Graph::put(Node node) {
 }
 
 double Graph::apply(const Node& node, double a, double b, double c) const {
-    const FormulaTable* table = node.op == Op::tabulated || node.op == Op::tabulated_slope
-                                    ? &tables_[static_cast<std::size_t>(node.index)]
-                                    : nullptr;
+    const FormulaTable* table =
+        node.op == Op::tabulated || node.op == Op::tabulated_slope ? &nth(tables_, node.index) : nullptr;
     if (node.op == Op::tabulated) return (*table)(a);
     if (node.op == Op::tabulated_slope) return table->slope(a);
     Pack<1> r(0.0);
@@ -46,7 +47,7 @@ int Graph::make(Op op, int a, int b, int c) {
     bool known = true;
     double x[3] = {0, 0, 0};
     for (int i = 0; i < operands_of(op); ++i) {
-        const Node& operand = (*this)[node.of[static_cast<std::size_t>(i)]];
+        const Node& operand = (*this)[nth(node.of, i)];
         node.changes |= operand.changes;
         known = known && operand.op == Op::constant;
         x[i] = operand.number;
@@ -70,16 +71,16 @@ int Graph::derivative(int node, Variable by) {
     const auto over = [&](int a, int b) { return make(Op::divide, a, b); };
     const auto minus = [&](int a, int b) { return make(Op::subtract, a, b); };
     std::vector<bool> needed(count, false);
-    needed[static_cast<std::size_t>(node)] = true;
+    nth(needed, node) = true;
     for (std::size_t i = count; i-- > 0;)
         if (needed[i])
             for (const int operand : nodes_[i].of)
-                if (operand >= 0) needed[static_cast<std::size_t>(operand)] = true;
+                if (operand >= 0) nth(needed, operand) = true;
     for (std::size_t i = 0; i < count; ++i) {
         if (!needed[i]) continue;
         const Node n = nodes_[i]; // a copy: the list grows
         const int self = static_cast<int>(i), a = n.of[0], b = n.of[1], c = n.of[2];
-        const auto of = [&](int operand) { return operand >= 0 ? d[static_cast<std::size_t>(operand)] : zero; };
+        const auto of = [&](int operand) { return operand >= 0 ? nth(d, operand) : zero; };
         const int da = of(a), db = of(b), dc = of(c);
         int r = zero;
         switch (n.op) {
@@ -151,7 +152,7 @@ int Graph::derivative(int node, Variable by) {
         }
         d[i] = r;
     }
-    return d[static_cast<std::size_t>(node)];
+    return nth(d, node);
 }
 
 bool Graph::varies_beyond(int node, std::span<const Variable> allowed) const {
@@ -166,9 +167,9 @@ std::vector<double> Graph::values(const std::array<double, variables>& at) const
     std::vector<double> v(nodes_.size());
     for (std::size_t i = 0; i < nodes_.size(); ++i) {
         const Node& n = nodes_[i];
-        const auto of = [&](std::size_t k) { return n.of[k] >= 0 ? v[static_cast<std::size_t>(n.of[k])] : 0.0; };
+        const auto of = [&](std::size_t k) { return n.of[k] >= 0 ? nth(v, n.of[k]) : 0.0; };
         if (n.op == Op::constant) v[i] = n.number;
-        else if (n.op == Op::variable) v[i] = at[static_cast<std::size_t>(n.index)];
+        else if (n.op == Op::variable) v[i] = nth(at, n.index);
         else v[i] = apply(n, of(0), of(1), of(2));
     }
     return v;

@@ -4,6 +4,7 @@
 
 #include "formula/operation.hpp"
 #include "formula/scope.hpp"
+#include "skein/core/index.hpp"
 
 #include <array>
 #include <map>
@@ -34,7 +35,7 @@ public:
     explicit Graph(std::vector<FormulaTable> tables = {}) : tables_(std::move(tables)) {}
 
     const std::vector<Node>& nodes() const { return nodes_; }
-    const Node& operator[](int i) const { return nodes_[static_cast<std::size_t>(i)]; }
+    const Node& operator[](int i) const { return nth(nodes_, i); }
     const std::vector<FormulaTable>& tables() const { return tables_; }
 
     int constant(double value) { return put({.op = Op::constant, .number = value}); }
@@ -53,7 +54,7 @@ public:
     /// Whether a value depends on a variable that is none of these.
     bool varies_beyond(int node, std::span<const Variable> allowed) const;
     void mark(int i, const Part& part) {
-        if (Part& p = nodes_[static_cast<std::size_t>(i)].part; p.formula < 0) p = part;
+        if (Part& p = nth(nodes_, i).part; p.formula < 0) p = part;
     }
 
     /// d(node)/d(variable).

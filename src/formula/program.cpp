@@ -1,5 +1,7 @@
 #include "formula/program.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <functional>
 
@@ -15,8 +17,8 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
     std::vector<int> uses(count, 0), last_use(count, -1), source(count, -1);
     const int forever = static_cast<int>(count);
     for (const int o : outputs) {
-        ++uses[static_cast<std::size_t>(o)];
-        last_use[static_cast<std::size_t>(o)] = forever;
+        ++nth(uses, o);
+        nth(last_use, o) = forever;
     }
     // Whether the list works a node out.
     const auto made = [&](std::size_t i) {
@@ -25,7 +27,7 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
     for (std::size_t i = count; i-- > 0;)
         if (made(i))
             for (const int operand : graph.nodes()[i].of)
-                if (operand >= 0) ++uses[static_cast<std::size_t>(operand)];
+                if (operand >= 0) ++nth(uses, operand);
     // Of two in a row of + - * /, the first of no other use, one instruction is made: `inner` of each node, and the
     // node it is in. The negative of x counts as -0 - x, which has its bits.
     std::vector<int> inner(count, -1), within(count, -1);
@@ -45,7 +47,7 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
         if (made(i))
             for (const int operand : graph.nodes()[i].of)
                 if (operand >= 0) {
-                    int& last = last_use[static_cast<std::size_t>(operand)];
+                    int& last = nth(last_use, operand);
                     last = std::max(last, within[i] >= 0 ? within[i] : static_cast<int>(i));
                 }
     std::vector<bool> taken;
@@ -66,14 +68,14 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
         }
         if (within[i] >= 0) continue;
         const auto operand = [&](const Graph::Node& of, std::size_t k) {
-            return of.of[k] >= 0 ? source[static_cast<std::size_t>(of.of[k])] : -1;
+            return of.of[k] >= 0 ? nth(source, of.of[k]) : -1;
         };
         // An operand's register may take the result: places are worked out one by one.
         const auto release = [&](const Graph::Node& of) {
             for (const int o : of.of)
-                if (o >= 0 && last_use[static_cast<std::size_t>(o)] == static_cast<int>(i) &&
-                    source[static_cast<std::size_t>(o)] >= 0 && source[static_cast<std::size_t>(o)] < constant_base)
-                    taken[static_cast<std::size_t>(source[static_cast<std::size_t>(o)])] = false;
+                if (o >= 0 && nth(last_use, o) == static_cast<int>(i) && nth(source, o) >= 0 &&
+                    nth(source, o) < constant_base)
+                    nth(taken, nth(source, o)) = false;
         };
         Instruction in{n.op, n.index, -1, operand(n, 0), operand(n, 1), operand(n, 2)};
         if (inner[i] >= 0) {
@@ -110,7 +112,7 @@ std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> 
         settle(in.c);
     }
     for (const int o : outputs) {
-        list.outputs.push_back(source[static_cast<std::size_t>(o)]);
+        list.outputs.push_back(nth(source, o));
         settle(list.outputs.back());
     }
     return list;

@@ -1,5 +1,7 @@
 #include "formula/vector_of_time.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <cmath>
 
 #include <fmt/format.h>
@@ -28,7 +30,7 @@ VectorOfTime::VectorOfTime(const FormulaScope& scope, const std::vector<std::str
     for (const int node : value_) rate_.push_back(graph_.derivative(node, Variable::t));
     try_times(scope.duration);
     for (std::size_t i = 0; i < faults_.size(); ++i)
-        faults_[i].part.length = texts[static_cast<std::size_t>(faults_[i].part.formula)].size();
+        faults_[i].part.length = nth(texts, faults_[i].part.formula).size();
 }
 
 void VectorOfTime::try_times(double duration) {
@@ -51,10 +53,10 @@ void VectorOfTime::try_times(double duration) {
 VectorOfTime::Point VectorOfTime::operator()(double time) const {
     if (value_.empty()) return {};
     std::array<double, variables> at{};
-    at[static_cast<std::size_t>(Variable::t)] = time;
+    nth(at, Variable::t) = time;
     const std::vector<double> all = graph_.values(at);
     const auto vector = [&](const std::vector<int>& nodes) {
-        const auto of = [&](std::size_t i) { return all[static_cast<std::size_t>(nodes[i])]; };
+        const auto of = [&](std::size_t i) { return nth(all, nodes[i]); };
         return Vec3d{of(0), of(1), of(2)};
     };
     return {vector(value_), vector(rate_)};

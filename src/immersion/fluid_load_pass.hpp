@@ -5,6 +5,7 @@
 #include "core/transposed.hpp"
 #include "immersion/fluid_loads.hpp"
 #include "immersion/inertia_in_fluid.hpp"
+#include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
 
 #include <algorithm>
@@ -20,8 +21,7 @@ public:
     FluidLoadPass(std::shared_ptr<FluidLoads> loads, const RodGroup& group, const InertiaInFluid& inertia)
         : loads_(std::move(loads)) {
         for (int k = 0; k < group.slots(); ++k) {
-            const double felt = inertia.of_nodes[static_cast<std::size_t>(k)].felt,
-                         mass = felt * group.node_mass[static_cast<std::size_t>(k)];
+            const double felt = nth(inertia.of_nodes, k).felt, mass = felt * nth(group.node_mass, k);
             per_share_.push_back(1 / felt);
             const Vec3d free = group.slides(k) ? group.free_directions(k) : Vec3d{1, 1, 1};
             per_mass_.push_back(mass > 0 && !group.holds_node(k) ? (1 / mass) * free : Vec3d{0, 0, 0});

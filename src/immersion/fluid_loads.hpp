@@ -3,6 +3,7 @@
 #pragma once
 
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 #include <span>
@@ -36,20 +37,17 @@ public:
     AlignedVector<FluidImpulse> received;
 
     FluidLoads(std::span<const RodGroup> groups, std::span<const LocalRod> rods) : first_of_group_(groups.size(), 0) {
-        for (std::size_t i = rods.size(); i-- > 0;) first_of_group_[static_cast<std::size_t>(rods[i].group)] = i;
+        for (std::size_t i = rods.size(); i-- > 0;) nth(first_of_group_, rods[i].group) = i;
         first_.assign(1, 0);
         for (const LocalRod& rod : rods)
-            first_.push_back(first_.back() +
-                             static_cast<std::size_t>(groups[static_cast<std::size_t>(rod.group)].slots()));
+            first_.push_back(first_.back() + static_cast<std::size_t>(nth(groups, rod.group).slots()));
         load.resize(first_.back());
         received.resize(first_.back());
     }
     /// First slot of local()[i].
     std::size_t first(std::size_t i) const { return first_[i]; }
     /// The same of a rod by its place among those of its group on this rank.
-    std::size_t first(int group, std::size_t place) const {
-        return first_[first_of_group_[static_cast<std::size_t>(group)] + place];
-    }
+    std::size_t first(int group, std::size_t place) const { return first_[nth(first_of_group_, group) + place]; }
 
     static constexpr double bytes_per_slot = sizeof(FluidLoad) + sizeof(FluidImpulse);
 

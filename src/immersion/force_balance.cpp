@@ -1,5 +1,7 @@
 #include "immersion/force_balance.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -44,7 +46,7 @@ void ForceBalance::move_fluid_within() {
 }
 
 std::int64_t ForceBalance::first_in_scene(std::size_t i) const {
-    return first_slot_[static_cast<std::size_t>(own(i).group)] + own(i).index * group_of(i).slots();
+    return nth(first_slot_, own(i).group) + own(i).index * group_of(i).slots();
 }
 
 void ForceBalance::begin_step(double lag) {

@@ -9,6 +9,7 @@
 #include "immersion/immersed_rods.hpp"
 #include "immersion/inertia_in_fluid.hpp"
 #include "parallel/communicator.hpp"
+#include "skein/core/index.hpp"
 
 #include <functional>
 #include <memory>
@@ -68,8 +69,8 @@ private:
     double returned(double share) const { return share < 1 ? pace_ * share : 1; }
     Vec3d returned(const Vec3d& shares) const { return {returned(shares.x), returned(shares.y), returned(shares.z)}; }
     const LocalRod& own(std::size_t i) const { return rods_.rods().local()[i]; }
-    const RodGroup& group_of(std::size_t i) const { return groups_[static_cast<std::size_t>(own(i).group)]; }
-    const InertiaInFluid& inertia_of(std::size_t i) const { return *inertia_[static_cast<std::size_t>(own(i).group)]; }
+    const RodGroup& group_of(std::size_t i) const { return nth(groups_, own(i).group); }
+    const InertiaInFluid& inertia_of(std::size_t i) const { return *nth(inertia_, own(i).group); }
     std::array<double, record> numbers_of(std::size_t slot) const;
     std::int64_t first_in_scene(std::size_t i) const;
 

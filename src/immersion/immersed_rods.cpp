@@ -1,5 +1,7 @@
 #include "immersion/immersed_rods.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <numeric>
 
 namespace skein {
@@ -20,8 +22,7 @@ void ImmersedRods::follow(const Rods& rods) {
     all_.resize(rods.local().size());
     std::iota(all_.begin(), all_.end(), std::size_t{0});
     before_.assign(1, 0);
-    for (const LocalRod& rod : rods.local())
-        before_.push_back(before_.back() + of_group_[static_cast<std::size_t>(rod.group)].size());
+    for (const LocalRod& rod : rods.local()) before_.push_back(before_.back() + nth(of_group_, rod.group).size());
 }
 
 void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const {

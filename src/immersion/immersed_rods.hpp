@@ -3,6 +3,7 @@
 
 #include "immersion/markers.hpp"
 #include "immersion/rod_surface.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 #include <span>
@@ -25,7 +26,7 @@ public:
     void place(double lag, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const;
     /// f(m, marker) of the markers of local()[i], by their number among count().
     template <class F> void for_markers(std::size_t i, F&& f) const {
-        const std::vector<RodMarker>& on_rod = of_group_[static_cast<std::size_t>(rods_->local()[i].group)];
+        const std::vector<RodMarker>& on_rod = nth(of_group_, rods_->local()[i].group);
         for (std::size_t m = 0; m < on_rod.size(); ++m) f(before_[i] + m, on_rod[m]);
     }
     /// A marker of a rod in the lab, m.

@@ -1,6 +1,7 @@
 #include "immersion/immersion.hpp"
 
 #include "core/timer.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,7 +60,7 @@ void Immersion::end_stage() {
 /// A marker is the rank's that has its cell.
 void Immersion::place_obstacles(double time, Markers& markers) const {
     const auto cell_of = [&](const Vec3d& place, int d) {
-        const std::int64_t n = grid_.cells[static_cast<std::size_t>(d)];
+        const std::int64_t n = nth(grid_.cells, d);
         const auto cell =
             static_cast<std::int64_t>(std::floor((component_of(place, d) - component_of(grid_.lower, d)) / grid_.h));
         return static_cast<int>(grid_.periodic(d) ? (cell % n + n) % n : std::clamp<std::int64_t>(cell, 0, n - 1));

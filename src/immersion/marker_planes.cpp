@@ -1,6 +1,7 @@
 #include "immersion/marker_planes.hpp"
 
 #include "parallel/blocks.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -34,7 +35,7 @@ MarkerPlanes::MarkerPlanes(const Communicator& comm, const Threads& threads, con
       layout_(pencils_.layout()), visits_(static_cast<std::size_t>(layout_.nz + 2 * ghosts)) {}
 
 int MarkerPlanes::here(int cell, int direction, const Slab& own) const {
-    const int n = grid_.cells[static_cast<std::size_t>(direction)];
+    const int n = nth(grid_.cells, direction);
     if (grid_.periodic(direction)) cell = wrapped(cell, n);
     const int place = cell - own.first;
     if (cell >= 0 && cell < n) return place >= 0 && place < own.count ? place : none;
@@ -46,7 +47,7 @@ int MarkerPlanes::here(int cell, int direction, const Slab& own) const {
 template <class Body> void MarkerPlanes::for_ranks_of(const Vec3d& place, Body&& body) const {
     int found[3 * width * width], count = 0;
     const auto inside = [&](int cell, int d) {
-        const int n = grid_.cells[static_cast<std::size_t>(d)];
+        const int n = nth(grid_.cells, d);
         return grid_.periodic(d) ? wrapped(cell, n) : std::clamp(cell, 0, n - 1);
     };
     const WeightsAlong along_y = weights_along(grid_, delta_, place, 1),
@@ -74,7 +75,7 @@ void MarkerPlanes::send_to_planes(std::span<const Vec3d> places) {
     }
     std::vector<std::vector<std::uint32_t>> to(sent_counts_.size());
     for (std::uint32_t m = 0; m < places.size(); ++m)
-        for_ranks_of(places[m], [&](int rank) { to[static_cast<std::size_t>(rank)].push_back(m); });
+        for_ranks_of(places[m], [&](int rank) { nth(to, rank).push_back(m); });
     sent_.clear();
     for (std::size_t rank = 0; rank < to.size(); ++rank) {
         sent_.insert(sent_.end(), to[rank].begin(), to[rank].end());
@@ -126,8 +127,8 @@ void MarkerPlanes::visit_planes() {
             for (std::uint8_t place = 0; place < width; ++place) {
                 const int plane = f.plane[place];
                 if (plane == none) continue;
-                if (f.beyond_sides && plane >= 0 && plane < layout_.nz) sides_[static_cast<std::size_t>(plane)] = 1;
-                visits_[static_cast<std::size_t>(plane + ghosts)].push_back({m, c, place});
+                if (f.beyond_sides && plane >= 0 && plane < layout_.nz) nth(sides_, plane) = 1;
+                nth(visits_, plane + ghosts).push_back({m, c, place});
             }
         }
     const auto any = [&](std::size_t first) {
@@ -163,8 +164,7 @@ void MarkerPlanes::lay_out(const Vec3d& place, Footprint* of_components) const {
         const DeltaWeights& z = along[2].of(c == 2);
         f.along_z = z.weight;
         f.plane.fill(none);
-        for (int k = 0; k < z.count; ++k)
-            f.plane[static_cast<std::size_t>(k)] = here(z.first + k, 2, pencils_.planes());
+        for (int k = 0; k < z.count; ++k) nth(f.plane, k) = here(z.first + k, 2, pencils_.planes());
     }
 }
 
@@ -182,8 +182,8 @@ void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
     };
     std::size_t from = 0, at = 0;
     for (int r = 0; r < comm_.size(); ++r) {
-        const auto sent = static_cast<std::size_t>(sent_counts_[static_cast<std::size_t>(r)]),
-                   come = static_cast<std::size_t>(arriving[static_cast<std::size_t>(r)]);
+        const auto sent = static_cast<std::size_t>(nth(sent_counts_, r)),
+                   come = static_cast<std::size_t>(nth(arriving, r));
         add(back, r, std::span(shares_back_).subspan(shares_each * from, shares_each * sent));
         add(out, r, std::span(changes_out_).subspan(from, sent));
         add(shares, r, std::span(shares_).subspan(shares_each * at, shares_each * come));

@@ -6,6 +6,7 @@
 #include "parallel/communicator.hpp"
 #include "parallel/messages.hpp"
 #include "parallel/threads.hpp"
+#include "skein/core/index.hpp"
 #include "skein/core/vec3.hpp"
 
 #include <array>
@@ -37,9 +38,9 @@ public:
     void respond_to_ones(const Fields& fields, std::span<Vec3d> values);
 
     /// Whether markers reach this plane of this rank.
-    bool reaches(int plane) const { return !visits_[static_cast<std::size_t>(plane + FieldLayout::ghosts)].empty(); }
+    bool reaches(int plane) const { return !nth(visits_, plane + FieldLayout::ghosts).empty(); }
     /// Whether they reach beyond a wall across x or y in it; beyond one across z in any.
-    bool reaches_sides(int plane) const { return sides_[static_cast<std::size_t>(plane)]; }
+    bool reaches_sides(int plane) const { return nth(sides_, plane); }
     bool reaches_beyond() const { return beyond_; }
 
 private:

@@ -2,6 +2,7 @@
 
 #include "immersion/markers.hpp"
 #include "immersion/plate_markers.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -80,7 +81,7 @@ bool spans_box(const RodGroup& group, const FluidGrid& grid) {
     const Vec3d d2 = transpose_times(matrix(frame_of(spec.placement.tangent, spec.placement.normal)), Vec3d{0, 1, 0});
     constexpr double rounding = 1e-9;
     for (int d = 0; d < 3; ++d) {
-        const double box = grid.h * grid.cells[static_cast<std::size_t>(d)];
+        const double box = grid.h * nth(grid.cells, d);
         bool wide = grid.periodic(d) && std::abs(std::abs(component_of(d2, d)) - 1) < rounding;
         for (std::size_t k = 0; wide && k < group.element.size(); ++k)
             wide = std::abs(2 * half_axes(group, k).along_d2 - box) < rounding * box;

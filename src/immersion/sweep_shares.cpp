@@ -1,5 +1,7 @@
 #include "immersion/sweep_shares.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <cmath>
 #include <cstdint>
 
@@ -16,8 +18,7 @@ std::vector<double> sweep_shares(int sweeps) {
     std::int64_t choose = 1;                                            // C(n, k)
     for (int k = 0; bound * k < n; choose = choose * (n - k) / (k + 1), ++k) {
         std::int64_t term = (n - bound * k) * choose; // l^k = sum_i C(k, i) (-1)^i (1 - l)^i
-        for (int i = 0; i <= k; term = -term * (k - i) / (i + 1), ++i)
-            left[static_cast<std::size_t>(n - k + i)] += term;
+        for (int i = 0; i <= k; term = -term * (k - i) / (i + 1), ++i) nth(left, n - k + i) += term;
     }
     std::int64_t sum = n; // of 1 less these, over l
     for (std::size_t j = 0; j < shares.size(); ++j) shares[j] = static_cast<double>(sum -= left[j]) / n;

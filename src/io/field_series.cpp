@@ -6,6 +6,7 @@
 #include "io/own_files.hpp"
 #include "io/segments.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <filesystem>
@@ -277,7 +278,7 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
                 H5Box box{std::vector<std::uint64_t>(whole.size(), 0), std::vector<std::uint64_t>(whole.size(), 0)};
                 std::vector<double> numbers;
                 if (piece < mine) {
-                    box = frame.pieces()[static_cast<std::size_t>(piece)];
+                    box = nth(frame.pieces(), piece);
                     if (components > 1) {
                         box.start.push_back(0);
                         box.count.push_back(components);

@@ -1,6 +1,7 @@
 // Files of rods as comma-separated values, whose first line names the columns.
 #include "io/rod_file_kind.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -27,12 +28,11 @@ public:
         bool begins = true;
         while (file.read(buffer.data(), static_cast<std::streamsize>(buffer.size())), file.gcount() > 0) {
             for (std::int64_t i = 0; i < file.gcount(); ++i) {
-                if (begins && buffer[static_cast<std::size_t>(i)] != '\n' &&
-                    buffer[static_cast<std::size_t>(i)] != '\r') {
+                if (begins && nth(buffer, i) != '\n' && nth(buffer, i) != '\r') {
                     if (count_ % block == 0) block_begin_.push_back(at + i);
                     ++count_;
                 }
-                begins = buffer[static_cast<std::size_t>(i)] == '\n';
+                begins = nth(buffer, i) == '\n';
             }
             at += file.gcount();
         }
@@ -76,7 +76,7 @@ private:
 
     void read_numbers(std::int64_t begin, std::int64_t end, Numbers& numbers) const override {
         std::ifstream file(path_, std::ios::binary);
-        file.seekg(block_begin_[static_cast<std::size_t>(begin / block)]);
+        file.seekg(nth(block_begin_, begin / block));
         std::string line;
         for (std::int64_t rod = begin / block * block; rod < end; ++rod) {
             do {

@@ -9,6 +9,7 @@
 #include "io/segments.hpp"
 #include "io/xdmf.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -58,7 +59,7 @@ struct FrameWriter::Impl {
     std::int64_t last_step = -1;
     std::int64_t last_closed = -1; ///< step of the last frame in finished segments
 
-    std::string kind_name() const { return std::string(frame_kind_names[static_cast<std::size_t>(kind)]); }
+    std::string kind_name() const { return std::string(nth(frame_kind_names, kind)); }
     std::string path_of(const std::string& name) const { return directory + "/" + name; }
     std::string temporary() const { return path_of(open.file) + ".tmp"; }
     std::vector<std::string> frame_datasets() const {

@@ -1,5 +1,7 @@
 #include "io/vtk_polydata.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,7 +48,7 @@ VtkPolyData::VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_
                 inside +=
                     fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
                                 "offset=\"{}\"/>\n",
-                                type_names[static_cast<std::size_t>(array.type)], array.name, array.components, offset);
+                                nth(type_names, array.type), array.name, array.components, offset);
             offset += sizeof(std::uint64_t) + array.bytes();
         }
         if (!inside.empty()) head_ += fmt::format("<{0}>\n{1}</{0}>\n", part_names[part], inside);

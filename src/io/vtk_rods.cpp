@@ -1,6 +1,7 @@
 #include "io/vtk_rods.hpp"
 
 #include "rod/body_shape.hpp"
+#include "skein/core/index.hpp"
 
 #include <cstring>
 #include <string_view>
@@ -102,15 +103,14 @@ void VtkRods::describe_body(const RodCopy& body, const VtkContent& content, Scra
     if (!content.forces) return;
     for (const BodyShape::Line& line : group_.body()->line)
         for (const int end : {0, 1})
-            out = put(out, line.slot < 0 ? Vec3d{0, 0, 0} : scratch.force[static_cast<std::size_t>(line.slot + end)]);
+            out = put(out, line.slot < 0 ? Vec3d{0, 0, 0} : nth(scratch.force, line.slot + end));
 }
 
 void VtkRods::find_radii() {
     radius_.clear();
     const auto put_radii = [this](const RodGroup& rod) {
         for (std::int64_t k = 0; k < nodes(); ++k)
-            radius_.push_back(rod.body() ? rod.body()->line[static_cast<std::size_t>(k / 2)].radius
-                                         : node_radius(rod, k));
+            radius_.push_back(rod.body() ? nth(rod.body()->line, k / 2).radius : node_radius(rod, k));
     };
     if (!group_.heterogeneous()) put_radii(group_);
     else
@@ -152,7 +152,7 @@ std::span<const std::byte> VtkRods::take(const VtkContent& content, double time,
     rods_->read(
         owned_.places, Copy::strained, lag,
         [&](int thread, std::size_t i, const RodCopy& rod) {
-            Scratch& scratch = scratch_[static_cast<std::size_t>(thread)];
+            Scratch& scratch = nth(scratch_, thread);
             if (content.forces) forces(rods_->local()[owned_.places[i]].gid, scratch.force);
             if (group_.body()) describe_body(rod, content, scratch);
             else describe(i, rod, content, scratch);

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "joints/star_law.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
 #include <functional>
@@ -138,7 +139,7 @@ private:
     template <class At> static void move_as_one(const HubOfCluster& h, const Step& step, At&& at) {
         constexpr int V = decltype(at(0))::width;
         using P = Pack<V>;
-        const HubShares& shares = h.shares[static_cast<std::size_t>(step.kick_length)];
+        const HubShares& shares = nth(h.shares, step.kick_length);
         const Slot<V> first = at(0).read();
         if (!h.body) {
             Vec3<P> v = first.velocity;

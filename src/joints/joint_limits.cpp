@@ -2,6 +2,7 @@
 
 #include "joints/cluster_joints.hpp"
 #include "rod/time_limits.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -17,7 +18,7 @@ struct Mobility {
     double shift, turn;
 };
 Mobility mobility(const RodGroup& group, const JointEnd& end) {
-    const ElementConstants& c = group.element[static_cast<std::size_t>(end.element)];
+    const ElementConstants& c = nth(group.element, end.element);
     const double softest = std::max({c.inv_inertia.x, c.inv_inertia.y, c.inv_inertia.z});
     const double of_node = group.strained() ? 0.5 * group.spec().material.density * c.volume : group.node_mass.front();
     const double before = 1 - end.share;
@@ -30,12 +31,11 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
     std::vector<std::map<std::pair<std::int64_t, int>, Vec3d>> held(groups.size());
     for (const Star& star : junctions.stars) {
         const auto inertia = [&](const Star::Member& m) -> const Vec3d& {
-            return groups[static_cast<std::size_t>(m.group)].element[static_cast<std::size_t>(m.element)].inertia;
+            return nth(nth(groups, m.group).element, m.element).inertia;
         };
         const auto add = [&](const Star::Member& m, int element, double stiffness, double others) {
             const Vec3d& j = inertia(m);
-            const auto [at, fresh] =
-                held[static_cast<std::size_t>(m.group)].try_emplace({m.rod, element}, Vec3d{0, 0, 0});
+            const auto [at, fresh] = nth(held, m.group).try_emplace({m.rod, element}, Vec3d{0, 0, 0});
             const auto about = [&](double of_axis) { return stiffness * (1 / of_axis + others); };
             at->second += Vec3d{about(j.x), about(j.y), about(j.z)};
         };
@@ -50,7 +50,7 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
                 const double bx = crossed ? std::max(b.x, b.y) : b.x, by = crossed ? bx : b.y,
                              ax = crossed ? std::max(a.x, a.y) : a.x, ay = crossed ? ax : a.y,
                              lx = crossed ? std::min(l.x, l.y) : l.x, ly = crossed ? lx : l.y;
-                held[static_cast<std::size_t>(m.group)].try_emplace({m.rod, m.element}, Vec3d{0, 0, 0}).first->second +=
+                nth(held, m.group).try_emplace({m.rod, m.element}, Vec3d{0, 0, 0}).first->second +=
                     Vec3d{ax * bx / (ax + bx) * (1 / j.x + 1 / lx), ay * by / (ay + by) * (1 / j.y + 1 / ly),
                           a.z * b.z / (a.z + b.z) * (1 / j.z + 1 / l.z)};
                 continue;
@@ -90,12 +90,12 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
             // Of a repulsion where elements are a tenth closer than they were.
             const double repelling = 1.5 * table.law.repulsion * std::sqrt(0.1 * joint.rest_distance);
             for (const JointEnd* end : {&joint.first, &joint.second}) {
-                const RodGroup& group = groups[static_cast<std::size_t>(end->group)];
+                const RodGroup& group = nth(groups, end->group);
                 const Mobility m = mobility(group, *end);
                 JointEnd centre = *end;
                 centre.share = group.strained() ? 0.5 : 0;
                 centre.arm = {0, 0, 0};
-                Sums& sums = of_element[static_cast<std::size_t>(end->group)][{end->rod, end->element}];
+                Sums& sums = nth(of_element, end->group)[{end->rod, end->element}];
                 sums.stiffness += 2 * (table.law.stiffness * m.shift + repelling * mobility(group, centre).shift +
                                        (turns ? table.law.torsional_stiffness * m.turn : 0));
                 sums.drag += 2 * (table.law.damping * m.shift + (turns ? table.law.torsional_damping * m.turn : 0));

@@ -1,6 +1,7 @@
 #include "joints/joint_list.hpp"
 
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -33,12 +34,12 @@ public:
     Vec3d place(std::int64_t rod, int k, double share) const {
         return group_.strained() ? (1 - share) * node(rod, k) + share * node(rod, k + 1) : node(rod, k);
     }
-    double radius(int k) const { return group_.element[static_cast<std::size_t>(k)].radius; }
+    double radius(int k) const { return nth(group_.element, k).radius; }
 
     /// The point `to` as it moves with an element.
     JointEnd end(std::int64_t rod, int k, double share, const Vec3d& to) const {
         const Vec3d off = to - place(rod, k, share);
-        const bool none = norm(off) <= 1e-12 * group_.element[static_cast<std::size_t>(k)].rest_length; // rounding
+        const bool none = norm(off) <= 1e-12 * nth(group_.element, k).rest_length; // rounding
         return {group_.id(), rod, k, group_.strained() ? share : 0, none ? Vec3d{0, 0, 0} : director(rod, k) * off,
                 {0, 0, 0}};
     }
@@ -48,7 +49,7 @@ public:
         const int n = elements();
         double left = share_of_length * group_.spec().shape.length;
         for (int k = 0; k < n; ++k) {
-            const double length = group_.element[static_cast<std::size_t>(k)].rest_length;
+            const double length = nth(group_.element, k).rest_length;
             if (left <= length * (1 + 1e-9) || k == n - 1) return {k, std::clamp(left / length, 0.0, 1.0)};
             left -= length;
         }

@@ -3,6 +3,7 @@
 #include "core/rotation.hpp"
 #include "rod/end_weights.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -99,11 +100,11 @@ private:
         throw InputError(fmt::format("{}: the joint between '{}' and '{}' {}", table_->source, table_->between[0],
                                      table_->between[1], what));
     }
-    const RodGroup& group(int g) const { return groups_[static_cast<std::size_t>(g)]; }
+    const RodGroup& group(int g) const { return nth(groups_, g); }
 
     /// Numbers of the springs that come nearest to the missing cell.
     std::string springs(const RodGroup& g, int element) const {
-        const ElementConstants& e = g.element[static_cast<std::size_t>(element)];
+        const ElementConstants& e = nth(g.element, element);
         return fmt::format(
             "stiffness = {:.3g} [N/m] and torsional_stiffness = {:.3g} [N m/rad], which are of first order",
             e.stiffness.z * e.inv_rest_length, std::min(e.bending.x, e.bending.y) * e.inv_rest_length);
@@ -117,13 +118,13 @@ private:
                                "'torsional_stiffness' [N m/rad]",
                                g.name()));
         const int n = g.elements();
-        const ElementConstants& e = g.element[static_cast<std::size_t>(end.element)];
+        const ElementConstants& e = nth(g.element, end.element);
         const bool after = end.share > 0.5;
         if (std::abs(end.share - (after ? 1 : 0)) > same_place) {
             double before = 0, length = 0;
             for (int k = 0; k < n; ++k) {
-                if (k < end.element) before += g.element[static_cast<std::size_t>(k)].rest_length;
-                length += g.element[static_cast<std::size_t>(k)].rest_length;
+                if (k < end.element) before += nth(g.element, k).rest_length;
+                length += nth(g.element, k).rest_length;
             }
             refuse(fmt::format("is between two nodes of '{}': with stiffness = \"auto\" 'at' is at a node, here {:.6g} "
                                "or {:.6g}; or give {}",
@@ -264,7 +265,7 @@ private:
             m.turn = matrix(m.rest);
             m.rest_stretch = 1;
             if (!(i == 0 && star.rigid)) {
-                const ElementConstants& e = g.element[static_cast<std::size_t>(s.element)];
+                const ElementConstants& e = nth(g.element, s.element);
                 m.length = e.rest_length;
                 m.rest_stretch = e.rest_stretch;
                 const double half = 0.5 * e.rest_length;
@@ -312,7 +313,7 @@ private:
         const RodGroup& g = group(s.group);
         std::vector<Slot<1>> state(static_cast<std::size_t>(g.slots()));
         g.start_state_in_assembly(s.rod, state);
-        const auto at = [&](int k) { return lane(state[static_cast<std::size_t>(k)].director, 0); };
+        const auto at = [&](int k) { return lane(nth(state, k).director, 0); };
         return at(s.element);
     }
 

@@ -17,6 +17,7 @@
 #include "mechanics/slide.hpp"
 #include "neighbourhood/surface.hpp"
 #include "relaxation/relaxation.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
 #include <map>
@@ -186,7 +187,7 @@ public:
     }
 
 private:
-    const GroupPlan& plan_of(const RodGroup& group) const { return plan_.groups[static_cast<std::size_t>(group.id())]; }
+    const GroupPlan& plan_of(const RodGroup& group) const { return nth(plan_.groups, group.id()); }
 
     const Plan& plan_;
     std::vector<const RodGroup*> family_;

@@ -4,6 +4,7 @@
 #include "joints/cluster_joints.hpp"
 #include "kernels/make_pass.hpp"
 #include "kernels/rod_tiles.hpp"
+#include "skein/core/index.hpp"
 
 namespace skein {
 
@@ -26,10 +27,9 @@ inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, 
         kicks.push_back(std::move(of_group));
     }
     const auto of = [&kicks](int group, std::size_t length) -> const KickConstants& {
-        return kicks[static_cast<std::size_t>(group)][length];
+        return nth(kicks, group)[length];
     };
-    return {.node = [of](int group, int node,
-                         std::size_t length) { return of(group, length).node[static_cast<std::size_t>(node)].gain; },
+    return {.node = [of](int group, int node, std::size_t length) { return nth(of(group, length).node, node).gain; },
             .body = [of](int group, std::size_t length) { return of(group, length).element.front().gain; },
             .lengths = scheme.kicks.size()};
 }
@@ -52,7 +52,7 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
         programs.push_back(make_program<W>(plan.groups[g].program, PassMaker<W>(parts)));
     }
     std::vector<std::int64_t> counts(groups.size(), 0);
-    for (const LocalRod& rod : owned) ++counts[static_cast<std::size_t>(rod.group)];
+    for (const LocalRod& rod : owned) ++nth(counts, rod.group);
     const Tiling tiling = tiling_of(plan, counts, W);
     if (!tiling.along.empty())
         for (int family = 0; family < plan.families; ++family) {

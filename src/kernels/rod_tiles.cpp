@@ -9,6 +9,7 @@
 #include "mechanics/synchronise.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -96,7 +97,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     // Tiles outside, passes inside: a tile stays in cache for all passes of all steps of the visit.
     const auto advance_tile = [this](std::size_t t, int thread) {
         const RodTile<W>& tile = tiles_[t];
-        SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
+        SlotLoad<W>* load = nth(scratch_, thread).data();
         for (const StepPart& part : visit_) {
             const auto [first, behind] = passes(tile.program, part.which);
             for (const Step& step : part.steps) run_passes(tile, load, first, behind, step);
@@ -120,7 +121,7 @@ template <int W> void RodTiles<W>::run_passes(const RodTile<W>& tile, SlotLoad<W
 }
 
 template <int W> void RodTiles<W>::advance_cluster(const Cluster& cluster, const StepPart& part, int thread) {
-    SlotLoad<W>* load = scratch_[static_cast<std::size_t>(thread)].data();
+    SlotLoad<W>* load = nth(scratch_, thread).data();
     const auto with_passes = [&](Part which, auto&& f) {
         for (const std::size_t t : cluster.tiles) {
             const auto [first, behind] = passes(tiles_[t].program, which);
@@ -149,7 +150,7 @@ template <int W> void RodTiles<W>::advance_cluster(const Cluster& cluster, const
 }
 
 template <int W> JoinedLoad<W>* RodTiles<W>::couple(const Cluster& cluster, const Step& step, int thread) const {
-    JoinedLoad<W>* joined = joined_[static_cast<std::size_t>(thread)].data();
+    JoinedLoad<W>* joined = nth(joined_, thread).data();
     Slot<W>* slot = tiles_[cluster.tiles.front()].slot;
     if (cluster.joints->shares_nodes()) cluster.joints->gather(slot, cluster.across);
     cluster.joints->run(slot, end_moments(cluster, step, thread), joined, cluster.across);
@@ -159,7 +160,7 @@ template <int W> JoinedLoad<W>* RodTiles<W>::couple(const Cluster& cluster, cons
 template <int W>
 const EndMoments<W>* RodTiles<W>::end_moments(const Cluster& cluster, const Step& step, int thread) const {
     if (!cluster.muscles) return nullptr;
-    EndMoments<W>* moments = moments_[static_cast<std::size_t>(thread)].data();
+    EndMoments<W>* moments = nth(moments_, thread).data();
     for (std::size_t i = 0; i < cluster.tiles.size(); ++i) {
         const RodTile<W>& tile = tiles_[cluster.tiles[i]];
         moments[i] = {};
@@ -193,7 +194,7 @@ template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
 template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F&& f) const {
     const auto [t, first] = place_[i];
     const RodTile<W>& tile = tiles_[t];
-    const int slots = groups_[static_cast<std::size_t>(local_[i].group)].slots();
+    const int slots = nth(groups_, local_[i].group).slots();
     if (!tile.strands) {
         for (int k = 0; k < slots; ++k) f(k, tile.slot[k], first);
         return;
@@ -251,7 +252,7 @@ template <int W> bool RodTiles<W>::run(const StepPart& first, const StepPart& se
 }
 
 template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {
-    for_slots(i, [&](int k, const Slot<W>& slot, int l) { out[static_cast<std::size_t>(k)] = lane(slot, l); });
+    for_slots(i, [&](int k, const Slot<W>& slot, int l) { nth(out, k) = lane(slot, l); });
     const RodTile<W>& tile = tiles_[place_[i].tile];
     if (tile.strands) out.back().director = broadcast<1>(no_turn); // not the wall's
 }
@@ -262,7 +263,7 @@ template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slo
     if (tile.strands) {
         for_slots(i, [&](int k, Slot<W>& slot, int l) {
             const Quaterniond wall = lane(slot.director, l);
-            set_lane(slot, l, in[static_cast<std::size_t>(k)]);
+            set_lane(slot, l, nth(in, k));
             if (static_cast<std::size_t>(k) + 1 == in.size()) set_lane(slot.director, l, wall);
         });
         join(tile);
@@ -298,7 +299,7 @@ template <int W> void to_rows(const Pack<W>* packs, std::size_t count, double* r
 /// Hashes of the canonical state of all lanes: as many chains of multiplications under way at once.
 template <int W> std::array<std::uint64_t, W> hashes(const RodTile<W>& tile, const LocalRod* rods) {
     std::array<std::uint64_t, W> h;
-    for (int i = 0; i < W; ++i) h[static_cast<std::size_t>(i)] = hash_begin(rods[std::min(i, tile.lanes - 1)].gid);
+    for (int i = 0; i < W; ++i) nth(h, i) = hash_begin(rods[std::min(i, tile.lanes - 1)].gid);
     const double* from = reinterpret_cast<const double*>(tile.slot);
     for (int number = 0; number < (tile.last + 1) * slot_doubles; ++number)
 #pragma GCC unroll 8
@@ -339,7 +340,7 @@ template <int W> void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy,
 
 template <int W>
 void RodTiles<W>::take_along(std::size_t i, Copy copy, double lag, double time, Reading& reading) const {
-    const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
+    const RodGroup& group = nth(groups_, local_[i].group);
     const auto slots = static_cast<std::size_t>(group.slots());
     at_least(reading.state, slots);
     const std::span state = std::span(reading.state).first(slots);
@@ -374,11 +375,11 @@ template <int W> void RodTiles<W>::read(std::span<const std::size_t> rods, Copy 
         return batch < W ? std::min(task * batch, rods.size()) : whole_tiles(task * batch);
     };
     threads_.for_each((rods.size() + batch - 1) / batch, [&](std::size_t task, int thread) {
-        Reading& reading = reading_[static_cast<std::size_t>(thread)];
+        Reading& reading = nth(reading_, thread);
         const std::size_t begin = begin_of(task), end = begin_of(task + 1);
         for (std::size_t i = begin; i < end; ++i) {
             const RodTile<W>& tile = tiles_[place(i).tile];
-            const RodGroup& group = groups_[static_cast<std::size_t>(local_[rods[i]].group)];
+            const RodGroup& group = nth(groups_, local_[rods[i]].group);
             const auto slots = static_cast<std::size_t>(group.slots()),
                        elements = static_cast<std::size_t>(group.elements());
             if (tile.strands) take_along(rods[i], copy, lag, time, reading);
@@ -396,13 +397,13 @@ template <int W> void RodTiles<W>::read(std::span<const std::size_t> rods, Copy 
 template <int W> void RodTiles<W>::figures(double time, double lag, std::span<RodFigures> out) const {
     threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
         if (tiles_[t].strands) return;
-        const RodTile<W> own = moved(tiles_[t], Copy::synchronised, lag, reading_[static_cast<std::size_t>(thread)]);
+        const RodTile<W> own = moved(tiles_[t], Copy::synchronised, lag, nth(reading_, thread));
         put_figures(figures_of(own, time), out.subspan(first_rod_[t], static_cast<std::size_t>(own.lanes)));
     });
     threads_.for_each(along_.size(), [&](std::size_t a, int thread) {
-        Reading& reading = reading_[static_cast<std::size_t>(thread)];
+        Reading& reading = nth(reading_, thread);
         const std::size_t i = along_[a];
-        const RodGroup& group = groups_[static_cast<std::size_t>(local_[i].group)];
+        const RodGroup& group = nth(groups_, local_[i].group);
         take_along(i, Copy::synchronised, lag, 0, reading);
         const std::span state = std::span(reading.state).first(static_cast<std::size_t>(group.slots()));
         const RodGroup& own = group.heterogeneous() ? own_group(reading, 0, group, local_[i].index) : group;
@@ -418,13 +419,12 @@ template <int W> std::uint64_t RodTiles<W>::digest() const {
     threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
         if (tiles_[t].strands) return;
         const auto all = hashes(tiles_[t], &local_[first_rod_[t]]);
-        for (int i = 0; i < tiles_[t].lanes; ++i)
-            sums[static_cast<std::size_t>(thread)].sum += all[static_cast<std::size_t>(i)];
+        for (int i = 0; i < tiles_[t].lanes; ++i) nth(sums, thread).sum += nth(all, i);
     });
     threads_.for_each(along_.size(), [&](std::size_t a, int thread) {
-        Reading& reading = reading_[static_cast<std::size_t>(thread)];
+        Reading& reading = nth(reading_, thread);
         take_along(along_[a], Copy::canonical, 0, 0, reading);
-        sums[static_cast<std::size_t>(thread)].sum += reading.hash[0];
+        nth(sums, thread).sum += reading.hash[0];
     });
     std::uint64_t sum = 0;
     for (const Sum& one : sums) sum += one.sum;
@@ -434,13 +434,13 @@ template <int W> std::uint64_t RodTiles<W>::digest() const {
 template <int W> RodBudget RodTiles<W>::budget(std::size_t i) const {
     if (audits_.empty()) return {};
     const auto [t, l] = place_[i];
-    return audits_[static_cast<std::size_t>(local_[i].group)]->budget(tiles_[t].number, l);
+    return nth(audits_, local_[i].group)->budget(tiles_[t].number, l);
 }
 
 template <int W> void RodTiles<W>::set_budget(std::size_t i, const RodBudget& budget) {
     if (audits_.empty()) return;
     const auto [t, l] = place_[i];
-    audits_[static_cast<std::size_t>(local_[i].group)]->set_budget(tiles_[t].number, l, budget);
+    nth(audits_, local_[i].group)->set_budget(tiles_[t].number, l, budget);
 }
 
 template <int W> std::vector<double> RodTiles<W>::memory(std::size_t i) const {
@@ -480,7 +480,7 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
     for (std::size_t t = 0; t < tiles_.size(); ++t) invalid[t] = !valid(tiles_[t]);
     for (std::size_t rod = 0; rod < local_.size(); ++rod) {
         if (!invalid[place_[rod].tile]) continue;
-        const RodGroup& group = groups_[static_cast<std::size_t>(local_[rod].group)];
+        const RodGroup& group = nth(groups_, local_[rod].group);
         state.resize(static_cast<std::size_t>(group.slots()));
         export_rod(rod, state);
         with_rod(group, local_[rod].index, [&](const RodGroup& own) {
@@ -493,8 +493,7 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
 }
 
 template <int W> std::string RodTiles<W>::name_of(std::size_t i) const {
-    return "rod " + std::to_string(local_[i].index) + " of '" +
-           groups_[static_cast<std::size_t>(local_[i].group)].name() + "', ";
+    return "rod " + std::to_string(local_[i].index) + " of '" + nth(groups_, local_[i].group).name() + "', ";
 }
 
 template <int W> typename RodTiles<W>::NearLimit RodTiles<W>::nearest_limit() const {
@@ -508,7 +507,7 @@ template <int W> typename RodTiles<W>::NearLimit RodTiles<W>::nearest_limit() co
     std::vector<Slot<1>> state;
     for (std::size_t rod = 0; rod < local_.size(); ++rod) {
         if (!(largest[place_[rod].tile] > found.at.eigenvalue)) continue;
-        with_rod(groups_[static_cast<std::size_t>(local_[rod].group)], local_[rod].index, [&](const RodGroup& group) {
+        with_rod(nth(groups_, local_[rod].group), local_[rod].index, [&](const RodGroup& group) {
             state.resize(static_cast<std::size_t>(group.slots()));
             export_rod(rod, state);
             if (const Tightest at = tightest(group, state); at.eigenvalue > found.at.eigenvalue) found = {rod, at};
@@ -528,7 +527,7 @@ template <int W> std::string RodTiles<W>::near_limit() const {
 }
 
 template <int W> std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, std::span<const Step> stages) {
-    return with_rod(groups_[static_cast<std::size_t>(local_[i].group)], local_[i].index,
+    return with_rod(nth(groups_, local_[i].group), local_[i].index,
                     [&](const RodGroup& group) { return dissect(i, group, stages); });
 }
 

@@ -2,6 +2,7 @@
 #include "kernels/rod_tiles.hpp"
 
 #include "core/rotation.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -24,7 +25,7 @@ template <int W> std::vector<std::vector<int>> lanes_of_joined_tiles(std::span<c
     for (const AssemblyGroups& assembly : assemblies_of(groups)) {
         const CopyTiling tiling = copy_tiling<W>(assembly, rods, threads);
         for (const RodGroup* group : assembly.groups) {
-            std::vector<int>& of_group = lanes[static_cast<std::size_t>(group->id())];
+            std::vector<int>& of_group = nth(lanes, group->id());
             const std::int64_t in_copy = group->rods_per_copy();
             for (const int copies : tiling.across)
                 of_group.insert(of_group.end(), static_cast<std::size_t>(in_copy), copies);
@@ -114,7 +115,7 @@ template <int W> void RodTiles<W>::find_clusters() {
     cluster_of_.assign(tiles_.size(), SIZE_MAX);
     std::vector<std::vector<std::size_t>> of_group(groups_.size());
     for (std::size_t t = 0; t < tiles_.size(); ++t)
-        if (tiles_[t].group) of_group[static_cast<std::size_t>(tiles_[t].group->id())].push_back(t);
+        if (tiles_[t].group) nth(of_group, tiles_[t].group->id()).push_back(t);
     for (const AssemblyGroups& assembly : assemblies_of(groups_)) {
         const auto a = static_cast<std::size_t>(assembly.assembly);
         if (a >= joints_.size() || !joints_[a]) continue;  // of a test's rods
@@ -145,7 +146,7 @@ template <int W> void RodTiles<W>::take_start_states(std::vector<AlongLayout> la
     strands_ = std::vector<std::optional<Strands<W>>>(layouts.size());
     // The loop of a visit: threads take much the same tiles then, whose memory has come to them here.
     threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
-        Reading& reading = reading_[static_cast<std::size_t>(thread)];
+        Reading& reading = nth(reading_, thread);
         if (t < across) take_start_states(tiles_[t], first_rod_[t], reading.state);
         else lay_out_along(tiles_[t], layouts[t - across], strands_[t - across], reading);
     });

@@ -2,6 +2,8 @@
 // (40)
 #pragma once
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstddef>
@@ -16,12 +18,11 @@ inline double cubic_bspline(std::span<const double> coefficients, double s) {
     const auto knot = [m](int i) { return std::clamp((i - 3) / static_cast<double>(m - 3), 0.0, 1.0); };
     const int span = std::min(m - 1, 3 + static_cast<int>(s * (m - 3)));
     std::array<double, 4> d{};
-    for (int j = 0; j <= 3; ++j) d[static_cast<std::size_t>(j)] = coefficients[static_cast<std::size_t>(span - 3 + j)];
+    for (int j = 0; j <= 3; ++j) nth(d, j) = nth(coefficients, span - 3 + j);
     for (int level = 1; level <= 3; ++level)
         for (int j = 3; j >= level; --j) {
             const double left = knot(span - 3 + j), right = knot(span + 1 + j - level), a = (s - left) / (right - left);
-            d[static_cast<std::size_t>(j)] =
-                (1 - a) * d[static_cast<std::size_t>(j - 1)] + a * d[static_cast<std::size_t>(j)];
+            nth(d, j) = (1 - a) * nth(d, j - 1) + a * nth(d, j);
         }
     return d[3];
 }

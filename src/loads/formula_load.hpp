@@ -10,6 +10,7 @@
 #include "loads/formula_vector.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
+#include "skein/core/index.hpp"
 #include "skein/loads/load.hpp"
 
 #include <memory>
@@ -121,10 +122,8 @@ template <int W> FormulaLoad::TileData<W> FormulaLoad::bind(const RodTile<W>& ro
     for (int i = 0; i <= rod.n; ++i)
         for (int l = 0; l < W; ++l) {
             const int slot = rod.strands->slot(l, i), elements = rod.group_of(l).elements();
-            data.force_weight[static_cast<std::size_t>(i)].set(l, slot == (at == FormulaAt::start ? 0 : elements));
-            if (i < rod.n)
-                data.couple_weight[static_cast<std::size_t>(i)].set(l, slot ==
-                                                                           (at == FormulaAt::start ? 0 : elements - 1));
+            nth(data.force_weight, i).set(l, slot == (at == FormulaAt::start ? 0 : elements));
+            if (i < rod.n) nth(data.couple_weight, i).set(l, slot == (at == FormulaAt::start ? 0 : elements - 1));
         }
     return data;
 }
@@ -132,7 +131,7 @@ template <int W> FormulaLoad::TileData<W> FormulaLoad::bind(const RodTile<W>& ro
 template <int W, class Map, class F>
 SKEIN_INLINE void FormulaLoad::with_node_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const {
     if (at != FormulaAt::rod) {
-        if constexpr (Map::along) f([&](int i) { return data.force_weight[static_cast<std::size_t>(i)]; });
+        if constexpr (Map::along) f([&](int i) { return nth(data.force_weight, i); });
         else f([](int) { return 1.0; });
     } else if (per == FormulaPer::length) f([&](int i) { return Map::node_length(rod, i); });
     else if (per == FormulaPer::mass) f([&](int i) { return Map::node_mass(rod, i); });
@@ -142,7 +141,7 @@ SKEIN_INLINE void FormulaLoad::with_node_weight(const RodTile<W>& rod, const Til
 template <int W, class Map, class F>
 SKEIN_INLINE void FormulaLoad::with_element_weight(const RodTile<W>& rod, const TileData<W>& data, F&& f) const {
     if (at != FormulaAt::rod) {
-        if constexpr (Map::along) f([&](int k) { return data.couple_weight[static_cast<std::size_t>(k)]; });
+        if constexpr (Map::along) f([&](int k) { return nth(data.couple_weight, k); });
         else f([](int) { return 1.0; });
     } else if (per == FormulaPer::length) f([&](int k) { return Map::element(rod, k).rest_length; });
     else if (per == FormulaPer::mass) f([&](int k) { return Map::density(rod) * Map::element(rod, k).volume; });

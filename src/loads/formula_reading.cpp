@@ -1,5 +1,6 @@
 #include "loads/formula_reading.hpp"
 
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <algorithm>
@@ -85,7 +86,7 @@ template <class Look> void over_samples(const RodGroup& group, double duration, 
         for (const std::int64_t place : some_of(static_cast<std::int64_t>(along.s.size()), 33)) {
             const auto k = static_cast<std::size_t>(place);
             Sample sample{{}, rod, static_cast<int>(place)};
-            const auto set = [&](Variable v, double value) { sample.at[static_cast<std::size_t>(v)] = value; };
+            const auto set = [&](Variable v, double value) { nth(sample.at, v) = value; };
             Vec3d x = lane(state[k].position, 0), v = lane(state[k].velocity, 0);
             if (middles) {
                 x = 0.5 * (x + lane(state[k + 1].position, 0));
@@ -110,7 +111,7 @@ template <class Look> void over_samples(const RodGroup& group, double duration, 
 /// Whether a value divides by 0, or by a difference that is nothing but round-off.
 bool divides_by_zero(const Graph& graph, const std::vector<double>& values, int node) {
     if (graph[node].op != Op::divide) return false;
-    const auto of = [&](int operand) { return values[static_cast<std::size_t>(operand)]; };
+    const auto of = [&](int operand) { return nth(values, operand); };
     const Graph::Node& below = graph[graph[node].of[1]];
     const double divisor = of(graph[node].of[1]);
     if (below.op != Op::add && below.op != Op::subtract) return divisor == 0;
@@ -122,18 +123,17 @@ int where_it_breaks(const Graph& graph, const std::vector<double>& values, int r
     std::vector<bool> reached(static_cast<std::size_t>(result) + 1, false);
     reached.back() = true;
     for (int i = result; i >= 0; --i) {
-        if (!reached[static_cast<std::size_t>(i)]) continue;
+        if (!nth(reached, i)) continue;
         const Graph::Node& n = graph[i];
         for (int k = 0; k < operands_of(n.op); ++k) {
-            const bool holds = values[static_cast<std::size_t>(n.of[0])] != 0;
+            const bool holds = nth(values, n.of[0]) != 0;
             if (n.op == Op::choice && k > 0 && holds != (k == 1)) continue; // the other one is taken
-            reached[static_cast<std::size_t>(n.of[static_cast<std::size_t>(k)])] = true;
+            nth(reached, nth(n.of, k)) = true;
         }
     }
-    const bool finite = std::isfinite(values[static_cast<std::size_t>(result)]);
+    const bool finite = std::isfinite(nth(values, result));
     for (int i = 0; i <= result; ++i)
-        if (reached[static_cast<std::size_t>(i)] &&
-            (divides_by_zero(graph, values, i) || (!finite && !std::isfinite(values[static_cast<std::size_t>(i)]))))
+        if (nth(reached, i) && (divides_by_zero(graph, values, i) || (!finite && !std::isfinite(nth(values, i)))))
             return i;
     return -1;
 }
@@ -181,17 +181,15 @@ std::string FormulaReading::fault(const char* key, const RodGroup& group, const 
             const int where = where_it_breaks(graph, values, nodes[i]);
             if (where < 0) continue;
             const Graph::Node& bad = graph[where];
-            const auto of = [&](std::size_t k) { return values[static_cast<std::size_t>(bad.of[k])]; };
+            const auto of = [&](std::size_t k) { return nth(values, bad.of[k]); };
             const std::string_view what = divides_by_zero(graph, values, where) ? "divides by 0"
                                           : bad.op == Op::root                  ? "is the root of a negative number"
                                           : bad.op == Op::logarithm && of(0) <= 0
                                               ? "is the logarithm of what is not above 0"
                                               : "is not finite";
             const std::string written =
-                bad.part.formula >= 0
-                    ? text_[static_cast<std::size_t>(bad.part.formula)].substr(bad.part.begin, bad.part.length)
-                    : text_[0];
-            const auto value = [&](Variable v) { return sample.at[static_cast<std::size_t>(v)]; };
+                bad.part.formula >= 0 ? nth(text_, bad.part.formula).substr(bad.part.begin, bad.part.length) : text_[0];
+            const auto value = [&](Variable v) { return nth(sample.at, v); };
             fault = fmt::format("'{}': \"{}\" {} at t = {:.6g} s at {} {} of rod {} of '{}', where x, y, z = {:.6g}, "
                                 "{:.6g}, {:.6g} m and "
                                 "s = {:.6g} m",
@@ -232,8 +230,7 @@ DragRate steepest(const FormulaReading& reading, const RodGroup& group, const st
         double most = 0;
         for (std::size_t row = 0; row < 3; ++row) {
             double sum = 0;
-            for (std::size_t axis = 0; axis < 3; ++axis)
-                sum += std::abs(values[static_cast<std::size_t>(slope[3 * row + axis])]);
+            for (std::size_t axis = 0; axis < 3; ++axis) sum += std::abs(nth(values, slope[3 * row + axis]));
             most = std::max(most, sum);
         }
         return most * weight(node);

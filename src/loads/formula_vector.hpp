@@ -4,6 +4,7 @@
 
 #include "formula/evaluate.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 #include "skein/tiles/mapping.hpp"
 
 #include <algorithm>
@@ -25,9 +26,7 @@ struct FormulaVector {
     void prepare(std::span<const Step> steps);
     /// Nothing changes from place to place.
     bool same_everywhere() const { return (program.changes & ~with_time) == 0; }
-    double time_value(int i, int slot) const {
-        return of_time[static_cast<std::size_t>(i * Clock::largest_batch + slot)];
-    }
+    double time_value(int i, int slot) const { return nth(of_time, i * Clock::largest_batch + slot); }
 
 private:
     struct BySlot {
@@ -39,9 +38,9 @@ private:
     BySlot by_slot(std::size_t i) const {
         const InstructionList& list = program.state;
         const int from = list.outputs[i];
-        if (from < list.first_input()) return {&list.constants[static_cast<std::size_t>(from - list.registers)], 0};
-        const int value = list.inputs[static_cast<std::size_t>(from - list.first_input())] - time_base;
-        return {&of_time[static_cast<std::size_t>(value * Clock::largest_batch)], 1};
+        if (from < list.first_input()) return {&nth(list.constants, from - list.registers), 0};
+        const int value = nth(list.inputs, from - list.first_input()) - time_base;
+        return {&nth(of_time, value * Clock::largest_batch), 1};
     }
     void run_in_time(std::span<const Step> steps);
 };
@@ -72,9 +71,9 @@ template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodT
         for (int i = 0; i < rows; ++i) {
             const int slot = rod.strands ? std::max(0, rod.strands->slot(l, i)) : i;
             for (std::size_t k = 0; k < inputs.size(); ++k)
-                inputs[k][static_cast<std::size_t>(i)].set(
-                    l, along.value(static_cast<Variable>(list.inputs[k]),
-                                   std::min(static_cast<std::size_t>(slot), along.s.size() - 1)));
+                nth(inputs[k], i)
+                    .set(l, along.value(static_cast<Variable>(list.inputs[k]),
+                                        std::min(static_cast<std::size_t>(slot), along.s.size() - 1)));
         }
     }
     for (auto& value : values) value.resize(static_cast<std::size_t>(rows));
@@ -91,7 +90,7 @@ template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodT
             source[static_cast<std::size_t>(list.first_input()) + k] = Strided<W>{inputs[k].data(), 1}.from(first);
         evaluate<W>(list, of.program.tables, source, registers, count);
         for (std::size_t o = 0; o < values.size(); ++o)
-            for (int i = 0; i < count; ++i) values[o][static_cast<std::size_t>(first + i)] = source[list.outputs[o]][i];
+            for (int i = 0; i < count; ++i) nth(values[o], first + i) = source[list.outputs[o]][i];
     }
     for (auto& value : values) { // one for all where all are the same
         bool same_bits = true;
@@ -151,7 +150,7 @@ public:
     }
 
     /// Values of formula i from place to place of the strip.
-    const Strided<W>& operator[](int i) const { return source_[list_.outputs[static_cast<std::size_t>(i)]]; }
+    const Strided<W>& operator[](int i) const { return source_[nth(list_.outputs, i)]; }
 
 private:
     /// What is the same at all places of the step.
@@ -165,7 +164,7 @@ private:
             if (const int input = list_.inputs[i]; input < time_base) {
                 source = state_of(input);
             } else if (input >= place_base) {
-                const auto& values = places_[static_cast<std::size_t>(input - place_base)];
+                const auto& values = nth(places_, input - place_base);
                 source = Strided<W>{values.data(), values.size() > 1}.from(first);
             }
         }
@@ -184,8 +183,7 @@ inline void FormulaVector::prepare(std::span<const Step> steps) {
     run_in_time(steps);
     if (!given || !same_everywhere()) return;
     const BySlot x = by_slot(0), y = by_slot(1), z = by_slot(2);
-    for (const Step& step : steps)
-        uniform[static_cast<std::size_t>(step.slot)] = {x[step.slot], y[step.slot], z[step.slot]};
+    for (const Step& step : steps) nth(uniform, step.slot) = {x[step.slot], y[step.slot], z[step.slot]};
 }
 
 /// The steps of the batch side by side, as many as a register holds.
@@ -201,7 +199,7 @@ inline void FormulaVector::run_in_time(std::span<const Step> steps) {
     Pack<W> same[InstructionList::most_sources];
     const int count = static_cast<int>(steps.size()), packs = (count + W - 1) / W;
     double number[Clock::largest_batch];
-    for (int i = 0; i < packs * W; ++i) number[i] = steps[static_cast<std::size_t>(std::min(i, count - 1))].time;
+    for (int i = 0; i < packs * W; ++i) number[i] = nth(steps, std::min(i, count - 1)).time;
     std::memcpy(time, number, static_cast<std::size_t>(packs) * sizeof time[0]);
     for (std::size_t i = 0; i < list.constants.size(); ++i) {
         same[i] = Pack<W>(list.constants[i]);
@@ -217,7 +215,7 @@ inline void FormulaVector::run_in_time(std::span<const Step> steps) {
             std::memcpy(number + i * W, &some, sizeof some);
         }
         double* to = of_time.data() + o * Clock::largest_batch;
-        for (int i = 0; i < count; ++i) to[steps[static_cast<std::size_t>(i)].slot] = number[i];
+        for (int i = 0; i < count; ++i) to[nth(steps, i).slot] = number[i];
     }
 }
 

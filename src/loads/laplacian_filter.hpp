@@ -15,6 +15,7 @@
 
 #include "mechanics/hold.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 
 #include <cmath>
 #include <utility>
@@ -67,7 +68,7 @@ public:
         for (const ElementConstants& c : group.element) conductance_.push_back(0.25 * group.nodal_density * c.volume);
         const int n = group.elements();
         for (int i = 0; i <= n; ++i) {
-            const double mass = group.node_mass[static_cast<std::size_t>(i)];
+            const double mass = nth(group.node_mass, i);
             inv_mass_.push_back(group.holds_node(i) || mass == 0 ? 0 : 1 / mass);
         }
         for (const int i : {0, n})

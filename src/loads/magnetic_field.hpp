@@ -7,6 +7,7 @@
 
 #include "skein/core/aligned.hpp"
 #include "skein/core/fields.hpp"
+#include "skein/core/index.hpp"
 #include "skein/loads/load.hpp"
 #include "skein/loads/ramp.hpp"
 #include "skein/tiles/mapping.hpp"
@@ -103,7 +104,7 @@ struct MagneticField {
                 const RodGroup& group = rod.group_of(i);
                 const Quaterniond start =
                     group.start_director(rod.index_of(i), static_cast<std::size_t>(rod.element_of(i, k)));
-                set_lane(data.moment[static_cast<std::size_t>(k)], i,
+                set_lane(nth(data.moment, k), i,
                          group.magnetisation_strength(rod.index_of(i)) *
                              (start * group.magnetisation(rod.index_of(i))));
             }

@@ -1,5 +1,6 @@
 #include "loads/magnetic_formula.hpp"
 
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <algorithm>
@@ -58,11 +59,10 @@ DragRate MagneticFormula::largest_stiffness(const RodGroup& group) const {
     return reading.largest(group, true, [&](const std::vector<double>& values, int k) {
         const auto size = [&](const std::vector<int>& of, std::size_t first, std::size_t count) {
             double sum = 0;
-            for (std::size_t i = first; i < first + count; ++i)
-                sum += std::pow(values[static_cast<std::size_t>(of[i])], 2);
+            for (std::size_t i = first; i < first + count; ++i) sum += std::pow(nth(values, of[i]), 2);
             return std::sqrt(sum);
         };
-        const ElementConstants& c = group.element[static_cast<std::size_t>(k)];
+        const ElementConstants& c = nth(group.element, k);
         const double inertia = std::min({c.inertia.x, c.inertia.y, c.inertia.z}), mass = density * c.volume,
                      moment = c.volume * (moment_nodes_.empty() ? strength : size(moment_nodes_, 0, 3));
         const double shift = moment * size(second, 0, 27) / mass, turn = moment * size(nodes_, 0, 3) / inertia,

@@ -8,6 +8,7 @@
 #include "loads/formula_vector.hpp"
 #include "loads/magnetic_field.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <memory>
 #include <span>
@@ -60,7 +61,7 @@ struct MagneticFormula {
     template <int W, class Map = Across<W>>
     void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
         if (!values_.same_everywhere()) return add_by_places<W, Map>(rod, data, load, step);
-        const auto b = broadcast<W>(values_.uniform[static_cast<std::size_t>(step.slot)]);
+        const auto b = broadcast<W>(nth(values_.uniform, step.slot));
         const Vec3<Pack<W>>* m = data.moments.moment.data();
         for (int k = 0; k < rod.n; ++k, m += data.moments.stride)
             load[k].couple = fma(Pack<W>(Map::element(rod, k).volume), couple_at<Map>(rod, k, *m, b), load[k].couple);
@@ -71,9 +72,7 @@ struct MagneticFormula {
                                                                      SlotLoad<W>* load, const Step& step) const {
         using P = Pack<W>;
         FormulaRun<W> run(values_, data.places, step.slot);
-        const auto moment = [&](int k) -> const Vec3<P>& {
-            return data.moments.moment[static_cast<std::size_t>(k * data.moments.stride)];
-        };
+        const auto moment = [&](int k) -> const Vec3<P>& { return nth(data.moments.moment, k * data.moments.stride); };
         const auto triple = [&](int first, int i) {
             return Vec3<P>{run[first][i], run[first + 1][i], run[first + 2][i]};
         };

@@ -13,6 +13,7 @@
 #include "loads/vertex_couples.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
+#include "skein/core/index.hpp"
 #include "skein/loads/load.hpp"
 #include "tiles/end_moments.hpp"
 
@@ -94,10 +95,9 @@ struct MuscleFormula {
         const bool closed = !Map::along && rod.group->closed();
         FormulaRun<W> run(moment_, data.places, step.slot);
         const auto moment = [&](int node, int i) {
-            const Mask<W> acts = data.acts[static_cast<std::size_t>(node)] > P(0.5);
+            const Mask<W> acts = nth(data.acts, node) > P(0.5);
             const Vec3<P> value{run[0][i], run[1][i], run[2][i]};
-            return select(acts,
-                          data.stiffness.empty() ? value : scale(data.stiffness[static_cast<std::size_t>(node)], value),
+            return select(acts, data.stiffness.empty() ? value : scale(nth(data.stiffness, node), value),
                           Vec3<P>{P(0.0), P(0.0), P(0.0)});
         };
         const auto moment_alone = [&](int node) {
@@ -160,8 +160,7 @@ struct MuscleFormula {
     const char* key() const { return curvature.empty() ? "moment" : "curvature"; }
     /// Of the cell or half cell around a node of a group's rod, N m^2.
     static Vec3d stiffness_at(const RodGroup& group, int node) {
-        if (group.closed())
-            return group.voronoi[static_cast<std::size_t>(node > 0 ? node - 1 : group.elements() - 1)].stiffness;
+        if (group.closed()) return nth(group.voronoi, node > 0 ? node - 1 : group.elements() - 1).stiffness;
         if (node == 0) return group.start_wall.stiffness;
         return node == group.elements() ? group.end_wall.stiffness
                                         : group.voronoi[static_cast<std::size_t>(node) - 1].stiffness;

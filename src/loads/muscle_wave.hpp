@@ -11,6 +11,7 @@
 #include "loads/vertex_wave.hpp"
 #include "rod/shape_places.hpp"
 #include "skein/core/fields.hpp"
+#include "skein/core/index.hpp"
 #include "skein/loads/load.hpp"
 
 #include <algorithm>
@@ -93,7 +94,7 @@ struct MuscleWave {
     /// A/A_0 of vertex j >= 1, which is at arc length s of a rod of this length.
     double share(int j, double s, double length) const {
         if (profile.empty()) return 1;
-        if (profile_at.empty()) return profile[static_cast<std::size_t>(j - 1)];
+        if (profile_at.empty()) return nth(profile, j - 1);
         const auto after = std::lower_bound(profile_at.begin(), profile_at.end(), s / length);
         if (after == profile_at.begin()) return profile.front();
         if (after == profile_at.end()) return profile.back();
@@ -107,7 +108,7 @@ struct MuscleWave {
         double s = 0, length = 0;
         for (const ElementConstants& e : group.element) length += e.rest_length;
         for (int j = 1; j <= last; ++j) {
-            s += group.element[static_cast<std::size_t>(j - 1)].rest_length;
+            s += nth(group.element, j - 1).rest_length;
             wave.set(j % n, amplitude * share(j, s, length), phase_at(s));
         }
         if (group.spec().start == EndKind::clamped) wave.set_start(amplitude * share(1, 0, length), phase_at(0));

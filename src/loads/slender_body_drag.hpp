@@ -10,6 +10,7 @@
 
 #include "core/logarithm.hpp"
 #include "skein/core/fields.hpp"
+#include "skein/core/index.hpp"
 #include "skein/loads/load.hpp"
 #include "skein/tiles/mapping.hpp"
 
@@ -51,7 +52,7 @@ struct SlenderBodyDrag {
     void bind_group(const RodGroup& group) {
         for (int k = 0; k < group.elements(); ++k)
             rows.push_back({mass(group, k) / (mass(group, k) + mass(group, k + 1)),
-                            std::numbers::pi / group.element[static_cast<std::size_t>(k)].volume});
+                            std::numbers::pi / nth(group.element, k).volume});
     }
 
     /// The largest rate of decay of a velocity at the rest lengths, bounded from above by the sum along a node's row:
@@ -59,7 +60,7 @@ struct SlenderBodyDrag {
     DragRate largest_rate(const RodGroup& group) const {
         const int n = group.elements();
         const auto half_drag = [&](int k) {
-            const ElementConstants& e = group.element[static_cast<std::size_t>(k)];
+            const ElementConstants& e = nth(group.element, k);
             return 2 * std::numbers::pi * viscosity * e.rest_length / std::log(group.spec().shape.length / e.radius);
         };
         DragRate largest;
@@ -120,7 +121,7 @@ private:
     template <class Map, int W> static Pack<W> total_length(const RodTile<W>& rod, const TileData<W>& data) {
         Pack<W> total(0.0);
         if constexpr (Map::along) {
-            for (int k = 0; k < rod.n; ++k) data.length[static_cast<std::size_t>(k)] = norm(edge_of(rod, k));
+            for (int k = 0; k < rod.n; ++k) nth(data.length, k) = norm(edge_of(rod, k));
             for (const LaneRange& range : rod.strands->ranges()) {
                 double sum = 0;
                 for (int l = range.lane, left = range.group->elements(); left > 0; ++l, left -= rod.n)
@@ -134,7 +135,7 @@ private:
         return total;
     }
     static double mass(const RodGroup& group, int i) {
-        return group.node_mass[static_cast<std::size_t>(group.closed() ? i % group.elements() : i)];
+        return nth(group.node_mass, group.closed() ? i % group.elements() : i);
     }
 };
 

@@ -13,6 +13,7 @@
 
 #include "mechanics/elastic.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 #include <memory>
@@ -56,11 +57,9 @@ template <int W> struct EnergyBudget {
         return sum;
     }
 
-    P node_energy(const Vec3<P>& v, int i) const {
-        return P(0.5 * group_.node_mass[static_cast<std::size_t>(i)]) * dot(v, v);
-    }
+    P node_energy(const Vec3<P>& v, int i) const { return P(0.5 * nth(group_.node_mass, i)) * dot(v, v); }
     P element_energy(const Vec3<P>& w, int k) const {
-        return P(0.5) * dot(w, scale(broadcast<W>(group_.element[static_cast<std::size_t>(k)].inertia), w));
+        return P(0.5) * dot(w, scale(broadcast<W>(nth(group_.element, k).inertia), w));
     }
     /// Of a node that slides: 1 in the directions in which it does not.
     Vec3<P> held_directions(int i) const { return broadcast<W>(Vec3d{1, 1, 1} - group_.free_directions(i)); }
@@ -119,7 +118,7 @@ public:
             return;
         }
         std::copy(load, load + rod.n + 1, tile.inner.begin());
-        if (rod.group->closed()) tile.inner[0].force += tile.inner[static_cast<std::size_t>(rod.n)].force;
+        if (rod.group->closed()) tile.inner[0].force += nth(tile.inner, rod.n).force;
         if (!moving_) return;
         tile.wall_power = dot(elastic_.couple_on_start_wall(rod, step), broadcast<W>(moving_->start(step).spin)) +
                           dot(elastic_.couple_on_end_wall(rod, step), broadcast<W>(moving_->end(step).spin));
@@ -139,8 +138,7 @@ public:
         typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
         std::copy(load, load + rod.n + 1, tile.all.begin());
         tile.noted = true;
-        for (int k = 0; k <= rod.n; ++k)
-            tile.before[static_cast<std::size_t>(k)] = {rod.slot[k].velocity, rod.slot[k].spin};
+        for (int k = 0; k <= rod.n; ++k) nth(tile.before, k) = {rod.slot[k].velocity, rod.slot[k].spin};
     }
 
 private:

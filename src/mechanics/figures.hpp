@@ -12,6 +12,7 @@
 #include "core/rotation.hpp"
 #include "mechanics/law.hpp"
 #include "mechanics/moving_ends.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 namespace skein {
@@ -29,7 +30,7 @@ template <int W> void add_nodes(TileFigures<W>& f, const RodTile<W>& rod) {
     P twice(0.0), mass(0.0), fastest(0.0);
     Vec3<P> momentum{P(0.0), P(0.0), P(0.0)}, first = momentum;
     for (int i = 0; i <= rod.last; ++i) {
-        const P m(rod.group->node_mass[static_cast<std::size_t>(i)]);
+        const P m(nth(rod.group->node_mass, i));
         const Vec3<P>&v = rod.slot[i].velocity, &x = rod.slot[i].position;
         const P squared = dot(v, v);
         twice = fma(m, squared, twice);

@@ -2,6 +2,7 @@
 
 #include "core/rotation.hpp"
 #include "rod/time_limits.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -15,7 +16,7 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
     const auto finite = [](const Vec3d& a) { return std::isfinite(a.x) && std::isfinite(a.y) && std::isfinite(a.z); };
     char text[160];
     for (int k = 0; k < group.slots(); ++k) {
-        const Slot<1>& s = state[static_cast<std::size_t>(k)];
+        const Slot<1>& s = nth(state, k);
         const char* quantity = !finite(lane(s.position, 0))                     ? "position"
                                : !finite(lane(s.velocity, 0))                   ? "velocity"
                                : !std::isfinite(dot(s.director, s.director)[0]) ? "director"
@@ -28,8 +29,8 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
     }
     if (!group.strained()) return std::nullopt;
     for (int k = 0; k < group.elements(); ++k) {
-        const Slot<1>&s = state[static_cast<std::size_t>(k)], &next = state[static_cast<std::size_t>(k) + 1];
-        const double e = group.element[static_cast<std::size_t>(k)].inv_rest_length *
+        const Slot<1>&s = nth(state, k), &next = state[static_cast<std::size_t>(k) + 1];
+        const double e = nth(group.element, k).inv_rest_length *
                          dot(lane(third_director(s.director), 0), lane(next.position, 0) - lane(s.position, 0));
         if (!(e > least_dilatation && e < most_dilatation(group))) {
             std::snprintf(text, sizeof text, "element %d: dilatation e = %.4g left [%g, %g]", k, e, least_dilatation,
@@ -38,7 +39,7 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
         }
         if (k == cell_count(group)) break;
         const int after = (k + 1) % group.elements();
-        if (!(std::abs(dot(s.director, state[static_cast<std::size_t>(after)].director)[0]) > least_half_cosine)) {
+        if (!(std::abs(dot(s.director, nth(state, after).director)[0]) > least_half_cosine)) {
             std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k,
                           after);
             return InvalidState{k, true, text};
@@ -72,7 +73,7 @@ std::string law_hint(const RodGroup& group, std::span<const Slot<1>> state) {
     constexpr double near = 0.4; // of the most: e = 1.67 e0
     if (!group.strained() || group.law() != Law::incompressible) return {};
     const Stretched most = most_stretched(group, state);
-    const ElementConstants& c = group.element[static_cast<std::size_t>(most.element)];
+    const ElementConstants& c = nth(group.element, most.element);
     const double share = 1 - c.rest_stretch / most.dilatation;
     if (!(share > near)) return {};
     char text[320];

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "core/exponential.hpp"
+#include "skein/core/index.hpp"
 #include "skein/tiles/strands.hpp"
 #include "skein/tiles/tile.hpp"
 
@@ -77,7 +78,7 @@ public:
     explicit KickPass(KicksOfGroup constants) : constants_(std::move(constants)), alike_(rates_alike(constants_)) {}
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
-        const KickConstants& c = constants_[static_cast<std::size_t>(step.kick_length)];
+        const KickConstants& c = nth(constants_, step.kick_length);
         if (alike_) kick<true>(c, rod, load);
         else kick<false>(c, rod, load);
     }
@@ -96,9 +97,7 @@ public:
 private:
     using P = Pack<W>;
 
-    template <class T> SKEIN_INLINE static const T& at(const std::vector<T>& all, int k) {
-        return all[static_cast<std::size_t>(k)];
-    }
+    template <class T> SKEIN_INLINE static const T& at(const std::vector<T>& all, int k) { return nth(all, k); }
     template <class T> SKEIN_INLINE static const T& at(const LaneRows<T>& all, int k) { return all[k]; }
 
     template <class C> SKEIN_INLINE static void kick_node(const C& c, const Vec3<P>& force, Vec3<P>& velocity) {
@@ -178,9 +177,9 @@ public:
                     const int slot = rod.strands->slot(i, row);
                     if (slot < 0) continue;
                     const KickConstants& c = (*of_lane[i])[length];
-                    set_lane<KickNodeOf>(node, i, c.node[static_cast<std::size_t>(slot)]);
+                    set_lane<KickNodeOf>(node, i, nth(c.node, slot));
                     if (static_cast<std::size_t>(slot) < c.element.size())
-                        set_lane<KickElementOf>(element, i, c.element[static_cast<std::size_t>(slot)]);
+                        set_lane<KickElementOf>(element, i, nth(c.element, slot));
                 }
                 rows.node.push_back(node);
                 if (row < rod.n) rows.element.push_back(element);
@@ -190,7 +189,7 @@ public:
         }
     }
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
-        const Rows& c = tiles_[rod.number][static_cast<std::size_t>(step.kick_length)];
+        const Rows& c = nth(tiles_[rod.number], step.kick_length);
         if (alike_) KickPass<Kind, W>::template kick<true>(c, rod, load);
         else KickPass<Kind, W>::template kick<false>(c, rod, load);
     }

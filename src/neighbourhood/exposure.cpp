@@ -1,6 +1,7 @@
 #include "neighbourhood/exposure.hpp"
 
 #include "neighbourhood/surface.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <unordered_map>
@@ -10,7 +11,7 @@ namespace skein {
 Exposure::Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> bodies)
     : scene_(groups), bodies_(bodies.begin(), bodies.end()) {
     first_of_group_.assign(groups.size(), bodies_.size());
-    for (std::size_t i = bodies_.size(); i-- > 0;) first_of_group_[static_cast<std::size_t>(bodies_[i].group)] = i;
+    for (std::size_t i = bodies_.size(); i-- > 0;) nth(first_of_group_, bodies_[i].group) = i;
     for (const LocalRod& body : bodies_)
         window.push_back({body.gid, scene_.first_slot(body.gid), 0,
                           static_cast<std::uint32_t>(scene_.slots_of(body.gid)), body.group, true});
@@ -18,7 +19,7 @@ Exposure::Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> b
     lay_out(true);
     find_own();
     for (const Window& w : window) {
-        const RodGroup& group = groups[static_cast<std::size_t>(w.group)];
+        const RodGroup& group = nth(groups, w.group);
         for (std::uint32_t k = 0; k < w.slots; ++k)
             node[w.first_slot + k].radius = group.exposed_radius(static_cast<int>(k));
     }

@@ -6,6 +6,7 @@
 #include "core/transposed.hpp"
 #include "neighbourhood/scene_slots.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 #include "skein/tiles/mapping.hpp"
 #include "tiles/rods.hpp"
 
@@ -68,13 +69,13 @@ public:
 
     std::size_t slots() const { return node.size(); }
     bool has_element(std::size_t slot) const { return node[slot].radius >= 0; }
-    const Window& at(std::size_t slot) const { return window[static_cast<std::size_t>(window_of[slot])]; }
+    const Window& at(std::size_t slot) const { return nth(window, window_of[slot]); }
     std::uint32_t end_of(std::size_t number) const { return window[number].first_slot + window[number].slots; }
     bool owns(std::size_t number) const { return own.empty() || own[number] != 0; }
     /// A number that slots share which never touch: of their body, or of its copy of an assembly.
     std::int32_t kin_of(std::size_t slot) const {
         const std::int32_t number = window_of[slot];
-        return kin.empty() ? number : kin[static_cast<std::size_t>(number)];
+        return kin.empty() ? number : nth(kin, number);
     }
     bool owns_slot(std::size_t slot) const { return owns(static_cast<std::size_t>(window_of[slot])); }
     const SceneSlots& scene() const { return scene_; }
@@ -97,10 +98,10 @@ public:
     std::optional<std::uint32_t> find(std::int64_t in_scene) const;
     /// The window of local()[place_in_group of the group's] as rods have them.
     const Window& of_own(int group, std::size_t place_in_group) const {
-        return window[own_window_[first_of_group_[static_cast<std::size_t>(group)] + place_in_group]];
+        return window[own_window_[nth(first_of_group_, group) + place_in_group]];
     }
     std::size_t number_of_own(int group, std::size_t place_in_group) const {
-        return own_window_[first_of_group_[static_cast<std::size_t>(group)] + place_in_group];
+        return own_window_[nth(first_of_group_, group) + place_in_group];
     }
     /// The window of bodies[i].
     std::size_t number_of_own(std::size_t i) const { return own_window_[i]; }

@@ -1,5 +1,7 @@
 #include "neighbourhood/neighbourhood.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -312,7 +314,7 @@ const Exposure& Neighbourhood::widen(double reach) {
     std::size_t at = 0;
     const ExposedNode* node = visiting.data();
     for (int r = 0; r < comm_.size(); ++r)
-        for (std::int64_t i = 0; i < run_counts[static_cast<std::size_t>(r)]; ++i) {
+        for (std::int64_t i = 0; i < nth(run_counts, r); ++i) {
             const auto [first, count] = visitors[at++];
             const SceneSlots& scene = exposure_->scene();
             const std::int64_t gid = scene.gid_at(first);
@@ -378,12 +380,12 @@ void Neighbourhood::set_up_messages() {
     figures_ = {};
     std::vector<std::vector<const Window*>> ghosts(asked.size());
     for (std::size_t w = 0; w < rank_of_.size(); ++w)
-        if (rank_of_[w] != comm_.rank()) ghosts[static_cast<std::size_t>(rank_of_[w])].push_back(&exposure_->window[w]);
+        if (rank_of_[w] != comm_.rank()) nth(ghosts, rank_of_[w]).push_back(&exposure_->window[w]);
     received_.begin();
     for (int r = 0; r < comm_.size(); ++r) {
-        for (const Window* ghost : ghosts[static_cast<std::size_t>(r)]) {
+        for (const Window* ghost : nth(ghosts, r)) {
             const Window& window = *ghost;
-            asked[static_cast<std::size_t>(r)].push_back({window.first_in_scene, window.slots});
+            nth(asked, r).push_back({window.first_in_scene, window.slots});
             received_.add(window.first_slot, window.slots);
             bodies.insert(window.gid);
             figures_.elements += window.slots - 1;
@@ -396,7 +398,7 @@ void Neighbourhood::set_up_messages() {
     std::size_t at = 0;
     sent_.begin();
     for (int r = 0; r < comm_.size(); ++r) {
-        for (std::int64_t i = 0; i < counts[static_cast<std::size_t>(r)]; ++i, ++at)
+        for (std::int64_t i = 0; i < nth(counts, r); ++i, ++at)
             sent_.add(exposure_->find(wanted[at].first).value(), static_cast<std::uint32_t>(wanted[at].count));
         sent_.end_of_rank(r);
     }

@@ -2,6 +2,7 @@
 // them.
 #pragma once
 
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <cstdint>
@@ -59,7 +60,7 @@ private:
     struct Run {
         std::int64_t first_gid, first_block, last_block, bodies;
     };
-    const Group& at(std::int64_t gid) const { return groups_[static_cast<std::size_t>(group_of(gid))]; }
+    const Group& at(std::int64_t gid) const { return nth(groups_, group_of(gid)); }
     std::vector<Group> groups_;
     std::vector<Run> runs_;
     std::int64_t bodies_ = 0, slots_ = 0;

@@ -1,6 +1,7 @@
 #include "parallel/communicator.hpp"
 
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <mpi.h>
 
@@ -204,7 +205,7 @@ std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> recor
     MPI_Alltoallv(records.data(), out.counts.data(), out.offsets.data(), record.type, arrived.data(), in.counts.data(),
                   in.offsets.data(), record.type, native(handle_));
     ++counted.calls;
-    counted.bytes += (sent - send_counts[static_cast<std::size_t>(rank_)]) * static_cast<std::int64_t>(record_bytes);
+    counted.bytes += (sent - nth(send_counts, rank_)) * static_cast<std::int64_t>(record_bytes);
     return arrived;
 }
 

@@ -1,6 +1,7 @@
 #include "parallel/exact_sum.hpp"
 
 #include "parallel/blocks.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <array>
@@ -34,7 +35,7 @@ Limbs split(Fixed value) {
 
 Fixed join(std::span<const std::int64_t> parts) {
     Fixed value = 0;
-    for (int i = limbs - 1; i >= 0; --i) value = value * (Fixed(1) << 32) + parts[static_cast<std::size_t>(i)];
+    for (int i = limbs - 1; i >= 0; --i) value = value * (Fixed(1) << 32) + nth(parts, i);
     return value;
 }
 

@@ -1,4 +1,5 @@
 #include "partition/partition.hpp"
+#include "skein/core/index.hpp"
 
 #include <cstring>
 #include <numeric>
@@ -16,15 +17,15 @@ IndexBlocks::IndexBlocks(const Communicator& comm, std::span<const std::int64_t>
     : comm_(comm), begin_(block_begin(count, comm.rank(), comm.size())),
       size_(block_begin(count, comm.rank() + 1, comm.size()) - begin_),
       send_counts_(static_cast<std::size_t>(comm.size()), 0), send_order_(owned_indices.size()) {
-    for (const auto index : owned_indices) ++send_counts_[static_cast<std::size_t>(part_of(index, count, comm.size()))];
+    for (const auto index : owned_indices) ++nth(send_counts_, part_of(index, count, comm.size()));
     std::vector<std::int64_t> next(send_counts_.size(), 0);
     for (std::size_t r = 1; r < next.size(); ++r) next[r] = next[r - 1] + send_counts_[r - 1];
 
     std::vector<std::int64_t> sent(owned_indices.size());
     for (std::size_t i = 0; i < owned_indices.size(); ++i) {
-        const auto place = next[static_cast<std::size_t>(part_of(owned_indices[i], count, comm.size()))]++;
-        send_order_[static_cast<std::size_t>(place)] = static_cast<std::int64_t>(i);
-        sent[static_cast<std::size_t>(place)] = owned_indices[i];
+        const auto place = nth(next, part_of(owned_indices[i], count, comm.size()))++;
+        nth(send_order_, place) = static_cast<std::int64_t>(i);
+        nth(sent, place) = owned_indices[i];
     }
     const auto bytes =
         comm.all_to_all(std::as_bytes(std::span(sent)), sizeof(std::int64_t), send_counts_, receive_counts_);
@@ -49,12 +50,12 @@ IndexBlocks::IndexBlocks(const Communicator& comm, std::span<const std::int64_t>
 void IndexBlocks::send(std::span<const std::byte> records, std::size_t record_bytes,
                        const std::function<void(std::size_t, const std::byte*)>& arrived) const {
     std::vector<std::int64_t> counts = send_counts_, received;
-    counts[static_cast<std::size_t>(comm_.rank())] = 0;
+    nth(counts, comm_.rank()) = 0;
     const auto bytes = comm_.all_to_all(records.first(sent_ * record_bytes), record_bytes, counts, received);
     const std::byte* record = bytes.data();
     std::size_t i = 0; // among all that this rank receives, its own in their turn
     for (int rank = 0; rank < comm_.size(); ++rank) {
-        const auto count = static_cast<std::size_t>(receive_counts_[static_cast<std::size_t>(rank)]);
+        const auto count = static_cast<std::size_t>(nth(receive_counts_, rank));
         if (rank != comm_.rank())
             for (std::size_t k = i; k < i + count; ++k, record += record_bytes)
                 arrived(static_cast<std::size_t>(receive_index_[k]), record);

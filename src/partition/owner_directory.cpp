@@ -1,4 +1,5 @@
 #include "partition/partition.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -18,7 +19,7 @@ std::vector<std::byte> send(const Communicator& comm, std::span<const std::byte>
     std::vector<std::int64_t> counts(static_cast<std::size_t>(comm.size()), 0), received;
     for (std::size_t i = 0; i < order.size(); ++i) {
         std::memcpy(sorted.data() + i * record_bytes, records.data() + order[i] * record_bytes, record_bytes);
-        ++counts[static_cast<std::size_t>(rank[order[i]])];
+        ++nth(counts, rank[order[i]]);
     }
     return comm.all_to_all(sorted, record_bytes, counts, received);
 }
@@ -54,8 +55,7 @@ OwnerDirectory::OwnerDirectory(const Communicator& comm, std::span<const std::in
     const std::vector<std::int64_t> told = numbers(send(comm_, std::as_bytes(std::span(mine)), sizeof(Owned), block));
     const std::int64_t first = block_begin(bodies_, comm_.rank(), comm_.size());
     owner_.resize(static_cast<std::size_t>(block_begin(bodies_, comm_.rank() + 1, comm_.size()) - first));
-    for (std::size_t i = 0; i < told.size(); i += 2)
-        owner_[static_cast<std::size_t>(told[i] - first)] = static_cast<int>(told[i + 1]);
+    for (std::size_t i = 0; i < told.size(); i += 2) nth(owner_, told[i] - first) = static_cast<int>(told[i + 1]);
 }
 
 std::vector<std::byte> OwnerDirectory::to_blocks(std::span<const std::byte> records, std::size_t record_bytes,
@@ -71,7 +71,7 @@ std::vector<std::byte> OwnerDirectory::to_owners(std::span<const std::byte> reco
     const std::int64_t first = block_begin(bodies_, comm_.rank(), comm_.size());
     std::vector<int> owner;
     for (const std::int64_t gid : numbers(to_blocks(std::as_bytes(gids), sizeof(std::int64_t), gids)))
-        owner.push_back(owner_[static_cast<std::size_t>(gid - first)]);
+        owner.push_back(nth(owner_, gid - first));
     return send(comm_, here, record_bytes, owner);
 }
 

@@ -5,6 +5,7 @@
 #include "rod/rows_memory.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
 #include <algorithm>
@@ -119,8 +120,7 @@ private:
     std::vector<std::int64_t> weight_before(std::span<const Keyed> places) const {
         std::vector<std::int64_t> weights;
         for (const Keyed& place : places)
-            weights.push_back(
-                before_[static_cast<std::size_t>(std::lower_bound(rods_.begin(), rods_.end(), place) - rods_.begin())]);
+            weights.push_back(nth(before_, std::lower_bound(rods_.begin(), rods_.end(), place) - rods_.begin()));
         comm_.sum(weights);
         return weights;
     }
@@ -235,7 +235,7 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
 
 void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::span<const LocalRod> own) {
     std::vector<std::vector<std::int64_t>> indices(groups.size());
-    for (const LocalRod& rod : own) indices[static_cast<std::size_t>(rod.group)].push_back(rod.index);
+    for (const LocalRod& rod : own) nth(indices, rod.group).push_back(rod.index);
     for (std::size_t g = 0; g < groups.size(); ++g) {
         Places& places = groups[g].places();
         if (comm.min(static_cast<std::int64_t>(places.holds_all()))) {
@@ -269,7 +269,7 @@ std::vector<int> owners(std::span<const RodGroup> groups, int ranks) {
     const std::vector<AssemblyGroups> assemblies = assemblies_of(groups);
     for (const Keyed& rod : curve.rods())
         for_rods_of(groups, assemblies, rod.gid, [&](const RodGroup& group, std::int64_t i) {
-            owner[static_cast<std::size_t>(group.first_gid() + i)] = piece_of(cuts, rod);
+            nth(owner, group.first_gid() + i) = piece_of(cuts, rod);
         });
     return owner;
 }

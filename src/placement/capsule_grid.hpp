@@ -4,6 +4,7 @@
 #pragma once
 
 #include "placement/packing.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -44,9 +45,8 @@ public:
             const std::size_t at = index(std::clamp(cell_of(p.x - lower_.x), 0L, nx_ - 1),
                                          std::clamp(cell_of(p.y - lower_.y), 0L, ny_ - 1),
                                          std::clamp(cell_of(p.z - lower_.z), 0L, nz_ - 1));
-            for (std::int32_t entry = newest_[at]; entry >= 0;
-                 entry = entries_[static_cast<std::size_t>(entry)].older) {
-                Listed& other = capsules_[static_cast<std::size_t>(entries_[static_cast<std::size_t>(entry)].capsule)];
+            for (std::int32_t entry = newest_[at]; entry >= 0; entry = nth(entries_, entry).older) {
+                Listed& other = nth(capsules_, nth(entries_, entry).capsule);
                 if (other.question == question_) continue;
                 other.question = question_;
                 if (closer(asked, other.capsule, other.reach)) return false;
@@ -77,7 +77,7 @@ private:
 
     /// In the cells of layers from `from` up.
     void list(std::int32_t number, long from) {
-        const Listed& listed = capsules_[static_cast<std::size_t>(number)];
+        const Listed& listed = nth(capsules_, number);
         const double half = listed.reach + cell_;
         const long points = points_of(listed.capsule);
         for (long i = 0; i <= points; ++i) {
@@ -89,7 +89,7 @@ private:
                 for (long y = y0; y <= y1; ++y)
                     for (long x = x0; x <= x1; ++x) {
                         std::int32_t& newest = newest_[index(x, y, z)];
-                        if (newest >= 0 && entries_[static_cast<std::size_t>(newest)].capsule == number) continue;
+                        if (newest >= 0 && nth(entries_, newest).capsule == number) continue;
                         entries_.push_back({number, newest});
                         newest = static_cast<std::int32_t>(entries_.size()) - 1;
                     }

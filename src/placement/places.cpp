@@ -3,6 +3,7 @@
 #include "core/hash.hpp"
 #include "core/rotation.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -217,7 +218,7 @@ std::size_t Places::row(std::int64_t i) const {
 
 Vec3d Places::origin(std::int64_t i) const {
     if (listed_) return origins_[row(i)];
-    const std::int64_t point = pixels_.empty() ? i : pixels_[static_cast<std::size_t>(i)];
+    const std::int64_t point = pixels_.empty() ? i : nth(pixels_, i);
     const std::int64_t x = point % counts_[0], rows = point / counts_[0];
     const std::int64_t y = pixels_.empty() ? rows % counts_[1] : rows, z = pixels_.empty() ? rows / counts_[1] : 0;
     return Vec3d{static_cast<double>(x) * spacing_[0] + ((y + z) % 2 == 1 ? stagger_ : 0),
@@ -230,7 +231,7 @@ Vec3d Places::corner() const {
     const std::int64_t held = listed_ ? static_cast<std::int64_t>(origins_.size()) : count_;
     Vec3d corner{HUGE_VAL, HUGE_VAL, HUGE_VAL};
     for (std::int64_t i = 0; i < held; ++i) {
-        const Vec3d o = listed_ ? origins_[static_cast<std::size_t>(i)] : origin(i);
+        const Vec3d o = listed_ ? nth(origins_, i) : origin(i);
         corner = {std::min(corner.x, o.x), std::min(corner.y, o.y), std::min(corner.z, o.z)};
     }
     return corner;

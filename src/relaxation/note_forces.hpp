@@ -3,6 +3,7 @@
 #pragma once
 
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
 
 namespace skein {
@@ -21,7 +22,7 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         auto& forces = detail::untouched_forces<W>();
         if (forces.size() <= static_cast<std::size_t>(rod.n)) forces.resize(static_cast<std::size_t>(rod.n) + 1);
-        for (int k = 0; k <= rod.n; ++k) forces[static_cast<std::size_t>(k)] = load[k].force;
+        for (int k = 0; k <= rod.n; ++k) nth(forces, k) = load[k].force;
         if (rod.group->closed()) forces[0] += load[rod.n].force; // as the load itself will
     }
     bool adds_loads() const override { return false; }

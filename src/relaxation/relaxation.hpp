@@ -19,6 +19,7 @@
 #include "relaxation/relaxation_estimate.hpp"
 #include "relaxation/relaxing_rod.hpp"
 #include "relaxation/tangent_stiffness.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -82,14 +83,14 @@ private:
         for (int k = 0; k <= last; ++k) load_of(rod, load, k, block[k]);
         for (int k = 0; k <= last; ++k)
             for (int i = 0; i < Block::size; ++i)
-                if (rod_[k].free[static_cast<std::size_t>(i)] == 0)
+                if (nth(rod_[k].free, i) == 0)
                     block[k].hold(i, k > 0 ? &block[k - 1] : ends_.closed ? &block[last] : nullptr);
     }
 
     void touch(int n, int last, const SlotLoad<W>* load, Block* block) const {
         const auto& before = detail::untouched_forces<W>();
         for (int k = 0; k <= last; ++k) {
-            const Vec3<P> added = load[k].force - before[static_cast<std::size_t>(k)];
+            const Vec3<P> added = load[k].force - nth(before, k);
             const Mask<W> touched = dot(added, added) > P(0.0);
             block[k].add(0, select(touched, P(contacts_.stiffness), P(0.0)));
             const P turning = select(touched, P(contacts_.turning), P(0.0));

@@ -2,6 +2,7 @@
 // stiffness of its own, so that free rods have a finite answer. theory.md (65), (67)
 #pragma once
 
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <algorithm>
@@ -42,9 +43,9 @@ public:
                 row.free[2] = free.z;
             }
             if (k == n || group.holds_element(k)) row.free[3] = row.free[4] = row.free[5] = 0;
-            row.own_node = per_length * group.node_length[static_cast<std::size_t>(k)] / (length_ * length_);
+            row.own_node = per_length * nth(group.node_length, k) / (length_ * length_);
             if (k < n) {
-                const ElementConstants& e = group.element[static_cast<std::size_t>(k)];
+                const ElementConstants& e = nth(group.element, k);
                 row.own_turn = per_length * e.rest_length;
                 row.most_turn = std::min(farthest_turn, farthest_share * e.radius * e.inv_rest_length);
             }
@@ -60,10 +61,10 @@ public:
 
     double length() const { return length_; } ///< m
     /// Of node k and its element; the last node of an open rod has none.
-    const Row& operator[](int k) const { return row_[static_cast<std::size_t>(k)]; }
+    const Row& operator[](int k) const { return nth(row_, k); }
 
 private:
-    Row& row(long k) { return row_[static_cast<std::size_t>(k)]; }
+    Row& row(long k) { return nth(row_, k); }
 
     double length_ = 0;
     std::vector<Row> row_; ///< [n + 1]

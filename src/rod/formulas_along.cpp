@@ -1,5 +1,7 @@
 #include "rod/formulas_along.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <array>
 #include <cmath>
 
@@ -33,9 +35,9 @@ std::vector<std::vector<double>> values_along(std::span<const std::string> texts
 
     std::vector<std::vector<double>> values(texts.size());
     std::array<double, variables> at{};
-    at[static_cast<std::size_t>(Variable::length)] = shape.length;
+    nth(at, Variable::length) = shape.length;
     for (const double place : places) {
-        const double s = at[static_cast<std::size_t>(Variable::s)] = place * shape.length;
+        const double s = nth(at, Variable::s) = place * shape.length;
         const std::vector<double> of_graph = graph.values(at);
         for (std::size_t i = 0; i < texts.size(); ++i) {
             values[i].push_back(of_graph[node[i]]);

@@ -11,6 +11,7 @@
 #include "rod/taper.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -298,8 +299,7 @@ void RodGroup::work_out_constants() {
     const Shares share(shape);
     for (std::size_t k = 0; k < share.size(); ++k) element.push_back(element_constants(spec_, k, share[k]));
     const auto kappa0 = [&](long k) {
-        return shape.rest_curvature_profile.empty() ? shape.rest_curvature
-                                                    : shape.rest_curvature_profile[static_cast<std::size_t>(k)];
+        return shape.rest_curvature_profile.empty() ? shape.rest_curvature : nth(shape.rest_curvature_profile, k);
     };
     const Section& section = spec_.section;
     const bool two = !section.profile_2.empty(), tapers = section.taper != 1 || !section.profile.empty() || two;
@@ -370,7 +370,7 @@ void RodGroup::work_out_constants() {
 
     // The start shape: the frame at s = 0 turned by the curvature of every cell, half cells at both ends.
     const auto start_curvature = [&](long k) {
-        if (!shape.start_curvature_profile.empty()) return shape.start_curvature_profile[static_cast<std::size_t>(k)];
+        if (!shape.start_curvature_profile.empty()) return nth(shape.start_curvature_profile, k);
         return shape.start_curvature ? *shape.start_curvature : kappa0(k);
     };
     // Straight rods that are turned one by one stay as they are: of a million, most of the work.
@@ -529,15 +529,15 @@ void RodGroup::start_state(const Vec3d& start, const Quaterniond& turn, bool tur
     const auto as_turned = [&](const Vec3d& offset) { return turned ? transpose_times(turn, offset) : offset; };
     Quaterniond before = no_turn, q = turn;
     for (int k = 0; k < slots(); ++k) {
-        Slot<1>& s = out[static_cast<std::size_t>(k)];
-        const Vec3d& offset = start_offsets_[static_cast<std::size_t>(k)];
+        Slot<1>& s = nth(out, k);
+        const Vec3d& offset = nth(start_offsets_, k);
         set_lane(s.position, 0, start + as_turned(offset));
         Vec3d velocity = spec_.shape.velocity;
         if (turns) velocity += cross(turning, as_turned(offset - about));
         if (slides(k)) velocity = scale(free_directions(k), velocity);
         set_lane(s.velocity, 0, holds_node(k) ? Vec3d{0, 0, 0} : velocity);
         if (k < n) {
-            const Quaterniond& own = start_directors_[static_cast<std::size_t>(k)];
+            const Quaterniond& own = nth(start_directors_, k);
             if (k == 0 || !same(own, before)) q = turned ? own * turn : own;
             before = own;
             set_lane(s.director, 0, q);
@@ -555,8 +555,7 @@ void RodGroup::start_state(const Vec3d& start, const Quaterniond& turn, bool tur
 Vec3d RodGroup::magnetisation(std::int64_t i) const {
     if (copies_ && copies_->count() > 1) {
         const Vec3d in_copy = magnetisation_at(within_.origin(i % rods_per_copy()) - within_.corner());
-        return copies_->turns.empty() ? in_copy
-                                      : transpose_times(copies_->turns[static_cast<std::size_t>(copy_of(i))], in_copy);
+        return copies_->turns.empty() ? in_copy : transpose_times(nth(copies_->turns, copy_of(i)), in_copy);
     }
     return magnetisation_at(origin(i) - corner_);
 }
@@ -564,7 +563,7 @@ Vec3d RodGroup::magnetisation(std::int64_t i) const {
 double RodGroup::magnetisation_strength(std::int64_t i) const {
     const double strength = spec_.magnetisation.strength;
     if (!copies_ || copies_->magnetisation.empty()) return strength;
-    return strength * copies_->magnetisation[static_cast<std::size_t>(copy_of(i))];
+    return strength * nth(copies_->magnetisation, copy_of(i));
 }
 
 double RodGroup::largest_magnetisation() const {

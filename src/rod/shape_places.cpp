@@ -1,5 +1,7 @@
 #include "rod/shape_places.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <cstddef>
 
@@ -8,8 +10,7 @@ namespace skein {
 std::vector<double> nodes_of(const Shape& shape) {
     std::vector<double> at{0};
     for (long i = 0; i < shape.elements; ++i)
-        at.push_back(at.back() +
-                     (shape.length_profile.empty() ? 1 : shape.length_profile[static_cast<std::size_t>(i)]));
+        at.push_back(at.back() + (shape.length_profile.empty() ? 1 : nth(shape.length_profile, i)));
     for (double& s : at) s /= at.back();
     return at;
 }

@@ -1,6 +1,7 @@
 #include "rod/time_limits.hpp"
 
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -31,17 +32,17 @@ double axial_stiffness(const RodGroup& g, const ElementConstants& c) {
 /// `j(i)` is J of element i.
 template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d::*axis, const Inertia& j) {
     const auto cell = [&](int v, int neighbour) {
-        const VoronoiConstants& c = g.voronoi[static_cast<std::size_t>(v)];
+        const VoronoiConstants& c = nth(g.voronoi, v);
         const int after = (v + 1) % g.elements();
-        const double dilatation = c.share_before * g.element[static_cast<std::size_t>(v)].rest_stretch +
-                                  c.share_after * g.element[static_cast<std::size_t>(after)].rest_stretch;
+        const double dilatation =
+            c.share_before * nth(g.element, v).rest_stretch + c.share_after * nth(g.element, after).rest_stretch;
         return c.stiffness.*axis * c.inv_length / bending_divisor(g, dilatation) * (1 / j(k) + 1 / j(neighbour));
     };
     const int n = g.elements(), before = (k + n - 1) % n, after = (k + 1) % n;
     double beta = 0;
     if (k > 0 || g.closed()) beta += cell(before, before);
     if (k + 1 < n || g.closed()) beta += cell(k, after);
-    const ElementConstants& e = g.element[static_cast<std::size_t>(k)];
+    const ElementConstants& e = nth(g.element, k);
     const auto wall = [&](const VoronoiConstants& c) {
         return c.stiffness.*axis * c.inv_length / (bending_divisor(g, e.rest_stretch) * j(k));
     };
@@ -51,18 +52,16 @@ template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d
 }
 
 double cell_term(const RodGroup& g, int k, double Vec3d::*axis) {
-    return cell_term(g, k, axis, [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; });
+    return cell_term(g, k, axis, [&](int i) { return nth(g.element, i).inertia.*axis; });
 }
 
 /// 1/m of the stretching of element k: half of it on each side.
-double inverse_mass_of(const RodGroup& g, int k) {
-    return 4 / (g.nodal_density * g.element[static_cast<std::size_t>(k)].volume);
-}
+double inverse_mass_of(const RodGroup& g, int k) { return 4 / (g.nodal_density * nth(g.element, k).volume); }
 
 /// Largest eigenvalue of the element's shear and rotation about `axis`, sheared along `along`.
 double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double inverse_mass,
                       double held = 0) {
-    const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
+    const ElementConstants& c = nth(g.element, k);
     const double s = c.stiffness.*along, j = c.inertia.*axis, e = c.rest_stretch;
     const double a = s * inverse_mass * c.inv_rest_length;
     const double d = c.rest_length * s * e * e / j + (cell_term(g, k, axis) + held);
@@ -75,7 +74,7 @@ double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3
 /// there is none.
 double scale_at(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double own, double others,
                 double aim) {
-    const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
+    const ElementConstants& c = nth(g.element, k);
     const double s = c.stiffness.*along, j = c.inertia.*axis, e = c.rest_stretch, inverse_mass = inverse_mass_of(g, k);
     const double a = s * inverse_mass * c.inv_rest_length, d = c.rest_length * s * e * e / j + own,
                  b_squared = s * s * e * e * inverse_mass / j;
@@ -92,7 +91,7 @@ std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
         if (!std::isnan(limit.dt) && !(dt >= limit.dt)) limit = {limit.mode, dt, k};
     };
     for (int k = 0; k < g.elements(); ++k) {
-        const ElementConstants& c = g.element[static_cast<std::size_t>(k)];
+        const ElementConstants& c = nth(g.element, k);
         const double inverse_mass = inverse_mass_of(g, k);
         lower(limits[0], axial_stiffness(g, c) * inverse_mass * c.inv_rest_length, k);
         lower(limits[1], shear_rotation(g, k, &Vec3d::x, &Vec3d::y, inverse_mass), k);
@@ -193,15 +192,14 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
     // First as if neighbours had the same j; then against what these have. More inertia only helps a neighbour, so
     // twice is enough.
     for (int k = 0; k < g.elements(); ++k)
-        raise_both(alike[static_cast<std::size_t>(k)], k,
-                   [&](double Vec3d::*axis) { return std::pair(cell_term(g, k, axis), 0.0); });
+        raise_both(nth(alike, k), k, [&](double Vec3d::*axis) { return std::pair(cell_term(g, k, axis), 0.0); });
     scale = alike;
     for (int k = 0; k < g.elements(); ++k)
-        raise_both(scale[static_cast<std::size_t>(k)], k, [&](double Vec3d::*axis) {
-            const auto at = [&](int i) { return g.element[static_cast<std::size_t>(i)].inertia.*axis; };
+        raise_both(nth(scale, k), k, [&](double Vec3d::*axis) {
+            const auto at = [&](int i) { return nth(g.element, i).inertia.*axis; };
             const double own = cell_term(g, k, axis, [&](int i) { return i == k ? at(i) : infinite; });
-            const double others = cell_term(
-                g, k, axis, [&](int i) { return i == k ? infinite : alike[static_cast<std::size_t>(i)] * at(i); });
+            const double others =
+                cell_term(g, k, axis, [&](int i) { return i == k ? infinite : nth(alike, i) * at(i); });
             return std::pair(own, others);
         });
     return scale;

@@ -6,6 +6,7 @@
 #include "scene/placement_check.hpp"
 #include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -32,7 +33,7 @@ void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections)
     const PlacementKind kind = rods.placement.kind;
     if (kind == PlacementKind::packing || kind == PlacementKind::file)
         objections.add("placement.kind", fmt::format("a placement of kind \"{}\" is not for rods of an assembly",
-                                                     placement_names[static_cast<std::size_t>(kind)]));
+                                                     nth(placement_names, kind)));
     if (rods.ends_move() || rods.start != EndKind::free || rods.end != EndKind::free || rods.hold.any())
         objections.add(
             "",
@@ -43,7 +44,7 @@ void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections)
 
 void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {
     const JointKind kind = spec.kind;
-    const std::string where = fmt::format("for a joint of kind \"{}\"", joint_names[static_cast<std::size_t>(kind)]);
+    const std::string where = fmt::format("for a joint of kind \"{}\"", nth(joint_names, kind));
     if (spec.between.size() != 2) return objections.add("between", "'between' names two groups, or twice the same");
     std::vector<const RodSpec*> groups;
     for (std::size_t i = 0; i < 2; ++i)
@@ -106,7 +107,7 @@ void check_assemblies(const SceneSpec& scene, Objections& objections) {
                                   spec.name, spec.name));
         if (spec.placement.kind == PlacementKind::packing || spec.placement.kind == PlacementKind::file)
             table.add("placement.kind", fmt::format("assemblies are not placed by kind \"{}\" yet: list their origins",
-                                                    placement_names[static_cast<std::size_t>(spec.placement.kind)]));
+                                                    nth(placement_names, spec.placement.kind)));
         RodSpec placed;
         placed.placement = spec.placement;
         check_placement(placed, table);
@@ -162,8 +163,7 @@ std::vector<int> assembly_of_groups(const SceneSpec& scene) {
 }
 
 std::string assembly_name(const SceneSpec& scene, int assembly) {
-    if (assembly < static_cast<int>(scene.assemblies.size()))
-        return scene.assemblies[static_cast<std::size_t>(assembly)].name;
+    if (assembly < static_cast<int>(scene.assemblies.size())) return nth(scene.assemblies, assembly).name;
     std::string name;
     const std::vector<int> of_group = assembly_of_groups(scene);
     for (std::size_t g = 0; g < of_group.size(); ++g)

@@ -5,6 +5,7 @@
 #include "rod/cell_turn.hpp"
 #include "scene/formula_doubts.hpp"
 #include "scene/scene_tables.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -152,7 +153,7 @@ void tell_trembling(const std::string& where, const ContactLaw& law, double forc
     found.push_back(
         fmt::format("{}: {} friction is too steep for the step under the {:.3g} N that are expected: slip trembles; "
                     "slip_speed = {:.2g} would do, or a shorter step",
-                    where, contact_friction_names[static_cast<std::size_t>(law.friction)], force, least));
+                    where, nth(contact_friction_names, law.friction), force, least));
 }
 
 } // namespace

@@ -9,6 +9,7 @@
 #include "scene/group_names.hpp"
 #include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -61,7 +62,7 @@ void check_ranks(const FluidSpec& fluid, Objections& table) {
 /// What moves, and whether it can.
 void check_walls(const FluidSpec& fluid, Objections& table) {
     const std::array bounds = fluid.boundaries();
-    const auto no_slip = [&](int d) { return bounds[static_cast<std::size_t>(d)] == FluidBoundary::no_slip; };
+    const auto no_slip = [&](int d) { return nth(bounds, d) == FluidBoundary::no_slip; };
     const bool moves = norm(fluid.lower_wall_velocity) > 0 || norm(fluid.upper_wall_velocity) > 0;
     const int across = fluid.moving_direction(), sets = no_slip(0) + no_slip(1) + no_slip(2);
     if (!moves && norm(fluid.acceleration) == 0) table.unused({"frequency"}, "where nothing drives the fluid");
@@ -233,8 +234,7 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
             table.add("every", fmt::format("'every' {} s never comes due within 'duration' of {} s", spec.every,
                                            scene.time.duration));
         check_names(spec, table);
-        const std::string where =
-            fmt::format("for an output of kind \"{}\"", fluid_output_names[static_cast<std::size_t>(spec.kind)]);
+        const std::string where = fmt::format("for an output of kind \"{}\"", nth(fluid_output_names, spec.kind));
         if (spec.kind != FluidOutputKind::slice) table.unused({"across", "at"}, where);
         if (spec.kind != FluidOutputKind::box) table.unused({"lower", "upper", "average"}, where);
         if (spec.kind != FluidOutputKind::blocks) table.unused({"criterion", "threshold", "edge"}, where);

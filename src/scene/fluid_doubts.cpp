@@ -1,5 +1,7 @@
 #include "scene/fluid_doubts.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -42,7 +44,7 @@ bool is_flat(const RodGroup& group, const FluidGrid& grid) {
 std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidGrid& grid) {
     const bool flat = is_flat(group, grid);
     const double spacing = grid.h, radius = rods.least_axis, length = group.spec().shape.length / spacing;
-    const auto has = [&](SectionMarkers kind) { return rods.has[static_cast<std::size_t>(kind)]; };
+    const auto has = [&](SectionMarkers kind) { return nth(rods.has, kind); };
     const std::string what =
         fmt::format("rods.{}: {:.3g} cells in {}", rods.name, radius, flat ? "half the thickness" : "radius");
     const std::string cure = fmt::format("; fluid.spacing = {:.3g} gives two cells", radius * spacing / resolved);

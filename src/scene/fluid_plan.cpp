@@ -7,6 +7,7 @@
 #include "scene/fluid_pressure.hpp"
 #include "scene/scene_tables.hpp"
 #include "scene/stated_speeds.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -210,7 +211,7 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
         rods.most_axis = std::max({rods.most_axis, axes.along_d1 / h, across / h});
         const SectionMarkers kind =
             spans ? plate_markers(axes.along_d1, h, retraction) : section_markers(axes, h, retraction);
-        rods.has[static_cast<std::size_t>(kind)] = true;
+        nth(rods.has, kind) = true;
     }
     if (fluid.coupling == RodCoupling::two_way)
         rods.inertia = std::make_shared<InertiaInFluid>(group, markers, fluid.constants.density, fluid.inner_inertia);

@@ -2,6 +2,7 @@
 
 #include "fluid/slab_coupling.hpp"
 #include "scene/plan_words.hpp"
+#include "skein/core/index.hpp"
 
 #include <cmath>
 #include <fmt/format.h>
@@ -11,13 +12,11 @@ namespace skein {
 
 std::string fluid_text(const FluidPlan& fluid) {
     const FlowConstants& c = fluid.constants;
-    const auto bound = [&](std::size_t d) {
-        return fluid_boundary_names[static_cast<std::size_t>(c.grid.boundary[d])];
-    };
+    const auto bound = [&](std::size_t d) { return nth(fluid_boundary_names, c.grid.boundary[d]); };
     return fmt::format(
         "{} x {} x {} cells of {:.4g} m, {} / {} / {}, {:.4g} kg/m^3, {:.4g} Pa s; {}, Courant number {:g}{}{}",
         c.grid.cells[0], c.grid.cells[1], c.grid.cells[2], c.grid.h, bound(0), bound(1), bound(2), c.density,
-        c.density * c.kinematic_viscosity, flow_scheme_names[static_cast<std::size_t>(c.scheme)], fluid.courant,
+        c.density * c.kinematic_viscosity, nth(flow_scheme_names, c.scheme), fluid.courant,
         c.scheme == FlowScheme::crank_nicolson ? "; viscosity does not limit the step" : "",
         fluid.follows_rods ? "; the box moves along x with the rods" : "");
 }
@@ -67,13 +66,13 @@ std::string sent_text(const FluidPlan& fluid, int ranks) {
 
 std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
     const double h = fluid.constants.grid.h;
-    return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name,
-                       obstacle_names[static_cast<std::size_t>(o.kind)], 2 * o.radius / h,
-                       o.markers(fluid.constants.grid).size(), o.moves() ? ", moves" : "", fluid.forcing.sweeps);
+    return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name, nth(obstacle_names, o.kind),
+                       2 * o.radius / h, o.markers(fluid.constants.grid).size(), o.moves() ? ", moves" : "",
+                       fluid.forcing.sweeps);
 }
 
 std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) {
-    const auto has = [&](SectionMarkers kind) { return rods.has[static_cast<std::size_t>(kind)]; };
+    const auto has = [&](SectionMarkers kind) { return nth(rods.has, kind); };
     std::vector<std::string_view> as;
     if (has(SectionMarkers::ring)) as.emplace_back("rings");
     if (has(SectionMarkers::sheet)) as.emplace_back("sheets");
@@ -107,7 +106,7 @@ std::vector<std::string_view> names_of(const FluidOutput& output) {
 std::string output_text(const FluidOutput& o, const FluidGrid& grid, std::int64_t steps, double dt) {
     std::string what = fmt::format("{} x {} x {} cells", o.box.count[0], o.box.count[1], o.box.count[2]);
     if (o.kind == FluidOutputKind::slice)
-        what = fmt::format("slice across {}, {}", direction_names[static_cast<std::size_t>(o.across)], what);
+        what = fmt::format("slice across {}, {}", nth(direction_names, o.across), what);
     if (o.box.average > 1)
         what = fmt::format("{} x {} x {} means over {}^3 cells", o.box.count[0], o.box.count[1], o.box.count[2],
                            o.box.average);
@@ -151,7 +150,7 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
     nlohmann::ordered_json outputs = nlohmann::ordered_json::array();
     for (const FluidOutput& o : fluid.outputs)
         outputs.push_back({{"name", o.name},
-                           {"kind", fluid_output_names[static_cast<std::size_t>(o.kind)]},
+                           {"kind", nth(fluid_output_names, o.kind)},
                            {"fields", names_of(o)},
                            {"every", o.every},
                            {"frames", frames_in(o, steps)},
@@ -160,7 +159,7 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
     for (const RodsInFluid& r : fluid.rods) rods.push_back({{"name", r.name}, {"markers", r.markers}});
     const FlowConstants& c = fluid.constants;
     nlohmann::ordered_json bounds = nlohmann::ordered_json::array();
-    for (const FluidBoundary b : c.grid.boundary) bounds.push_back(fluid_boundary_names[static_cast<std::size_t>(b)]);
+    for (const FluidBoundary b : c.grid.boundary) bounds.push_back(nth(fluid_boundary_names, b));
     const auto vector = [](const Vec3d& v) { return nlohmann::ordered_json{v.x, v.y, v.z}; };
     nlohmann::ordered_json walls = nlohmann::ordered_json::array();
     for (const auto& [lower, upper] : c.wall_velocity) walls.push_back({vector(lower), vector(upper)});
@@ -172,10 +171,10 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
             {"acceleration", vector(c.acceleration)},
             {"wall_velocities", walls},
             {"frequency", c.frequency},
-            {"scheme", flow_scheme_names[static_cast<std::size_t>(c.scheme)]},
+            {"scheme", nth(flow_scheme_names, c.scheme)},
             {"courant", fluid.courant},
-            {"pressure", pressure_method_names[static_cast<std::size_t>(c.pressure)]},
-            {"pressure_exchange", column_exchange_names[static_cast<std::size_t>(c.exchange)]},
+            {"pressure", nth(pressure_method_names, c.pressure)},
+            {"pressure_exchange", nth(column_exchange_names, c.exchange)},
             {"pressure_tolerance", c.pressure_tolerance},
             {"ranks_across", fluid.across(ranks)},
             {"bytes_per_cell", fluid.bytes_per_cell(ranks)},

@@ -3,6 +3,7 @@
 #include "core/field_looker.hpp"
 #include "formula/formula.hpp"
 #include "scene/scene_tables.hpp"
+#include "skein/core/index.hpp"
 
 #include <array>
 #include <cmath>
@@ -26,8 +27,8 @@ class OfTime {
 public:
     explicit OfTime(const Graph& graph) : graph_(graph) { at_.fill(1); }
     double operator()(int node, double time) {
-        at_[static_cast<std::size_t>(Variable::t)] = time;
-        return graph_.values(at_)[static_cast<std::size_t>(node)];
+        nth(at_, Variable::t) = time;
+        return nth(graph_.values(at_), node);
     }
 
 private:
@@ -63,12 +64,12 @@ std::optional<double> pole(OfTime& value, int node, int below, double duration) 
     double largest = 0;
     const auto time = [&](int i) { return duration * i / looks; };
     for (int i = 0; i <= looks; ++i) {
-        found[static_cast<std::size_t>(i)] = value(below, time(i));
-        if (!std::isfinite(found[static_cast<std::size_t>(i)])) return std::nullopt;
-        largest = std::max(largest, std::abs(found[static_cast<std::size_t>(i)]));
+        nth(found, i) = value(below, time(i));
+        if (!std::isfinite(nth(found, i))) return std::nullopt;
+        largest = std::max(largest, std::abs(nth(found, i)));
     }
     for (int i = 1; i < looks; ++i) {
-        const double before = found[static_cast<std::size_t>(i) - 1], here = found[static_cast<std::size_t>(i)],
+        const double before = found[static_cast<std::size_t>(i) - 1], here = nth(found, i),
                      after = found[static_cast<std::size_t>(i) + 1];
         const bool changes = (before < 0) != (here < 0) || (here < 0) != (after < 0),
                    least = std::abs(here) <= std::abs(before) && std::abs(here) <= std::abs(after);

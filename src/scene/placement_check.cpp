@@ -1,6 +1,7 @@
 #include "scene/placement_check.hpp"
 
 #include "scene/table_objections.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -64,8 +65,7 @@ void packing(const RodSpec& rods, Objections& objections, const std::string& whe
             objections.add("", "'radius' and 'height' [m] are needed for the region \"cylinder\"");
         return;
     }
-    const std::string region =
-        fmt::format("for the region \"{}\"", packing_region_names[static_cast<std::size_t>(p.region)]);
+    const std::string region = fmt::format("for the region \"{}\"", nth(packing_region_names, p.region));
     objections.unused({"point", "radius", "height"}, region);
     if (!(p.upper.x > p.lower.x && p.upper.y > p.lower.y && (p.region == PackingRegion::slab || p.upper.z > p.lower.z)))
         objections.add(objections.given("upper") ? "upper" : "",
@@ -89,8 +89,7 @@ void check_placement(const RodSpec& rods, Objections& of_group) {
         objections.add("", "the walls of the law \"elastica\" are the same for all rods of a group: use "
                            "\"clamped_frozen\" for rods with "
                            "directions of their own");
-    const std::string where =
-        fmt::format("for a placement of kind \"{}\"", placement_names[static_cast<std::size_t>(p.kind)]);
+    const std::string where = fmt::format("for a placement of kind \"{}\"", nth(placement_names, p.kind));
     if (p.kind != PlacementKind::lattice) objections.unused({"stagger"}, where);
     if (p.kind != PlacementKind::packing)
         objections.unused({"count", "seed", "region", "lower", "upper", "point", "radius", "height", "elevation",

@@ -31,6 +31,7 @@
 #include "scene/scene_tables.hpp"
 #include "scene/stated_speeds.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
 #include "tiles/clusters.hpp"
 #include "tiles/rods.hpp"
@@ -187,8 +188,7 @@ GroupPlan plan_group(const SceneSpec& scene, const std::vector<Load>& loads, con
     }
     p.hints = hints_for(group);
     const auto named = [](EndKind kind, const std::string& free) {
-        return fmt::format("{}{}{}", end_names[static_cast<std::size_t>(kind)], free.empty() ? "" : ", free along ",
-                           free);
+        return fmt::format("{}{}{}", nth(end_names, kind), free.empty() ? "" : ", free along ", free);
     };
     p.start = named(group.spec().start, group.spec().start_free);
     p.end = named(group.spec().end, group.spec().end_free);
@@ -281,7 +281,7 @@ double lay_out(Plan& plan) {
     }
     double constants = 0;
     for (const AlongTile& tile : tiling.along) {
-        const GroupPlan& p = plan.groups[static_cast<std::size_t>(tile.parts.front().group)];
+        const GroupPlan& p = nth(plan.groups, tile.parts.front().group);
         add(1, tile.rows, 8 * along_row * p.ns_per_element_step);
         constants += tile.rows * m.lanes * sizeof(Strands<1>::Element); // where rows repeat far less
     }
@@ -297,7 +297,7 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
     need(!scene.damping.empty(), "damping");
     std::vector<bool> has(load_kinds().size(), false);
     for (const GroupPlan& g : plan.groups)
-        for (const Load& load : g.loads) has[static_cast<std::size_t>(load.number())] = true;
+        for (const Load& load : g.loads) nth(has, load.number()) = true;
     for (std::size_t kind = 0; kind < has.size(); ++kind)
         need(has[kind], std::string(make_load(static_cast<int>(kind)).label()));
     need(plan.cadence.trajectory > 0, "trajectory");
@@ -412,7 +412,7 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
             const bool named = assembly < static_cast<int>(scene.assemblies.size());
             if (!of_assembly)
                 of_assembly = std::make_shared<AssemblyCopies>(
-                    named ? copies_of(scene.assemblies[static_cast<std::size_t>(assembly)], assembly, directory)
+                    named ? copies_of(nth(scene.assemblies, assembly), assembly, directory)
                           : AssemblyCopies{.number = assembly});
             groups.back().read_all(); // joints are found where rods are
             groups.back().join(of_assembly);
@@ -485,9 +485,8 @@ Plan make_plan(const SceneSpec& as_given, std::span<const RodGroup> groups, cons
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const RodGroup& group = groups[g];
         const int assembly = group.assembly() ? group.assembly()->number : -1;
-        const bool joined = assembly >= 0 && !joints[static_cast<std::size_t>(assembly)].empty();
-        plan.groups.push_back(plan_group(scene, loads, group,
-                                         joined ? &bounds[static_cast<std::size_t>(group.id())] : nullptr,
+        const bool joined = assembly >= 0 && !nth(joints, assembly).empty();
+        plan.groups.push_back(plan_group(scene, loads, group, joined ? &nth(bounds, group.id()) : nullptr,
                                          plan.fluid ? plan.fluid->rods[g].inertia : nullptr));
         plan.groups.back().assembly = assembly;
     }

@@ -1,6 +1,7 @@
 #include "scene/plan_steps.hpp"
 
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -133,11 +134,10 @@ void count_steps_in_fluid(Plan& plan, const SceneSpec& scene) {
                  limit = std::min(longest_step_of_fluid(fluid, scene.time), named),
                  parts = std::floor(limit / (unit * plan.dt));
     if (parts < 1)
-        throw InputError(
-            fmt::format("{}: time.dt = {:g} s: a step of the fluid, of {:.4g} s here, holds {} steps of rods with the "
-                        "scheme {}: at most {:.4g} s, or dt = \"auto\"",
-                        scene.file, plan.dt, limit, unit,
-                        flow_scheme_names[static_cast<std::size_t>(fluid.constants.scheme)], limit / unit));
+        throw InputError(fmt::format(
+            "{}: time.dt = {:g} s: a step of the fluid, of {:.4g} s here, holds {} steps of rods with the "
+            "scheme {}: at most {:.4g} s, or dt = \"auto\"",
+            scene.file, plan.dt, limit, unit, nth(flow_scheme_names, fluid.constants.scheme), limit / unit));
     fluid.every = unit * static_cast<std::int64_t>(parts);
 }
 

@@ -7,6 +7,7 @@
 #include "neighbourhood/exposure.hpp"
 #include "scene/fluid_plan_text.hpp"
 #include "scene/plan_words.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -39,15 +40,14 @@ std::string failure_text(const Plan& p) {
 }
 
 std::string law_text(const ContactLaw& law) {
-    std::string text =
-        fmt::format("{} {:.4g}", contact_normal_names[static_cast<std::size_t>(law.normal)], law.stiffness);
+    std::string text = fmt::format("{} {:.4g}", nth(contact_normal_names, law.normal), law.stiffness);
     if (law.restitution > 0)
-        text = fmt::format("{}, restitution {:g} in {:g} s", contact_normal_names[static_cast<std::size_t>(law.normal)],
-                           law.restitution, law.collision_time);
+        text = fmt::format("{}, restitution {:g} in {:g} s", nth(contact_normal_names, law.normal), law.restitution,
+                           law.collision_time);
     else if (law.damping > 0) text += fmt::format(", dashpot {:.4g}", law.damping);
     if (law.friction != ContactFriction::none)
-        text += fmt::format(", friction {} {:g} / {:g}", contact_friction_names[static_cast<std::size_t>(law.friction)],
-                            law.static_friction, law.kinetic());
+        text += fmt::format(", friction {} {:g} / {:g}", nth(contact_friction_names, law.friction), law.static_friction,
+                            law.kinetic());
     if (law.friction == ContactFriction::anisotropic)
         text += fmt::format(" / {:g} / {:g}", law.kinetic_backward, law.kinetic_sideways);
     if (law.soft_until > 0) text += fmt::format(", soft until {:g} s", law.soft_until);
@@ -73,8 +73,7 @@ std::string overlap_text(const ContactEstimate& estimate, const ContactLaw& law,
 }
 
 std::string wall_text(const Wall& wall, double overlap) {
-    std::string text =
-        fmt::format("'{}', {}, {}", wall.name, wall_names[static_cast<std::size_t>(wall.kind)], law_text(wall.law));
+    std::string text = fmt::format("'{}', {}, {}", wall.name, nth(wall_names, wall.kind), law_text(wall.law));
     if (wall.servo.drives())
         text += fmt::format("; driven at {:g} m/s by the stress on '{}'", wall.servo.speed, wall.servo.watch);
     else if (wall.moves_steadily()) text += "; moves";
@@ -84,8 +83,8 @@ std::string wall_text(const Wall& wall, double overlap) {
 
 std::string joint_text(const JointSpec& joint, std::size_t count) {
     const JointLaw& law = joint.law;
-    std::string text = fmt::format("{} {}, '{}' to '{}', ", count, joint_names[static_cast<std::size_t>(joint.kind)],
-                                   joint.between[0], joint.between[1]);
+    std::string text =
+        fmt::format("{} {}, '{}' to '{}', ", count, nth(joint_names, joint.kind), joint.between[0], joint.between[1]);
     if (!shares_node(joint)) text += fmt::format("k {:.4g} N/m", law.stiffness);
     else text += turns_by_half_cells(joint) ? "as within a rod" : "a common node";
     if (law.damping > 0) text += fmt::format(", dashpot {:.4g} N s/m", law.damping);
@@ -196,9 +195,8 @@ std::string to_text(const Plan& p) {
     else if (is_coupled(p) && !p.groups.empty()) line("protocol", "rods by themselves until the fluid meets them");
     if (p.contact) line("coupling", coupling_text(p));
     if (p.integrator != Integrator::verlet)
-        line("integrator",
-             fmt::format("{}, limits times {:.4g}", integrator_names[static_cast<std::size_t>(p.integrator)],
-                         scheme_of(p.integrator).stability));
+        line("integrator", fmt::format("{}, limits times {:.4g}", nth(integrator_names, p.integrator),
+                                       scheme_of(p.integrator).stability));
     if (p.relax)
         line("dt", fmt::format(
                        "1 s: rods relax, time counts steps; they have settled when none wants a correction beyond {:g}",
@@ -284,7 +282,7 @@ std::string to_json(const Plan& p) {
     for (std::size_t w = 0; w < p.walls.size(); ++w) {
         const Wall& wall = p.walls[w];
         walls.push_back({{"name", wall.name},
-                         {"kind", wall_names[static_cast<std::size_t>(wall.kind)]},
+                         {"kind", nth(wall_names, wall.kind)},
                          {"law", law_text(wall.law)},
                          {"driven", wall.servo.drives()},
                          {"moves", wall.moves_steadily()},
@@ -321,7 +319,7 @@ std::string to_json(const Plan& p) {
         {"automatic_dt", p.automatic_dt},
         {"divides", p.divides},
         {"relax", p.relax},
-        {"integrator", integrator_names[static_cast<std::size_t>(p.integrator)]},
+        {"integrator", nth(integrator_names, p.integrator)},
         {"governing_group",
          p.groups.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(p.groups[p.governing].name)},
         {"steps", p.steps},

@@ -1,6 +1,7 @@
 #include "scene/problems.hpp"
 
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 
@@ -44,8 +45,7 @@ std::string snippet(const Place& place, const std::string& whole_line) {
         window(whole_line, start, std::clamp(place.length, 1, std::max(1, size - start)));
     std::string indent;
     for (int i = 0; i < first; ++i)
-        if (starts_character(line[static_cast<std::size_t>(i)]))
-            indent += line[static_cast<std::size_t>(i)] == '\t' ? '\t' : ' ';
+        if (starts_character(nth(line, i))) indent += nth(line, i) == '\t' ? '\t' : ' ';
     const int marked = std::max(1, characters(line, first, std::min(first + length, static_cast<int>(line.size()))));
     return fmt::format("{:5} | {}\n{:5} | {}{}", place.line, line, "", indent,
                        std::string(static_cast<std::size_t>(marked), '^'));
@@ -58,7 +58,7 @@ std::string Place::table_name() const { return line > 0 ? fmt::format("{}:{}", t
 std::string message_at(const Place& place, const std::string& message) {
     if (place.text->lines.empty()) return fmt::format("{}: {}", place.text->name, message);
     const auto last = static_cast<int>(place.text->lines.size());
-    const std::string& line = place.text->lines[static_cast<std::size_t>(std::clamp(place.line, 1, last) - 1)];
+    const std::string& line = nth(place.text->lines, std::clamp(place.line, 1, last) - 1);
     const int column = 1 + characters(line, 0, std::clamp(place.column - 1, 0, static_cast<int>(line.size())));
     return fmt::format("{}:{}:{}: {}\n{}", place.text->name, place.line, column, message, snippet(place, line));
 }

@@ -1,6 +1,7 @@
 #include "scene/program.hpp"
 
 #include "mechanics/law.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 
@@ -24,10 +25,10 @@ template <class... F> struct Overloaded : F... { using F::operator()...; };
 } // namespace
 
 std::string_view name_of(const PassSpec& pass) {
-    return std::visit(Overloaded{[](const pass::Drift& p) { return drift_names[static_cast<std::size_t>(p.top)]; },
-                                 [](const pass::Elastic& p) { return elastic_names[static_cast<std::size_t>(p.law)]; },
+    return std::visit(Overloaded{[](const pass::Drift& p) { return nth(drift_names, p.top); },
+                                 [](const pass::Elastic& p) { return nth(elastic_names, p.law); },
                                  [](const pass::ApplyLoad& p) { return p.kind; },
-                                 [](const pass::Kick& p) { return kick_names[static_cast<std::size_t>(p.kind)]; },
+                                 [](const pass::Kick& p) { return nth(kick_names, p.kind); },
                                  []<class Named>(const Named&) { return Named::name; }},
                       pass);
 }

@@ -5,6 +5,7 @@
 #include "scene/body_check.hpp"
 #include "scene/placement_check.hpp"
 #include "scene/table_objections.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <functional>
@@ -184,8 +185,7 @@ void hold(const RodSpec& rods, Objections& of_group) {
 void magnetisation(const RodSpec& rods, Objections& of_group) {
     TableObjections objections(of_group, "magnetisation");
     const Magnetisation& m = rods.magnetisation;
-    const std::string where =
-        fmt::format("for a magnetisation of pattern \"{}\"", magnetisation_names[static_cast<std::size_t>(m.pattern)]);
+    const std::string where = fmt::format("for a magnetisation of pattern \"{}\"", nth(magnetisation_names, m.pattern));
     if (m.pattern == MagnetisationPattern::none) {
         objections.unused({"strength", "direction", "wavelength_x", "wavelength_y", "phase"}, where);
         return;

@@ -15,6 +15,7 @@
 #include "scene/scene_tables.hpp"
 #include "scene/table_objections.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "skein/core/objections.hpp"
 
 #include <algorithm>
@@ -208,11 +209,9 @@ private:
 
     void damping(const Damping& d, const std::vector<const RodSpec*>& groups, Objections& objections) {
         if (d.kind == DampingKind::legacy || d.kind == DampingKind::laplacian)
-            object_to_rigid_bodies(
-                fmt::format("a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]), groups,
-                objections);
-        const std::string where =
-            fmt::format("for a damping of kind \"{}\"", damping_names[static_cast<std::size_t>(d.kind)]);
+            object_to_rigid_bodies(fmt::format("a damping of kind \"{}\"", nth(damping_names, d.kind)), groups,
+                                   objections);
+        const std::string where = fmt::format("for a damping of kind \"{}\"", nth(damping_names, d.kind));
         if (d.kind == DampingKind::laplacian) {
             objections.unused({"translational", "rotational"}, where);
             if (d.order == 0) objections.add("", fmt::format("'order', at least 1, is needed {}", where));

@@ -1,6 +1,7 @@
 #include "joints/junction.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_tables.hpp"
+#include "skein/core/index.hpp"
 
 #include <cmath>
 #include <type_traits>
@@ -34,7 +35,7 @@ public:
     }
     void visit(const Field& f, std::vector<std::string>& v) override { set(f, v); }
     void visit_choice(const Field& f, int& value, std::span<const std::string_view> names) override {
-        set(f, names[static_cast<std::size_t>(value)]);
+        set(f, nth(names, value));
     }
     bool enter(const Field& f) override {
         names_.emplace_back(f.name);

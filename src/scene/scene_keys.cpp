@@ -3,6 +3,7 @@
 #include "scene/scene_check.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_tables.hpp"
+#include "skein/core/index.hpp"
 
 #include <cmath>
 
@@ -57,7 +58,7 @@ public:
     void visit(const Field& f, std::vector<Vec3d>& v) override { add(f, "list of 3 numbers", text_of(v)); }
     void visit(const Field& f, std::vector<std::string>& v) override { add(f, "list of texts", text_of(v)); }
     void visit_choice(const Field& f, int& value, std::span<const std::string_view> names) override {
-        add(f, "choice", text_of(std::string(names[static_cast<std::size_t>(value)])), names);
+        add(f, "choice", text_of(std::string(nth(names, value))), names);
     }
     bool enter(const Field& f) override {
         add(f, "table", std::string(absent));

@@ -6,6 +6,7 @@
 #include "loads/muscle_wave.hpp"
 #include "scene/group_names.hpp"
 #include "scene/scene_tables.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <array>
@@ -119,13 +120,12 @@ Muscle formula(const RodGroup& group, const MuscleFormula& muscle, const Formula
     return [read, moment, lab, &group](const Vertex& at, double time) {
         std::array<double, variables> values{};
         for (int v = static_cast<int>(Variable::s); v < variables; ++v)
-            values[static_cast<std::size_t>(v)] =
-                read->places.value(static_cast<Variable>(v), static_cast<std::size_t>(at.node));
-        values[static_cast<std::size_t>(Variable::t)] = time;
+            nth(values, v) = read->places.value(static_cast<Variable>(v), static_cast<std::size_t>(at.node));
+        nth(values, Variable::t) = time;
         const std::vector<double> all = read->graph.values(values);
         const auto vector = [&](const std::array<int, 3>& nodes) {
             const auto of = [&](std::size_t i) {
-                const double x = all[static_cast<std::size_t>(nodes[i])];
+                const double x = nth(all, nodes[i]);
                 return std::isfinite(x) ? x
                                         : 0.0; // the derivative of a root may have a pole where the root itself is 0
             };
@@ -177,7 +177,7 @@ std::vector<std::int64_t> some_rods(const RodGroup& group) {
 
 /// Inertia of a rod and of as much fluid, by length, at a vertex; kg/m.
 double inertia_at(const RodGroup& group, const Vertex& at, double fluid_density) {
-    const ElementConstants& e = group.element[static_cast<std::size_t>(std::clamp(at.node, 0, group.elements() - 1))];
+    const ElementConstants& e = nth(group.element, std::clamp(at.node, 0, group.elements() - 1));
     return (group.spec().material.density + fluid_density) * e.volume * e.inv_rest_length;
 }
 

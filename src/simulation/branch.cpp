@@ -4,6 +4,7 @@
 #include "scene/scene_file.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -30,7 +31,7 @@ Integrator integrator_of(const std::string& physics) {
 void drift_all(std::span<const RodGroup> groups, Rods& rods, double h) {
     std::vector<Slot<1>> state;
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
-        const RodGroup& group = groups[static_cast<std::size_t>(rods.local()[i].group)];
+        const RodGroup& group = nth(groups, rods.local()[i].group);
         state.resize(static_cast<std::size_t>(group.slots()));
         rods.export_rod(i, state);
         synchronise(group, state, h);

@@ -1,3 +1,4 @@
+#include "skein/core/index.hpp"
 #include "skein/run.hpp"
 #include "skein/skein.h"
 
@@ -129,15 +130,13 @@ std::int64_t skein_table(skein_run* run, const char* table, double* at, double* 
 }
 
 int skein_group_count(skein_run* run) { return static_cast<int>(run->groups.size()); }
-const char* skein_group_name(skein_run* run, int group) {
-    return run->groups[static_cast<std::size_t>(group)].name.c_str();
-}
+const char* skein_group_name(skein_run* run, int group) { return nth(run->groups, group).name.c_str(); }
 std::int64_t skein_group_rods(skein_run* run, int group) {
     return guarded([&] { return static_cast<std::int64_t>(run->run.numbers(static_cast<std::size_t>(group)).size()); },
                    std::int64_t{-1});
 }
-int skein_group_nodes(skein_run* run, int group) { return run->groups[static_cast<std::size_t>(group)].nodes; }
-int skein_group_elements(skein_run* run, int group) { return run->groups[static_cast<std::size_t>(group)].elements; }
+int skein_group_nodes(skein_run* run, int group) { return nth(run->groups, group).nodes; }
+int skein_group_elements(skein_run* run, int group) { return nth(run->groups, group).elements; }
 int skein_numbers(skein_run* run, int group, std::int64_t* out) {
     return guarded(
         [&] {

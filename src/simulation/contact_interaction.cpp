@@ -2,6 +2,7 @@
 
 #include "parallel/exact_sum.hpp"
 #include "simulation/start_check.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -81,7 +82,7 @@ OwnerDirectory ContactInteraction::directory() const {
 }
 
 std::int64_t ContactInteraction::element(std::size_t slot) const {
-    const bool strained = groups_[static_cast<std::size_t>(exposure_->at(slot).group)].strained();
+    const bool strained = nth(groups_, exposure_->at(slot).group).strained();
     return exposure_->element(slot) / (strained ? 1 : 2);
 }
 
@@ -153,7 +154,7 @@ void ContactInteraction::watch_overlap(const Step& step) {
 
 std::string ContactInteraction::place_of(std::size_t slot) const {
     const Window& w = exposure_->at(slot);
-    const bool strained = groups_[static_cast<std::size_t>(w.group)].strained();
+    const bool strained = nth(groups_, w.group).strained();
     return fmt::format("{} ({} {})", name_of_body(groups_, w.gid), strained ? "element" : "part", element(slot));
 }
 
@@ -291,8 +292,7 @@ void ContactInteraction::forces(std::int64_t gid, std::span<Vec3d> out) const {
     const double none = forces_lost_ ? std::numeric_limits<double>::quiet_NaN() : 0.0;
     std::fill(out.begin(), out.end(), Vec3d{none, none, none});
     const auto first = exposure_->find(exposure_->scene().first_slot(gid));
-    if (forces_lost_ || !first || loads_->touched.empty() ||
-        !loads_->touched[static_cast<std::size_t>(exposure_->window_of[*first])])
+    if (forces_lost_ || !first || loads_->touched.empty() || !nth(loads_->touched, exposure_->window_of[*first]))
         return;
     for (std::size_t i = 0; i < out.size(); ++i) out[i] = loads_->load[*first + i].force;
 }

@@ -11,6 +11,7 @@
 #include "simulation/simulation.hpp"
 #include "simulation/state_copy.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -126,7 +127,7 @@ Simulation::InvalidRod Simulation::first_invalid_rod() const {
     for (std::size_t i = 0; i < rods_->local().size(); ++i) {
         const LocalRod& rod = rods_->local()[i];
         if (rod.gid >= first.gid) continue;
-        const RodGroup& group = groups_[static_cast<std::size_t>(rod.group)];
+        const RodGroup& group = nth(groups_, rod.group);
         state.resize(static_cast<std::size_t>(group.slots()));
         rods_->export_rod(i, state);
         const std::string name = fmt::format("rod {} of '{}', ", rod.index, group.name());
@@ -152,7 +153,7 @@ double Simulation::present_limit() const {
     std::vector<Slot<1>> state;
     for (std::size_t i = 0; i < rods_->local().size(); ++i) {
         const LocalRod& rod = rods_->local()[i];
-        const RodGroup& group = groups_[static_cast<std::size_t>(rod.group)];
+        const RodGroup& group = nth(groups_, rod.group);
         state.resize(static_cast<std::size_t>(group.slots()));
         rods_->export_rod(i, state);
         with_rod(group, rod.index, [&](const RodGroup& own) {
@@ -268,7 +269,7 @@ void Simulation::begin_again(const StateCopy& start, const Clock& was) {
     make_bodies(owned);
     for (std::size_t i = 0; i < owned.size(); ++i) {
         std::vector<Slot<1>> state(start.state(i).begin(), start.state(i).end());
-        with_rod(groups_[static_cast<std::size_t>(owned[i].group)], owned[i].index,
+        with_rod(nth(groups_, owned[i].group), owned[i].index,
                  [&](const RodGroup& own) { synchronise(own, state, was.lag() - clock_.lag()); }); // theory.md (63)
         rods_->import_rod(i, state);
         if (!start.memory(i).empty()) rods_->set_memory(i, start.memory(i));

@@ -1,5 +1,7 @@
 #include "simulation/fluid_frames.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <limits>
 #include <optional>
@@ -60,10 +62,9 @@ private:
 };
 
 FieldSeries::Names names_of(const FluidOutput& output, const std::string& directory) {
-    FieldSeries::Names names{
-        directory, output.name, {}, {{"kind", std::string(fluid_output_names[static_cast<std::size_t>(output.kind)])}}};
+    FieldSeries::Names names{directory, output.name, {}, {{"kind", std::string(nth(fluid_output_names, output.kind))}}};
     if (output.kind == FluidOutputKind::slice)
-        names.labels.emplace_back("across", std::string(direction_names[static_cast<std::size_t>(output.across)]));
+        names.labels.emplace_back("across", std::string(nth(direction_names, output.across)));
     for (const CellField field : output.fields) {
         const CellFieldEntry& entry = entry_of(field);
         names.fields.push_back({std::string(entry.name), std::string(entry.unit), entry.components});

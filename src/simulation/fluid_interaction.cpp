@@ -8,6 +8,7 @@
 #include "parallel/exact_sum.hpp"
 #include "scene/fluid_pressure.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -261,8 +262,8 @@ void FluidInteraction::stop_outside(const RodsInBox& mine, const Step& first) co
 std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, const FluidFace& face,
                                            const Step& first) const {
     const LocalRod& rod = bodies_->rods()->rods().local()[i];
-    const RodGroup& group = groups_[static_cast<std::size_t>(rod.group)];
-    const FluidBoundary bound = plan_.constants.grid.boundary[static_cast<std::size_t>(face.direction)];
+    const RodGroup& group = nth(groups_, rod.group);
+    const FluidBoundary bound = nth(plan_.constants.grid.boundary, face.direction);
     const char along = "xyz"[face.direction];
     const bool could_follow = face.direction == 0 && !plan_.follows_rods && bound != FluidBoundary::through;
     return fmt::format("rod {} of '{}': element {} has left the fluid through its {} face across {} (\"{}\", {} = {:g} "
@@ -273,8 +274,8 @@ std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, cons
                        "gets there, time.duration = "
                        "{:.6g}, or immersion.coupling = \"one_way\"",
                        rod.index, group.name(), std::min<std::size_t>(node, group.element.size() - 1),
-                       face.upper ? "upper" : "lower", along, fluid_boundary_names[static_cast<std::size_t>(bound)],
-                       along, face.at, first.begin, along, could_follow ? ", fluid.follows_rods = true" : "",
+                       face.upper ? "upper" : "lower", along, nth(fluid_boundary_names, bound), along, face.at,
+                       first.begin, along, could_follow ? ", fluid.follows_rods = true" : "",
                        first.begin - static_cast<double>(plan_.every) * first.dt);
 }
 
@@ -325,9 +326,8 @@ bool FluidInteraction::choose_part(const Step& first) {
 ForceBalance::Stage FluidInteraction::stage_of(int s, double dt) const {
     const StageParts parts = stage_parts(plan_.constants.scheme);
     const double unit = static_cast<double>(part_ / parts.unit) * dt;
-    return {.begin = unit * parts.until(s),
-            .length = unit * parts.part[static_cast<std::size_t>(s)],
-            .step = static_cast<double>(part_) * dt};
+    return {
+        .begin = unit * parts.until(s), .length = unit * nth(parts.part, s), .step = static_cast<double>(part_) * dt};
 }
 
 void FluidInteraction::begin_stage(int s, const Step& first) {

@@ -1,6 +1,7 @@
 #include "simulation/joint_interaction.hpp"
 
 #include "joints/joint_limits.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <map>
@@ -12,8 +13,8 @@ JointsNow joints_now(const Plan& plan, std::span<const RodGroup> groups, const R
     std::map<std::pair<int, std::int64_t>, std::size_t> place; // in rods, by group and index
     const auto local = all.local();
     for (std::size_t i = 0; i < local.size(); ++i) {
-        const int assembly = plan.groups[static_cast<std::size_t>(local[i].group)].assembly;
-        if (assembly < 0 || plan.assemblies[static_cast<std::size_t>(assembly)].joints.empty()) continue;
+        const int assembly = nth(plan.groups, local[i].group).assembly;
+        if (assembly < 0 || nth(plan.assemblies, assembly).joints.empty()) continue;
         place[{local[i].group, local[i].index}] = rods.size();
         rods.push_back(i);
     }
@@ -23,7 +24,7 @@ JointsNow joints_now(const Plan& plan, std::span<const RodGroup> groups, const R
     JointsNow found;
     for (std::size_t a = 0; a < plan.assemblies.size(); ++a)
         for (const Joint& joint : plan.assemblies[a].joints) {
-            const auto of_group = [&](int group) -> const RodGroup& { return groups[static_cast<std::size_t>(group)]; };
+            const auto of_group = [&](int group) -> const RodGroup& { return nth(groups, group); };
             const std::int64_t first_rods = of_group(joint.first.group).rods_per_copy(),
                                second_rods = of_group(joint.second.group).rods_per_copy();
             for (std::int64_t copy = 0; copy < plan.assemblies[a].copies; ++copy) {
@@ -45,7 +46,7 @@ JointsNow joints_now(const Plan& plan, std::span<const RodGroup> groups, const R
         for (const Star& star : junctions.stars)
             for (std::int64_t copy = 0; copy < assembly.copies; ++copy) {
                 const auto rod = [&](int group, std::int64_t number) {
-                    return place.find({group, copy * groups[static_cast<std::size_t>(group)].rods_per_copy() + number});
+                    return place.find({group, copy * nth(groups, group).rods_per_copy() + number});
                 };
                 if (rod(star.members[0].group, star.members[0].rod) == place.end()) continue;
                 found.energies.push_back(star_energy(star, [&](int group, std::int64_t number, int k) {

@@ -2,6 +2,7 @@
 
 #include "core/memory.hpp"
 #include "simulation/machine.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,7 +49,7 @@ LoadBalance::LoadBalance(const Communicator& comm, const Plan& plan, Balance whe
 LoadBalance::Work LoadBalance::work_of_rods(const Rods& rods, const Interactions& all) const {
     Work work{work_of(all, rods.local()), {}};
     work.passes.reserve(work.pairs.size());
-    for (const LocalRod& rod : rods.local()) work.passes.push_back(passes_[static_cast<std::size_t>(rod.group)]);
+    for (const LocalRod& rod : rods.local()) work.passes.push_back(nth(passes_, rod.group));
     return work;
 }
 

@@ -2,6 +2,7 @@
 
 #include "core/level.hpp"
 #include "parallel/threads.hpp"
+#include "skein/core/index.hpp"
 
 #include <unistd.h>
 
@@ -26,8 +27,7 @@ int lanes_for(int asked) { return asked > 0 ? served_lanes(asked) : widest_lanes
 Machine machine_of(const Communicator& comm, int threads, int lanes_wanted, Mapping mapping) {
     const std::string cores = Threads::available_core_list();
     const auto bindings = comm.all_gather(host_name() + ':' + cores);
-    const int sharing =
-        static_cast<int>(std::count(bindings.begin(), bindings.end(), bindings[static_cast<std::size_t>(comm.rank())]));
+    const int sharing = static_cast<int>(std::count(bindings.begin(), bindings.end(), nth(bindings, comm.rank())));
     const int own = std::max(1, Threads::available_cores() / sharing);
     std::string which = cores;
     if (sharing > 1) {

@@ -1,5 +1,6 @@
 #include "simulation/migration.hpp"
 
+#include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
 #include <algorithm>
@@ -51,9 +52,9 @@ Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const
     std::vector<std::int64_t> send_counts(static_cast<std::size_t>(comm.size()), 0), receive_counts;
     std::size_t staying = 0;
     for (std::size_t i = 0; i < local.size(); ++i) {
-        const std::size_t length = layout_[static_cast<std::size_t>(local[i].group)].length();
+        const std::size_t length = nth(layout_, local[i].group).length();
         if (assigned[i].rank == comm.rank()) staying += length;
-        else send_counts[static_cast<std::size_t>(assigned[i].rank)] += static_cast<std::int64_t>(length);
+        else nth(send_counts, assigned[i].rank) += static_cast<std::int64_t>(length);
     }
     stay_.resize(staying);
     std::vector<std::int64_t> next(send_counts.size(), 0); // number of a rank's records
@@ -62,8 +63,8 @@ Migration::Migration(const Communicator& comm, std::span<RodGroup> groups, const
     std::vector<double*> record;
     double* stays = stay_.data();
     for (std::size_t i = 0; i < local.size(); ++i) {
-        const std::size_t length = layout_[static_cast<std::size_t>(local[i].group)].length();
-        std::int64_t& at = next[static_cast<std::size_t>(assigned[i].rank)];
+        const std::size_t length = nth(layout_, local[i].group).length();
+        std::int64_t& at = nth(next, assigned[i].rank);
         if (assigned[i].rank == comm.rank()) record.push_back(std::exchange(stays, stays + length));
         else record.push_back(leave.data() + std::exchange(at, at + static_cast<std::int64_t>(length)));
     }
@@ -114,7 +115,7 @@ void Migration::find_owned(std::span<const RodGroup> groups, int lanes, int thre
             const double* record = from->data() + at;
             const auto behind = std::upper_bound(first_gid_.begin(), first_gid_.end(), gid_of(record));
             found.push_back({static_cast<int>(behind - first_gid_.begin()) - 1, record});
-            at += layout_[static_cast<std::size_t>(found.back().group)].length();
+            at += nth(layout_, found.back().group).length();
         }
     std::sort(found.begin(), found.end(), [](const Found& a, const Found& b) {
         return std::tuple(a.group, key_of(a.record), gid_of(a.record)) <
@@ -122,7 +123,7 @@ void Migration::find_owned(std::span<const RodGroup> groups, int lanes, int thre
     });
     std::vector<LocalRod> along_curve;
     for (const auto& [group, record] : found)
-        along_curve.push_back({gid_of(record), group, gid_of(record) - first_gid_[static_cast<std::size_t>(group)]});
+        along_curve.push_back({gid_of(record), group, gid_of(record) - nth(first_gid_, group)});
     for (const std::size_t i : order_of_tiles(groups, along_curve, lanes, threads)) {
         owned_.push_back(along_curve[i]);
         record_.push_back(found[i].record);
@@ -147,12 +148,12 @@ void Migration::keep_places(std::span<RodGroup> groups) const {
 
 std::span<const Slot<1>> Migration::state(std::size_t i) const {
     return {reinterpret_cast<const Slot<1>*>(record_[i] + Layout::head),
-            layout_[static_cast<std::size_t>(owned_[i].group)].state / slot_doubles};
+            nth(layout_, owned_[i].group).state / slot_doubles};
 }
 
 void Migration::put_into(Rods& rods) const {
     for (std::size_t i = 0; i < owned_.size(); ++i) { // one by one: rods of a tile share what is put there
-        const Layout& layout = layout_[static_cast<std::size_t>(owned_[i].group)];
+        const Layout& layout = nth(layout_, owned_[i].group);
         const double* behind = record_[i] + Layout::head + layout.state;
         rods.import_rod(i, state(i));
         rods.set_budget(i, {behind[0], behind[1], behind[2], behind[3]});

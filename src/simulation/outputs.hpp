@@ -9,6 +9,7 @@
 #include "simulation/fluid_frames.hpp"
 #include "simulation/interaction.hpp"
 #include "simulation/wall_meshes.hpp"
+#include "skein/core/index.hpp"
 
 #include <cstdint>
 #include <functional>
@@ -98,7 +99,7 @@ public:
 private:
     void write(const Moment& now) override { frames_->write(now.step, now.time, now.lag); }
     std::vector<std::string> files_of(std::int64_t step) const override;
-    std::string kind_name() const { return std::string(frame_kind_names[static_cast<std::size_t>(kind_)]); }
+    std::string kind_name() const { return std::string(nth(frame_kind_names, kind_)); }
 
     FrameKind kind_;
     std::unique_ptr<FrameWriter> frames_;

@@ -16,6 +16,7 @@
 #include "simulation/state_copy.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -177,8 +178,7 @@ void Simulation::move_bodies(const Step& step) {
         migration.put_into(*rods_);
         rods_->begin_within(step);
         for (std::size_t i = 0; i < migration.owned().size(); ++i)
-            around.exposure->show(i, migration.state(i),
-                                  groups_[static_cast<std::size_t>(migration.owned()[i].group)].body());
+            around.exposure->show(i, migration.state(i), nth(groups_, migration.owned()[i].group).body());
         neighbourhood_->follow(around.exposure);
         for (const auto& interaction : interactions_)
             interaction->follow({comm_, threads_, plan_, groups_, *rods_, around});

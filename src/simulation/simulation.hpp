@@ -17,6 +17,7 @@
 #include "simulation/results_directory.hpp"
 #include "simulation/settling.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "skein/time/clock.hpp"
 #include "tiles/rods.hpp"
 
@@ -88,7 +89,7 @@ public:
     bool idle() const { return idle_; }
 
     const Plan& plan() const { return plan_; }
-    const RodGroup& group(int number) const { return groups_[static_cast<std::size_t>(number)]; }
+    const RodGroup& group(int number) const { return nth(groups_, number); }
     const Rods& rods() const { return *rods_; }
     std::int64_t step() const { return clock_.done(); }
     double time() const { return clock_.time(); }

@@ -6,6 +6,7 @@
 #include "kernels/kernels.hpp"
 #include "rod/body_shape.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -26,7 +27,7 @@ std::vector<Slot<1>> start_of(const RodGroup& group, const LocalRod& body) {
 
 void show_all(std::span<const RodGroup> groups, std::span<const LocalRod> bodies, Exposure& exposure) {
     for (std::size_t i = 0; i < bodies.size(); ++i) {
-        const RodGroup& group = groups[static_cast<std::size_t>(bodies[i].group)];
+        const RodGroup& group = nth(groups, bodies[i].group);
         exposure.show(i, start_of(group, bodies[i]), group.body());
     }
 }
@@ -101,7 +102,7 @@ private:
 /// "rod 3 of 'cilia' (element 4)" of a slot of the scene.
 std::string place_in_scene(const SceneSlots& scene, std::span<const RodGroup> groups, std::int64_t slot) {
     const std::int64_t gid = scene.gid_at(slot), k = slot - scene.first_slot(gid);
-    const bool strained = groups[static_cast<std::size_t>(scene.group_of(gid))].strained();
+    const bool strained = nth(groups, scene.group_of(gid)).strained();
     return fmt::format("{} ({} {})", name_of_body(groups, gid), strained ? "element" : "part", strained ? k : k / 2);
 }
 
@@ -159,7 +160,7 @@ std::pair<std::int64_t, std::string> fault_of_places(const Plan& plan, std::span
     if (plan.walls.empty() && !plan.fluid) return first;
     for (const LocalRod& body : bodies) {
         if (body.gid >= first.first) continue;
-        const RodGroup& group = groups[static_cast<std::size_t>(body.group)];
+        const RodGroup& group = nth(groups, body.group);
         std::string fault;
         const auto look = [&](const char* part, std::size_t i, const Vec3d& place, double radius) {
             if (!fault.empty()) return;

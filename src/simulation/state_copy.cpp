@@ -1,5 +1,7 @@
 #include "simulation/state_copy.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <numeric>
 
@@ -11,7 +13,7 @@ StateCopy::StateCopy(std::span<const RodGroup> groups, const Rods& rods, std::in
     bool remembers = false;
     for (std::size_t i = 0; i < owned_.size(); ++i) {
         const LocalRod& rod = owned_[i];
-        first_.push_back(first_.back() + static_cast<std::size_t>(groups[static_cast<std::size_t>(rod.group)].slots()));
+        first_.push_back(first_.back() + static_cast<std::size_t>(nth(groups, rod.group).slots()));
         const bool opens = i == 0 || owned_[i - 1].group != rod.group;
         remembers = remembers || (opens && !rods.memory(i).empty());
     }

@@ -3,6 +3,7 @@
 #include "io/files.hpp"
 #include "io/series_names.hpp"
 #include "scene/scene_file.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -29,14 +30,14 @@ double ns_per_element_step(const RunFigures& f) {
     const double steps = element_steps(f);
     double seconds = 0;
     for (const Phase phase : {Phase::rods, Phase::exchange, Phase::search, Phase::contacts, Phase::balance})
-        seconds += f.phases[static_cast<std::size_t>(phase)].max;
+        seconds += nth(f.phases, phase).max;
     return steps > 0 ? seconds * cores * 1e9 / steps : 0;
 }
 
 double ns_per_cell_step(const RunFigures& f) {
     const double cores = f.plan.machine.ranks * std::min(f.plan.machine.threads, f.plan.machine.cores);
     const double seconds = // means: ranks that have no markers wait in steps of the fluid for those that have
-        f.phases[static_cast<std::size_t>(Phase::fluid)].mean + f.phases[static_cast<std::size_t>(Phase::markers)].mean;
+        nth(f.phases, Phase::fluid).mean + nth(f.phases, Phase::markers).mean;
     return seconds * cores * 1e9 / f.cell_steps;
 }
 
@@ -79,7 +80,7 @@ std::string summary_json(const RunFigures& f) {
         {"threads", f.plan.machine.threads},
         {"cores_per_rank", f.plan.machine.cores},
         {"lanes", f.plan.machine.lanes},
-        {"protocol", protocol_names[static_cast<std::size_t>(f.protocol)]},
+        {"protocol", nth(protocol_names, f.protocol)},
         {"largest_overlap", overlaps},
         {"phases", phases},
         {"fluid_cell_steps", f.cell_steps},

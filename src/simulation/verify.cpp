@@ -2,6 +2,7 @@
 #include "simulation/simulation.hpp"
 #include "simulation/state_copy.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -58,7 +59,7 @@ std::string Simulation::difference_to(const std::string& checkpoint) {
         ++differing;
         if (rod.gid >= first) continue;
         first = rod.gid;
-        mine = fmt::format("rod {} of '{}' in its {}", rod.index, groups_[static_cast<std::size_t>(rod.group)].name(),
+        mine = fmt::format("rod {} of '{}' in its {}", rod.index, nth(groups_, rod.group).name(),
                            !state   ? "state"
                            : budget ? "springs at walls"
                                     : "energy budget");

@@ -1,6 +1,7 @@
 #include "simulation/wall_interaction.hpp"
 
 #include "parallel/exact_sum.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -40,8 +41,7 @@ void WallInteraction::end_step(const Step& step, Timers& timers) {
         for (const auto& contacts : wall_contacts_) {
             if (!contacts) continue;
             contacts->append_normal(d.watched, on_watched);
-            if (d.servo.direction() != 0)
-                contacts->append_force(d.wall, walls_->state[static_cast<std::size_t>(d.wall)].velocity, power);
+            if (d.servo.direction() != 0) contacts->append_force(d.wall, nth(walls_->state, d.wall).velocity, power);
         }
     }
     const std::vector<double> sums = exact_sums(comm_, pressing_);
@@ -90,7 +90,7 @@ Touch WallInteraction::strongest_touch(std::int64_t gid) const {
     Touch most;
     const auto local = rods_->local();
     for (std::size_t i = 0; i < local.size(); ++i) {
-        const WallContacts* contacts = wall_contacts_[static_cast<std::size_t>(local[i].group)].get();
+        const WallContacts* contacts = nth(wall_contacts_, local[i].group).get();
         if (local[i].gid != gid || !contacts) continue;
         for (std::size_t w = 0; w < walls_->count(); ++w) {
             const WallFigures a = contacts->figures(rods_->place(i), static_cast<int>(w));
@@ -112,7 +112,7 @@ std::vector<Figure> WallInteraction::figures(double) const {
     const auto local = rods_->local();
     for (std::size_t i = 0; i < local.size(); ++i)
         for (std::size_t w = 0; w < count; ++w) {
-            const WallContacts* contacts = wall_contacts_[static_cast<std::size_t>(local[i].group)].get();
+            const WallContacts* contacts = nth(wall_contacts_, local[i].group).get();
             if (!contacts) continue;
             const WallFigures a = contacts->figures(rods_->place(i), static_cast<int>(w));
             normal[w].push_back(a.normal);
@@ -128,7 +128,7 @@ std::vector<Figure> WallInteraction::figures(double) const {
     for (const DrivenWall& d : driven_) {
         const std::string& name = wall(d).name;
         figures.push_back({name + "_height[m]", Of::same, {d.servo.height()}});
-        figures.push_back({name + "_work[J]", Of::same, {work_[static_cast<std::size_t>(d.wall)]}});
+        figures.push_back({name + "_work[J]", Of::same, {nth(work_, d.wall)}});
         figures.push_back({name + "_turns[-]", Of::same, {static_cast<double>(d.servo.turns())}});
     }
     for (Figure* figure : {&touching, &overlap, &elastic_energy, &friction_work, &viscous_work})
@@ -140,7 +140,7 @@ SavedNumbers WallInteraction::saved() const {
     std::vector<double> numbers;
     for (const DrivenWall& d : driven_) {
         const std::vector<double> state = d.servo.state();
-        numbers.push_back(work_[static_cast<std::size_t>(d.wall)]);
+        numbers.push_back(nth(work_, d.wall));
         numbers.push_back(static_cast<double>(state.size()));
         numbers.insert(numbers.end(), state.begin(), state.end());
     }
@@ -151,11 +151,11 @@ void WallInteraction::restore(const SavedNumbers& kept) {
     const std::span numbers(kept.numbers);
     std::size_t at = 0;
     for (DrivenWall& d : driven_) {
-        work_[static_cast<std::size_t>(d.wall)] = numbers[at];
+        nth(work_, d.wall) = numbers[at];
         const auto count = static_cast<std::size_t>(numbers[at + 1]);
         d.servo.restore(numbers.subspan(at + 2, count));
         at += 2 + count;
-        walls_->state[static_cast<std::size_t>(d.wall)] = d.servo.wall_state();
+        nth(walls_->state, d.wall) = d.servo.wall_state();
     }
 }
 

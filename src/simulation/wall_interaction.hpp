@@ -4,6 +4,7 @@
 
 #include "contact/servo.hpp"
 #include "simulation/interaction.hpp"
+#include "skein/core/index.hpp"
 
 namespace skein {
 
@@ -30,7 +31,7 @@ private:
         Servo servo;
     };
 
-    const Wall& wall(const DrivenWall& driven) const { return walls_->wall[static_cast<std::size_t>(driven.wall)]; }
+    const Wall& wall(const DrivenWall& driven) const { return nth(walls_->wall, driven.wall); }
 
     const Communicator comm_;
     const std::span<const RodGroup> groups_;

@@ -1,6 +1,7 @@
 #include "simulation/wall_meshes.hpp"
 
 #include "placement/packing.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -47,7 +48,7 @@ WallMeshes::WallMeshes(const Communicator& comm, const Walls& walls, std::span<c
     Bounds bounds;
     std::vector<Capsule> elements;
     for (const LocalRod& rod : own) {
-        const RodGroup& group = groups[static_cast<std::size_t>(rod.group)];
+        const RodGroup& group = nth(groups, rod.group);
         if (rod.index % (group.count() / looked_at + 1) != 0) continue;
         elements.clear();
         group.append_capsules(rod.index, elements);

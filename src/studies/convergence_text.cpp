@@ -1,5 +1,7 @@
 #include "studies/convergence_text.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
@@ -115,7 +117,7 @@ std::string to_json(const Study& study, const StudyFigures& figures, const Advic
              {"unit", o.unit},
              {"range", o.range},
              {"counts", o.counts},
-             {"convergence", smoothness[static_cast<std::size_t>(c.smoothness)]},
+             {"convergence", nth(smoothness, c.smoothness)},
              {"order", number(c.order)},
              {"at_end", o.end},
              {"richardson_at_end", o.richardson ? json(o.richardson_end) : json(nullptr)},

@@ -4,6 +4,7 @@
 #include "partition/partition.hpp"
 #include "simulation/interaction.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "skein/time/clock.hpp"
 
 #include <fmt/format.h>
@@ -104,7 +105,7 @@ private:
 /// Ghosts of every rank, counted as Neighbourhood::narrow and set_up_messages make them.
 void count_ghosts(const Exposure& bodies, const Candidates& pairs, std::span<const int> owner,
                   std::vector<RankShare>& share) {
-    const auto owner_of = [&](std::uint32_t slot) { return owner[static_cast<std::size_t>(bodies.at(slot).gid)]; };
+    const auto owner_of = [&](std::uint32_t slot) { return nth(owner, bodies.at(slot).gid); };
     std::vector<std::vector<std::uint32_t>> needs(share.size()); // slots
     for (std::uint32_t a = 0; a + 1 < pairs.first.size(); ++a)
         for (std::uint32_t i = pairs.first[a]; i < pairs.first[a + 1]; ++i) {
@@ -161,9 +162,9 @@ RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, 
     const std::vector<int> owner = owners(groups, ranks);
     const SceneSlots scene(groups);
     for (std::int64_t gid = 0; gid < scene.bodies(); ++gid) {
-        RankShare& own = share[static_cast<std::size_t>(owner[static_cast<std::size_t>(gid)])];
+        RankShare& own = nth(share, nth(owner, gid));
         ++own.rods;
-        own.elements += groups[static_cast<std::size_t>(scene.group_of(gid))].elements();
+        own.elements += nth(groups, scene.group_of(gid)).elements();
     }
     Trial trial(plan, groups);
     std::int64_t pairs = 0;

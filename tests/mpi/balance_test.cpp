@@ -3,6 +3,7 @@
 #include "simulation/load_balance.hpp"
 
 #include "simulation/migration.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -76,8 +77,7 @@ struct Field {
         clock.advance(std::span(&s, 1));
     }
     std::vector<Slot<1>> state(std::size_t i) const {
-        std::vector<Slot<1>> out(
-            static_cast<std::size_t>(groups[static_cast<std::size_t>(rods->local()[i].group)].slots()));
+        std::vector<Slot<1>> out(static_cast<std::size_t>(nth(groups, rods->local()[i].group).slots()));
         rods->export_rod(i, out);
         return out;
     }
@@ -86,7 +86,7 @@ struct Field {
         std::uint64_t sum = 0;
         for (std::size_t i = 0; i < rods->local().size(); ++i) {
             const LocalRod& rod = rods->local()[i];
-            const Vec3d at = groups[static_cast<std::size_t>(rod.group)].origin(rod.index);
+            const Vec3d at = nth(groups, rod.group).origin(rod.index);
             sum += hash_numbers(rod.gid, rods->memory(i)) + hash_numbers(rod.gid, std::array{at.x, at.y, at.z});
         }
         return comm.sum_wrapping(sum);
@@ -132,14 +132,12 @@ TEST(Assignment, gives_equal_weights_whoever_asks) {
             if ((dealt == 0 ? rod.gid % comm.size() : comm.size() - 1) == comm.rank()) mine.push_back(rod);
         found[dealt].assign(all.size(), 0);
         const std::vector<Assignment> assigned = assign(comm, mine);
-        for (std::size_t i = 0; i < mine.size(); ++i)
-            found[dealt][static_cast<std::size_t>(mine[i].gid)] = assigned[i].rank;
+        for (std::size_t i = 0; i < mine.size(); ++i) nth(found[dealt], mine[i].gid) = assigned[i].rank;
         comm.sum(found[dealt]);
     }
     EXPECT_EQ(found[0], found[1]);
     std::vector<std::int64_t> weight(static_cast<std::size_t>(comm.size()), 0);
-    for (const WeighedRod& rod : all)
-        weight[static_cast<std::size_t>(found[0][static_cast<std::size_t>(rod.gid)])] += rod.weight;
+    for (const WeighedRod& rod : all) nth(weight, nth(found[0], rod.gid)) += rod.weight;
     for (const std::int64_t w : weight) EXPECT_LE(std::abs(w * comm.size() - whole), heaviest * comm.size());
 }
 
@@ -241,7 +239,7 @@ TEST(LoadBalance, relieves_the_rank_that_has_the_heap) {
     double mine = 0, heaviest = 0;
     for (std::size_t i = 0; i < assigned.size(); ++i) {
         heaviest = std::max(heaviest, field.cost(i, pairs, of_pair));
-        cost[static_cast<std::size_t>(assigned[i].rank)] += field.cost(i, pairs, of_pair);
+        nth(cost, assigned[i].rank) += field.cost(i, pairs, of_pair);
         mine += field.cost(i, pairs, of_pair);
     }
     before = of_ranks(field.comm, mine);

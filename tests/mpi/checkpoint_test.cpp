@@ -5,6 +5,7 @@
 #include "io/h5_file.hpp"
 #include "partition/partition.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "support/fake_rods.hpp"
 #include "support/shared_directory.hpp"
 
@@ -75,7 +76,7 @@ TEST_F(CheckpointTest, brings_back_every_rod) {
     EXPECT_EQ(info->file, path_of(120));
     EXPECT_EQ(info->digest, digest());
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
-        const RodGroup& group = groups[static_cast<std::size_t>(rods.local()[i].group)];
+        const RodGroup& group = nth(groups, rods.local()[i].group);
         std::vector<Slot<1>> found(static_cast<std::size_t>(group.slots()));
         rods.export_rod(i, found);
         const auto expected = test::fake_state(group, rods.local()[i].index, 120);

@@ -1,4 +1,5 @@
 #include "parallel/communicator.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -39,7 +40,7 @@ TEST_F(CommunicatorTest, spreads_what_root_has) {
     EXPECT_EQ(comm.all_gather(comm.rank()), ranks);
     std::vector<std::string> texts;
     for (int r = 0; r < comm.size(); ++r) texts.push_back(std::string(static_cast<std::size_t>(r), 'x'));
-    EXPECT_EQ(comm.all_gather(texts[static_cast<std::size_t>(comm.rank())]), texts);
+    EXPECT_EQ(comm.all_gather(nth(texts, comm.rank())), texts);
 }
 
 TEST_F(CommunicatorTest, first_text_is_that_of_the_lowest_rank_that_has_one) {
@@ -72,7 +73,7 @@ TEST_F(CommunicatorTest, all_to_all_keeps_rank_order) {
 
     std::size_t place = 0;
     for (int from = 0; from < comm.size(); ++from) {
-        EXPECT_EQ(receive_counts[static_cast<std::size_t>(from)], records_between(from, comm.rank()));
+        EXPECT_EQ(nth(receive_counts, from), records_between(from, comm.rank()));
         for (int k = 0; k < records_between(from, comm.rank()); ++k, ++place) {
             Record record;
             ASSERT_LE((place + 1) * sizeof record, bytes.size());

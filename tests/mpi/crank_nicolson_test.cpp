@@ -1,5 +1,6 @@
 // Implicit viscosity: what decays as it should, and of what order, at steps far beyond what explicit viscosity allows.
 #include "fluid/make_flow.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -39,7 +40,7 @@ template <class Body> void for_places(const FlowSolver& flow, int c, Body&& body
         for (int j = 0; j < layout.ny; ++j)
             for (int i = 0; i < layout.nx; ++i) {
                 const Vec3d at{i + (c == 0 ? 1 : 0.5), j + (c == 1 ? 1 : 0.5), k + (c == 2 ? 1 : 0.5)};
-                body(field[static_cast<std::size_t>(layout.at(i, j, k))], grid.lower + grid.h * at);
+                body(nth(field, layout.at(i, j, k)), grid.lower + grid.h * at);
             }
 }
 
@@ -101,8 +102,8 @@ FlowConstants square(int n, const Plane& plane, FluidBoundary boundary) {
     FlowConstants c{.grid = {.cells = {4, 4, 4}, .h = (boundary == FluidBoundary::periodic ? 2.0 : 1.0) / n},
                     .kinematic_viscosity = 0.1};
     for (const int d : {plane.first, plane.second}) {
-        c.grid.cells[static_cast<std::size_t>(d)] = n;
-        c.grid.boundary[static_cast<std::size_t>(d)] = boundary;
+        nth(c.grid.cells, d) = n;
+        nth(c.grid.boundary, d) = boundary;
     }
     return c;
 }
@@ -164,8 +165,8 @@ TEST_F(CrankNicolson, ShearDecaysBetweenWalls) {
             for (int fine = 0; fine < 2; ++fine) {
                 const int n = 16 << fine;
                 FlowConstants constants{.grid = {.cells = {4, 4, 4}, .h = 1.0 / n}, .kinematic_viscosity = 0.1};
-                constants.grid.cells[static_cast<std::size_t>(across)] = n;
-                constants.grid.boundary[static_cast<std::size_t>(across)] = FluidBoundary::no_slip;
+                nth(constants.grid.cells, across) = n;
+                nth(constants.grid.boundary, across) = FluidBoundary::no_slip;
                 const auto sine = [&](double decay) {
                     return [=](const Vec3d& at) { return along(c, decay * std::sin(pi * component(at, across))); };
                 };
@@ -184,8 +185,8 @@ TEST_F(CrankNicolson, FlowBetweenWallsIsAParabola) {
         const int c = (across + 1) % 3, n = 20;
         FlowConstants constants{
             .grid = {.cells = {4, 4, 4}, .h = 0.05}, .kinematic_viscosity = 0.3, .acceleration = along(c, 0.7)};
-        constants.grid.cells[static_cast<std::size_t>(across)] = n;
-        constants.grid.boundary[static_cast<std::size_t>(across)] = FluidBoundary::no_slip;
+        nth(constants.grid.cells, across) = n;
+        nth(constants.grid.boundary, across) = FluidBoundary::no_slip;
         auto flow = flow_of(constants, [](const Vec3d&) { return Vec3d{0, 0, 0}; });
         constexpr int steps = 400;
         advance(*flow, steps * 8 * 0.05 * 0.05 / 0.3, steps); // 8 h^2 / nu each

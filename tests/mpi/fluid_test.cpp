@@ -2,6 +2,7 @@
 #include "fluid/fast_helmholtz.hpp"
 #include "fluid/make_flow.hpp"
 #include "fluid/pressure_gain.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -76,12 +77,12 @@ std::vector<double> solved(const Communicator& comm, const Threads& threads, con
     };
     for_cells([&](std::size_t at, int i, int j, int k) {
         const int row = (k + pencils.planes().first) * grid.cells[1] + j + pencils.rows().first;
-        field[at] = f[static_cast<std::size_t>(row * layout.nx + i)];
+        field[at] = nth(f, row * layout.nx + i);
     });
     // In place, as the fluid does it.
     solver.solve(
-        equation, [&](int i, int j, int k) { return load<8>(&field[static_cast<std::size_t>(layout.at(i, j, k))]); },
-        [&](int i, int j, int k, const Pack<8>& p) { store(&field[static_cast<std::size_t>(layout.at(i, j, k))], p); });
+        equation, [&](int i, int j, int k) { return load<8>(&nth(field, layout.at(i, j, k))); },
+        [&](int i, int j, int k, const Pack<8>& p) { store(&nth(field, layout.at(i, j, k)), p); });
     std::vector<double> mine;
     for_cells([&](std::size_t at, int, int, int) { mine.push_back(field[at]); });
     return in_order(comm, grid, across, mine);
@@ -98,7 +99,7 @@ double residual(const FluidGrid& grid, const std::array<LineEnds, 3>& ends, cons
             if (ends[d] == LineEnds::value_zero && inside != c[d]) sign = -sign;
             c[d] = ends[d] == LineEnds::periodic ? (c[d] + n) % n : inside;
         }
-        return sign * phi[static_cast<std::size_t>((c[2] * grid.cells[1] + c[1]) * grid.cells[0] + c[0])];
+        return sign * nth(phi, (c[2] * grid.cells[1] + c[1]) * grid.cells[0] + c[0]);
     };
     double most = 0;
     std::size_t cell = 0;
@@ -276,7 +277,7 @@ TEST(Flow, IsOfSecondOrderInSpace) {
         for (int i = 0; i < 3; ++i) error[i] = error_after(vortices(16 << i, scheme), 20 << i, {0, 0, 0});
         EXPECT_GT(std::log2(error[0] / error[1]), 1.95);
         EXPECT_GT(std::log2(error[1] / error[2]), 1.95);
-        EXPECT_LT(error[2], 2e-5) << flow_scheme_names[static_cast<std::size_t>(scheme)];
+        EXPECT_LT(error[2], 2e-5) << nth(flow_scheme_names, scheme);
     }
 }
 
@@ -284,7 +285,7 @@ TEST(Flow, IsOfSecondOrderInTime) {
     for (const FlowScheme scheme : all_schemes) {
         const double coarse = error_after(vortices(16, scheme), 10, {1, 0.5, 0}, true),
                      fine = error_after(vortices(16, scheme), 20, {1, 0.5, 0}, true);
-        EXPECT_GT(std::log2(coarse / fine), 1.95) << flow_scheme_names[static_cast<std::size_t>(scheme)];
+        EXPECT_GT(std::log2(coarse / fine), 1.95) << nth(flow_scheme_names, scheme);
     }
 }
 
@@ -316,7 +317,7 @@ TEST(Flow, ItsPressureIsOfSecondOrderInTimeWithTheGainOfTheLastStep) {
             const double coarse = largest_difference(pressure_after(constants, 10, gain), exact),
                          fine = largest_difference(pressure_after(constants, 20, gain), exact),
                          order = std::log2(coarse / fine);
-            const std::string_view name = flow_scheme_names[static_cast<std::size_t>(scheme)];
+            const std::string_view name = nth(flow_scheme_names, scheme);
             if (gain) EXPECT_GT(order, 1.9) << name << ": " << coarse << ", " << fine;
             else EXPECT_LT(order, 1.5) << name << ": " << coarse << ", " << fine;
         }
@@ -374,7 +375,7 @@ std::vector<double> fields_of(const FlowSolver& flow) {
         for (const std::span<const double> field :
              {flow.velocity(0), flow.velocity(1), flow.velocity(2), flow.pressure()})
             for (int j = 0; j < layout.ny; ++j)
-                for (int i = 0; i < layout.nx; ++i) all.push_back(field[static_cast<std::size_t>(layout.at(i, j, k))]);
+                for (int i = 0; i < layout.nx; ++i) all.push_back(nth(field, layout.at(i, j, k)));
     return all;
 }
 
@@ -411,13 +412,12 @@ TEST(Pencils, HaveEachCellOnceAndAreRefusedWhereTheyAreTooThin) {
             for (int k = 0; k < pencils.planes().count; ++k)
                 for (int j = 0; j < pencils.rows().count; ++j) {
                     const int row = pencils.rows().first + j, plane = pencils.planes().first + k;
-                    EXPECT_EQ(std::exchange(of[static_cast<std::size_t>(plane * 21 + row)], r), -1);
+                    EXPECT_EQ(std::exchange(nth(of, plane * 21 + row), r), -1);
                     EXPECT_EQ(pencils.rank_of_cell(row, plane), r);
                 }
             if (pencils.slab() > 0) continue;
             const Slab own = pencils.modes(pencils.share());
-            for (int m = 0; m < own.count; ++m)
-                EXPECT_EQ(std::exchange(modes[static_cast<std::size_t>(own.first + m)], r), -1);
+            for (int m = 0; m < own.count; ++m) EXPECT_EQ(std::exchange(nth(modes, own.first + m), r), -1);
         }
         EXPECT_EQ(std::count(of.begin(), of.end(), -1), 0);
         EXPECT_EQ(std::count(modes.begin(), modes.end(), -1), 0);
@@ -517,7 +517,7 @@ TEST(Flow, ShearDecaysBetweenWalls) {
         const FieldLayout layout = flow->layout();
         double most = 0;
         for (int k = 0; k < layout.nz; ++k)
-            most = std::max(most, std::abs(flow->velocity(0)[static_cast<std::size_t>(layout.at(1, 1, k))] -
+            most = std::max(most, std::abs(nth(flow->velocity(0), layout.at(1, 1, k)) -
                                            std::sin(pi * (flow->pencils().planes().first + k + 0.5) / n) *
                                                std::exp(-0.1 * pi * pi * 0.4)));
         error[fine] = most;
@@ -537,8 +537,7 @@ TEST(Flow, StreamsThroughUnchanged) {
     for (int c = 0; c < 3; ++c)
         for (int k = 0; k < flow->layout().nz; ++k)
             for (int i = 0; i < 24; ++i)
-                EXPECT_NEAR(flow->velocity(c)[static_cast<std::size_t>(flow->layout().at(i, 7, k))], c == 0 ? 1 : 0,
-                            1e-13);
+                EXPECT_NEAR(nth(flow->velocity(c), flow->layout().at(i, 7, k)), c == 0 ? 1 : 0, 1e-13);
 }
 
 TEST(Flow, GoesOnFromItsState) {

@@ -2,6 +2,7 @@
 #include "fluid/make_flow.hpp"
 #include "fluid/whole_planes.hpp"
 #include "immersion/immersion.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -98,8 +99,7 @@ TEST(Obstacles, GoOnFromForcesAtMarkers) {
         for (const auto field : flow.state())
             for (int k = 0; k < layout.nz; ++k)
                 for (int j = 0; j < layout.ny; ++j)
-                    for (int i = 0; i < layout.nx; ++i)
-                        all.push_back(field[static_cast<std::size_t>(layout.at(i, j, k))]);
+                    for (int i = 0; i < layout.nx; ++i) all.push_back(nth(field, layout.at(i, j, k)));
         return all;
     };
     auto first = make_flow(comm, threads, constants), second = make_flow(comm, threads, constants);

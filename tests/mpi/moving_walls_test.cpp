@@ -1,6 +1,7 @@
 // What walls that move and an acceleration that swings do to a fluid: closed forms between two plates, of second order
 // in space and time, the same bits on any ranks; and a cavity under a lid.
 #include "fluid/make_flow.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -95,7 +96,7 @@ template <class Body> void for_cells(const FlowSolver& flow, int across, int str
             for (int i = 0; i < layout.nx; ++i) {
                 const Vec3d place =
                     flow.constants().grid.h * Vec3d{i + 0.5, j + 0.5, flow.pencils().planes().first + k + 0.5};
-                body(flow.velocity(stream)[static_cast<std::size_t>(layout.at(i, j, k))], component(place, across));
+                body(nth(flow.velocity(stream), layout.at(i, j, k)), component(place, across));
             }
 }
 
@@ -169,7 +170,7 @@ TEST(MovingWalls, AreOfSecondOrderInTime) {
                 for (std::size_t i = 0; i < u.size(); ++i)
                     error[fine] = std::max(error[fine], std::abs(u[i] - exact[i]));
             }
-            EXPECT_GT(std::log2(error[0] / error[1]), 1.95) << flow_scheme_names[static_cast<std::size_t>(scheme)];
+            EXPECT_GT(std::log2(error[0] / error[1]), 1.95) << nth(flow_scheme_names, scheme);
         }
 }
 
@@ -252,8 +253,7 @@ TEST(MovingWalls, DriveACavity) {
         const double cell = place * n - 0.5;
         const int i = static_cast<int>(cell);
         const auto value = [&](int of) {
-            return flow->velocity(
-                c)[static_cast<std::size_t>(c == 0 ? layout.at(n / 2 - 1, 1, of) : layout.at(of, 1, n / 2 - 1))];
+            return nth(flow->velocity(c), c == 0 ? layout.at(n / 2 - 1, 1, of) : layout.at(of, 1, n / 2 - 1));
         };
         return value(i) + (cell - i) * (value(i + 1) - value(i));
     };

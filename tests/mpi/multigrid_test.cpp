@@ -4,6 +4,7 @@
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/make_flow.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -58,8 +59,7 @@ template <class Body> void for_cells(const TensorGrid& grid, Body&& body) {
 }
 
 double volume(const TensorGrid& grid, int i, int j, int k) {
-    return grid.width[0][static_cast<std::size_t>(i)] * grid.width[1][static_cast<std::size_t>(j)] *
-           grid.width[2][static_cast<std::size_t>(k)];
+    return nth(grid.width[0], i) * nth(grid.width[1], j) * nth(grid.width[2], k);
 }
 
 /// Less its mean over the box.
@@ -106,13 +106,13 @@ double relative_residual(const TensorGrid& grid, const std::vector<double>& phi,
         for (std::size_t d = 0; d < 3; ++d) {
             const int at[3] = {i, j, k};
             const auto& width = grid.width[d];
-            const auto w = [&](int place) { return width[static_cast<std::size_t>(place)]; };
+            const auto w = [&](int place) { return nth(width, place); };
             for (const int side : {-1, 1}) {
                 std::array<int, 3> c{i, j, k};
                 c[d] += side;
                 if (grid.periodic[d]) c[d] = (c[d] + n[d]) % n[d];
                 else if (c[d] < 0 || c[d] >= n[d]) continue;
-                const double other = phi[static_cast<std::size_t>((c[2] * n[1] + c[1]) * n[0] + c[0])];
+                const double other = nth(phi, (c[2] * n[1] + c[1]) * n[0] + c[0]);
                 sum += (other - phi[cell]) / (0.5 * (w(at[d]) + w(c[d]))) / w(at[d]);
             }
         }
@@ -203,9 +203,8 @@ TEST(Multigrid, ConvergesToAClosedFormOnStretchedGrids) {
             }
             std::vector<double> exact;
             for_cells(grid, [&](std::size_t, int i, int j, int k) {
-                exact.push_back(std::cos(2 * pi * middle[0][static_cast<std::size_t>(i)]) *
-                                std::cos(pi * middle[1][static_cast<std::size_t>(j)]) *
-                                std::cos(2 * pi * middle[2][static_cast<std::size_t>(k)]));
+                exact.push_back(std::cos(2 * pi * nth(middle[0], i)) * std::cos(pi * nth(middle[1], j)) *
+                                std::cos(2 * pi * nth(middle[2], k)));
             });
             std::vector<double> f(exact);
             for (double& x : f) x *= -9 * pi * pi;

@@ -4,6 +4,7 @@
 
 #include "contact/contacts.hpp"
 #include "parallel/exact_sum.hpp"
+#include "skein/core/index.hpp"
 #include "support/exposed_bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -64,10 +65,10 @@ struct Share {
         const Exposure whole = crowd.bodies.exposure();
         std::vector<Window> mine;
         for (const Window& w : whole.window)
-            if (owner[static_cast<std::size_t>(w.gid)] == comm.rank()) mine.push_back(w);
+            if (nth(owner, w.gid) == comm.rank()) mine.push_back(w);
         Exposure bodies(whole.scene(), std::move(mine));
         for (std::size_t slot = 0; slot < bodies.slots(); ++slot)
-            bodies.node[slot] = whole.node[static_cast<std::size_t>(bodies.in_scene(slot))];
+            bodies.node[slot] = nth(whole.node, bodies.in_scene(slot));
         return bodies;
     }
     void step(const Communicator& comm, double h) {
@@ -105,7 +106,7 @@ std::vector<int> owners(const Crowd& crowd, int kind, int ranks) {
     std::mt19937 random(7);
     const Exposure whole = crowd.bodies.exposure();
     for (int r = 0; r < rods; ++r) {
-        const double x = whole.node[whole.window[static_cast<std::size_t>(r)].first_slot].position.x;
+        const double x = whole.node[nth(whole.window, r).first_slot].position.x;
         const int by_place = std::clamp(static_cast<int>(x * ranks), 0, ranks - 1);
         owner.push_back(kind == 0   ? by_place
                         : kind == 1 ? r % ranks

@@ -1,6 +1,7 @@
 #include "partition/partition.hpp"
 
 #include "core/hilbert.hpp"
+#include "skein/core/index.hpp"
 #include "support/fake_rods.hpp"
 
 #include <gtest/gtest.h>
@@ -98,8 +99,8 @@ struct PartitionTest : testing::Test {
         }
         std::vector<std::int64_t> owners(static_cast<std::size_t>(count), 0);
         for (const LocalRod& rod : mine) {
-            ++owners[static_cast<std::size_t>(rod.gid)];
-            weight += groups[static_cast<std::size_t>(rod.group)].elements();
+            ++nth(owners, rod.gid);
+            weight += nth(groups, rod.group).elements();
         }
         comm.sum(owners);
         EXPECT_EQ(owners, std::vector<std::int64_t>(static_cast<std::size_t>(count), 1));
@@ -222,7 +223,7 @@ TEST_F(PartitionTest, is_foretold_by_one_rank) {
     const std::vector<int> foretold = owners(groups, comm.size());
     std::int64_t mine = 0;
     for (const LocalRod& rod : partition(comm, groups)) {
-        EXPECT_EQ(foretold[static_cast<std::size_t>(rod.gid)], comm.rank());
+        EXPECT_EQ(nth(foretold, rod.gid), comm.rank());
         ++mine;
     }
     EXPECT_EQ(std::count(foretold.begin(), foretold.end(), comm.rank()), mine);

@@ -4,6 +4,7 @@
 #include "scene/plan.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -91,7 +92,7 @@ TEST(TourLoad, IsItsFormulaInEveryLane) {
     make_pass<lanes>(Wind{.velocity = u, .drag = c}, group)->run(tile, load.data(), Step{});
     for (int i = 0; i < lanes; ++i)
         for (std::size_t k = 0; k < slot.size(); ++k)
-            expect_near(lane(load[k].force, i), force(group, states[static_cast<std::size_t>(i)], k));
+            expect_near(lane(load[k].force, i), force(group, nth(states, i), k));
 }
 
 TEST(TourLoad, HasTheSameBitsAlong) {
@@ -103,8 +104,7 @@ TEST(TourLoad, HasTheSameBitsAlong) {
     std::vector<Slot<lanes>> slot(rows + 1);
     for (int row = 0; row <= rows; ++row)
         for (int i = 0; i < lanes; ++i)
-            if (const int at = strands.slot(i, row); at >= 0)
-                set_lane(slot[static_cast<std::size_t>(row)], i, state[static_cast<std::size_t>(at)]);
+            if (const int at = strands.slot(i, row); at >= 0) set_lane(nth(slot, row), i, nth(state, at));
     const RodTile<lanes> tile{.slot = slot.data(), .group = &group, .n = rows, .lanes = lanes, .strands = &strands};
     join(tile);
     std::vector<SlotLoad<lanes>> along(slot.size());
@@ -115,8 +115,7 @@ TEST(TourLoad, HasTheSameBitsAlong) {
 
     for (int k = 0; k < group.slots(); ++k) {
         const auto [row, i] = strands.place(0, k);
-        const Vec3d a = lane(along[static_cast<std::size_t>(row)].force, i),
-                    b = lane(across[static_cast<std::size_t>(k)].force, 0);
+        const Vec3d a = lane(nth(along, row).force, i), b = lane(nth(across, k).force, 0);
         EXPECT_TRUE(a.x == b.x && a.y == b.y && a.z == b.z) << k;
     }
     for (int i = 0; i + 1 < lanes; ++i)

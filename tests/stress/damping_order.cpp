@@ -2,6 +2,7 @@
 // (22)-(24)
 #include "loads/end_force.hpp"
 #include "loads/muscle_wave.hpp"
+#include "skein/core/index.hpp"
 #include "stress/stress_support.hpp"
 #include "support/dampers.hpp"
 
@@ -90,8 +91,8 @@ TEST(DampingOrder, EnergyOnlyFallsIn1e5Steps) {
                 }
                 const double last = test::energy(stage.groups[0], stage.state(0));
                 std::printf("%s, %s, at %.3f of the limit: energy at most %.6f, at last %.2e of the start's\n",
-                            test::name_of(kind).data(), end_names[static_cast<std::size_t>(start)].data(), share,
-                            most / first, last / first);
+                            test::name_of(kind).data(), nth(end_names, start).data(), share, most / first,
+                            last / first);
                 EXPECT_LT(most, first);
             }
 }

@@ -1,6 +1,7 @@
 // Twist to the last turn that frames can tell, compression to 0.3 and stretch to 3 of the length.
 #include "loads/end_force.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "stress/stress_support.hpp"
 
 #include <gtest/gtest.h>
@@ -57,8 +58,7 @@ TEST(Twist, CoupleIsLinearUpToThreeRadiansPerCell) {
         // Uneven at first: torsional waves run until the twist has spread evenly.
         auto state = stage.state(0);
         for (long k = 0; k < n; ++k)
-            set_lane(state[static_cast<std::size_t>(k)].spin, 0,
-                     Vec3d{0, 0, 0.3 * std::cos(5.0 * static_cast<double>(k))});
+            set_lane(nth(state, k).spin, 0, Vec3d{0, 0, 0.3 * std::cos(5.0 * static_cast<double>(k))});
         stage.rods->import_rod(0, state);
         test::advance_checked(stage, stage.plan.steps);
         const auto [first, last] = end_couples(scene.rods[0], stage.state(0), stage.plan.dt);
@@ -147,7 +147,7 @@ std::vector<double> tilts(const std::vector<double>& e, double shear_over_youngs
         for (std::size_t i = 0; i < e.size(); ++i) {
             const auto state = stage->state(i);
             for (int k = 0; k < 20; ++k) {
-                const Vec3d d3 = frame(state[static_cast<std::size_t>(k)]).d3;
+                const Vec3d d3 = frame(nth(state, k)).d3;
                 largest[i] = std::fmax(largest[i], std::atan2(std::hypot(d3.x, d3.y), d3.z));
             }
         }

@@ -1,5 +1,6 @@
 // Joined rods without damping in steps of the automatic length, with SKEIN_LONG=1 a million: energy stays where it was.
 #include "mechanics/rod_copies.hpp"
+#include "skein/core/index.hpp"
 #include "stress/stress_support.hpp"
 #include "support/joint_examples.hpp"
 
@@ -13,7 +14,7 @@ namespace {
 double energy(const test::Stage& stage) {
     double sum = 0;
     for (std::size_t i = 0; i < stage.rods->local().size(); ++i) {
-        const RodGroup& group = stage.groups[static_cast<std::size_t>(stage.rods->local()[i].group)];
+        const RodGroup& group = nth(stage.groups, stage.rods->local()[i].group);
         std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
         stage.rods->export_rod(i, state);
         synchronise(group, state, stage.clock.lag());

@@ -5,6 +5,7 @@
 // with collision_time = 0.01 s: the detector finds them 0.3 of the sum of radii apart after 20 steps of 1 ms, and 0 on
 // the way of the next one. Fibres of 10 um at 100 m/s in steps of 1 us: axes cross in step 6, at a vertex of both.
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "skein/core/vec3.hpp"
 #include "skein/run.hpp"
 
@@ -81,7 +82,7 @@ std::vector<Piece> pieces(const Run& run, const std::vector<double>& radius) {
                               static_cast<std::size_t>(groups[g].count));
         run.read(g, Quantity::position, x);
         const auto at = [&](std::int64_t rod, int k) {
-            const double* from = &x[static_cast<std::size_t>(3 * (rod * groups[g].nodes + k))];
+            const double* from = &nth(x, 3 * (rod * groups[g].nodes + k));
             return Vec3d{from[0], from[1], from[2]};
         };
         for (std::int64_t rod = 0; rod < groups[g].count; ++rod, ++body) {

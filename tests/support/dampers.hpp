@@ -2,6 +2,7 @@
 #pragma once
 
 #include "loads/damping.hpp"
+#include "skein/core/index.hpp"
 
 #include <vector>
 
@@ -31,6 +32,6 @@ inline std::vector<DampingKind> all_dampers() {
     return kinds;
 }
 
-inline std::string_view name_of(DampingKind kind) { return damping_names[static_cast<std::size_t>(kind)]; }
+inline std::string_view name_of(DampingKind kind) { return nth(damping_names, kind); }
 
 } // namespace skein::test

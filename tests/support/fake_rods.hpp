@@ -3,6 +3,7 @@
 
 #include "core/rotation.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 #include <algorithm>
@@ -65,7 +66,7 @@ public:
         states_.clear();
         budgets_.clear();
         for (const LocalRod& rod : local_) {
-            states_.push_back(fake_state(groups_[static_cast<std::size_t>(rod.group)], rod.index, step));
+            states_.push_back(fake_state(nth(groups_, rod.group), rod.index, step));
             budgets_.push_back(fake_budget(rod.gid, step));
         }
     }
@@ -123,7 +124,7 @@ public:
     std::size_t bytes() const override { return 0; }
 
 private:
-    const RodGroup& group_of(std::size_t i) const { return groups_[static_cast<std::size_t>(local_[i].group)]; }
+    const RodGroup& group_of(std::size_t i) const { return nth(groups_, local_[i].group); }
 
     std::span<const RodGroup> groups_;
     std::vector<LocalRod> local_;

@@ -4,6 +4,7 @@
 
 #include "loads/load_list.hpp"
 #include "loads/load_pass.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <fmt/format.h>
@@ -194,7 +195,7 @@ inline std::vector<LoadExample> load_examples() {
                        true, !body ? Potential{} : [=](const RodGroup& group, const State& s, double time) {
                            double arc = 0;
                            return -actuation(group, s, wave.direction, [&](int j) {
-                               arc += group.element[static_cast<std::size_t>(j - 1)].rest_length;
+                               arc += nth(group.element, j - 1).rest_length;
                                return 0.3 * std::sin(pi * time - 2 * pi / 0.8 * arc + 0.4);
                            });
                        }});
@@ -214,7 +215,7 @@ inline std::vector<LoadExample> load_examples() {
                            return -actuation(group, s, torques.direction, [&](int j) {
                                double arc = 0, length = 0;
                                for (int i = 0; i < n; ++i) {
-                                   length += group.element[static_cast<std::size_t>(i)].rest_length;
+                                   length += nth(group.element, i).rest_length;
                                    if (i <= n - 1 - j) arc = length;
                                }
                                return cubic_bspline(torques.coefficients, arc / length) *
@@ -232,7 +233,7 @@ inline std::vector<LoadExample> load_examples() {
                        true, !body ? Potential{} : [=](const RodGroup& group, const State& s, double time) {
                            double arc = 0;
                            return -actuation(group, s, Vec3d{0.6, 0, 0.8}, [&](int j) {
-                               arc += group.element[static_cast<std::size_t>(j - 1)].rest_length;
+                               arc += nth(group.element, j - 1).rest_length;
                                return 0.3 * std::exp(-arc) * std::sin(pi * time - 8 * arc);
                            });
                        }});

@@ -3,6 +3,7 @@
 
 #include "diagnostics/observables.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +34,7 @@ public:
             clock.advance(batch);
         }
     }
-    const RodGroup& group_of(std::size_t i) const { return groups[static_cast<std::size_t>(rods->local()[i].group)]; }
+    const RodGroup& group_of(std::size_t i) const { return nth(groups, rods->local()[i].group); }
     std::vector<Slot<1>> state(std::size_t i) const {
         std::vector<Slot<1>> out(static_cast<std::size_t>(group_of(i).slots()));
         rods->export_rod(i, out);

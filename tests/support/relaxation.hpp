@@ -1,6 +1,7 @@
 // Bringing rods to rest, with the cost measured.
 #pragma once
 
+#include "skein/core/index.hpp"
 #include "support/core_seconds.hpp"
 #include "support/scenes_for_tests.hpp"
 
@@ -16,8 +17,7 @@ struct Cost {
 /// Advances all rods of a stage to step `until`, adding to `cost`.
 inline void advance(Stage& stage, std::int64_t until, Cost& cost) {
     double elements = 0;
-    for (const LocalRod& rod : stage.rods->local())
-        elements += stage.groups[static_cast<std::size_t>(rod.group)].elements();
+    for (const LocalRod& rod : stage.rods->local()) elements += nth(stage.groups, rod.group).elements();
     const auto steps = static_cast<double>(until - stage.clock.done());
     const double begin = core_seconds();
     stage.advance(until);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/rotation.hpp"
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 #include "skein/tiles/tile.hpp"
 
@@ -19,7 +20,7 @@ inline std::vector<Law> energy_laws() {
         if (static_cast<Law>(i) != Law::elastica) laws.push_back(static_cast<Law>(i));
     return laws;
 }
-inline std::string name_of(Law law) { return std::string(law_names[static_cast<std::size_t>(law)]); }
+inline std::string name_of(Law law) { return std::string(nth(law_names, law)); }
 
 inline RodSpec simple_rod(long elements = 8) {
     RodSpec spec;

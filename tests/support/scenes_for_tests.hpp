@@ -5,6 +5,7 @@
 #include "loads/magnetic_field.hpp"
 #include "mechanics/rod_copies.hpp"
 #include "scene/plan.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 namespace skein::test {
@@ -61,7 +62,7 @@ struct Stage {
     }
     /// State of rod i at the present time: positions and directors brought up to the rates.
     std::vector<Slot<1>> state(std::size_t i) const {
-        const RodGroup& group = groups[static_cast<std::size_t>(rods->local()[i].group)];
+        const RodGroup& group = nth(groups, rods->local()[i].group);
         std::vector<Slot<1>> out(static_cast<std::size_t>(group.slots()));
         rods->export_rod(i, out);
         if (clock.lag() > 0) synchronise(group, out, clock.lag());

@@ -4,6 +4,7 @@
 //   under a tip force F:  w(s) = F s/(alpha_c G A) + F (L s^2/2 - s^3/6)/(E I)
 #pragma once
 
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_spec.hpp"
 
 #include <array>
@@ -71,7 +72,7 @@ struct TimoshenkoBeam {
                 const double middle = 0.5 * (a + b);
                 (determinant(a, ends) * determinant(middle, ends) <= 0 ? b : a) = middle;
             }
-            root[static_cast<std::size_t>(found++)] = 0.5 * (a + b);
+            nth(root, found++) = 0.5 * (a + b);
         }
         return root;
     }

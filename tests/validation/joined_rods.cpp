@@ -6,6 +6,7 @@
 #include "loads/end_force.hpp"
 #include "loads/muscle_formula.hpp"
 #include "loads/muscle_wave.hpp"
+#include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 #include "validation/study.hpp"
 
@@ -49,8 +50,7 @@ SceneSpec in_pieces(long n, int pieces) {
             piece("piece" + std::to_string(i), {length * i / pieces, 0, 0}, {1, 0, 0}, length / pieces, n / pieces));
     scene.rods[0].start = EndKind::clamped;
     for (int i = 1; i < pieces; ++i)
-        scene.joints.push_back(
-            joint(scene.rods[static_cast<std::size_t>(i) - 1].name, scene.rods[static_cast<std::size_t>(i)].name));
+        scene.joints.push_back(joint(scene.rods[static_cast<std::size_t>(i) - 1].name, nth(scene.rods, i).name));
     return scene;
 }
 

@@ -3,6 +3,7 @@
 // it ends at, against closed forms and boundary-value problems, which the elements miss by their own error.
 #include "loads/end_force.hpp"
 #include "loads/gravity.hpp"
+#include "skein/core/index.hpp"
 #include "support/large_rotation.hpp"
 #include "validation/study.hpp"
 
@@ -37,7 +38,7 @@ double bending_of(const RodSpec& rod) {
     return rod.material.youngs_modulus * 0.25 * std::numbers::pi * r * r * r * r;
 }
 
-Vec3d node(const test::Stage& stage, int i) { return lane(stage.state(0)[static_cast<std::size_t>(i)].position, 0); }
+Vec3d node(const test::Stage& stage, int i) { return lane(nth(stage.state(0), i).position, 0); }
 
 struct Way {
     Vec3d begin, end;

@@ -1,6 +1,7 @@
 #include "scenes/work_precision/study.hpp"
 
 #include "measure.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,10 +11,10 @@ namespace skein::bench {
 
 namespace {
 
-std::string_view name_of(Law law) { return law_names[static_cast<std::size_t>(law)]; }
-std::string_view name_of(EndKind clamp) { return end_names[static_cast<std::size_t>(clamp)]; }
-std::string_view name_of(DampingScheme damping) { return damping_scheme_names[static_cast<std::size_t>(damping)]; }
-std::string_view name_of(Integrator integrator) { return integrator_names[static_cast<std::size_t>(integrator)]; }
+std::string_view name_of(Law law) { return nth(law_names, law); }
+std::string_view name_of(EndKind clamp) { return nth(end_names, clamp); }
+std::string_view name_of(DampingScheme damping) { return nth(damping_scheme_names, damping); }
+std::string_view name_of(Integrator integrator) { return nth(integrator_names, integrator); }
 
 std::string cell(double value) { return std::isfinite(value) ? fmt::format("{:.2e}", value) : ""; }
 

@@ -1,6 +1,7 @@
 // A group of rods made ready: the constants of its one rod, worked out once, and the start state of each of its rods.
 #pragma once
 
+#include "skein/core/index.hpp"
 #include "skein/core/quaternion.hpp"
 #include "skein/placement/assembly.hpp"
 #include "skein/placement/places.hpp"
@@ -215,8 +216,8 @@ private:
 /// At rest at node k: mean of the elements that meet there, m.
 inline double node_radius(const RodGroup& group, std::int64_t k) {
     const std::int64_t last = group.elements() - 1;
-    return 0.5 * (group.element[static_cast<std::size_t>(std::max<std::int64_t>(k - 1, 0))].radius +
-                  group.element[static_cast<std::size_t>(std::min(k, last))].radius);
+    return 0.5 *
+           (nth(group.element, std::max<std::int64_t>(k - 1, 0)).radius + nth(group.element, std::min(k, last)).radius);
 }
 
 /// Of the cell or half cell around node i.

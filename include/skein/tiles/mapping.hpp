@@ -5,6 +5,7 @@
 // Physics is written once for both, and gives the same bits.
 #pragma once
 
+#include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
 
 namespace skein {
@@ -13,19 +14,15 @@ template <int W> struct Across {
     static constexpr bool along = false;
     SKEIN_INLINE static const ElementConstants& element(const RodTile<W>& rod, int k) { return rod.element[k]; }
     SKEIN_INLINE static const VoronoiConstants& cell(const RodTile<W>& rod, int k) { return rod.voronoi[k]; }
-    SKEIN_INLINE static double node_mass(const RodTile<W>& rod, int i) {
-        return rod.group->node_mass[static_cast<std::size_t>(i)];
-    }
-    SKEIN_INLINE static double node_length(const RodTile<W>& rod, int i) {
-        return rod.group->node_length[static_cast<std::size_t>(i)];
-    }
+    SKEIN_INLINE static double node_mass(const RodTile<W>& rod, int i) { return nth(rod.group->node_mass, i); }
+    SKEIN_INLINE static double node_length(const RodTile<W>& rod, int i) { return nth(rod.group->node_length, i); }
     static double length(const RodTile<W>& rod) { return rod.group->spec().shape.length; }
     static double density(const RodTile<W>& rod) { return rod.group->spec().material.density; }
     static double nodal_density(const RodTile<W>& rod) { return rod.group->nodal_density; }
     /// Of a table by element: numbers of the group.
     template <class Row, class LaneRow>
     SKEIN_INLINE static const Row& row(const std::vector<Row>& of_group, const LaneRows<LaneRow>&, int k) {
-        return of_group[static_cast<std::size_t>(k)];
+        return nth(of_group, k);
     }
 
     /// Adds forces to the first and last nodes of the tile's rods.
@@ -88,9 +85,7 @@ LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<dou
         Row<Pack<W>> row{};
         for (int i = 0; i < W; ++i) {
             const int slot = rod.strands->slot(i, k);
-            set_lane<Row>(row, i,
-                          slot >= 0 && slot < rod.group_of(i).elements() ? of_group[static_cast<std::size_t>(slot)]
-                                                                         : Row<double>{});
+            set_lane<Row>(row, i, slot >= 0 && slot < rod.group_of(i).elements() ? nth(of_group, slot) : Row<double>{});
         }
         rows.push_back(row);
     }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <algorithm>
@@ -39,7 +40,7 @@ public:
         for (const std::size_t i : which_) row_.push_back(&distinct_[i]);
         which_ = {};
     }
-    SKEIN_INLINE const Row& operator[](int k) const { return *row_[static_cast<std::size_t>(k)]; }
+    SKEIN_INLINE const Row& operator[](int k) const { return *nth(row_, k); }
     std::size_t bytes() const { return distinct_.size() * sizeof(Row) + row_.size() * sizeof(const Row*); }
 
 private:
@@ -123,7 +124,7 @@ public:
     }
 
 private:
-    const LaneRange& range(int l) const { return ranges_[static_cast<std::size_t>(std::max(0, range_[l]))]; }
+    const LaneRange& range(int l) const { return nth(ranges_, std::max(0, range_[l])); }
 
     std::vector<LaneRange> ranges_;
     int rows_;
@@ -140,7 +141,7 @@ inline ElementConstants absent_element(ElementConstants c) {
 
 template <int W> int Strands<W>::slot(int l, int row) const {
     if (range_[l] < 0) return -1;
-    const LaneRange& range = ranges_[static_cast<std::size_t>(range_[l])];
+    const LaneRange& range = nth(ranges_, range_[l]);
     const int piece = l - range.lane, at = piece * rows_ + row;
     if (row == rows_ && piece + 1 < range.lanes) return -1;
     return at <= range.group->elements() ? at : -1;

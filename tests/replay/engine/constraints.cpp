@@ -1,6 +1,7 @@
 #include "constraints.hpp"
 
 #include "core/rotation.hpp"
+#include "skein/core/index.hpp"
 
 #include <numbers>
 
@@ -19,14 +20,12 @@ struct HeldElement {
 
 std::vector<HeldNode> held_nodes(const std::vector<int>& at, std::span<const Slot<1>> start) {
     std::vector<HeldNode> held;
-    for (const int i : at)
-        held.push_back({static_cast<std::size_t>(i), lane(start[static_cast<std::size_t>(i)].position, 0)});
+    for (const int i : at) held.push_back({static_cast<std::size_t>(i), lane(nth(start, i).position, 0)});
     return held;
 }
 std::vector<HeldElement> held_elements(const std::vector<int>& at, std::span<const Slot<1>> start) {
     std::vector<HeldElement> held;
-    for (const int k : at)
-        held.push_back({static_cast<std::size_t>(k), lane(start[static_cast<std::size_t>(k)].director, 0)});
+    for (const int k : at) held.push_back({static_cast<std::size_t>(k), lane(nth(start, k).director, 0)});
     return held;
 }
 

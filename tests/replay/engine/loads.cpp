@@ -3,6 +3,7 @@
 #include "loads/gravity.hpp"
 #include "loads/sinusoidal_end_force.hpp"
 #include "loads/slender_body_drag.hpp"
+#include "skein/core/index.hpp"
 #include "skein/loads/ramp.hpp"
 
 #include <cmath>
@@ -97,8 +98,7 @@ struct Magnetic {
     }
     void add(const RodTile<1>& rod, SlotLoad<1>* load, const Step& step) const {
         const Vec3d b = field(step.time);
-        for (int k = 0; k < rod.n; ++k)
-            add_couple(load[k], cross(moment[static_cast<std::size_t>(k)], at(rod.slot[k].director) * b));
+        for (int k = 0; k < rod.n; ++k) add_couple(load[k], cross(nth(moment, k), at(rod.slot[k].director) * b));
     }
 };
 

@@ -1,6 +1,7 @@
 // A crowd of moving rods: the same loads for any threads, for any share of owned rods, and after going on from what was
 // kept.
 #include "contact/contacts.hpp"
+#include "skein/core/index.hpp"
 #include "support/exposed_bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -117,7 +118,7 @@ TEST(ManyContacts, AreTheSameForAnyThreadsAndOwners) {
     Crowd crowd(rods, 6);
     const Threads one(1), three(3), shuffled(2, 5);
     std::vector<std::uint8_t> all(rods, 1), mine(rods, 0), others(rods, 0);
-    for (int r = 0; r < rods; ++r) (r % 7 < 3 ? mine : others)[static_cast<std::size_t>(r)] = 1;
+    for (int r = 0; r < rods; ++r) nth((r % 7 < 3 ? mine : others), r) = 1;
     const ContactScene scene = crowd.bodies.scene(laws());
     Exposure bodies = crowd.exposure();
     Rank first_rank{crowd.exposure(mine), Contacts(scene, one)},
@@ -169,7 +170,7 @@ TEST(ManyContacts, MayBeginAStepAnew) {
     const Threads one(1), three(3);
     std::vector<std::uint8_t> all(rods, 1), first(rods, 0),
         second(rods, 0); // each has blocks without ghosts of its own
-    for (int r = 0; r < rods; ++r) (r < rods / 2 ? first : second)[static_cast<std::size_t>(r)] = 1;
+    for (int r = 0; r < rods; ++r) nth((r < rods / 2 ? first : second), r) = 1;
     const ContactScene scene = crowd.bodies.scene(laws());
     Exposure bodies = crowd.exposure();
     Rank alone{crowd.exposure(), Contacts(scene, three)}, half{crowd.exposure(first), Contacts(scene, one)},

@@ -2,6 +2,7 @@
 // begin does not matter.
 #include "contact/contacts.hpp"
 #include "core/closest_points.hpp"
+#include "skein/core/index.hpp"
 #include "support/exposed_bodies.hpp"
 
 #include <gtest/gtest.h>
@@ -109,7 +110,7 @@ FoldedLoads folded(const RingAndRod& from, std::size_t first, const SlotLoads& l
 std::set<std::pair<int, int>> pairs_by_looking(const std::vector<Vec3d>& ring, double radius, int gap, double skin) {
     std::set<std::pair<int, int>> near;
     const int n = static_cast<int>(ring.size());
-    const auto node = [&](int i) { return ring[static_cast<std::size_t>(i % n)]; };
+    const auto node = [&](int i) { return nth(ring, i % n); };
     for (int i = 0; i < n; ++i)
         for (int j = i + 1; j < n; ++j) {
             if (std::min(j - i, n - (j - i)) <= gap) continue;
@@ -234,7 +235,7 @@ TEST(RingContacts, KeepTheirSpringsWhereTheRingCloses) {
                 continue;
             }
             for (std::size_t i = 0; i < loads.force.size(); ++i)
-                ASSERT_LT(norm(loads.force[i] - expected[static_cast<std::size_t>(step)].force[i]), 1e-9 * size)
+                ASSERT_LT(norm(loads.force[i] - nth(expected, step).force[i]), 1e-9 * size)
                     << "begins at " << first << ", step " << step << ", slot " << i;
         }
         EXPECT_GT(contacts->figures().elastic_energy.value(), 0);

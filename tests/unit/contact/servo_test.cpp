@@ -2,6 +2,7 @@
 #include "contact/servo.hpp"
 
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -118,7 +119,7 @@ TEST(Walls, OfABoxFaceInwards) {
         EXPECT_EQ(plane.law.stiffness, 7);
         EXPECT_LT(dot(plane.normal, plane.point), 0) << "the origin is inside";
     }
-    const Wall& right = walls.wall[static_cast<std::size_t>(walls.find("box y+"))];
+    const Wall& right = nth(walls.wall, walls.find("box y+"));
     EXPECT_EQ(right.point.y, 2);
     EXPECT_EQ(right.normal.y, -1);
 }

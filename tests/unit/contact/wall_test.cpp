@@ -10,6 +10,7 @@
 #include "mechanics/gyration.hpp"
 #include "mechanics/kick.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -33,7 +34,7 @@ public:
           contacts(std::make_shared<WallContactTiles<W>>(*walls, group)), slot_(states[0].size()),
           load_(states[0].size()), clock_(dt, done) {
         for (std::size_t k = 0; k < slot_.size(); ++k)
-            for (int i = 0; i < W; ++i) set_lane(slot_[k], i, states[static_cast<std::size_t>(i)][k]);
+            for (int i = 0; i < W; ++i) set_lane(slot_[k], i, nth(states, i)[k]);
         tile_ = {slot_.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, W};
         with_gyration(gyration_of(group),
                       [&]<class Top>(Top) { program_.push_back(std::make_unique<DriftPass<Top, W>>()); });
@@ -413,7 +414,7 @@ template <int W> void expect_lanes_alike(const ContactLaw& law) {
     Stage<W> wide(group, states, box_and_ball(law), {0, 0, -gravity}, 2e-5);
     wide.advance(20000);
     for (int i = 0; i < W; ++i) {
-        Stage<1> one(group, {states[static_cast<std::size_t>(i)]}, box_and_ball(law), {0, 0, -gravity}, 2e-5);
+        Stage<1> one(group, {nth(states, i)}, box_and_ball(law), {0, 0, -gravity}, 2e-5);
         one.advance(20000);
         for (std::size_t k = 0; k < one.slots().size(); ++k) {
             const Slot<1> a = lane(wide.slots()[k], i), b = one.slots()[k];

@@ -1,6 +1,7 @@
 // Twist, writhe and link against closed forms, topology, and the formulae as published.
 #include "core/rotation.hpp"
 #include "diagnostics/knots.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -331,7 +332,7 @@ TEST(Published, AuxiliaryLinkTendsToTwistPlusWrithe) {
         }
         for (int k = 0; k < n; ++k) {
             const double t = 4 * pi * (k + 0.5) / n, angle = 1.5 * t;
-            const Vec3d tangent = unit(node[static_cast<std::size_t>(k) + 1] - node[static_cast<std::size_t>(k)]),
+            const Vec3d tangent = unit(node[static_cast<std::size_t>(k) + 1] - nth(node, k)),
                         inward = Vec3d{-std::cos(t), -std::sin(t), 0};
             d1.push_back(std::cos(angle) * inward + std::sin(angle) * cross(tangent, inward));
         }

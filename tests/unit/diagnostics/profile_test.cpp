@@ -2,6 +2,7 @@
 // and end.
 #include "diagnostics/observables.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 #include "tiles/rods.hpp"
 
@@ -53,9 +54,8 @@ TEST(RodProfile, SumsUpToTheElasticEnergyOfEveryLawAndEnd) {
                     const double expected = u.stretch + u.shear + u.bend + u.twist;
                     EXPECT_GT(expected, 0);
                     EXPECT_NEAR(whole_energy(group, profile_of(group, state)), expected, 1e-13 * expected)
-                        << law_names[static_cast<std::size_t>(law)] << ", "
-                        << end_names[static_cast<std::size_t>(start)] << ", "
-                        << end_names[static_cast<std::size_t>(end)] << (closed ? ", closed" : "");
+                        << nth(law_names, law) << ", " << nth(end_names, start) << ", " << nth(end_names, end)
+                        << (closed ? ", closed" : "");
                 }
 }
 

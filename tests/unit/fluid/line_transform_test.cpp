@@ -2,6 +2,7 @@
 #include "fluid/line_transform.hpp"
 
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -34,23 +35,20 @@ Lines transformed(const LineTransform& transform, const Lines& lines) {
     Lines all = lines;
     for (int i = 0; i < transform.size(); ++i)
         for (int l = 0; l < transform.lanes(); ++l)
-            in[static_cast<std::size_t>(transform.place(i) * transform.lanes() + l)] =
-                transform.sign(i) * lines[static_cast<std::size_t>(l)][static_cast<std::size_t>(i)];
+            nth(in, transform.place(i) * transform.lanes() + l) = transform.sign(i) * nth(nth(lines, l), i);
     transform.forward(in.data(), out.data());
     for (int k = 0; k < transform.size(); ++k)
-        for (int l = 0; l < transform.lanes(); ++l)
-            all[static_cast<std::size_t>(l)][static_cast<std::size_t>(k)] =
-                out[static_cast<std::size_t>(k * transform.lanes() + l)];
+        for (int l = 0; l < transform.lanes(); ++l) nth(nth(all, l), k) = nth(out, k * transform.lanes() + l);
     return all;
 }
 
 std::vector<double> second_difference(const std::vector<double>& line, LineEnds ends) {
     const auto n = static_cast<int>(line.size());
     const auto at = [&](int i) {
-        if (i >= 0 && i < n) return line[static_cast<std::size_t>(i)];
-        if (ends == LineEnds::periodic) return line[static_cast<std::size_t>((i + n) % n)];
+        if (i >= 0 && i < n) return nth(line, i);
+        if (ends == LineEnds::periodic) return nth(line, (i + n) % n);
         if (ends == LineEnds::faces_zero) return 0.0;
-        const double inner = line[static_cast<std::size_t>(std::clamp(i, 0, n - 1))];
+        const double inner = nth(line, std::clamp(i, 0, n - 1));
         return ends == LineEnds::gradient_zero ? inner : -inner;
     };
     std::vector<double> out;
@@ -67,15 +65,13 @@ TEST(LineTransform, ThereAndBack) {
             AlignedVector<double> in(transform.block()), out(transform.block());
             for (int k = 0; k < n; ++k)
                 for (int l = 0; l < transform.lanes(); ++l)
-                    in[static_cast<std::size_t>(k * transform.lanes() + l)] =
-                        coefficients[static_cast<std::size_t>(l)][static_cast<std::size_t>(k)];
+                    nth(in, k * transform.lanes() + l) = nth(nth(coefficients, l), k);
             transform.inverse(in.data(), out.data());
             for (int i = 0; i < n; ++i)
                 for (int l = 0; l < transform.lanes(); ++l)
-                    EXPECT_NEAR(transform.sign(i) *
-                                    out[static_cast<std::size_t>(transform.place(i) * transform.lanes() + l)] /
+                    EXPECT_NEAR(transform.sign(i) * nth(out, transform.place(i) * transform.lanes() + l) /
                                     transform.gain(),
-                                lines[static_cast<std::size_t>(l)][static_cast<std::size_t>(i)], 1e-14)
+                                nth(nth(lines, l), i), 1e-14)
                         << "n " << n << " ends " << static_cast<int>(ends);
         }
 }
@@ -90,8 +86,7 @@ TEST(LineTransform, DiagonalisesSecondDifferences) {
             const Lines of_lines = transformed(transform, lines), of_differences = transformed(transform, differences);
             for (std::size_t l = 0; l < lines.size(); ++l)
                 for (int k = 0; k < n; ++k)
-                    EXPECT_NEAR(of_differences[l][static_cast<std::size_t>(k)],
-                                transform.eigenvalue(k) * of_lines[l][static_cast<std::size_t>(k)], 1e-13 * n)
+                    EXPECT_NEAR(nth(of_differences[l], k), transform.eigenvalue(k) * nth(of_lines[l], k), 1e-13 * n)
                         << "n " << n << " ends " << static_cast<int>(ends) << " k " << k;
         }
 }
@@ -106,8 +101,8 @@ TEST(LineTransform, IsThatOfCosines) {
         for (int k = 0; k < n; ++k) {
             double sum = 0;
             for (int i = 0; i < n; ++i)
-                sum += lines[l][static_cast<std::size_t>(i)] * std::cos(std::numbers::pi * k * (2 * i + 1) / (2.0 * n));
-            EXPECT_NEAR(coefficients[l][static_cast<std::size_t>(k)], sum, 1e-14 * n);
+                sum += nth(lines[l], i) * std::cos(std::numbers::pi * k * (2 * i + 1) / (2.0 * n));
+            EXPECT_NEAR(nth(coefficients[l], k), sum, 1e-14 * n);
         }
 }
 

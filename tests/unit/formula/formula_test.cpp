@@ -1,6 +1,7 @@
 // The language of formulas: values, derivatives against differences, units, and what is said of mistakes.
 #include "formula/evaluate.hpp"
 #include "formula/formula.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -29,9 +30,7 @@ struct Read {
     std::optional<FormulaValue> result;
     explicit Read(std::string_view text, std::string_view unit = "")
         : result(read_formula(graph, some_scope(), text, 0, unit, faults)) {}
-    double value(const std::array<double, variables>& at = here) const {
-        return graph.values(at)[static_cast<std::size_t>(result->node)];
-    }
+    double value(const std::array<double, variables>& at = here) const { return nth(graph.values(at), result->node); }
 };
 
 double value_of(std::string_view text) {
@@ -101,11 +100,10 @@ TEST(Formulas, HaveTheDerivativesThatDifferencesHave) {
             const int derivative = read.graph.derivative(read.result->node, v);
             const double h = 1e-5;
             auto up = here, down = here;
-            up[static_cast<std::size_t>(v)] += h;
-            down[static_cast<std::size_t>(v)] -= h;
+            nth(up, v) += h;
+            nth(down, v) -= h;
             const double difference = (read.value(up) - read.value(down)) / (2 * h);
-            EXPECT_NEAR(read.graph.values(here)[static_cast<std::size_t>(derivative)], difference,
-                        1e-8 * (1 + std::abs(difference)))
+            EXPECT_NEAR(nth(read.graph.values(here), derivative), difference, 1e-8 * (1 + std::abs(difference)))
                 << text << " by " << variable_names[static_cast<int>(v)].name;
         }
     }
@@ -205,10 +203,10 @@ void expect_bits_of_nodes(const Graph& graph, const std::vector<int>& nodes) {
     for (int i = 0; i < count; ++i)
         for (int l = 0; l < W; ++l) {
             std::array<double, variables> at{};
-            for (int v = 0; v < variables; ++v) at[static_cast<std::size_t>(v)] = in[v][i][l];
+            for (int v = 0; v < variables; ++v) nth(at, v) = in[v][i][l];
             const auto values = graph.values(at);
             for (std::size_t o = 0; o < nodes.size(); ++o) {
-                const double strip = source[list.outputs[o]][i][l], alone = values[static_cast<std::size_t>(nodes[o])];
+                const double strip = source[list.outputs[o]][i][l], alone = nth(values, nodes[o]);
                 if (std::isnan(strip) && std::isnan(alone)) continue;
                 EXPECT_EQ(std::bit_cast<std::uint64_t>(strip), std::bit_cast<std::uint64_t>(alone))
                     << o << " at " << i << ", " << l;

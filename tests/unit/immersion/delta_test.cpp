@@ -1,5 +1,6 @@
 // What weights of regularised deltas must be, wherever the marker is between grid points.
 #include "immersion/delta.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -18,7 +19,7 @@ TEST(Delta, SumsToOneAndStandsWhereTheMarkerIs) {
             const DeltaWeights w = delta_weights(kind, place);
             double sum = 0, moment = 0, squares = 0;
             for (int p = 0; p < w.count; ++p) {
-                const double weight = w.weight[static_cast<std::size_t>(p)];
+                const double weight = nth(w.weight, p);
                 EXPECT_GE(weight, -1e-15);
                 sum += weight;
                 moment += weight * (w.first + p - place);
@@ -48,8 +49,7 @@ TEST(Delta, IsThePublishedFunctionAndLeavesNoPointOut) {
             const DeltaWeights w = delta_weights(kind, place);
             for (int point = w.first - 2; point < w.first + w.count + 2; ++point) {
                 const bool has = point >= w.first && point < w.first + w.count;
-                EXPECT_NEAR(has ? w.weight[static_cast<std::size_t>(point - w.first)] : 0.0,
-                            published(kind, place - point), 1e-15)
+                EXPECT_NEAR(has ? nth(w.weight, point - w.first) : 0.0, published(kind, place - point), 1e-15)
                     << place << ' ' << point;
             }
         }

@@ -1,6 +1,7 @@
 // The Laplacian filter of the rates: its modes, what it keeps, and that no rod of any shape and ends gains energy by
 // it.
 #include "loads/laplacian_filter.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -69,9 +70,8 @@ std::vector<RodGroup> all_rods() {
 State moving(const RodGroup& group, unsigned seed) {
     State state = test::shaken_state(group, 0.01, 0.8, 1, seed);
     for (int i = 0; i <= group.elements(); ++i) {
-        if (group.holds_node(i)) set_lane(state[static_cast<std::size_t>(i)].velocity, 0, Vec3d{0, 0, 0});
-        if (i < group.elements() && group.holds_element(i))
-            set_lane(state[static_cast<std::size_t>(i)].spin, 0, Vec3d{0, 0, 0});
+        if (group.holds_node(i)) set_lane(nth(state, i).velocity, 0, Vec3d{0, 0, 0});
+        if (i < group.elements() && group.holds_element(i)) set_lane(nth(state, i).spin, 0, Vec3d{0, 0, 0});
     }
     if (group.closed()) state.back().velocity = state.front().velocity;
     return state;
@@ -227,7 +227,7 @@ TEST(LaplacianFilter, HasTheSameBitsInAllLanes) {
             wide.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, 8};
         LaplacianFilterPass<8>(group, 3, 5, 0.1).run(tile, load.data(), Step{});
         for (int i = 0; i < 8; ++i) {
-            const State one = filtered(group, states[static_cast<std::size_t>(i)], 3, 5, 0.1);
+            const State one = filtered(group, nth(states, i), 3, 5, 0.1);
             for (std::size_t k = 0; k < one.size(); ++k) {
                 EXPECT_EQ(norm(lane(wide[k].velocity, i) - lane(one[k].velocity, 0)), 0);
                 EXPECT_EQ(norm(lane(wide[k].spin, i) - lane(one[k].spin, 0)), 0);

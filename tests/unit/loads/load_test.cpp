@@ -1,6 +1,7 @@
 // Loads as values: what holds for all of the list, and how members that a load may leave out are found.
 #include "loads/load_list.hpp"
 #include "loads/load_pass.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -53,7 +54,7 @@ TEST(AnyLoad, OfTheListIsFoundByItsName) {
     std::set<std::string_view> labels;
     for (int i = 0; i < static_cast<int>(kinds.size()); ++i) {
         const Load load = make_load(i);
-        EXPECT_EQ(load.kind(), kinds[static_cast<std::size_t>(i)]);
+        EXPECT_EQ(load.kind(), nth(kinds, i));
         EXPECT_EQ(load.number(), i);
         EXPECT_EQ(load.label().find('_'), std::string_view::npos) << load.label();
         labels.insert(load.label());

@@ -1,6 +1,7 @@
 // Every load against its formula, written out plainly.
 #include "loads/load_list.hpp"
 #include "loads/load_pass.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -126,7 +127,7 @@ TEST(Loads, MuscleWaveIsInternal) {
     expect_near(total, {0, 0, 0}, 1e-15);
     const auto at = [&](int j) {
         const double s = j / 6.0;
-        return t / 4 * 0.3 * wave.profile[static_cast<std::size_t>(j - 1)] *
+        return t / 4 * 0.3 * nth(wave.profile, j - 1) *
                std::sin(std::numbers::pi * t - 2 * std::numbers::pi * s / 0.8 + 0.4);
     };
     expect_near(r.couple(5), r.director(5) * Vec3d{0, 0, at(5)}, 1e-15);

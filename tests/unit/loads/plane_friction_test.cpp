@@ -5,6 +5,7 @@
 #include "mechanics/elastic.hpp"
 #include "mechanics/gyration.hpp"
 #include "mechanics/kick.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -42,17 +43,17 @@ struct Plainly {
     const State& state;
     std::vector<Vec3d> force, couple;
 
-    Vec3d position(int i) const { return lane(state[static_cast<std::size_t>(i)].position, 0); }
+    Vec3d position(int i) const { return lane(nth(state, i).position, 0); }
     std::vector<Vec3d> of_elements() const {
         const int n = group.elements();
         std::vector<Vec3d> sums;
         for (int k = 0; k < n; ++k)
-            sums.push_back((k == 0 ? 1.0 : 0.5) * force[static_cast<std::size_t>(k)] +
+            sums.push_back((k == 0 ? 1.0 : 0.5) * nth(force, k) +
                            (k == n - 1 ? 1.0 : 0.5) * force[static_cast<std::size_t>(k) + 1]);
         return sums;
     }
     void give(int k, const Vec3d& f) {
-        force[static_cast<std::size_t>(k)] += 0.5 * f;
+        nth(force, k) += 0.5 * f;
         force[static_cast<std::size_t>(k) + 1] += 0.5 * f;
     }
     void add(const PlaneFriction& p) {
@@ -151,15 +152,14 @@ TEST(PlaneFriction, IsTheSameInAllLanes) {
             set_lane(wide[k], i, states.back()[k]);
             const Vec3d f{0.1 * i, 0.3, -static_cast<double>(k)};
             set_lane(wide_load[k].force, i, f);
-            set_lane(loads[static_cast<std::size_t>(i)][k].force, 0, f);
+            set_lane(nth(loads, i)[k].force, 0, f);
         }
     }
     const RodTile<8> tile{wide.data(), group.element.data(), group.voronoi.data(), &group, group.elements(), 0, {}, 8};
     LoadPass<PlaneFriction, 8>(plane, group).run(tile, wide_load.data(), {});
     for (int i = 0; i < 8; ++i) {
-        auto& load = loads[static_cast<std::size_t>(i)];
-        LoadPass<PlaneFriction, 1>(plane, group)
-            .run(tile_of(group, states[static_cast<std::size_t>(i)]), load.data(), {});
+        auto& load = nth(loads, i);
+        LoadPass<PlaneFriction, 1>(plane, group).run(tile_of(group, nth(states, i)), load.data(), {});
         for (std::size_t k = 0; k < 8; ++k) {
             EXPECT_EQ(norm(lane(wide_load[k].force, i) - lane(load[k].force, 0)), 0);
             EXPECT_EQ(norm(lane(wide_load[k].couple, i) - lane(load[k].couple, 0)), 0);

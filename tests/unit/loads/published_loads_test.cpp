@@ -1,6 +1,7 @@
 // Loads of published codes against their formulae, written out plainly; eight lanes against one.
 #include "loads/load_list.hpp"
 #include "loads/load_pass.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -26,7 +27,7 @@ template <int W> struct Tile {
         : slot(states[0].size()), load(states[0].size(), SlotLoad<W>{}) {
         for (std::size_t k = 0; k < slot.size(); ++k)
             for (int i = 0; i < W; ++i) {
-                const Slot<1>& s = states[static_cast<std::size_t>(i)][k];
+                const Slot<1>& s = nth(states, i)[k];
                 set_lane(slot[k].position, i, lane(s.position, 0));
                 set_lane(slot[k].velocity, i, lane(s.velocity, 0));
                 set_lane(slot[k].director, i, lane(s.director, 0));
@@ -230,7 +231,7 @@ TEST(PublishedLoads, EightLanesHaveTheBitsOfOne) {
         Tile<8> wide(group, states);
         wide.run(wide_pass, 0.37);
         for (int i = 0; i < 8; ++i) {
-            Tile<1> narrow(group, {states[static_cast<std::size_t>(i)]});
+            Tile<1> narrow(group, {nth(states, i)});
             narrow.run(narrow_pass, 0.37);
             for (std::size_t k = 0; k < narrow.slot.size(); ++k) {
                 EXPECT_TRUE(same(lane(wide.load[k].force, i), lane(narrow.load[k].force, 0))) << L::kind;

@@ -1,4 +1,5 @@
 #include "parallel/threads.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -33,7 +34,7 @@ TEST_P(ThreadsTest, have_numbers_that_no_two_bear_at_a_time) {
             ++strangers;
             return;
         }
-        auto& bearer = bearers[static_cast<std::size_t>(thread)];
+        auto& bearer = nth(bearers, thread);
         if (++bearer != 1) ++clashes;
         std::this_thread::yield();
         --bearer;

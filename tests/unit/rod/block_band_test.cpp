@@ -1,5 +1,6 @@
 // The band of blocks: its solution solves it, in every lane, and what is held stays.
 #include "relaxation/block_band.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -51,14 +52,14 @@ template <int W> void set_blocks(int l, Dense& dense, std::vector<BandBlock<W>>&
             const auto row = static_cast<std::size_t>(k * size + i);
             for (int j = 0; j < size; ++j) {
                 const auto column = static_cast<std::size_t>(k * size + j);
-                BandBlock<W>& b = block[static_cast<std::size_t>(k)];
+                BandBlock<W>& b = nth(block, k);
                 b.diagonal[i][j].set(l, j <= i ? dense.at(row, column)
                                                : std::nan("")); // the upper triangle is not looked at
                 b.next[i][j].set(l, k < last ? dense.at(row + size, column)
                                     : ring   ? dense.at(static_cast<std::size_t>(i), column)
                                              : std::nan(""));
             }
-            block[static_cast<std::size_t>(k)].u[i].set(l, dense.b[row]);
+            nth(block, k).u[i].set(l, dense.b[row]);
         }
 }
 
@@ -97,9 +98,9 @@ TEST_P(BlockBand, SolutionSolvesTheFullSystemInEveryLane) {
                        block, ring);
         solve(block, ring);
         for (int l = 0; l < 4; ++l) {
-            EXPECT_LT(residual(l, dense[static_cast<std::size_t>(l)], block), 1e-14) << blocks << " blocks, lane " << l;
+            EXPECT_LT(residual(l, nth(dense, l), block), 1e-14) << blocks << " blocks, lane " << l;
             std::vector<BandBlock<1>> alone(block.size());
-            set_blocks(0, dense[static_cast<std::size_t>(l)], alone, ring);
+            set_blocks(0, nth(dense, l), alone, ring);
             solve(alone, ring);
             for (std::size_t k = 0; k < block.size(); ++k)
                 for (int i = 0; i < size; ++i) EXPECT_EQ(alone[k].u[i][0], block[k].u[i][l]);

@@ -7,6 +7,7 @@
 #include "mechanics/kick.hpp"
 #include "rod/body_shape.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "support/free_top.hpp"
 #include "support/rods_for_tests.hpp"
 
@@ -299,8 +300,7 @@ TEST(Body, TurnsAsAFreeAsymmetricTopToSecondOrder) {
         }
         EXPECT_LT(errors[2], 2e-3);
         for (int i = 0; i < 2; ++i)
-            EXPECT_NEAR(std::log2(errors[static_cast<std::size_t>(i)] / errors[static_cast<std::size_t>(i) + 1]), 2,
-                        0.05);
+            EXPECT_NEAR(std::log2(nth(errors, i) / errors[static_cast<std::size_t>(i) + 1]), 2, 0.05);
     }
 }
 

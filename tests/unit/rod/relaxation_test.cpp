@@ -1,6 +1,7 @@
 // The pass that relaxes rods: its answer to small forces, what it holds, and rods that move against their forces.
 #include "mechanics/drift.hpp"
 #include "relaxation/relaxation.hpp"
+#include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -151,7 +152,7 @@ TEST(Relaxation, RingsHaveNoBeginning) {
     const auto answer = [&](int pushed) { // at nodes and elements after the one that is pushed, in its frame
         Relaxing rod(spec, {1e-6, 1e-9, 1});
         rod.relax_notes = true;
-        const Mat3d q = frame(rod.state[static_cast<std::size_t>(pushed)]);
+        const Mat3d q = frame(nth(rod.state, pushed));
         rod.kick(static_cast<std::size_t>(pushed), transpose_times(q, Vec3d{1e-9, 2e-9, 3e-9}),
                  static_cast<std::size_t>(pushed), {1e-11, 2e-11, 3e-11});
         std::vector<Vec3d> rates;

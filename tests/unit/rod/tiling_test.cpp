@@ -1,4 +1,5 @@
 // Rods across where they fill tiles, along where they do not; every rod has its place.
+#include "skein/core/index.hpp"
 #include "tiles/tiling.hpp"
 
 #include <gtest/gtest.h>
@@ -14,10 +15,10 @@ void expect_complete(const Tiling& tiling, const std::vector<TilingGroup>& group
     for (const AlongTile& tile : tiling.along) {
         int taken = 0;
         for (const AlongTile::Part& part : tile.parts) {
-            const TilingGroup& g = groups[static_cast<std::size_t>(part.group)];
+            const TilingGroup& g = nth(groups, part.group);
             EXPECT_EQ(g.family, tile.family);
             EXPECT_GE(part.pieces * tile.rows, g.elements);
-            ++seen[static_cast<std::size_t>(part.group)];
+            ++nth(seen, part.group);
             taken += part.pieces;
         }
         EXPECT_LE(taken, lanes);

@@ -1,5 +1,6 @@
 // Errors to expect of bodies that a fluid does not resolve, against those that were measured (apps/flow/README.md).
 #include "scene/fluid_doubts.hpp"
+#include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
 
@@ -41,7 +42,7 @@ TEST(FluidDoubts, NameEachBodyOfLessThanTwoCellsInRadius) {
         spec.shape.elements = 20;
         groups.emplace_back(spec, static_cast<int>(groups.size()), 0, ".");
         RodsInFluid rods{.name = spec.name, .least_axis = radius / 0.1, .most_axis = radius / 0.1};
-        rods.has[static_cast<std::size_t>(radius < 0.1 ? SectionMarkers::centre_line : SectionMarkers::ring)] = true;
+        nth(rods.has, radius < 0.1 ? SectionMarkers::centre_line : SectionMarkers::ring) = true;
         fluid.rods.push_back(rods);
     }
     const std::vector<std::string> found = fluid_doubts(fluid, groups);

@@ -1,4 +1,5 @@
 // Orders, Richardson values and error bars on numbers whose limit is known.
+#include "skein/core/index.hpp"
 #include "studies/convergence.hpp"
 
 #include <gtest/gtest.h>
@@ -67,8 +68,7 @@ TEST(Convergence, BarHoldsTheErrorOfSmoothRuns) {
                     EXPECT_GE(c.error_bar.time, std::abs(b) * dt * dt * (1 - 1e-9));
                     EXPECT_GE(c.error_bar_at_end.total, std::abs(u(n, dt, 9) - exact(9)));
                     double wrong = 0;
-                    for (int i = 0; i < 10; ++i)
-                        wrong = std::max(wrong, std::abs(c.limit[static_cast<std::size_t>(i)] - exact(i)));
+                    for (int i = 0; i < 10; ++i) wrong = std::max(wrong, std::abs(nth(c.limit, i) - exact(i)));
                     EXPECT_LE(wrong, c.remainder + 1e-12) << "the Richardson value";
                 }
 }

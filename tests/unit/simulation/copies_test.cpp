@@ -1,6 +1,7 @@
 // Copies of rods and their figures, put together tile by tile: the bits of one rod alone, for any width, mapping and
 // threads.
 #include "mechanics/rod_copies.hpp"
+#include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -54,7 +55,7 @@ struct Shaken : test::Stage {
             rods->import_rod(i, state);
         }
     }
-    const RodGroup& group_of(std::size_t i) const { return groups[static_cast<std::size_t>(rods->local()[i].group)]; }
+    const RodGroup& group_of(std::size_t i) const { return nth(groups, rods->local()[i].group); }
 };
 
 template <class F> void with_all(F&& f) {

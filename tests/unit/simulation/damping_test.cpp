@@ -1,6 +1,7 @@
 // What every kind of damping must do, on rods of every shape and ends: take energy in every step, at any step, converge
 // with the square of the step, and keep the momentum that it says it keeps. theory.md (22)-(24), (41)
 #include "diagnostics/energy_audit.hpp"
+#include "skein/core/index.hpp"
 #include "support/dampers.hpp"
 #include "support/energy.hpp"
 #include "support/scenes_for_tests.hpp"
@@ -58,8 +59,8 @@ std::vector<Case> all_cases() {
 
 std::string text(const Case& c) {
     return std::string(test::name_of(c.damper)) + ", form " + std::to_string(static_cast<int>(c.form)) + ", " +
-           std::string(end_names[static_cast<std::size_t>(c.start)]) + " [" + c.start_free + "] and " +
-           std::string(end_names[static_cast<std::size_t>(c.end)]) + ", at " + std::to_string(c.share);
+           std::string(nth(end_names, c.start)) + " [" + c.start_free + "] and " + std::string(nth(end_names, c.end)) +
+           ", at " + std::to_string(c.share);
 }
 
 test::Stage stage_of(const Case& c, bool audit) {

@@ -2,6 +2,7 @@
 #include "core/rotation.hpp"
 #include "mechanics/rod_copies.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -189,7 +190,7 @@ TEST(MovingEnds, SendAWaveAlongTheRod) {
         double most = 0;
         for (int i = 0; i <= elements; ++i) {
             const double s = length * i / elements, phase = std::max(0.0, 0.9 - s / length);
-            const double moved = lane(state[static_cast<std::size_t>(i)].position, 0).z - s;
+            const double moved = lane(nth(state, i).position, 0).z - s;
             most = std::max(most, std::abs(moved + 1e-6 * length * std::pow(phase, 4)));
         }
         return most / (1e-6 * length);

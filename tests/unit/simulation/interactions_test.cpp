@@ -1,5 +1,6 @@
 // What must hold of everything that touches, under every law: no place and no direction is special, momentum stays with
 // what is free, elastic contacts keep energy and all others take some, stiffer ones ask for shorter steps.
+#include "skein/core/index.hpp"
 #include "support/interaction_examples.hpp"
 
 #include <gtest/gtest.h>
@@ -42,8 +43,8 @@ std::vector<ContactLaw> all_laws() {
     return laws;
 }
 std::string text(const InteractionExample& e, const ContactLaw& law) {
-    return e.name + ", " + std::string(contact_normal_names[static_cast<std::size_t>(law.normal)]) + ", friction " +
-           std::string(contact_friction_names[static_cast<std::size_t>(law.friction)]);
+    return e.name + ", " + std::string(nth(contact_normal_names, law.normal)) + ", friction " +
+           std::string(nth(contact_friction_names, law.friction));
 }
 
 /// Energy in the springs of contacts and walls, J, and whether anything touches.

@@ -15,6 +15,7 @@
 #include "loads/uniform_force.hpp"
 #include "mechanics/present_eigenvalues.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -138,7 +139,7 @@ SceneSpec ladder(long most) {
 /// The first number of any rod in which two stages differ.
 std::string difference(const test::Stage& a, const test::Stage& b) {
     for (std::size_t i = 0; i < a.rods->local().size(); ++i) {
-        const RodGroup& group = a.groups[static_cast<std::size_t>(a.rods->local()[i].group)];
+        const RodGroup& group = nth(a.groups, a.rods->local()[i].group);
         std::vector<Slot<1>> one(static_cast<std::size_t>(group.slots())), other(one.size());
         a.rods->export_rod(i, one);
         b.rods->export_rod(i, other);
@@ -178,7 +179,7 @@ TEST(Mapping, IsTriedWithEveryLoad) {
     for (int kind = 0; kind < static_cast<int>(load_kinds().size()); ++kind)
         EXPECT_TRUE(std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& l) {
             return l.load.number() == kind;
-        })) << load_kinds()[static_cast<std::size_t>(kind)];
+        })) << nth(load_kinds(), kind);
 }
 
 TEST(Mapping, OfALadderOfLengths) {
@@ -214,8 +215,7 @@ TEST(Mapping, SurvivesExportAndImport) {
     test::Stage resumed(mixed(Law::incompressible), 4, 2, Mapping::along);
     std::vector<Slot<1>> state;
     for (std::size_t i = 0; i < half.rods->local().size(); ++i) {
-        state.resize(
-            static_cast<std::size_t>(half.groups[static_cast<std::size_t>(half.rods->local()[i].group)].slots()));
+        state.resize(static_cast<std::size_t>(nth(half.groups, half.rods->local()[i].group).slots()));
         half.rods->export_rod(i, state);
         resumed.rods->import_rod(i, state);
     }
@@ -231,8 +231,7 @@ TEST(Mapping, WatchesStepAndStateAlike) {
         EXPECT_TRUE(stage->rods->advance({}, true));
     }
     for (std::size_t i = 0; i < across.rods->local().size(); ++i) {
-        const auto slots =
-            static_cast<std::size_t>(across.groups[static_cast<std::size_t>(across.rods->local()[i].group)].slots());
+        const auto slots = static_cast<std::size_t>(nth(across.groups, across.rods->local()[i].group).slots());
         std::vector<Slot<1>> good(slots);
         across.rods->export_rod(i, good);
         for (const std::size_t k : {std::size_t{0}, slots / 2, slots - 2, slots - 1}) {
@@ -270,8 +269,7 @@ TEST(Mapping, FindsTheSamePresentLimits) {
         test::Stage stage(scene, along ? 8 : 1, 1, along ? Mapping::along : Mapping::across);
         std::vector<Slot<1>> state;
         for (std::size_t i = 0; i < across.rods->local().size(); ++i) {
-            state.resize(static_cast<std::size_t>(
-                across.groups[static_cast<std::size_t>(across.rods->local()[i].group)].slots()));
+            state.resize(static_cast<std::size_t>(nth(across.groups, across.rods->local()[i].group).slots()));
             across.rods->export_rod(i, state);
             stage.rods->import_rod(i, state);
         }

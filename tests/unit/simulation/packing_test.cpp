@@ -1,6 +1,7 @@
 // Packed rods of a whole scene: groups keep clear of each other, and lie in tiles as they were placed.
 #include "loads/magnetic_field.hpp"
 #include "placement/packing.hpp"
+#include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -53,7 +54,7 @@ TEST(PackedScene, TilesHoldTheStartStates) {
             const test::Stage stage(nest(), lanes, 1, mapping);
             for (std::size_t i = 0; i < stage.rods->local().size(); ++i) {
                 const LocalRod& rod = stage.rods->local()[i];
-                const RodGroup& group = stage.groups[static_cast<std::size_t>(rod.group)];
+                const RodGroup& group = nth(stage.groups, rod.group);
                 std::vector<Slot<1>> placed(static_cast<std::size_t>(group.slots())), held(placed.size());
                 group.start_state(rod.index, placed);
                 stage.rods->export_rod(i, held);

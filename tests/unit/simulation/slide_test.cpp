@@ -2,6 +2,7 @@
 // theory.md (47a)
 #include "loads/gravity.hpp"
 #include "rod/time_limits.hpp"
+#include "skein/core/index.hpp"
 #include "support/energy.hpp"
 
 #include <gtest/gtest.h>
@@ -17,7 +18,7 @@ struct Case {
 };
 
 std::string text(const Case& c) {
-    const auto name = [](EndKind kind) { return std::string(end_names[static_cast<std::size_t>(kind)]); };
+    const auto name = [](EndKind kind) { return std::string(nth(end_names, kind)); };
     return name(c.start) + " [" + c.start_free + "] / " + name(c.end) + " [" + c.end_free + "]";
 }
 

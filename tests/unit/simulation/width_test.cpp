@@ -11,6 +11,7 @@
 #include "loads/uniform_force.hpp"
 #include "mechanics/present_eigenvalues.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -106,8 +107,7 @@ TEST(Bits, SurviveExportAndImport) {
     test::Stage resumed(everything(), 4);
     std::vector<Slot<1>> state;
     for (std::size_t i = 0; i < halves.rods->local().size(); ++i) {
-        state.resize(
-            static_cast<std::size_t>(halves.groups[static_cast<std::size_t>(halves.rods->local()[i].group)].slots()));
+        state.resize(static_cast<std::size_t>(nth(halves.groups, halves.rods->local()[i].group).slots()));
         halves.rods->export_rod(i, state);
         resumed.rods->import_rod(i, state);
     }
