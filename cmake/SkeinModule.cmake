@@ -1,4 +1,4 @@
-# skein_module(<name> [SOURCES ...] [DEPENDS ...]): one target per folder of src/, skein_<name>.
+# skein_module(<name> [EXCEPT ...] [DEPENDS ...]): one target per folder of src/, skein_<name>, of all its sources but some.
 # Without sources the target is header-only.
 
 # Flags that decide bits: no contraction but what fma() spells, no fast-math. Kernels are explicit about width, so the compiler need not
@@ -32,9 +32,11 @@ function(skein_common_headers name)
 endfunction()
 
 function(skein_module name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
-  if(ARG_SOURCES)
-    add_library(skein_${name} STATIC ${ARG_SOURCES})
+  cmake_parse_arguments(ARG "" "" "EXCEPT;OBJECTS;DEPENDS" ${ARGN})
+  file(GLOB sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp)
+  list(REMOVE_ITEM sources ${ARG_EXCEPT})
+  if(sources)
+    add_library(skein_${name} STATIC ${sources} ${ARG_OBJECTS})
     target_link_libraries(skein_${name} PUBLIC skein_flags ${ARG_DEPENDS})
     skein_common_headers(skein_${name})
   else()
