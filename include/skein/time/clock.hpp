@@ -27,6 +27,8 @@ struct Step {
     double begin = 0;   ///< s, of the whole step
 
     double end() const { return begin + dt; }
+    /// Steps that are done before it.
+    std::int64_t before() const { return index - 1; }
 };
 
 /// Deals out batches of steps; knows nothing of rods.
