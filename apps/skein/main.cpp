@@ -34,8 +34,8 @@ bool first_process() {
 
 const std::map<std::string, skein::Mapping> mappings = {
     {"auto", skein::Mapping::automatic}, {"across", skein::Mapping::across}, {"along", skein::Mapping::along}};
-const std::map<std::string, skein::Rewind> rewinds = {
-    {"auto", skein::Rewind::automatic}, {"always", skein::Rewind::always}, {"never", skein::Rewind::never}};
+const std::map<std::string, skein::RewindMode> rewinds = {
+    {"auto", skein::RewindMode::automatic}, {"always", skein::RewindMode::always}, {"never", skein::RewindMode::never}};
 const std::map<std::string, skein::Balance> balances = {
     {"auto", skein::Balance::automatic}, {"always", skein::Balance::always}, {"never", skein::Balance::never}};
 const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous},

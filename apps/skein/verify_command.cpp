@@ -5,6 +5,7 @@
 #include "simulation/machine.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/index.hpp"
+#include "studies/verify.hpp"
 
 #include <charconv>
 #include <cstdio>
@@ -70,8 +71,8 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
         options.quiet = true;
         Simulation simulation(comm, threads, scene, std::move(groups), std::move(plan), options);
         simulation.advance(to.step);
-        const std::uint64_t digest = simulation.digest();
-        std::string difference = simulation.difference_to(to.file);
+        const std::uint64_t digest = simulation.world().digest();
+        std::string difference = skein::difference_to(simulation, to.file);
         if (difference.empty() && digest != to.digest) difference = "the digest of the state is another one";
         if (!difference.empty())
             throw DifferenceError(arguments.directory + ": steps " + std::to_string(from.step) + " to " +

@@ -63,7 +63,7 @@ void ContactInteraction::settle(std::span<const std::uint32_t> slot) {
     contacts_->settle(*exposure_, slot, comm_.sum(inactive_));
 }
 
-void ContactInteraction::follow(const InteractionParts& parts) {
+void ContactInteraction::rebind(const InteractionParts& parts) {
     exposure_ = parts.around.exposure;
     loads_ = parts.around.loads;
     follows_ = true;
@@ -245,7 +245,7 @@ Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
     return most;
 }
 
-std::vector<Figure> ContactInteraction::figures(double) const {
+std::vector<Figure> ContactInteraction::figures(const Sample&) const {
     using Of = Figure::Of;
     const ContactFigures f = contacts_->figures();
     return {{"contacts[-]", Of::sum, {f.weight}},

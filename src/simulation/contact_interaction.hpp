@@ -14,11 +14,12 @@ class ContactInteraction final : public Interaction {
 public:
     explicit ContactInteraction(const InteractionParts& parts);
 
+    bool couples() const override { return true; }
     bool holds() override { return contacts_->holds(*exposure_); }
     double begin_rebuild() override;
     void find_partners(const Exposure& near, std::span<std::uint8_t> wanted) override;
     void settle(std::span<const std::uint32_t> slot) override;
-    void follow(const InteractionParts& parts) override;
+    void rebind(const InteractionParts& parts) override;
     void add_work(std::span<const LocalRod> own, std::span<double> work) const override;
     void add_own(const Step& step) override;
     void add_shared(const Step& step) override;
@@ -28,7 +29,7 @@ public:
     double step_limit() const override;
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return {&overlap_, 1}; }
-    std::vector<Figure> figures(double lag) const override;
+    std::vector<Figure> figures(const Sample&) const override;
     std::string saved_name() const override { return "contact_memory"; }
     /// Energies of all contacts; rows: the memory of each, by pair, on the rank whose block of gids has its first rod.
     SavedNumbers saved() const override;

@@ -1,4 +1,8 @@
-#include "simulation/fluid_frames.hpp"
+// Frames of a fluid, as a plan wants them: whole, slices, boxes of means, blocks.
+#include "fluid/cell_samples.hpp"
+#include "io/field_series.hpp"
+#include "simulation/fluid_interaction.hpp"
+#include "simulation/output.hpp"
 
 #include "skein/core/index.hpp"
 
@@ -78,76 +82,104 @@ FieldGrid grid_of(const FluidOutput& output, const FluidGrid& fluid) {
     return {output.box.count, output.box.average * fluid.h, fluid.lower + Vec3d{corner(0), corner(1), corner(2)}};
 }
 
-} // namespace
-
-struct FluidFrames::Output {
+/// Frames of one kind.
+struct FrameSeries {
     FluidOutput what;
     FieldSeries series;
     std::optional<BoxSampler> box;
     std::optional<BlockSampler> blocks;
     std::array<int, 3> cells; ///< of the fluid
 
-    bool is_due(std::int64_t step) const { return step % what.every == 0; }
+    Every every() const { return {what.every}; }
+    void write(std::int64_t step, const Vec3d& moved);
 };
 
-FluidFrames::FluidFrames(const Communicator& comm, const Threads& threads, const FlowSolver& flow,
-                         const FluidPlan& plan, const std::string& directory, double dt, double shift,
-                         const Earlier& earlier)
-    : flow_(comm, flow) {
+void FrameSeries::write(std::int64_t step, const Vec3d& moved) {
+    if (box) {
+        BoxFrame frame(*box, what.box, what.fields);
+        series.write(step, moved, frame);
+        return;
+    }
+    blocks->find(what.criterion, what.threshold);
+    BlockFrame frame(*blocks, what.edge, what.fields);
+    std::vector<std::array<int, 3>> first = blocks->blocks();
+    for (auto& block : first)
+        for (int& cell : block) cell *= what.edge;
+    series.write_blocks(step, moved, frame, first, cells);
+}
+
+class FluidFrames final : public Output {
+public:
+    FluidFrames(const OutputParts& parts, const FluidInteraction& fluid);
+
+    std::int64_t next(std::int64_t done) const override;
+    bool due(const Moment& now) const override {
+        return std::any_of(all_.begin(), all_.end(), [&](const auto& one) { return one.every().due(now.step); });
+    }
+    void write(const Moment& now) override { write(now.step, true); }
+    void write_end(const Moment& now) override { write(now.step, false); }
+    std::vector<std::string> files_of_end(std::int64_t step) const override;
+    void mark(CheckpointInfo& info) const override {
+        for (const FrameSeries& one : all_)
+            info.last_frames[FieldSeries::name_of(one.what.name)] = one.series.last_step();
+    }
+    bool shows_failure() const override { return false; }
+
+private:
+    void write(std::int64_t step, bool due);
+
+    const FluidInteraction& fluid_;
+    FlowPlanes flow_;
+    std::vector<FrameSeries> all_;
+};
+
+FluidFrames::FluidFrames(const OutputParts& parts, const FluidInteraction& fluid)
+    : fluid_(fluid), flow_(parts.comm(), fluid.flow()) {
+    const FluidPlan& plan = *parts.plan().fluid;
     const FluidGrid& grid = plan.constants.grid;
     for (const FluidOutput& output : plan.outputs) {
-        Output& made = outputs_.emplace_back(
-            Output{output,
-                   FieldSeries(comm, names_of(output, directory), grid_of(output, grid), output.precision, dt, shift,
-                               earlier(FieldSeries::name_of(output.name))),
-                   std::nullopt, std::nullopt, grid.cells});
-        if (output.kind == FluidOutputKind::blocks) made.blocks.emplace(comm, threads, flow_, output.edge);
-        else made.box.emplace(comm, threads, flow_, output.box);
+        const FieldSeries::Earlier earlier{parts.resumed_step(), parts.last_frame(FieldSeries::name_of(output.name)),
+                                           print_warning};
+        FrameSeries& made = all_.emplace_back(
+            FrameSeries{output,
+                        FieldSeries(parts.comm(), names_of(output, parts.options.out), grid_of(output, grid),
+                                    output.precision, parts.plan().dt, parts.world.clock.shift(), earlier),
+                        std::nullopt, std::nullopt, grid.cells});
+        if (output.kind == FluidOutputKind::blocks)
+            made.blocks.emplace(parts.comm(), parts.world.threads, flow_, output.edge);
+        else made.box.emplace(parts.comm(), parts.world.threads, flow_, output.box);
     }
 }
 
-FluidFrames::~FluidFrames() = default;
-
 std::int64_t FluidFrames::next(std::int64_t done) const {
-    std::int64_t next = std::numeric_limits<std::int64_t>::max();
-    for (const Output& output : outputs_) next = std::min(next, (done / output.what.every + 1) * output.what.every);
+    std::int64_t next = Every::never;
+    for (const FrameSeries& one : all_) next = std::min(next, one.every().next(done));
     return next;
 }
 
 std::vector<std::string> FluidFrames::files_of_end(std::int64_t step) const {
     std::vector<std::string> names;
-    for (const Output& output : outputs_)
-        if (!output.is_due(step))
-            for (std::string& name : output.series.files_of(step, output.blocks.has_value()))
+    for (const FrameSeries& one : all_)
+        if (!one.every().due(step))
+            for (std::string& name : one.series.files_of(step, one.blocks.has_value()))
                 names.push_back(std::move(name));
     return names;
 }
 
-void FluidFrames::mark(std::map<std::string, std::int64_t>& last) const {
-    for (const Output& output : outputs_) last[FieldSeries::name_of(output.what.name)] = output.series.last_step();
-}
-
-void FluidFrames::write(std::int64_t step, const Vec3d& moved, bool due) {
-    const auto wanted = [&](const Output& output) { return output.is_due(step) == due; };
-    if (std::none_of(outputs_.begin(), outputs_.end(), wanted)) return;
+void FluidFrames::write(std::int64_t step, bool due) {
+    const auto wanted = [&](const FrameSeries& one) { return one.every().due(step) == due; };
+    if (std::none_of(all_.begin(), all_.end(), wanted)) return;
     flow_.take();
-    for (Output& output : outputs_)
-        if (wanted(output)) write(step, moved, output);
+    for (FrameSeries& one : all_)
+        if (wanted(one)) one.write(step, fluid_.box_shift());
     flow_.release();
 }
 
-void FluidFrames::write(std::int64_t step, const Vec3d& moved, Output& output) {
-    if (output.box) {
-        BoxFrame frame(*output.box, output.what.box, output.what.fields);
-        output.series.write(step, moved, frame);
-        return;
-    }
-    output.blocks->find(output.what.criterion, output.what.threshold);
-    BlockFrame frame(*output.blocks, output.what.edge, output.what.fields);
-    std::vector<std::array<int, 3>> first = output.blocks->blocks();
-    for (auto& block : first)
-        for (int& cell : block) cell *= output.what.edge;
-    output.series.write_blocks(step, moved, frame, first, output.cells);
+} // namespace
+
+std::unique_ptr<Output> make_fluid_frames(const OutputParts& parts) {
+    if (!parts.plan().fluid || parts.plan().fluid->outputs.empty()) return nullptr;
+    return std::make_unique<FluidFrames>(parts, *fluid_of(parts.world.interactions()));
 }
 
 } // namespace skein

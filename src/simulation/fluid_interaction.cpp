@@ -56,6 +56,12 @@ std::optional<FluidFace> face_beyond(const FluidGrid& box, const Vec3d& place, d
     return std::nullopt;
 }
 
+/// Shares of a step that its stages take.
+std::vector<int> shares_of(FlowScheme scheme) {
+    const StageParts parts = stage_parts(scheme);
+    return {parts.part.begin(), parts.part.begin() + parts.count};
+}
+
 std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
     const FluidPlan& plan = *parts.plan.fluid;
     if (const std::string fault = unshared(plan.constants, parts.comm.size()); !fault.empty())
@@ -66,9 +72,9 @@ std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
 } // namespace
 
 FluidInteraction::FluidInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid), flow_(make_flow(parts)),
-      groups_(parts.groups), automatic_dt_(parts.plan.automatic_dt),
-      lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
+    : comm_(parts.comm), threads_(parts.threads), plan_(*parts.plan.fluid),
+      schedule_(plan_.every, shares_of(plan_.constants.scheme)), flow_(make_flow(parts)), groups_(parts.groups),
+      automatic_dt_(parts.plan.automatic_dt), lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
     const FluidGrid& grid = plan_.constants.grid;
     std::unique_ptr<ImmersedRods> rods;
     if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, grid, plan_.retraction * grid.h);
@@ -92,17 +98,10 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
     else flow_->set_velocity(VelocityRow(StartVelocity(plan_.velocity_formula, plan_.names)));
 }
 
-void FluidInteraction::follow(const InteractionParts& parts) { bodies_->rods()->follow(parts.rods); }
+void FluidInteraction::rebind(const InteractionParts& parts) { bodies_->rods()->follow(parts.rods); }
 
 std::int64_t FluidInteraction::next_coupling(std::int64_t done) const {
-    if (groups_.empty() || !failure_.empty()) return Interaction::next_coupling(done);
-    const std::int64_t of_part = done % plan_.every - (done % plan_.every == 0 ? 0 : part_begin_);
-    if (of_part == 0 || of_part == part_) return done + 1; // how long a step of the fluid may be is found behind it
-    const StageParts parts = stage_parts(plan_.constants.scheme);
-    const std::int64_t unit = part_ / parts.unit;
-    int stages = 1;
-    while (unit * parts.until(stages) <= of_part) ++stages;
-    return done - of_part + unit * parts.until(stages);
+    return groups_.empty() || !failure_.empty() ? Every::never : schedule_.next(done);
 }
 
 template <class F> void FluidInteraction::timed(Timers& timers, F&& f) {
@@ -116,12 +115,8 @@ template <class F> void FluidInteraction::timed(Timers& timers, F&& f) {
 void FluidInteraction::begin(const Step& first, Timers& timers) {
     if (groups_.empty() || !failure_.empty()) return;
     timed(timers, [&] {
-        const StageParts parts = stage_parts(plan_.constants.scheme);
-        const std::int64_t within = (first.index - 1) % plan_.every;
-        if ((within == 0 || within == part_begin_ + part_) && !choose_part(first)) return;
-        const std::int64_t done = within - part_begin_;
-        for (int s = 0; s < parts.count; ++s)
-            if (done == part_ / parts.unit * parts.until(s)) begin_stage(s, first);
+        if (schedule_.part_begins(first.before()) && !choose_part(first)) return;
+        if (const auto stage = schedule_.stage_begins(first.before())) begin_stage(*stage, first);
     });
 }
 
@@ -131,10 +126,7 @@ void FluidInteraction::end_step(const Step& step, Timers& timers) {
         try {
             if (groups_.empty()) return step_alone(step);
             if (!step.completes) return;
-            const StageParts parts = stage_parts(plan_.constants.scheme);
-            const std::int64_t done = (step.index - 1) % plan_.every - part_begin_ + 1;
-            for (int s = 0; s < parts.count; ++s)
-                if (done == part_ / parts.unit * parts.until(s + 1)) end_stage(s, step);
+            if (const auto stage = schedule_.stage_ends(step.index)) end_stage(*stage, step);
         } catch (const NumericalError& error) { // on all ranks
             failure_ = error.what();
         }
@@ -149,7 +141,7 @@ void FluidInteraction::fail_at(double limit, double dt) {
 }
 
 void FluidInteraction::fail_with_rods(double limit, double dt) {
-    const int unit = stage_parts(plan_.constants.scheme).unit;
+    const auto unit = static_cast<double>(schedule_.unit());
     if (automatic_dt_)
         needed_ =
             fmt::format("fluid.expected_speed={:g}", rounded_up(1.5 * plan_.courant * plan_.constants.grid.h / limit));
@@ -179,7 +171,7 @@ std::string FluidInteraction::warning() const {
     const auto found = slips();
     if (!found || found->share <= large * found->allowed) return {};
     const double wanted = last_length_ * found->allowed / found->share; // s
-    const int unit = stage_parts(plan_.constants.scheme).unit;
+    const auto unit = static_cast<double>(schedule_.unit());
     return fmt::format(
         "velocities of fluid and rods differ by {:.3g} m/s at the end, {:.2g} of the largest speed, although steps of "
         "the "
@@ -292,11 +284,9 @@ bool FluidInteraction::choose_part(const Step& first) {
     if (plan_.follows_rods) follow_rods();
     const RodsInBox rods = rods_in_box();
     if (plan_.two_way()) stop_outside(rods, first);
-    const int unit = stage_parts(plan_.constants.scheme).unit;
-    const std::int64_t within = (first.index - 1) % plan_.every,
-                       left = (plan_.every - within) / unit; // in the shortest steps
-    const double shortest = unit * first.dt, whole = static_cast<double>(plan_.every) * first.dt,
-                 of_rods = comm_.max(rods.speed);
+    const std::int64_t left = schedule_.units_left(first.before());
+    const double shortest = static_cast<double>(schedule_.unit()) * first.dt,
+                 whole = static_cast<double>(plan_.every) * first.dt, of_rods = comm_.max(rods.speed);
     const double by_rods = of_rods > 0 ? plan_.courant * plan_.constants.grid.h / of_rods : HUGE_VAL;
     speed_ = std::max(comm_.max(flow_->largest_speed()), of_rods);
     const double limit = std::min(flow_->step_limit(plan_.courant), by_rods);
@@ -314,9 +304,8 @@ bool FluidInteraction::choose_part(const Step& first) {
     const std::int64_t most =
         std::max<std::int64_t>(1, std::min(steps_of(limit), steps_of(step_by_slip(speed_, whole, shortest))));
     const std::int64_t steps = (left + most - 1) / most; // of about the same length until the next meeting of the plan
-    part_begin_ = within;
-    part_ = unit * ((left + steps - 1) / steps);
-    if (within == 0) {
+    schedule_.begin_part(first.before(), (left + steps - 1) / steps);
+    if (schedule_.interval_begins(first.before())) {
         bodies_->begin_interval(first.begin);
         to_ = first.begin + whole;
     }
@@ -324,10 +313,12 @@ bool FluidInteraction::choose_part(const Step& first) {
 }
 
 ForceBalance::Stage FluidInteraction::stage_of(int s, double dt) const {
-    const StageParts parts = stage_parts(plan_.constants.scheme);
-    const double unit = static_cast<double>(part_ / parts.unit) * dt;
-    return {
-        .begin = unit * parts.until(s), .length = unit * nth(parts.part, s), .step = static_cast<double>(part_) * dt};
+    const double share = static_cast<double>(schedule_.steps_of_share()) * dt;
+    const auto before = static_cast<double>(schedule_.shares_before(s)),
+               until = static_cast<double>(schedule_.shares_before(s + 1));
+    return {.begin = share * before,
+            .length = share * (until - before),
+            .step = static_cast<double>(schedule_.part()) * dt};
 }
 
 void FluidInteraction::begin_stage(int s, const Step& first) {
@@ -351,7 +342,7 @@ void FluidInteraction::end_stage(int s, const Step& step) {
     if (balance) bodies_->come_to_end(stage);
     else flow_->begin_stage(s, from, stage.step);
     flow_->end_stage(s, from, stage.step);
-    const bool last = s + 1 == stage_parts(plan_.constants.scheme).count;
+    const bool last = s + 1 == schedule_.stages();
     if (balance) bodies_->end_stage();
     if (balance && last) balance->end_step(lag_);
     if (last) {
@@ -368,7 +359,7 @@ std::string FluidInteraction::invalid() const {
                      (groups_.empty() ? "; a smaller fluid.courant would do" : "");
 }
 
-std::vector<Figure> FluidInteraction::figures(double) const {
+std::vector<Figure> FluidInteraction::figures(const Sample&) const {
     using Of = Figure::Of;
     const std::vector<FlowFigures> rows = flow_->figures();
     const auto terms = [&](auto&& of) {

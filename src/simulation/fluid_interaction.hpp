@@ -4,6 +4,7 @@
 #include "fluid/flow.hpp"
 #include "immersion/immersion.hpp"
 #include "simulation/interaction.hpp"
+#include "time/coupling_schedule.hpp"
 
 #include <limits>
 #include <optional>
@@ -22,13 +23,14 @@ public:
     /// Throws InputError where this program has no fluid solver. Collective.
     explicit FluidInteraction(const InteractionParts& parts);
 
-    void follow(const InteractionParts& parts) override;
+    void rebind(const InteractionParts& parts) override;
+    bool couples() const override { return true; }
     std::int64_t next_coupling(std::int64_t done) const override;
     void begin(const Step& first, Timers& timers) override;
     bool ends_every_step() const override { return groups_.empty(); }
     void end_step(const Step& step, Timers& timers) override;
     std::string invalid() const override;
-    std::vector<Figure> figures(double lag) const override;
+    std::vector<Figure> figures(const Sample&) const override;
     std::uint64_t digest() const override;
     std::string saved_name() const override { return "fluid"; }
     /// Rows are planes of cells.
@@ -42,6 +44,9 @@ public:
     double speed_to_expect() const { return speed_to_expect_; }
     /// Settings with which a run that has failed goes on, or one whose rods feel the fluid and have failed.
     std::vector<std::string> remedies() const override;
+    std::string likely_cause() const override {
+        return "fluid and rods move faster than steps of the fluid were planned for";
+    }
     /// Slip of two-way rods at the end of the last step over the largest speed then, and the largest of this run.
     struct SlipFigures {
         double slip = 0, share = 0, largest_share = 0, allowed = 0; ///< m/s; the others of the speed
@@ -92,6 +97,7 @@ private:
     const Communicator& comm_;
     const Threads& threads_;
     const FluidPlan& plan_;
+    CouplingSchedule schedule_; ///< steps of the fluid, in steps of rods
     std::unique_ptr<FlowSolver> flow_;
     std::span<const RodGroup> groups_;
     std::unique_ptr<Immersion> bodies_;         ///< null where there are none
@@ -100,8 +106,6 @@ private:
     double to_ = 0;                             ///< s, end of the interval that forces on them are means of
     std::string failure_;                       ///< why it cannot go on; empty: it can
     std::int64_t steps_ = 0, steps_before_ = 0; ///< of the fluid since the start; of them, those before this run
-    std::int64_t part_ = 0;                     ///< with rods: steps of the run in the present step of the fluid
-    std::int64_t part_begin_ = 0;               ///< of them, those between the last meeting of the plan and its begin
     double slip_before_ = 0;                    ///< m/s, at the end of the last step before this run
     double last_length_ = 0;                    ///< s, of the last step; 0: there was none
     double speed_ = 0;                          ///< m/s, the largest when the present step began

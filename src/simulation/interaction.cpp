@@ -4,6 +4,7 @@
 #include "simulation/contact_interaction.hpp"
 #include "simulation/fluid_interaction.hpp"
 #include "simulation/joint_interaction.hpp"
+#include "simulation/relaxation_interaction.hpp"
 #include "simulation/wall_interaction.hpp"
 
 #include <algorithm>
@@ -31,6 +32,7 @@ Interactions make_interactions(const InteractionParts& parts) {
     Interactions all;
     for (const InteractionSpec& spec : parts.plan.interactions)
         all.push_back(std::visit([&](const auto& kind) { return make_interaction(kind, parts); }, spec));
+    if (parts.plan.relax) all.push_back(std::make_unique<RelaxationInteraction>(parts));
     return all;
 }
 
@@ -56,8 +58,8 @@ void rebuild(const Interactions& all, Neighbourhood& neighbourhood, const std::f
 
 } // namespace
 
-void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers,
-            const std::function<void()>& at_rebuild) {
+void add_loads(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers,
+               const std::function<void()>& at_rebuild) {
     const auto for_each = [&](auto&& work) {
         const auto timing = timers.time(Phase::contacts);
         for (const auto& one : all) work(*one);
@@ -100,23 +102,26 @@ bool finished(const Interactions& all) {
     return any;
 }
 
-std::string invalid(const Interactions& all) {
+bool fulfilled(const Interactions& all) {
+    return std::all_of(all.begin(), all.end(), [](const auto& one) { return one->fulfilled(); });
+}
+
+namespace {
+
+/// The first answer that is not empty.
+template <class Answer> Answer first_of(const Interactions& all, Answer (Interaction::*of)() const) {
     for (const auto& one : all)
-        if (std::string reason = one->invalid(); !reason.empty()) return reason;
+        if (Answer answer = ((*one).*of)(); !answer.empty()) return answer;
     return {};
 }
 
-std::string cause(const Interactions& all) {
-    for (const auto& one : all)
-        if (std::string text = one->cause(); !text.empty()) return text;
-    return {};
-}
+} // namespace
 
-std::vector<std::string> remedies(const Interactions& all) {
-    for (const auto& one : all)
-        if (auto settings = one->remedies(); !settings.empty()) return settings;
-    return {};
-}
+std::string invalid(const Interactions& all) { return first_of(all, &Interaction::invalid); }
+std::string cause(const Interactions& all) { return first_of(all, &Interaction::cause); }
+std::vector<std::string> remedies(const Interactions& all) { return first_of(all, &Interaction::remedies); }
+std::string likely_cause(const Interactions& all) { return first_of(all, &Interaction::likely_cause); }
+std::string advice(const Interactions& all) { return first_of(all, &Interaction::advice); }
 
 double step_limit(const Interactions& all) {
     double least = HUGE_VAL;
@@ -124,12 +129,16 @@ double step_limit(const Interactions& all) {
     return least;
 }
 
+bool couples(const Interactions& all) {
+    return std::any_of(all.begin(), all.end(), [](const auto& one) { return one->couples(); });
+}
+
 bool ends_every_step(const Interactions& all) {
     return std::any_of(all.begin(), all.end(), [](const auto& one) { return one->ends_every_step(); });
 }
 
 std::int64_t next_coupling(const Interactions& all, std::int64_t done) {
-    std::int64_t next = std::numeric_limits<std::int64_t>::max();
+    std::int64_t next = Every::never;
     for (const auto& one : all) next = std::min(next, one->next_coupling(done));
     return next;
 }
@@ -147,16 +156,16 @@ Touch strongest_touch(const Communicator& comm, const Interactions& all, std::in
 std::vector<std::string> names_of_figures(const Interactions& all) {
     std::vector<std::string> names;
     for (const auto& one : all)
-        for (Figure& figure : one->figures(0)) names.push_back(std::move(figure.name));
+        for (Figure& figure : one->figures({})) names.push_back(std::move(figure.name));
     return names;
 }
 
-std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all, double lag) {
+std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all, const Sample& sample) {
     std::vector<Figure> figures;
     std::vector<std::vector<double>> terms;
     std::vector<BinnedTotal> own_totals;
     for (const auto& one : all)
-        for (Figure& figure : one->figures(lag)) {
+        for (Figure& figure : one->figures(sample)) {
             if (figure.of == Figure::Of::sum) terms.push_back(std::move(figure.terms));
             if (figure.of == Figure::Of::total) own_totals.push_back(*figure.total);
             figures.push_back(std::move(figure));
@@ -183,20 +192,20 @@ std::vector<double> values_of_figures(const Communicator& comm, const Interactio
     return values;
 }
 
-bool overlaps_untold(const Interactions& all) {
+bool has_new_overlaps(const Interactions& all) {
     for (const auto& one : all)
         for (const OverlapWatch& watch : one->overlaps())
-            if (watch.untold()) return true;
+            if (watch.is_new()) return true;
     return false;
 }
 
-std::string tell_of_overlaps(const Communicator& comm, const Interactions& all) {
+std::string new_overlaps(const Communicator& comm, const Interactions& all) {
     std::string text;
     for (const auto& one : all)
         for (OverlapWatch& watch : one->overlaps()) {
             const std::string warning = watch.largest(comm).warning();
-            if (watch.told || warning.empty()) continue;
-            watch.told = true;
+            if (watch.reported || warning.empty()) continue;
+            watch.reported = true;
             text += (text.empty() ? "" : "\n  ") + warning;
         }
     return text;

@@ -9,6 +9,9 @@
 #include "parallel/communicator.hpp"
 #include "simulation/overlap_watch.hpp"
 #include "tiles/rods.hpp"
+#include "time/every.hpp"
+
+#include <nlohmann/json_fwd.hpp>
 
 #include <cmath>
 #include <functional>
@@ -46,6 +49,11 @@ struct InteractionParts {
     const Surroundings& around;
 };
 
+/// Time at which observables are taken.
+struct Sample {
+    double time = 0, lag = 0; ///< s; positions are `lag` behind the rates
+};
+
 class Interaction {
 public:
     virtual ~Interaction() = default;
@@ -62,7 +70,7 @@ public:
 
     /// This rank owns other bodies from now on, those of `parts`. Called between begin_rebuild and find_partners;
     /// restore() of what was saved() before follows.
-    virtual void follow(const InteractionParts& parts) = 0;
+    virtual void rebind(const InteractionParts& parts) = 0;
     /// Adds its work in a step to that of own bodies (Rods::local()), in pairs of elements that touch. This rank alone.
     virtual void add_work([[maybe_unused]] std::span<const LocalRod> own,
                           [[maybe_unused]] std::span<double> work) const {}
@@ -74,14 +82,13 @@ public:
     virtual void add_own([[maybe_unused]] const Step& step) {}
     /// The rest, when ghosts have arrived. This rank alone.
     virtual void add_shared([[maybe_unused]] const Step& step) {}
-    /// The first step after `done` behind which end_step() looks at where bodies are: the next drift waits for it. This
-    /// rank alone.
-    virtual std::int64_t next_coupling([[maybe_unused]] std::int64_t done) const {
-        return std::numeric_limits<std::int64_t>::max();
-    }
-    /// Whether end_step() is to see every step, and not only those before a meeting.
-    virtual bool ends_every_step() const { return true; }
-    /// After the kick: drives what answers the bodies, such as walls with servos. Collective.
+    /// Steps of ranks wait for each other because of it.
+    virtual bool couples() const { return false; }
+    /// First step after `done` whose end it must see: the next drift waits for it. This rank alone.
+    virtual std::int64_t next_coupling([[maybe_unused]] std::int64_t done) const { return Every::never; }
+    /// Whether end_step() sees every step, and not only those before a coupling.
+    virtual bool ends_every_step() const { return false; }
+    /// After the kick: answers of walls and fluids. Collective where it couples.
     virtual void end_step([[maybe_unused]] const Step& step, [[maybe_unused]] Timers& timers) {}
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
     virtual void watch([[maybe_unused]] const Step& step) {}
@@ -94,6 +101,10 @@ public:
     /// Cause of that failure, and settings KEY=VALUE that prevent it; empty: unknown. Not collective.
     virtual std::string cause() const { return {}; }
     virtual std::vector<std::string> remedies() const { return {}; }
+    /// Likely cause of any failure that its remedies prevent; empty: unknown.
+    virtual std::string likely_cause() const { return {}; }
+    /// Advice that stands in place of a search for the failure's cause; empty: none.
+    virtual std::string advice() const { return {}; }
     /// The longest step that it leaves this rank as bodies are now, s. Not collective.
     virtual double step_limit() const { return HUGE_VAL; }
     /// What presses a body of this rank most, by this interaction. Not collective.
@@ -103,8 +114,17 @@ public:
     }
     /// Overlaps that it has seen on this rank. Not collective.
     virtual std::span<OverlapWatch> overlaps() { return {}; }
-    /// Its columns of the time series. `lag`: by which positions are behind the rates, s. Not collective.
-    virtual std::vector<Figure> figures([[maybe_unused]] double lag) const { return std::vector<Figure>(); }
+    /// Its columns of the time series. Not collective.
+    virtual std::vector<Figure> figures([[maybe_unused]] const Sample& sample) const { return {}; }
+    /// Its part of the progress line.
+    virtual std::string progress() const { return {}; }
+    /// Its part of summary.json. Collective.
+    virtual void summarise([[maybe_unused]] nlohmann::ordered_json& summary) const {}
+    /// Report on standard output at the end of a run, and warning; empty: none.
+    virtual std::string report() const { return {}; }
+    virtual std::string final_warning() const { return {}; }
+    /// False where the run ends without what it was made for.
+    virtual bool fulfilled() const { return true; }
 
     /// Of a state beyond that of bodies: what this rank adds to the digest of all. Collective.
     virtual std::uint64_t digest() const { return 0; }
@@ -121,10 +141,10 @@ using Interactions = std::vector<std::unique_ptr<Interaction>>;
 /// The interactions of a plan, in the order in which they add loads. Collective.
 Interactions make_interactions(const InteractionParts& parts);
 
-/// Between the halves of a step: the loads that bodies exert on each other. Ghosts travel meanwhile. `at_rebuild`, if
-/// given, is where bodies may go to other ranks. Collective.
-void couple(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers,
-            const std::function<void()>& at_rebuild = {});
+/// Loads that bodies exert on each other, between drift and kick. Ghosts travel meanwhile. `at_rebuild`, if given, may
+/// send bodies to other ranks. Collective.
+void add_loads(const Interactions& all, Neighbourhood& neighbourhood, const Step& step, Timers& timers,
+               const std::function<void()>& at_rebuild = {});
 
 /// Work of all of them in a step on each of these bodies, in pairs of elements.
 std::vector<double> work_of(const Interactions& all, std::span<const LocalRod> own);
@@ -135,13 +155,18 @@ ContactInteraction* contacts_of(const Interactions& all);
 
 /// Whether some interaction ends the run, and all that do have come to their end.
 bool finished(const Interactions& all);
+/// False where the run ends without what one of them was made for.
+bool fulfilled(const Interactions& all);
 /// The reason of the first that cannot go on; empty: there is none.
 std::string invalid(const Interactions& all);
 /// Its cause, of the first that says one; empty: none does.
 std::string cause(const Interactions& all);
 std::vector<std::string> remedies(const Interactions& all);
+std::string likely_cause(const Interactions& all);
+std::string advice(const Interactions& all);
 double step_limit(const Interactions& all);
-/// Whether one of them is to.
+/// Whether one of them does.
+bool couples(const Interactions& all);
 bool ends_every_step(const Interactions& all);
 /// That of any of them.
 std::int64_t next_coupling(const Interactions& all, std::int64_t done);
@@ -150,12 +175,12 @@ Touch strongest_touch(const Communicator& comm, const Interactions& all, std::in
 
 /// Names and values of all columns of the time series; the values are collective.
 std::vector<std::string> names_of_figures(const Interactions& all);
-std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all, double lag);
+std::vector<double> values_of_figures(const Communicator& comm, const Interactions& all, const Sample& sample);
 
-/// Something of this rank overlaps by more than the step allows for, and has not been told of.
-bool overlaps_untold(const Interactions& all);
-/// What is to be told of that, a line for rods and for each wall, each once. Collective.
-std::string tell_of_overlaps(const Communicator& comm, const Interactions& all);
+/// True if bodies of this rank overlap by more than the step allows for, and no warning has said so.
+bool has_new_overlaps(const Interactions& all);
+/// Warning of such overlaps, a line for rods and for each wall, each once. Collective.
+std::string new_overlaps(const Communicator& comm, const Interactions& all);
 /// Of contacts, then of each wall: the largest overlap of this run, but of times with soft_until to come. Collective.
 std::vector<LargestOverlap> largest_overlaps(const Communicator& comm, const Interactions& all);
 

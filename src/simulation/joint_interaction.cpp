@@ -59,8 +59,8 @@ JointsNow joints_now(const Plan& plan, std::span<const RodGroup> groups, const R
     return found;
 }
 
-std::vector<Figure> JointInteraction::figures(double lag) const {
-    JointsNow now = joints_now(plan_, groups_, *rods_, lag);
+std::vector<Figure> JointInteraction::figures(const Sample& sample) const {
+    JointsNow now = joints_now(plan_, groups_, *rods_, sample.lag);
     return {{"joint_energy[J]", Figure::Of::sum, std::move(now.energies)},
             {"joint_gap[m]", Figure::Of::largest, {now.gap}}};
 }

@@ -19,8 +19,8 @@ public:
     explicit JointInteraction(const InteractionParts& parts)
         : plan_(parts.plan), groups_(parts.groups), rods_(&parts.rods) {}
 
-    void follow(const InteractionParts& parts) override { rods_ = &parts.rods; }
-    std::vector<Figure> figures(double lag) const override;
+    void rebind(const InteractionParts& parts) override { rods_ = &parts.rods; }
+    std::vector<Figure> figures(const Sample& sample) const override;
     std::string saved_name() const override { return "joints"; }
     /// Joints remember nothing.
     SavedNumbers saved() const override { return {.name = saved_name(), .numbers = {}, .columns = 0, .rows = {}}; }

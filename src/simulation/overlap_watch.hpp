@@ -29,11 +29,11 @@ struct OverlapWatch {
     double stiffness = 0;
     double overlap = 0;
     std::int64_t passed = -1;
-    double times = 0;  ///< the stiffness that it would take by energies of motion too, where these are known
-    bool told = false; ///< to the user, that the allowed overlap has been passed
+    double times = 0;      ///< the stiffness that it would take by energies of motion too, where these are known
+    bool reported = false; ///< to the user: the allowed overlap has been passed
 
     void take(double now, std::int64_t step);
-    bool untold() const { return passed >= 0 && !told; }
+    bool is_new() const { return passed >= 0 && !reported; }
     /// Of all ranks. Collective.
     LargestOverlap largest(const Communicator& comm) const;
 };

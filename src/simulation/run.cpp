@@ -7,6 +7,7 @@
 #include "simulation/machine.hpp"
 #include "simulation/simulation.hpp"
 #include "simulation/summary.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -76,8 +77,8 @@ Run& Run::operator=(Run&&) noexcept = default;
 std::string Run::plan() const { return to_text(parts_->simulation.plan()); }
 double Run::dt() const { return parts_->simulation.plan().dt; }
 std::int64_t Run::steps() const { return parts_->simulation.plan().steps; }
-std::int64_t Run::step() const { return parts_->simulation.step(); }
-double Run::time() const { return parts_->simulation.time(); }
+std::int64_t Run::step() const { return parts_->simulation.world().clock.done(); }
+double Run::time() const { return parts_->simulation.world().clock.time(); }
 
 void Run::advance(std::int64_t until) {
     parts_->simulation.advance(std::min(until, steps()));
@@ -90,9 +91,9 @@ int Run::run() {
     return static_cast<int>(parts_->simulation.run().code);
 }
 
-std::string Run::digest() const { return digest_text(parts_->simulation.digest()); }
-std::vector<std::string> Run::observable_names() const { return parts_->simulation.names(); }
-std::vector<double> Run::observables() const { return parts_->simulation.observables(); }
+std::string Run::digest() const { return digest_text(parts_->simulation.world().digest()); }
+std::vector<std::string> Run::observable_names() const { return parts_->simulation.observation().names(); }
+std::vector<double> Run::observables() const { return parts_->simulation.observation().values(); }
 
 std::string Run::contacts() const { return parts_->simulation.contacts(); }
 
@@ -131,7 +132,7 @@ void Run::drive(const std::string& name, double until, double value) {
 std::vector<GroupInfo> Run::groups() const {
     std::vector<GroupInfo> found;
     for (int i = 0; i < static_cast<int>(parts_->scene.rods.size()); ++i) {
-        const RodGroup& group = parts_->simulation.group(i);
+        const RodGroup& group = nth(parts_->simulation.world().groups, i);
         found.push_back({group.name(), group.count(), group.slots(), group.body() ? 1 : group.elements()});
     }
     return found;
@@ -139,7 +140,7 @@ std::vector<GroupInfo> Run::groups() const {
 
 std::vector<std::int64_t> Run::numbers(std::size_t group) const {
     std::vector<std::int64_t> found;
-    for (const LocalRod& rod : parts_->simulation.rods().local())
+    for (const LocalRod& rod : parts_->simulation.world().rods().local())
         if (rod.group == static_cast<int>(group)) found.push_back(rod.index);
     std::sort(found.begin(), found.end());
     return found;
@@ -147,7 +148,7 @@ std::vector<std::int64_t> Run::numbers(std::size_t group) const {
 
 void Run::read(std::size_t number, Quantity quantity, std::span<double> out) const {
     const std::vector<std::int64_t> order = numbers(number);
-    const RodGroup& group = parts_->simulation.group(static_cast<int>(number));
+    const RodGroup& group = nth(parts_->simulation.world().groups, static_cast<int>(number));
     const auto nodes = static_cast<std::size_t>(group.slots());
     const bool at_nodes = quantity == Quantity::position || quantity == Quantity::velocity;
     const std::size_t places = at_nodes || group.body() ? nodes : static_cast<std::size_t>(group.elements());
@@ -156,12 +157,12 @@ void Run::read(std::size_t number, Quantity quantity, std::span<double> out) con
         throw InputError(fmt::format("room for {} numbers of group '{}', which has {} here", out.size(), group.name(),
                                      order.size() * each));
     std::vector<Slot<1>> state(nodes);
-    const auto& rods = parts_->simulation.rods();
+    const auto& rods = parts_->simulation.world().rods();
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
         const LocalRod& rod = rods.local()[i];
         if (rod.group != static_cast<int>(number)) continue;
         rods.export_rod(i, state);
-        synchronise(group, state, parts_->simulation.lag());
+        synchronise(group, state, parts_->simulation.world().clock.lag());
         double* to =
             out.data() +
             static_cast<std::size_t>(std::lower_bound(order.begin(), order.end(), rod.index) - order.begin()) * each;
@@ -184,16 +185,16 @@ void Run::read(std::size_t number, Quantity quantity, std::span<double> out) con
     }
 }
 
-std::size_t Run::rods() const { return parts_->simulation.rods().local().size(); }
+std::size_t Run::rods() const { return parts_->simulation.world().rods().local().size(); }
 
 RodState Run::rod(std::size_t i) const {
-    const LocalRod& local = parts_->simulation.rods().local()[i];
-    const RodGroup& group = parts_->simulation.group(local.group);
+    const LocalRod& local = parts_->simulation.world().rods().local()[i];
+    const RodGroup& group = nth(parts_->simulation.world().groups, local.group);
     RodState out{
         .group = group.name(), .number = local.index, .position = {}, .velocity = {}, .director = {}, .spin = {}};
     std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
-    parts_->simulation.rods().export_rod(i, state);
-    synchronise(group, state, parts_->simulation.lag());
+    parts_->simulation.world().rods().export_rod(i, state);
+    synchronise(group, state, parts_->simulation.world().clock.lag());
     const auto numbers = [](const Vec3d& v) { return std::array{v.x, v.y, v.z}; };
     for (const Slot<1>& slot : state) {
         out.position.push_back(numbers(lane(slot.position, 0)));

@@ -21,7 +21,7 @@ namespace skein {
 namespace {
 
 double element_steps(const RunFigures& f) {
-    return static_cast<double>(f.result.step - f.first_step) * static_cast<double>(f.plan.elements);
+    return static_cast<double>(f.result.step - f.end.first_step) * static_cast<double>(f.plan.elements);
 }
 
 /// Wall time of the steps per element-step, with all that rods exert on each other, times the cores at work on it.
@@ -60,20 +60,20 @@ std::string summary_json(const RunFigures& f) {
         phases[std::string(phase_names[p])] = {
             {"min_s", f.phases[p].min}, {"mean_s", f.phases[p].mean}, {"max_s", f.phases[p].max}};
     for (const LargestOverlap& o : f.overlaps) overlaps[o.of == "rods" ? "rods" : "wall " + o.of] = o.overlap;
-    for (std::size_t i = 0; i < f.names.size(); ++i) observables[f.names[i]] = f.observables[i];
+    for (std::size_t i = 0; i < f.end.names.size(); ++i) observables[f.end.names[i]] = f.end.observables[i];
     nlohmann::ordered_json json = {
         {"title", f.plan.title},
-        {"finished", f.finished},
+        {"finished", f.end.finished},
         {"digest", digest_text(f.result.digest)},
         {"steps", f.result.step},
-        {"first_step", f.first_step},
+        {"first_step", f.end.first_step},
         {"time_s", f.time_s},
         {"dt_s", f.plan.dt},
         {"dt_limit_s", f.plan.limit},
         {"rods", f.plan.rods},
         {"elements", f.plan.elements},
         {"element_steps", element_steps(f)},
-        {"wall_s", f.wall_s},
+        {"wall_s", f.end.wall_s},
         {"ns_per_element_step", ns_per_element_step(f)},
         {"predicted_s", f.plan.predicted_s},
         {"ranks", f.plan.machine.ranks},
@@ -89,7 +89,7 @@ std::string summary_json(const RunFigures& f) {
           {"rods_bytes_per_element",
            static_cast<double>(f.rod_bytes) / std::max(1.0, static_cast<double>(f.plan.elements))},
           {"resident_bytes", f.resident_bytes}}},
-        {"output", nlohmann::ordered_json::parse(f.output)},
+        {"output", nlohmann::ordered_json::parse(f.end.texts.output)},
         {"series_format", series_format},
         {"observables", observables}};
     if (f.slips)
@@ -112,12 +112,42 @@ std::string summary_json(const RunFigures& f) {
         json["balance"] = {
             {"migrations", f.balance.migrations}, {"rods", f.balance.bodies}, {"imbalance", f.balance.imbalance}};
     }
-    if (f.settling)
-        json["relaxation"] = {{"settled", f.settling->settled()},
-                              {"correction", f.settling->correction()},
-                              {"tolerance", f.settling->tolerance()}};
-    if (!f.ancestry.empty()) json["ancestry"] = nlohmann::ordered_json::parse(f.ancestry);
+    json.update(nlohmann::ordered_json::parse(f.interactions));
+    if (!f.end.texts.ancestry.empty()) json["ancestry"] = nlohmann::ordered_json::parse(f.end.texts.ancestry);
     return json.dump(2) + "\n";
+}
+
+RunFigures figures_of(const World& world, const RunResult& result, RunEnd end) {
+    const Communicator& comm = world.comm;
+    const Interactions& all = world.interactions();
+    RunFigures figures{.plan = world.plan,
+                       .result = result,
+                       .end = std::move(end),
+                       .time_s = world.clock.time(),
+                       .protocol = world.protocol(),
+                       .phases = {}};
+    for (std::size_t p = 0; p < phase_count; ++p) {
+        const double mine = world.timers.seconds(static_cast<Phase>(p)),
+                     sum = static_cast<double>(comm.sum(std::llround(mine * 1e6))) * 1e-6;
+        figures.phases.push_back({comm.min(mine), sum / comm.size(), comm.max(mine)});
+    }
+    figures.rod_bytes = comm.sum(static_cast<std::int64_t>(world.rods().bytes()));
+    figures.resident_bytes = comm.sum(resident_bytes());
+    figures.overlaps = largest_overlaps(comm, all);
+    if (const FluidInteraction* fluid = fluid_of(all)) {
+        figures.cell_steps = fluid->cell_steps();
+        figures.speed_to_expect = fluid->speed_to_expect();
+        figures.slips = fluid->slips();
+        figures.slip_warning = fluid->warning();
+    }
+    if (world.neighbourhood() && comm.size() > 1) {
+        figures.ghosts = world.neighbourhood()->figures_of_ranks();
+        figures.balance = world.balance().figures();
+    }
+    nlohmann::ordered_json json = nlohmann::ordered_json::object();
+    for (const auto& interaction : all) interaction->summarise(json);
+    figures.interactions = json.dump();
+    return figures;
 }
 
 std::string output_json(const SceneSpec& scene) {
@@ -151,12 +181,12 @@ std::string timing_table(const RunFigures& f) {
     for (std::size_t p = 0; p < phase_count; ++p) {
         if (f.phases[p].max < 5e-4) continue; // not there, or 0 as it would be told
         fmt::format_to(out, "{:<12}{:>10.3f}{:>10.3f}{:>10.3f}{:>8.1f}%\n", phase_names[p], f.phases[p].min,
-                       f.phases[p].mean, f.phases[p].max, 100 * f.phases[p].mean / f.wall_s);
+                       f.phases[p].mean, f.phases[p].max, 100 * f.phases[p].mean / f.end.wall_s);
         sum += f.phases[p].mean;
     }
-    fmt::format_to(out, "{:<12}{:>10}{:>10.3f}{:>10}{:>8.1f}%\n", "other", "", f.wall_s - sum, "",
-                   100 * (f.wall_s - sum) / f.wall_s);
-    fmt::format_to(out, "{:<12}{:>10}{:>10.3f}\n\n", "total", "", f.wall_s);
+    fmt::format_to(out, "{:<12}{:>10}{:>10.3f}{:>10}{:>8.1f}%\n", "other", "", f.end.wall_s - sum, "",
+                   100 * (f.end.wall_s - sum) / f.end.wall_s);
+    fmt::format_to(out, "{:<12}{:>10}{:>10.3f}\n\n", "total", "", f.end.wall_s);
     if (f.cell_steps > 0)
         fmt::format_to(out, "{:.4g} cell-steps of the fluid, {:.1f} ns each and core\n", f.cell_steps,
                        ns_per_cell_step(f));

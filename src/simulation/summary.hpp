@@ -3,6 +3,7 @@
 
 #include "neighbourhood/neighbourhood.hpp"
 #include "scene/plan.hpp"
+#include "simulation/fluid_interaction.hpp"
 #include "simulation/simulation.hpp"
 
 #include <optional>
@@ -17,31 +18,36 @@ struct PhaseTime {
     double min, mean, max;
 };
 
+/// End of a run as the run knows it.
+struct RunEnd {
+    bool finished;           ///< the scene, not only this run
+    std::int64_t first_step; ///< of this run; > 0 after a restart
+    double wall_s;
+    std::vector<std::string> names;      ///< of observables
+    std::span<const double> observables; ///< at the end
+    const SceneTexts& texts;
+};
+
 struct RunFigures {
     const Plan& plan;
     RunResult result;
-    bool finished;           ///< the scene, not only this run
-    std::int64_t first_step; ///< of this run; > 0 after a restart
+    RunEnd end;
     double time_s;
-    std::string ancestry; ///< of a branch, JSON; else empty
     Protocol protocol;
-    double wall_s;
-    std::vector<std::string> names;            ///< of observables
-    std::span<const double> observables;       ///< at the end
-    std::string output;                        ///< the scene's [output], JSON
     std::vector<PhaseTime> phases;             ///< by Phase
     std::int64_t rod_bytes = 0;                ///< state and scratch, all ranks
     std::int64_t resident_bytes = 0;           ///< resident set, all ranks
     std::vector<LargestOverlap> overlaps = {}; ///< of contacts and walls, in this run
     std::vector<GhostFigures> ghosts = {};     ///< by rank, at the end; none where ranks do not meet
     BalanceFigures balance = {};
-    double cell_steps = 0;      ///< of the fluid: cells times steps, in this run
-    double speed_to_expect = 0; ///< see FluidInteraction
-    std::optional<FluidInteraction::SlipFigures> slips =
-        {}; ///< absent: rods feel no fluid, or steps do not follow from slips
+    double cell_steps = 0;                                   ///< of the fluid: cells times steps, in this run
+    double speed_to_expect = 0;                              ///< see FluidInteraction
+    std::optional<FluidInteraction::SlipFigures> slips = {}; ///< absent without two-way rods, or if steps ignore slips
     std::string slip_warning = {};
-    const Settling* settling = nullptr; ///< of rods that relax
+    std::string interactions = {}; ///< JSON, their parts of the summary
 };
+/// Collective.
+RunFigures figures_of(const World& world, const RunResult& result, RunEnd end);
 
 std::string summary_json(const RunFigures& figures);
 

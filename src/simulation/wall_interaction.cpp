@@ -24,7 +24,7 @@ WallInteraction::WallInteraction(const InteractionParts& parts)
     pressing_.resize(2 * driven_.size());
 }
 
-void WallInteraction::follow(const InteractionParts& parts) {
+void WallInteraction::rebind(const InteractionParts& parts) {
     rods_ = &parts.rods;
     walls_ = parts.around.walls;
     wall_contacts_ = parts.around.wall_contacts;
@@ -102,7 +102,7 @@ Touch WallInteraction::strongest_touch(std::int64_t gid) const {
     return most;
 }
 
-std::vector<Figure> WallInteraction::figures(double) const {
+std::vector<Figure> WallInteraction::figures(const Sample&) const {
     using Of = Figure::Of;
     const std::size_t count = walls_->count();
     std::vector<std::vector<double>> normal(count);

@@ -12,14 +12,16 @@ class WallInteraction final : public Interaction {
 public:
     explicit WallInteraction(const InteractionParts& parts);
 
-    void follow(const InteractionParts& parts) override;
+    void rebind(const InteractionParts& parts) override;
+    bool couples() const override { return ends_every_step(); }
+    bool ends_every_step() const override { return !driven_.empty(); }
     void end_step(const Step& step, Timers& timers) override;
     void watch(const Step& step) override;
     Ending ending() const override;
     std::string invalid() const override;
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return overlaps_; }
-    std::vector<Figure> figures(double lag) const override;
+    std::vector<Figure> figures(const Sample&) const override;
     std::string saved_name() const override { return "walls"; }
     /// Per driven wall its work, how many numbers its servo has, and these.
     SavedNumbers saved() const override;

@@ -83,7 +83,7 @@ private:
             timed([&] { rods_->advance(batch, false); });
         } else {
             if (!exposed) timed([&] { rods_->drift(step); });
-            if (neighbourhood_) couple(interactions_, *neighbourhood_, step, timers);
+            if (neighbourhood_) add_loads(interactions_, *neighbourhood_, step, timers);
             timed([&] { rods_->kick(step, false); });
             for (const auto& one : interactions_) one->end_step(step, timers);
         }

@@ -79,7 +79,7 @@ std::uint64_t self_check(const Communicator& comm, const Threads& threads, int l
     for (Clock clock(plan.dt, 0, plan.integrator); clock.done() < plan.steps;) {
         const auto steps = clock.next(plan.steps, 1);
         rods->drift(steps.front());
-        couple(interactions, neighbourhood, steps.front(), timers);
+        add_loads(interactions, neighbourhood, steps.front(), timers);
         rods->kick(steps.front(), false);
         clock.advance(steps);
     }

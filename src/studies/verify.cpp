@@ -1,5 +1,5 @@
-// Looks for what differs between a state that was computed again and the checkpoint that was written of it.
-#include "simulation/simulation.hpp"
+#include "studies/verify.hpp"
+
 #include "simulation/state_copy.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
@@ -32,25 +32,27 @@ std::span<const double> numbers(std::span<const Slot<1>> state) {
 
 } // namespace
 
-std::string Simulation::difference_to(const std::string& checkpoint) {
-    if (const std::string reason = failure(); !reason.empty()) return reason;
-    StateCopy computed(groups_, *rods_, owners_), written(computed);
-    computed.take(*rods_, interactions_, clock_.done());
-    const double audited_from = this->audited_from().value_or(0);
+std::string difference_to(Simulation& simulation, const std::string& checkpoint) {
+    if (const std::string reason = simulation.failure(); !reason.empty()) return reason;
+    World& world = simulation.world();
+    const Communicator& comm = world.comm;
+    const SceneTexts& texts = simulation.texts();
+    const StateCopy computed = *world.copy();
+    const double audited_from = simulation.observation().audited_from().value_or(0);
     const auto same_run = [&](const CheckpointInfo& info) {
-        if (info.scene != physics_ || info.ancestry != ancestry_ || info.shift != clock_.shift())
+        if (info.scene != texts.physics || info.ancestry != texts.ancestry || info.shift != world.clock.shift())
             throw InputError(checkpoint + ": is not of the run that the checkpoint before it is of");
     };
-    const auto kept = saved_names(interactions_);
-    const CheckpointInfo info = load_checkpoint(comm_, checkpoint, groups_, *rods_, same_run, kept);
-    restore(interactions_, info.saved);
-    written.take(*rods_, interactions_, info.step);
+    const CheckpointInfo info =
+        load_checkpoint(comm, checkpoint, world.groups, world.rods(), same_run, saved_names(world.interactions()));
+    restore(world.interactions(), info.saved);
+    const StateCopy written = *world.copy();
 
     constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
     std::int64_t first = nobody, differing = 0;
     std::string mine;
-    for (std::size_t i = 0; i < rods_->local().size(); ++i) {
-        const LocalRod& rod = rods_->local()[i];
+    for (std::size_t i = 0; i < world.rods().local().size(); ++i) {
+        const LocalRod& rod = world.rods().local()[i];
         const bool state = same_bits(numbers(computed.state(i)), numbers(written.state(i)));
         const RodBudget a = computed.budget(i), b = written.budget(i);
         const bool budget =
@@ -59,18 +61,18 @@ std::string Simulation::difference_to(const std::string& checkpoint) {
         ++differing;
         if (rod.gid >= first) continue;
         first = rod.gid;
-        mine = fmt::format("rod {} of '{}' in its {}", rod.index, nth(groups_, rod.group).name(),
+        mine = fmt::format("rod {} of '{}' in its {}", rod.index, nth(world.groups, rod.group).name(),
                            !state   ? "state"
                            : budget ? "springs at walls"
                                     : "energy budget");
     }
-    const std::int64_t all = comm_.sum(differing), lowest = comm_.min(first);
+    const std::int64_t all = comm.sum(differing), lowest = comm.min(first);
     std::string text;
     if (all > 0)
-        text = fmt::format("{} of {} rods differ; the first is {}", all, plan_.rods,
-                           comm_.first_text(first == lowest ? mine : std::string()));
+        text = fmt::format("{} of {} rods differ; the first is {}", all, world.plan.rods,
+                           comm.first_text(first == lowest ? mine : std::string()));
     for (std::size_t i = 0; i < info.saved.size(); ++i)
-        if (comm_.max(static_cast<std::int64_t>(!same_numbers(computed.saved()[i], written.saved()[i]))) != 0)
+        if (comm.max(static_cast<std::int64_t>(!same_numbers(computed.saved()[i], written.saved()[i]))) != 0)
             text += fmt::format("{}'{}' differ", text.empty() ? "" : "; ", info.saved[i].name);
     if (info.audited_from.value_or(0) != audited_from)
         text += fmt::format("{}the energy that the audit began with differs", text.empty() ? "" : "; ");

@@ -1,0 +1,76 @@
+#include "simulation/observation.hpp"
+
+#include "diagnostics/energy_audit.hpp"
+#include "diagnostics/observables.hpp"
+#include "simulation/contact_interaction.hpp"
+
+#include <cmath>
+
+namespace skein {
+
+Observation::Observation(const World& world, const SceneSpec& scene)
+    : world_(world), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
+                           scene.output.observes("knots"), scene.output.observes("order")} {}
+
+std::vector<std::string> Observation::names() const {
+    if (world_.groups.empty()) return names_of_figures(world_.interactions());
+    auto all = observable_names(sets_);
+    if (world_.plan.audit) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
+    for (std::string& name : names_of_figures(world_.interactions())) all.push_back(std::move(name));
+    if (world_.plan.gravity) all.emplace_back("potential[J]");
+    if (world_.plan.gravity && sets_.order) all.emplace_back("agitation[-]");
+    return all;
+}
+
+std::vector<double> Observation::values() const {
+    const Plan& plan = world_.plan;
+    const Sample at{world_.clock.time(), world_.clock.lag()};
+    if (world_.groups.empty()) return values_of_figures(world_.comm, world_.interactions(), at);
+    auto values = observe(world_.comm, world_.threads, world_.groups, world_.rods(), at.time, at.lag, sets_);
+    if (plan.audit) {
+        EnergyAudit a = audit_scene(world_.comm, world_.rods(), observed_energy(values));
+        if (const ContactInteraction* contacts = contacts_of(world_.interactions()))
+            a.contacts = contacts->booked(at.lag);
+        values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from())});
+    }
+    const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
+    for (const double x : values_of_figures(world_.comm, world_.interactions(), at)) values.push_back(x);
+    if (plan.gravity) values.push_back(-plan.mass * dot(*plan.gravity, centre));
+    if (plan.gravity && sets_.order)
+        values.push_back(values[observed_translation] / (norm(*plan.gravity) * plan.mass_radius));
+    return values;
+}
+
+const std::vector<double>& Observation::sample() {
+    if (step_ != world_.clock.done()) {
+        last_ = values();
+        step_ = world_.clock.done();
+    }
+    return last_;
+}
+
+bool Observation::finite() const { // a copy half a step on may fail before the state itself
+    return std::isfinite(world_.groups.empty() ? last_.front() : observed_energy(last_));
+}
+
+double Observation::speed() const { return last_[observed_speed]; }
+double Observation::turn() const { return world_.groups.empty() ? 0 : last_[observed_turn_per_cell]; }
+double Observation::strain() const { return world_.groups.empty() ? 0 : last_[observed_axial_strain]; }
+
+void Observation::begin_audit(World& world, std::optional<double> audited_from) {
+    audited_from_ = audited_from;
+    if (audited_from_) return;
+    const Clock& clock = world.clock;
+    if (ContactInteraction* contacts = contacts_of(world.interactions())) contacts->begin_audit(clock.lag());
+    audited_from_ =
+        observed_energy(observe(world.comm, world.threads, world.groups, world.rods(), clock.time(), clock.lag()));
+    for (std::size_t i = 0; i < world.rods().local().size(); ++i)
+        world.rods().set_budget(i, {}); // a damaged checkpoint may have left its own
+}
+
+std::optional<double> Observation::audited_from() const {
+    const ContactInteraction* contacts = contacts_of(world_.interactions());
+    return audited_from_ && contacts ? *audited_from_ + contacts->booked_at_start() : audited_from_;
+}
+
+} // namespace skein

@@ -1,0 +1,45 @@
+// Observables of a run: sampled once per step, as outputs and the progress line ask for them.
+#pragma once
+
+#include "diagnostics/extra_observables.hpp"
+#include "simulation/world.hpp"
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+class Observation {
+public:
+    Observation(const World& world, const SceneSpec& scene);
+
+    /// Columns of the series, with units.
+    std::vector<std::string> names() const;
+    /// Values of the present state. Collective.
+    std::vector<double> values() const;
+    /// The same, computed once per step. Collective.
+    const std::vector<double>& sample();
+    /// True where the last sample holds numbers.
+    bool finite() const;
+    /// Speed of the fastest node in the last sample, m/s.
+    double speed() const;
+    /// Largest turn of neighbouring elements, rad, and axial strain in the last sample; 0 without rods.
+    double turn() const;
+    double strain() const;
+
+    /// Continues the energy audit of a checkpoint, or begins one here. Collective.
+    void begin_audit(World& world, std::optional<double> audited_from);
+    /// Energy that the audit began with, J, with that of contacts. Collective.
+    std::optional<double> audited_from() const;
+
+private:
+    const World& world_;
+    ObservableSets sets_;
+    std::optional<double> audited_from_; ///< J
+    std::vector<double> last_;
+    std::int64_t step_ = -1; ///< of last_
+};
+
+} // namespace skein

@@ -1,0 +1,54 @@
+#include "simulation/start.hpp"
+
+#include "io/disk.hpp"
+#include "simulation/branch.hpp"
+#include "simulation/start_check.hpp"
+#include "simulation/warnings.hpp"
+
+#include <filesystem>
+#include <system_error>
+
+namespace skein {
+
+namespace {
+
+/// True if the directory of results has checkpoints, from which a run resumes. Collective.
+bool has_checkpoints(const Communicator& comm, const RunOptions& options) {
+    bool some = false;
+    on_root(comm, [&] {
+        std::error_code error; // opening the directory reports what is wrong with it
+        some = !options.overwrite && std::filesystem::is_directory(options.out, error) &&
+               !numbered_files(options.out, "checkpoint_", ".h5").empty();
+    });
+    return comm.max(static_cast<std::int64_t>(some)) != 0;
+}
+
+} // namespace
+
+Start start_of(World& world, const SceneSpec& scene, const std::string& physics, const RunOptions& options) {
+    const Communicator& comm = world.comm;
+    const std::vector<std::string> names = saved_names(world.interactions());
+    Start start;
+    if (!options.out.empty())
+        start.found = read_checkpoint(comm, options.out, world.groups, world.rods(), physics, print_warning, names);
+    else if (!options.from.empty())
+        start.found = load_checkpoint(
+            comm, options.from, world.groups, world.rods(), [](const CheckpointInfo&) {}, names);
+    start.resumes = start.found.has_value();
+    if (!start.found && !scene.start.from.empty())
+        start.found =
+            begin_branch(comm, {scene, world.plan.dt, physics}, world.groups, world.rods(), names, print_warning);
+    if (!start.found) return start;
+    restore(world.interactions(), start.found->saved);
+    world.clock = Clock(world.plan.dt, start.found->step, world.plan.integrator, start.found->shift);
+    if (start.found->shift != 0) world.plan.steps = std::max<std::int64_t>(1, world.clock.step_at(scene.time.duration));
+    return start;
+}
+
+void refuse_bad_start(World& world, const SceneSpec& scene, const RunOptions& options) {
+    if (!options.from.empty() || !scene.start.from.empty() || has_checkpoints(world.comm, options)) return;
+    refuse_start(world.comm, world.threads, world.plan, world.groups, world.rods(), world.exposure(),
+                 world.neighbourhood());
+}
+
+} // namespace skein

@@ -1,0 +1,23 @@
+// How a run begins: with the scene, with a checkpoint of its own directory, or with the state of another run.
+#pragma once
+
+#include "io/checkpoint.hpp"
+#include "simulation/run_options.hpp"
+
+#include <optional>
+
+namespace skein {
+
+struct Start {
+    std::optional<CheckpointInfo> found; ///< the checkpoint that holds the state; none: the scene's start
+    bool resumes = false;                ///< it is one of this directory
+};
+
+/// Throws InputError where bodies of a scene begin in each other, behind walls or outside the fluid. Runs that begin
+/// with a checkpoint pass. Collective.
+void refuse_bad_start(World& world, const SceneSpec& scene, const RunOptions& options);
+
+/// Loads the state that a run begins with into its world. Collective.
+Start start_of(World& world, const SceneSpec& scene, const std::string& physics, const RunOptions& options);
+
+} // namespace skein

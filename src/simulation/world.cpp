@@ -1,0 +1,210 @@
+#include "simulation/world.hpp"
+
+#include "core/memory.hpp"
+#include "mechanics/rod_copies.hpp"
+#include "partition/partition.hpp"
+#include "simulation/branch.hpp"
+#include "simulation/machine.hpp"
+#include "simulation/migration.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
+#include "time/every.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace skein {
+
+namespace {
+
+constexpr Every checks{64}; ///< steps at which tiles look for invalid bodies
+
+/// Refuses bodies that do not fit, before any is made: the system may end a process that takes too much without a word.
+/// Ranks of one machine take from the same memory. Collective.
+void require_memory(const Communicator& comm, const Plan& plan) {
+    const auto sharing = static_cast<double>(ranks_of_this_machine(comm));
+    const double needed = (plan.state_bytes + plan.frame_bytes) / comm.size(), there = free_memory() / sharing;
+    std::string message;
+    if (needed > there)
+        message = fmt::format(
+            "{} rods with {} elements need {:.3g} GB on {}, of which {:.3g} GB are free; fewer rods or more machines "
+            "would do",
+            plan.rods, plan.elements, 1e-9 * needed * sharing, host_name(), 1e-9 * there * sharing);
+    message = comm.first_text(message);
+    if (!message.empty()) throw InputError(message);
+}
+
+} // namespace
+
+World::World(const Communicator& on, const Threads& by, std::vector<RodGroup> all, Plan of, Protocol protocol,
+             Balance balance)
+    : comm(on), threads(by), groups(std::move(all)), plan(std::move(of)), clock(plan.dt, 0, plan.integrator),
+      balance_(comm, plan, balance), always_moves_(balance == Balance::always) {
+    require_memory(comm, plan);
+    std::vector<LocalRod> own = partition(comm, groups);
+    keep_own_rods(comm, groups, own);
+    const double began = wall_seconds();
+    make_bodies(own);
+    balance_.expect(2 * (wall_seconds() - began)); // to make them anew, and to send them
+    coupled_ = couples(interactions_);
+    synchronous_ = coupled_ || protocol == Protocol::synchronous;
+}
+
+void World::make_bodies(std::span<const LocalRod> owned) {
+    interactions_.clear();
+    neighbourhood_.reset();
+    const Surroundings around = make_rods_of(owned);
+    exposure_ = around.exposure;
+    if (around.exposure) neighbourhood_ = std::make_unique<Neighbourhood>(comm, threads, around.exposure);
+    interactions_ = make_interactions({comm, threads, plan, groups, *rods_, around});
+}
+
+Surroundings World::make_rods_of(std::span<const LocalRod> owned) {
+    rods_.reset();
+    Surroundings around{.walls = walls_}; // the state of their servos is restored
+    rods_ = make_rods(plan, groups, owned, threads, around);
+    walls_ = around.walls;
+    return around;
+}
+
+void World::move_bodies(const Step& step) {
+    const double began = wall_seconds();
+    const std::vector<Assignment> assigned = balance_.assign(groups, *rods_, interactions_);
+    const std::int64_t moving = Migration::count(comm, assigned);
+    if (moving > 0 || always_moves_) {
+        const std::vector<SavedNumbers> numbers = saved(interactions_);
+        const Migration migration(comm, groups, *rods_, assigned, kernels(plan.machine.lanes).lanes, threads.count());
+        const Surroundings around = make_rods_of(migration.owned());
+        migration.put_into(*rods_);
+        rods_->begin_within(step);
+        for (std::size_t i = 0; i < migration.owned().size(); ++i)
+            around.exposure->show(i, migration.state(i), nth(groups, migration.owned()[i].group).body());
+        exposure_ = around.exposure;
+        neighbourhood_->follow(around.exposure);
+        for (const auto& interaction : interactions_)
+            interaction->rebind({comm, threads, plan, groups, *rods_, around});
+        restore(interactions_, numbers);
+        ++owners_;
+    }
+    const double seconds = wall_seconds() - began;
+    timers.move(Phase::search, Phase::balance, seconds);
+    balance_.moved(seconds, moving, step.index);
+}
+
+std::uint64_t World::digest() const { return comm.sum_wrapping(rods_->digest() + digest_of(interactions_)); }
+
+void World::advance(std::int64_t until) {
+    bool going = true;
+    while (clock.done() < until && going) {
+        const auto steps = next_steps(std::min(until, checks.next(clock.done())));
+        const bool check = steps.back().index == until || checks.due(steps.back().index);
+        const bool valid = step(steps, check);
+        clock.advance(steps);
+        if (check) {
+            if (near_limit_.empty()) near_limit_ = rods_->near_limit();
+            undamped_share_ = std::max(undamped_share_, rods_->undamped_share());
+            for (const auto& interaction : interactions_) interaction->watch(steps.back());
+        }
+        if (!valid) failure_ = reason_of_failure(); // other ranks learn of it when they meet
+        going = (synchronous_ ? all_ranks_valid() : failure_.empty()) && !ended();
+    }
+}
+
+std::span<const Step> World::next_steps(std::int64_t until) {
+    const bool one = synchronous_ && !coupled_;
+    return clock.next(std::min(until, next_coupling(interactions_, clock.done())), one ? 1 : Clock::largest_batch);
+}
+
+bool World::step(std::span<const Step> steps, bool check) {
+    const auto timed = [&](Phase phase, auto&& work) {
+        const auto timing = timers.time(phase);
+        return work();
+    };
+    const auto move_if_due = [&](const Step& step) {
+        if (balance_.due()) move_bodies(step);
+    };
+    bool valid = true;
+    for (const auto& interaction : interactions_) interaction->begin(steps.front(), timers);
+    if (!neighbourhood_ && !ends_every_step(interactions_)) { // per tile: all steps, one pass after another
+        valid = timed(Phase::rods, [&] { return rods_->advance(steps, check); });
+        for (const auto& interaction : interactions_) interaction->end_step(steps.back(), timers);
+        return valid && (!check || invalid(interactions_).empty());
+    }
+    timed(Phase::rods, [&] { rods_->drift(steps.front()); });
+    for (std::size_t i = 0; i < steps.size(); ++i) {
+        if (neighbourhood_) add_loads(interactions_, *neighbourhood_, steps[i], timers, [&] { move_if_due(steps[i]); });
+        valid = timed(Phase::rods, [&] {
+            if (i + 1 == steps.size()) return rods_->kick(steps[i], check);
+            rods_->kick_and_drift(steps[i], steps[i + 1]);
+            return true;
+        });
+        for (const auto& interaction : interactions_) interaction->end_step(steps[i], timers);
+    }
+    return valid && (!check || invalid(interactions_).empty());
+}
+
+bool World::repeat(std::int64_t until, bool check) {
+    bool valid = true;
+    while (clock.done() < until) {
+        const auto steps = next_steps(until);
+        const bool last = check && steps.back().index == until;
+        valid = step(steps, last) || !last;
+        clock.advance(steps);
+    }
+    return comm.max(static_cast<std::int64_t>(!valid)) == 0;
+}
+
+std::string World::reason_of_failure() const {
+    try {
+        rods_->inspect(clock.done(), plan.dt);
+    } catch (const NumericalError& e) {
+        return e.what();
+    }
+    const std::string reason = invalid(interactions_);
+    return reason.empty() ? reason : fmt::format("{} at step {}", reason, clock.done());
+}
+
+bool World::all_ranks_valid() {
+    const auto timing = timers.time(Phase::agree);
+    return comm.max(static_cast<std::int64_t>(!failure_.empty())) == 0;
+}
+
+std::unique_ptr<StateCopy> World::copy() const {
+    auto made = std::make_unique<StateCopy>(groups, *rods_, owners_);
+    copy_to(*made);
+    return made;
+}
+
+void World::copy_to(StateCopy& copy) const { copy.take(*rods_, interactions_, clock.done()); }
+
+void World::go_back(const StateCopy& copy) {
+    if (copy.owners() != owners_) {
+        copy.put_back_places(groups);
+        make_bodies(copy.owned());
+        owners_ = copy.owners();
+    }
+    copy.put_back(*rods_, interactions_);
+    clock = Clock(plan.dt, copy.step(), plan.integrator, clock.shift());
+}
+
+void World::begin_again(const StateCopy& copy, const Clock& was) {
+    const std::vector<LocalRod>& owned = copy.owned();
+    if (copy.owners() != owners_) {
+        copy.put_back_places(groups);
+        owners_ = copy.owners();
+    }
+    clock = continued(was, plan.dt, plan.integrator);
+    make_bodies(owned);
+    for (std::size_t i = 0; i < owned.size(); ++i) {
+        std::vector<Slot<1>> state(copy.state(i).begin(), copy.state(i).end());
+        with_rod(nth(groups, owned[i].group), owned[i].index, [&](const RodGroup& own) {
+            synchronise(own, state, was.lag() - clock.lag()); // theory.md (63)
+        });
+        rods_->import_rod(i, state);
+        if (!copy.memory(i).empty()) rods_->set_memory(i, copy.memory(i));
+    }
+    restore(interactions_, copy.saved());
+}
+
+} // namespace skein

@@ -1,0 +1,107 @@
+// The bodies of a scene with all that acts on them, and the clock that steps them.
+//
+//   advance    batches of steps up to an event                            the loop
+//   step       drift | loads of interactions | forces and kick | end      one screen: World::step
+#pragma once
+
+#include "core/timer.hpp"
+#include "kernels/kernels.hpp"
+#include "neighbourhood/neighbourhood.hpp"
+#include "parallel/communicator.hpp"
+#include "parallel/threads.hpp"
+#include "scene/plan.hpp"
+#include "simulation/interaction.hpp"
+#include "simulation/load_balance.hpp"
+#include "simulation/state_copy.hpp"
+#include "skein/time/clock.hpp"
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// How steps, threads and ranks meet; the bits are the same.
+enum class Protocol {
+    asynchronous, ///< tiles take many steps in a row, ranks meet at events: for rods that do not interact
+    synchronous   ///< one step at a time, all threads and ranks meet after it: as interacting rods force
+};
+inline constexpr std::string_view protocol_names[] = {"asynchronous", "synchronous"};
+
+class World {
+public:
+    /// Bodies in their start state on the ranks that the partition gives them. Collective.
+    World(const Communicator& comm, const Threads& threads, std::vector<RodGroup> groups, Plan plan, Protocol protocol,
+          Balance balance);
+
+    const Communicator comm;
+    const Threads& threads;
+    std::vector<RodGroup> groups;
+    Plan plan;
+    Timers timers;
+    Clock clock;
+
+    const Rods& rods() const { return *rods_; }
+    Rods& rods() { return *rods_; }
+    const Interactions& interactions() const { return interactions_; }
+    /// Null where bodies do not interact.
+    Neighbourhood* neighbourhood() const { return neighbourhood_.get(); }
+    Exposure* exposure() const { return exposure_.get(); }
+    const Walls* walls() const { return walls_.get(); }
+    LoadBalance& balance() { return balance_; }
+    const LoadBalance& balance() const { return balance_; }
+    /// Number of the present distribution of bodies over ranks.
+    std::int64_t owners() const { return owners_; }
+    Protocol protocol() const { return synchronous_ ? Protocol::synchronous : Protocol::asynchronous; }
+    std::uint64_t digest() const; ///< collective
+
+    /// Steps up to `until`, to the end of the run by what happens in it, or to a failure of this rank's bodies.
+    void advance(std::int64_t until);
+    /// Steps that were made before. With `check`, false on all ranks where a body of some rank is invalid after the
+    /// last. Collective.
+    bool repeat(std::int64_t until, bool check);
+    /// True where something in the scene has ended the run.
+    bool ended() const { return finished(interactions_); }
+
+    /// Reason why bodies of this rank became invalid; empty: they did not.
+    const std::string& failure() const { return failure_; }
+    /// Reason why they are invalid now.
+    std::string reason_of_failure() const;
+    /// Body of this rank whose strains left the step least room, in words; empty: none was near its limit.
+    const std::string& near_limit() const { return near_limit_; }
+    /// Largest share that the step had of its limit, of bodies of this rank without damping.
+    double undamped_share() const { return undamped_share_; }
+
+    /// Copy of this rank's state. Collective where bodies interact.
+    std::unique_ptr<StateCopy> copy() const;
+    void copy_to(StateCopy& copy) const;
+    /// Returns to a copy, with the owners of then. Collective.
+    void go_back(const StateCopy& copy);
+    /// Bodies with the state of a copy and the present plan.dt; `was`: clock of the copy. Collective.
+    void begin_again(const StateCopy& copy, const Clock& was);
+
+private:
+    bool step(std::span<const Step> steps, bool check);
+    std::span<const Step> next_steps(std::int64_t until);
+    /// Meeting of all ranks after a batch: false on all as soon as one has failed.
+    bool all_ranks_valid();
+    void make_bodies(std::span<const LocalRod> owned);
+    Surroundings make_rods_of(std::span<const LocalRod> owned);
+    /// Sends bodies to the ranks that are to own them, within a step. Collective.
+    void move_bodies(const Step& step);
+
+    std::unique_ptr<Rods> rods_;
+    std::shared_ptr<Walls> walls_;
+    std::shared_ptr<Exposure> exposure_; ///< of own bodies; null where they do not interact
+    std::unique_ptr<Neighbourhood> neighbourhood_;
+    Interactions interactions_;
+    LoadBalance balance_;
+    bool always_moves_, synchronous_ = false, coupled_ = false;
+    std::int64_t owners_ = 0;
+    std::string failure_, near_limit_;
+    double undamped_share_ = 0;
+};
+
+} // namespace skein
