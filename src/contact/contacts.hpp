@@ -118,6 +118,7 @@ private:
     void push(const Work& work, WorkArea& area);
     void keep_aside(std::uint32_t begin, std::uint32_t end);
     void take_back(std::uint32_t begin, std::uint32_t end);
+    template <bool prune> class TouchingScan;
     template <bool prune> void find_touching(const Work& work, WorkArea& area);
     void follow_springs(const Work& work, const WorkArea& area);
     void push_vertices(const Work& work, WorkArea& area, Sums& sums);
