@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 
 namespace skein {
 
@@ -60,113 +61,161 @@ void Contacts::exert_at(const Work& work, std::uint32_t slot, const ForceRow& ro
     nth(touched_, window) = 1;
 }
 
-void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums) {
+/// Forces of pairs that touch, eight at a time: state, force, memory, loads on both elements in the order of pairs.
+class Contacts::TouchingForces {
+public:
+    TouchingForces(Contacts& contacts, const Work& work, const WorkArea& area)
+        : contacts_(contacts), work_(work), area_(area), motion_(work.bodies.motion.data()),
+          window_(work.bodies.window_of.data()), own_(work.bodies.own.empty() ? nullptr : work.bodies.own.data()),
+          status_(contacts.status_.data()), touched_(contacts.touched_.data()), memory_(contacts.memory_.data()),
+          load_(work.load), last_slot_(work.last_slot) {}
+
+    SKEIN_INLINE void push(std::uint32_t i, Sums& sums) const {
+        const Eight eight{area_.index.data() + i, area_.pair.data() + i,
+                          static_cast<int>(std::min<std::uint32_t>(W, area_.count - i))};
+        assert(eight.count > 0 && i + W <= area_.pair.size());
+        const P s = area_.pack(A::s, i), t = area_.pack(A::t, i), share = area_.pack(A::weight_of_all, i);
+        ContactMemory<P> memory = memory_of(eight);
+        const State now = state(i, eight, s, t);
+        const ContactForce<P> force =
+            contact_force<W>(contacts_.kinds_, contacts_.numbers<W>(work_.bodies, eight.pair), now.contact, work_.h,
+                             memory, {area_.pack(A::weight, i), share}, area_.pack(A::elsewhere, i));
+        Rows rows;
+        fill(rows, force, s, t);
+        const unsigned shared = bits_of(share > P(0.0)); // near-parallel pairs may have no share
+        if (contacts_.remembers_) store(memory, eight, shared);
+        const unsigned mine = add_loads(rows, eight, shared);
+        const P overlap = now.contact.radius_1 + now.contact.radius_2 - now.contact.distance;
+        sums.add(force, P(0.5) * overlap * now.inverse_radius, share, mine);
+        work_.figures.active += std::popcount(mine & shared);
+    }
+
+private:
     using A = WorkArea;
-    constexpr int W = A::W;
+    static constexpr int W = A::W;
     using P = Pack<W>;
-    const P one(1.0), none(0.0);
-    const ExposedMotion* const motion = work.bodies.motion.data();
-    const std::int32_t* const window = work.bodies.window_of.data();
-    const std::uint8_t* const own = work.bodies.own.empty() ? nullptr : work.bodies.own.data();
-    std::uint8_t *const status = status_.data(), *const touched = touched_.data();
-    ContactMemory<double>* const kept = memory_.data();
-    ExertedLoad* const load = work.load;
-    const std::uint32_t behind = work.last_slot;
-    for (std::uint32_t i = 0; i < area.count; i += W) {
-        const int count = static_cast<int>(std::min<std::uint32_t>(W, area.count - i));
-        const std::uint32_t* const index = area.index.data() + i;
-        const Pair* const pair = area.pair.data() + i;
-        const auto rate = [&](auto&& of) {
-            return load_transposed<W>([&](int l) { return &of(pair[l])->velocity.x; }).vector;
-        };
-        const auto spin = [&](auto&& of) {
-            return load_transposed<W>([&](int l) { return &of(pair[l])->spin.x; }).vector;
-        };
-        const P s = area.pack(A::s, i), t = area.pack(A::t, i), radius_1 = area.pack(A::radius_1, i),
-                radius_2 = area.pack(A::radius_2, i), weight = area.pack(A::weight, i),
-                weight_of_all = area.pack(A::weight_of_all, i);
-        const auto remembered = [&]() __attribute__((always_inline)) {
-            const auto spring = load_transposed<W>([&](int l) { return &kept[index[l]].spring.x.x; });
-            const auto viscous_part = load_transposed<W>([&](int l) { return &kept[index[l]].viscous_part.x; });
-            return ContactMemory<P>{{spring.vector, spring.behind}, viscous_part.vector, viscous_part.behind};
-        };
-        const Vec3<P> no{none, none, none};
-        ContactMemory<P> memory = remembers_ ? remembered() : ContactMemory<P>{{no, none}, no, none};
-        const P distance = sqrt(area.pack(A::squared, i)), smaller = min(radius_1, radius_2),
-                some = max(distance, P(1e-150));
-        const P inverse = one / (some * smaller); // one division for two
-        Vec3<P> normal = (smaller * inverse) * Vec3<P>{area.pack(A::x, i), area.pack(A::y, i), area.pack(A::z, i)};
-        if (const auto met = distance < P(1e-150); any(met))
-            for (int l = 0; l < count; ++l)
-                if (met[l])
-                    set_lane(normal, l,
-                             lane(across<1>(broadcast<1>(edge(work.bodies, pair[l].a)),
-                                            broadcast<1>(edge(work.bodies, pair[l].b))),
-                                  0));
-        const ContactState<P> state{
-            normal,
-            distance,
-            radius_1,
-            radius_2,
-            between(rate([&](Pair p) { return motion + p.a; }), rate([&](Pair p) { return motion + p.a + 1; }), s),
-            spin([&](Pair p) { return motion + p.a; }),
-            between(rate([&](Pair p) { return motion + p.b; }), rate([&](Pair p) { return motion + p.b + 1; }), t),
-            spin([&](Pair p) { return motion + p.b; })};
-        const ContactForce<P> force = contact_force<W>(kinds_, numbers<W>(work.bodies, pair), state, work.h, memory,
-                                                       {weight, weight_of_all}, area.pack(A::elsewhere, i));
 
+    /// Pairs i to i + 7 of the work area, of which the first `count` are not repeated.
+    struct Eight {
+        const std::uint32_t* index; ///< in the list of candidates
+        const Pair* pair;
+        int count;
+    };
+    struct State {
+        ContactState<P> contact;
+        P inverse_radius; ///< of the thinner element, 1/m
+    };
+    /// Loads by pair, and factors with which they act on nodes and elements.
+    struct Rows {
         alignas(64) LoadRow row[W];
-        store_transposed<W>(force.on_1, t, [&](int l) { return &row[l].number[0]; });
-        store_transposed<W>(force.moment, force.arm_2, [&](int l) { return &row[l].number[4]; });
-        struct {
-            alignas(64) double first_1[W], second_1[W], arm_1[W], first_2[W];
-        } share;
-        detail::put(share.first_1, one - s);
-        detail::put(share.second_1, s);
-        detail::put(share.arm_1, force.arm_1);
-        detail::put(share.first_2, t - one);
-        const unsigned shared = bits_of(weight_of_all > none); // near-parallel pairs may have no share
-        if (remembers_) {
-            if (count == W) {
-                store_transposed<W>(memory.spring.x, memory.spring.stiffness,
-                                    [&](int l) { return &kept[index[l]].spring.x.x; });
-                store_transposed<W>(memory.viscous_part, memory.weight,
-                                    [&](int l) { return &kept[index[l]].viscous_part.x; });
-            } else {
-                for (int l = 0; l < count; ++l)
-                    kept[index[l]] = {{lane(memory.spring.x, l), memory.spring.stiffness[l]},
-                                      lane(memory.viscous_part, l),
-                                      memory.weight[l]};
-            }
-            for (unsigned without = ~shared & ((1u << count) - 1); without != 0; without &= without - 1)
-                kept[index[std::countr_zero(without)]] = {};
-        }
+        alignas(64) double first_1[W], second_1[W], arm_1[W], first_2[W];
+    };
 
-        unsigned mine = (1u << count) - 1; // by first bodies
-        for (int l = 0; l < count; ++l) {
-            const Pair both = pair[l];
-            const std::int32_t first = window[both.a], second = window[both.b];
-            status[index[l]] = static_cast<std::uint8_t>((shared >> l & 1) * touching);
-            const Pack<8> all = detail::pack_at<8>(&row[l]);
-            if (!own || own[first]) {
-                add_row(load + both.a, all, share.first_1[l], share.second_1[l], share.arm_1[l]);
-                touched[first] = 1;
+    SKEIN_INLINE ContactMemory<P> memory_of(const Eight& eight) const {
+        const P none(0.0);
+        if (!contacts_.remembers_) return {{{none, none, none}, none}, {none, none, none}, none};
+        const auto spring = load_transposed<W>([&](int l) { return &memory_[eight.index[l]].spring.x.x; }),
+                   viscous = load_transposed<W>([&](int l) { return &memory_[eight.index[l]].viscous_part.x; });
+        return {{spring.vector, spring.behind}, viscous.vector, viscous.behind};
+    }
+
+    SKEIN_INLINE State state(std::uint32_t i, const Eight& eight, const P& s, const P& t) const {
+        const P radius_1 = area_.pack(A::radius_1, i), radius_2 = area_.pack(A::radius_2, i);
+        const P distance = sqrt(area_.pack(A::squared, i)), smaller = min(radius_1, radius_2),
+                some = max(distance, P(1e-150)), inverse = P(1.0) / (some * smaller); // one division for two
+        Vec3<P> normal = (smaller * inverse) * Vec3<P>{area_.pack(A::x, i), area_.pack(A::y, i), area_.pack(A::z, i)};
+        if (const auto met = distance < P(1e-150); any(met)) set_normal_of_crossed(eight, met, normal);
+        const auto first = [](Pair p) { return p.a; };
+        const auto second = [](Pair p) { return p.b; };
+        return {{normal, distance, radius_1, radius_2, velocity(eight, first, s), spin(eight, first),
+                 velocity(eight, second, t), spin(eight, second)},
+                some * inverse};
+    }
+    template <class Slot> SKEIN_INLINE Vec3<P> velocity(const Eight& eight, Slot&& slot, const P& share) const {
+        const auto of_node = [&](int next) {
+            return load_transposed<W>([&](int l) { return &(motion_ + slot(eight.pair[l]))[next].velocity.x; }).vector;
+        };
+        return between(of_node(0), of_node(1), share);
+    }
+    template <class Slot> SKEIN_INLINE Vec3<P> spin(const Eight& eight, Slot&& slot) const {
+        return load_transposed<W>([&](int l) { return &motion_[slot(eight.pair[l])].spin.x; }).vector;
+    }
+    /// Axes that intersect have a normal across both.
+    void set_normal_of_crossed(const Eight& eight, const Mask<W>& met, Vec3<P>& normal) const {
+        for (int l = 0; l < eight.count; ++l)
+            if (met[l])
+                set_lane(normal, l,
+                         lane(across<1>(broadcast<1>(edge(work_.bodies, eight.pair[l].a)),
+                                        broadcast<1>(edge(work_.bodies, eight.pair[l].b))),
+                              0));
+    }
+
+    SKEIN_INLINE static void fill(Rows& rows, const ContactForce<P>& force, const P& s, const P& t) {
+        const P one(1.0);
+        store_transposed<W>(force.on_1, t, [&](int l) { return &rows.row[l].number[0]; });
+        store_transposed<W>(force.moment, force.arm_2, [&](int l) { return &rows.row[l].number[4]; });
+        detail::put(rows.first_1, one - s);
+        detail::put(rows.second_1, s);
+        detail::put(rows.arm_1, force.arm_1);
+        detail::put(rows.first_2, t - one);
+    }
+
+    /// Pairs without a share remember nothing.
+    SKEIN_INLINE void store(const ContactMemory<P>& memory, const Eight& eight, unsigned shared) const {
+        if (eight.count == W) {
+            store_transposed<W>(memory.spring.x, memory.spring.stiffness,
+                                [&](int l) { return &memory_[eight.index[l]].spring.x.x; });
+            store_transposed<W>(memory.viscous_part, memory.weight,
+                                [&](int l) { return &memory_[eight.index[l]].viscous_part.x; });
+        } else {
+            for (int l = 0; l < eight.count; ++l) memory_[eight.index[l]] = lane(memory, l);
+        }
+        for (unsigned without = ~shared & ((1u << eight.count) - 1); without != 0; without &= without - 1)
+            memory_[eight.index[std::countr_zero(without)]] = {};
+    }
+
+    /// Adds the loads of own bodies and defers those of other strips. Returns pairs whose first body is own, as bits.
+    SKEIN_INLINE unsigned add_loads(const Rows& rows, const Eight& eight, unsigned shared) const {
+        unsigned mine = (1u << eight.count) - 1;
+        for (int l = 0; l < eight.count; ++l) {
+            const Pair pair = eight.pair[l];
+            const std::int32_t first = window_[pair.a], second = window_[pair.b];
+            status_[eight.index[l]] = static_cast<std::uint8_t>((shared >> l & 1) * touching);
+            const Pack<8> all = detail::pack_at<8>(&rows.row[l]);
+            if (!own_ || own_[first]) {
+                add_row(load_ + pair.a, all, rows.first_1[l], rows.second_1[l], rows.arm_1[l]);
+                touched_[first] = 1;
             } else {
                 mine &= ~(1u << l);
             }
-            if (own && !own[second]) continue;
-            const double t_here = row[l].number[3], arm_2 = row[l].number[7];
-            if (both.b < behind) {
-                add_row(load + both.b, all, share.first_2[l], -t_here, arm_2);
-                touched[second] = 1;
+            if (own_ && !own_[second]) continue;
+            const double* const f = rows.row[l].number;
+            const double t = f[3], arm_2 = f[7];
+            if (pair.b < last_slot_) {
+                add_row(load_ + pair.b, all, rows.first_2[l], -t, arm_2);
+                touched_[second] = 1;
             } else {
-                const double* f = row[l].number;
-                work.deferring.defer(second, both.b, {-f[0], -f[1], -f[2], t_here, f[4], f[5], f[6], arm_2});
+                work_.deferring.defer(second, pair.b, {-f[0], -f[1], -f[2], t, f[4], f[5], f[6], arm_2});
             }
         }
-        sums.add(force, P(0.5) * (radius_1 + radius_2 - distance) * (some * inverse), weight_of_all, mine);
-        work.figures.active += std::popcount(mine & shared);
+        return mine;
     }
+
+    const Contacts& contacts_;
+    const Work& work_;
+    const WorkArea& area_;
+    const ExposedMotion* const motion_;
+    const std::int32_t* const window_;
+    const std::uint8_t* const own_; ///< null where all bodies are own
+    std::uint8_t *const status_, *const touched_;
+    ContactMemory<double>* const memory_;
+    ExertedLoad* const load_;
+    const std::uint32_t last_slot_; ///< of the strip
+};
+
+void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums) {
+    const TouchingForces forces(*this, work, area);
+    for (std::uint32_t i = 0; i < area.count; i += WorkArea::W) forces.push(i, sums);
 }
 
 /// What these pairs remember, for a step that may begin anew: pairs that do not touch remember nothing.

@@ -123,6 +123,7 @@ private:
     void follow_springs(const Work& work, const WorkArea& area);
     void push_vertices(const Work& work, WorkArea& area, Sums& sums);
     void push_sides(const Work& work, WorkArea& area, Sums& sums);
+    class TouchingForces;
     void push_touching(const Work& work, const WorkArea& area, Sums& sums);
     void push_boxes(const Work& work, WorkArea& area);
     template <class Row> void exert(const Work& work, std::uint32_t slot, const Row& first, const Row& second);
