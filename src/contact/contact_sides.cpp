@@ -1,6 +1,17 @@
-// Near-parallel pairs: they push at the two ends of their overlap, and at the nearest points with what is left of the
-// normal force and all friction. Turning them against each other changes the shares, and with these the energy, which
-// is a couple; so does sliding, where an overlap that ends at a vertex counts by its length. theory.md (56b), (56e)
+// Near-parallel pairs push at both ends of their overlap, and at the nearest points with the rest of the normal force
+// and all friction.                                                                      theory.md (56b), (56e)
+//
+//   e1  o=====|=======o              a = (1 - S/b^2)^2, S the squared sine of the angle, b = `blend`; 0 beyond b
+//         end 1|      | end 2        E_0 = w phi(d) + E_v, nearest points with the weight and energy of vertices (56c)
+//   e2         o======|=====o        E_k = phi(d_k), an end of one element and its foot on the other, the nearer such
+//
+//   E = (1 - a) E_0 + a L (E_1 + E_2)/2,   L = (lambda_1 + lambda_2)/2 by overlap.hpp
+//
+// Forces are minus the gradient of E, so the energy is kept when elements turn or slide along each other:
+//   ends      springs of E_1 and E_2 with the weight a L/2, and their dashpots
+//   overlap   -a (E_1 + E_2)/2 dL/df df/dx,  f = (x - x_0).e/e^2 the foot of the other's end x on this line
+//   turning   -(L (E_1 + E_2)/2 - E_0) da/de_i,
+//             da/de_1 = 4 sqrt(a)/b^2 (e1.e2)/(e1^2 e2^2) (e2 - (e1.e2)/e1^2 e1)
 #include "contact/overlap.hpp"
 #include "contact/work_area.hpp"
 
@@ -8,88 +19,137 @@ namespace skein {
 
 using detail::across, detail::between, detail::edge;
 
-/// Of pairs by themselves; `vertices`: of each, see vertices_of_pair. The other numbers are those of the nearest
-/// points; where elements are not near-parallel there is nothing at the ends.
-template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, double h, const Pair* pair,
-                                                     const std::uint8_t* vertices, Pack<N> sine_squared, Pack<N> weight,
-                                                     Pack<N> vertex_energy, Pack<N> distance) const {
-    using Q = Pack<N>;
-    struct Element {
-        Vec3<Q> node[2], edge, velocity[2], spin;
-        Q radius, squared;
-        VertexMasks<N> vertices;
-    } of[2];
-    for (const int body : {0, 1}) {
-        Element& e = of[body];
-        const auto slot = [&](int l) { return body ? pair[l].b : pair[l].a; };
-        const auto start = load_transposed<N>([&](int l) { return &bodies.node[slot(l)].position.x; });
-        e.node[0] = start.vector;
-        e.radius = start.behind;
-        e.node[1] = load_transposed<N>([&](int l) { return &bodies.node[slot(l) + 1].position.x; }).vector;
-        e.edge = e.node[1] - e.node[0];
-        e.squared = max(dot(e.edge, e.edge), Q(1e-300));
-        for (const int i : {0, 1}) {
-            const auto next = static_cast<std::uint32_t>(i);
-            e.velocity[i] = load_transposed<N>([&](int l) { return &bodies.motion[slot(l) + next].velocity.x; }).vector;
-            unsigned bits = 0;
-            for (int l = 0; l < N; ++l) bits |= (vertices[l] >> (2 * body + i) & 1u) << l;
-            e.vertices.at[i] = where_set<N>(bits, 1.0) > Q(0.0);
-        }
-        e.spin = load_transposed<N>([&](int l) { return &bodies.motion[slot(l)].spin.x; }).vector;
-    }
-    const Element &e1 = of[0], &e2 = of[1];
-    const Q zero(0.0), half(0.5), one(1.0), both = e1.radius + e2.radius, along = dot(e1.edge, e2.edge);
-    const auto same_way = along > zero;
-    const ContactNumbers<Q> law = numbers<N>(bodies, pair);
-    const auto energy_at = [&](Q at_distance) {
-        return normal_energy(kinds_.normal, law.stiffness, both - at_distance);
-    };
-    // 1 where parallel; without a kink at the edge, where the couple would jump.
-    const auto near_parallel = (sine_squared < Q(blend * blend)) & (min(e1.squared, e2.squared) > Q(1e-300));
-    const Q near = select(near_parallel, one - sine_squared / Q(blend * blend), zero), share = near * near;
+namespace {
 
-    struct End {
-        Q s, t, distance;
-        Vec3<Q> normal;
-    } end[2];
-    for (const int k : {0, 1}) { // the end of one and its foot on the other, whichever are nearer
-        const Vec3<Q>&at_1 = e1.node[k], at_2 = select(same_way, e2.node[k], e2.node[1 - k]);
-        const Q foot_2 = clamp01(dot(at_1 - e2.node[0], e2.edge) / e2.squared),
-                foot_1 = clamp01(dot(at_2 - e1.node[0], e1.edge) / e1.squared);
-        const Vec3<Q> of_1 = fma(foot_2, e2.edge, e2.node[0]) - at_1, of_2 = at_2 - fma(foot_1, e1.edge, e1.node[0]);
-        const auto nearer = dot(of_1, of_1) <= dot(of_2, of_2);
-        const Q here(k), there(1 - k);
-        const Vec3<Q> apart = select(nearer, of_1, of_2);
-        end[k] = {select(nearer, here, foot_1), select(nearer, foot_2, select(same_way, here, there)), norm(apart), {}};
-        const auto met = end[k].distance < Q(1e-150);
-        end[k].normal = (one / max(end[k].distance, Q(1e-150))) * apart;
-        if (any(met)) end[k].normal = select(met, across<N>(e1.edge, e2.edge), end[k].normal);
+/// First or second elements of N pairs.
+template <int N> struct PairElements {
+    Vec3<Pack<N>> node[2], edge, velocity[2], spin;
+    Pack<N> radius, squared; ///< m, m^2: the edge's length, squared
+    VertexMasks<N> vertices;
+};
+
+/// Elements of pairs whose slots are slot(lane); `vertices`: bits of vertices_of_pair() by pair, from `first_bit` on.
+template <int N, class SlotOf> SKEIN_INLINE PairElements<N>
+elements_at(const Exposure& bodies, const std::uint8_t* vertices, int first_bit, SlotOf&& slot) {
+    PairElements<N> e;
+    const auto start = load_transposed<N>([&](int l) { return &bodies.node[slot(l)].position.x; });
+    e.node[0] = start.vector;
+    e.radius = start.behind;
+    e.node[1] = load_transposed<N>([&](int l) { return &bodies.node[slot(l) + 1].position.x; }).vector;
+    e.edge = e.node[1] - e.node[0];
+    e.squared = max(dot(e.edge, e.edge), Pack<N>(1e-300));
+    for (const int i : {0, 1}) {
+        const auto next = static_cast<std::uint32_t>(i);
+        e.velocity[i] = load_transposed<N>([&](int l) { return &bodies.motion[slot(l) + next].velocity.x; }).vector;
+        unsigned bits = 0;
+        for (int l = 0; l < N; ++l) bits |= (vertices[l] >> (first_bit + i) & 1u) << l;
+        e.vertices.at[i] = where_set<N>(bits, 1.0) > Pack<N>(0.0);
     }
-    const Q energy_of_ends = half * (energy_at(end[0].distance) + energy_at(end[1].distance));
-    const Overlap<Q> overlap[2] = {
-        overlap_on(e1.node[0], e1.edge, e2.node[0], e2.edge, same_way, e1.vertices, e2.vertices),
-        overlap_on(e2.node[0], e2.edge, e1.node[0], e1.edge, same_way, e2.vertices, e1.vertices)};
-    const Q beside = half * (overlap[0].share + overlap[1].share);
-    Ends<N> out{};
-    out.normal_weight = (one - share) * weight;
-    out.weight_of_all = fma(share, beside, out.normal_weight);
-    ElementLoad<Q> on[2]{};
+    e.spin = load_transposed<N>([&](int l) { return &bodies.motion[slot(l)].spin.x; }).vector;
+    return e;
+}
+
+/// An end of the overlap: places on both elements, their distance, m, and the unit vector from the first.
+template <int N> struct OverlapEnd {
+    Pack<N> s, t, distance;
+    Vec3<Pack<N>> normal;
+};
+
+/// End k of the first element with its foot on the second, or the second's end there with its foot on the first.
+template <int N>
+OverlapEnd<N> end_of_overlap(const PairElements<N>& e1, const PairElements<N>& e2, const Mask<N>& same_way, int k) {
+    using Q = Pack<N>;
+    const Vec3<Q>&at_1 = e1.node[k], at_2 = select(same_way, e2.node[k], e2.node[1 - k]);
+    const Q foot_2 = clamp01(dot(at_1 - e2.node[0], e2.edge) / e2.squared),
+            foot_1 = clamp01(dot(at_2 - e1.node[0], e1.edge) / e1.squared);
+    const Vec3<Q> from_1 = fma(foot_2, e2.edge, e2.node[0]) - at_1, from_2 = at_2 - fma(foot_1, e1.edge, e1.node[0]);
+    const auto nearer = dot(from_1, from_1) <= dot(from_2, from_2);
+    const Q here(k), there(1 - k);
+    const Vec3<Q> apart = select(nearer, from_1, from_2);
+    OverlapEnd<N> end{
+        select(nearer, here, foot_1), select(nearer, foot_2, select(same_way, here, there)), norm(apart), {}};
+    const auto met = end.distance < Q(1e-150);
+    end.normal = (Q(1.0) / max(end.distance, Q(1e-150))) * apart;
+    if (any(met)) end.normal = select(met, across<N>(e1.edge, e2.edge), end.normal);
+    return end;
+}
+
+/// Adds the force of the contact at one end of the overlap, without friction.
+template <int N>
+void add_force(const ContactForce<Pack<N>>& f, const OverlapEnd<N>& end, ElementLoad<Pack<N>> (&on)[2]) {
+    const Pack<N> one(1.0);
+    on[0].first += (one - end.s) * f.on_1;
+    on[0].second += end.s * f.on_1;
+    on[0].couple += f.arm_1 * f.moment;
+    on[1].first -= (one - end.t) * f.on_1;
+    on[1].second -= end.t * f.on_1;
+    on[1].couple += f.arm_2 * f.moment;
+}
+
+/// Adds the forces of an overlap that changes. `energy`: a (E_1 + E_2)/4, the derivative of E by either lambda, J.
+template <int N> SKEIN_INLINE void add_change_of_overlap(const PairElements<N> (&of)[2],
+                                                         const Overlap<Pack<N>> (&overlap)[2], const Mask<N>& same_way,
+                                                         Pack<N> energy, ElementLoad<Pack<N>> (&on)[2]) {
+    using Q = Pack<N>;
+    const Q zero(0.0), one(1.0);
+    const Vec3<Q> none{zero, zero, zero};
     for (const int body : {0, 1})
         for (const int i : {0, 1}) {
-            const Element &e = of[body], &o = of[1 - body];
-            const Q foot = overlap[body].foot[i],
-                    per_length = half * share * energy_of_ends * overlap[body].change[i] / e.squared;
+            const PairElements<N>&e = of[body], &o = of[1 - body];
+            const Q foot = overlap[body].foot[i], per_length = energy * overlap[body].change[i] / e.squared;
             const Vec3<Q> end_of_other = select(same_way, o.node[i], o.node[1 - i]), pull = per_length * e.edge,
                           turn = per_length * (end_of_other - fma(foot, e.edge, e.node[0]));
             on[body].first += (one - foot) * pull + turn;
             on[body].second += foot * pull - turn;
-            const Vec3<Q> at_first =
-                select(same_way, i == 0 ? pull : Vec3<Q>{zero, zero, zero}, i == 0 ? Vec3<Q>{zero, zero, zero} : pull);
+            const Vec3<Q> at_first = select(same_way, i == 0 ? pull : none, i == 0 ? none : pull);
             on[1 - body].first -= at_first;
             on[1 - body].second -= pull - at_first;
         }
-    const Q of_end = half * share * beside;
-    for (const End& e : end) {
+}
+
+/// Adds the couples of a share a that changes as elements turn. `slope`: dE/da times da/d(e1.e2) at fixed lengths.
+template <int N>
+void add_turning(const PairElements<N> (&of)[2], Pack<N> along, Pack<N> slope, ElementLoad<Pack<N>> (&on)[2]) {
+    for (const int body : {0, 1}) {
+        const PairElements<N>&e = of[body], &o = of[1 - body];
+        const Vec3<Pack<N>> turn = slope * (o.edge - (along / e.squared) * e.edge);
+        on[body].first += turn;
+        on[body].second -= turn;
+    }
+}
+
+} // namespace
+
+/// Forces at the ends of the overlap of N pairs. `vertices`: bits of vertices_of_pair(); `weight`, `vertex_energy` and
+/// `distance`: of the nearest points. Elements that are not near-parallel have nothing at the ends.
+template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, double h, const Pair* pair,
+                                                     const std::uint8_t* vertices, Pack<N> sine_squared, Pack<N> weight,
+                                                     Pack<N> vertex_energy, Pack<N> distance) const {
+    using Q = Pack<N>;
+    const PairElements<N> of[2] = {elements_at<N>(bodies, vertices, 0, [&](int l) { return pair[l].a; }),
+                                   elements_at<N>(bodies, vertices, 2, [&](int l) { return pair[l].b; })},
+                          &e1 = of[0], &e2 = of[1];
+    const Q zero(0.0), half(0.5), one(1.0), radii = e1.radius + e2.radius, along = dot(e1.edge, e2.edge);
+    const auto same_way = along > zero;
+    const ContactNumbers<Q> law = numbers<N>(bodies, pair);
+    const auto energy_at = [&](Q at) { return normal_energy(kinds_.normal, law.stiffness, radii - at); };
+    const auto parallel = (sine_squared < Q(blend * blend)) & (min(e1.squared, e2.squared) > Q(1e-300));
+    // Squared, so that the couple does not jump where the share vanishes.
+    const Q near = select(parallel, one - sine_squared / Q(blend * blend), zero), share = near * near;
+    const OverlapEnd<N> end[2] = {end_of_overlap(e1, e2, same_way, 0), end_of_overlap(e1, e2, same_way, 1)};
+    const Overlap<Q> overlap[2] = {
+        overlap_on(e1.node[0], e1.edge, e2.node[0], e2.edge, same_way, e1.vertices, e2.vertices),
+        overlap_on(e2.node[0], e2.edge, e1.node[0], e1.edge, same_way, e2.vertices, e1.vertices)};
+    const Q energy = half * (energy_at(end[0].distance) + energy_at(end[1].distance)),
+            lambda = half * (overlap[0].share + overlap[1].share);
+
+    Ends<N> out{};
+    out.normal_weight = (one - share) * weight;
+    out.weight_of_all = fma(share, lambda, out.normal_weight);
+    ElementLoad<Q> on[2]{};
+    add_change_of_overlap(of, overlap, same_way, half * share * energy, on);
+    const Q end_weight = half * share * lambda;
+    for (const OverlapEnd<N>& e : end) {
         const ContactState<Q> state{e.normal,
                                     e.distance,
                                     e1.radius,
@@ -99,27 +159,17 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
                                     between(e2.velocity[0], e2.velocity[1], e.t),
                                     e2.spin};
         ContactMemory<Q> none{};
-        const auto f = contact_force<N>({kinds_.normal, ContactFriction::none}, law, state, h, none, {of_end, of_end});
+        const auto f =
+            contact_force<N>({kinds_.normal, ContactFriction::none}, law, state, h, none, {end_weight, end_weight});
         out.elsewhere += f.normal;
         out.elastic_energy += f.elastic_energy;
         out.viscous_work += f.viscous_work + f.viscous_work;
         out.stiffness = max(out.stiffness, f.stiffness);
-        on[0].first += (one - e.s) * f.on_1;
-        on[0].second += e.s * f.on_1;
-        on[0].couple += f.arm_1 * f.moment;
-        on[1].first -= (one - e.t) * f.on_1;
-        on[1].second -= e.t * f.on_1;
-        on[1].couple += f.arm_2 * f.moment;
+        add_force(f, e, on);
     }
-    // How the energy changes with the share, times how the share changes as elements turn.
-    const Q per_share = beside * energy_of_ends - fma(weight, energy_at(distance), vertex_energy),
+    const Q per_share = lambda * energy - fma(weight, energy_at(distance), vertex_energy),
             per_cosine = Q(4 / (blend * blend)) * near * along / max(e1.squared * e2.squared, Q(1e-300));
-    const Vec3<Q> turn_1 = (per_share * per_cosine) * (e2.edge - (along / e1.squared) * e1.edge),
-                  turn_2 = (per_share * per_cosine) * (e1.edge - (along / e2.squared) * e2.edge);
-    on[0].first += turn_1;
-    on[0].second -= turn_1;
-    on[1].first += turn_2;
-    on[1].second -= turn_2;
+    add_turning(of, along, per_share * per_cosine, on);
     out.on_1 = on[0];
     out.on_2 = on[1];
     return out;

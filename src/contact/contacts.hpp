@@ -68,8 +68,6 @@ private:
     struct PairContact;
     struct WorkArea;
     struct Sums;
-    /// Load of a contact on an element: forces at its nodes, N, couple, N m; lab.
-    template <class P> struct ElementLoad { Vec3<P> first, second, couple; };
     /// An element in contact with a box, with all of its points: sums, and both of memory and place of the nearest one.
     struct BoxContact {
         bool touches = false;

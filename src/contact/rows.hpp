@@ -8,6 +8,9 @@
 
 namespace skein {
 
+/// Load of a contact on an element: forces at its nodes, N, and a couple, N m; lab.
+template <class P> struct ElementLoad { Vec3<P> first, second, couple; };
+
 /// A force at an element and a couple on it: force[0..2], share of the element's length, couple[0..2], arm. The first
 /// node has 1 - share of the force, the second share; the element has `arm` times the couple. Lab, N and N m (or N and
 /// m, where the couple is n x T of a contact).
