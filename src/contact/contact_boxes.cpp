@@ -29,120 +29,158 @@ void Contacts::find_boxes(const Exposure& bodies) {
     for (const std::uint32_t i : box_pairs_) has_box_[i] = 1;
 }
 
-/// `now`: the memory that the contact has, where it is not to move on. The element is body 1 of the law.
-Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, std::uint32_t pair,
-                                            const ContactMemory<double>* now) const {
-    using Q = Pack<1>;
-    const auto [a, b] = list_.pair[pair];
-    const PartBox *first = box_at(bodies, a), *second = box_at(bodies, b);
-    BoxContact out;
-    if (first && second) return out; // refused by the plan
-    const std::uint32_t element = first ? b : a, box_slot = first ? a : b;
-    const PartBox& box = first ? *first : *second;
-    const ExposedNode* node = &bodies.node[element];
-    const ExposedMotion *motion = &bodies.motion[element], *of_box = &bodies.motion[box_slot];
-    const Vec3d centre = bodies.node[box_slot].position;
-    const Mat3d axes{of_box[1].velocity, of_box[1].spin,
-                     cross(of_box[1].velocity, of_box[1].spin)}; // neighbourhood/surface.hpp
-    const Vec3d p = node[0].position, d = node[1].position - p;
-    const unsigned vertices = bodies.vertices[element];
-    const auto nearest_between = [&](double low, double high) {
-        SegmentToBox found = nearest_to_box(axes * (p + low * d - centre), axes * ((high - low) * d), box.half);
-        for (double* share : {&found.s, &found.first, &found.last}) *share = low + *share * (high - low);
-        return found;
-    };
-    const double reach = bodies.scene().vertex_reach(), seen = seen_beyond(reach);
-    SegmentToBox near = nearest_between(vertices & at_start ? -seen : 0, vertices & at_end ? 1 + seen : 1);
+/// An element and a box that it may touch, as they are exposed. The element is body 1 of the law.
+class Contacts::BoxPair {
+public:
+    BoxPair(const Exposure& bodies, std::uint32_t element, std::uint32_t box_slot, const PartBox& box)
+        : bodies(bodies), element(element), box(box), node(&bodies.node[element]), motion(&bodies.motion[element]),
+          box_motion(&bodies.motion[box_slot]),
+          centre(bodies.node[box_slot].position), axes{box_motion[1].velocity, box_motion[1].spin,
+                                                       cross(box_motion[1].velocity, box_motion[1].spin)},
+          start(node[0].position), edge(node[1].position - start), vertices(bodies.vertices[element]) {}
 
-    struct At {
-        ContactState<Q> state;
-        Vec3d arm; ///< of the box's point from its centre
+    /// Point of the contact at share s of the element.
+    struct Point {
+        ContactState<Pack<1>> state;
+        Vec3d arm; ///< from the box's centre to its point, lab, m
     };
-    const auto at = [&](double s) -> At {
-        const BoxPoint point = nearest_on_box(axes * (p + s * d - centre), box.half);
+    Point at(double s) const {
+        const BoxPoint point = nearest_on_box(axes * (start + s * edge - centre), box.half);
         const Vec3d arm = transpose_times(axes, point.on_box);
         return {{broadcast<1>(-transpose_times(axes, point.outwards)), point.distance, node->radius, box.radius,
                  broadcast<1>(motion[0].velocity + s * (motion[1].velocity - motion[0].velocity)),
-                 broadcast<1>(motion->spin), broadcast<1>(of_box->velocity + cross(of_box->spin, arm)),
-                 broadcast<1>(of_box->spin)},
+                 broadcast<1>(motion->spin), broadcast<1>(box_motion->velocity + cross(box_motion->spin, arm)),
+                 broadcast<1>(box_motion->spin)},
                 arm};
-    };
-    const auto exert = [&](const ContactForce<Q>& f, double s, const Vec3d& arm) {
-        const Vec3d force = lane(f.on_1, 0), moment = lane(f.moment, 0);
-        out.on_element.first += (1 - s) * force;
-        out.on_element.second += s * force;
-        out.on_element.couple += f.arm_1[0] * moment;
-        out.on_box.first -= force;
-        out.on_box.couple += f.arm_2[0] * moment - cross(arm, force);
-    };
-    double weight = 1;
-    if (const int side = vertex_side(near.s, vertices, reach); side != 0) { // the other is the nearest point of the box
-        const double s = near.s;
-        const BoxPoint point = nearest_on_box(axes * (p + s * d - centre), box.half);
-        const Vec3d &vertex = node[side > 0].position, on_box = centre + transpose_times(axes, point.on_box);
-        const auto share = vertex_share<1>(
-            reach, side > 0 ? 1 - s : s, broadcast<1>(vertex), broadcast<1>(node[side <= 0].position - vertex),
-            broadcast<1>(bodies.node[neighbour(bodies, element, side > 0) + (side > 0)].position - vertex),
-            broadcast<1>(on_box));
-        const double apart = sharing<1>(near.sine_squared, share.bend[0] * (node->radius + box.radius))[0];
-        weight = 1 + apart * (share.weight[0] - 1);
-        const double beyond = apart * share.beyond[0];
-        near.s = std::clamp(near.s, side < 0 ? -beyond : 0.0, side > 0 ? 1 + beyond : 1.0);
     }
-    const At nearest = at(near.s);
+
+    /// Nearest point among shares of the element from `low` to `high`, in shares of the whole element.
+    SegmentToBox nearest_between(double low, double high) const {
+        SegmentToBox found =
+            nearest_to_box(axes * (start + low * edge - centre), axes * ((high - low) * edge), box.half);
+        for (double* share : {&found.s, &found.first, &found.last}) *share = low + *share * (high - low);
+        return found;
+    }
+
+    const Exposure& bodies;
+    const std::uint32_t element;
+    const PartBox& box;
+    const ExposedNode* const node; ///< two of the element
+    const ExposedMotion *const motion, *const box_motion;
+    const Vec3d centre; ///< of the box
+    const Mat3d axes;   ///< of the box, as neighbourhood/surface.hpp exposes them
+    const Vec3d start, edge;
+    const unsigned vertices;
+};
+
+/// Forces at the ends of the part of an element that is near-parallel to a face or an edge.
+struct Contacts::BoxEnds {
+    double share = 0, lambda = 1; ///< a and Lambda of theory.md (56b), (56e)
+    double elsewhere = 0;         ///< normal force of both, N
+    double elastic_energy = 0, viscous_work = 0, stiffness = 0;
+};
+
+void Contacts::exert_on_both(const ContactForce<Pack<1>>& f, double s, const Vec3d& arm, BoxContact& out) {
+    const Vec3d force = lane(f.on_1, 0), moment = lane(f.moment, 0);
+    out.on_element.first += (1 - s) * force;
+    out.on_element.second += s * force;
+    out.on_element.couple += f.arm_1[0] * moment;
+    out.on_box.first -= force;
+    out.on_box.couple += f.arm_2[0] * moment - cross(arm, force);
+}
+
+/// Weight of a contact near a vertex, theory.md (59e). Takes the nearest point back to where the contact is.
+double Contacts::weight_at_vertex(const BoxPair& pair, SegmentToBox& near) const {
+    const double reach = pair.bodies.scene().vertex_reach(), s = near.s;
+    const int side = vertex_side(s, pair.vertices, reach);
+    if (side == 0) return 1;
+    const BoxPoint point = nearest_on_box(pair.axes * (pair.start + s * pair.edge - pair.centre), pair.box.half);
+    const Vec3d &vertex = pair.node[side > 0].position, on_box = pair.centre + transpose_times(pair.axes, point.on_box);
+    const std::uint32_t next = neighbour(pair.bodies, pair.element, side > 0) + (side > 0);
+    const auto share = vertex_share<1>(reach, side > 0 ? 1 - s : s, broadcast<1>(vertex),
+                                       broadcast<1>(pair.node[side <= 0].position - vertex),
+                                       broadcast<1>(pair.bodies.node[next].position - vertex), broadcast<1>(on_box));
+    const double apart = sharing<1>(near.sine_squared, share.bend[0] * (pair.node->radius + pair.box.radius))[0],
+                 beyond = apart * share.beyond[0];
+    near.s = std::clamp(s, side < 0 ? -beyond : 0.0, side > 0 ? 1 + beyond : 1.0);
+    return 1 + apart * (share.weight[0] - 1);
+}
+
+/// Adds the forces at both ends of what lies beside a face or an edge.
+Contacts::BoxEnds Contacts::push_box_ends(const BoxPair& pair, const SegmentToBox& near, double h,
+                                          const ContactNumbers<Pack<1>>& law, BoxContact& out) const {
+    BoxEnds ends;
+    if (!(near.sine_squared < blend * blend && near.last > near.first)) return ends;
+    ends.share = 1 - near.sine_squared / (blend * blend);
+    const SegmentToBox line = pair.nearest_between(-1, 2); // the part beside the face may go on beyond the element
+    const double first = std::clamp(line.first, 0.0, 1.0), last = std::clamp(line.last, 0.0, 1.0);
+    if ((line.first < 0 && (pair.vertices & at_start)) || (line.last > 1 && (pair.vertices & at_end)))
+        ends.lambda = std::max(0.0, last - first) / std::min(1.0, line.last - line.first);
+    for (const double s : {first, last}) {
+        const BoxPair::Point end = pair.at(s);
+        ContactMemory<Pack<1>> none{};
+        const Pack<1> weight = 0.5 * ends.share * ends.lambda;
+        const auto f =
+            contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, {weight, weight});
+        ends.elsewhere += f.normal[0];
+        ends.elastic_energy += f.elastic_energy[0];
+        ends.viscous_work += 2 * f.viscous_work[0];
+        ends.stiffness = std::max(ends.stiffness, f.stiffness[0]);
+        exert_on_both(f, s, end.arm, out);
+    }
+    return ends;
+}
+
+/// Memory that a contact goes on from: its own, or the spring of a neighbour if it begins near a vertex.
+ContactMemory<double> Contacts::memory_before(const Exposure& bodies, std::uint32_t pair, double s,
+                                              bool box_first) const {
+    if (!remembers_) return {};
+    const ContactMemory<double>& last = memory_[pair];
+    if (status_[pair] & touching) return last;
+    return {followed_spring(bodies, pair, box_first ? 0.5 : s, box_first ? s : 0.5), last.viscous_part, last.weight};
+}
+
+/// `now`: the memory of the contact, in place of the one that a step moves on.
+Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, std::uint32_t number,
+                                            const ContactMemory<double>* now) const {
+    using Q = Pack<1>;
+    const auto [a, b] = list_.pair[number];
+    const PartBox *first = box_at(bodies, a), *second = box_at(bodies, b);
+    BoxContact out;
+    if (first && second) return out; // refused by the plan
+    const BoxPair pair(bodies, first ? b : a, first ? a : b, first ? *first : *second);
+    const double seen = seen_beyond(bodies.scene().vertex_reach());
+    SegmentToBox near =
+        pair.nearest_between(pair.vertices & at_start ? -seen : 0, pair.vertices & at_end ? 1 + seen : 1);
+    const double weight = weight_at_vertex(pair, near);
+    const BoxPair::Point nearest = pair.at(near.s);
+    const ContactState<Q>& state = nearest.state;
     out.s = near.s;
-    out.overlap = node->radius + box.radius - nearest.state.distance[0];
-    out.diameter = 2 * std::min(node->radius, box.radius);
+    out.overlap = pair.node->radius + pair.box.radius - state.distance[0];
+    out.diameter = 2 * std::min(pair.node->radius, pair.box.radius);
     out.touches = out.overlap > 0;
     if (!out.touches) return out;
-    const ContactState<Q>& state = nearest.state;
     out.normal = lane(state.normal, 0);
-    const Vec3d arm_1 = (node->radius - 0.5 * out.overlap) * out.normal,
-                arm_2 = -(box.radius - 0.5 * out.overlap) * out.normal;
-    out.place = p + near.s * d + arm_1;
-    out.slip =
-        lane(state.velocity_1, 0) + cross(motion->spin, arm_1) - lane(state.velocity_2, 0) - cross(of_box->spin, arm_2);
+    const Vec3d arm_1 = (pair.node->radius - 0.5 * out.overlap) * out.normal,
+                arm_2 = -(pair.box.radius - 0.5 * out.overlap) * out.normal;
+    out.place = pair.start + near.s * pair.edge + arm_1;
+    out.slip = lane(state.velocity_1, 0) + cross(pair.motion->spin, arm_1) - lane(state.velocity_2, 0) -
+               cross(pair.box_motion->spin, arm_2);
 
-    const ContactNumbers<Q> law = numbers<1>(bodies, &list_.pair[pair]);
-    double share = 0, beside = 1, elsewhere = 0, elastic_energy = 0, viscous_work = 0, stiffest = 0;
-    if (near.sine_squared < blend * blend && near.last > near.first) {
-        share = 1 - near.sine_squared / (blend * blend);
-        const SegmentToBox line = nearest_between(-1, 2); // what lies beside the face, beyond the element too
-        const double first = std::clamp(line.first, 0.0, 1.0), last = std::clamp(line.last, 0.0, 1.0);
-        if ((line.first < 0 && (vertices & at_start)) || (line.last > 1 && (vertices & at_end)))
-            beside = std::max(0.0, last - first) / std::min(1.0, line.last - line.first);
-        for (const double s : {first, last}) {
-            const At end = at(s);
-            ContactMemory<Q> none{};
-            const Q of_end = 0.5 * share * beside;
-            const auto f =
-                contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, {of_end, of_end});
-            elsewhere += f.normal[0];
-            elastic_energy += f.elastic_energy[0];
-            viscous_work += 2 * f.viscous_work[0];
-            stiffest = std::max(stiffest, f.stiffness[0]);
-            exert(f, s, end.arm);
-        }
-    }
+    const ContactNumbers<Q> law = numbers<1>(bodies, &list_.pair[number]);
+    const BoxEnds ends = push_box_ends(pair, near, h, law, out);
     ContactMemory<Q> memory{};
     if (now) memory.spring = {broadcast<1>(now->spring.x), now->spring.stiffness};
-    else if (remembers_) {
-        const ContactMemory<double>& last = memory_[pair];
-        const FrictionSpring<double> spring =
-            status_[pair] & touching ? last.spring
-                                     : followed_spring(bodies, pair, first ? 0.5 : near.s, first ? near.s : 0.5);
-        memory = {{broadcast<1>(spring.x), spring.stiffness}, broadcast<1>(last.viscous_part), last.weight};
-    }
-    const double crossing = (1 - share) * weight;
-    out.weight = crossing + share * beside;
+    else set_lane(memory, 0, memory_before(bodies, number, near.s, first != nullptr));
+    const double normal_weight = (1 - ends.share) * weight;
+    out.weight = normal_weight + ends.share * ends.lambda;
     out.touches = out.weight > 0;
-    out.force = contact_force<1>(kinds_, law, nearest.state, h, memory, {crossing, out.weight}, elsewhere);
-    exert(out.force, near.s, nearest.arm);
-    out.memory = {
-        {lane(memory.spring.x, 0), memory.spring.stiffness[0]}, lane(memory.viscous_part, 0), memory.weight[0]};
-    out.force.elastic_energy += elastic_energy;
-    out.force.viscous_work += viscous_work;
-    out.force.stiffness = max(out.force.stiffness, Q(stiffest));
+    out.force = contact_force<1>(kinds_, law, state, h, memory, {normal_weight, out.weight}, ends.elsewhere);
+    exert_on_both(out.force, near.s, nearest.arm, out);
+    out.memory = lane(memory, 0);
+    out.force.elastic_energy += ends.elastic_energy;
+    out.force.viscous_work += ends.viscous_work;
+    out.force.stiffness = max(out.force.stiffness, Q(ends.stiffness));
     return out;
 }
 

@@ -28,6 +28,8 @@
 
 namespace skein {
 
+struct SegmentToBox;
+
 class Contacts final : public ContactSolver {
 public:
     Contacts(ContactScene scene, const Threads& threads);
@@ -175,7 +177,14 @@ private:
     void note_far_ways(const Exposure& bodies);
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
     void find_boxes(const Exposure& bodies);
-    BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t pair,
+    class BoxPair;
+    struct BoxEnds;
+    static void exert_on_both(const ContactForce<Pack<1>>& f, double s, const Vec3d& arm, BoxContact& out);
+    double weight_at_vertex(const BoxPair& pair, SegmentToBox& near) const;
+    BoxEnds push_box_ends(const BoxPair& pair, const SegmentToBox& near, double h, const ContactNumbers<Pack<1>>& law,
+                          BoxContact& out) const;
+    ContactMemory<double> memory_before(const Exposure& bodies, std::uint32_t pair, double s, bool box_first) const;
+    BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t number,
                             const ContactMemory<double>* now = nullptr) const;
     Contact contact_with_box(const Exposure& bodies, std::uint32_t pair) const;
     double normal_energy_with_box(const Exposure& bodies, std::uint32_t pair) const;
