@@ -116,97 +116,164 @@ SKEIN_INLINE Vec3<P> against_slip(const Vec3<P>& y, P weight, P length, P give, 
     return (one / max(norm(z), one)) * fma(forward * a, flat, lie->sideways * beside);
 }
 
-/// `elsewhere`: normal force at the other points of this contact, which friction counts too. `memory`: as the contact
-/// left it, 0 of a new one, but for the spring of another that it goes on from, with weight 0; then as it leaves it
-/// now, 0 where nothing touches.
+namespace detail {
+
+/// The numbers of a step that friction depends on.
+template <int W> struct Sliding {
+    using P = Pack<W>;
+    Vec3<P> normal, tangential; ///< unit vector; velocity of slip, m/s
+    Vec3<P> half_way;           ///< half of the slip in the step, m
+    P step, turn;               ///< s; angle by which the tangent plane turns about the normal, rad
+    P pressed, root, weight;    ///< normal force with all points, N; sqrt(g) of Hertz, else 1; share with all points
+    Mask<W> touches;
+
+    /// A spring of the step before, in the tangent plane of this one.
+    SKEIN_INLINE Vec3<P> in_plane(const Vec3<P>& x) const { return turned(x - dot(x, normal) * normal, normal, turn); }
+    SKEIN_INLINE P if_touching(const P& x) const { return select(touches, x, P(0.0)); }
+    SKEIN_INLINE Vec3<P> if_touching(const Vec3<P>& x) const {
+        return select(touches, x, Vec3<P>{P(0.0), P(0.0), P(0.0)});
+    }
+};
+
+template <int W> struct Friction {
+    Vec3<Pack<W>> force; ///< on 1, N
+    ContactMemory<Pack<W>> memory;
+};
+
+/// Adds the normal force, and the stiffness, energy and half of the viscous work of its spring and dashpot.
+template <class P> SKEIN_INLINE void add_normal_force(const ContactNumbers<P>& law, bool hertz, P overlap, P root,
+                                                      P weight, P approach, ContactForce<P>& out, P& elastic) {
+    const P zero(0.0), depth = max(overlap, zero), weighted = weight * root;
+    const auto touches = overlap > zero;
+    elastic = weighted * law.stiffness * depth;
+    out.normal = select(touches, max(zero, fma(weighted * law.damping, approach, elastic)), zero);
+    out.stiffness = select(touches, hertz ? P(1.5) * root * law.stiffness : law.stiffness, zero);
+    out.elastic_energy = P(hertz ? 0.4 : 0.5) * elastic * depth;
+}
+
+/// Spring and dashpot of `memory`: they stick, or slide at mu_k N without a dashpot.
+template <int W> SKEIN_INLINE Friction<W> friction_of_memory(bool hertz, const ContactNumbers<Pack<W>>& law,
+                                                             const Sliding<W>& in,
+                                                             const FrictionSpring<Pack<W>>& last) {
+    using P = Pack<W>;
+    const P zero(0.0), one(1.0), tiny(1e-150), stiffness = law.tangential_stiffness * in.root;
+    const Vec3<P> none{zero, zero, zero},
+        kept = hertz ? min(one, last.stiffness / max(stiffness, tiny)) * last.x : last.x,
+        x = fma(in.step, in.tangential, in.in_plane(kept));
+    const P spring = in.weight * stiffness, dashpot = in.weight * law.tangential_damping;
+    const Vec3<P> trial = -(spring * x) - dashpot * in.tangential;
+    const P squared = dot(trial, trial), limit = law.static_friction * in.pressed;
+    const auto sticks = squared <= limit * limit;
+    Vec3<P> force = trial, after = x, viscous_part = -(dashpot * in.tangential);
+    if (any(!sticks)) {
+        const P inverse = one / (max(sqrt(squared), tiny) * max(spring, tiny));
+        const Vec3<P> slides = (law.kinetic_friction * in.pressed * inverse) * trial; // over k_t
+        force = select(sticks, trial, spring * slides);
+        after = select(sticks, x, -slides);
+        viscous_part = select(sticks, viscous_part, none);
+    }
+    return {
+        in.if_touching(force),
+        {{in.if_touching(after), in.if_touching(stiffness)}, in.if_touching(viscous_part), in.if_touching(in.weight)}};
+}
+
+/// One step of regularised or anisotropic friction through its spring.
+template <int W> SKEIN_INLINE Friction<W> regularised_friction(const ContactNumbers<Pack<W>>& law, const Sliding<W>& in,
+                                                               const FrictionSpring<Pack<W>>& last,
+                                                               const Lie<Pack<W>>* lie) {
+    using P = Pack<W>;
+    const P zero(0.0), half(0.5), one(1.0), tiny(1e-150);
+    const Vec3<P> x = in.in_plane(last.x), y = fma(law.twice_step, in.tangential, x);
+    const P most = law.kinetic_friction * in.pressed, give = most * law.compliance,
+            speed = lie ? max(norm(in.tangential), law.slip_speed) : law.slip_speed;
+    const Vec3<P> against = against_slip(y, in.weight, law.twice_step * speed, give, in.normal, lie);
+    const P stiffness = select(law.compliance > zero, one / max(law.compliance, tiny), zero);
+    const Vec3<P> after = half * fma(give / max(in.weight, tiny), against, x),
+                  force = in.if_touching(-(most * against));
+    return {force,
+            {{in.if_touching(after), in.if_touching(stiffness)},
+             in.if_touching(fma(in.weight * stiffness, after, force)),
+             in.if_touching(in.weight)}};
+}
+
+/// Friction that rises from the slip speed to 1.5 times that, as published.
+template <int W> SKEIN_INLINE Friction<W> published_friction(const ContactNumbers<Pack<W>>& law, const Sliding<W>& in) {
+    using P = Pack<W>;
+    const P zero(0.0), half(0.5), one(1.0), tiny(1e-150),
+        speed = norm(in.tangential), rise = (speed - law.slip_speed) / max(half * law.slip_speed, tiny),
+        share = law.kinetic_friction * in.pressed / max(speed, tiny) * min(max(rise, zero), one);
+    const Vec3<P> none{zero, zero, zero}, force = -(share * in.tangential);
+    return {force, {{none, zero}, force, zero}};
+}
+
+/// Energy that friction dissipates in a step: the work of its force, less what springs store and `dashpot` takes.
+template <class P> SKEIN_INLINE P work_of_friction(const ContactMemory<P>& last, const ContactMemory<P>& now,
+                                                   const Vec3<P>& force, const Vec3<P>& half_way, P dashpot) {
+    const Vec3<P> before = last.viscous_part - (last.weight * last.spring.stiffness) * last.spring.x;
+    return last.energy() - now.energy() - dashpot - dot(before + force, half_way);
+}
+
+} // namespace detail
+
+/// `elsewhere`: normal force at the other points of the contact, N. `memory`: as the contact left it in the step
+/// before, or the spring that a new contact goes on from with weight 0; then as it is now, 0 where nothing touches.
 template <int W> SKEIN_INLINE ContactForce<Pack<W>>
 contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const ContactState<Pack<W>>& in, double h,
               ContactMemory<Pack<W>>& memory, const ContactWeight<Pack<W>>& weight = {}, Pack<W> elsewhere = 0.0,
               const Lie<Pack<W>>* lie = nullptr) {
     using P = Pack<W>;
-    const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), step(h);
-    const P overlap = in.radius_1 + in.radius_2 - in.distance, depth = max(overlap, zero);
-    const auto touches = overlap > zero;
+    const P zero(0.0), half(0.5), step(h), overlap = in.radius_1 + in.radius_2 - in.distance;
     const bool hertz = kinds.normal == ContactNormal::hertz;
+    const Vec3<P>& n = in.normal;
     ContactForce<P> out;
+    // Velocity of slip.
     out.arm_1 = fnma(half, overlap, in.radius_1);
     out.arm_2 = fnma(half, overlap, in.radius_2);
-    const Vec3<P>& n = in.normal;
     const Vec3<P> slip = in.velocity_1 - in.velocity_2 + cross(out.arm_1 * in.spin_1 + out.arm_2 * in.spin_2, n);
     const P approach = dot(slip, n);
     const Vec3<P> tangential = slip - approach * n;
-    const P root = hertz ? sqrt(depth) : one, weighted = weight.normal * root,
-            elastic = weighted * law.stiffness * depth;
-    out.normal = select(touches, max(zero, fma(weighted * law.damping, approach, elastic)), zero);
-    out.stiffness = select(touches, hertz ? P(1.5) * root * law.stiffness : law.stiffness, zero);
-    out.elastic_energy = P(hertz ? 0.4 : 0.5) * elastic * depth;
-    const Vec3<P> none{zero, zero, zero}, half_way = (half * step) * tangential;
+    // Normal force.
+    const P root = hertz ? sqrt(max(overlap, zero)) : P(1.0);
+    P elastic;
+    detail::add_normal_force(law, hertz, overlap, root, weight.normal, approach, out, elastic);
+    const auto touches = overlap > zero;
     const P viscous_normal = select(touches, out.normal - elastic, zero), normal_before = -dot(memory.viscous_part, n);
     out.viscous_work = half * step * approach * (normal_before + viscous_normal);
     out.friction_work = zero;
-    const P pressed = out.normal + elsewhere;
-
-    ContactMemory<P> now{{none, zero}, none, zero};
-    Vec3<P> friction = none;
+    // Friction and its work.
+    const detail::Sliding<W> sliding{n,
+                                     tangential,
+                                     (half * step) * tangential,
+                                     step,
+                                     half * step * dot(in.spin_1 + in.spin_2, n),
+                                     out.normal + elsewhere,
+                                     root,
+                                     weight.all,
+                                     touches};
+    detail::Friction<W> friction{{zero, zero, zero}, {{{zero, zero, zero}, zero}, {zero, zero, zero}, zero}};
+    ContactMemory<P>& now = friction.memory;
     if (kinds.friction == ContactFriction::memory) {
-        const P stiffness = law.tangential_stiffness * root;
-        const Vec3<P> kept =
-            hertz ? min(one, memory.spring.stiffness / max(stiffness, tiny)) * memory.spring.x : memory.spring.x;
-        const Vec3<P> in_plane =
-            fma(step, tangential, turned(kept - dot(kept, n) * n, n, half * step * dot(in.spin_1 + in.spin_2, n)));
-        const P spring = weight.all * stiffness, dashpot = weight.all * law.tangential_damping;
-        const Vec3<P> trial = -(spring * in_plane) - dashpot * tangential;
-        const P squared = dot(trial, trial), limit = law.static_friction * pressed;
-        const auto sticks = squared <= limit * limit;
-        Vec3<P> after = in_plane, viscous_part = -(dashpot * tangential);
-        friction = trial;
-        if (any(!sticks)) {
-            const P inverse = one / (max(sqrt(squared), tiny) * max(spring, tiny));
-            const Vec3<P> slides = (law.kinetic_friction * pressed * inverse) * trial; // over k_t
-            friction = select(sticks, trial, spring * slides);
-            after = select(sticks, in_plane, -slides);
-            viscous_part = select(sticks, viscous_part, none);
-        }
-        friction = select(touches, friction, none);
-        now = {{select(touches, after, none), select(touches, stiffness, zero)},
-               select(touches, viscous_part, none),
-               select(touches, weight.all, zero)};
-        const P viscous_work = -dot(memory.viscous_part + now.viscous_part, half_way), energy = now.energy();
-        const Vec3<P> before = memory.viscous_part - (memory.weight * memory.spring.stiffness) * memory.spring.x;
-        out.friction_work = memory.energy() - energy - viscous_work - dot(before + friction, half_way);
-        out.viscous_work += viscous_work;
-        out.elastic_energy += energy;
+        friction = detail::friction_of_memory<W>(hertz, law, sliding, memory.spring);
+        const P dashpot = -dot(memory.viscous_part + now.viscous_part, sliding.half_way);
+        out.friction_work = detail::work_of_friction(memory, now, friction.force, sliding.half_way, dashpot);
+        out.viscous_work += dashpot;
+        out.elastic_energy += now.energy();
     } else if (has_spring(kinds.friction)) {
-        const Vec3<P>& kept = memory.spring.x;
-        const Vec3<P> x = turned(kept - dot(kept, n) * n, n, half * step * dot(in.spin_1 + in.spin_2, n)),
-                      y = fma(law.twice_step, tangential, x);
-        const P most = law.kinetic_friction * pressed, give = most * law.compliance,
-                speed = lie ? max(norm(tangential), law.slip_speed) : law.slip_speed;
-        const Vec3<P> against = against_slip(y, weight.all, law.twice_step * speed, give, n, lie);
-        const P stiffness = select(law.compliance > zero, one / max(law.compliance, tiny), zero);
-        const Vec3<P> after = half * fma(give / max(weight.all, tiny), against, x);
-        friction = select(touches, -(most * against), none);
-        now = {{select(touches, after, none), select(touches, stiffness, zero)},
-               select(touches, fma(weight.all * stiffness, after, friction), none),
-               select(touches, weight.all, zero)};
-        const P energy = now.energy();
-        const Vec3<P> before = memory.viscous_part - (memory.weight * memory.spring.stiffness) * memory.spring.x;
-        out.friction_work = memory.energy() - energy - dot(before + friction, half_way);
-        out.elastic_energy += energy;
+        friction = detail::regularised_friction<W>(law, sliding, memory.spring, lie);
+        out.friction_work = detail::work_of_friction(memory, now, friction.force, sliding.half_way, zero);
+        out.elastic_energy += now.energy();
     } else if (kinds.friction == ContactFriction::published) {
-        const P speed = norm(tangential), rise = (speed - law.slip_speed) / max(half * law.slip_speed, tiny),
-                share = law.kinetic_friction * pressed / max(speed, tiny) * min(max(rise, zero), one);
-        friction = -(share * tangential);
-        now.viscous_part = friction;
-        out.friction_work = -dot(memory.viscous_part + friction, half_way);
+        friction = detail::published_friction<W>(law, sliding);
+        out.friction_work = -dot(memory.viscous_part + friction.force, sliding.half_way);
     }
     now.viscous_part = now.viscous_part - viscous_normal * n;
     out.viscous_work = select(touches, out.viscous_work, zero);
-    out.friction_work =
-        select(touches, out.friction_work, memory.energy()); // a contact that ends loses the energy of its spring
+    // A contact that ends loses the energy of its spring.
+    out.friction_work = select(touches, out.friction_work, memory.energy());
     memory = now;
-    out.moment = cross(n, friction);
-    out.on_1 = friction - out.normal * n;
+    // Loads on both bodies.
+    out.moment = cross(n, friction.force);
+    out.on_1 = friction.force - out.normal * n;
     return out;
 }
 
