@@ -40,165 +40,224 @@ constexpr double most_lying = 0.5;    ///< and from where on it does: two rods w
 /// A bent rod is taken for straight beyond a vertex while it bends away by half of this, over the sum of radii.
 constexpr double straight = 1.0 / 1024;
 
-/// `from_first`: from the nearest point of the first element to that of the second. Vertices of the second element
-/// count where `both`.
-template <int W, bool both>
-SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiffness, Pack<W> radii,
-                                               const Vec3<Pack<W>>& from_first, Pack<W> sine_squared_of_both,
-                                               const ElementAtVertices<Pack<W>> (&element)[2]) {
-    using P = Pack<W>;
-    const P zero(0.0), half(0.5), one(1.0), tiny(1e-150), none(1e-300);
-    const bool hertz = kind == ContactNormal::hertz;
-    const P distance = norm(from_first);
-    struct Spring {
-        P normal, energy;
-    };
-    const auto spring = [&](P at_distance) -> Spring {
-        const P depth = max(radii - at_distance, zero), root = hertz ? sqrt(depth) : one,
-                normal = stiffness * root * depth;
-        return {normal, P(hertz ? 0.4 : 0.5) * normal * depth};
-    };
-    const Vec3<P> edge[2] = {element[0].node[2] - element[0].node[1], element[1].node[2] - element[1].node[1]};
-    const P squared[2] = {max(dot(edge[0], edge[0]), none), max(dot(edge[1], edge[1]), none)};
-    const P inverse_squared[2] = {one / squared[0], one / squared[1]},
-            own_length[2] = {sqrt(squared[0]), sqrt(squared[1])};
-    const P sine_squared =
-        select(min(squared[0], squared[1]) > none, sine_squared_of_both, one); // a point is across everything
-    const P inverse_sine = one / max(sine_squared, P(1e-30)),
-            steep = min(sine_squared * P(1 / (shallow * shallow)), one), crossing = steep * (P(2.0) - steep),
-            per_sine = select(steep < one, (P(2.0) - (steep + steep)) * P(1 / (shallow * shallow)), zero);
+namespace detail {
 
-    VertexTerms<P> out;
-    struct Corner {
-        Vec3<P> apart, inwards, outwards,
-            bend; ///< to the foot; tangents of the element and of its neighbour, from it; theirs apart
-        P foot, on_line, share, share_of_crossing, per_lying, lying, longer, curved, energy;
-        P here; // 1 where the element's nearest point is there
-    } corner[2][2];
-    Vec3<P> along[2];        // the edge, of length 1
-    P way[2] = {zero, zero}; // how far the neighbour goes on towards the other element, along the edge
-    P goes[2];               // 1 where the nearest point may go on along the edge
-    P inverse_length[2];
-    for (const int i : {0, 1}) {
-        inverse_length[i] = own_length[i] * inverse_squared[i];
-        along[i] = inverse_length[i] * edge[i];
-        goes[i] = select((element[i].share > zero) & (element[i].share < one), one, zero);
-    }
-    for (int i = 0; i < 1 + both; ++i)
-        for (const int j : {0, 1}) {
-            const ElementAtVertices<P>&e = element[i], &o = element[1 - i];
-            Corner& c = corner[i][j];
-            const Vec3<P>& at = e.node[1 + j];
-            const Vec3<P> from_vertex = e.node[3 * j] - at, from = at - o.node[1];
-            const P next = max(norm(from_vertex), tiny), both_lengths = own_length[i] + next,
-                    inverse = one / (next * both_lengths); // one division for two
-            c.longer = both_lengths * inverse;
-            c.curved = P(2.0) * (next * inverse);
-            c.inwards = j ? along[i] : -along[i];
-            c.outwards = c.longer * from_vertex;
-            c.bend = c.outwards - c.inwards;
-            const P free = dot(from, edge[1 - i]) * inverse_squared[1 - i];
-            c.foot = clamp01(free);
-            c.on_line = select((free > zero) & (free < one), inverse_squared[1 - i], zero);
-            c.apart = fma(c.foot, edge[1 - i], -from);
-            const P distance_here = norm(c.apart);
-            c.lying = c.curved * dot(c.bend, c.apart);
-            const P x = clamp01((c.lying * inverse_sine - P(least_lying)) * P(1 / (most_lying - least_lying))),
-                    rest = one - x * x * (P(3.0) - (x + x));
-            c.share_of_crossing = e.joined[j] * rest;
-            c.share = c.share_of_crossing * crossing;
-            c.per_lying = -(P(6 / (most_lying - least_lying)) * e.joined[j] * crossing * x * (one - x)) * inverse_sine;
-            const Spring s = spring(distance_here);
-            c.energy = s.energy;
-            // E = -c phi/2 of this vertex and the other element.
-            const P pull = half * c.share * s.normal;
-            const Vec3<P> force = (pull / max(distance_here, tiny)) * c.apart;
-            out.energy -= half * c.share * s.energy;
-            out.normal -= pull;
-            out.force[i][1 + j] += force;
-            out.force[1 - i][1] -= (one - c.foot) * force;
-            out.force[1 - i][2] -= c.foot * force;
-            const P beyond = max(min(dot(c.inwards, c.apart), dot(c.outwards, c.apart)), zero);
-            c.here = select(j ? e.share >= one : e.share <= zero, e.joined[j], zero);
-            way[i] += c.here * c.share * (j ? beyond : -beyond);
-            goes[i] += c.here;
-        }
-    P slope[2][2]; // of the energy over each c
-    for (int i = 0; i < 1 + both; ++i)
-        for (const int j : {0, 1}) slope[i][j] = -half * corner[i][j].energy;
-    if constexpr (both)
-        for (const int j : {0, 1})
-            for (const int k : {0, 1}) {
-                const Vec3<P> apart = element[1].node[1 + k] - element[0].node[1 + j];
-                const P distance_here = norm(apart), shares = P(0.25) * corner[0][j].share * corner[1][k].share;
-                const Spring s = spring(distance_here);
-                const P push = shares * s.normal;
-                const Vec3<P> force = (push / max(distance_here, tiny)) * apart;
-                out.energy += shares * s.energy;
-                out.normal += push;
-                out.force[0][1 + j] -= force;
-                out.force[1][1 + k] += force;
-                slope[0][j] += P(0.25) * corner[1][k].share * s.energy;
-                slope[1][k] += P(0.25) * corner[0][j].share * s.energy;
-            }
-    P per_angle(0.0); // of the energy over S
-    auto changes = zero > zero;
-    for (int i = 0; i < 1 + both; ++i)
-        for (const int j : {0, 1}) {
-            const Corner& c = corner[i][j];
-            const P over_lying = slope[i][j] * c.per_lying,
-                    over_crossing = slope[i][j] * c.share_of_crossing * per_sine;
-            per_angle += over_crossing - over_lying * c.lying * inverse_sine;
-            changes =
-                changes | (over_lying < zero) | (over_lying > zero) | (over_crossing < zero) | (over_crossing > zero);
-        }
-    if (any(changes)) {
-        out.turns = bits_of(changes);
-        for (int i = 0; i < 1 + both; ++i)
-            for (const int j : {0, 1}) {
-                const Corner& c = corner[i][j];
-                const int o = 1 - i;
-                const P weight = slope[i][j] * c.per_lying; // dE = weight dQ,  Q = curved bend.apart
-                const P bent = dot(c.bend, c.apart), by_length = half * c.curved * c.curved * bent;
-                const Vec3<P> of_next = (c.curved * c.longer) * (c.apart - dot(c.apart, c.outwards) * c.outwards) -
-                                        by_length * c.outwards,
-                              of_inner =
-                                  (c.curved * inverse_length[i]) * (c.apart - dot(c.apart, c.inwards) * c.inwards) +
-                                  by_length * c.inwards;
-                const P along = dot(c.bend, edge[o]) * c.on_line;
-                const Vec3<P> of_foot = c.curved * (c.bend - along * edge[o]), of_edge = (c.curved * along) * c.apart;
-                out.force[i][3 * j] -= weight * of_next;
-                out.force[i][2 - j] -= weight * of_inner;
-                out.force[i][1 + j] += weight * (of_next + of_inner + of_foot);
-                out.force[o][1] -= weight * ((one - c.foot) * of_foot + of_edge);
-                out.force[o][2] -= weight * (c.foot * of_foot - of_edge);
-            }
-        const P product = dot(edge[0], edge[1]),
-                both_squared = P(2.0) * (product * inverse_squared[0]) * inverse_squared[1] * per_angle;
-        for (const int i : {0, 1}) { // S = 1 - (e1.e2)^2/(e1^2 e2^2)
-            const Vec3<P> turn = both_squared * (edge[1 - i] - (product * inverse_squared[i]) * edge[i]);
-            out.force[i][2] += turn;
-            out.force[i][1] -= turn;
-        }
-    }
-    const P near = max(one - sine_squared * P(1 / (blend * blend)), zero);
-    out.scale = one - near * near;
-    // The nearest point beyond vertices, where neighbours have it: a straight one sees it in the same place.
-    const P cosine = dot(along[0], along[1]), inverse = one / max(sine_squared, P(shallow * shallow)),
-            both_go = goes[0] * goes[1];
-    Vec3<P> apart = from_first;
-    P beyond_distance = distance;
-    out.share[0] = element[0].share;
-    out.share[1] = element[1].share;
-    if (const auto goes_on = (abs(way[0]) > zero) | (abs(way[1]) > zero); any(goes_on)) {
-        const P per_straight = one / (P(straight) * radii);
-        P there[2], bends(one); // how far the tangents lead over how far bent rods are beside them, to the fourth power
+/// Stages of vertex_terms(): vertices, pairs of vertices, changes of the shares c, the nearest points beyond vertices.
+template <int W, bool both> class VertexStages {
+public:
+    using P = Pack<W>;
+    using Elements = const ElementAtVertices<P> (&)[2];
+
+    SKEIN_INLINE VertexStages(ContactNormal kind, P stiffness, P radii, P sine_squared_of_both, Elements element,
+                              VertexTerms<P>& out)
+        : out_(out), element_(element), hertz_(kind == ContactNormal::hertz), stiffness_(stiffness), radii_(radii) {
+        const P zero(0.0), one(1.0), none(1e-300);
         for (const int i : {0, 1}) {
-            there[i] = goes[i] * select(both_go > zero, (way[i] + cosine * way[1 - i]) * inverse, way[i]);
+            edge_[i] = element[i].node[2] - element[i].node[1];
+            squared_[i] = max(dot(edge_[i], edge_[i]), none);
+            inverse_squared_[i] = one / squared_[i];
+            length_[i] = sqrt(squared_[i]);
+            inverse_length_[i] = length_[i] * inverse_squared_[i];
+            along_[i] = inverse_length_[i] * edge_[i];
+            way_[i] = zero;
+            goes_[i] = select((element[i].share > zero) & (element[i].share < one), one, zero);
+        }
+        sine_squared_ = select(min(squared_[0], squared_[1]) > none, sine_squared_of_both, one); // a point: across all
+        inverse_sine_ = one / max(sine_squared_, P(1e-30));
+        const P steep = min(sine_squared_ * P(1 / (shallow * shallow)), one);
+        crossing_ = steep * (P(2.0) - steep);
+        per_sine_ = select(steep < one, (P(2.0) - (steep + steep)) * P(1 / (shallow * shallow)), zero);
+    }
+
+    /// -c phi/2 of each vertex and the other element.
+    SKEIN_INLINE void add_vertices() {
+        const P zero(0.0), half(0.5), one(1.0);
+        for (int i = 0; i < elements; ++i)
+            for (const int j : {0, 1}) {
+                Corner& c = corner_[i][j];
+                describe(c, i, j);
+                const P distance = norm(c.apart);
+                const Spring s = spring(distance);
+                const P pull = half * c.share * s.normal;
+                const Vec3<P> force = (pull / max(distance, tiny())) * c.apart;
+                out_.energy -= half * c.share * s.energy;
+                out_.normal -= pull;
+                out_.force[i][1 + j] += force;
+                out_.force[1 - i][1] -= (one - c.foot) * force;
+                out_.force[1 - i][2] -= c.foot * force;
+                slope_[i][j] = -half * s.energy;
+                const P beyond = max(min(dot(c.inwards, c.apart), dot(c.outwards, c.apart)), zero);
+                way_[i] += c.here * c.share * (j ? beyond : -beyond);
+                goes_[i] += c.here;
+            }
+    }
+
+    /// c_v c_w phi/4 of each vertex of one element and each of the other.
+    SKEIN_INLINE void add_pairs_of_vertices() {
+        if constexpr (both)
+            for (const int j : {0, 1})
+                for (const int k : {0, 1}) {
+                    const P share_1 = corner_[0][j].share, share_2 = corner_[1][k].share, quarter(0.25);
+                    const Vec3<P> apart = element_[1].node[1 + k] - element_[0].node[1 + j];
+                    const P distance = norm(apart), shares = quarter * share_1 * share_2;
+                    const Spring s = spring(distance);
+                    const P push = shares * s.normal;
+                    const Vec3<P> force = (push / max(distance, tiny())) * apart;
+                    out_.energy += shares * s.energy;
+                    out_.normal += push;
+                    out_.force[0][1 + j] -= force;
+                    out_.force[1][1 + k] += force;
+                    slope_[0][j] += quarter * share_2 * s.energy;
+                    slope_[1][k] += quarter * share_1 * s.energy;
+                }
+    }
+
+    /// Forces of shares c that change: dE = slope dc for every corner.
+    SKEIN_INLINE void add_changes_of_shares() {
+        const P zero(0.0);
+        P per_angle(0.0); // slope of E over S
+        auto changes = zero > zero;
+        for (int i = 0; i < elements; ++i)
+            for (const int j : {0, 1}) {
+                const Corner& c = corner_[i][j];
+                const P over_lying = slope_[i][j] * c.per_lying,
+                        over_crossing = slope_[i][j] * c.share_of_crossing * per_sine_;
+                per_angle += over_crossing - over_lying * c.lying * inverse_sine_;
+                changes = changes | (over_lying < zero) | (over_lying > zero) | (over_crossing < zero) |
+                          (over_crossing > zero);
+            }
+        if (!any(changes)) return;
+        out_.turns = bits_of(changes);
+        for (int i = 0; i < elements; ++i)
+            for (const int j : {0, 1}) add_change_of_lying(i, j);
+        add_change_of_angle(per_angle);
+    }
+
+    /// Points beyond vertices, where a straight neighbour sees the contact in the same place, theory.md (56f). Returns
+    /// their distance.
+    SKEIN_INLINE P go_beyond(const Vec3<P>& from_first, P distance) {
+        const P zero(0.0);
+        out_.apart = from_first;
+        for (const int i : {0, 1}) out_.share[i] = element_[i].share;
+        const auto goes_on = (abs(way_[0]) > zero) | (abs(way_[1]) > zero);
+        if (!any(goes_on)) return distance;
+        P there[2];
+        shares_beyond(there);
+        const Vec3<P> apart =
+            fma(there[1], edge_[1], element_[1].node[1]) - fma(there[0], edge_[0], element_[0].node[1]);
+        const P distance_there = norm(apart);
+        const auto nearer = goes_on & (distance_there < distance);
+        out_.apart = select(nearer, apart, from_first);
+        for (const int i : {0, 1}) out_.share[i] = select(nearer, there[i], out_.share[i]);
+        return select(nearer, distance_there, distance);
+    }
+
+    /// The nearest points act with the weight N/N*. What they take of E is given back.
+    SKEIN_INLINE void set_weight(const Vec3<P>& from_first, P distance, P beyond_distance) {
+        const P zero(0.0), one(1.0);
+        const P near = max(one - sine_squared_ * P(1 / (blend * blend)), zero);
+        out_.scale = one - near * near;
+        const Spring own = spring(distance), whole = spring(beyond_distance);
+        const P left = max(own.normal + out_.normal, zero);
+        out_.weight = min(left / max(whole.normal, P(1e-300)), one);
+        push_apart(own.normal, from_first, distance, element_[0].share, element_[1].share);
+        push_apart(-(out_.weight * whole.normal), out_.apart, beyond_distance, out_.share[0], out_.share[1]);
+        out_.energy += own.energy - out_.weight * whole.energy;
+        out_.normal = out_.scale * (left - out_.weight * whole.normal);
+        for (auto& of_element : out_.force)
+            for (Vec3<P>& force : of_element) force = out_.scale * force;
+    }
+
+private:
+    static constexpr int elements = 1 + both; ///< those whose vertices count
+    static P tiny() { return P(1e-150); }
+
+    struct Spring {
+        P normal, energy; ///< N, J
+    };
+    SKEIN_INLINE Spring spring(P distance) const {
+        const P zero(0.0), one(1.0);
+        const P depth = max(radii_ - distance, zero), root = hertz_ ? sqrt(depth) : one,
+                normal = stiffness_ * root * depth;
+        return {normal, P(hertz_ ? 0.4 : 0.5) * normal * depth};
+    }
+
+    /// A vertex and the other element.
+    struct Corner {
+        Vec3<P> apart, inwards, outwards, bend; ///< to the foot; tangents of element and neighbour; theirs apart
+        P foot, on_line;                        ///< share of the other; its 1/length^2 where the foot is not at an end
+        P share, share_of_crossing, per_lying;  ///< c; c over p (2 - p); dc/dQ
+        P lying, longer, curved;                ///< Q; 1/l'; 2/(l + l')
+        P here;                                 ///< 1 where the element's nearest point is at this vertex
+    };
+    SKEIN_INLINE void describe(Corner& c, int i, int j) const {
+        const P zero(0.0), one(1.0);
+        const ElementAtVertices<P>&e = element_[i], &o = element_[1 - i];
+        const Vec3<P>& at = e.node[1 + j];
+        const Vec3<P> from_vertex = e.node[3 * j] - at, from = at - o.node[1];
+        const P next = max(norm(from_vertex), tiny()), both_lengths = length_[i] + next,
+                inverse = one / (next * both_lengths); // one division for two
+        c.longer = both_lengths * inverse;
+        c.curved = P(2.0) * (next * inverse);
+        c.inwards = j ? along_[i] : -along_[i];
+        c.outwards = c.longer * from_vertex;
+        c.bend = c.outwards - c.inwards;
+        const P free = dot(from, edge_[1 - i]) * inverse_squared_[1 - i];
+        c.foot = clamp01(free);
+        c.on_line = select((free > zero) & (free < one), inverse_squared_[1 - i], zero);
+        c.apart = fma(c.foot, edge_[1 - i], -from);
+        c.lying = c.curved * dot(c.bend, c.apart);
+        const P x = clamp01((c.lying * inverse_sine_ - P(least_lying)) * P(1 / (most_lying - least_lying))),
+                rest = one - x * x * (P(3.0) - (x + x));
+        c.share_of_crossing = e.joined[j] * rest;
+        c.share = c.share_of_crossing * crossing_;
+        c.per_lying = -(P(6 / (most_lying - least_lying)) * e.joined[j] * crossing_ * x * (one - x)) * inverse_sine_;
+        c.here = select(j ? e.share >= one : e.share <= zero, e.joined[j], zero);
+    }
+
+    /// dE = slope dc/dQ dQ,  Q = curved bend.apart
+    SKEIN_INLINE void add_change_of_lying(int i, int j) {
+        const P half(0.5), one(1.0);
+        const Corner& c = corner_[i][j];
+        const int o = 1 - i;
+        const P weight = slope_[i][j] * c.per_lying;
+        const P bent = dot(c.bend, c.apart), by_length = half * c.curved * c.curved * bent;
+        const Vec3<P> of_next = (c.curved * c.longer) * (c.apart - dot(c.apart, c.outwards) * c.outwards) -
+                                by_length * c.outwards,
+                      of_inner = (c.curved * inverse_length_[i]) * (c.apart - dot(c.apart, c.inwards) * c.inwards) +
+                                 by_length * c.inwards;
+        const P along = dot(c.bend, edge_[o]) * c.on_line;
+        const Vec3<P> of_foot = c.curved * (c.bend - along * edge_[o]), of_edge = (c.curved * along) * c.apart;
+        out_.force[i][3 * j] -= weight * of_next;
+        out_.force[i][2 - j] -= weight * of_inner;
+        out_.force[i][1 + j] += weight * (of_next + of_inner + of_foot);
+        out_.force[o][1] -= weight * ((one - c.foot) * of_foot + of_edge);
+        out_.force[o][2] -= weight * (c.foot * of_foot - of_edge);
+    }
+
+    /// dE = per_angle dS,  S = 1 - (e1.e2)^2/(e1^2 e2^2)
+    SKEIN_INLINE void add_change_of_angle(P per_angle) {
+        const P product = dot(edge_[0], edge_[1]),
+                both_squared = P(2.0) * (product * inverse_squared_[0]) * inverse_squared_[1] * per_angle;
+        for (const int i : {0, 1}) {
+            const Vec3<P> turn = both_squared * (edge_[1 - i] - (product * inverse_squared_[i]) * edge_[i]);
+            out_.force[i][2] += turn;
+            out_.force[i][1] -= turn;
+        }
+    }
+
+    /// Shares of the nearest points on the tangents beyond vertices, as far as bent rods stay beside these.
+    SKEIN_INLINE void shares_beyond(P (&there)[2]) const {
+        const P zero(0.0), one(1.0);
+        const P cosine = dot(along_[0], along_[1]), inverse = one / max(sine_squared_, P(shallow * shallow)),
+                both_go = goes_[0] * goes_[1], per_straight = one / (P(straight) * radii_);
+        P bends(one); // length of the tangents over that of bent rods beside them, to the fourth power
+        for (const int i : {0, 1}) {
+            there[i] = goes_[i] * select(both_go > zero, (way_[i] + cosine * way_[1 - i]) * inverse, way_[i]);
             P curvature(0.0); // of the rod beyond its vertex, squared
             for (const int j : {0, 1})
-                if (i < 1 + both) {
-                    const Corner& c = corner[i][j];
+                if (i < elements) {
+                    const Corner& c = corner_[i][j];
                     curvature += c.here * (c.curved * c.curved) * dot(c.bend, c.bend);
                 }
             const P bent = there[i] * there[i] * per_straight;
@@ -206,35 +265,49 @@ SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiff
         }
         const P part = one / sqrt(sqrt(bends));
         for (const int i : {0, 1}) {
-            const P &share = element[i].share, s = share + part * there[i] * inverse_length[i];
+            const P &share = element_[i].share, s = share + part * there[i] * inverse_length_[i];
             there[i] = select(share >= one, max(s, one), select(share <= zero, min(s, zero), clamp01(s)));
         }
-        const Vec3<P> between_them =
-            fma(there[1], edge[1], element[1].node[1]) - fma(there[0], edge[0], element[0].node[1]);
-        const P distance_there = norm(between_them);
-        const auto nearer = goes_on & (distance_there < distance);
-        apart = select(nearer, between_them, from_first);
-        beyond_distance = select(nearer, distance_there, distance);
-        for (const int i : {0, 1}) out.share[i] = select(nearer, there[i], out.share[i]);
     }
-    const Spring own = spring(distance), whole = spring(beyond_distance);
-    const P left = max(own.normal + out.normal, zero);
-    out.weight = min(left / max(whole.normal, none), one);
-    out.apart = apart;
-    // The nearest points act with the weight; what they take of E is given back.
-    const auto give = [&](const P& force, const Vec3<P>& way_of_it, const P& length, const P& s, const P& t) {
-        const Vec3<P> on_first = (force / max(length, tiny)) * way_of_it;
-        out.force[0][1] -= (one - s) * on_first;
-        out.force[0][2] -= s * on_first;
-        out.force[1][1] += (one - t) * on_first;
-        out.force[1][2] += t * on_first;
-    };
-    give(own.normal, from_first, distance, element[0].share, element[1].share);
-    give(-(out.weight * whole.normal), apart, beyond_distance, out.share[0], out.share[1]);
-    out.energy += own.energy - out.weight * whole.energy;
-    out.normal = out.scale * (left - out.weight * whole.normal);
-    for (auto& of_element : out.force)
-        for (Vec3<P>& force : of_element) force = out.scale * force;
+
+    SKEIN_INLINE void push_apart(const P& force, const Vec3<P>& apart, const P& distance, const P& s, const P& t) {
+        const P one(1.0);
+        const Vec3<P> on_first = (force / max(distance, tiny())) * apart;
+        out_.force[0][1] -= (one - s) * on_first;
+        out_.force[0][2] -= s * on_first;
+        out_.force[1][1] += (one - t) * on_first;
+        out_.force[1][2] += t * on_first;
+    }
+
+    VertexTerms<P>& out_;
+    Elements element_;
+    const bool hertz_;
+    const P stiffness_, radii_;
+    Vec3<P> edge_[2], along_[2]; ///< m; unit vectors
+    P squared_[2], inverse_squared_[2], length_[2], inverse_length_[2];
+    P sine_squared_, inverse_sine_, crossing_, per_sine_; ///< S, 1/S, p (2 - p), its derivative by S
+    Corner corner_[2][2];
+    P slope_[2][2]; ///< dE/dc of each corner, J
+    P way_[2];      ///< how far the neighbour goes on towards the other element, along the edge, m
+    P goes_[2];     ///< 1 where the nearest point may go on along the edge
+};
+
+} // namespace detail
+
+/// `from_first`: from the nearest point of the first element to that of the second. Vertices of the second element
+/// count where `both`.
+template <int W, bool both>
+SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiffness, Pack<W> radii,
+                                               const Vec3<Pack<W>>& from_first, Pack<W> sine_squared_of_both,
+                                               const ElementAtVertices<Pack<W>> (&element)[2]) {
+    VertexTerms<Pack<W>> out;
+    detail::VertexStages<W, both> stages(kind, stiffness, radii, sine_squared_of_both, element, out);
+    const Pack<W> distance = norm(from_first);
+    stages.add_vertices();
+    stages.add_pairs_of_vertices();
+    stages.add_changes_of_shares();
+    const Pack<W> beyond_distance = stages.go_beyond(from_first, distance);
+    stages.set_weight(from_first, distance, beyond_distance);
     return out;
 }
 
