@@ -146,16 +146,25 @@ void BroadPhase::find_sizes(const Exposure& bodies) {
     if (std::isfinite(dot(centre, centre))) next_origin_ = centre;
 }
 
-void BroadPhase::measure(const Exposure& bodies, double skin) {
-    struct Extent {
-        Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-        double reach[32] = {};
-        std::size_t count[32] = {};
-    };
-    if (smallest_ == 0) find_sizes(bodies);
-    origin_ = next_origin_;
-    sphere_.resize(bodies.slots());
-    grid_of_.resize(bodies.slots());
+/// Where elements are, from origin_, m, and how large and how many those of each size are.
+struct BroadPhase::Extent {
+    static constexpr std::size_t sizes = 32; ///< powers of two
+    Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    double reach[sizes] = {};
+    std::size_t count[sizes] = {};
+
+    void add(const Extent& other) {
+        least = least_of(other.least, least);
+        most = most_of(other.most, most);
+        for (std::size_t g = 0; g < sizes; ++g) {
+            reach[g] = std::max(reach[g], other.reach[g]);
+            count[g] += other.count[g];
+        }
+    }
+};
+
+/// Sets the spheres round elements and the grids that these belong to.
+BroadPhase::Extent BroadPhase::set_spheres(const Exposure& bodies) {
     std::vector<Extent> parts(blocks_of(bodies.slots()));
     for_blocks(threads_, bodies.slots(), [&](std::size_t begin, std::size_t end, std::size_t block) {
         Extent& e = parts[block];
@@ -173,26 +182,15 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
         }
     });
     Extent all;
-    std::size_t coarsest = 0;
-    for (const Extent& e : parts) {
-        all.least = least_of(e.least, all.least);
-        all.most = most_of(e.most, all.most);
-        for (std::size_t g = 0; g < 32; ++g) {
-            all.reach[g] = std::max(all.reach[g], e.reach[g]);
-            all.count[g] += e.count[g];
-        }
-    }
-    for (std::size_t g = 0; g < 32; ++g)
-        if (all.count[g] > 0) coarsest = g;
-    grids_.resize(coarsest + 1);
-    next_origin_ = origin_ + 0.5 * (all.least + all.most); // next time; what moves meanwhile counts in the slack
-    const Vec3d extent = all.most - all.least, outermost = most_of(-all.least, all.most);
-    double reach = 0;
-    for (const double r : all.reach) reach = std::max(reach, r);
-    slack_ = static_cast<float>(1e-6 * (std::max({outermost.x, outermost.y, outermost.z}) + reach));
+    for (const Extent& e : parts) all.add(e);
+    return all;
+}
 
+/// Cells as wide as two of the largest elements reach, and no more than four to an element.
+void BroadPhase::size_grids(const Extent& all, double skin) {
+    const Vec3d extent = all.most - all.least;
     std::uint32_t cells = 0;
-    reach = 0;
+    double reach = 0;
     for (std::size_t g = 0; g < grids_.size(); ++g) {
         Grid& grid = grids_[g];
         reach = std::max(reach, all.reach[g]);
@@ -208,6 +206,22 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
         cells += grid.cells();
     }
     cell_begin_.assign(cells + 1, 0);
+}
+
+void BroadPhase::measure(const Exposure& bodies, double skin) {
+    if (smallest_ == 0) find_sizes(bodies);
+    origin_ = next_origin_;
+    sphere_.resize(bodies.slots());
+    grid_of_.resize(bodies.slots());
+    const Extent all = set_spheres(bodies);
+    std::size_t coarsest = Extent::sizes - 1;
+    while (coarsest > 0 && all.count[coarsest] == 0) --coarsest;
+    grids_.resize(coarsest + 1);
+    next_origin_ = origin_ + 0.5 * (all.least + all.most); // next time; what moves meanwhile counts in the slack
+    const Vec3d outermost = most_of(-all.least, all.most);
+    const double reach = *std::max_element(std::begin(all.reach), std::end(all.reach));
+    slack_ = static_cast<float>(1e-6 * (std::max({outermost.x, outermost.y, outermost.z}) + reach));
+    size_grids(all, skin);
 }
 
 void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {

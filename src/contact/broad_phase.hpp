@@ -95,6 +95,9 @@ private:
     struct Found;
     Spheres spheres() const { return {x_.data(), y_.data(), z_.data(), reach_.data(), body_.data(), slot_.data()}; }
     void find_sizes(const Exposure& bodies);
+    struct Extent;
+    Extent set_spheres(const Exposure& bodies);
+    void size_grids(const Extent& all, double skin);
     void measure(const Exposure& bodies, double skin);
     void fill_grids(const Exposure& bodies, const SelfGaps& gaps);
     void add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const;
