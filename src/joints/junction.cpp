@@ -118,11 +118,26 @@ private:
                                "'torsional_stiffness' [N m/rad]",
                                g.name()));
         const int n = g.elements();
-        const ElementConstants& e = nth(g.element, end.element);
         const bool after = end.share > 0.5;
+        refuse_off_nodes(g, end, after);
+        Side s{.group = end.group, .rod = end.rod, .node = end.element + (after ? 1 : 0)};
+        if (g.closed()) s.node %= n;
+        s.inner = g.closed() || (s.node > 0 && s.node < n);
+        s.element = s.node == n ? n - 1 : s.node;
+        s.side = s.node == n ? -1 : 1;
+        if (!s.inner) refuse_end(g, end, s.node);
+        s.node_held = g.holds_node(s.node);
+        s.element_held = !s.inner && g.holds_element(s.element);
+        add_holds(g, end, s);
+        return s;
+    }
+
+    /// Common nodes are at nodes and on axes.
+    void refuse_off_nodes(const RodGroup& g, const JointEnd& end, bool after) const {
+        const ElementConstants& e = nth(g.element, end.element);
         if (std::abs(end.share - (after ? 1 : 0)) > same_place) {
             double before = 0, length = 0;
-            for (int k = 0; k < n; ++k) {
+            for (int k = 0; k < g.elements(); ++k) {
                 if (k < end.element) before += nth(g.element, k).rest_length;
                 length += nth(g.element, k).rest_length;
             }
@@ -134,26 +149,25 @@ private:
             refuse(fmt::format(
                 "has its place {:.3g} m off the axis of '{}': with stiffness = \"auto\" axes meet; or give {}",
                 norm(end.arm), g.name(), springs(g, end.element)));
-        Side s{.group = end.group, .rod = end.rod, .node = end.element + (after ? 1 : 0)};
-        if (g.closed()) s.node %= n;
-        s.inner = g.closed() || (s.node > 0 && s.node < n);
-        s.element = s.node == n ? n - 1 : s.node;
-        s.side = s.node == n ? -1 : 1;
-        const RodSpec& spec = g.spec();
-        if (!s.inner) {
-            const EndKind kind = s.node == 0 ? spec.start : spec.end;
-            if (kind == EndKind::clamped)
-                refuse(fmt::format("is at an end of '{}' that is clamped: clamp the other rod too", g.name()));
-            if (g.slides(s.node))
-                refuse(fmt::format("is at an end of '{}' that slides: give {}", g.name(), springs(g, end.element)));
-            if (takes_end_weights(spec))
-                refuse(fmt::format("is at an end of '{}' with end_weights = \"gregory\", which are for ends where "
-                                   "nothing goes on: leave them out",
-                                   g.name()));
-        }
-        s.node_held = g.holds_node(s.node);
-        s.element_held = !s.inner && g.holds_element(s.element);
-        const Hold& hold = spec.hold;
+    }
+
+    /// Ends of rods that half cells cannot go on from.
+    void refuse_end(const RodGroup& g, const JointEnd& end, int node) const {
+        const EndKind kind = node == 0 ? g.spec().start : g.spec().end;
+        if (kind == EndKind::clamped)
+            refuse(fmt::format("is at an end of '{}' that is clamped: clamp the other rod too", g.name()));
+        if (g.slides(node))
+            refuse(fmt::format("is at an end of '{}' that slides: give {}", g.name(), springs(g, end.element)));
+        if (takes_end_weights(g.spec()))
+            refuse(fmt::format("is at an end of '{}' with end_weights = \"gregory\", which are for ends where "
+                               "nothing goes on: leave them out",
+                               g.name()));
+    }
+
+    /// Nodes and elements that the scene holds, in all directions only.
+    void add_holds(const RodGroup& g, const JointEnd& end, Side& s) const {
+        const Hold& hold = g.spec().hold;
+        const int n = g.elements();
         const auto all = [](const std::string& axes) {
             return axes.find('x') != std::string::npos && axes.find('y') != std::string::npos &&
                    axes.find('z') != std::string::npos;
@@ -171,7 +185,6 @@ private:
             if (!all(hold.axes) || s.inner) partly();
             s.element_held = true;
         }
-        return s;
     }
 
     /// The set that a place is in; a new one where it is in none.
