@@ -10,9 +10,11 @@
 
 #include <array>
 #include <bit>
+#include <cassert>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <type_traits>
 #include <vector>
 
 namespace skein {
@@ -121,10 +123,11 @@ private:
     struct Slots {
         std::uint32_t a, a_next, b, b_next;
     };
+    using Lanes = std::array<std::uint8_t, W>;
     /// W joints of a copy by itself; the last one fills up.
     struct Gathered {
         std::array<Slots, W> slots;
-        std::array<std::uint8_t, W> lane_a, lane_b;
+        Lanes lane_a, lane_b;
         int count = 0;
         JointConstants<P> constants;
     };
@@ -228,46 +231,80 @@ private:
         all.rest_distance.set(l, one.rest_distance);
     }
 
+    /// An element of a joint. read(slot of Slots, field of Slot): a vector or a quaternion, W joints side by side.
+    template <bool Damped, class Read>
+    SKEIN_INLINE static JoinedElement<P> element(Read&& read, std::uint32_t Slots::*at, std::uint32_t Slots::*next,
+                                                 const P& share, const P& before, const Vec3<P>& arm,
+                                                 const Vec3<P>& axis) {
+        JoinedElement<P> e{read(at, &Slot<W>::position),
+                           read(next, &Slot<W>::position),
+                           {},
+                           {},
+                           read(at, &Slot<W>::director),
+                           {},
+                           share,
+                           before,
+                           arm,
+                           axis};
+        if constexpr (Damped) {
+            e.velocity = read(at, &Slot<W>::velocity);
+            e.next_velocity = read(next, &Slot<W>::velocity);
+            e.spin = read(at, &Slot<W>::spin);
+        }
+        return e;
+    }
+    /// Adds loads to the slots of a joint, in one order for all layouts: add_a and add_b (to, load).
+    template <class AddA, class AddB> SKEIN_INLINE static void
+    scatter(const JointNodeLoads<P>& loads, const Slots& s, JoinedLoad<W>* load, AddA&& add_a, AddB&& add_b) {
+        add_a(load[s.a].force, loads.force_a);
+        add_a(load[s.a_next].force, loads.force_a_next);
+        add_a(load[s.a].couple, loads.couple_a);
+        add_b(load[s.b].force, loads.force_b);
+        add_b(load[s.b_next].force, loads.force_b_next);
+        add_b(load[s.b].couple, loads.couple_b);
+    }
+
     template <JointTurn Turn, bool Damped, bool Repels>
     void run_across(const Run& run, const Slot<W>* slot, JoinedLoad<W>* load) const {
         for (std::size_t j = run.first; j < run.behind; ++j) {
             const Slots& s = slots_across_[j];
             const JointConstants<double>& c = constants_[j];
-            const auto element = [&](std::uint32_t at, std::uint32_t next, double share, double before,
-                                     const Vec3d& arm, const Vec3d& axis) {
-                const Slot<W>&first = slot[at], &second = slot[next];
-                return JoinedElement<P>{first.position,    second.position,   first.velocity, second.velocity,
-                                        first.director,    first.spin,        P(share),       P(before),
-                                        broadcast<W>(arm), broadcast<W>(axis)};
-            };
+            const auto read = [&](std::uint32_t Slots::*at, auto field) -> const auto& { return slot[s.*at].*field; };
             const JointNodeLoads<P> loads = node_loads<Turn, Damped, Repels, W>(
-                run.law, element(s.a, s.a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
-                element(s.b, s.b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b), broadcast<W>(c.rest),
-                P(c.rest_distance));
-            load[s.a].force += loads.force_a;
-            load[s.a_next].force += loads.force_a_next;
-            load[s.a].couple += loads.couple_a;
-            load[s.b].force += loads.force_b;
-            load[s.b_next].force += loads.force_b_next;
-            load[s.b].couple += loads.couple_b;
+                run.law,
+                element<Damped>(read, &Slots::a, &Slots::a_next, c.share_a, c.share_before_a, broadcast<W>(c.arm_a),
+                                broadcast<W>(c.axis_a)),
+                element<Damped>(read, &Slots::b, &Slots::b_next, c.share_b, c.share_before_b, broadcast<W>(c.arm_b),
+                                broadcast<W>(c.axis_b)),
+                broadcast<W>(c.rest), P(c.rest_distance));
+            const auto add = [](Vec3<P>& to, const Vec3<P>& more) { to += more; };
+            scatter(loads, s, load, add, add);
         }
     }
 
-    /// Number `first` and on of a slot, a vector, of the lanes that at(l) points to.
-    template <class At> SKEIN_INLINE static Vec3<P> gathered(std::size_t first, At&& at) {
-        std::array<double, W> x, y, z;
-        for (std::size_t l = 0; l < W; ++l) {
-            const double* from = at(l) + first * W;
-            x[l] = from[0];
-            y[l] = from[W];
-            z[l] = from[2 * W];
-        }
-        return {std::bit_cast<P>(x), std::bit_cast<P>(y), std::bit_cast<P>(z)};
+    /// Number of a lane that is known only as the program runs.
+    SKEIN_INLINE static double& number(P& pack, int lane) {
+        assert(0 <= lane && lane < W);
+        return reinterpret_cast<double*>(&pack)[lane];
     }
-    template <class At> SKEIN_INLINE static P gathered_number(std::size_t number, At&& at) {
-        std::array<double, W> x;
-        for (std::size_t l = 0; l < W; ++l) x[l] = at(l)[number * W];
-        return std::bit_cast<P>(x);
+    SKEIN_INLINE static double number(const P& pack, int lane) { return number(const_cast<P&>(pack), lane); }
+
+    /// Lane l of the result is lane[l] of at(l).
+    template <class At> SKEIN_INLINE static auto gathered(At&& at, const Lanes& lane) {
+        using Field = std::remove_cvref_t<decltype(at(0))>;
+        const auto part = [&](auto Field::*member) {
+            return gathered(
+                [&](std::size_t l) -> const auto& { return at(l).*member; }, lane);
+        };
+        if constexpr (std::is_same_v<Field, P>) {
+            std::array<double, W> x;
+            for (std::size_t l = 0; l < W; ++l) x[l] = number(at(l), lane[l]);
+            return std::bit_cast<P>(x);
+        } else if constexpr (std::is_same_v<Field, Vec3<P>>) {
+            return Field{part(&Field::x), part(&Field::y), part(&Field::z)};
+        } else {
+            return Field{part(&Field::w), part(&Field::v)};
+        }
     }
 
     template <JointTurn Turn, bool Damped, bool Repels>
@@ -275,50 +312,28 @@ private:
         for (std::size_t i = run.first_pack; i < run.behind_pack; ++i) {
             const Gathered& g = gathered_[i];
             const JointConstants<P>& c = g.constants;
-            const auto element = [&](std::uint32_t Slots::*at, std::uint32_t Slots::*next,
-                                     const std::array<std::uint8_t, W>& lane, P share, P before, const Vec3<P>& arm,
-                                     const Vec3<P>& axis) {
-                const auto first = [&](std::size_t l) {
-                    return reinterpret_cast<const double*>(slot + g.slots[l].*at) + lane[l];
+            const auto read_by = [&](const Lanes& lane) {
+                return [&](std::uint32_t Slots::*at, auto field) {
+                    return gathered(
+                        [&](std::size_t l) -> const auto& { return slot[g.slots[l].*at].*field; }, lane);
                 };
-                const auto second = [&](std::size_t l) {
-                    return reinterpret_cast<const double*>(slot + g.slots[l].*next) + lane[l];
-                };
-                JoinedElement<P> e{gathered(0, first),
-                                   gathered(0, second),
-                                   {},
-                                   {},
-                                   {gathered_number(6, first), gathered(7, first)},
-                                   {},
-                                   share,
-                                   before,
-                                   arm,
-                                   axis};
-                if constexpr (Damped) {
-                    e.velocity = gathered(3, first);
-                    e.next_velocity = gathered(3, second);
-                    e.spin = gathered(10, first);
-                }
-                return e;
             };
-            const JointNodeLoads<P> loads = node_loads<Turn, Damped, Repels, W>(
-                run.law, element(&Slots::a, &Slots::a_next, g.lane_a, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
-                element(&Slots::b, &Slots::b_next, g.lane_b, c.share_b, c.share_before_b, c.arm_b, c.axis_b), c.rest,
-                c.rest_distance);
-            for (int lane = 0; lane < g.count; ++lane) {
-                const auto l = static_cast<std::size_t>(lane);
-                const auto add = [&](std::uint32_t at, std::uint8_t to_lane, std::size_t first, const Vec3<P>& v) {
-                    double* to = reinterpret_cast<double*>(load + at) + to_lane + first * W;
-                    to[0] += v.x[lane];
-                    to[W] += v.y[lane];
-                    to[2 * W] += v.z[lane];
+            const JointNodeLoads<P> loads =
+                node_loads<Turn, Damped, Repels, W>(run.law,
+                                                    element<Damped>(read_by(g.lane_a), &Slots::a, &Slots::a_next,
+                                                                    c.share_a, c.share_before_a, c.arm_a, c.axis_a),
+                                                    element<Damped>(read_by(g.lane_b), &Slots::b, &Slots::b_next,
+                                                                    c.share_b, c.share_before_b, c.arm_b, c.axis_b),
+                                                    c.rest, c.rest_distance);
+            for (int l = 0; l < g.count; ++l) {
+                const auto add_to = [l](int lane) {
+                    return [l, lane](Vec3<P>& to, const Vec3<P>& more) {
+                        number(to.x, lane) += more.x[l];
+                        number(to.y, lane) += more.y[l];
+                        number(to.z, lane) += more.z[l];
+                    };
                 };
-                add(g.slots[l].a, g.lane_a[l], 0, loads.force_a);
-                add(g.slots[l].a_next, g.lane_a[l], 0, loads.force_a_next);
-                add(g.slots[l].a, g.lane_a[l], 3, loads.couple_a);
-                add(g.slots[l].b, g.lane_b[l], 0, loads.force_b);
-                add(g.slots[l].b_next, g.lane_b[l], 0, loads.force_b_next);
-                add(g.slots[l].b, g.lane_b[l], 3, loads.couple_b);
+                scatter(loads, nth(g.slots, l), load, add_to(nth(g.lane_a, l)), add_to(nth(g.lane_b, l)));
             }
         }
     }
@@ -326,13 +341,10 @@ private:
     /// Spare lanes of a tile do what its last rod does.
     void fill_spare_lanes(JoinedLoad<W>* load) const {
         for (const Spare& tile : spare_)
-            for (std::size_t k = tile.first; k < tile.first + tile.slots; ++k) {
-                auto* numbers = reinterpret_cast<double*>(load + k);
-                for (std::size_t number = 0; number < 6; ++number)
-                    for (int l = tile.lanes; l < W; ++l)
-                        numbers[number * W + static_cast<std::size_t>(l)] =
-                            numbers[number * W + static_cast<std::size_t>(tile.lanes) - 1];
-            }
+            for (std::size_t k = tile.first; k < tile.first + tile.slots; ++k)
+                for (Vec3<P>* v : {&load[k].force, &load[k].couple})
+                    for (P* pack : {&v->x, &v->y, &v->z})
+                        for (int l = tile.lanes; l < W; ++l) number(*pack, l) = number(*pack, tile.lanes - 1);
     }
 
     std::vector<std::size_t> slots_of_; ///< by group
