@@ -64,95 +64,80 @@ int Graph::whole_power(int a, int n) {
 }
 
 int Graph::derivative(int node, Variable by) {
-    const std::size_t count = static_cast<std::size_t>(node) + 1; // operands come first
-    std::vector<int> d(count, -1);
-    const int zero = constant(0), one = constant(1);
-    const auto times = [&](int a, int b) { return make(Op::multiply, a, b); };
-    const auto over = [&](int a, int b) { return make(Op::divide, a, b); };
-    const auto minus = [&](int a, int b) { return make(Op::subtract, a, b); };
+    const std::size_t count = to_index(node) + 1; // operands come first
+    const int zero = constant(0);
+    constant(1); // ahead of all nodes of derivatives
     std::vector<bool> needed(count, false);
     nth(needed, node) = true;
     for (std::size_t i = count; i-- > 0;)
         if (needed[i])
             for (const int operand : nodes_[i].of)
                 if (operand >= 0) nth(needed, operand) = true;
+    std::vector<int> d(count, -1);
     for (std::size_t i = 0; i < count; ++i) {
         if (!needed[i]) continue;
         const Node n = nodes_[i]; // a copy: the list grows
-        const int self = static_cast<int>(i), a = n.of[0], b = n.of[1], c = n.of[2];
         const auto of = [&](int operand) { return operand >= 0 ? nth(d, operand) : zero; };
-        const int da = of(a), db = of(b), dc = of(c);
-        int r = zero;
-        switch (n.op) {
-        case Op::constant:
-        case Op::floor:
-        case Op::tabulated_slope:
-        case Op::less:
-        case Op::less_equal:
-        case Op::equal:
-            break;
-        case Op::variable:
-            r = n.index == static_cast<int>(by) ? one : zero;
-            break;
-        case Op::negative:
-            r = make(Op::negative, da);
-            break;
-        case Op::absolute:
-            r = make(Op::choice, make(Op::less, a, zero), make(Op::negative, da), da);
-            break;
-        case Op::root:
-            r = over(da, times(constant(2), self));
-            break;
-        case Op::sine:
-            r = times(make(Op::cosine, a), da);
-            break;
-        case Op::cosine:
-            r = make(Op::negative, times(make(Op::sine, a), da));
-            break;
-        case Op::exponential:
-            r = times(self, da);
-            break;
-        case Op::logarithm:
-            r = over(da, a);
-            break;
-        case Op::hyperbolic_tangent:
-            r = times(minus(one, times(self, self)), da);
-            break;
-        case Op::tabulated:
-            r = times(look_up(Op::tabulated_slope, n.index, a), da);
-            break;
-        case Op::add:
-            r = make(Op::add, da, db);
-            break;
-        case Op::subtract:
-            r = minus(da, db);
-            break;
-        case Op::multiply:
-            r = make(Op::add, times(da, b), times(a, db));
-            break;
-        case Op::divide:
-            r = over(minus(da, times(self, db)), b);
-            break;
-        case Op::power:
-            r = times(times(b, make(Op::power, a, minus(b, one))), da);
-            if (db != zero) r = make(Op::add, r, times(times(self, make(Op::logarithm, a)), db));
-            break;
-        case Op::arc_tangent:
-            r = over(minus(times(b, da), times(a, db)), make(Op::add, times(a, a), times(b, b)));
-            break;
-        case Op::least:
-            r = make(Op::choice, make(Op::less, b, a), db, da);
-            break;
-        case Op::most:
-            r = make(Op::choice, make(Op::less, a, b), db, da);
-            break;
-        case Op::choice:
-            r = make(Op::choice, a, db, dc);
-            break;
-        }
-        d[i] = r;
+        d[i] = chain_rule(static_cast<int>(i), n, of(n.of[0]), of(n.of[1]), of(n.of[2]), by);
     }
     return nth(d, node);
+}
+
+int Graph::chain_rule(int self, const Node& n, int da, int db, int dc, Variable by) {
+    const int a = n.of[0], b = n.of[1], zero = constant(0), one = constant(1);
+    const auto times = [&](int x, int y) { return make(Op::multiply, x, y); };
+    const auto over = [&](int x, int y) { return make(Op::divide, x, y); };
+    const auto minus = [&](int x, int y) { return make(Op::subtract, x, y); };
+    switch (n.op) {
+    case Op::constant:
+    case Op::floor:
+    case Op::tabulated_slope:
+    case Op::less:
+    case Op::less_equal:
+    case Op::equal:
+        return zero;
+    case Op::variable:
+        return n.index == static_cast<int>(by) ? one : zero;
+    case Op::negative:
+        return make(Op::negative, da);
+    case Op::absolute:
+        return make(Op::choice, make(Op::less, a, zero), make(Op::negative, da), da);
+    case Op::root:
+        return over(da, times(constant(2), self));
+    case Op::sine:
+        return times(make(Op::cosine, a), da);
+    case Op::cosine:
+        return make(Op::negative, times(make(Op::sine, a), da));
+    case Op::exponential:
+        return times(self, da);
+    case Op::logarithm:
+        return over(da, a);
+    case Op::hyperbolic_tangent:
+        return times(minus(one, times(self, self)), da);
+    case Op::tabulated:
+        return times(look_up(Op::tabulated_slope, n.index, a), da);
+    case Op::add:
+        return make(Op::add, da, db);
+    case Op::subtract:
+        return minus(da, db);
+    case Op::multiply:
+        return make(Op::add, times(da, b), times(a, db));
+    case Op::divide:
+        return over(minus(da, times(self, db)), b);
+    case Op::power: {
+        const int by_base = times(times(b, make(Op::power, a, minus(b, one))), da);
+        return db == zero ? by_base : make(Op::add, by_base, times(times(self, make(Op::logarithm, a)), db));
+    }
+    case Op::arc_tangent:
+        return over(minus(times(b, da), times(a, db)), make(Op::add, times(a, a), times(b, b)));
+    case Op::least:
+        return make(Op::choice, make(Op::less, b, a), db, da);
+    case Op::most:
+        return make(Op::choice, make(Op::less, a, b), db, da);
+    case Op::choice:
+        return make(Op::choice, a, db, dc);
+    }
+    return zero;
 }
 
 bool Graph::varies_beyond(int node, std::span<const Variable> allowed) const {

@@ -68,6 +68,8 @@ private:
     int put(Node node);
     int look_up(Op op, int table, int a);
     double apply(const Node& node, double a, double b, double c) const;
+    /// Derivative of node `self`, which is n, from the derivatives da, db and dc of its operands.
+    int chain_rule(int self, const Node& n, int da, int db, int dc, Variable by);
 
     std::vector<FormulaTable> tables_;
     std::vector<Node> nodes_;

@@ -9,113 +9,165 @@ namespace skein {
 
 namespace {
 
-/// `input_of`: number of the input that a node is to this list, -1 where it is worked out in it.
-std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> outputs,
-                                       const std::function<int(int)>& input_of) {
-    InstructionList list;
-    const auto count = graph.nodes().size();
-    std::vector<int> uses(count, 0), last_use(count, -1), source(count, -1);
-    const int forever = static_cast<int>(count);
-    for (const int o : outputs) {
-        ++nth(uses, o);
-        nth(last_use, o) = forever;
+/// Translates the nodes of a graph that some outputs need into one list of instructions.
+class ListBuilder {
+public:
+    /// `input_of` gives the number of the input that a node is to this list, or -1 where the list computes the node.
+    ListBuilder(const Graph& graph, std::span<const int> outputs, const std::function<int(int)>& input_of)
+        : graph_(graph), outputs_(outputs), input_of_(input_of), count_(graph.nodes().size()), uses_(count_, 0),
+          last_use_(count_, -1), inner_(count_, -1), within_(count_, -1), source_(count_, -1) {}
+
+    /// Absent where the list needs too many registers or sources.
+    std::optional<InstructionList> build() {
+        count_uses();
+        fuse_pairs();
+        find_last_uses();
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (uses_[i] == 0 || take_constant_or_input(i) || within_[i] >= 0) continue;
+            emit(i);
+        }
+        list_.registers = static_cast<int>(taken_.size());
+        if (list_.registers > InstructionList::most_registers || list_.sources() > InstructionList::most_sources)
+            return std::nullopt;
+        number_sources();
+        return std::move(list_);
     }
-    // Whether the list works a node out.
-    const auto made = [&](std::size_t i) {
-        return uses[i] > 0 && graph.nodes()[i].op != Op::constant && input_of(static_cast<int>(i)) < 0;
-    };
-    for (std::size_t i = count; i-- > 0;)
-        if (made(i))
-            for (const int operand : graph.nodes()[i].of)
-                if (operand >= 0) ++nth(uses, operand);
-    // Of two in a row of + - * /, the first of no other use, one instruction is made: `inner` of each node, and the
-    // node it is in. The negative of x counts as -0 - x, which has its bits.
-    std::vector<int> inner(count, -1), within(count, -1);
-    for (std::size_t i = 0; i < count; ++i) {
-        if (!made(i)) continue;
-        const Graph::Node& n = graph.nodes()[i];
-        for (const int o : n.of) {
-            const auto k = static_cast<std::size_t>(o);
-            if (o >= 0 && inner[i] < 0 && (is_arithmetic(n.op) || n.op == Op::negative) && is_arithmetic(graph[o].op) &&
-                made(k) && uses[k] == 1 && inner[k] < 0) {
-                inner[i] = o;
-                within[k] = static_cast<int>(i);
+
+private:
+    // Sources are registers below `constant_base`, constants below `input_base`, and inputs, until all are counted.
+    static constexpr int constant_base = 1000000, input_base = 2000000;
+
+    const Graph::Node& node(std::size_t i) const { return graph_.nodes()[i]; }
+
+    /// True where an instruction of the list computes the node.
+    bool computed(std::size_t i) const {
+        return uses_[i] > 0 && node(i).op != Op::constant && input_of_(static_cast<int>(i)) < 0;
+    }
+
+    template <class F> void for_operands_of_computed(F&& f) const {
+        for (std::size_t i = count_; i-- > 0;)
+            if (computed(i))
+                for (const int operand : node(i).of)
+                    if (operand >= 0) f(i, operand);
+    }
+
+    void count_uses() {
+        for (const int o : outputs_) {
+            ++nth(uses_, o);
+            nth(last_use_, o) = static_cast<int>(count_); // outputs stay to the end
+        }
+        for_operands_of_computed([&](std::size_t, int operand) { ++nth(uses_, operand); });
+    }
+
+    /// Finds pairs of + - * /, the first of which has no other use: both become one instruction. The negative of x
+    /// counts as -0 - x, which has the same bits.
+    void fuse_pairs() {
+        for (std::size_t i = 0; i < count_; ++i) {
+            if (!computed(i) || !(is_arithmetic(node(i).op) || node(i).op == Op::negative)) continue;
+            for (const int o : node(i).of) {
+                if (o < 0 || inner_[i] >= 0) continue;
+                const std::size_t k = to_index(o);
+                if (!is_arithmetic(node(k).op) || !computed(k) || uses_[k] != 1 || inner_[k] >= 0) continue;
+                inner_[i] = o;
+                within_[k] = static_cast<int>(i);
             }
         }
     }
-    for (std::size_t i = 0; i < count; ++i)
-        if (made(i))
-            for (const int operand : graph.nodes()[i].of)
-                if (operand >= 0) {
-                    int& last = nth(last_use, operand);
-                    last = std::max(last, within[i] >= 0 ? within[i] : static_cast<int>(i));
-                }
-    std::vector<bool> taken;
-    // Registers now, constants from 1000000 and inputs from 2000000 on, until their numbers are known.
-    constexpr int constant_base = 1000000, input_base = 2000000;
-    for (std::size_t i = 0; i < count; ++i) {
-        if (uses[i] == 0) continue;
-        const Graph::Node& n = graph.nodes()[i];
-        if (n.op == Op::constant) {
-            source[i] = constant_base + static_cast<int>(list.constants.size());
-            list.constants.push_back(n.number);
-            continue;
+
+    void find_last_uses() {
+        for_operands_of_computed([&](std::size_t i, int operand) {
+            int& last = nth(last_use_, operand);
+            last = std::max(last, within_[i] >= 0 ? within_[i] : static_cast<int>(i));
+        });
+    }
+
+    int add_constant(double value) {
+        list_.constants.push_back(value);
+        return constant_base + static_cast<int>(list_.constants.size()) - 1;
+    }
+
+    bool take_constant_or_input(std::size_t i) {
+        if (node(i).op == Op::constant) {
+            source_[i] = add_constant(node(i).number);
+            return true;
         }
-        if (const int input = input_of(static_cast<int>(i)); input >= 0) {
-            source[i] = input_base + static_cast<int>(list.inputs.size());
-            list.inputs.push_back(input);
-            continue;
-        }
-        if (within[i] >= 0) continue;
-        const auto operand = [&](const Graph::Node& of, std::size_t k) {
-            return of.of[k] >= 0 ? nth(source, of.of[k]) : -1;
-        };
-        // An operand's register may take the result: places are worked out one by one.
-        const auto release = [&](const Graph::Node& of) {
-            for (const int o : of.of)
-                if (o >= 0 && nth(last_use, o) == static_cast<int>(i) && nth(source, o) >= 0 &&
-                    nth(source, o) < constant_base)
-                    nth(taken, nth(source, o)) = false;
-        };
+        const int input = input_of_(static_cast<int>(i));
+        if (input < 0) return false;
+        source_[i] = input_base + static_cast<int>(list_.inputs.size());
+        list_.inputs.push_back(input);
+        return true;
+    }
+
+    int operand(const Graph::Node& n, std::size_t k) const { return n.of[k] >= 0 ? nth(source_, n.of[k]) : -1; }
+
+    void emit(std::size_t i) {
+        const Graph::Node& n = node(i);
         Instruction in{n.op, n.index, -1, operand(n, 0), operand(n, 1), operand(n, 2)};
-        if (inner[i] >= 0) {
-            const Graph::Node& first = graph[inner[i]];
-            in = {first.op, 0, -1, operand(first, 0), operand(first, 1), -1, n.op, n.of[1] == inner[i]};
+        if (inner_[i] >= 0) {
+            const Graph::Node& first = graph_[inner_[i]];
+            in = {first.op, 0, -1, operand(first, 0), operand(first, 1), -1, n.op, n.of[1] == inner_[i]};
             if (n.op == Op::negative) {
-                in.c = constant_base + static_cast<int>(list.constants.size());
+                in.c = add_constant(-0.0);
                 in.then = Op::subtract;
                 in.reversed = true;
-                list.constants.push_back(-0.0);
             } else {
                 in.c = operand(n, in.reversed ? 0 : 1);
             }
-            release(first);
+            release(first, i);
         }
-        release(n);
-        const auto free = std::find(taken.begin(), taken.end(), false);
-        in.to = static_cast<int>(free - taken.begin());
-        if (free == taken.end()) taken.push_back(true);
+        release(n, i);
+        in.to = take_register();
+        source_[i] = in.to;
+        list_.code.push_back(in);
+    }
+
+    /// Frees the registers of operands that node i uses last. The result may take one of them, as places are computed
+    /// one by one.
+    void release(const Graph::Node& n, std::size_t i) {
+        for (const int o : n.of)
+            if (o >= 0 && nth(last_use_, o) == static_cast<int>(i) && nth(source_, o) >= 0 &&
+                nth(source_, o) < constant_base)
+                nth(taken_, nth(source_, o)) = false;
+    }
+
+    int take_register() {
+        const auto free = std::find(taken_.begin(), taken_.end(), false);
+        const auto number = static_cast<int>(free - taken_.begin());
+        if (free == taken_.end()) taken_.push_back(true);
         else *free = true;
-        source[i] = in.to;
-        list.code.push_back(in);
+        return number;
     }
-    list.registers = static_cast<int>(taken.size());
-    if (list.registers > InstructionList::most_registers || list.sources() > InstructionList::most_sources)
-        return std::nullopt;
-    const auto settle = [&](int& s) {
-        if (s >= input_base) s = list.first_input() + s - input_base;
-        else if (s >= constant_base) s = list.registers + s - constant_base;
-    };
-    for (Instruction& in : list.code) {
-        settle(in.a);
-        settle(in.b);
-        settle(in.c);
+
+    void number_sources() {
+        const auto number = [&](int& s) {
+            if (s >= input_base) s = list_.first_input() + s - input_base;
+            else if (s >= constant_base) s = list_.registers + s - constant_base;
+        };
+        for (Instruction& in : list_.code) {
+            number(in.a);
+            number(in.b);
+            number(in.c);
+        }
+        for (const int o : outputs_) {
+            list_.outputs.push_back(nth(source_, o));
+            number(list_.outputs.back());
+        }
     }
-    for (const int o : outputs) {
-        list.outputs.push_back(nth(source, o));
-        settle(list.outputs.back());
-    }
-    return list;
+
+    const Graph& graph_;
+    std::span<const int> outputs_;
+    const std::function<int(int)>& input_of_;
+    std::size_t count_;
+    std::vector<int> uses_, last_use_; ///< by node
+    std::vector<int> inner_, within_;  ///< by node: the first of a fused pair, and the node that it is fused into
+    std::vector<int> source_;          ///< by node
+    std::vector<bool> taken_;          ///< by register
+    InstructionList list_;
+};
+
+std::optional<InstructionList> list_of(const Graph& graph, std::span<const int> outputs,
+                                       const std::function<int(int)>& input_of) {
+    return ListBuilder(graph, outputs, input_of).build();
 }
 
 } // namespace
