@@ -5,6 +5,7 @@
 #include "core/stop.hpp"
 #include "placement/capsule_grid.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -141,79 +142,116 @@ bool closer(const Capsule& a, const Capsule& b, double distance) {
     return dot(apart, apart)[0] < distance * distance;
 }
 
-PackedRods pack(const Packing& p, double length, double radius, std::vector<Capsule>& occupied,
-                const std::string& where) {
-    const double gap = p.gap > 0 ? p.gap : 0.05 * radius, reach = 2 * radius + gap;
-    const auto count = static_cast<std::size_t>(p.count);
-    Region region(p, length, radius);
-    if (region.grows()) region.grow(reach);
-    // Cells of two diameters, or larger where these would be many more than capsules fill.
-    const double cell = std::max(2 * reach, std::cbrt(region.volume() / (1000.0 * static_cast<double>(count))));
-    CapsuleGrid grid(region.lower(), region.upper(), cell);
-    for (const Capsule& c : occupied) grid.add(c, c.radius + radius + gap);
+namespace {
 
-    // A slab is never full: past a hundredth of the attempts another layer is cheaper.
-    const long patience = region.grows() ? std::max(1L, p.attempts / 100) : p.attempts;
-    Random random(p.seed);
-    std::vector<Vec3d> centres, directions;
-    const auto draw_direction_that_fits = [&] {
-        for (long attempt = 0; attempt < p.attempts; ++attempt)
-            if (const Vec3d direction = draw_direction(p, random); region.holds(0.5 * length * direction))
+class Packer {
+public:
+    Packer(const Packing& p, double length, double radius, std::vector<Capsule>& occupied, const std::string& where)
+        : p_(p), length_(length), radius_(radius), gap_(p.gap > 0 ? p.gap : 0.05 * radius), reach_(2 * radius + gap_),
+          count_(to_index(p.count)), occupied_(occupied), where_(where),
+          region_(first_layer(p, length, radius, reach_)),
+          patience_(region_.grows() ? std::max(1L, p.attempts / 100) : p.attempts),
+          grid_(region_.lower(), region_.upper(),
+                std::max(2 * reach_, std::cbrt(region_.volume() / (1000.0 * static_cast<double>(count_))))),
+          random_(p.seed) {
+        for (const Capsule& c : occupied) grid_.add(c, c.radius + radius + gap_);
+    }
+
+    PackedRods pack() {
+        while (centres_.size() < count_) {
+            const Capsule placed = place_next();
+            grid_.add(placed, reach_);
+            occupied_.push_back(placed);
+        }
+        PackedRods packed;
+        for (const std::size_t i : along_curve(centres_, region_)) {
+            packed.origins.push_back(centres_[i] - 0.5 * length_ * directions_[i]);
+            packed.frames.push_back(frame_along(directions_[i]));
+        }
+        packed.top = region_.upper().z;
+        packed.fill = filled();
+        return packed;
+    }
+
+private:
+    static Region first_layer(const Packing& p, double length, double radius, double layer) {
+        Region region(p, length, radius);
+        if (region.grows()) region.grow(layer);
+        return region;
+    }
+
+    /// Share of the region's volume that the placed rods fill.
+    double filled() const {
+        return static_cast<double>(centres_.size()) * volume_of(length_, radius_) / region_.volume();
+    }
+
+    Vec3d draw_direction_that_fits() {
+        for (long attempt = 0; attempt < p_.attempts; ++attempt)
+            if (const Vec3d direction = draw_direction(p_, random_); region_.holds(0.5 * length_ * direction))
                 return direction;
         throw InputError(
             fmt::format("{}: none of {} directions drawn lets a rod of length {:g} m fit into the region to pack, "
                         "whatever else is there: enlarge it, or change 'elevation' or 'azimuth'",
-                        where, p.attempts, length));
-    };
-    while (centres.size() < count) {
-        Vec3d direction = draw_direction_that_fits(), half = 0.5 * length * direction;
-        std::optional<Capsule> place;
-        for (long attempt = 0; !place; ++attempt) {
+                        where_, p_.attempts, length_));
+    }
+
+    /// Draws centres until the rod is clear of all others. After `patience_` centres a slab grows by a layer. In other
+    /// regions each further centre has a direction of its own.
+    Capsule place_next() {
+        Vec3d direction = draw_direction_that_fits(), half = 0.5 * length_ * direction;
+        for (long attempt = 0;; ++attempt) {
             stop_where_asked("rods were packed");
-            if (attempt >= patience && region.grows()) {
-                region.grow(reach);
-                grid.raise(region.upper().z);
+            if (attempt >= patience_ && region_.grows()) {
+                region_.grow(reach_);
+                grid_.raise(region_.upper().z);
                 attempt = -1;
                 continue;
             }
-            if (attempt - patience >= patience)
-                throw InputError(
-                    fmt::format("{}: {} of {} rods could be packed, {:.1f} % of the region's volume; the next one "
-                                "found no place in {} "
-                                "attempts in one direction and in as many in others: enlarge the region, lower 'count' "
-                                "or 'gap', narrow "
-                                "'elevation', or raise 'attempts'",
-                                where, centres.size(), count,
-                                100 * static_cast<double>(centres.size()) * volume_of(length, radius) / region.volume(),
-                                p.attempts));
-            if (attempt >= patience) {
+            if (attempt - patience_ >= patience_) refuse();
+            if (attempt >= patience_) {
                 direction = draw_direction_that_fits();
-                half = 0.5 * length * direction;
+                half = 0.5 * length_ * direction;
             }
-            const auto centre = region.draw(half, random);
+            const auto centre = region_.draw(half, random_);
             if (!centre) {
-                if (region.grows()) attempt = patience; // too low for this one
+                if (region_.grows()) attempt = patience_; // the layer is too low for this direction
                 continue;
             }
-            const Capsule tried{*centre - half, *centre + half, radius};
-            if (grid.is_clear(tried)) {
-                place = tried;
-                centres.push_back(*centre);
-                directions.push_back(direction);
-            }
+            const Capsule tried{*centre - half, *centre + half, radius_};
+            if (!grid_.is_clear(tried)) continue;
+            centres_.push_back(*centre);
+            directions_.push_back(direction);
+            return tried;
         }
-        grid.add(*place, reach);
-        occupied.push_back(*place);
     }
 
-    PackedRods packed;
-    for (const std::size_t i : along_curve(centres, region)) {
-        packed.origins.push_back(centres[i] - 0.5 * length * directions[i]);
-        packed.frames.push_back(frame_along(directions[i]));
+    [[noreturn]] void refuse() const {
+        throw InputError(fmt::format(
+            "{}: {} of {} rods could be packed, {:.1f} % of the region's volume; the next one found no place in {} "
+            "attempts in one direction and in as many in others: enlarge the region, lower 'count' or 'gap', narrow "
+            "'elevation', or raise 'attempts'",
+            where_, centres_.size(), count_, 100 * filled(), p_.attempts));
     }
-    packed.top = region.upper().z;
-    packed.fill = static_cast<double>(count) * volume_of(length, radius) / region.volume();
-    return packed;
+
+    const Packing& p_;
+    double length_, radius_; ///< of a rod, m
+    double gap_;             ///< least gap between surfaces, m
+    double reach_;           ///< least distance of two axes, m
+    std::size_t count_;
+    std::vector<Capsule>& occupied_;
+    const std::string& where_;
+    Region region_;
+    long patience_;    ///< centres per direction; a slab is never full, and another layer is cheaper after a hundredth
+    CapsuleGrid grid_; ///< cells of two diameters, or larger where these would be many more than capsules fill
+    Random random_;
+    std::vector<Vec3d> centres_, directions_;
+};
+
+} // namespace
+
+PackedRods pack(const Packing& p, double length, double radius, std::vector<Capsule>& occupied,
+                const std::string& where) {
+    return Packer(p, length, radius, occupied, where).pack();
 }
 
 } // namespace skein
