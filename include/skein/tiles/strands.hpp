@@ -124,6 +124,8 @@ public:
     }
 
 private:
+    void find_ends();
+    void add_row(int row);
     const LaneRange& range(int l) const { return nth(ranges_, std::max(0, range_[l])); }
 
     std::vector<LaneRange> ranges_;
@@ -152,7 +154,14 @@ template <int W> Strands<W>::Strands(std::span<const LaneRange> ranges, int rows
     std::fill(range_, range_ + W, -1);
     for (std::size_t s = 0; s < ranges_.size(); ++s)
         for (int piece = 0; piece < ranges_[s].lanes; ++piece) range_[ranges_[s].lane + piece] = static_cast<int>(s);
+    find_ends();
+    for (int row = 0; row <= rows_; ++row) add_row(row);
+    element.close();
+    cell.close();
+    node.close();
+}
 
+template <int W> void Strands<W>::find_ends() {
     const auto mask = [](auto holds) {
         P one(0.0);
         for (int i = 0; i < W; ++i) one.set(i, holds(i) ? 1 : 0);
@@ -161,10 +170,8 @@ template <int W> Strands<W>::Strands(std::span<const LaneRange> ranges, int rows
     const auto begins = [&](int i) { return range_[i] < 0 || range(i).lane == i; };
     first = mask(begins);
     goes_on = mask([&](int i) { return range_[i] >= 0 && i + 1 < range(i).lane + range(i).lanes; });
-    const auto walled = [&](int i) {
-        return range_[i] >= 0 && begins(i) && range(i).group->spec().start == EndKind::clamped;
-    };
-    start_wall = mask(walled);
+    start_wall =
+        mask([&](int i) { return range_[i] >= 0 && begins(i) && range(i).group->spec().start == EndKind::clamped; });
     start_walls = any(start_wall);
     for (int i = 0; i < W; ++i) {
         const RodGroup& group = *range(i).group;
@@ -174,41 +181,37 @@ template <int W> Strands<W>::Strands(std::span<const LaneRange> ranges, int rows
         set_lane(start_frame, i, group.frame(range(i).index));
         set_lane<VoronoiConstantsOf>(start_cell, i, group.start_wall);
     }
+}
 
-    for (int row = 0; row <= rows_; ++row) {
-        Element e{};
-        Cell c{};
-        Node n{};
-        P present(0.0), inner(0.0);
-        for (int i = 0; i < W; ++i) {
-            const RodGroup& group = *range(i).group;
-            const int k = slot(i, row), elements = group.elements();
-            const auto at = static_cast<std::size_t>(k);
-            const bool has_element = k >= 0 && k < elements,
-                       clamped_end = k == elements - 1 && group.spec().end == EndKind::clamped;
-            const ElementConstants& own = group.element[has_element ? at : 0];
-            set_lane<ElementConstantsOf>(e, i, has_element ? own : absent_element(own));
-            e.absent.set(i, has_element ? 0 : 1);
-            const bool has_next = has_element && k < elements - 1;
-            if (has_next) set_lane<VoronoiConstantsOf>(c, i, group.voronoi[at]);
-            else if (clamped_end) set_lane<VoronoiConstantsOf>(c, i, group.end_wall);
-            else set_lane<VoronoiConstantsOf>(c, i, {0, 1, 0, {0, 0, 0}, {0, 0, 0}});
-            present.set(i, has_next || clamped_end ? 1 : 0);
-            inner.set(i, has_next ? 1 : 0);
-            n.mass.set(i, k >= 0 ? group.node_mass[at] : 0);
-            n.length.set(i, k >= 0 ? group.node_length[at] : 0);
-        }
-        c.present = present > P(0.0);
-        c.inner = inner > P(0.0);
-        if (row < rows_) {
-            element.push_back(e);
-            cell.push_back(c);
-        }
-        node.push_back(n);
+template <int W> void Strands<W>::add_row(int row) {
+    Element e{};
+    Cell c{};
+    Node n{};
+    P present(0.0), inner(0.0);
+    for (int i = 0; i < W; ++i) {
+        const RodGroup& group = *range(i).group;
+        const int k = slot(i, row), elements = group.elements();
+        const bool has_element = k >= 0 && k < elements,
+                   clamped_end = k == elements - 1 && group.spec().end == EndKind::clamped;
+        const ElementConstants& own = nth(group.element, has_element ? k : 0);
+        set_lane<ElementConstantsOf>(e, i, has_element ? own : absent_element(own));
+        e.absent.set(i, has_element ? 0 : 1);
+        const bool has_next = has_element && k < elements - 1;
+        if (has_next) set_lane<VoronoiConstantsOf>(c, i, nth(group.voronoi, k));
+        else if (clamped_end) set_lane<VoronoiConstantsOf>(c, i, group.end_wall);
+        else set_lane<VoronoiConstantsOf>(c, i, {0, 1, 0, {0, 0, 0}, {0, 0, 0}});
+        present.set(i, has_next || clamped_end ? 1 : 0);
+        inner.set(i, has_next ? 1 : 0);
+        n.mass.set(i, k >= 0 ? nth(group.node_mass, k) : 0);
+        n.length.set(i, k >= 0 ? nth(group.node_length, k) : 0);
     }
-    element.close();
-    cell.close();
-    node.close();
+    c.present = present > P(0.0);
+    c.inner = inner > P(0.0);
+    if (row < rows_) {
+        element.push_back(e);
+        cell.push_back(c);
+    }
+    node.push_back(n);
 }
 
 } // namespace skein
