@@ -16,11 +16,11 @@ namespace {
 
 constexpr double pi = std::numbers::pi;
 
-/// A part by itself: inertia about its own centre.
+/// One part by itself.
 struct Solid {
-    double volume;
-    Vec3d centre;
-    SymmetricMatrix inertia; ///< per mass, m^2
+    double volume;           ///< m^3
+    Vec3d centre;            ///< m
+    SymmetricMatrix inertia; ///< per mass about its own centre, m^2
 };
 
 /// J = j1 1 + (j3 - j1) e e^T of what is alike about a unit vector e.
@@ -70,16 +70,18 @@ SymmetricMatrix of_point(const Vec3d& d) {
     return {d.y * d.y + d.z * d.z, d.x * d.x + d.z * d.z, d.x * d.x + d.y * d.y, -d.x * d.y, -d.x * d.z, -d.y * d.z};
 }
 
-} // namespace
+[[noreturn]] void refuse(const RodSpec& spec, const std::string& fault) {
+    throw InputError(fmt::format("{}: the body '{}': {}", spec.source, spec.name, fault));
+}
 
-BodyShape::BodyShape(const RodSpec& spec) {
-    const BodySpec& body = *spec.body;
-    const auto refuse = [&](const std::string& what) {
-        throw InputError(fmt::format("{}: the body '{}': {}", spec.source, spec.name, what));
-    };
+/// Solids of all parts, whose surfaces are appended to `part` in the frame of the scene.
+std::vector<Solid> add_parts(const BodySpec& body, std::vector<BodyShape::Part>& part) {
     std::vector<Solid> solids;
+    const auto centre_of = [](const std::vector<Vec3d>& centres, std::size_t i) {
+        return centres.empty() ? Vec3d{0, 0, 0} : centres[i];
+    };
     for (std::size_t i = 0; i < body.spheres.radii.size(); ++i) {
-        const Vec3d at = body.spheres.centres.empty() ? Vec3d{0, 0, 0} : body.spheres.centres[i];
+        const Vec3d at = centre_of(body.spheres.centres, i);
         solids.push_back(sphere(at, body.spheres.radii[i]));
         part.push_back({at, at, body.spheres.radii[i]});
     }
@@ -89,51 +91,70 @@ BodyShape::BodyShape(const RodSpec& spec) {
     }
     for (std::size_t i = 0; i < body.boxes.radii.size(); ++i) {
         const double r = body.boxes.radii[i];
-        const Vec3d at = body.boxes.centres.empty() ? Vec3d{0, 0, 0} : body.boxes.centres[i],
-                    half = 0.5 * body.boxes.sizes[i] - Vec3d{r, r, r};
+        const Vec3d at = centre_of(body.boxes.centres, i), half = 0.5 * body.boxes.sizes[i] - Vec3d{r, r, r};
         solids.push_back(box(at, half, r));
         part.push_back({.from = at, .to = at, .radius = r, .half = half, .box = true});
     }
+    return solids;
+}
+
+/// Volume, mass and centre of mass of a body.
+void put_mass(BodyShape& shape, const RodSpec& spec, const std::vector<Solid>& solids) {
     Vec3d first{0, 0, 0};
     for (const Solid& s : solids) {
-        volume += s.volume;
+        shape.volume += s.volume;
         first += s.volume * s.centre;
     }
-    mass = body.mass > 0 ? body.mass : spec.material.density * volume;
-    if (!(mass > 0) || !std::isfinite(mass)) refuse(fmt::format("its mass is {:g} kg", mass));
-    centre = body.centre.value_or((1 / volume) * first);
+    shape.mass = spec.body->mass > 0 ? spec.body->mass : spec.material.density * shape.volume;
+    if (!(shape.mass > 0) || !std::isfinite(shape.mass)) refuse(spec, fmt::format("its mass is {:g} kg", shape.mass));
+    shape.centre = spec.body->centre.value_or((1 / shape.volume) * first);
+}
 
+/// Inertia about `centre`, kg m^2: `given` by a scene as J_xx, J_yy, J_zz and perhaps J_xy, J_xz, J_yz, or that of the
+/// parts.
+SymmetricMatrix inertia_of(const std::vector<double>& given, const std::vector<Solid>& solids, double mass,
+                           double volume, const Vec3d& centre) {
+    if (given.size() == 3) return {given[0], given[1], given[2]};
+    if (given.size() == 6) return {given[0], given[1], given[2], given[3], given[4], given[5]};
     SymmetricMatrix j;
     for (const Solid& s : solids) {
         const double m = mass * (s.volume / volume);
         j += times(m, s.inertia);
         j += times(m, of_point(s.centre - centre));
     }
-    if (const std::vector<double>& given = body.inertia; !given.empty()) {
-        j = {given[0], given[1], given[2]};
-        if (given.size() == 6) {
-            j.xy = given[3];
-            j.xz = given[4];
-            j.yz = given[5];
-        }
-    }
-    const PrincipalAxes principal = principal_axes(j);
-    const Vec3d& v = principal.value;
+    return j;
+}
+
+void require_inertia(const RodSpec& spec, const Vec3d& v) {
+    const auto require = [&](bool holds, const char* rule) {
+        if (!holds)
+            refuse(spec, fmt::format("its principal moments of inertia are {:g}, {:g} and {:g} kg m^2: {}", v.x, v.y,
+                                     v.z, rule));
+    };
     const double least = std::min({v.x, v.y, v.z}), most = std::max({v.x, v.y, v.z});
-    if (!(least > 0))
-        refuse(fmt::format("its principal moments of inertia are {:g}, {:g} and {:g} kg m^2: all must be above 0", v.x,
-                           v.y, v.z));
-    if (most > (v.x + v.y + v.z - most) * (1 + 1e-9))
-        refuse(fmt::format("its principal moments of inertia are {:g}, {:g} and {:g} kg m^2: none may be larger than "
-                           "the other two together",
-                           v.x, v.y, v.z));
-    take_axes(v, principal.axes);
+    require(least > 0, "all must be above 0");
+    require(!(most > (v.x + v.y + v.z - most) * (1 + 1e-9)), "none may be larger than the other two together");
+}
+
+} // namespace
+
+BodyShape::BodyShape(const RodSpec& spec) {
+    const std::vector<Solid> solids = add_parts(*spec.body, part);
+    put_mass(*this, spec, solids);
+    const PrincipalAxes principal = principal_axes(inertia_of(spec.body->inertia, solids, mass, volume, centre));
+    require_inertia(spec, principal.value);
+    take_axes(principal.value, principal.axes);
+    add_surface();
+    for (const Point& p : point) reach = std::max(reach, norm(p.place) + p.radius);
+}
+
+void BodyShape::add_surface() {
     for (Part& p : part) {
         p.from = axes * (p.from - centre);
         p.to = axes * (p.to - centre);
         const int slot = 2 * static_cast<int>(&p - part.data());
         if (p.box) {
-            p.axes = {axes.w, -axes.v}; // of the frame of the parts
+            p.axes = {axes.w, -axes.v}; // the frame of the parts
             add_corners_and_edges(p, slot);
             continue;
         }
@@ -141,7 +162,17 @@ BodyShape::BodyShape(const RodSpec& spec) {
         point.push_back({p.from, p.radius});
         if (norm(p.to - p.from) > 0) point.push_back({p.to, p.radius});
     }
-    for (const Point& p : point) reach = std::max(reach, norm(p.place) + p.radius);
+}
+
+BodyShape::Column BodyShape::column() const {
+    Column c{HUGE_VAL, -HUGE_VAL, 0};
+    for (const Point& p : point) {
+        const Vec3d at = centre + transpose_times(axes, p.place);
+        c.lowest = std::min(c.lowest, at.z);
+        c.highest = std::max(c.highest, at.z);
+        c.radius = std::max(c.radius, std::hypot(at.x, at.y) + p.radius);
+    }
+    return c;
 }
 
 void BodyShape::add_corners_and_edges(const Part& box, int slot) {

@@ -59,8 +59,16 @@ struct BodyShape {
 
     bool has_boxes() const;
 
+    /// Cylinder about d3 of the parts' frame, through its origin, that holds the body.
+    struct Column {
+        double lowest, highest; ///< ends along d3, m
+        double radius;          ///< m
+    };
+    Column column() const;
+
 private:
     void take_axes(const Vec3d& values, const Mat3d& rows);
+    void add_surface();
     void add_corners_and_edges(const Part& box, int slot);
 };
 
