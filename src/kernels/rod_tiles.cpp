@@ -44,7 +44,7 @@ template <class Map, int W> bool valid(const RodTile<W>& tile) {
             half_cosine = select(tile.strands->cell[k].inner,
                                  min(half_cosine, abs(dot(s.director, tile.slot[k + 1].director))), half_cosine);
         } else {
-            if (k == cell_count(*tile.group)) break;
+            if (k == tile.group->cells()) break;
             half_cosine = min(half_cosine, abs(dot(s.director, tile.slot[(k + 1) % tile.n].director)));
         }
     }

@@ -93,10 +93,10 @@ private:
     };
 
     void filter_velocities(const RodTile<W>& rod, Row* row) const {
-        const int nodes = closed_ ? rod.n : rod.n + 1;
+        const int nodes = rod.group->nodes();
         for (int i = 0; i < nodes; ++i) row[i].rate = rod.slot[i].velocity;
-        const auto exchanged = [&](int k, const Vec3<P>& difference) { return P(conductance_[at(k)]) * difference; };
-        const auto per_mass = [&](int i, const Vec3<P>& f) { return P(inv_mass_[at(i)]) * f; };
+        const auto exchanged = [&](int k, const Vec3<P>& difference) { return P(nth(conductance_, k)) * difference; };
+        const auto per_mass = [&](int i, const Vec3<P>& f) { return P(nth(inv_mass_, i)) * f; };
         const auto apply = [&](double share) {
             for (long p = 0; p < order_; ++p) {
                 differ(row, nodes, exchanged, per_mass);
@@ -109,7 +109,7 @@ private:
     }
 
     void filter_spins(const RodTile<W>& rod, Row* row) const {
-        const int n = rod.n, cells = closed_ ? n : n - 1;
+        const int n = rod.n, cells = rod.group->cells();
         for (int k = 0; k < n; ++k) {
             const Slot<W>& s = rod.slot[k];
             row[k].rate = transpose_times(s.director, s.spin);
@@ -121,7 +121,7 @@ private:
         }
         const auto exchanged = [&](int k, const Vec3<P>& difference) { return row[k].conductance * difference; };
         const auto per_inertia = [&](int k, const Vec3<P>& f) {
-            return held_[at(k)] ? Vec3<P>{} : row[k].inv_inertia * f;
+            return nth(held_, k) ? Vec3<P>{} : row[k].inv_inertia * f;
         };
         const auto apply = [&](double share) {
             for (long p = 0; p < order_; ++p) differ(row, n, exchanged, per_inertia);
@@ -150,8 +150,6 @@ private:
         const Vec3<P> after = closed_ ? exchanged(last, row[last].rate - first) : Vec3<P>{};
         row[last].rate = divided(last, after - before);
     }
-
-    static std::size_t at(int k) { return static_cast<std::size_t>(k); }
 
     long order_;
     bool closed_;

@@ -80,7 +80,7 @@ struct MuscleFormula {
                                   : slot == group.elements() ? group.spec().end == EndKind::clamped
                                                              : slot > 0;
                 acts.set(l, held || group.closed());
-                set_lane(stiffness, l, slot < 0 ? Vec3d{0, 0, 0} : stiffness_at(group, slot));
+                set_lane(stiffness, l, slot < 0 ? Vec3d{0, 0, 0} : group.cell_at(slot).stiffness);
             }
             data.acts.push_back(acts);
             if (!curvature.empty()) data.stiffness.push_back(stiffness);
@@ -158,13 +158,6 @@ struct MuscleFormula {
 
     // What use() makes of them, and add() calls.
     const char* key() const { return curvature.empty() ? "moment" : "curvature"; }
-    /// Of the cell or half cell around a node of a group's rod, N m^2.
-    static Vec3d stiffness_at(const RodGroup& group, int node) {
-        if (group.closed()) return nth(group.voronoi, node > 0 ? node - 1 : group.elements() - 1).stiffness;
-        if (node == 0) return group.start_wall.stiffness;
-        return node == group.elements() ? group.end_wall.stiffness
-                                        : group.voronoi[static_cast<std::size_t>(node) - 1].stiffness;
-    }
     /// Of the vertex after element k; where a rod ends there is no turn.
     template <class Map, int W> SKEIN_INLINE static VertexCouples<Pack<W>>
     about(const RodTile<W>& rod, int k, const Quaternion<Pack<W>>& next, const Vec3<Pack<W>>& m) {

@@ -13,6 +13,7 @@
 #include "loads/vertex_wave.hpp"
 #include "rod/shape_places.hpp"
 #include "skein/core/fields.hpp"
+#include "skein/core/index.hpp"
 #include "skein/loads/load.hpp"
 
 #include <algorithm>
@@ -82,8 +83,8 @@ struct MuscleTorques {
     }
 
     /// At s of the way from the end to the start; `i`: of the table.
-    double amplitude_at(double s, std::size_t i) const {
-        return table.empty() ? cubic_bspline(coefficients, s) : table[i];
+    double amplitude_at(double s, int i) const {
+        return table.empty() ? cubic_bspline(coefficients, s) : nth(table, i);
     }
     double phase_at(double s) const { return wave_number * s - phase; }
     void bind_group(const RodGroup& group) {
@@ -91,19 +92,12 @@ struct MuscleTorques {
         wave.resize(n, frame);
         double length = 0, sum = 0;
         for (const ElementConstants& e : group.element) length += e.rest_length;
-        const int vertices = group.closed() ? n : n - 1; // the last is where a ring closes
-        for (int i = 0; i < vertices; ++i) {
-            const auto at = static_cast<std::size_t>(i);
-            sum += group.element[at].rest_length;
+        for (int i = 0; i < group.cells(); ++i) { // the last is where a ring closes
+            sum += nth(group.element, i).rest_length;
             const double s = std::min(1.0, sum / length);
-            wave.set(n - 1 - i, amplitude_at(s, at), phase_at(s));
+            wave.set(n - 1 - i, amplitude_at(s, i), phase_at(s));
         }
-        if (group.spec().start == EndKind::clamped)
-            wave.set_start(amplitude_at(1, static_cast<std::size_t>(n - 1)), phase_at(1));
-        if (group.spec().end == EndKind::clamped) wave.set_end(amplitude_at(0, 0), phase_at(0));
-        if (!group.closed())
-            wave.set_ends(amplitude_at(1, static_cast<std::size_t>(n - 1)), phase_at(1), amplitude_at(0, 0),
-                          phase_at(0));
+        wave.set_ends(group, amplitude_at(1, n - 1), phase_at(1), amplitude_at(0, 0), phase_at(0));
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
     VertexWave wave;

@@ -76,11 +76,10 @@ struct MuscleWave {
         }
         if (profile.empty()) return;
         for (const RodSpec* rods : groups) {
-            const bool ring = rods->shape.closed;
-            objections.length("profile", profile.size(), ring ? rods->shape.elements : rods->shape.elements - 1,
+            objections.length("profile", profile.size(), rods->shape.cells(),
                               std::string("one for each ") +
-                                  (ring ? "vertex of the rings" : "inner vertex (elements - 1)") + " of group '" +
-                                  rods->name + "'");
+                                  (rods->shape.closed ? "vertex of the rings" : "inner vertex (elements - 1)") +
+                                  " of group '" + rods->name + "'");
         }
     }
     std::string refine(const Shape& was, const Shape& now) {
@@ -103,7 +102,7 @@ struct MuscleWave {
         return (1 - way) * profile[i - 1] + way * profile[i];
     }
     void bind_group(const RodGroup& group) {
-        const int n = group.elements(), last = group.closed() ? n : n - 1;
+        const int n = group.elements(), last = group.cells();
         wave.resize(n, frame);
         double s = 0, length = 0;
         for (const ElementConstants& e : group.element) length += e.rest_length;
@@ -111,11 +110,8 @@ struct MuscleWave {
             s += nth(group.element, j - 1).rest_length;
             wave.set(j % n, amplitude * share(j, s, length), phase_at(s));
         }
-        if (group.spec().start == EndKind::clamped) wave.set_start(amplitude * share(1, 0, length), phase_at(0));
-        if (group.spec().end == EndKind::clamped)
-            wave.set_end(amplitude * share(last, length, length), phase_at(length));
-        if (!group.closed() && last > 0)
-            wave.set_ends(amplitude * share(1, 0, length), phase_at(0), amplitude * share(last, length, length),
+        if (last > 0)
+            wave.set_ends(group, amplitude * share(1, 0, length), phase_at(0), amplitude * share(last, length, length),
                           phase_at(length));
     }
     void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }

@@ -66,8 +66,8 @@ struct SlenderBodyDrag {
         DragRate largest;
         for (int i = 0; i <= n; ++i) {
             double drag = 0;
-            if (i > 0 || group.closed()) drag += half_drag((i + n - 1) % n);
-            if (i < n || group.closed()) drag += half_drag(i % n);
+            if (const int before = group.element_before(i); before >= 0) drag += half_drag(before);
+            if (const int after = group.element_after(i); after >= 0) drag += half_drag(after);
             const double rate = drag / mass(group, i);
             if (rate > largest.value) largest = {rate, std::min(i, n - 1)};
         }

@@ -41,21 +41,21 @@ public:
         add(after, m, 1);
         add(before, m, -1);
     }
-    /// The same of the vertices of half cells, at clamped ends of an open rod.
-    void set_start(double amplitude, double phase) {
-        const Parts<double> m = parts_of(amplitude, phase);
-        if (frame_ == LoadFrame::body) start_ = m;
-        else add(0, m, 1);
-    }
-    void set_end(double amplitude, double phase) {
-        const Parts<double> m = parts_of(amplitude, phase);
-        if (frame_ == LoadFrame::body) parts_.back() = m;
-        else add(parts_.size() - 1, m, -1);
-    }
-    /// Moments where an open rod ends, for joints that go on there; none until they are set.
-    void set_ends(double start_amplitude, double start_phase, double end_amplitude, double end_phase) {
+    /// Moments at the ends of an open rod, for its half cells and for joints; 0 until they are set.
+    void set_ends(const RodGroup& group, double start_amplitude, double start_phase, double end_amplitude,
+                  double end_phase) {
+        if (group.closed()) return;
         at_start_ = parts_of(start_amplitude, start_phase);
         at_end_ = parts_of(end_amplitude, end_phase);
+        const bool in_body = frame_ == LoadFrame::body;
+        if (group.spec().start == EndKind::clamped) {
+            if (in_body) start_ = at_start_;
+            else add(0, at_start_, 1);
+        }
+        if (group.spec().end == EndKind::clamped) {
+            if (in_body) parts_.back() = at_end_;
+            else add(parts_.size() - 1, at_end_, -1);
+        }
     }
     template <int W> void add_end_moments(const Step& step, const Vec3d& direction, EndMoments<W>& moments) const {
         const auto add = [&](const Parts<double>& parts, EndMoment<Pack<W>>& at) {

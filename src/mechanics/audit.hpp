@@ -170,8 +170,7 @@ public:
                 gained = gained + (energy(after) - energy(before));
             }
         };
-        const int nodes = rod.group->closed() ? rod.n : rod.n + 1;
-        for (int i = 0; i < nodes; ++i) {
+        for (int i = 0; i < rod.group->nodes(); ++i) {
             const auto at = static_cast<std::size_t>(i);
             if (rod.group->slides(i)) { // of whose force the wall takes a part
                 const Vec3<P> by_wall = budget.held_directions(i), &all = tile.all[at].force,

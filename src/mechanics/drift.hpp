@@ -128,6 +128,7 @@ public:
 /// A ring's last node is its first: after the drift its slot takes that node's place, before the kick it hands over its
 /// load.
 template <int W> void close_ring(const RodTile<W>& rod) {
+    if (!rod.group->closed()) return;
     rod.slot[rod.n].position = rod.slot[0].position;
     rod.slot[rod.n].velocity = rod.slot[0].velocity;
 }

@@ -37,7 +37,7 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
                           most_dilatation(group));
             return InvalidState{k, true, text};
         }
-        if (k == cell_count(group)) break;
+        if (k == group.cells()) break;
         const int after = (k + 1) % group.elements();
         if (!(std::abs(dot(s.director, nth(state, after).director)[0]) > least_half_cosine)) {
             std::snprintf(text, sizeof text, "elements %d and %d: turned against each other by more than 3 rad", k,

@@ -16,10 +16,6 @@ inline constexpr double least_dilatation = 0.05;
 /// Beyond the tension limit directors flip, so a run must not go on.
 double most_dilatation(const RodGroup& group);
 
-/// Number of cells between elements: one less than elements, and in a ring, whose last element has the first as
-/// neighbour, as many.
-inline int cell_count(const RodGroup& group) { return static_cast<int>(group.voronoi.size()); }
-
 /// Element at which the state of a rod is invalid, and why.
 struct InvalidState {
     int element;

@@ -84,6 +84,14 @@ template <class Law, class Map, int W> PresentCell<Pack<W>> seam_cell(const RodT
     else return ends.closed ? present_cell<Law, Map>(rod, n - 1, 0, e(n - 1), e(0)) : PresentCell<Pack<W>>{};
 }
 
+/// Cell between elements k and k + 1; without stiffness where the lane has none.
+template <class Law, class Map, int W>
+SKEIN_INLINE PresentCell<Pack<W>> cell_after(const RodTile<W>& rod, int k, Pack<W> e, Pack<W> e_next) {
+    const PresentCell<Pack<W>> cell = present_cell<Law, Map>(rod, k, k + 1, e, e_next);
+    if constexpr (Map::along) return inner_only(rod.strands->cell[k].inner, cell);
+    else return cell;
+}
+
 /// Calls f(k, eigenvalues) for each element.
 template <class Law, class Map, int W, class F> void present_eigenvalues(const RodTile<W>& rod, F&& f) {
     using P = Pack<W>;
@@ -105,11 +113,7 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
     for (int k = 0; k < n; ++k) {
         const bool last = k == n - 1;
         const Vec3<P> nu_next = last ? nu : element_strain<Map>(rod, k + 1);
-        PresentCell<P> after = seam;
-        if (!last) {
-            after = present_cell<Law, Map>(rod, k, k + 1, nu.z, nu_next.z);
-            if constexpr (Map::along) after = inner_only(rod.strands->cell[k].inner, after);
-        }
+        const PresentCell<P> after = last ? seam : cell_after<Law, Map>(rod, k, nu.z, nu_next.z);
         const auto& c = Map::element(rod, k);
         const auto mobility_after = last ? mobility_around : Map::element(rod, k + 1).inv_inertia;
         Vec3<P> beta = scale(before.spring, broadcast<W>(mobility + mobility_before)) +

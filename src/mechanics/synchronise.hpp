@@ -10,12 +10,12 @@ namespace skein {
 template <int W> void synchronise_positions(const RodTile<W>& rod, double h) {
     for (int k = 0; k <= rod.last; ++k)
         rod.slot[k].position = fma(Pack<W>(h), rod.slot[k].velocity, rod.slot[k].position);
-    if (rod.group->closed()) close_ring(rod);
+    close_ring(rod);
 }
 
 template <int W> void synchronise(const RodTile<W>& rod, double h) {
     with_gyration(gyration_of(*rod.group), [&]<class Top>(Top) { drift<Top>(rod, h); });
-    if (rod.group->closed()) close_ring(rod);
+    close_ring(rod);
 }
 
 } // namespace skein

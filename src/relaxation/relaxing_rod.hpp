@@ -50,7 +50,7 @@ public:
                 row.most_turn = std::min(farthest_turn, farthest_share * e.radius * e.inv_rest_length);
             }
         }
-        const int nodes = group.closed() ? n : n + 1;
+        const int nodes = group.nodes();
         const Hold& hold = group.spec().hold;
         const auto hold_axes = [](double* free, const std::string& axes) {
             for (const char axis : axes) free[axis - 'x'] = 0;

@@ -1,8 +1,8 @@
 #include "rod/cell_turn.hpp"
 
 #include "rod/own_sizes.hpp"
-
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <fmt/format.h>
@@ -16,7 +16,7 @@ namespace {
 
 /// Where the curvature is `profile`, or `uniform` where that is empty, 1/m.
 CellTurn turn_by(const Shape& shape, const Vec3d& uniform, const std::vector<Vec3d>& profile) {
-    const auto n = static_cast<std::size_t>(shape.elements), cells = shape.closed ? n : n - 1;
+    const std::size_t n = to_index(shape.elements), cells = to_index(shape.cells());
     const std::vector<double>& parts = shape.length_profile;
     CellTurn most;
     if (shape.elements < 2 || (!profile.empty() && profile.size() != cells) || (!parts.empty() && parts.size() != n))

@@ -14,7 +14,7 @@ template <int W> void apply_hold(const RodGroup& group, Slot<W>* slot) {
         return Vec3d{is_free('x'), is_free('y'), is_free('z')};
     };
     const Hold& hold = group.spec().hold;
-    const int n = group.elements(), nodes = group.closed() ? n : n + 1;
+    const int n = group.elements(), nodes = group.nodes();
     const Vec3d direction = free_of(hold.directions), axis = free_of(hold.axes);
     for (const long i : hold.nodes) {
         Vec3<P>& v = slot[i < 0 ? nodes + i : i].velocity;

@@ -38,10 +38,9 @@ template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d
             c.share_before * nth(g.element, v).rest_stretch + c.share_after * nth(g.element, after).rest_stretch;
         return c.stiffness.*axis * c.inv_length / bending_divisor(g, dilatation) * (1 / j(k) + 1 / j(neighbour));
     };
-    const int n = g.elements(), before = (k + n - 1) % n, after = (k + 1) % n;
     double beta = 0;
-    if (k > 0 || g.closed()) beta += cell(before, before);
-    if (k + 1 < n || g.closed()) beta += cell(k, after);
+    if (const int before = g.element_before(k); before >= 0) beta += cell(before, before);
+    if (const int after = g.element_after(k + 1); after >= 0) beta += cell(k, after);
     const ElementConstants& e = nth(g.element, k);
     const auto wall = [&](const VoronoiConstants& c) {
         return c.stiffness.*axis * c.inv_length / (bending_divisor(g, e.rest_stretch) * j(k));

@@ -6,6 +6,8 @@
 
 #include "skein/core/vec3.hpp"
 
+#include <cstring>
+
 namespace skein {
 
 template <class P> struct Quaternion {
@@ -57,6 +59,8 @@ template <class P> SKEIN_INLINE Mat3<P> matrix(const Quaternion<P>& q) {
 
 using Quaterniond = Quaternion<double>;
 inline constexpr Quaterniond no_turn{1, {0, 0, 0}};
+/// True where a and b agree to the bit.
+inline bool same_bits(const Quaterniond& a, const Quaterniond& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
 /// Of a frame, rows orthonormal; w >= 0.
 Quaterniond quaternion(const Mat3d& q);

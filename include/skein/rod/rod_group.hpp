@@ -7,6 +7,7 @@
 #include "skein/placement/places.hpp"
 #include "skein/rod/rod_spec.hpp"
 #include "skein/rod/slot.hpp"
+#include "skein/rod/start_shape.hpp"
 
 #include <algorithm>
 #include <array>
@@ -20,7 +21,6 @@
 namespace skein {
 
 struct Capsule;
-struct PackedRods;
 struct BodyShape;
 
 /// Constants of element k, body components: numbers, or packs where they differ from lane to lane (rod/strands.hpp).
@@ -92,6 +92,18 @@ public:
     /// Slots of a rod's record: one per node; the last one carries no element.
     /// A body has one in all, of its centre of mass and its frame.
     int slots() const { return static_cast<int>(node_mass.size()); }
+    /// Number of distinct nodes: slot n of a ring is a copy of node 0.
+    int nodes() const { return slots() - (closed() ? 1 : 0); }
+    /// Number of cells between elements.
+    int cells() const { return static_cast<int>(voronoi.size()); }
+    /// Element on either side of node i, 0 to n. A ring goes round; elsewhere -1 stands for none.
+    int element_before(int i) const { return i > 0 ? i - 1 : closed() ? elements() - 1 : -1; }
+    int element_after(int i) const { return i < elements() ? i : closed() ? 0 : -1; }
+    /// Cell or half cell around node i.
+    const VoronoiConstants& cell_at(int i) const {
+        if (const int before = element_before(i); before >= 0 && before < cells()) return nth(voronoi, before);
+        return i == 0 ? start_wall : end_wall;
+    }
     /// Whether elements lie between nodes and are strained; those of bodies do not.
     bool strained() const { return !body_; }
     /// Of a body; null of rods.
@@ -128,8 +140,10 @@ public:
     const Quaterniond& frame() const { return frame_; }
     Quaterniond frame(std::int64_t i) const { return turned() ? frame_ * places_.turn(i) : frame_; }
     /// Frame of the wall at the end, s = length, of an undeformed rod: the start shape's end frame.
-    const Quaterniond& end_frame() const { return end_frame_; }
-    Quaterniond end_frame(std::int64_t i) const { return turned() ? end_frame_ * places_.turn(i) : end_frame_; }
+    const Quaterniond& end_frame() const { return start_.end_frame; }
+    Quaterniond end_frame(std::int64_t i) const {
+        return turned() ? start_.end_frame * places_.turn(i) : start_.end_frame;
+    }
 
     /// Of a placement by file: what this rank knows of its rods. See partition/partition.hpp, which calls these.
     const Places& places() const { return places_; }
@@ -149,10 +163,10 @@ public:
     /// State of rod i at t = 0.
     void start_state(std::int64_t i, std::span<Slot<1>> out) const;
     /// Directors of the start shape, one per element; those of every rod at t = 0 unless it is turned.
-    std::span<const Quaterniond> start_directors() const { return start_directors_; }
+    std::span<const Quaterniond> start_directors() const { return start_.directors; }
     /// Of element k of rod i at t = 0.
     Quaterniond start_director(std::int64_t i, std::size_t k) const {
-        return turned() ? start_directors_[k] * places_.turn(i) : start_directors_[k];
+        return turned() ? start_.directors[k] * places_.turn(i) : start_.directors[k];
     }
     /// Unit vector of rod i's magnetisation, lab components at t = 0.
     Vec3d magnetisation(std::int64_t i) const;
@@ -161,7 +175,7 @@ public:
     /// Centre of rod i at t = 0, the point that partitioning uses.
     Vec3d centre(std::int64_t i) const {
         const double scale = heterogeneous() ? places_.length(i, spec_.shape.length) / spec_.shape.length : 1;
-        return origin(i) + as_turned(i, scale * centre_offset_);
+        return origin(i) + as_turned(i, scale * start_.centre);
     }
     /// Elements of rod i at t = 0 as capsules that hold all of their sections.
     void append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const;
@@ -192,7 +206,6 @@ private:
     void work_out_body();
     void weigh_cells();
     void pack_rods(std::vector<Capsule>* occupied);
-    void take_packed(PackedRods packed);
     /// What a rod turns about at t = 0, relative to its origin: an end that is pinned, or its centre of mass. m
     Vec3d pivot() const;
 
@@ -200,14 +213,12 @@ private:
     RodSpec spec_;
     int id_;
     std::int64_t first_gid_;
-    Quaterniond frame_, end_frame_;
+    Quaterniond frame_;
     Places places_;
     std::shared_ptr<const AssemblyCopies> copies_; ///< null: of no assembly
     Places within_;                                ///< of an assembly: places in its axes
     double packed_fill_ = 0, packed_top_ = 0;
-    std::vector<Vec3d> start_offsets_; ///< node positions at t = 0, relative to the origin
-    std::vector<Quaterniond> start_directors_;
-    Vec3d centre_offset_;
+    StartShape start_;
     Vec3d corner_{0, 0, 0};
     std::uint64_t file_digest_ = 0;
     LeastLimits least_limits_{};

@@ -74,6 +74,8 @@ struct Shape {
     Vec3d angular_velocity{0, 0, 0}; ///< of the whole rod at t = 0, lab, rad/s
     Vec3d element_spin{0, 0, 0};     ///< of each element in its place at t = 0, body, rad/s
 
+    /// Number of cells between elements: a ring has one more, where it closes.
+    long cells() const { return closed ? elements : elements - 1; }
     void fields(FieldVisitor& f);
 };
 
