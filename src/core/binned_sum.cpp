@@ -6,7 +6,7 @@
 namespace skein {
 
 SumBins::SumBins(double largest) {
-    constexpr int least = -850; // whose units are normal numbers
+    constexpr int least = -850; // units are normal numbers from here on
     const int exponent = largest > 0 && std::isfinite(largest) ? std::max(least, std::ilogb(largest)) : 0;
     for (int i = 0; i < count; ++i) {
         unit_[i] = std::ldexp(1.0, exponent - bits * (i + 1));
@@ -50,7 +50,7 @@ void BinnedTotal::add(const BinnedTotal& other) {
     carry();
 }
 
-/// All but the first come to at most 2^39 units.
+/// Numbers of a total after the first are brought to at most 2^39 units.
 void BinnedTotal::carry() {
     constexpr std::int64_t whole = std::int64_t(1) << SumBins::bits;
     for (std::size_t i = parts - 1; i > 0; --i) {

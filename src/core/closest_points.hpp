@@ -1,10 +1,9 @@
-// Closest points of two segments p1 + s d1 and p2 + t d2, s and t in [0, 1] or in wider ranges, for W pairs at once.
-// theory.md (52)
-//   The quadratic |r + s d1 - t d2|^2, r = p1 - p2, is convex: the free minimum in s, clamped, then that in t, clamped,
-//   then s again. Parallel segments: every s whose point has a foot on the other is as near; the middle of these is
-//   taken, with both segments as they are without what a range adds to them.
-// Segments without length are points. Where the sine of the angle is below 1e-7 round-off decides, and the middle is
-// taken too. Source: Ericson 2005, Real-Time Collision Detection, section 5.1.9. Cost: 90 flop and a division.
+// Closest points of two segments p1 + s d1 and p2 + t d2, for W pairs at once. theory.md (52) s and t lie in [0, 1] or
+// in wider ranges. The quadratic |r + s d1 - t d2|^2, r = p1 - p2, is convex: the free minimum in s is clamped, then
+// that in t, then s again. Parallel segments have a range of nearest s, namely all whose point projects onto the other
+// segment. The middle of this range is taken, for both segments without their extensions. Segments without length are
+// points. Below a sine of 1e-7 between the segments round-off decides, and the middle is taken too. Source: Ericson
+// 2005, Real-Time Collision Detection, section 5.1.9. Cost: 90 flop and a division.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -13,14 +12,14 @@ namespace skein {
 
 template <class P> struct ClosestPoints {
     P s, t;
-    Vec3<P> apart;  ///< from the point on 1 to that on 2, m
-    P sine_squared; ///< of the angle between the segments; 0 where one has no length
-    P first, last;  ///< the s between which 1 lies beside 2; meaningful for near-parallel segments
+    Vec3<P> apart;  ///< from the point on 1 to the point on 2, m
+    P sine_squared; ///< squared sine of the angle between the segments; 0 where one has no length
+    P first, last;  ///< range of s in which 1 lies beside 2; meaningful for near-parallel segments
 };
 
 template <int W> SKEIN_INLINE Pack<W> clamp01(Pack<W> x) { return min(max(x, Pack<W>(0.0)), Pack<W>(1.0)); }
 
-/// Of a share of a segment.
+/// Range of the share of a segment.
 template <class P> struct ShareRange {
     P low = 0.0, high = 1.0;
 
@@ -38,10 +37,10 @@ template <int W> SKEIN_INLINE ClosestPoints<Pack<W>> closest_points(const Vec3<P
     const P some_a = max(a, tiny), some_e = max(e, tiny), both = some_a * some_e,
             denominator = max(a * e - b * b, zero);
     const P some_denominator = max(denominator, parallel * both);
-    const P inverse = one / (both * some_denominator); // one division for three
+    const P inverse = one / (both * some_denominator); // one division for three quotients
     const P inv_a = some_e * some_denominator * inverse, inv_e = some_a * some_denominator * inverse;
     const P sine_squared = denominator * inv_a * inv_e;
-    // The feet of 2's ends on 1, in order, within 1.
+    // Projections of the ends of 2 onto 1, in order, within 1.
     const P foot_first = -c * inv_a, foot_last = (b - c) * inv_a;
     const P first = clamp01(min(foot_first, foot_last)), last = clamp01(max(foot_first, foot_last));
     const P free = (b * f - c * e) * (both * inverse);

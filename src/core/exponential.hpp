@@ -12,13 +12,13 @@ inline constexpr double exp_series[] = {
     1.0 / 5040, 1.0 / 40320, 1.0 / 362880, 1.0 / 3628800, 1.0 / 39916800, 1.0 / 479001600, 1.0 / 6227020800.0};
 } // namespace detail
 
-/// exp(x), relative error below 5e-16 for x in [-708, 709]; clamped outside.
+/// exp(x) with a relative error below 5e-16 for x in [-708, 709]; x is clamped outside.
 template <int W> SKEIN_INLINE Pack<W> exp(Pack<W> x) {
     using P = Pack<W>;
     x = max(min(x, P(709.0)), P(-708.0));
-    constexpr double to_nearest = 6755399441055744.0; // 1.5 * 2^52: adding and subtracting rounds to whole numbers
+    constexpr double to_nearest = 6755399441055744.0; // 1.5 * 2^52: its addition and subtraction round to whole numbers
     const P k = fma(x, P(1.4426950408889634), P(to_nearest)) - P(to_nearest);
-    // ln 2 in two parts, the first with trailing zeros so that k times it is exact
+    // ln 2 in two parts; the first has trailing zeros, so that k times it is exact
     const P r = fnma(k, P(1.9082149292705877e-10), fnma(k, P(0.693147180369123816490), x));
     return polynomial(r, detail::exp_series) * power_of_two(k);
 }
@@ -27,7 +27,7 @@ template <int W> SKEIN_INLINE Pack<W> exp(Pack<W> x) {
 template <int W> struct Decay { Pack<W> factor, mean; };
 
 namespace detail {
-// phi1 on [0, 1], Chebyshev interpolant, relative error 2e-17: no division, no cancellation at 0.
+// Chebyshev interpolant of phi1 on [0, 1], relative error 2e-17. It needs no division and cancels nothing at 0.
 inline constexpr double mean_decay[] = {1.0,
                                         -0.4999999999999964,
                                         0.1666666666664944,
@@ -42,7 +42,7 @@ inline constexpr double mean_decay[] = {1.0,
                                         -1.3221480811326931e-09};
 
 /// Lanes outside [0, 1], out of line: rates are seldom so large over one step, and only fourth-order schemes step back.
-/// Above 1 nothing cancels in 1 - exp(-z); below 0, phi1(z) = exp(-z) phi1(-z).
+/// Above 1 nothing cancels in 1 - exp(-z). Below 0, phi1(z) = exp(-z) phi1(-z).
 template <int W> [[gnu::noinline]] void decay_rarely(Pack<W> z, Decay<W>& d) {
     using P = Pack<W>;
     const P size = abs(z), mean = polynomial(size, mean_decay);
@@ -62,13 +62,12 @@ template <int W> SKEIN_INLINE Decay<W> decay(Pack<W> z) {
     return d;
 }
 
-/// The implicit midpoint's a = (2 - z)/(2 + z), 0 above z = 2, and b = (1 - a)/z, of two exponents for one division; z
-/// >= 0.
+/// Implicit midpoint: a = (2 - z)/(2 + z), 0 above z = 2, and b = (1 - a)/z, of two exponents for one division; z >= 0.
 template <int W> struct TwoDecays { Decay<W> x, z; };
 template <int W> SKEIN_INLINE TwoDecays<W> midpoint_decays(Pack<W> x, Pack<W> z) {
     using P = Pack<W>;
     const P inv_x = max(x, fma(P(0.5), x, P(1.0))),
-            inv_z = max(z, fma(P(0.5), z, P(1.0))); // 1/b: 1 + z/2, and z above 2
+            inv_z = max(z, fma(P(0.5), z, P(1.0))); // 1/b: 1 + z/2, or z above 2
     const P both = P(1.0) / (inv_x * inv_z), mean_x = both * inv_z, mean_z = both * inv_x;
     return {{max(P(0.0), fnma(x, mean_x, P(1.0))), mean_x}, {max(P(0.0), fnma(z, mean_z, P(1.0))), mean_z}};
 }

@@ -1,4 +1,4 @@
-// A visitor that passes over all fields: those who look for some override their visit.
+// A visitor that passes over all fields. Visitors that search for some fields override these functions.
 #pragma once
 
 #include "skein/core/fields.hpp"

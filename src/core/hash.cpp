@@ -9,7 +9,7 @@ std::uint64_t hash_numbers(std::int64_t gid, std::span<const double> numbers) {
 }
 
 std::uint64_t sum_of_hashes(std::int64_t first_gid, std::span<const double> numbers, std::size_t per_rod) {
-    constexpr std::size_t together = 4; // chains of multiplications under way at once
+    constexpr std::size_t together = 4; // chains of multiplications in flight at once
     const std::size_t rods = numbers.size() / per_rod;
     const auto gid = [first_gid](std::size_t rod) { return first_gid + static_cast<std::int64_t>(rod); };
     std::uint64_t sum = 0;

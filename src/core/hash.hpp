@@ -1,4 +1,4 @@
-// Hashes of numbers that belong to a rod: what digests of states are sums of, in any order.
+// Hashes of the numbers of a rod. A digest of states is their sum, in any order.
 #pragma once
 
 #include <bit>
@@ -18,8 +18,7 @@ inline std::uint64_t hash_mixed(std::uint64_t h) {
 }
 } // namespace detail
 
-/// Hash of numbers that belong to a rod (FNV-like over 64-bit words, finalised): the beginning, a step for each number,
-/// the end.
+/// Hash of numbers of one rod (FNV-like over 64-bit words, finalised): beginning, a step for each number, end.
 inline std::uint64_t hash_begin(std::int64_t gid) {
     return detail::hash_mixed(static_cast<std::uint64_t>(gid) + detail::hash_prime);
 }
@@ -28,9 +27,9 @@ inline std::uint64_t hash_with(std::uint64_t h, double x) {
 }
 inline std::uint64_t hash_end(std::uint64_t h) { return detail::hash_mixed(h); }
 
-/// All of it.
+/// Hash of a whole record.
 std::uint64_t hash_numbers(std::int64_t gid, std::span<const double> numbers);
-/// Of rods with rising numbers from first_gid on, `per_rod` numbers each: the sum of their hashes.
+/// Sum of the hashes of rods with rising numbers from first_gid on, `per_rod` numbers each.
 std::uint64_t sum_of_hashes(std::int64_t first_gid, std::span<const double> numbers, std::size_t per_rod);
 
 } // namespace skein

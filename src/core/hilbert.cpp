@@ -1,6 +1,6 @@
-// Hilbert index in three dimensions by J. Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 381 (2004):
-// the cell's coordinates become the index's bits by undoing, level by level, the turns of the curve, then a Gray code.
-// Cost: 60 bit operations per level of 3 bits.
+// Hilbert index in three dimensions by J. Skilling, "Programming the Hilbert curve", AIP Conf. Proc. 707, 381 (2004).
+// Turns of the curve are undone level by level. A Gray code then makes the index's bits from the coordinates of the
+// cell. Cost: 60 bit operations per level of 3 bits.
 #include "core/hilbert.hpp"
 
 #include <algorithm>
@@ -10,7 +10,7 @@ namespace skein {
 
 namespace {
 
-constexpr int bits = 21; // per axis; three of them fill 63 bits
+constexpr int bits = 21; // bits per axis; three axes fill 63 bits
 using Cell = std::array<std::uint32_t, 3>;
 
 Cell cell_of(const double (&unit)[3]) {

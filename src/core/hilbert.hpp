@@ -1,4 +1,4 @@
-// A space-filling curve: points near each other along it are near each other in space.
+// A space-filling curve: points near each other on the curve are near each other in space.
 #pragma once
 
 #include <cstdint>

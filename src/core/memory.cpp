@@ -15,7 +15,7 @@ namespace {
 
 constexpr double unknown = std::numeric_limits<double>::infinity();
 
-/// The first number in a file; infinite where there is none ("max").
+/// First number in a file; infinite where there is none ("max").
 double number_in(const std::string& path) {
     std::ifstream file(path);
     double value;
@@ -30,7 +30,7 @@ double left_by_machine() {
     return unknown;
 }
 
-/// The control group of this process, and those around it, in either hierarchy.
+/// Bytes left by the control group of this process and by those around it, in either hierarchy.
 double left_by_group() {
     double least = unknown;
     std::ifstream groups("/proc/self/cgroup");
@@ -54,7 +54,7 @@ double left_by_group() {
 double left_by_limit() {
     rlimit limit{};
     if (getrlimit(RLIMIT_AS, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return unknown;
-    const double pages = number_in("/proc/self/statm"); // the address space
+    const double pages = number_in("/proc/self/statm"); // size of the address space
     const double used = std::isfinite(pages) ? pages * static_cast<double>(sysconf(_SC_PAGESIZE)) : 0;
     return static_cast<double>(limit.rlim_cur) - used;
 }

@@ -31,7 +31,7 @@ std::string_view nearest_name(std::string_view given, std::span<const std::strin
         const int letters = static_cast<int>(std::max(given.size(), name.size()));
         const bool abbreviated = given.size() >= 3 && name.starts_with(given);
         const int edits = abbreviated ? 1 : edit_distance(given, name);
-        // A third of the letters may be wrong; beyond that a suggestion misleads more often than it helps.
+        // A third of the letters may be wrong; with more, a suggestion misleads more often than it helps.
         const bool near = edits <= std::max(1, letters / 3) && edits < letters;
         if (!near || (!nearest.empty() && edits >= fewest)) continue;
         nearest = name;

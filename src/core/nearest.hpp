@@ -1,4 +1,4 @@
-// The name somebody probably meant.
+// Suggestions for misspelt names.
 #pragma once
 
 #include <span>
@@ -8,12 +8,11 @@
 
 namespace skein {
 
-/// Fewest insertions, deletions, replacements and swaps of neighbours that turn a into b (Damerau-Levenshtein distance,
-/// no letter edited twice).
+/// Least number of insertions, deletions, replacements and swaps of neighbours that turn a into b (Damerau-Levenshtein
+/// distance, no letter edited twice).
 int edit_distance(std::string_view a, std::string_view b);
 
-/// The closest of `names`, the first one among equals, an abbreviation counting as one edit; empty where none comes
-/// near.
+/// Nearest of `names`, the first among equals; empty where none is near. An abbreviation counts as one edit.
 std::string_view nearest_name(std::string_view given, std::span<const std::string_view> names);
 
 /// "; did you mean 'length'?" where a name is near, else "; <otherwise> a, b, c".

@@ -11,7 +11,7 @@ PrincipalAxes principal_axes(const SymmetricMatrix& a) {
     double size = 0;
     for (const auto& row : m)
         for (const double x : row) size = std::max(size, std::abs(x));
-    const auto rotate = [&](int p, int q) { // takes m[p][q] to 0 by the smaller of the angles that do
+    const auto rotate = [&](int p, int q) { // rotates by the smaller of the angles that make m[p][q] zero
         if (std::abs(m[p][q]) <= 1e-15 * size) return;
         const double theta = (m[q][q] - m[p][p]) / (2 * m[p][q]);
         const double t = std::copysign(1, theta) / (std::abs(theta) + std::sqrt(theta * theta + 1));
@@ -29,7 +29,7 @@ PrincipalAxes principal_axes(const SymmetricMatrix& a) {
             v[q][k] = s * vp + c * vq;
         }
     };
-    for (int sweep = 0; sweep < 12; ++sweep) { // quadratic: 5 do
+    for (int sweep = 0; sweep < 12; ++sweep) { // convergence is quadratic: 5 sweeps suffice
         rotate(0, 1);
         rotate(0, 2);
         rotate(1, 2);

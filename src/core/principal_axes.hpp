@@ -25,7 +25,7 @@ struct SymmetricMatrix {
 
 struct PrincipalAxes {
     Vec3d value;
-    Mat3d axes; ///< rows: eigenvectors, right-handed, each as near as may be to the axis of its number
+    Mat3d axes; ///< rows: right-handed eigenvectors, each as near as possible to the axis of its number
 };
 PrincipalAxes principal_axes(const SymmetricMatrix& a);
 

@@ -5,7 +5,7 @@
 namespace skein {
 
 Quaterniond quaternion(const Mat3d& q) {
-    // Of 4 w^2 and 4 v_i^2 the largest is at least 1: no cancellation in what is divided by.
+    // The largest of 4 w^2 and 4 v_i^2 is at least 1, so that no divisor suffers cancellation.
     const double trace = q.d1.x + q.d2.y + q.d3.z;
     Quaterniond r;
     if (trace >= 0) {
@@ -24,12 +24,12 @@ Quaterniond quaternion(const Mat3d& q) {
 namespace detail {
 
 namespace {
-/// theta/sin(theta/2) and g of (7).
+/// theta/sin(theta/2), and g of theory.md (7).
 struct LogFactors {
     double angle_over_half_sine, jacobian;
 };
 
-/// From sin(theta/2) and cos(theta/2), neither negative.
+/// Factors from sin(theta/2) and cos(theta/2), neither negative.
 LogFactors log_factors(double half_sine, double half_cosine) {
     const double versine = 1 - half_cosine;
     if (versine <= small_versine)
@@ -53,7 +53,7 @@ template <int W>
 void large_relative_rotation(const Pack<W>& half_cosine, const Vec3<Pack<W>>& half_sine, RelativeRotation<Pack<W>>& r) {
     for (int i = 0; i < W; ++i) {
         if (!(1 - half_cosine[i] > small_versine)) continue;
-        // Of the two signs that a frame has, the one that makes the smaller turn.
+        // A frame has two signs; the one with the smaller turn is taken.
         const Vec3d sine = lane(half_sine, i);
         const LogFactors f = log_factors(norm(sine), std::abs(half_cosine[i]));
         set_lane(r.log, i, std::copysign(f.angle_over_half_sine, half_cosine[i]) * sine);

@@ -1,6 +1,6 @@
-// Rotations of director frames. R(u) = exp(-[u]x) turns a frame by u (body components): Q <- R(u) Q; log(R(u)) = u.
-// theory.md (5)-(7). No trigonometric call below 0.5 rad, no regularising constant: short polynomials, exact at 0.
-// Beyond 0.5 rad the lanes concerned, and only they, take libm; a lane's bits never depend on its neighbours.
+// Rotations of director frames. theory.md (5)-(7) R(u) = exp(-[u]x) turns a frame by u (body components): Q <- R(u) Q;
+// log(R(u)) = u. Short polynomials, exact at 0, need no trigonometric call below 0.5 rad and no regularising constant.
+// Lanes beyond 0.5 rad, and only they, call libm. Bits of a lane never depend on its neighbours.
 #pragma once
 
 #include "skein/core/quaternion.hpp"
@@ -18,8 +18,8 @@ inline constexpr double cos_t[] = {1.0,
                                    2.4801559801962674e-05,
                                    -2.751820049899299e-07};
 inline constexpr double small_half_angle_squared = 0.0625;
-// In y = 1 - cos(theta/2), interpolants on [0, 0.0315], relative errors 2e-17 and 9e-16: theta/sin(theta/2), and
-// g = (1 - (theta/2) cot(theta/2))/theta^2. With y and not sin^2 the nearest singularity is twice as far.
+// Interpolants in y = 1 - cos(theta/2) on [0, 0.0315], relative errors 2e-17 and 9e-16: theta/sin(theta/2), and g = (1
+// - (theta/2) cot(theta/2))/theta^2. In y the nearest singularity is twice as far away as in sin^2.
 inline constexpr double angle_over_half_sine[] = {2.0,
                                                   0.6666666666666055,
                                                   0.2666666666977388,
@@ -36,15 +36,15 @@ inline constexpr double small_versine = 0.0315; // theta = 0.503
 template <class P> struct HalfAngle { P cosine, sine_over; };
 
 namespace detail {
-/// The lanes beyond the polynomials' reach. By reference, as how wide packs are passed by value depends on the level of
-/// instructions.
+/// Computes lanes beyond the reach of the polynomials. Packs go by reference, because passing wide packs by value
+/// depends on the instruction level.
 template <int W> [[gnu::noinline, gnu::cold]] void large_half_angle(const Pack<W>& squared, HalfAngle<Pack<W>>& f);
 } // namespace detail
 
 template <int W> SKEIN_INLINE HalfAngle<Pack<W>> half_angle(Pack<W> squared) {
     HalfAngle<Pack<W>> f{polynomial(squared, detail::cos_t), polynomial(squared, detail::sin_over_t)};
     if (any(squared > Pack<W>(detail::small_half_angle_squared))) [[unlikely]] {
-        const Pack<W> argument = squared; // copies, so that what is used otherwise need not be in memory
+        const Pack<W> argument = squared; // copies, so that values used elsewhere need not be in memory
         HalfAngle<Pack<W>> all = f;
         detail::large_half_angle(argument, all);
         f = all;
@@ -62,7 +62,7 @@ template <int W> SKEIN_INLINE Quaternion<Pack<W>> rotation(const Vec3<Pack<W>>& 
 }
 inline Quaterniond rotation(const Vec3d& u) { return lane(rotation(broadcast<1>(u)), 0); }
 
-/// log(A B^T), the rotation vector that takes frame B to frame A, |log| < pi; and g of its derivative, theory.md (7).
+/// log(A B^T), the rotation vector from frame B to frame A, |log| < pi; and g of its derivative, theory.md (7).
 template <class P> struct RelativeRotation {
     Vec3<P> log;
     P jacobian;

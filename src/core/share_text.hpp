@@ -1,4 +1,4 @@
-// Shares of a limit and amounts of bytes as text that does not hide what matters: on which side of the limit they are.
+// Text of shares of a limit and of amounts of bytes that never hides on which side of the limit they are.
 #pragma once
 
 #include <cstdint>
@@ -7,12 +7,12 @@
 
 namespace skein {
 
-/// Three digits; more where these would read 1 and the number is not: 1.003, 0.99961.
+/// Share with three digits, or with more where these would read 1 and the number is not: 1.003, 0.99961.
 std::string share_text(double share);
 
-/// "72.5 kB"; three digits.
+/// Bytes with three digits: "72.5 kB".
 std::string bytes_text(double bytes);
-/// Two amounts that are compared: with so many digits, or in bytes, that they differ where the numbers do.
+/// Two amounts for comparison, with enough digits, or in bytes, to differ where the numbers do.
 std::pair<std::string, std::string> bytes_texts(std::uint64_t a, std::uint64_t b);
 
 } // namespace skein

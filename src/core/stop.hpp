@@ -1,4 +1,4 @@
-// The wish that a run stop, which a signal tells and long work looks at.
+// A request that a run stop, made by a signal and read by long work.
 #pragma once
 
 #include "skein/core/error.hpp"
@@ -9,12 +9,13 @@ namespace skein {
 void request_stop();
 bool stop_requested();
 
-/// Work that was given up because a stop was asked for.
+/// Exception of work that was given up because a stop was requested.
 struct Stopped : Error {
     explicit Stopped(const std::string& m) : Error(Exit::limit, m) {}
 };
 
-/// Throws Stopped, saying what was going on, where a stop was asked for. Costs a load: for inner loops of set-up.
+/// Throws Stopped, which names the work, where a stop was requested. Cost: one load, so that inner loops of set-up can
+/// afford it.
 inline void stop_where_asked(const char* work) {
     if (stop_requested()) throw Stopped(std::string("stopped by a signal while ") + work + "; nothing was written");
 }

@@ -34,7 +34,7 @@ inline constexpr std::size_t phase_count = std::size(phase_names);
 
 class Timers {
 public:
-    /// Adds the time until the guard's end to a phase.
+    /// Adds the time until its destruction to a phase.
     class Guard {
     public:
         Guard(double& total) : total_(total), start_(wall_seconds()) {}
@@ -48,7 +48,7 @@ public:
     };
     Guard time(Phase phase) { return Guard(nth(seconds_, phase)); }
     void add(Phase phase, double seconds) { nth(seconds_, phase) += seconds; }
-    /// Time that was counted as one phase and belongs to another.
+    /// Moves time that was counted as one phase to another.
     void move(Phase from, Phase to, double seconds) {
         nth(seconds_, from) -= seconds;
         nth(seconds_, to) += seconds;

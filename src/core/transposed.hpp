@@ -1,5 +1,5 @@
-// Four numbers of W records each, transposed: a vector and what lies behind it. at(lane): where those of a lane are, on
-// a multiple of 32 bytes; a function, as pointers by the dozen would go through memory.
+// Four numbers of W records each, transposed: a vector and the number after it. at(lane) gives the place of a lane's
+// numbers, on a multiple of 32 bytes. It is a function, as dozens of pointers would go through memory.
 #pragma once
 
 #include "skein/core/index.hpp"
@@ -74,8 +74,8 @@ SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& b
         store_transposed<W / 2>({vector.x.high, vector.y.high, vector.z.high}, behind.high,
                                 [&](int i) { return at(i + W / 2); });
     } else if constexpr (W == 4) {
-        const auto xy_even = __builtin_shufflevector(vector.x.v, vector.y.v, 0, 4, 2, 6), // of records 0 and 2
-            xy_odd = __builtin_shufflevector(vector.x.v, vector.y.v, 1, 5, 3, 7);         // of records 1 and 3
+        const auto xy_even = __builtin_shufflevector(vector.x.v, vector.y.v, 0, 4, 2, 6), // records 0 and 2
+            xy_odd = __builtin_shufflevector(vector.x.v, vector.y.v, 1, 5, 3, 7);         // records 1 and 3
         const auto zw_even = __builtin_shufflevector(vector.z.v, behind.v, 0, 4, 2, 6),
                    zw_odd = __builtin_shufflevector(vector.z.v, behind.v, 1, 5, 3, 7);
         const auto put = [&](int first, auto xy, auto zw) __attribute__((always_inline)) {
@@ -92,7 +92,7 @@ SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& b
             return __builtin_shufflevector(a, b, 1, 9, 3, 11, 5, 13, 7, 15);
         };
         const auto xy_even = even(vector.x.v, vector.y.v),
-                   xy_odd = odd(vector.x.v, vector.y.v); // of records 0 2 4 6, and of 1 3 5 7
+                   xy_odd = odd(vector.x.v, vector.y.v); // records 0 2 4 6, and 1 3 5 7
         const auto zw_even = even(vector.z.v, behind.v), zw_odd = odd(vector.z.v, behind.v);
         const auto put = [&](int first, auto xy, auto zw) __attribute__((always_inline)) {
             *reinterpret_cast<Four*>(at(first)) = __builtin_shufflevector(xy, zw, 0, 1, 8, 9);

@@ -9,7 +9,7 @@ namespace skein {
 
 namespace {
 
-constexpr double same = 1e-12; ///< of a number: rounding
+constexpr double same = 1e-12; ///< share of a number that counts as rounding
 
 double in_units(double x, double (*whole)(double), double slack) {
     const double unit = std::pow(10, std::floor(std::log10(x)) - 1);

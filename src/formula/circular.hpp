@@ -1,5 +1,4 @@
-// Sine and cosine over packs, of any angle. All widths give the same bits: what a lane gets depends on its own number
-// alone.
+// Sine and cosine over packs, for any angle. All widths give the same bits: a lane depends on its own number alone.
 #pragma once
 
 #include "formula/lane_bits.hpp"
@@ -9,8 +8,8 @@ namespace skein {
 
 namespace detail {
 
-// On |r| <= pi/4, in r^2: (sin(r) - r)/r^3 and (cos(r) - 1)/r^2, of least relative error in the sine, 4e-18, and the
-// cosine, 1e-18.
+// (sin(r) - r)/r^3 and (cos(r) - 1)/r^2 in r^2 on |r| <= pi/4, minimax: relative errors 4e-18 of the sine and 1e-18 of
+// the cosine.
 inline constexpr double sine_series[] = {-0.1666666666666663,    0.00833333333332184,    -0.00019841269829359216,
                                          2.7557313538812847e-06, -2.505073444293488e-08, 1.589543671761376e-10};
 inline constexpr double cosine_series[] = {-0.5,
@@ -21,9 +20,9 @@ inline constexpr double cosine_series[] = {-0.5,
                                            2.087570082107165e-09,
                                            -1.1358535409957837e-11};
 
-inline constexpr double largest_angle = 0x1p30; ///< above it large_angle.hpp
+inline constexpr double largest_angle = 0x1p30; ///< large_angle.hpp reduces larger angles
 
-/// sin(r + (k + more) pi/2), of k + magic.
+/// sin(r + (k + more) pi/2), with k given as k + magic.
 template <int more, int W> SKEIN_INLINE Pack<W> sine_of_quarters(const Pack<W>& r, const Pack<W>& counted) {
     using P = Pack<W>;
     const P z = r * r, squared = z * z;
@@ -43,8 +42,8 @@ template <int W> [[gnu::noinline, gnu::cold]] Pack<W> sine_rarely(const Pack<W>&
     return r;
 }
 
-/// sin(x + more pi/2) for |x| up to largest_angle. Cody and Waite's reduction by k pi/2, with pi/2 in three parts: as x
-/// and k times the first are whole multiples of the last bit of that, the first difference is exact.
+/// sin(x + more pi/2) for |x| up to largest_angle. Cody and Waite's reduction by k pi/2 has pi/2 in three parts. The
+/// first difference is exact: x and k times the first part are whole multiples of the last bit of that part.
 template <int more, int W> SKEIN_INLINE Pack<W> sine_of_ordinary(const Pack<W>& x) {
     using P = Pack<W>;
     const P counted = fma(x, P(0.63661977236758134), P(magic)), k = counted - P(magic);
@@ -62,7 +61,7 @@ template <int more, int W> SKEIN_INLINE Pack<W> sine_of_any(const Pack<W>& x) {
 
 } // namespace detail
 
-/// Within 1.5 units in the last place.
+/// Sine within 1.5 units in the last place.
 template <int W> SKEIN_INLINE Pack<W> sin(const Pack<W>& x) { return detail::sine_of_any<0>(x); }
 template <int W> SKEIN_INLINE Pack<W> cos(const Pack<W>& x) { return detail::sine_of_any<1>(x); }
 

@@ -1,6 +1,6 @@
-// Runs a list of instructions over a strip of places, W side by side. One instruction goes over the whole strip before
-// the next, so that choosing an operation is paid once a strip; a strip's registers stay in the first cache. An
-// instruction may be two operations, of which the first one's value never leaves the processor.
+// Runs a list of instructions over a strip of places, W side by side. Each instruction runs over the whole strip, so
+// that the choice of an operation is paid once a strip. Registers of a strip stay in the first cache. An instruction
+// may fuse two operations: the value of the first never leaves the processor.
 #pragma once
 
 #include "formula/program.hpp"
@@ -13,7 +13,7 @@
 
 namespace skein {
 
-/// Values of a source from place to place; step 0 where they are all the same.
+/// Values of a source from place to place; step 0 where all are equal.
 template <int W> struct Strided {
     const Pack<W>* at;
     std::ptrdiff_t step;
@@ -22,20 +22,20 @@ template <int W> struct Strided {
     SKEIN_INLINE Strided from(int i) const { return {at + i * step, step}; }
 };
 
-/// Packs of a strip at most: 2 kB a register at all widths.
+/// Largest number of packs in a strip: 2 kB a register at all widths.
 template <int W> inline constexpr int strip = 256 / W;
 template <int W> struct StripRegisters { Pack<W> value[InstructionList::most_registers][strip<W>]; };
 
-/// A table, lane by lane.
+/// Value of a table, lane by lane.
 template <int W> Pack<W> looked_up(const FormulaTable& table, Op op, const Pack<W>& x) {
     Pack<W> r;
     for (int i = 0; i < W; ++i) r.set(i, op == Op::tabulated ? table(x[i]) : table.slope(x[i]));
     return r;
 }
 
-/// Whether |a| <= most at all places; told by the bits, whose order is that of numbers.
+/// True where |a| <= most at all places. Bits are compared, as their order is that of the numbers.
 template <int W> SKEIN_INLINE bool all_within(double most, const Strided<W>& a, int count) {
-    Pack<W> beyond(1.0); // negative where one was
+    Pack<W> beyond(1.0); // negative where one value was beyond
     for (int i = 0; i < count; ++i)
         beyond = detail::of_bits(
             beyond, a[i], [most](const auto& b, const auto& x) __attribute__((always_inline)) {
@@ -44,7 +44,8 @@ template <int W> SKEIN_INLINE bool all_within(double most, const Strided<W>& a, 
     return !any(detail::times_sign(Pack<W>(1.0), beyond) < Pack<W>(0.0));
 }
 
-/// `source`: [list.sources()], of which inputs and constants are given for this strip; `count` at most strip<W>.
+/// Evaluates a list over a strip. `source` [list.sources()] holds the inputs and constants of this strip; `count` is at
+/// most strip<W>.
 template <int W> void evaluate(const InstructionList& list, std::span<const FormulaTable> tables, Strided<W>* source,
                                StripRegisters<W>& registers, int count) {
     for (int r = 0; r < list.registers; ++r) source[r] = {registers.value[r], 1};

@@ -1,5 +1,5 @@
-// Exponential, logarithm, hyperbolic tangent and powers over packs, of any number. Those of core/exponential.hpp and
-// core/logarithm.hpp are for the numbers that kernels meet.
+// Exponential, logarithm, hyperbolic tangent and powers over packs, for any number. core/exponential.hpp and
+// core/logarithm.hpp serve the narrower ranges of the kernels.
 #pragma once
 
 #include "formula/lane_bits.hpp"
@@ -11,41 +11,41 @@ namespace skein {
 
 namespace detail {
 
-// (exp(r) - 1 - r)/r^2 on |r| <= ln(2)/2, of least relative error in the exponential: 1e-17.
+// (exp(r) - 1 - r)/r^2 on |r| <= ln(2)/2, minimax in the exponential: relative error 1e-17.
 inline constexpr double exponential_series[] = {0.5000000000000011,    0.16666666666666413,    0.041666666666530155,
                                                 0.008333333333494463,  0.001388888894363038,   0.00019841269506575744,
                                                 2.480149309863533e-05, 2.7557586375678646e-06, 2.763024847316803e-07,
                                                 2.5000061183251388e-08};
-// With s = (m - 1)/(m + 1): (ln(m) - 2 s)/s^3 in s^2 on sqrt(1/2) <= m <= sqrt(2), of least relative error in the
-// logarithm: 1e-18.
+// (ln(m) - 2 s)/s^3 in s^2, s = (m - 1)/(m + 1), on sqrt(1/2) <= m <= sqrt(2), minimax in the logarithm: relative error
+// 1e-18.
 inline constexpr double logarithm_series[] = {0.6666666666666734,  0.3999999999941704,  0.28571428741895166,
                                               0.22222198621281986, 0.18183561927429714, 0.15314109750530142,
                                               0.147953762384299};
-// (ln(m)/(2 s) - 1 - s^2/3)/s^4 in s^2 there: 1e-20.
+// (ln(m)/(2 s) - 1 - s^2/3)/s^4 in s^2 on the same range: 1e-20.
 inline constexpr double logarithm_tail[] = {0.1999999999999999,   0.1428571428572255,  0.11111111108769525,
                                             0.09090909434998218,  0.07692278446372104, 0.06668158290674332,
                                             0.058374177645743514, 0.05994435631695045};
 
 inline constexpr double halvings = 1.4426950408889634; ///< 1/ln(2)
 inline constexpr double ln2 = 0x1.62e42fefa39efp-1, ln2_low = 0x1.abc9e3b39803fp-56;
-/// ln(2) again: whole multiples of the first part up to 2^11 are exact.
+/// ln(2) in two parts: whole multiples of the first, up to 2^11, are exact.
 inline constexpr double ln2_short = 0x1.62e42fefa38p-1, ln2_rest = 0x1.ef35793c7673p-45;
 inline constexpr double infinity = std::numeric_limits<double>::infinity();
 inline constexpr double smallest_normal = std::numeric_limits<double>::min();
-inline constexpr double largest_exponent = 708; ///< to it from its negative exponentials are normal
+inline constexpr double largest_exponent = 708; ///< exponentials are normal numbers between its negative and it
 
 template <int W> struct Twofold { Pack<W> high, low; };
 
-/// exp(r) where |r| <= ln(2)/2.
+/// exp(r) for |r| <= ln(2)/2.
 template <int W> SKEIN_INLINE Pack<W> exponential_of_rest(const Pack<W>& r) {
     const Pack<W> squared = r * r;
     return Pack<W>(1.0) + fma(squared, odd_and_even(r, squared, exponential_series), r);
 }
 
-/// exp(x + low), where it may be infinite, 0, or of few bits: 2^k in two factors.
+/// exp(x + low) where it may be infinite, 0, or of few bits: 2^k in two factors.
 template <int W> [[gnu::noinline]] Pack<W> exponential_rarely(const Pack<W>& x, const Pack<W>& low, Pack<W> result) {
     using P = Pack<W>;
-    const P near = max(min(x, P(710.0)), P(-746.0)); // not a number stays so
+    const P near = max(min(x, P(710.0)), P(-746.0)); // NaN stays NaN
     const P k = to_nearest(near * P(halvings)), half = to_nearest(P(0.5) * k), others = k - half;
     const P r = fnma(k, P(ln2), near) + fnma(k, P(ln2_low), low);
     const P all = (exponential_of_rest(r) * doubled(P(1.0), half + P(magic))) * doubled(P(1.0), others + P(magic));
@@ -110,13 +110,13 @@ template <int W> SKEIN_INLINE Pack<W> power_of(const Split<W>& a, const Pack<W>&
     return exponential_of(product, fma(b, log.low, fms(b, log.high, product)));
 }
 
-/// Where a is not positive, finite and normal, or b not finite: as C has it.
+/// a^b where a is not positive, finite and normal, or b not finite: the result is that of C.
 [[gnu::noinline]] inline double power_rarely(double a, double b) {
     if (b == 0 || a == 1) return 1;
     if (std::isnan(a) || std::isnan(b)) return a + b;
     const double size = std::fabs(a);
     if (std::fabs(b) == infinity) return size == 1 ? 1 : (size > 1) == (b > 0) ? infinity : 0;
-    constexpr double all_even = 9007199254740992; // 2^53: from it on
+    constexpr double all_even = 9007199254740992; // 2^53: all larger numbers are even
     const bool large = std::fabs(b) >= all_even;
     const auto n = large ? std::int64_t{0} : static_cast<std::int64_t>(b);
     const bool whole = large || static_cast<double>(n) == b, negative = std::signbit(a) && n % 2 != 0 && whole;
@@ -133,11 +133,11 @@ template <int W> SKEIN_INLINE Pack<W> power_of(const Split<W>& a, const Pack<W>&
     return negative ? -r : r;
 }
 
-// expm1(r) = r + r^2 times a series, of the remainder of 2 |x| in two parts; 2^-k - 1 and 2^-k + 1 with the roundings
-// of both sums.
+// expm1(r) = r + r^2 times a series, for the remainder of 2 |x| in two parts. 2^-k - 1 and 2^-k + 1 carry the rounding
+// errors of both sums.
 template <int W> SKEIN_INLINE Pack<W> hyperbolic_tangent_of_size(const Pack<W>& size) {
     using P = Pack<W>;
-    const P x = min(size + size, P(88.0)); // above 2^-60 of 1
+    const P x = min(size + size, P(88.0)); // terms below 2^-60 of 1 do not matter
     const P counted = fma(x, P(halvings), P(magic)), k = counted - P(magic), first = fnma(k, P(ln2), x);
     const P r = fnma(k, P(ln2_low), first), r_low = fnma(k, P(ln2_low), first - r);
     const P squared = r * r, more = squared * odd_and_even(r, squared, exponential_series), e = r + more,
@@ -153,7 +153,7 @@ template <int W> SKEIN_INLINE Pack<W> hyperbolic_tangent_of_size(const Pack<W>& 
 
 } // namespace detail
 
-// In units of the last place: the exponential is within 1.1, the logarithm 0.9, the hyperbolic tangent and powers 1.15.
+// Errors in units in the last place: exponential 1.1, logarithm 0.9, hyperbolic tangent and powers 1.15.
 
 template <int W> SKEIN_INLINE Pack<W> exponential(const Pack<W>& x) { return detail::exponential_of(x); }
 

@@ -16,10 +16,10 @@ namespace {
 
 namespace peg = tao::pegtl;
 
-/// Of one word; those that take several are written out below.
+/// A function of one word. Functions of several words are written out below.
 struct Function {
     std::string_view name;
-    int least, most; ///< how many values it takes
+    int least, most; ///< number of arguments
 };
 constexpr Function functions[] = {{"sin", 1, 1},   {"cos", 1, 1},  {"tan", 1, 1},   {"exp", 1, 1},  {"log", 1, 1},
                                   {"sqrt", 1, 1},  {"abs", 1, 1},  {"floor", 1, 1}, {"tanh", 1, 1}, {"atan", 1, 1},
@@ -31,14 +31,14 @@ struct Refusal {
     std::string message;
 };
 
-/// A value on the way, with the text it stands for.
+/// A value of the stack, with the text that it stands for.
 struct Item {
     int node;
     std::optional<Unit> unit;
     std::size_t begin, end;
 };
 
-/// Builds the graph while the grammar reads, values on a stack.
+/// Builds the graph while the grammar reads, with values on a stack.
 class Builder {
 public:
     Builder(Graph& graph, const FormulaScope& scope, std::string_view text, int number)
@@ -175,7 +175,7 @@ private:
                                       unit->pure() ? "a pure number" : "a value in " + unit_text(*unit),
                                       unit_text(*a.unit))};
     }
-    /// The text of a value as the scene has it.
+    /// Text of a value as the scene has it.
     std::string words(const Item& item) const {
         constexpr std::size_t longest = 40;
         std::string_view part = text_.substr(item.begin, item.end - item.begin);
@@ -184,7 +184,7 @@ private:
         return fmt::format("'{}{}' {}{}", part.substr(0, longest), part.size() > longest ? "..." : "", unit,
                            item.unit->pure() ? "" : unit_text(*item.unit));
     }
-    /// The unit of both.
+    /// Common unit of a and b.
     std::optional<Unit> alike(const Item& a, const Item& b, std::string_view what) const {
         if (a.unit && b.unit && !(*a.unit == *b.unit)) {
             const bool first = b.unit->pure();
@@ -200,7 +200,7 @@ private:
         return a.unit ? b.unit ? a.unit : std::nullopt : std::nullopt;
     }
 
-    /// a^b. Whole powers are products, and halves are roots.
+    /// a^b. Whole powers become products, and halves roots.
     void raise() {
         const Item b = stack_.back(), a = stack_[stack_.size() - 2];
         agree(b, Unit{}, "^");
@@ -260,7 +260,7 @@ private:
             return {of_two(Op::subtract, a.node,
                            of_two(Op::multiply, b.node, graph_.make(Op::floor, of_two(Op::divide, a.node, b.node)))),
                     unit};
-        if (f == "ramp") // 0 before 0, 1 from b on
+        if (f == "ramp") // 0 before a, 1 from b on
             return {of_two(Op::most, zero, of_two(Op::least, one, of_two(Op::divide, a.node, b.node))), pure};
         int r = f == "hypot" ? of_two(Op::multiply, a.node, a.node) : a.node;
         for (std::size_t i = 1; i < given.size(); ++i) {
@@ -280,7 +280,7 @@ private:
     std::vector<Call> calls_;
 };
 
-// The grammar. From weak to strong: comparison, sum, product, sign, power.
+// Grammar. Precedence rises from comparison over sum, product and sign to power.
 struct expression;
 struct product;
 struct unary;
@@ -342,7 +342,7 @@ SKEIN_ON(comparison) {
 }
 #undef SKEIN_ON
 
-/// What is said where a rule must match and does not.
+/// Message where a rule must match and does not.
 template <class Rule> constexpr const char* expected = "a value is expected here: a number, a name or a bracket";
 template <> constexpr const char* expected<call_end> = "',' or ')' is expected here";
 template <> constexpr const char* expected<bracket_end> = "')' is expected here";

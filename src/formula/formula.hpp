@@ -12,7 +12,7 @@
 
 namespace skein {
 
-/// What is wrong with a formula, and where.
+/// A fault of a formula, and its place in the text.
 struct FormulaFault {
     Part part;
     std::string message;
@@ -24,8 +24,8 @@ struct FormulaValue {
     std::optional<Unit> unit;
 };
 
-/// Reads formula number `number` of those of a graph, in the unit expected. Absent where there are faults. What a place
-/// has no meaning for (`allowed` says) is not among the names.
+/// Reads formula number `number` of a graph, in the unit expected. Returns nothing where there are faults. Names that
+/// have no meaning at a place (`allowed`) are unknown there.
 std::optional<FormulaValue> read_formula(Graph& graph, const FormulaScope& scope, std::string_view text, int number,
                                          std::string_view expected, std::vector<FormulaFault>& faults);
 

@@ -32,7 +32,7 @@ int Graph::look_up(Op op, int table, int a) {
 
 int Graph::make(Op op, int a, int b, int c) {
     const auto is = [&](int i, double value) { return i >= 0 && number(i) == value; };
-    // What changes no value, so that derivatives stay short.
+    // Identities that change no value keep derivatives short.
     if (op == Op::add && is(a, 0)) return b;
     if ((op == Op::add || op == Op::subtract) && is(b, 0)) return a;
     if (op == Op::subtract && is(a, 0)) return make(Op::negative, b);

@@ -1,5 +1,5 @@
-// Formulas as a graph: every value once, however often it is written; constants worked out. Operands come before what
-// uses them.
+// Formulas as a graph. Each value stands once, however often it is written, and constants are folded. Operands come
+// before the nodes that use them.
 #pragma once
 
 #include "formula/operation.hpp"
@@ -15,10 +15,10 @@
 
 namespace skein {
 
-/// Where in the text of a formula a value is written, in bytes.
+/// Place of a value in the text of a formula, in bytes.
 struct Part {
     std::size_t begin = 0, length = 0;
-    int formula = -1; ///< of several; -1: it is not written, as of a derivative
+    int formula = -1; ///< number of the formula; -1 where the value is not written, as in a derivative
 };
 
 class Graph {
@@ -26,8 +26,8 @@ public:
     struct Node {
         Op op = Op::constant;
         std::array<int, 3> of{-1, -1, -1};
-        double number = 0; ///< of a constant
-        int index = 0;     ///< variable or table
+        double number = 0; ///< value of a constant
+        int index = 0;     ///< number of the variable or table
         unsigned changes = 0;
         Part part;
     };
@@ -44,14 +44,14 @@ public:
     }
     int tabulated(int table, int a) { return look_up(Op::tabulated, table, a); }
     int make(Op op, int a, int b = -1, int c = -1);
-    /// a^n for a whole number.
+    /// a^n for a whole number n.
     int whole_power(int a, int n);
 
-    /// Value of a constant; absent of others.
+    /// Value of a constant; nothing for other nodes.
     std::optional<double> number(int i) const {
         return (*this)[i].op == Op::constant ? std::optional((*this)[i].number) : std::nullopt;
     }
-    /// Whether a value depends on a variable that is none of these.
+    /// True where a value depends on a variable that is not in `allowed`.
     bool varies_beyond(int node, std::span<const Variable> allowed) const;
     void mark(int i, const Part& part) {
         if (Part& p = nth(nodes_, i).part; p.formula < 0) p = part;
@@ -60,7 +60,7 @@ public:
     /// d(node)/d(variable).
     int derivative(int node, Variable by);
 
-    /// Values of all nodes at given variables. For set-up: one place at a time.
+    /// Values of all nodes at given variables. It serves set-up: one place at a time.
     std::vector<double> values(const std::array<double, variables>& at) const;
 
 private:

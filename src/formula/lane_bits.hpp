@@ -1,4 +1,4 @@
-// Packs as bits, for signs and exponents of functions.
+// Packs as bits, for the signs and exponents of functions.
 #pragma once
 
 #include "skein/core/pack.hpp"
@@ -8,7 +8,7 @@
 
 namespace skein::detail {
 
-inline constexpr double magic = 6755399441055744.0; ///< 1.5 * 2^52: adding and subtracting it rounds to whole numbers
+inline constexpr double magic = 6755399441055744.0; ///< 1.5 * 2^52: its addition and subtraction round to whole numbers
 
 template <int W> SKEIN_INLINE Pack<W> to_nearest(const Pack<W>& x) { return (x + Pack<W>(magic)) - Pack<W>(magic); }
 
@@ -27,8 +27,7 @@ template <int First, int W, int N> SKEIN_INLINE Pack<W> every_second(const Pack<
     if constexpr (First + 2 >= N) return Pack<W>(c[First]);
     else return fma(every_second<First + 2>(squared, c), squared, Pack<W>(c[First]));
 }
-/// A polynomial as of polynomial(), of fewer products and more waiting: where x^2 is known and packs follow one
-/// another.
+/// A polynomial as polynomial() gives it, with fewer products and longer latency, for known x^2 and series of packs.
 template <int W, int N>
 SKEIN_INLINE Pack<W> odd_and_even(const Pack<W>& x, const Pack<W>& squared, const double (&c)[N]) {
     return fma(every_second<1>(squared, c), x, every_second<0>(squared, c));
@@ -36,7 +35,7 @@ SKEIN_INLINE Pack<W> odd_and_even(const Pack<W>& x, const Pack<W>& squared, cons
 
 inline constexpr std::uint64_t sign_bit = std::uint64_t{1} << 63;
 
-/// |x|, of -0 too.
+/// |x|, also for -0.
 template <int W> SKEIN_INLINE Pack<W> size_of(const Pack<W>& x) {
     return of_bits(
         x, x, [](const auto& a, const auto&) __attribute__((always_inline)) { return a & ~sign_bit; });
@@ -46,7 +45,7 @@ template <int W> SKEIN_INLINE Pack<W> times_sign(const Pack<W>& x, const Pack<W>
     return of_bits(
         x, sign, [](const auto& a, const auto& s) __attribute__((always_inline)) { return a ^ (s & sign_bit); });
 }
-/// Of k + magic, whose last bits are k's: a where k + more is odd, b elsewhere.
+/// a where k + more is odd, b elsewhere, with k in the last bits of k + magic.
 template <int more, int W>
 SKEIN_INLINE Pack<W> odd_or_even(const Pack<W>& counted, const Pack<W>& a, const Pack<W>& b) {
     if constexpr (Wide<W>) {
@@ -63,13 +62,13 @@ template <int more, int W> SKEIN_INLINE Pack<W> alternating(const Pack<W>& x, co
         x, counted,
         [](const auto& a, const auto& k) __attribute__((always_inline)) { return a ^ ((k + more) << 62 & sign_bit); });
 }
-/// x 2^k, of k + magic; x and what comes out are normal.
+/// x 2^k, with k given as k + magic; x and the result are normal.
 template <int W> SKEIN_INLINE Pack<W> doubled(const Pack<W>& x, const Pack<W>& counted) {
     return of_bits(
         x, counted, [](const auto& a, const auto& k) __attribute__((always_inline)) { return a + (k << 52); });
 }
 
-/// The same for x 2^-k.
+/// x 2^-k, with k given as k + magic; x and the result are normal.
 template <int W> SKEIN_INLINE Pack<W> halved(const Pack<W>& x, const Pack<W>& counted) {
     return of_bits(
         x, counted, [](const auto& a, const auto& k) __attribute__((always_inline)) { return a - (k << 52); });

@@ -1,6 +1,6 @@
-// Angles of many turns, which whole numbers bring back to an eighth of a turn about 0: Payne and Hanek's reduction. As
-// 1/pi = sum b_i 2^-i and x = m 2^e with whole m, bits of weights above 2^-e change x/pi by even numbers, which are
-// turns: they are left away.
+// Payne and Hanek's reduction of angles of many turns to an eighth of a turn about 0, in whole numbers. With 1/pi = sum
+// b_i 2^-i and x = m 2^e, m whole, bits of weights above 2^-e change x/pi by even numbers. These are whole turns and
+// are left out.
 #pragma once
 
 #include <bit>
@@ -13,7 +13,7 @@ namespace skein::detail {
 /// x = k pi/2 + rest with whole k, |rest| at most pi/4.
 struct Remainder {
     double rest;
-    int quarters; ///< k, less turns
+    int quarters; ///< k without whole turns
 };
 
 /// 64 zeros, then the first 1216 bits of 1/pi.
@@ -23,15 +23,15 @@ inline constexpr std::uint64_t inverse_pi[] = {
     0x9cc8eb1cc1a99cfa, 0x4e422fc5defc941d, 0x8ffc4bffef02cc07, 0xf79788c5ad05368f, 0xb69b3f6793e584db,
     0xa7a31fb34f2ff516, 0xba93dd63f5f2f8bd, 0x9e839cfbc5294975, 0x35fdafd88fc6ae84, 0x2b0198237e3db5d5};
 
-/// Of x from 2^30 on; rest within 0.6 units in the last place, and not a number of an infinity.
+/// Remainder of x from 2^30 on, within 0.6 units in the last place; not a number where x is infinite.
 [[gnu::noinline, gnu::cold]] inline Remainder large_remainder(double x) {
     using Natural = unsigned __int128;
     const auto bits = std::bit_cast<std::uint64_t>(x);
     const int exponent = static_cast<int>(bits >> 52) - 1075;
     if (!(x <= std::numeric_limits<double>::max())) return {std::numeric_limits<double>::quiet_NaN(), 0};
     const std::uint64_t m = (bits & ((std::uint64_t{1} << 52) - 1)) | std::uint64_t{1} << 52;
-    // Bits of 1/pi of weights 2^-e to 2^-(e + 191). Of their product with x the first has weight 1; what is left away
-    // is below 2^-138.
+    // Bits of 1/pi of weights 2^-e to 2^-(e + 191). Their product with x begins at weight 1; the omitted rest is below
+    // 2^-138.
     const auto first = static_cast<unsigned>(exponent + 63), word = first / 64, shift = first % 64;
     const auto from = [&](unsigned i) {
         return shift == 0 ? inverse_pi[word + i]
@@ -42,7 +42,7 @@ inline constexpr std::uint64_t inverse_pi[] = {
     sum = (sum >> 64) + static_cast<Natural>(m) * from(1);
     const auto middle = static_cast<std::uint64_t>(sum);
     std::uint64_t high = static_cast<std::uint64_t>(sum >> 64) + m * from(0);
-    // In quarter turns, less the whole number that is nearest: from -1/2 to 1/2, in units of 2^-192.
+    // Number of quarter turns less the nearest whole number: from -1/2 to 1/2, in units of 2^-192.
     const int quarters = static_cast<int>((high >> 61) + 1) >> 1 & 3;
     std::uint64_t a = high << 2 | middle >> 62, b = middle << 2 | low >> 62, c = low << 2;
     const bool negative = a >> 63 != 0;
@@ -66,7 +66,7 @@ inline constexpr std::uint64_t inverse_pi[] = {
     const double scale = std::bit_cast<double>(std::uint64_t{1023 - zeros} << 52) * (negative ? -1 : 1);
     const double share = scale * 0x1p-64 * static_cast<double>(a & ~std::uint64_t{0x7ff});
     const double less = scale * 0x1p-117 * static_cast<double>((a & 0x7ff) << 53 | b >> 11);
-    constexpr double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54; // of a turn
+    constexpr double quarter = 0x1.921fb54442d18p+0, quarter_low = 0x1.1a62633145c07p-54; // a quarter turn in two parts
     const double rest = share * quarter;
     return {rest + (std::fma(share, quarter, -rest) + (share * quarter_low + less * quarter)), quarters};
 }

@@ -1,5 +1,4 @@
-// What formulas are made of: operations on packs, each in one place for all widths, for numbers worked out at set-up
-// too.
+// Operations of formulas on packs. Each is defined once for all widths, and set-up folds constants with it too.
 #pragma once
 
 #include "formula/arc_tangent.hpp"
@@ -12,8 +11,7 @@
 
 namespace skein {
 
-/// A constant, a variable, then functions of one, two and three values. `tabulated` and `tabulated_slope` look up a
-/// table.
+/// A constant, a variable, then functions of one, two and three values. `tabulated` and `tabulated_slope` read a table.
 enum class Op : std::uint8_t {
     constant,
     variable,
@@ -33,11 +31,11 @@ enum class Op : std::uint8_t {
     multiply,
     divide,
     power,
-    arc_tangent, ///< of a/b, in all quadrants
+    arc_tangent, ///< angle of a/b, in all quadrants
     least,
     most,
     less,       ///< 1 where a < b, 0 elsewhere
-    less_equal, ///< the same for a <= b
+    less_equal, ///< 1 where a <= b, 0 elsewhere
     equal,
     choice, ///< b where a is not 0, else c
 };
@@ -53,14 +51,14 @@ inline bool is_arithmetic(Op op) { return op >= Op::add && op <= Op::divide; }
 namespace detail {
 
 template <int W> SKEIN_INLINE Pack<W> whole_below(const Pack<W>& x) {
-    constexpr double all_whole = 4503599627370496.0; // 2^52: from it on
+    constexpr double all_whole = 4503599627370496.0; // 2^52: larger numbers are whole
     const Pack<W> size = size_of(x), nearest = times_sign((size + Pack<W>(all_whole)) - Pack<W>(all_whole), x);
     return select(size < Pack<W>(all_whole), select(nearest > x, nearest - Pack<W>(1.0), nearest), x);
 }
 
 } // namespace detail
 
-/// Of operands a, b and c as far as it has them; not for constants, variables and tables.
+/// Result for operands a, b and c, as many as the operation has; not for constants, variables and tables.
 template <Op op, int W> SKEIN_INLINE Pack<W> operate(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {
     using P = Pack<W>;
     const auto truth = [](const Mask<W>& m) { return select(m, P(1.0), P(0.0)); };
@@ -88,7 +86,7 @@ template <Op op, int W> SKEIN_INLINE Pack<W> operate(const Pack<W>& a, const Pac
     return a;
 }
 
-/// Up to which |a| an operation has a shorter way, operate_ordinary(), to the same bits; 0: it has none.
+/// Largest |a| for which an operation has a shorter way to the same bits, operate_ordinary(); 0 where it has none.
 template <Op op> inline constexpr double largest_ordinary = 0;
 template <> inline constexpr double largest_ordinary<Op::sine> = detail::largest_angle;
 template <> inline constexpr double largest_ordinary<Op::cosine> = detail::largest_angle;
@@ -99,7 +97,7 @@ template <Op op, int W> SKEIN_INLINE Pack<W> operate_ordinary(const Pack<W>& a) 
     else return detail::exponential_of_ordinary(a);
 }
 
-/// `then` of (a op b) and c, or of c and (a op b); each rounded as alone.
+/// Result of `then` for (a op b) and c, or for c and (a op b); each operation is rounded as if alone.
 template <Op op, Op then, bool reversed, int W>
 SKEIN_INLINE Pack<W> operate_twice(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {
     const Pack<W> r = operate<op>(a, b, b);

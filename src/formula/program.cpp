@@ -158,10 +158,10 @@ private:
     std::span<const int> outputs_;
     const std::function<int(int)>& input_of_;
     std::size_t count_;
-    std::vector<int> uses_, last_use_; ///< by node
-    std::vector<int> inner_, within_;  ///< by node: the first of a fused pair, and the node that it is fused into
-    std::vector<int> source_;          ///< by node
-    std::vector<bool> taken_;          ///< by register
+    std::vector<int> uses_, last_use_; ///< numbers by node
+    std::vector<int> inner_, within_;  ///< by node: first node of a fused pair, and node that it is fused into
+    std::vector<int> source_;          ///< number of the source, by node
+    std::vector<bool> taken_;          ///< registers in use
     InstructionList list_;
 };
 
@@ -224,8 +224,8 @@ std::optional<FormulaProgram> compiled(const Graph& graph, std::span<const int> 
     };
     const auto variable_input = [&](int node) { return graph[node].op == Op::variable ? graph[node].index : -1; };
     for (const int o : outputs) program.changes |= graph[o].changes;
-    // Called of nodes in turn that are needed, so that what is numbered is what is used; but asked twice of each, once
-    // from above.
+    // `state_input` numbers the inputs in the order of its calls: the list asks first for the nodes that it needs, from
+    // the last one down.
     std::optional<InstructionList> state = list_of(graph, outputs, state_input);
     if (!state) return std::nullopt;
     program.state = std::move(*state);

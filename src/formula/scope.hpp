@@ -1,4 +1,4 @@
-// What formulas of a scene may name: its constants, its tables, and the variables of the place where they stand.
+// Names that the formulas of a scene may hold: constants, tables, and the variables of the place that a formula is for.
 #pragma once
 
 #include "formula/unit.hpp"
@@ -15,20 +15,20 @@ namespace skein {
 struct FormulaConstant {
     std::string name;
     double value = 0;
-    std::string unit; ///< empty: fits any
+    std::string unit; ///< unit; empty fits any
 };
 
-/// A [[table]]: piecewise linear from point to point; beyond its ends it keeps their values, or begins again.
+/// A [[table]], piecewise linear from point to point. Beyond its ends it keeps the values there, or repeats.
 struct FormulaTable {
     std::string name;
     std::vector<double> at, value;
-    std::string at_unit = "s", unit; ///< empty: fits any
+    std::string at_unit = "s", unit; ///< units; empty fits any
     bool periodic = false;
-    std::string file;   ///< of comma-separated values, which `at` and `value` are read from; empty as soon as they are
+    std::string file;   ///< file of comma-separated values, from which `at` and `value` are read; empty once they are
     std::string source; ///< file:line of the table, for messages
 
-    /// Where others drive the run (skein/run.hpp): points that this table and all its copies have in place of their
-    /// own.
+    /// Points set by a program that drives the run (skein/run.hpp). This table and all its copies use them in place of
+    /// their own.
     std::shared_ptr<FormulaTable> driven{};
 
     void fields(FieldVisitor& f);
@@ -37,16 +37,16 @@ struct FormulaTable {
     double slope(double x) const { return (driven ? *driven : *this).line(x).second; }
 
 private:
-    std::pair<double, double> line(double x) const; ///< value and slope
+    std::pair<double, double> line(double x) const; ///< value and slope at x
 };
 
 struct FormulaScope {
     std::vector<FormulaConstant> constants;
     std::vector<FormulaTable> tables;
-    double duration = 0; ///< of the run, s
+    double duration = 0; ///< duration of the run, s
 };
 
-/// Variables, in this order. A place is a node for forces, the middle of an element for couples.
+/// Variables, in this order. A place is a node for forces, and the middle of an element for couples.
 enum class Variable { x, y, z, vx, vy, vz, t, s, length, rod, start_x, start_y, start_z };
 inline constexpr int variables = 13;
 struct VariableEntry {
@@ -66,14 +66,14 @@ inline constexpr VariableEntry variable_names[variables] = {{"x", "m", "lab posi
                                                             {"Y", "m", ""},
                                                             {"Z", "m", ""}};
 
-/// What a value changes with.
+/// Dependences of a value.
 inline constexpr unsigned with_time = 1, with_place = 2, with_state = 4;
 inline unsigned changes_with(Variable v) {
     if (v == Variable::t) return with_time;
     return v < Variable::t ? with_state : with_place;
 }
 
-/// What is wrong with the constants and tables themselves: path of a key ("constants.k", "table.0.at") and message.
+/// Faults of the constants and tables themselves: path of a key ("constants.k", "table.0.at") and message.
 std::vector<std::pair<std::string, std::string>> faults(const FormulaScope& scope);
 
 } // namespace skein

@@ -1,4 +1,4 @@
-// What is wrong with a vector that a scene writes as formulas, told where it stands.
+// Messages for the faults of a vector that a scene writes as formulas.
 #pragma once
 
 #include "formula/formula.hpp"
@@ -9,7 +9,7 @@
 
 namespace skein {
 
-/// `key`: of the list of formulas.
+/// Adds all faults of the formulas below `key` to the objections.
 inline void tell_faults(const std::string& key, std::span<const FormulaFault> faults, Objections& objections) {
     for (const FormulaFault& fault : faults) {
         const std::string message = "'" + key + "': " + fault.message;

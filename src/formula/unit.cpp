@@ -37,7 +37,7 @@ std::optional<Unit> parse_unit(std::string_view text) {
             continue;
         }
         if (c == '/') {
-            if (!any || below) return std::nullopt; // "N/m/s" may be read in two ways
+            if (!any || below) return std::nullopt; // "N/m/s" is ambiguous
             below = true;
             any = false;
             ++i;

@@ -1,5 +1,5 @@
-// Units of measurement as powers of the base units m, kg, s, A and K. Scenes are in SI, so that units are checked and
-// never converted: there are no prefixes.
+// Units of measurement as powers of the base units m, kg, s, A and K. Scenes are in SI. Units are checked and never
+// converted: there are no prefixes.
 #pragma once
 
 #include <array>
@@ -11,7 +11,7 @@
 namespace skein {
 
 struct Unit {
-    std::array<double, 5> power{}; ///< of m, kg, s, A, K
+    std::array<double, 5> power{}; ///< powers of m, kg, s, A, K
 
     bool pure() const { return *this == Unit{}; }
     bool operator==(const Unit& other) const {
@@ -31,10 +31,10 @@ private:
     }
 };
 
-/// Of "N/m^2", "kg m/s", "1/s", "-": names with powers, side by side or with a "*" between them, and after a "/" below
-/// the line. Absent where it cannot be read.
+/// Reads a unit such as "N/m^2", "kg m/s", "1/s" or "-". Names have powers and stand side by side, or with "*" between
+/// them; "/" begins the denominator. Returns nothing where the text cannot be read.
 std::optional<Unit> parse_unit(std::string_view text);
-/// "N/m" where the unit has a common name, else of base units.
+/// "N/m" where the unit has a common name, otherwise powers of base units.
 std::string unit_text(const Unit& unit);
 
 } // namespace skein

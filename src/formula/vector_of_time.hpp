@@ -1,4 +1,4 @@
-// Three formulas of time alone, with their rates: what is prescribed of a whole group, worked out once a step.
+// Three formulas of time alone, with their rates: a prescribed quantity of a whole group, computed once a step.
 #pragma once
 
 #include "formula/formula.hpp"
@@ -13,20 +13,21 @@ namespace skein {
 
 class VectorOfTime {
 public:
-    /// In the unit expected. Reads nothing where the names of the scope have faults, which are told where they stand.
+    /// Reads formulas in the unit expected. Nothing is read where the names of the scope have faults; these are
+    /// reported elsewhere.
     VectorOfTime(const FormulaScope& scope, const std::vector<std::string>& texts, std::string_view unit);
 
     struct Point {
         Vec3d value{0, 0, 0}, rate{0, 0, 0}; ///< the rate is the derivative of the formula, 1/s
     };
-    /// 0 where there are faults.
+    /// Value and rate; 0 where there are faults.
     Point operator()(double time) const;
 
-    /// Whether component i is 0 at all times.
+    /// True where component i is 0 at all times.
     bool vanishes(std::size_t i) const;
 
-    /// What is wrong: part of formula part.formula, or of all of them where that is -1. Values and rates are tried at
-    /// the start of the run, at its end and at some times between.
+    /// Faults of formula part.formula, or of all formulas where that is -1. Values and rates are tried at the start of
+    /// the run, at its end and at some times between.
     const std::vector<FormulaFault>& faults() const { return faults_; }
 
 private:

@@ -20,7 +20,7 @@ template <class T> struct AlignedAllocator {
     T* allocate(std::size_t n) {
         const std::size_t bytes = n * sizeof(T);
         void* p = ::operator new(bytes, alignment(bytes));
-        // With pages of 4 kB the hardware loses its way 256 times a megabyte: a step that streams from memory takes a
+        // Pages of 4 kB stop the hardware's prefetch 256 times a megabyte: a step that streams from memory takes a
         // tenth longer.
         if (bytes >= large) madvise(p, bytes, MADV_HUGEPAGE);
         return static_cast<T*>(p);
@@ -37,7 +37,7 @@ private:
 
 template <class T> using AlignedVector = std::vector<T, AlignedAllocator<T>>;
 
-/// Numbers that nobody has written yet. A page comes into being where the thread runs that writes it first: no thread
+/// Numbers that are not initialised. A page is mapped where the thread runs that writes it first: no other thread
 /// clears it before, and it lies in that thread's memory domain.
 template <class T> class UnsetArray {
     static_assert(std::is_trivially_destructible_v<T>);
@@ -56,7 +56,7 @@ public:
         std::swap(size_, other.size_);
         return *this;
     }
-    /// Room for `size`, in which what was there is not kept.
+    /// Allocates `size` numbers; earlier content is lost.
     void need(std::size_t size) {
         if (size > size_) *this = UnsetArray(size);
     }

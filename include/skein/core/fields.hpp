@@ -1,6 +1,6 @@
-// One description of every scene key. A spec struct lists its members once, in `void fields(FieldVisitor&)`; visitors
-// read them from a scene file, print them into the reference page, or echo them as JSON. Nothing else knows a key's
-// name.
+// One description of every scene key. A spec struct lists its members once, in `void fields(FieldVisitor&)`. Visitors
+// read them from a scene file, print them into the reference page, or echo them as JSON. Names of keys stand nowhere
+// else.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -41,8 +41,8 @@ public:
     virtual void visit(const Field&, std::vector<std::string>&) = 0;
     /// `value` is the index of the chosen name.
     virtual void visit_choice(const Field&, int& value, std::span<const std::string_view> names) = 0;
-    /// A sub-table. Returns whether its members are to be visited (a reader answers false where the table is absent);
-    /// leave() closes it.
+    /// Enters a sub-table. Returns true where its members are to be visited (a reader returns false where the table is
+    /// absent); leave() closes it.
     virtual bool enter(const Field&) = 0;
     virtual void leave() = 0;
 
@@ -52,7 +52,7 @@ public:
         visit_choice(field, index, names);
         value = static_cast<E>(index);
     }
-    /// A vector that may be absent: to visitors not-a-number.
+    /// A vector that may be absent; visitors see NaN then.
     void visit_optional(const Field& field, std::optional<Vec3d>& vector) {
         Vec3d value = vector.value_or(Vec3d{NAN, NAN, NAN});
         visit(field, value);

@@ -13,7 +13,7 @@ namespace skein {
 template <class I>
 concept IndexLike = std::integral<I> || std::is_enum_v<I>;
 
-/// A number that is not negative, as containers count.
+/// Conversion of a number that is not negative to std::size_t.
 template <IndexLike I> constexpr std::size_t to_index(I i) {
     if constexpr (std::signed_integral<I>) assert(i >= 0);
     return static_cast<std::size_t>(i);

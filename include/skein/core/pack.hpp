@@ -1,6 +1,6 @@
-// Pack<W>: W doubles side by side, one rod per lane. Physics is written once over Pack<W>; W = 1 is the oracle of every
-// other width. All widths give the same bits: the build switches implicit contraction off (-ffp-contract=off) and every
-// fused multiply-add is spelled fma().
+// Pack<W>: W doubles side by side, one rod per lane. Physics is written once over Pack<W>; W = 1 is the reference for
+// every other width. All widths give the same bits: the build switches implicit contraction off (-ffp-contract=off) and
+// every fused multiply-add is spelled fma().
 #pragma once
 
 #include <bit>
@@ -13,12 +13,12 @@
 
 namespace skein {
 
-/// On what kernels are made of: left to itself GCC 12 keeps some of it out of line and passes packs through memory,
-/// which costs 8 % of the elastic pass and 15 % of the kick.
+/// Attribute of the building blocks of kernels. GCC 12 would keep some of them out of line and pass packs through
+/// memory, which costs 8 % of the elastic pass and 15 % of the kick.
 #define SKEIN_INLINE [[gnu::always_inline]] inline
 
-/// Doubles that one register holds at the level this source is compiled for. Wider packs are made of two halves: left
-/// to itself GCC 12 takes wide vectors apart through memory, at five times the cost.
+/// Doubles of one register at the level for which this source is compiled. Wider packs consist of two halves: GCC 12
+/// would split wide vectors through memory, at five times the cost.
 #if defined(__AVX512F__)
 inline constexpr int native_lanes = 8;
 #elif defined(__AVX__)
@@ -42,7 +42,7 @@ template <> struct Lanes<1> { // plain numbers: GCC's one-lane vectors are three
 };
 } // namespace detail
 
-/// Result of a comparison: all bits set in the lanes where it holds.
+/// Result of a comparison: all bits are set in the lanes where it holds.
 template <int W> struct Mask {
     typename detail::Lanes<W>::Integers bits;
 
@@ -66,7 +66,7 @@ struct alignas(8 * W) Mask<W> {
     SKEIN_INLINE friend Mask operator!(const Mask& a) { return {!a.low, !a.high}; }
 };
 
-/// Bit i: lane i holds.
+/// Bit i is set where lane i holds.
 template <int W> SKEIN_INLINE unsigned bits_of(const Mask<W>& m) {
     if constexpr (Wide<W>) {
         return bits_of(m.low) | bits_of(m.high) << W / 2;
@@ -91,7 +91,7 @@ template <int W> struct Pack {
 
     Pack() = default;
     SKEIN_INLINE Pack(Doubles lanes) requires(W > 1) : v(lanes) {}
-    /// In every lane. (Less 0 is the value itself; plus 0 is not, for -0, and costs an addition.)
+    /// Value in every lane. (Less 0 is the value itself; plus 0 is not, for -0, and costs an addition.)
     SKEIN_INLINE Pack(double value) : v(value - Doubles{}) {}
 
     double operator[]([[maybe_unused]] int lane) const {
@@ -175,7 +175,7 @@ template <int W> SKEIN_INLINE Pack<W> fma(const Pack<W>& a, const Pack<W>& b, co
         return r;
     }
 }
-/// a b - c, rounded once. (Left to itself GCC negates c first where it needs c as well.)
+/// a b - c, rounded once. (GCC would negate c first where it needs c as well.)
 template <int W> SKEIN_INLINE Pack<W> fms(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {
 #if defined(__AVX512F__)
     if constexpr (W == 8)
@@ -214,7 +214,7 @@ template <int W> SKEIN_INLINE Pack<W> select(const Mask<W>& m, const Pack<W>& a,
 }
 template <int W> SKEIN_INLINE Pack<W> abs(const Pack<W>& a) { return select(a < Pack<W>(0.0), -a, a); }
 template <int W> SKEIN_INLINE Pack<W> max(const Pack<W>& a, const Pack<W>& b) {
-#if defined(__AVX512F__) // one instruction, of the same meaning even where one of both is no number
+#if defined(__AVX512F__) // one instruction, with the same result even where one operand is NaN
     if constexpr (W == 8)
         return Pack<W>(std::bit_cast<typename Pack<W>::Doubles>(
             _mm512_maskz_max_pd(0xff, std::bit_cast<__m512d>(b.v), std::bit_cast<__m512d>(a.v))));
@@ -241,7 +241,7 @@ template <int Shift, int W> SKEIN_INLINE Pack<W> rotated(const Pack<W>& a) {
 }
 } // namespace detail
 
-/// Every lane takes its neighbour's value; the ends go round.
+/// Value of the neighbouring lane; the ends go round.
 template <int W> SKEIN_INLINE Pack<W> from_lane_before(const Pack<W>& a) { return detail::rotated<W - 1>(a); }
 template <int W> SKEIN_INLINE Pack<W> from_lane_after(const Pack<W>& a) { return detail::rotated<1>(a); }
 
@@ -258,7 +258,7 @@ template <int W> SKEIN_INLINE Pack<W> power_of_two(const Pack<W>& k) {
     }
 }
 
-/// x = m 2^k with m in [sqrt(1/2), sqrt(2)), k a whole number; x positive, finite and normal.
+/// Decomposition x = m 2^k with m in [sqrt(1/2), sqrt(2)), k a whole number; x positive, finite and normal.
 template <int W> struct Split { Pack<W> m, k; };
 template <int W> SKEIN_INLINE Split<W> split(const Pack<W>& x) {
     if constexpr (Wide<W>) {
@@ -291,7 +291,8 @@ SKEIN_INLINE Pack<W> polynomial_part(const Pack<W> (&power)[4], const double (&c
 }
 } // namespace detail
 
-/// c[0] + c[1] x + c[2] x^2 + ... by halves (Estrin), with fused multiply-adds: a third of Horner's waiting.
+/// c[0] + c[1] x + c[2] x^2 + ... by halves (Estrin), with fused multiply-adds: a third of the latency of Horner's
+/// rule.
 template <int W, int N> SKEIN_INLINE Pack<W> polynomial(const Pack<W>& x, const double (&c)[N]) {
     static_assert(N <= 16);
     Pack<W> power[4] = {x};

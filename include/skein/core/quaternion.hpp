@@ -1,7 +1,6 @@
-// Unit quaternions (w, v): a director frame Q in four numbers.                                             theory.md
-// (5)
+// Unit quaternions (w, v): a director frame Q in four numbers. theory.md (5)
 //   Q a = a + 2 w (a x v) + 2 (a x v) x v,   R(u): w = cos(u/2), v = sin(u/2)/u u;   q and -q are the same frame
-// Written like the matrices they stand for: q * a is Q a (lab to body), and r * q the frame R Q.
+// Operators are those of the matrices: q * a is Q a (lab to body), and r * q the frame R Q.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -28,7 +27,7 @@ template <class P> struct Quaternion {
     }
 };
 
-/// Q^T a: from body to lab components.
+/// Q^T a, from body to lab components.
 template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Quaternion<P>& q, const Vec3<P>& a) {
     const Vec3<P> t = cross(q.v + q.v, a);
     return {fma(q.v.y, t.z, fnma(q.v.z, t.y, fma(q.w, t.x, a.x))),
@@ -36,19 +35,19 @@ template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Quaternion<P>& q, 
             fma(q.v.x, t.y, fnma(q.v.y, t.x, fma(q.w, t.z, a.z)))};
 }
 
-/// Cosine of half the angle between two frames, but for its sign.
+/// Cosine of half the angle between two frames, up to its sign.
 template <class P> SKEIN_INLINE P dot(const Quaternion<P>& a, const Quaternion<P>& b) {
     return fma(a.w, b.w, dot(a.v, b.v));
 }
 
-/// d3 in lab components: the third row of Q.
+/// d3 in lab components, the third row of Q.
 template <class P> SKEIN_INLINE Vec3<P> third_director(const Quaternion<P>& q) {
     const Vec3<P> twice = q.v + q.v;
     return {fma(q.v.x, twice.z, q.w * twice.y), fma(q.v.y, twice.z, -(q.w * twice.x)),
             fnma(q.v.x, twice.x, fnma(q.v.y, twice.y, P(1.0)))};
 }
 
-/// Q, rows d1, d2, d3.
+/// Matrix Q with rows d1, d2, d3.
 template <class P> SKEIN_INLINE Mat3<P> matrix(const Quaternion<P>& q) {
     const Vec3<P> twice = q.v + q.v, turned = q.w * twice;
     const P xx = q.v.x * twice.x, yy = q.v.y * twice.y, zz = q.v.z * twice.z;
@@ -62,7 +61,7 @@ inline constexpr Quaterniond no_turn{1, {0, 0, 0}};
 /// True where a and b agree to the bit.
 inline bool same_bits(const Quaterniond& a, const Quaterniond& b) { return std::memcmp(&a, &b, sizeof a) == 0; }
 
-/// Of a frame, rows orthonormal; w >= 0.
+/// Quaternion of a frame with orthonormal rows; w >= 0.
 Quaterniond quaternion(const Mat3d& q);
 
 template <int W> SKEIN_INLINE Quaternion<Pack<W>> broadcast(const Quaterniond& q) {

@@ -58,7 +58,7 @@ template <class P> struct Mat3 {
     }
 };
 
-/// Q^T a: from body to lab components.
+/// Q^T a, from body to lab components.
 template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Mat3<P>& q, const Vec3<P>& a) {
     return fma(a.x, q.d1, fma(a.y, q.d2, a.z * q.d3));
 }
@@ -67,7 +67,7 @@ using Vec3d = Vec3<double>;
 using Mat3d = Mat3<double>;
 
 inline bool zero(const Vec3d& v) { return v.x == 0 && v.y == 0 && v.z == 0; }
-/// Of length 1 along a, which is not zero.
+/// Vector of length 1 along a, which is not zero.
 inline Vec3d unit(const Vec3d& a) { return (1 / norm(a)) * a; }
 /// Directions u, v that make a right-handed basis u, v, axis with an `axis` of length 1.
 inline std::pair<Vec3d, Vec3d> directions_across(const Vec3d& axis) {
@@ -81,7 +81,7 @@ inline bool parallel(const Vec3d& a, const Vec3d& b) { return norm(cross(a, b)) 
 template <int W> SKEIN_INLINE Vec3<Pack<W>> broadcast(const Vec3d& a) {
     return {Pack<W>(a.x), Pack<W>(a.y), Pack<W>(a.z)};
 }
-/// What differs from lane to lane as it is, so that kernels need not know which of both a constant does.
+/// Packs as they are, so that kernels need not know whether a constant varies from lane to lane.
 template <int W> SKEIN_INLINE const Vec3<Pack<W>>& broadcast(const Vec3<Pack<W>>& a) { return a; }
 
 template <int W> SKEIN_INLINE Vec3<Pack<W>> select(Mask<W> m, const Vec3<Pack<W>>& a, const Vec3<Pack<W>>& b) {
