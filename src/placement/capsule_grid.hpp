@@ -1,6 +1,6 @@
-// Which capsules may be near an axis: a grid of cells above a floor, open at the top. Axes are looked at in points at
-// most a cell apart. Two axes closer than `reach` have points closer than reach + cell, so a capsule is listed in the
-// cells that this cube around its points touches, and one point of the other axis lies in one of them.
+// Grid of the capsules that may be near an axis: cells above a floor, open at the top. Axes are sampled in points at
+// most a cell apart. Two axes closer than `reach` have points closer than reach + cell. A capsule is therefore listed
+// in all cells that the cube of this size around its points touches. One point of the other axis lies in such a cell.
 #pragma once
 
 #include "placement/packing.hpp"
@@ -15,28 +15,28 @@ namespace skein {
 
 class CapsuleGrid {
 public:
-    /// Axes that are asked about lie above `lower` and below `upper` in x and y, and below `top`.
+    /// Grid for axes above `lower` and below `upper` in x and y, and below `top`.
     CapsuleGrid(const Vec3d& lower, const Vec3d& upper, double cell)
         : lower_(lower), cell_(cell), nx_(cells(upper.x - lower.x)), ny_(cells(upper.y - lower.y)) {
         raise(upper.z);
     }
 
-    /// Cells up to z = `top` at least, from now on.
+    /// Extends the cells to z = `top` at least.
     void raise(double top) {
         const long before = nz_, needed = cells(top - lower_.z);
         if (needed <= before) return;
-        nz_ = std::max(needed, before + before / 4); // each time all capsules are listed anew: seldom
+        nz_ = std::max(needed, before + before / 4); // all capsules are listed anew, which is seldom
         newest_.resize(static_cast<std::size_t>(nx_ * ny_ * nz_), -1);
         for (std::size_t i = 0; i < capsules_.size(); ++i) list(static_cast<std::int32_t>(i), before);
     }
 
-    /// `reach`: the distance of axes below which this capsule is in the way.
+    /// Adds a capsule; axes closer than `reach` to its axis are blocked.
     void add(const Capsule& capsule, double reach) {
         capsules_.push_back({capsule, reach, 0});
         list(static_cast<std::int32_t>(capsules_.size()) - 1, 0);
     }
 
-    /// Whether no capsule is in the way of an axis.
+    /// True where no capsule blocks the axis.
     bool is_clear(const Capsule& asked) {
         ++question_;
         const long points = points_of(asked);
@@ -59,7 +59,7 @@ private:
     struct Listed {
         Capsule capsule;
         double reach;
-        std::int64_t question; ///< that it was last looked at for
+        std::int64_t question; ///< last question that read this entry
     };
     struct Entry {
         std::int32_t capsule, older;
@@ -75,7 +75,7 @@ private:
         return c.start + (static_cast<double>(i) / static_cast<double>(points)) * (c.end - c.start);
     }
 
-    /// In the cells of layers from `from` up.
+    /// Lists a capsule in the cells of the layers from `from` up.
     void list(std::int32_t number, long from) {
         const Listed& listed = nth(capsules_, number);
         const double half = listed.reach + cell_;
@@ -99,7 +99,7 @@ private:
     Vec3d lower_;
     double cell_;
     long nx_, ny_, nz_ = 0;
-    std::vector<std::int32_t> newest_; ///< entry of each cell, or -1
+    std::vector<std::int32_t> newest_; ///< newest entry of each cell, or -1
     std::vector<Entry> entries_;
     std::vector<Listed> capsules_;
     std::int64_t question_ = 0;

@@ -26,7 +26,7 @@ constexpr double pi = std::numbers::pi;
 class Random {
 public:
     explicit Random(long seed) : engine_(static_cast<std::uint64_t>(seed)) {}
-    /// Even over [low, high): std::uniform_real_distribution may differ from library to library.
+    /// Even over [low, high); std::uniform_real_distribution may differ from library to library.
     double between(double low, double high) {
         return low + (high - low) * 0x1p-53 * static_cast<double>(engine_() >> 11);
     }
@@ -35,7 +35,8 @@ private:
     std::mt19937_64 engine_;
 };
 
-/// Of d3. Isotropic: even over the sphere between two circles of latitude, so in the sine of the elevation.
+/// Draws d3. Isotropic directions are even over the sphere between two circles of latitude, so in the sine of the
+/// elevation.
 Vec3d draw_direction(const Packing& p, Random& random) {
     const double degree = pi / 180, low = degree * p.elevation[0], high = degree * p.elevation[1];
     const double even = random.between(0, 1);
@@ -47,14 +48,14 @@ Vec3d draw_direction(const Packing& p, Random& random) {
     return {across * std::cos(azimuth), across * std::sin(azimuth), sine};
 }
 
-/// d3 along `direction`, d1 horizontal.
+/// Frame with d3 along `direction` and d1 horizontal.
 Quaterniond frame_along(const Vec3d& direction) {
     const double across = std::hypot(direction.x, direction.y);
     const Vec3d d1 = across > 0 ? Vec3d{-direction.y / across, direction.x / across, 0} : Vec3d{1, 0, 0};
     return quaternion({d1, cross(direction, d1), direction});
 }
 
-/// Where centres may lie: of capsules wholly inside.
+/// Region of the centres of capsules that lie wholly inside.
 class Region {
 public:
     Region(const Packing& p, double length, double radius)
@@ -76,18 +77,18 @@ public:
         return (kind_ == PackingRegion::cylinder ? 0.25 * pi : 1) * size.x * size.y * size.z;
     }
     bool grows() const { return kind_ == PackingRegion::slab; }
-    /// Higher, by a layer of this thickness; the rods that come now keep to the upper part, which is not yet full.
+    /// Raises the top by a layer. Later rods keep to the upper part, which is not yet full.
     void grow(double layer) {
         upper_.z += layer;
         floor_ = std::max(lower_.z, upper_.z - tallest_ - 2 * layer);
     }
-    /// Whether a rod that ends `half` from its centre fits somewhere.
+    /// True where a rod that ends `half` from its centre fits somewhere.
     bool holds(const Vec3d& half) const {
         const Vec3d room = room_for(half);
         if (kind_ == PackingRegion::cylinder) return room.z >= 0 && across_ >= std::hypot(half.x, half.y);
         return room.x >= 0 && room.y >= 0 && (grows() || room.z >= 0);
     }
-    /// A centre, evenly; none where it came to lie outside.
+    /// Draws a centre evenly. Returns nothing where it lies outside.
     std::optional<Vec3d> draw(const Vec3d& half, Random& random) const {
         const Vec3d room = room_for(half), low = lower_ + margin(half);
         if (kind_ != PackingRegion::cylinder) {
@@ -112,13 +113,13 @@ private:
     PackingRegion kind_;
     Vec3d lower_, upper_, centre_{0, 0, 0};
     double radius_, tallest_ = 0;
-    double across_ = 0; ///< cylinder: largest distance of an axis from its own
-    double floor_ = 0;  ///< slab: no rod is tried below
+    double across_ = 0; ///< cylinder: largest distance of an axis from the cylinder's axis
+    double floor_ = 0;  ///< slab: lower bound of the centres that are tried
 };
 
 double volume_of(double length, double radius) { return pi * radius * radius * (length + 4.0 / 3 * radius); }
 
-/// Order of the rods along a curve through their centres, so that numbers near each other are rods near each other.
+/// Order of the rods on a curve through their centres, so that rods of near numbers are near each other.
 std::vector<std::size_t> along_curve(const std::vector<Vec3d>& centres, const Region& region) {
     const Vec3d size = region.upper() - region.lower();
     const double side = std::max({size.x, size.y, size.z});
@@ -234,7 +235,7 @@ private:
     }
 
     const Packing& p_;
-    double length_, radius_; ///< of a rod, m
+    double length_, radius_; ///< length and radius of a rod, m
     double gap_;             ///< least gap between surfaces, m
     double reach_;           ///< least distance of two axes, m
     std::size_t count_;

@@ -21,7 +21,7 @@ struct Bitmap {
     std::vector<std::uint32_t> pixels;
 };
 
-/// The "1" pixels of a P1 bitmap, numbered row by row from the last row, which is y = 0.
+/// Pixels "1" of a P1 bitmap, numbered row by row from the last row, which is y = 0.
 Bitmap read_mask(const std::string& path, const std::string& source) {
     std::ifstream file(path);
     if (!file) throw InputError(source + ": mask file '" + path + "' cannot be opened");
@@ -58,15 +58,15 @@ template <class T> void keep_rows(std::vector<T>& all, std::span<const std::size
     all = std::move(kept);
 }
 
-/// A rod through nodes as its elements have it.
+/// Elements of a rod through given nodes.
 struct Traced {
-    Quaterniond frame; ///< at s = 0
+    Quaterniond frame; ///< frame at s = 0
     std::vector<double> lengths;
-    std::vector<Vec3d> curvatures; ///< of the cells between elements
+    std::vector<Vec3d> curvatures; ///< curvatures of the cells between elements, 1/m
 };
 
-/// Frames follow the edges; d1 is given of every element, or turned along as little as may be, from that of the first.
-/// The frame at s = 0 is where the half cell of a clamped end begins.
+/// Frames follow the edges. d1 is given for every element, or is transported from the first element with least twist.
+/// The frame at s = 0 is that where the half cell of a clamped end begins.
 Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals,
               const std::optional<Vec3d>& normal) {
     Traced rod;
@@ -93,7 +93,7 @@ Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_norma
     return rod;
 }
 
-/// The order that makes them rise.
+/// Permutation that sorts the indices.
 std::vector<std::size_t> rising(std::span<const std::int64_t> indices) {
     std::vector<std::size_t> order(indices.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
@@ -101,7 +101,7 @@ std::vector<std::size_t> rising(std::span<const std::int64_t> indices) {
     return order;
 }
 
-/// Consecutive rods, as those of a lone rank, need no list, and no search in it.
+/// Consecutive rods, such as those of a single rank, need no list and no search in it.
 void forget_consecutive(std::int64_t& begin, std::vector<std::int64_t>& held) {
     if (held.empty() || held.back() - held.front() + 1 != static_cast<std::int64_t>(held.size())) return;
     begin = held.front();

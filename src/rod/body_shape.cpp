@@ -23,7 +23,7 @@ struct Solid {
     SymmetricMatrix inertia; ///< per mass about its own centre, m^2
 };
 
-/// J = j1 1 + (j3 - j1) e e^T of what is alike about a unit vector e.
+/// J = j1 1 + (j3 - j1) e e^T, symmetric about the unit vector e.
 SymmetricMatrix about(const Vec3d& e, double j1, double j3) {
     const double d = j3 - j1;
     return {j1 + d * e.x * e.x, j1 + d * e.y * e.y, j1 + d * e.z * e.z, d * e.x * e.y, d * e.x * e.z, d * e.y * e.z};
@@ -42,17 +42,18 @@ Solid capsule(const Vec3d& from, const Vec3d& to, double r) {
     return {volume, 0.5 * (from + to), about((1 / l) * (to - from), j1 / volume, j3 / volume)};
 }
 
-/// Integral of x^2 over the box of half sides a, b, c and all within r of it.
+/// Integral of x^2 over the box of half sides a, b, c and over all points within r of it.
 double second_moment(double a, double b, double c, double r) {
     const double inner = a * a / 3, disc = pi * r * r, ball = 4.0 / 3 * pi * r * r * r;
     const double out = (a + r) * (a + r) * (a + r) - a * a * a;
-    const double plates = 8 * b * c * (a * a * a + out) / 3 + 8 * (a * c + a * b) * r * inner; // and the box itself
+    // plates, with the box itself
+    const double plates = 8 * b * c * (a * a * a + out) / 3 + 8 * (a * c + a * b) * r * inner;
     const double along = 2 * a * disc * inner;
     const double across = 2 * (b + c) * (disc * a * a + a * (8.0 / 3 * r * r * r) + 0.25 * disc * r * r);
     return plates + along + across + ball * a * a + pi * a * r * r * r * r + ball * r * r / 5;
 }
 
-/// h: half sides without the rounding.
+/// Rounded box; h: half sides without the rounding, m.
 Solid box(const Vec3d& centre, const Vec3d& h, double r) {
     const double volume = 8 * h.x * h.y * h.z + 8 * r * (h.x * h.y + h.y * h.z + h.z * h.x) +
                           2 * pi * r * r * (h.x + h.y + h.z) + 4.0 / 3 * pi * r * r * r;
@@ -65,7 +66,7 @@ SymmetricMatrix times(double a, const SymmetricMatrix& m) {
     return {a * m.xx, a * m.yy, a * m.zz, a * m.xy, a * m.xz, a * m.yz};
 }
 
-/// |d|^2 1 - d d^T: of a point mass.
+/// |d|^2 1 - d d^T, the inertia of a point mass.
 SymmetricMatrix of_point(const Vec3d& d) {
     return {d.y * d.y + d.z * d.z, d.x * d.x + d.z * d.z, d.x * d.x + d.y * d.y, -d.x * d.y, -d.x * d.z, -d.y * d.z};
 }
@@ -184,7 +185,7 @@ void BodyShape::add_corners_and_edges(const Part& box, int slot) {
     for (int bits = 0; bits < 8; ++bits) {
         const bool again =
             (bits & 1 && box.half.x == 0) || (bits & 2 && box.half.y == 0) || (bits & 4 && box.half.z == 0);
-        if (!again) point.push_back({corner(bits), box.radius}); // of a plate four
+        if (!again) point.push_back({corner(bits), box.radius}); // a plate has four corners
         for (const int side : {1, 2, 4})
             if (!(bits & side))
                 line.push_back({corner(bits), corner(bits | side), box.radius, bits == 0 && side == 1 ? slot : -1});

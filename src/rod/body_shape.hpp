@@ -1,5 +1,5 @@
-// A rigid body made ready: mass, centre and principal axes of its parts, and its surface in these axes.     theory.md
-// (59)-(59b) Parts that overlap count twice.
+// A rigid body made ready: mass, centre and principal axes of its parts, and its surface in these axes. Parts that
+// overlap count twice. theory.md (59)-(59b)
 //
 //   m = sum m_p,  x_c = sum m_p x_p/m,  J = sum [J_p + m_p (|d|^2 1 - d d^T)],  d = x_p - x_c
 //   sphere    m = 4/3 pi rho r^3,  J = 2/5 m r^2 1
@@ -10,9 +10,9 @@
 //             J_1 = rho (I_2 + I_3), I_i the integral of x_i^2: of box, plates on its faces, quarters of cylinders,
 //             corners
 //
-// d3 is the axis whose 1/J differs most from the others', which are nearly alike then; so that the free top is split
-// where least is lost (mechanics/drift.hpp), and a symmetric top has its axis along d3. d1, d2, d3 are the axes of the
-// parts where these are principal, but for their order, which is cyclic.
+// d3 is the axis whose 1/J differs most from the two others, which are then nearly alike. The splitting of the free top
+// has its least error there (mechanics/drift.hpp), and a symmetric top has its axis along d3. Principal axes of the
+// parts stay d1, d2, d3 in cyclic order.
 #pragma once
 
 #include "skein/core/quaternion.hpp"
@@ -22,39 +22,39 @@
 
 namespace skein {
 
-/// All lengths from the centre of mass, along the principal axes, m.
+/// Surface and inertia of a body. Lengths are measured from the centre of mass, along the principal axes, m.
 struct BodyShape {
-    /// A capsule of the surface; a sphere has both ends at one place, a box its centre.
+    /// Capsule of the surface. Both ends of a sphere, and of a box, are its centre.
     struct Part {
         Vec3d from, to;
         double radius;
-        Vec3d half{0, 0, 0};        ///< of a box: half of its sides without the rounding
-        Quaterniond axes = no_turn; ///< of a box, as a frame
+        Vec3d half{0, 0, 0};        ///< half sides of a box without the rounding, m
+        Quaterniond axes = no_turn; ///< frame of a box
         bool box = false;
-        /// Of a ball, or a capsule, that holds the part.
+        /// Radius of a ball, or of a capsule, that holds the part, m.
         double cover() const { return radius + norm(half); }
     };
-    /// A line of a drawing; `slot`: the exposed one (RodGroup) whose force its first end shows, -1: none.
+    /// Line of a drawing. `slot` is the exposed slot (RodGroup) whose force its first end shows, or -1.
     struct Line {
         Vec3d from, to;
         double radius;
         int slot;
     };
-    /// A ball that may touch walls.
+    /// Ball that may touch walls.
     struct Point {
         Vec3d place;
         double radius;
     };
     double mass = 0, volume = 0; ///< kg, m^3
-    Vec3d centre{0, 0, 0};       ///< of mass, in the frame of the parts
-    Quaterniond axes = no_turn;  ///< principal axes, as a frame in that of the parts
+    Vec3d centre{0, 0, 0};       ///< centre of mass, in the frame of the parts, m
+    Quaterniond axes = no_turn;  ///< principal axes, as a frame in the frame of the parts
     Vec3d inertia{0, 0, 0};      ///< kg m^2
     std::vector<Part> part;
     std::vector<Point> point;
     std::vector<Line> line;
-    double reach = 0; ///< of the furthest point of the surface from the centre
+    double reach = 0; ///< distance of the furthest point of the surface from the centre, m
 
-    /// Throws InputError where mass or inertia are none that a body may have.
+    /// Throws InputError where no body can have this mass or inertia.
     explicit BodyShape(const RodSpec& spec);
 
     bool has_boxes() const;

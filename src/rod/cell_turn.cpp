@@ -14,7 +14,7 @@ namespace skein {
 
 namespace {
 
-/// Where the curvature is `profile`, or `uniform` where that is empty, 1/m.
+/// Largest turn under the curvature `profile`, or `uniform` where that is empty, 1/m.
 CellTurn turn_by(const Shape& shape, const Vec3d& uniform, const std::vector<Vec3d>& profile) {
     const std::size_t n = to_index(shape.elements), cells = to_index(shape.cells());
     const std::vector<double>& parts = shape.length_profile;

@@ -1,4 +1,4 @@
-// Formulas of the place along a rod that a scene writes: their values at some places of it.
+// Values of formulas of the place along a rod.
 #pragma once
 
 #include "formula/formula.hpp"
@@ -10,8 +10,8 @@
 
 namespace skein {
 
-/// [formula][place], of places over the length; empty where there are faults, which are appended: a formula that cannot
-/// be read, varies with more than s and L, or is not finite somewhere.
+/// Values [formula][place] at places over the length. Faults are appended, and nothing is returned then. A formula must
+/// be readable, depend on s and L alone, and be finite.
 std::vector<std::vector<double>> values_along(std::span<const std::string> texts, std::string_view unit,
                                               const Shape& shape, std::span<const double> places,
                                               const FormulaScope& names, std::vector<FormulaFault>& faults);

@@ -1,12 +1,11 @@
-// Nodes and elements held inside a rod, in any lab directions.                                  theory.md (47)
+// Nodes and elements held inside a rod, in any lab directions. theory.md (47)
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
 
 namespace skein {
 
-/// Takes the held components out of velocities and lab angular velocities of a rod; a ring's slot n is no node of its
-/// own.
+/// Sets the held components of velocities and lab angular velocities to 0. Slot n of a ring is not a node of its own.
 template <int W> void apply_hold(const RodGroup& group, Slot<W>* slot) {
     using P = Pack<W>;
     const auto free_of = [](const std::string& held) {

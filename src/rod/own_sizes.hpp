@@ -1,4 +1,4 @@
-// What a file of rods says of one of them, as a scene would say it.
+// Sizes of one rod of a file, in the form of a scene.
 #pragma once
 
 #include "skein/placement/places.hpp"

@@ -1,4 +1,4 @@
-// Rest curvature that a scene writes as formulas of the place along the rod.
+// Rest curvature from formulas of the place along the rod.
 #pragma once
 
 #include "formula/formula.hpp"
@@ -8,9 +8,9 @@
 
 namespace skein {
 
-/// Gives a shape that has formulas for its rest curvature the profile that they say: their values at its vertices.
-/// Returns what is wrong with them, part.formula of -1: with all; the shape is then as it was. Reads nothing where the
-/// names have faults, which are told where they stand.
+/// Sets the profile of a shape with formulas for its rest curvature to their values at its vertices. Returns the
+/// faults, with part.formula -1 for a fault of all formulas; the shape then stays as it was. Nothing is read where the
+/// names have faults; these are reported elsewhere.
 std::vector<FormulaFault> read_rest_curvature(Shape& shape, const FormulaScope& names);
 
 } // namespace skein

@@ -76,7 +76,7 @@ double RodGroup::exposed_radius(int slot) const {
     return at < element.size() ? element[at].radius : -1;
 }
 
-/// One slot: the centre of mass, and the principal axes.
+/// Constants of a body: one slot, with the centre of mass and the principal axes.
 void RodGroup::work_out_body() {
     const BodyShape& body = *body_;
     const Vec3d &j = body.inertia, inverse{1 / j.x, 1 / j.y, 1 / j.z};
@@ -215,7 +215,7 @@ void RodGroup::join(std::shared_ptr<const AssemblyCopies> copies) {
 }
 
 void RodGroup::start_state_in_assembly(std::int64_t i, std::span<Slot<1>> out) const {
-    if (heterogeneous()) return start_state(i, out); // of one copy
+    if (heterogeneous()) return start_state(i, out); // rod of one copy
     start_state(within_.origin(i), within_.turned() ? within_.turn(i) : no_turn, within_.turned(), out);
 }
 
@@ -288,7 +288,7 @@ Vec3d RodGroup::magnetisation_at(const Vec3d& place) const {
         return {std::sin(px), 0, std::cos(px)};
     case MagnetisationPattern::wave_xy: {
         // |(sin px, sin py, cos px + cos py)|^2 = 2 + 2 cos px cos py vanishes only where both sines do and the cosines
-        // oppose.
+        // have opposite signs.
         const double length = std::sqrt(2 + 2 * std::cos(px) * std::cos(py) + 1e-12);
         return (1 / length) * Vec3d{std::sin(px), std::sin(py), std::cos(px) + std::cos(py)};
     }

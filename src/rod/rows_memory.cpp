@@ -9,7 +9,7 @@
 namespace skein {
 
 void require_memory_of_rows(const RodGroup& group, std::int64_t rows) {
-    constexpr double little = 1 << 20; // of little nobody looks
+    constexpr double little = 1 << 20; // bytes below which no check is worth its time
     const double needed = static_cast<double>(rows) * static_cast<double>(group.places().record_bytes());
     if (needed < little) return;
     const double there = free_memory();

@@ -1,4 +1,4 @@
-// Rows of a file of rods that no memory is there for.
+// Check that memory suffices for the rows of a file of rods.
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
@@ -7,8 +7,8 @@
 
 namespace skein {
 
-/// Before so many rows of the group's file are read: throws InputError naming the file, the count, what they need and
-/// what is free.
+/// Throws InputError naming the file, the number of rows, the memory that they need and the free memory, where it is
+/// too little.
 void require_memory_of_rows(const RodGroup& group, std::int64_t rows);
 
 } // namespace skein

@@ -1,4 +1,4 @@
-// Radii along a rod that a scene writes as formulas.
+// Radii along a rod from formulas.
 #pragma once
 
 #include "formula/formula.hpp"
@@ -9,9 +9,9 @@
 
 namespace skein {
 
-/// Gives a section that has formulas for its radii the profiles that they say: their values at the middles of elements.
-/// Returns what is wrong with them by key of the section; its profiles are then as they were. Reads nothing where the
-/// names have faults, which are told where they stand.
+/// Sets the profiles of a section with formulas for its radii to their values at the middles of elements. Returns the
+/// faults by key of the section; its profiles then stay as they were. Nothing is read where the names have faults;
+/// these are reported elsewhere.
 struct SectionFault {
     std::string key;
     FormulaFault fault;

@@ -1,4 +1,4 @@
-// Where what a scene lists by node, element or vertex stands along a rod, and its values at other places.
+// Places of nodes, elements and vertices along a rod, and interpolation between them.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -8,15 +8,15 @@
 
 namespace skein {
 
-/// Of nodes 0 to n from the start, over the length.
+/// Places of nodes 0 to n from the start, over the length.
 std::vector<double> nodes_of(const Shape& shape);
-/// Of the middles of elements.
+/// Places of the middles of elements, over the length.
 std::vector<double> middles_of(const Shape& shape);
-/// Of inner vertices; of a ring also where it closes, as the last.
+/// Places of inner vertices, over the length; in a ring the last one is where it closes.
 std::vector<double> vertices_of(const Shape& shape);
 
-/// Values at `to` of what is linear between values at rising places, of a ring round it; beyond them as in the last
-/// piece.
+/// Linear interpolation to places `to`, between values at rising places, round a ring. Beyond the first and last place
+/// the nearest piece is extended.
 std::vector<double> between(const std::vector<double>& at, const std::vector<double>& value,
                             const std::vector<double>& to, bool ring);
 std::vector<Vec3d> between(const std::vector<double>& at, const std::vector<Vec3d>& value,

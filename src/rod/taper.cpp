@@ -11,13 +11,13 @@ namespace {
 
 double compliance(double scale) { return 1 / (scale * scale * scale * scale); }
 
-/// Of an element from t = 0 to 1, with the compliance C of its sections: integrals of (1 - t) C, t C and t (1 - t)/2 C.
+/// Integrals over an element from t = 0 to 1, with the compliance C of its sections: (1 - t) C, t C and t (1 - t)/2 C.
 struct Parts {
     double before = 0, after = 0, curved = 0;
 };
 
-/// The scale is linear, but at least a third of that of the thicker node: a tip that falls further is not resolved, and
-/// what bends it is no parabola any more. Gauss' rule of six points on each half.
+/// Integrals for a linear scale, at least a third of that of the thicker node. A tip that falls further is not
+/// resolved, and its bending is no longer parabolic. Gauss' rule with six points on each half.
 Parts integrate(double before, double after) {
     constexpr std::array<double, 3> place = {0.2386191860831969, 0.6612093864662645, 0.9324695142031521},
                                     weight = {0.4679139345726910, 0.3607615730481386, 0.1713244923791704};
@@ -60,10 +60,10 @@ std::vector<double> cell_scales(const SectionScales& scales, EndKind start, EndK
         weight[k] += part[k].before;
         weight[k + 1] += part[k].after;
     }
-    // A parabola through three nodes is a straight line less t (1 - t)/2 times the second difference, for which those
-    // about both nodes of the element stand. No node gives more than a quarter of what it has to an element that is not
-    // its own; what it keeps back, the thinner side gives. Beyond an end that turns freely all is mirrored, and its own
-    // node has no moment.
+    // A parabola through three nodes is a straight line less t (1 - t)/2 times the second difference. Here the second
+    // differences about both nodes of the element share that part. No node gives more than a quarter of its weight to
+    // an element that is not beside it; the thinner side gives the rest. Beyond an end that turns freely the rod is
+    // mirrored, and the end node has no moment.
     const std::vector<double> linear = weight;
     constexpr double most = 0.25, all = std::numeric_limits<double>::infinity();
     for (std::size_t k = 0; k < n; ++k) {

@@ -1,6 +1,4 @@
-// Rods whose section changes along them: what stands for the section of a cell, and where an element's mass lies.
-//                                                                                                       theory.md (4a),
-//                                                                                                       (4b)
+// Rods of varying section: scale of the section of a cell, and division of an element's mass. theory.md (4a), (4b)
 #pragma once
 
 #include "skein/rod/rod_spec.hpp"
@@ -9,24 +7,24 @@
 
 namespace skein {
 
-/// Sections over that which a scene gives, as factors of its radius: at the middles of elements [n] and at nodes [n +
-/// 1], of which the first of a ring is the last too.
+/// Scales of the section over that of the scene, as factors of its radius: at the middles of elements [n] and at nodes
+/// [n + 1]. The first and last node of a ring are one.
 struct SectionScales {
     std::vector<double> element, node;
 
     bool uniform() const;
 };
 
-/// Of a section at a node, along d1 and along d2.
+/// Scales of a section at a node, along d1 and along d2.
 struct NodeScales {
     double first, second;
 };
-/// Part of an element's mass that the first of its nodes has: with it the centre of mass is that of the cone between
-/// the nodes.
+/// Share of an element's mass that its first node has. With it the centre of mass is that of the cone between the
+/// nodes.
 double mass_share_before(const NodeScales& before, const NodeScales& after);
 
-/// By node [n + 1]: scale of the section that stands for the cell around it in an open rod of n >= 2 equal elements. At
-/// and beside an end that is held in its turn, that of the section at the node.
+/// Scale by node [n + 1] of the section that represents the cell around it, in an open rod of n >= 2 equal elements. It
+/// is the scale of the node at and beside an end whose direction is held.
 std::vector<double> cell_scales(const SectionScales& scales, EndKind start, EndKind end);
 
 } // namespace skein

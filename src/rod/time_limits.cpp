@@ -16,7 +16,7 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// What the law divides B by at rest, at dilatation e; of neo_hookean B is that of rest already.
+/// Divisor of B at rest, at dilatation e. With neo_hookean, B is that at rest already.
 double bending_divisor(const RodGroup& g, double e) {
     return g.law() == Law::linear || g.law() == Law::neo_hookean ? 1 : e * e * e;
 }
@@ -28,8 +28,8 @@ double axial_stiffness(const RodGroup& g, const ElementConstants& c) {
                                        : c.stiffness.z / c.rest_stretch;
 }
 
-/// Rotational stiffness over inertia that the cells and walls beside element k hold it with at rest, theory.md (26);
-/// `j(i)` is J of element i.
+/// Rotational stiffness over inertia, from the cells and walls beside element k at rest, theory.md (26). `j(i)` is J of
+/// element i.
 template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d::*axis, const Inertia& j) {
     const auto cell = [&](int v, int neighbour) {
         const VoronoiConstants& c = nth(g.voronoi, v);
@@ -54,10 +54,10 @@ double cell_term(const RodGroup& g, int k, double Vec3d::*axis) {
     return cell_term(g, k, axis, [&](int i) { return nth(g.element, i).inertia.*axis; });
 }
 
-/// 1/m of the stretching of element k: half of it on each side.
+/// Inverse mass 1/m for the stretching of element k, half of it on each side.
 double inverse_mass_of(const RodGroup& g, int k) { return 4 / (g.nodal_density * nth(g.element, k).volume); }
 
-/// Largest eigenvalue of the element's shear and rotation about `axis`, sheared along `along`.
+/// Largest eigenvalue of shear along `along` and rotation about `axis` of an element.
 double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double inverse_mass,
                       double held = 0) {
     const ElementConstants& c = nth(g.element, k);
@@ -68,9 +68,9 @@ double shear_rotation(const RodGroup& g, int k, double Vec3d::*axis, double Vec3
     return 0.5 * (a + d + std::sqrt((a - d) * (a - d) + 4 * b * b));
 }
 
-/// The j of element k at which (27) has the eigenvalue `aim`: there (aim - a)(aim - d) = b^2, and both d - others and
-/// b^2 go as 1/j. `own` and `others` are the parts of beta with 1/J of the element and of its neighbours. Not positive:
-/// there is none.
+/// Factor j of element k at which (27) has the eigenvalue `aim`: there (aim - a)(aim - d) = b^2, and both d - others
+/// and b^2 go as 1/j. `own` and `others` are the parts of beta with 1/J of the element and of its neighbours. The
+/// result is not positive where there is no such j.
 double scale_at(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*along, double own, double others,
                 double aim) {
     const ElementConstants& c = nth(g.element, k);
@@ -80,13 +80,13 @@ double scale_at(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*al
     return aim > a ? (d + b_squared / (aim - a)) / (aim - others) : -1;
 }
 
-/// In the order of limiting_modes, of a group whose rods have its sizes.
+/// Limits of a group whose rods have its sizes, in the order of limiting_modes.
 std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
     std::vector<TimeLimit> limits;
     for (const std::string_view mode : limiting_modes) limits.push_back({mode, infinite, 0});
     const auto lower = [](TimeLimit& limit, double eigenvalue, int k) {
         const double dt = 2 / std::sqrt(eigenvalue);
-        // A limit that is no number stays, to be refused.
+        // A limit that is not a number stays, and is refused later.
         if (!std::isnan(limit.dt) && !(dt >= limit.dt)) limit = {limit.mode, dt, k};
     };
     for (int k = 0; k < g.elements(); ++k) {
@@ -149,9 +149,9 @@ LeastLimits least_limits_of_rods(const RodGroup& g) {
         for (const std::int64_t i : places.held()) consider(i);
         return least;
     }
-    // Every entry of the matrices behind (26)-(29) falls with the length and with the radius of the whole rod, and so
-    // do their largest eigenvalues: only rods that no other undercuts in both can have the smallest limit. Of a million
-    // there are some dozens.
+    // Every entry of the matrices of (26)-(29) falls with the length and with the radius of the whole rod, and so do
+    // their largest eigenvalues. The smallest limit thus belongs to a rod that no other undercuts in both: some dozens
+    // of a million.
     struct Size {
         double length, radius;
         std::int64_t rod;
@@ -182,14 +182,14 @@ std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
                 fmt::format("{}: 'rotary_inertia_for_dt' of {:g} s is out of reach for element {} of '{}': its shear "
                             "has a limit that rotary inertia does not lift",
                             g.spec().source, dt, k, g.name()));
-        j = std::max(j, least * (1 + 1e-12)); // so that round-off leaves the limit above dt
+        j = std::max(j, least * (1 + 1e-12)); // round-off must leave the limit above dt
     };
     const auto raise_both = [&](double& j, int k, const auto& beta_of) {
         raise(j, k, &Vec3d::x, &Vec3d::y, beta_of);
         raise(j, k, &Vec3d::y, &Vec3d::x, beta_of);
     };
-    // First as if neighbours had the same j; then against what these have. More inertia only helps a neighbour, so
-    // twice is enough.
+    // First pass: neighbours have the same j. Second pass: they have the j of the first. More inertia only helps a
+    // neighbour, so two passes suffice.
     for (int k = 0; k < g.elements(); ++k)
         raise_both(nth(alike, k), k, [&](double Vec3d::*axis) { return std::pair(cell_term(g, k, axis), 0.0); });
     scale = alike;

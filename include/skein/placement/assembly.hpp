@@ -1,6 +1,5 @@
-// Assemblies: rods and bodies that are described once, joined to each other, and copied as a whole. The copies of an
-// assembly are alike but for where they stand; groups that belong to one have all their rods in each of them, copy
-// after copy.
+// Assemblies: rods and bodies that are described once, joined to each other, and copied as a whole. Copies of an
+// assembly differ in their places alone. Groups of an assembly have all their rods in each copy, copy after copy.
 #pragma once
 
 #include "skein/core/quaternion.hpp"
@@ -14,30 +13,30 @@ namespace skein {
 
 struct AssemblySpec {
     std::string name;
-    Placement placement;    ///< of the copies: where the origin of the assembly's axes is, and their d1 and d3
-    Vec3d scatter{0, 0, 0}; ///< m: copies are moved by up to so much, at random, lab
-    double magnetisation_scatter = 0; ///< share: the strengths of copies differ by up to so much, at random
-    long seed = 1;                    ///< of the random numbers
+    Placement placement;              ///< places of the copies: origin, d1 and d3 of the assembly's axes
+    Vec3d scatter{0, 0, 0};           ///< m: largest random displacement of a copy, lab
+    double magnetisation_scatter = 0; ///< largest random relative difference in the strength of copies
+    long seed = 1;                    ///< seed of the random numbers
     std::string source;               ///< file:line of the table, for messages
 
     void fields(FieldVisitor& f);
 };
 
-/// Copies of an assembly. One of its groups that is not copied has one copy, in the lab's axes.
+/// Copies of an assembly. A group that is joined but not copied has one copy, in lab axes.
 struct AssemblyCopies {
-    int number = 0; ///< of the assembly in the scene
+    int number = 0; ///< number of the assembly in the scene
     std::vector<Vec3d> origins{{0, 0, 0}};
-    std::vector<Quaterniond> turns; ///< from the lab's axes to the copy's; empty: none is turned
+    std::vector<Quaterniond> turns; ///< rotations from lab axes to the axes of the copies; empty where none is turned
 
-    std::vector<double> magnetisation; ///< over that of the group; empty: all alike
+    std::vector<double> magnetisation; ///< strengths over that of the group; empty where all are alike
 
     std::int64_t count() const { return static_cast<std::int64_t>(origins.size()); }
 };
 
-/// Even over [-1, 1), a function of both numbers alone.
+/// Random number, even over [-1, 1): a function of both numbers alone.
 double even_random(long seed, std::int64_t number);
 
-/// Throws InputError where a mask file cannot be read; `directory` is where it is looked for.
+/// Reads the copies of an assembly; mask files are searched in `directory`. Throws InputError where one cannot be read.
 AssemblyCopies copies_of(const AssemblySpec& spec, int number, const std::string& directory);
 
 } // namespace skein

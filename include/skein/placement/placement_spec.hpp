@@ -1,4 +1,4 @@
-// What a scene says about where rods start.
+// Keys of the places where rods start.
 #pragma once
 
 #include "skein/core/fields.hpp"
@@ -14,12 +14,12 @@ namespace skein {
 enum class PlacementKind { single, line, lattice, mask, list, packing, file };
 inline constexpr std::string_view placement_names[] = {"single", "line", "lattice", "mask", "list", "packing", "file"};
 
-/// What the nodes of a file are of a rod: its shape at rest, or at the start alone.
+/// Meaning of the nodes of a file: shape at rest, or shape at the start alone.
 enum class Trace { rest, start };
 inline constexpr std::string_view trace_names[] = {"rest", "start"};
 
-/// Where the rods start and which way they point. All rods share tangent and normal (d1), unless they are packed or
-/// each has its own; `origins` come from the kind.
+/// Places and directions of rods at the start. All rods share tangent and normal (d1), unless they are packed or each
+/// has its own. The kind determines `origins`.
 struct Placement {
     PlacementKind kind = PlacementKind::single;
     Vec3d origin{0, 0, 0};
@@ -27,7 +27,7 @@ struct Placement {
     std::optional<Vec3d> normal; ///< d1 at s = 0, made orthogonal to the tangent; absent: x, or y for rods along x
     std::vector<long> counts;    ///< line: [n]; lattice: [nx, ny] or [nx, ny, nz]
     std::vector<double> spacing; ///< m, one per count
-    double stagger = 0;          ///< lattice: of every other row along x, m
+    double stagger = 0;          ///< lattice: shift of every other row along x, m
     std::string file;            ///< mask: PBM (P1) bitmap, its "1" pixels carry a rod; file: see docs/files.md
     std::vector<Vec3d> origins;  ///< list
     std::vector<Vec3d> tangents; ///< list: empty, or d3 at s = 0 of every rod

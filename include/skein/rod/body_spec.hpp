@@ -1,5 +1,5 @@
-// What a scene says of a rigid body besides its name, motion and places: its parts, which are solid and of one density,
-// in a frame of its own; or its mass and inertia themselves.
+// Keys of a rigid body besides its name, motion and places: solid parts of one density, in a frame of their own, or its
+// mass and inertia.
 #pragma once
 
 #include "skein/core/fields.hpp"
@@ -10,7 +10,7 @@
 namespace skein {
 
 struct SphereParts {
-    std::vector<Vec3d> centres; ///< m; of one sphere may be left out: the origin
+    std::vector<Vec3d> centres; ///< m; may be left out for a single sphere: the origin
     std::vector<double> radii;  ///< m
 
     void fields(FieldVisitor& f);
@@ -24,24 +24,26 @@ struct CapsuleParts {
     void fields(FieldVisitor& f);
 };
 
-/// Boxes along the axes of the frame, with rounded edges: all points within `radius` of a box that is smaller by it.
+/// Boxes along the axes of the frame, with rounded edges: all points within `radius` of a box that is smaller by
+/// `radius`.
 struct BoxParts {
-    std::vector<Vec3d> centres, sizes; ///< m; sizes with the rounding
-    std::vector<double> radii;         ///< of the edges, m
+    std::vector<Vec3d> centres, sizes; ///< m; sizes include the rounding
+    std::vector<double> radii;         ///< radii of the edges, m
 
     void fields(FieldVisitor& f);
 };
 
 struct BodySpec {
-    double mass = 0;             ///< kg; 0: by the density
-    std::optional<Vec3d> centre; ///< of mass, m; absent: of the parts
-    /// kg m^2 about the centre, along the axes of the parts: empty, or J_xx, J_yy, J_zz, or these and J_xy, J_xz, J_yz.
+    double mass = 0;             ///< kg; 0: from the density
+    std::optional<Vec3d> centre; ///< centre of mass, m; that of the parts where absent
+    /// Inertia about the centre, along the axes of the parts, kg m^2: empty, or J_xx, J_yy, J_zz, or these and J_xy,
+    /// J_xz, J_yz.
     std::vector<double> inertia;
     SphereParts spheres;
     CapsuleParts capsules;
     BoxParts boxes;
 
-    /// Keys of a [[bodies]] behind its density.
+    /// Keys of a [[bodies]] after its density.
     void fields(FieldVisitor& f);
 };
 

@@ -1,9 +1,9 @@
-// Prescribed motion of a held end: a table in time, a sinusoid, formulas, or a sum of them.     theory.md (46)
+// Prescribed motion of a held end: a table in time, a sinusoid, formulas, or a sum of them. theory.md (46)
 //   u(t) = U(t) + A sin(2 pi t/T + phase) + F(t)   displacement of the end node, lab, m
-//   r(t) = R(t) + B sin(2 pi t/T + phase) + G(t)   rotation vector of the wall about the node, lab, rad; the wall's
-//   frame is Q_w R(r)
+//   r(t) = R(t) + B sin(2 pi t/T + phase) + G(t)   rotation vector of the wall about the node, lab, rad;
+//                                                  the wall's frame is Q_w R(r)
 // U and R go from entry to entry of their tables linearly, or smoothly (3 s^2 - 2 s^3), and stay at the last entry
-// after it; F and G are formulas of t, and their rates the derivatives of these.
+// after it. F and G are formulas of t; their rates are derivatives of the formulas.
 #pragma once
 
 #include "skein/core/fields.hpp"
@@ -30,19 +30,19 @@ struct EndMotion {
 
     std::vector<std::string> translation_formula;             ///< F, three of t, m; empty: none
     std::vector<std::string> rotation_formula;                ///< G, three of t, rad; empty: none
-    std::shared_ptr<const VectorOfTime> formula_u, formula_r; ///< as read by `use`
+    std::shared_ptr<const VectorOfTime> formula_u, formula_r; ///< formulas as read by `use`
 
     void fields(FieldVisitor& f);
-    /// Reads the formulas, which may hold these names; without it they are 0.
+    /// Reads the formulas, which may hold these names. Before this call they are 0.
     void use(const FormulaScope& names);
-    /// What is wrong with the formulas, where this is the table that the objections are about. `free`: lab directions,
-    /// 1 where the end slides.
+    /// Adds the faults of the formulas to the objections, whose table must be this one. `free`: 1 in the lab directions
+    /// in which the end slides.
     void check_formulas(const Vec3d& free, Objections& objections) const;
 
     bool moves() const { return !translation.empty() || !translation_formula.empty() || oscillates(amplitude); }
     bool turns() const { return !rotation.empty() || !rotation_formula.empty() || oscillates(rotation_amplitude); }
 
-    /// At one time: value and rate.
+    /// Value and rate at one time.
     struct Point {
         Vec3d value{0, 0, 0}, rate{0, 0, 0};
     };

@@ -1,4 +1,4 @@
-// Nodes and elements held inside a rod, as a scene says it.
+// Keys of nodes and elements held inside a rod.
 #pragma once
 
 #include "skein/core/fields.hpp"
@@ -8,7 +8,7 @@
 
 namespace skein {
 
-/// Which rates stay zero. Negative numbers count from the end, -1 is the last.
+/// Rates that stay zero. Negative numbers count from the end, -1 is the last.
 struct Hold {
     std::vector<long> nodes;
     std::vector<long> elements;

@@ -1,4 +1,4 @@
-// The state of one element and its first node, for W rods side by side: the record that is streamed through the step.
+// State of one element and its first node, for W rods side by side: the record that streams through the step.
 #pragma once
 
 #include "skein/core/quaternion.hpp"
@@ -23,7 +23,7 @@ template <int W> void set_lane(Slot<W>& s, int i, const Slot<1>& one) {
     set_lane(s.spin, i, lane(one.spin, 0));
 }
 
-/// Asks for a slot that will be needed soon.
+/// Prefetches a slot.
 template <int W> SKEIN_INLINE void prefetch(const Slot<W>& slot) {
     for (std::size_t line = 0; line < sizeof(Slot<W>); line += 64)
         __builtin_prefetch(reinterpret_cast<const char*>(&slot) + line, 1, 2);
@@ -32,8 +32,8 @@ template <int W> SKEIN_INLINE void prefetch(const Slot<W>& slot) {
 /// Rows d1, d2, d3.
 inline Mat3d frame(const Slot<1>& slot) { return matrix(lane(slot.director, 0)); }
 
-/// Doubles of one rod's slot; the last slot of a rod has a node but no element (its director is not turned, its spin
-/// zero).
+/// Doubles of one rod's slot. The last slot of a rod has a node but no element: its director is not turned, its spin is
+/// 0.
 inline constexpr int slot_doubles = 13;
 static_assert(sizeof(Slot<1>) == slot_doubles * sizeof(double));
 

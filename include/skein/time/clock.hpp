@@ -1,6 +1,6 @@
-// Steps of constant length. The canonical state is staggered: after step N rates stand at t_N, positions and directors
-// at t_N - lag, dt/2 for Verlet. A step is drift, forces, kick, once or several times (integrator.hpp); only the first
-// drift of a run has no lag to make up for (theory.md (20)-(21)).
+// Steps of constant length. The canonical state is staggered: after step N rates are at t_N, positions and directors at
+// t_N - lag, dt/2 for Verlet. A step is drift, forces, kick, once or several times (integrator.hpp). Only the first
+// drift of a run has no lag to make up for. theory.md (20)-(21)
 #pragma once
 
 #include "skein/time/integrator.hpp"
@@ -15,15 +15,15 @@ namespace skein {
 
 /// One drift and kick: a whole Verlet step, or a stage of a longer one.
 struct Step {
-    std::int64_t index; ///< of the step it belongs to; 1 for the first of the run
+    std::int64_t index; ///< number of its step, 1 for the first of the run
     double dt;          ///< s, of the whole step
     double drift;       ///< s
     double kick;        ///< s
-    double time;        ///< s, where forces are evaluated
-    int kick_length;    ///< which of the scheme's kicks
+    double time;        ///< s, time of the force evaluation
+    int kick_length;    ///< number among the scheme's kicks
     int slot;           ///< place in its batch: row of the tables that loads prepare
-    bool completes;     ///< the last stage of its step
-    bool last;          ///< of its batch
+    bool completes;     ///< true for the last stage of its step
+    bool last;          ///< true for the last one of its batch
     double begin = 0;   ///< s, of the whole step
 
     double end() const { return begin + dt; }
@@ -31,13 +31,12 @@ struct Step {
     std::int64_t before() const { return index - 1; }
 };
 
-/// Deals out batches of steps; knows nothing of rods.
+/// Issues batches of steps.
 class Clock {
 public:
     static constexpr int largest_batch = 64; ///< stages of one tile visit; beyond 16 nothing is gained (performance.md)
 
-    /// `shift`: time of step 0, s; other than 0 where the step was changed on the way and the time then was no multiple
-    /// of it.
+    /// `shift`: time of step 0, s; not 0 where the step was changed during a run, at a time that is no multiple of it.
     Clock(double dt, std::int64_t steps_done, Integrator integrator = Integrator::verlet, double shift = 0)
         : dt_(dt), shift_(shift), scheme_(scheme_of(integrator)), done_(steps_done) {
         batch_.reserve(largest_batch);
@@ -47,12 +46,12 @@ public:
     std::int64_t done() const { return done_; }
     double shift() const { return shift_; }
     double time() const { return shift_ + static_cast<double>(done_) * dt_; }
-    /// The step nearest to a time.
+    /// Step nearest to a time.
     std::int64_t step_at(double time) const { return std::llround((time - shift_) / dt_); }
-    /// How far positions are behind time(), s.
+    /// Lag of the positions behind time(), s.
     double lag() const { return done_ == 0 ? 0.0 : scheme_.lag * dt_; }
 
-    /// The next whole steps, at most up to step `until` and at most `steps` of them.
+    /// Next whole steps, at most up to step `until` and at most `steps` of them.
     std::span<const Step> next(std::int64_t until, std::int64_t steps = largest_batch) {
         const auto stages = static_cast<std::int64_t>(scheme_.stages.size());
         const std::int64_t last = std::min(until, done_ + std::min(steps, largest_batch / stages));

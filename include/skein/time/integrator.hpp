@@ -1,10 +1,9 @@
-// Splitting schemes: how drifts and kicks alternate within a step. Shares are of dt.             theory.md (20)-(21),
-// (45)
+// Splitting schemes: drifts and kicks within a step. Shares are of dt. theory.md (20)-(21), (45)
 //   verlet   position Verlet, second order, one force evaluation
 //   pefrl    Omelyan, Mryglod and Folk 2002, Comput. Phys. Commun. 146, 188, eq. (27): fourth order, four force
-//   evaluations
-// The last drift of a step and the first of the next are one, so the state between steps lags: positions stand at t_N -
-// lag dt.
+//            evaluations
+// The last drift of a step and the first of the next are one, so that the state between steps lags: positions are at
+// t_N - lag dt.
 #pragma once
 
 #include <span>
@@ -15,22 +14,22 @@ namespace skein {
 enum class Integrator { verlet, pefrl };
 inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl"};
 
-/// How damping joins the kick: in an implicit midpoint, which leaves slow motion its inertia; as the exact flow of
-/// both; or multiplied on afterwards (published codes; first order).
+/// Combination of damping and kick: an implicit midpoint, which leaves slow motion its inertia; the exact flow of both;
+/// or a factor after the kick (published codes; first order).
 enum class DampingScheme { midpoint, exponential, after };
 inline constexpr std::string_view damping_scheme_names[] = {"midpoint", "exponential", "after"};
 
 /// Drift, then kick.
 struct Substep {
-    double drift; ///< of the first stage: with the closing drift of the step before
+    double drift; ///< share; the first stage includes the closing drift of the step before
     double kick;
-    double time;     ///< of the kick, from the beginning of the step
-    int kick_length; ///< which of the scheme's distinct kick lengths
+    double time;     ///< time of the kick, from the beginning of the step
+    int kick_length; ///< number among the scheme's distinct kick lengths
 };
 
 struct Scheme {
     std::span<const Substep> stages;
-    std::span<const double> kicks; ///< distinct lengths
+    std::span<const double> kicks; ///< distinct kick lengths
     double lag;                    ///< closing drift
     double stability;              ///< largest stable h w of an oscillator, over Verlet's 2
     double drag;                   ///< largest stable h nu of a drag at the velocity before each kick
