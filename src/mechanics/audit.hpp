@@ -1,14 +1,12 @@
-// Energy audit of one group: what loads, walls and damping do to each rod, kick by kick.        theory.md section 16
-//   loads        h F.(v- + v+)/2 + h C.(w- + w+)/2 over all nodes and elements, F and C of external loads alone: of
-//   contacts between
-//                bodies, which have an energy of their own, there is none in it
+// Energy audit of one group: work of loads, walls and damping on each rod, kick by kick. theory.md section 16
+//   loads        h F.(v- + v+)/2 + h C.(w- + w+)/2 over all nodes and elements, F and C of external loads alone;
+//                contacts between bodies have an energy of their own and are left out
 //   walls        -h f.v - h c.w at held nodes and elements, f and c all loads there; the couple on the far side of a
-//   half cell (12);
-//                and the kinetic energy that the walls give what they hold
-//   dissipated   the work of all loads on what is free, less what its kinetic energy has gained
-// v-, w- before the kick and v+, w+ at the end of the step. Sums run along the rod and in time, lane by lane: the same
-// bits for any ranks, threads and lanes. Passes: before the ends are moved (where they move), after the elastic pass,
-// on both sides of what contacts exert (where there are some), before the kick, and last of all.
+//                half cell (12); and the kinetic energy that walls give to held nodes and elements
+//   dissipated   work of all loads on free nodes and elements, less the gain of their kinetic energy
+// v-, w- hold before the kick and v+, w+ at the end of the step. Sums run along the rod and in time, lane by lane: the
+// same bits for any ranks, threads and lanes. Passes run before moving ends are moved, after the elastic pass, before
+// and after contacts, before the kick, and last of all.
 #pragma once
 
 #include "mechanics/elastic.hpp"
@@ -28,11 +26,11 @@ template <int W> struct EnergyBudget {
         Vec3<P> velocity, spin;
     };
     struct TileBudget {
-        AlignedVector<SlotLoad<W>> inner, all; ///< loads that have an energy, all loads, [n + 1]
-        bool noted = false;                    ///< `all` is what there was before contacts exerted theirs
+        AlignedVector<SlotLoad<W>> inner, all; ///< loads that have an energy, and all loads, [n + 1]
+        bool noted = false;                    ///< true while `all` holds the loads before contacts
         AlignedVector<Rates> before;           ///< rates before the kick, [n + 1]
         P held_before{};                  ///< kinetic energy of held nodes and elements before their walls moved, J
-        P wall_power{};                   ///< of the couples that half cells exert on walls, W
+        P wall_power{};                   ///< power of the couples of half cells on walls, W
         P loads{}, walls{}, dissipated{}; ///< sums, J
     };
     AlignedVector<TileBudget> tiles;
@@ -61,9 +59,9 @@ template <int W> struct EnergyBudget {
     P element_energy(const Vec3<P>& w, int k) const {
         return P(0.5) * dot(w, scale(broadcast<W>(nth(group_.element, k).inertia), w));
     }
-    /// Of a node that slides: 1 in the directions in which it does not.
+    /// Held directions of a node that slides: 1, and 0 in the free ones.
     Vec3<P> held_directions(int i) const { return broadcast<W>(Vec3d{1, 1, 1} - group_.free_directions(i)); }
-    /// Kinetic energy of what the walls hold.
+    /// Kinetic energy of held nodes and elements, J.
     P held_energy(const RodTile<W>& rod) const {
         P sum(0.0);
         for (const int i : {0, rod.n})
@@ -79,7 +77,7 @@ private:
     const RodGroup& group_;
 };
 
-/// Before moving ends take their new rates.
+/// Pass before moving ends take their new rates.
 template <int W> class AuditEndsPass final : public TilePass<W> {
 public:
     explicit AuditEndsPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
@@ -91,7 +89,7 @@ private:
     std::shared_ptr<EnergyBudget<W>> budget_;
 };
 
-/// After the elastic pass, when the load is the internal one; and after what contacts exert, which it adds to that.
+/// Pass after the elastic pass, with internal loads, and again after contacts, whose loads it adds.
 template <class Law, int W> class AuditInnerPass final : public TilePass<W> {
 public:
     AuditInnerPass(std::shared_ptr<EnergyBudget<W>> budget, Ends ends, std::shared_ptr<const MovingEnds> moving)
@@ -130,7 +128,7 @@ private:
     std::shared_ptr<const MovingEnds> moving_;
 };
 
-/// Before the kick, when the load is complete; and before what contacts exert.
+/// Pass before the kick, with all loads, and before contacts.
 template <int W> class AuditLoadsPass final : public TilePass<W> {
 public:
     explicit AuditLoadsPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
@@ -145,7 +143,7 @@ private:
     std::shared_ptr<EnergyBudget<W>> budget_;
 };
 
-/// At the end of the step.
+/// Pass at the end of the step.
 template <int W> class AuditBalancePass final : public TilePass<W> {
 public:
     AuditBalancePass(std::shared_ptr<EnergyBudget<W>> budget, bool moving)
@@ -156,8 +154,8 @@ public:
         const EnergyBudget<W>& budget = *budget_;
         typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
         tile.noted = false;
-        P external(0.0), held(0.0), free(0.0),
-            gained(0.0); // power of external loads, of all on the held and on the free; kinetic energy
+        // Power of external loads, and of all loads on held and on free directions; gain of kinetic energy.
+        P external(0.0), held(0.0), free(0.0), gained(0.0);
         const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after,
                                bool is_held, const auto& energy) {
             const Vec3<P> mean = P(0.5) * (before + after);
@@ -172,7 +170,7 @@ public:
         };
         for (int i = 0; i < rod.group->nodes(); ++i) {
             const auto at = static_cast<std::size_t>(i);
-            if (rod.group->slides(i)) { // of whose force the wall takes a part
+            if (rod.group->slides(i)) { // the wall takes a part of the force
                 const Vec3<P> by_wall = budget.held_directions(i), &all = tile.all[at].force,
                               &inner = tile.inner[at].force;
                 const auto share = [&](const Vec3<P>& of, bool is_held, const Vec3<P>& before, const Vec3<P>& after) {

@@ -9,13 +9,13 @@ namespace skein {
 namespace {
 
 struct Deflection {
-    double w, slope; ///< of any size; per length of the rod
+    double w, slope; ///< deflection of any size, and its slope per length of the rod
 };
 
 bool clamped(EndKind end) { return end == EndKind::clamped || end == EndKind::clamped_frozen; }
 
-/// Lowest bending mode of a slender uniform rod of length 1: roots b of the frequency equation of its ends, at x from
-/// the end that is held more.
+/// Lowest bending mode of a slender uniform rod of length 1, from the roots b of the frequency equation of its ends; x
+/// counts from the end that is held more.
 class SlenderMode {
 public:
     SlenderMode(EndKind more, EndKind less) : start_(more), end_(less) {
@@ -45,13 +45,13 @@ private:
 
 int held(EndKind end) { return clamped(end) ? 2 : end == EndKind::pinned ? 1 : 0; }
 
-/// How an end is held against bending: one that slides sideways leaves a pinned rod free, and holds of a clamped one
-/// its direction.
+/// Support of an end against bending. A pinned end that slides sideways is free; a clamped one then holds its
+/// direction.
 struct Support {
     EndKind kind;
     bool guided = false;
 };
-/// `tangent`: of the rod at that end; zero where rods have directions of their own.
+/// Support of an end. `tangent` is that of the rod there, or zero where rods have directions of their own.
 Support support(EndKind kind, const std::string& free, const Vec3d& tangent) {
     const Vec3d axes = lab_directions(free);
     const bool sideways = dot(axes, axes) > 1.5 || (!free.empty() && std::abs(dot(axes, tangent)) < 1 - 1e-9);
@@ -72,7 +72,7 @@ Deflection lowest_mode(const Support& start, const Support& end, double x) {
     return SlenderMode(reversed ? end.kind : start.kind, reversed ? start.kind : end.kind).at(reversed ? 1 - x : x);
 }
 
-/// Kinetic energy of rotation over that of translation, with and without the scale.
+/// Ratio of kinetic energy of rotation to that of translation, with and without the scale.
 struct Ratio {
     double scaled, plain;
 };
@@ -91,8 +91,8 @@ Ratio kinetic_ratio(const RodGroup& group) {
         const ElementConstants& c = group.element[k];
         const double middle = (s + 0.5 * c.rest_length) / length, mass = group.spec().material.density * c.volume;
         Deflection d = lowest_mode(start, end, middle);
-        // A ring as a figure of two waves, w = cos 2a and -sin(2a)/2 along it: turns by 1.5 sin 2a over its radius. The
-        // means:
+        // A ring deforms to a figure of two waves, w = cos 2a and -sin(2a)/2 along it. Its turn is 1.5 sin 2a over its
+        // radius. The means are:
         if (group.closed()) d = {std::sqrt(1.25), 1.5 * 2 * std::numbers::pi};
         const double rotation = c.inertia.*axis * d.slope * d.slope / (length * length);
         translation += mass * d.w * d.w;

@@ -1,5 +1,4 @@
-// How far scaled rotary inertia slows a group's lowest bending mode: an estimate for the plan.       docs/theory.md,
-// end of section
+// Shift of a group's lowest bending mode by scaled rotary inertia: an estimate for the plan. theory.md, end of section
 // 9
 #pragma once
 
@@ -7,7 +6,7 @@
 
 namespace skein {
 
-/// Relative shift of the lowest bending frequency, by the mode of the slender uniform rod with the group's ends; 0
+/// Relative shift of the lowest bending frequency, from the mode of the slender uniform rod with the group's ends; 0
 /// without scaling.
 double bending_shift(const RodGroup& group);
 

@@ -1,12 +1,12 @@
-// What a rigid body does in a step that a rod does otherwise. A body is one element and one node, its centre of mass,
-// in one slot; drift, kick and loads are those of rods, with the inertia of the whole body. theory.md (59)
+// Passes of a rigid body in place of those of a rod. A body is one element and one node, its centre of mass, in one
+// slot. Drift, kick and loads are those of rods, with the inertia of the whole body. theory.md (59)
 #pragma once
 
 #include "skein/tiles/tile.hpp"
 
 namespace skein {
 
-/// In the place of the elastic pass: nothing is strained, and there is no load yet.
+/// Pass in place of the elastic one: nothing is strained, and there are no loads yet.
 template <int W> class UnstrainedPass final : public TilePass<W> {
 public:
     bool adds_loads() const override { return false; }

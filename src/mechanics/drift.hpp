@@ -1,11 +1,10 @@
-// Exact drift: positions at constant velocity, frames as free tops.                theory.md (16)-(19)
+// Exact drift: positions at constant velocity, frames as free tops. theory.md (16)-(19)
 //   x += h v
 //   circular (J1 = J2):  u = h (w1, w2, J3/J1 w3);  Q <- R(u) Q;  then Q and w turn about d3 by (1 - J3/J1) h w3
-//   elliptic:            half a turn of the rest about the axis r of the smaller of J1, J2 by (h/2) p_r (1/J_r -
-//   1/J_b); the top about d3 with
-//                        transverse inertia J_b; the other half. p = J w, b the third axis. (The wrong choice of r
-//                        fails.)
-// Both conserve the lab angular momentum to round-off; half drifts between two kicks merge into one (exactly for
+//   elliptic:            half a turn about the axis r of the smaller of J1, J2 by (h/2) p_r (1/J_r - 1/J_b);
+//                        the top about d3 with transverse inertia J_b; the other half. p = J w, b the third axis.
+//                        (The wrong choice of r fails.)
+// Both conserve the lab angular momentum to round-off. Half drifts between two kicks merge into one (exactly for
 // circles). Cost: 112 flop per element (circular), 189 (elliptic).
 #pragma once
 
@@ -16,14 +15,14 @@ namespace skein {
 
 namespace detail {
 
-/// Turns a pair of components by an angle given as its sine and cosine.
+/// Turns a pair of components by an angle with this sine and cosine.
 template <class P> SKEIN_INLINE void turn(P& j, P& k, P sine, P cosine) {
     const P turned = fma(cosine, j, sine * k);
     k = fma(cosine, k, -(sine * j));
     j = turned;
 }
 
-/// Rotation of a frame and of a body vector about body axis 0, 1 or 2 by twice the angle `half`.
+/// Rotates a frame and a body vector about body axis 0, 1 or 2 by twice the angle `half`.
 template <int Axis, int W> SKEIN_INLINE void turn_about(Quaternion<Pack<W>>& q, Vec3<Pack<W>>& p, Pack<W> half) {
     const HalfAngle<Pack<W>> f = half_angle(half * half);
     const Pack<W> s = f.sine_over * half, c = f.cosine;
@@ -47,7 +46,7 @@ template <int Axis, int W> SKEIN_INLINE void turn_about(Quaternion<Pack<W>>& q, 
 
 } // namespace detail
 
-/// J1 = J2; J3/J1 is 2 for the inertia of the section itself, less where the rotary inertia is scaled.
+/// Top with J1 = J2. J3/J1 is 2 for the inertia of the section itself, less where the rotary inertia is scaled.
 struct CircularGyration {
     template <class C, int W>
     SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
@@ -59,8 +58,8 @@ struct CircularGyration {
     }
 };
 
-/// J1 != J2; SmallAxis is the axis of the smaller one, 0 or 1. J3 = J1 + J2 is the largest unless the others are
-/// scaled.
+/// Top with J1 != J2; SmallAxis is the axis of the smaller one, 0 or 1. J3 = J1 + J2 is the largest unless the others
+/// are scaled.
 template <int SmallAxis> struct EllipticGyration {
     template <class C, int W>
     SKEIN_INLINE static void turn(const C& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
@@ -80,7 +79,7 @@ template <int SmallAxis> struct EllipticGyration {
     }
 };
 
-/// The smaller of J1 and J2 is that of the element: of rods whose lanes have the same constants.
+/// Elliptic top whose smaller axis is chosen element by element, for lanes with the same constants.
 struct EllipticGyrationOfEach {
     template <int W>
     SKEIN_INLINE static void turn(const ElementConstants& c, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {
@@ -108,10 +107,10 @@ public:
     }
 };
 
-/// q <- q (3 - |q|^2)/2: takes round-off out of the frames, every so many steps.  theory.md (25)
+/// q <- q (3 - |q|^2)/2 removes round-off from the frames at an interval of steps. theory.md (25)
 template <int W, class Map = Across<W>> class OrthonormalisePass final : public TilePass<W> {
 public:
-    static constexpr std::int64_t interval = 512; ///< steps; a top that turns steadily gains up to 1e-16 in each
+    static constexpr std::int64_t interval = 512; ///< steps; a steady top gains up to 1e-16 in each
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         if (step.index % interval != 0 || !step.completes) return;
         using P = Pack<W>;
@@ -125,8 +124,8 @@ public:
     }
 };
 
-/// A ring's last node is its first: after the drift its slot takes that node's place, before the kick it hands over its
-/// load.
+/// Node n of a ring is node 0: its slot takes that node's place after the drift, and hands over its load before the
+/// kick.
 template <int W> void close_ring(const RodTile<W>& rod) {
     if (!rod.group->closed()) return;
     rod.slot[rod.n].position = rod.slot[0].position;

@@ -7,8 +7,7 @@
 //   cell k|k+1     phi = log(Q[k+1] Q[k]^T),  kappa = phi/D,  tau = B (kappa-kappa0)/E^3
 //                  a = phi x tau,  b = g(phi) phi x a
 //                  c[k] += tau + a/2 + b,   c[k+1] += -tau + a/2 - b
-//                  n_3 -= (3/4) q/E^4 in both elements, q = (kappa-kappa0).B(kappa-kappa0); E^-3 and this as the law
-//                  has them
+//                  n_3 -= (3/4) q/E^4 in both elements, q = (kappa-kappa0).B(kappa-kappa0); the law gives E^-3 and this
 //   ring           one more cell, between elements n-1 and 0
 //   wall           a half cell, D = l0/2, between the wall's frame and the first or last element; E = that element's e
 //
@@ -24,19 +23,19 @@
 
 namespace skein {
 
-/// How a Voronoi cell or wall is strained.
+/// Strain of a Voronoi cell or half cell.
 template <class P> struct CellStrain {
     RelativeRotation<P> turn; ///< phi and g
     P inv_dilatation;         ///< 1/E
 };
 
-/// What a Voronoi cell or wall hands to the elements before and after it.
+/// Loads of a Voronoi cell or half cell on the elements before and after it.
 template <class P> struct CellLoads {
-    Vec3<P> before, after; ///< couples, N m, body of that element
-    P tension;             ///< added to n_3 of both, N
+    Vec3<P> before, after; ///< couples, N m, body components of each element
+    P tension;             ///< force added to n_3 of both, N
 };
 
-/// Length, stiffness, rest curvature and rest stretch e0 as numbers or as packs.
+/// N and V: length, stiffness, rest curvature and rest stretch e0 as numbers or as packs.
 template <class Law, int W, class N, class V>
 SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const CellStrain<Pack<W>>& cell, const N& inv_length, const V& stiffness,
                                            const V& rest_curvature, const N& rest_stretch) {
@@ -57,7 +56,7 @@ SKEIN_INLINE CellLoads<Pack<W>> cell_loads(const CellStrain<Pack<W>>& cell, cons
     return loads;
 }
 
-/// How a rod ends: held by half cells, or joined to itself.
+/// Ends of a rod: held by half cells, or joined to each other.
 struct Ends {
     bool start_wall = false, end_wall = false, closed = false;
 };
@@ -67,7 +66,7 @@ inline Ends ends_of(const RodGroup& group) {
 
 template <class Law, int W, class Map = Across<W>> class ElasticPass final : public TilePass<W> {
 public:
-    /// `moving`: where the walls are, if they move.
+    /// `moving`: places of the walls, where they move.
     explicit ElasticPass(Ends ends, std::shared_ptr<const MovingEnds> moving = nullptr)
         : ends_(ends), moving_(std::move(moving)) {}
 
@@ -87,11 +86,12 @@ public:
         if constexpr (Map::along) join(rod);
         const Slot<W>* slot = rod.slot;
         const int n = rod.n;
-        // The last step of a visit asks for the next tile, which lies behind this one: hardware does not see it come.
+        // The last step of a sweep prefetches the next tile, which hardware does not foresee.
         const Slot<W>* next_tile = step.last ? slot + n + 1 : slot;
 
         Vec3<P> nu = strain(rod, 0), force_before{};
-        // Where a ring closes, or a lane's rod goes on in the next, one cell is worked out first and serves both sides.
+        // One cell serves both sides where a ring closes, or where a lane's rod goes on in the next. It is computed
+        // first.
         CellLoads<P> seam, before;
         if constexpr (Map::along) {
             seam = loads(rod, n - 1, cell(rod, n - 1, n, strain(rod, n - 1).z, from_lane_after(nu.z)));
@@ -116,7 +116,7 @@ public:
 
         int k = 0;
         if (n > 1) {
-            // A cell's strain is worked out one element ahead of its loads: two chains of arithmetic under way instead
+            // Strains of a cell are computed one element ahead of its loads: two chains of arithmetic in flight instead
             // of one.
             Vec3<P> nu_next = strain(rod, 1);
             CellStrain<P> next = cell(rod, 0, 1, nu.z, nu_next.z);
@@ -139,7 +139,7 @@ public:
             load[0].force += select(rod.strands->first, Vec3<P>{}, from_lane_before(load[n].force));
     }
 
-    /// Couples that the half cells exert on the walls, body of the wall, N m; 0 without half cells.
+    /// Couples of the half cells on the walls, body of the wall, N m; 0 without half cells.
     Vec3<Pack<W>> couple_on_start_wall(const RodTile<W>& rod, const Step& step) const {
         return ends_.start_wall ? start_wall(rod, step, strain(rod, 0).z).before : Vec3<Pack<W>>{};
     }
@@ -150,7 +150,7 @@ public:
 private:
     using P = Pack<W>;
 
-    /// What the lane before hands on, and `otherwise` in lanes where a rod begins.
+    /// Loads from the lane before, and `otherwise` in lanes where a rod begins.
     static CellLoads<P> from_seam(Mask<W> begins, const CellLoads<P>& seam, const CellLoads<P>& otherwise) {
         return {otherwise.before, select(begins, otherwise.after, from_lane_before(seam.after)),
                 select(begins, otherwise.tension, from_lane_before(seam.tension))};
@@ -174,7 +174,7 @@ private:
     CellLoads<P> start_wall(const RodTile<W>& rod, const Step& step, P e) const {
         if constexpr (Map::along) {
             const Strands<W>& s = *rod.strands;
-            // Where no wall is, the element's frame stands for the wall's: no large angle to work out in vain.
+            // Without a wall the element's frame stands for the wall's, so that no large angle is computed in vain.
             const Quaternion<P>& first = rod.slot[0].director;
             const CellLoads<P> held =
                 wall(s.start_cell, first, select(s.start_wall, s.start_frame, first), e, s.element[0].rest_stretch);
@@ -195,11 +195,11 @@ private:
     }
 
     struct Walls {
-        Quaternion<P> start, end; ///< frames
+        Quaternion<P> start, end; ///< frames of the walls
     };
     Ends ends_;
     std::shared_ptr<const MovingEnds> moving_;
-    AlignedVector<Walls> walls_; ///< by tile, where they are not the group's
+    AlignedVector<Walls> walls_; ///< frames by tile number, where rods have their own
 };
 
 } // namespace skein

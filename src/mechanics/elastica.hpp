@@ -1,5 +1,5 @@
-// The published rod (Gazzola et al. 2018, R. Soc. Open Sci. 5, 171628, as its authors discretise it): for comparison
-// and replays. It has no energy: powers of the dilatation, a dilatation-rate term and the explicit gyroscopic term.
+// Published rod (Gazzola et al. 2018, R. Soc. Open Sci. 5, 171628, as its authors discretise it), for comparison and
+// replays. It has no energy: powers of the dilatation, a dilatation-rate term and the explicit gyroscopic term.
 // theory.md (48)-(50)
 //
 //   element k      e = |dx|/l0,  sigma = Q dx/l0 - e3,  n = S (sigma - sigma0),  f = Q^T n/e
@@ -13,7 +13,7 @@
 
 namespace skein {
 
-/// The frame turns at the body's angular velocity, whatever its inertia.
+/// Rotation of the frame at the body's angular velocity, independent of its inertia.
 struct PlainGyration {
     template <class C, int W>
     SKEIN_INLINE static void turn(const C&, Quaternion<Pack<W>>& q, Vec3<Pack<W>>& w, Pack<W> h) {

@@ -1,12 +1,12 @@
-// Energies, momenta and extremes of the rods of a tile, side by side.                                theory.md (8)-(12)
+// Energies, momenta and extremes of the rods of a tile, side by side. theory.md (8)-(12)
 //
 //   node i         m v.v/2,  m v,  m x
 //   element k      nu = Q dx/l0,  w.J w/2,  l0 times shear and axial energy of the law
 //   cell k|k+1     phi = log(Q[k+1] Q[k]^T),  D/2 (kappa - kappa0).B(kappa - kappa0) times the law's factor; half cells
-//   at walls too
+//                  at walls too
 //
-// The published law has no energy: what stands for it are the integrals of its axial force, shear force and moment,
-// each alone. Cost: 220 flop per element.
+// The published law has no energy. Instead the integrals of its axial force, shear force and moment are summed, each
+// alone. Cost: 220 flop per element.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -50,7 +50,7 @@ template <int W> void add_nodes(TileFigures<W>& f, const RodTile<W>& rod) {
     f.extreme[F::speed] = sqrt(fastest);
 }
 
-/// Bending (d1, d2) and twisting (d3) energy of a cell that is 1/inv_length long and turned by phi.
+/// Bending (d1, d2) and twisting (d3) energy of a cell of length 1/inv_length that is turned by phi.
 template <class Law, int W> SKEIN_INLINE void add_cell(TileFigures<W>& f, const Vec3<Pack<W>>& phi, double inv_length,
                                                        const Pack<W>& dilatation, const Vec3d& stiffness,
                                                        const Vec3d& rest_curvature, double rest_stretch) {
@@ -65,7 +65,7 @@ template <class Law, int W> SKEIN_INLINE void add_cell(TileFigures<W>& f, const 
     f.sum[RodFigures::twist] = fma(weight.twist, moment.z * strain.z, f.sum[RodFigures::twist]);
 }
 
-/// Frames of the walls that hold an end; `of_rod` finds that of one rod.
+/// Frames of the walls at an end; `of_rod` gives that of one rod.
 template <int W, class F> Quaternion<Pack<W>> wall_frames(const RodTile<W>& rod, double time, F&& of_rod) {
     Quaternion<Pack<W>> frames = broadcast<W>(of_rod(*rod.group, rod.index[0], time));
     if (rod.group->turned())
@@ -122,7 +122,7 @@ template <class Law, bool Published, int W> void add_elements(TileFigures<W>& f,
         wall(group.end_wall, wall_frames(rod, time, end_wall_frame), slot[n - 1].director, e_before);
 }
 
-/// Of an element that is not strained.
+/// Energy of an element that is not strained.
 template <int W> void add_body(TileFigures<W>& f, const RodTile<W>& rod) {
     using P = Pack<W>;
     using F = RodFigures;
@@ -134,7 +134,7 @@ template <int W> void add_body(TileFigures<W>& f, const RodTile<W>& rod) {
 
 } // namespace detail
 
-/// Of a tile across, at one time. `time`: where walls that turn stand, s.
+/// Figures of a tile across at one time. `time`: time of turning walls, s.
 template <int W> TileFigures<W> figures_of(const RodTile<W>& rod, double time) {
     TileFigures<W> f;
     for (Pack<W>& p : f.sum) p = Pack<W>(0.0);
@@ -146,7 +146,7 @@ template <int W> TileFigures<W> figures_of(const RodTile<W>& rod, double time) {
     return f;
 }
 
-/// Of its first lanes, as many as there is room for.
+/// Writes the figures of the first lanes, as many as `out` has room for.
 template <int W> void put_figures(const TileFigures<W>& f, std::span<RodFigures> out) {
     for (std::size_t i = 0; i < out.size(); ++i) {
         for (int s = 0; s < RodFigures::sums; ++s) out[i].sum[s] = f.sum[s][static_cast<int>(i)];

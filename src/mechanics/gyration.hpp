@@ -1,4 +1,4 @@
-// Free tops that a group's elements are in the drift, as a choice and as a template argument.
+// Free tops of a group's elements in the drift, as a choice and as a template argument.
 #pragma once
 
 #include "mechanics/drift.hpp"
@@ -9,11 +9,11 @@ namespace skein {
 enum class Gyration {
     circular,
     elliptic_d1,   ///< J1 is the smallest
-    elliptic_d2,   ///< J2 is
-    elliptic_each, ///< here the one, there the other
-    plain          ///< of the published law
+    elliptic_d2,   ///< J2 is the smallest
+    elliptic_each, ///< the smaller axis varies along the rod
+    plain          ///< law as published
 };
-/// Each its own: groups whose passes have the same names share tiles along.
+/// Names must differ: groups whose passes have the same names share tiles along.
 inline constexpr std::string_view drift_names[] = {"drift (circular)", "drift (elliptic, J1 < J2)",
                                                    "drift (elliptic, J2 < J1)", "drift (elliptic)", "drift (elastica)"};
 

@@ -1,4 +1,4 @@
-// The pass that holds nodes and elements inside a rod.                                             theory.md (47)
+// Pass that holds nodes and elements inside a rod, after the kick. theory.md (47)
 #pragma once
 
 #include "rod/held.hpp"
@@ -6,7 +6,6 @@
 
 namespace skein {
 
-/// After the kick.
 template <int W> class HoldPass final : public TilePass<W> {
 public:
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override { apply_hold<W>(*rod.group, rod.slot); }

@@ -55,7 +55,7 @@ struct Stretched {
     int element = 0;
 };
 
-/// By the distance of its nodes: directors may have turned away from it.
+/// Largest dilatation by the distance of nodes, because directors may have turned away from it.
 Stretched most_stretched(const RodGroup& group, std::span<const Slot<1>> state) {
     Stretched most;
     for (int k = 0; k < group.elements(); ++k) {
@@ -70,7 +70,7 @@ Stretched most_stretched(const RodGroup& group, std::span<const Slot<1>> state) 
 } // namespace
 
 std::string law_hint(const RodGroup& group, std::span<const Slot<1>> state) {
-    constexpr double near = 0.4; // of the most: e = 1.67 e0
+    constexpr double near = 0.4; // share of the largest pull: e = 1.67 e0
     if (!group.strained() || group.law() != Law::incompressible) return {};
     const Stretched most = most_stretched(group, state);
     const ElementConstants& c = nth(group.element, most.element);

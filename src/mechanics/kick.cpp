@@ -26,7 +26,7 @@ KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, d
     element.reserve(static_cast<std::size_t>(n));
     for (int i = 0; i < group.slots(); ++i) {
         const auto at = static_cast<std::size_t>(i);
-        if (group.holds_node(i) || group.node_mass[at] == 0) { // or a ring's copy of its first node
+        if (group.holds_node(i) || group.node_mass[at] == 0) { // or the copy of a ring's first node
             node.push_back({1, 0});
             continue;
         }

@@ -1,8 +1,8 @@
-// Kick with damping over one step at frozen geometry, z = nu h.                         theory.md (22)-(24)
+// Kick with damping over one step at frozen geometry, z = nu h. theory.md (22)-(24)
 //   v <- a v + (h/m) b f,     w_i <- a_i w_i + (h/J_i) b_i c_i
-//   midpoint      a = max(0, (2 - z)/(2 + z)),  b = (1 - a)/z: slow motion feels the right drag and the right inertia
-//   exponential   a = exp(-z),  b = phi1(z) = (1 - exp(-z))/z: the exact flow, so that fourth order is kept
-//   after         a = b = exp(-z): as published codes do it, first order
+//   midpoint      a = max(0, (2 - z)/(2 + z)),  b = (1 - a)/z: right drag and inertia for slow motion
+//   exponential   a = exp(-z),  b = phi1(z) = (1 - exp(-z))/z: the exact flow, which keeps fourth order
+//   after         a = b = exp(-z): as in published codes, first order
 // The first two are second order with any damping, and never less stable than the undamped kick. Held nodes and
 // elements have infinite mass: their gain is 0 and their rates stay as they are. Cost: 12 flop per element undamped, 18
 // at constant rates, 41 with rates that follow the stretch (exponential 90).
@@ -25,7 +25,8 @@ struct DampingRates {
     std::vector<double> node;   ///< nu at nodes, 1/s, [n + 1]
     std::vector<Vec3d> element; ///< nu at elements, 1/s, body axes, [n]
     std::vector<Vec3d>
-        element_stretched; ///< nu per dilatation e = |dx|/l0, 1/s, body axes, [n]; empty where no damping law needs it
+        /// Rates nu per dilatation e = |dx|/l0, 1/s, body axes, [n]; empty where no damping law needs them.
+        element_stretched;
 
     bool none() const { return node.empty(); }
     bool follow_stretch() const { return !element_stretched.empty(); }
@@ -42,7 +43,7 @@ template <class P> struct KickElementOf {
     Vec3<P> impulse;      ///< h/J_i
 };
 
-/// Worked out once per group and kick length.
+/// Factors of a kick, computed once per group and kick length.
 struct KickConstants {
     using Node = KickNodeOf<double>;
     using Element = KickElementOf<double>;
@@ -65,7 +66,7 @@ inline constexpr std::string_view kick_names[] = {"kick",
 /// Constants of a group for every kick length of the scheme.
 using KicksOfGroup = std::vector<KickConstants>;
 
-/// d1 and d2 of every element have the same rate, which is then worked out once.
+/// True where d1 and d2 of every element have the same rate, which is then computed once.
 inline bool rates_alike(const KicksOfGroup& kicks) {
     for (const KickConstants& c : kicks)
         for (const KickConstants::Element& e : c.element)
@@ -91,7 +92,7 @@ public:
             kick_node(at(c.node, k), load[k].force, s.velocity);
         }
         if (rod.last == rod.n)
-            kick_node(at(c.node, rod.n), load[rod.n].force, rod.slot[rod.n].velocity); // not of a body
+            kick_node(at(c.node, rod.n), load[rod.n].force, rod.slot[rod.n].velocity); // bodies have no node n
     }
 
 private:
@@ -145,10 +146,10 @@ private:
     bool alike_;
 };
 
-/// The same along the rod.
+/// Kick of a tile along.
 template <KickKind Kind, int W> class KickAlongPass final : public TilePass<W> {
 public:
-    /// Constants of every group of the family, by RodGroup::id; `of_rod` works out those of a rod with a size of its
+    /// Constants of every group of the family, by RodGroup::id; `of_rod` computes those of a rod with a size of its
     /// own.
     explicit KickAlongPass(std::map<int, KicksOfGroup> constants,
                            std::function<KicksOfGroup(const RodGroup&)> of_rod = {})
@@ -171,7 +172,7 @@ public:
         for (std::size_t length = 0; length < constants_.begin()->second.size(); ++length) {
             Rows& rows = kicks.emplace_back();
             for (int row = 0; row <= rod.n; ++row) {
-                KickNodeOf<P> node{P(1.0), P(0.0)}; // of infinite mass where there is none
+                KickNodeOf<P> node{P(1.0), P(0.0)}; // infinite mass where there is no node
                 KickElementOf<P> element{{P(1.0), P(1.0), P(1.0)}, {}, {}, {}, {}};
                 for (int i = 0; i < W; ++i) {
                     const int slot = rod.strands->slot(i, row);

@@ -1,6 +1,6 @@
-// Rod laws: how axial force, shear and bending stiffness follow from strain. One struct per law with an energy; kernels
-// take it as a template argument. theory.md section 3. (The published law has no energy and passes of its own:
-// elastica.hpp.)
+// Rod laws: axial force, shear and bending stiffness from strain. Each law with an energy is a struct, which kernels
+// take as a template argument. theory.md section 3. The published law has no energy and passes of its own:
+// elastica.hpp.
 #pragma once
 
 #include "core/logarithm.hpp"
@@ -11,23 +11,24 @@ namespace skein {
 
 /// Factors on B where bending and twist have different ones.
 template <class P> struct CellFactor {
-    P bending, twist; ///< about d1 and d2, about d3
+    P bending, twist; ///< factors about d1 and d2, and about d3
 
     SKEIN_INLINE friend CellFactor operator*(const CellFactor& f, const P& s) { return {f.bending * s, f.twist * s}; }
     SKEIN_INLINE friend Vec3<P> operator*(const CellFactor& f, const Vec3<P>& v) {
         return {f.bending * v.x, f.bending * v.y, f.twist * v.z};
     }
 };
-/// Both of any law's.
+/// Both factors of any law.
 template <class P> SKEIN_INLINE CellFactor<P> both_factors(const P& one) { return {one, one}; }
 template <class P> SKEIN_INLINE CellFactor<P> both_factors(const CellFactor<P>& f) { return f; }
 /// |f v|
 template <class P> SKEIN_INLINE P factored_norm(const P& f, const Vec3<P>& v) { return f * norm(v); }
 template <class P> SKEIN_INLINE P factored_norm(const CellFactor<P>& f, const Vec3<P>& v) { return norm(f * v); }
 
-/// Section shrinks as the rod stretches (constant volume); the axial force EA(e - e0)/e and moment B kappa/E^3 of the
-/// published model, from an energy:  U = sum l0 [EA(e - e0 - e0 ln(e/e0)) + aGA d^2/2] + sum D/2
-/// (kappa-kappa0).B(kappa-kappa0)/E^3. Stable in tension for every e where aG >= E/4.
+/// Law of a section that shrinks as the rod stretches (constant volume). It has the axial force EA(e - e0)/e and the
+/// moment B kappa/E^3 of the published model, from an energy:
+///   U = sum l0 [EA(e - e0 - e0 ln(e/e0)) + aGA d^2/2] + sum D/2 (kappa-kappa0).B(kappa-kappa0)/E^3
+/// It is stable in tension for every e where aG >= E/4.
 struct IncompressibleLaw {
     static constexpr bool bending_pulls = true;
 
@@ -40,13 +41,13 @@ struct IncompressibleLaw {
     template <class P, class R> SKEIN_INLINE static P bending_factor(const P& inv_dilatation, const R&) {
         return inv_dilatation * inv_dilatation * inv_dilatation;
     }
-    /// Axial force on both elements of a cell from its bending energy, of `strain` kappa - kappa0 and `moment` B (kappa
-    /// - kappa0), q their product: -(3/4) q/E^4.
+    /// Axial force on both elements of a cell from its bending energy, for `strain` kappa - kappa0 and `moment` B
+    /// (kappa - kappa0), q their product: -(3/4) q/E^4.
     template <class P, class R> SKEIN_INLINE static P
     bending_tension(const Vec3<P>& strain, const Vec3<P>& moment, const P& factor, const P& inv_dilatation, const R&) {
         return P(-0.75) * dot(strain, moment) * (factor * inv_dilatation);
     }
-    /// What that force's derivative by the dilatation adds to dn_3/de of an element, N: 3 q/E^5.
+    /// Addition to dn_3/de of an element from the derivative of that force by the dilatation, N: 3 q/E^5.
     template <class P, class R> static P bending_stiffness(const Vec3<P>& strain, const Vec3<P>& moment,
                                                            const P& factor, const P& inv_dilatation, const R&) {
         return P(3.0) * dot(strain, moment) * factor * inv_dilatation * inv_dilatation;
@@ -62,8 +63,9 @@ struct IncompressibleLaw {
     }
 };
 
-/// Section and stiffness as at rest:  U = sum l0 [EA(e - e0)^2 + aGA d^2]/2 + sum D/2 (kappa-kappa0).B(kappa-kappa0).
-/// 16 % off the published moment at 5 % stretch. Loses stability in tension at e0/(1 - aG/E).
+/// Law of a section and stiffness as at rest:
+///   U = sum l0 [EA(e - e0)^2 + aGA d^2]/2 + sum D/2 (kappa-kappa0).B(kappa-kappa0)
+/// It is 16 % off the published moment at 5 % stretch, and loses stability in tension at e0/(1 - aG/E).
 struct LinearLaw {
     static constexpr bool bending_pulls = false;
 
@@ -79,9 +81,9 @@ struct LinearLaw {
     }
 };
 
-/// Sections of incompressible neo-Hookean material, of constant volume, with lambda = e/e0 and u = e0/E (of a cell): W
-/// is a third of E A (lambda^2/2 + 1/lambda - 3/2); fibres in uniaxial tension make the factor (u + 2 u^4)/3 on
-/// bending, and the sheared cylinder u on twist, over B at rest. theory.md (11b)-(11d)
+/// Law of incompressible neo-Hookean sections, of constant volume, with lambda = e/e0 and u = e0/E (of a cell). W is a
+/// third of E A (lambda^2/2 + 1/lambda - 3/2). Fibres in uniaxial tension make the factor (u + 2 u^4)/3 on bending, and
+/// the sheared cylinder u on twist, over B at rest. theory.md (11b)-(11d)
 struct NeoHookeanLaw {
     static constexpr bool bending_pulls = true;
 
@@ -132,7 +134,7 @@ private:
 inline constexpr std::string_view elastic_names[] = {"elastic (incompressible)", "elastic (linear)",
                                                      "elastica (as published)", "elastic (neo-Hookean)"};
 
-/// Calls f(Law{}) for a law that has an energy; those that have none are for the caller to tell apart.
+/// Calls f(Law{}) for a law that has an energy; callers must sort out others.
 template <class F> auto with_energy_law(Law law, F&& f) {
     if (law == Law::linear) return f(LinearLaw{});
     return law == Law::neo_hookean ? f(NeoHookeanLaw{}) : f(IncompressibleLaw{});

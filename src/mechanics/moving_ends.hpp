@@ -1,4 +1,4 @@
-// Ends that move as prescribed: node and wall stand where they should at every force evaluation.   theory.md (46)
+// Ends in prescribed motion: node and wall are at their places at every force evaluation. theory.md (46)
 #pragma once
 
 #include "core/rotation.hpp"
@@ -13,13 +13,13 @@ namespace skein {
 /// Angular velocity, lab, rad/s, of a frame Q R(r) where the rotation vector r changes at `rate`.
 inline Vec3d spin_of(const Vec3d& r, const Vec3d& rate) {
     const double x = dot(r, r), angle = std::sqrt(x);
-    const bool small = x < 1e-4; // where the differences lose digits; first omitted terms x^3/40320 and x^3/362880
+    const bool small = x < 1e-4; // differences lose digits there; first omitted terms x^3/40320 and x^3/362880
     const double b = small ? 0.5 - x / 24 + x * x / 720 : (1 - std::cos(angle)) / x;
     const double c = small ? 1.0 / 6 - x / 120 + x * x / 5040 : (angle - std::sin(angle)) / (angle * x);
     return rate + b * cross(r, rate) + c * cross(r, cross(r, rate));
 }
 
-/// `moved` where `free` is 0, `own` where it is 1.
+/// Components of `moved` where `free` is 0, of `own` where it is 1.
 template <class P> Vec3<P> held_and_free(const Vec3d& free, const Vec3<P>& moved, const Vec3<P>& own) {
     const auto one = [](double is_free, const P& m, const P& o) { return is_free > 0 ? o : m; };
     return {one(free.x, moved.x, own.x), one(free.y, moved.y, own.y), one(free.z, moved.z, own.z)};
@@ -33,13 +33,13 @@ inline Quaterniond end_wall_frame(const RodGroup& group, std::int64_t index, dou
     return group.end_frame(index) * rotation(group.spec().end_motion.turn(time).value);
 }
 
-/// Where the two ends of a group's rods are at the force evaluations of a batch; shared by the passes of a program.
+/// Places of the two ends of a group's rods at the force evaluations of a batch, shared by the passes of a program.
 class MovingEnds {
 public:
     struct Pose {
         Vec3d displacement{0, 0, 0}, velocity{0, 0, 0};
-        Quaterniond frame;   ///< of the wall
-        Vec3d spin{0, 0, 0}; ///< of the wall, body, rad/s
+        Quaterniond frame;   ///< frame of the wall
+        Vec3d spin{0, 0, 0}; ///< angular velocity of the wall, body, rad/s
     };
     explicit MovingEnds(const RodGroup& group) : group_(group) {}
 
@@ -64,7 +64,7 @@ private:
     Pose start_[Clock::largest_batch], end_[Clock::largest_batch];
 };
 
-/// After the drift: moved nodes go where the motion says, with its velocity; frozen elements take the wall's frame and
+/// Pass after the drift: moved nodes take the place and velocity of the motion, frozen elements the wall's frame and
 /// spin.
 template <int W> class MoveEndsPass final : public TilePass<W> {
 public:

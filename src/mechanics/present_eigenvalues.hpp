@@ -1,10 +1,12 @@
-// What strains leave of the largest stable step: rod/time_limits.hpp with the stiffness of the moment. theory.md (51)
-//   axial               A' M/l,  A' = dn_3/de + 3 sum q/E^5 over the cells beside
-//   about d1, d2        (a + d + sqrt((a - d)^2 + 4 b^2))/2,  a = s M/l,  d = l (s e - n_3) e/J + beta,  b = (s e -
-//   n_3) sqrt(M/J) twist               beta_3 beta = sum over cells of (B g/(E^3 D) + |tau|/2)(1/J + 1/J_nb), g =
-//   ((phi/2)/sin(phi/2))^2, and of walls, B/(e^3 l/2)/J
-// Measured true limit over it: 1.00 where rods are stretched or compressed, 0.93 to 1.12 where they are crumpled as
-// well. Cost: 250 flop per element, once in 64 steps: 0.2 ns per element-step of 12.
+// Largest stable step at present strains: rod/time_limits.hpp with the present stiffness. theory.md (51)
+//   axial               A' M/l,  A' = dn_3/de + 3 sum q/E^5 over the cells on both sides
+//   about d1, d2        (a + d + sqrt((a - d)^2 + 4 b^2))/2,  a = s M/l,  d = l (s e - n_3) e/J + beta,
+//                       b = (s e - n_3) sqrt(M/J)
+//   twist               beta_3
+//   beta                sum over cells of (B g/(E^3 D) + |tau|/2)(1/J + 1/J_nb), g = ((phi/2)/sin(phi/2))^2, and over
+//                       walls of B/(e^3 l/2)/J
+// The measured true limit is 1.00 times this one where rods are stretched or compressed, 0.93 to 1.12 times where they
+// are crumpled as well. Cost: 250 flop per element, once in 64 steps: 0.2 ns per element-step of 12.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -20,9 +22,9 @@ template <class P> struct PresentEigenvalues { P axial, about_d1, about_d2, twis
 namespace detail {
 
 template <class P> struct PresentCell {
-    Vec3<P> spring; ///< of rotations, N m
-    P tension;      ///< on both neighbours, N
-    P stiffness;    ///< 3 q/E^5 or what the law has for it, N
+    Vec3<P> spring; ///< rotational stiffness, N m
+    P tension;      ///< force on both neighbours, N
+    P stiffness;    ///< 3 q/E^5, or the expression of the law, N
 };
 
 template <class Law, class Map, int W>
@@ -36,7 +38,7 @@ SKEIN_INLINE PresentCell<Pack<W>> present_cell(const RodTile<W>& rod, int k, int
     const Vec3<P> moment = scale(broadcast<W>(v.stiffness), strain);
     const auto& e0 = Map::element(rod, k).rest_stretch;
     const auto factor = Law::bending_factor(inv_dilatation, e0);
-    // 4 sin^2(phi/2); what is added to both takes round-off out of small angles.
+    // 4 sin^2(phi/2); the addition to both terms removes round-off at small angles.
     const P half_cosine = dot(q, q_next), chord = P(4.0) * fnma(half_cosine, half_cosine, P(1.0));
     const P bow = (dot(phi, phi) + P(1e-10)) / (chord + P(1e-10));
     const P half_moment = P(0.5) * factored_norm(factor, moment);
@@ -60,7 +62,7 @@ template <int W> PresentCell<Pack<W>> from_lane_before(const PresentCell<Pack<W>
             skein::from_lane_before(cell.stiffness)};
 }
 
-/// Calls f(present, cell) for the half cells that hold element k; `present`: 1 in lanes that have one.
+/// Calls f(present, cell) for the half cells that hold element k; `present` is 1 in lanes that have one.
 template <class Map, int W, class F> void with_walls_at(const RodTile<W>& rod, const Ends& ends, int k, F&& f) {
     const Pack<W> none(0.0), one(1.0);
     if constexpr (Map::along) {
@@ -74,7 +76,7 @@ template <class Map, int W, class F> void with_walls_at(const RodTile<W>& rod, c
     }
 }
 
-/// Where a ring closes, or a lane's rod goes on in the next.
+/// Cell where a ring closes, or where a lane's rod goes on in the next.
 template <class Law, class Map, int W> PresentCell<Pack<W>> seam_cell(const RodTile<W>& rod, const Ends& ends) {
     const int n = rod.n;
     const auto e = [&](int k) { return element_strain<Map>(rod, k).z; };
@@ -95,9 +97,9 @@ SKEIN_INLINE PresentCell<Pack<W>> cell_after(const RodTile<W>& rod, int k, Pack<
 /// Calls f(k, eigenvalues) for each element.
 template <class Law, class Map, int W, class F> void present_eigenvalues(const RodTile<W>& rod, F&& f) {
     using P = Pack<W>;
-    const RodGroup& group = rod.group_of(0); // of strands one of a family, all of one law
+    const RodGroup& group = rod.group_of(0); // strands are of one family and have one law
     const Ends ends = ends_of(group);
-    // Its shear force and its inertia go by 1/e, and bending does not pull.
+    // Shear force and inertia of the published law go by 1/e, and bending does not pull.
     const bool published = group.law() == skein::Law::elastica;
     const int n = rod.n;
     Vec3<P> nu = element_strain<Map>(rod, 0);
@@ -153,7 +155,7 @@ template <class Law, class Map, int W, class F> void present_eigenvalues(const R
 
 } // namespace detail
 
-/// Of rigid bodies none.
+/// Calls f(k, eigenvalues) for each element of a rod; bodies have none.
 template <int W, class F> void present_eigenvalues(const RodTile<W>& rod, F&& f) {
     if (!rod.group_of(0).strained()) return;
     with_mapping(rod, [&]<class Map> {
@@ -161,7 +163,7 @@ template <int W, class F> void present_eigenvalues(const RodTile<W>& rod, F&& f)
     });
 }
 
-/// The largest of each lane.
+/// Largest eigenvalue of each lane, 1/s^2.
 template <int W> Pack<W> largest_eigenvalue(const RodTile<W>& rod) {
     Pack<W> most(0.0);
     present_eigenvalues(rod, [&](int, const PresentEigenvalues<Pack<W>>& l) {

@@ -13,7 +13,7 @@ void synchronise_positions(const RodGroup& group, std::span<Slot<1>> state, doub
 void synchronise(const RodGroup& group, std::span<Slot<1>> state, double h) { synchronise(tile_of(group, state), h); }
 
 RodFigures figures_of(const RodGroup& group, std::span<const Slot<1>> state, double time, std::int64_t index) {
-    std::vector<Slot<1>> copy(state.begin(), state.end()); // a tile may be written to, and this one is not
+    std::vector<Slot<1>> copy(state.begin(), state.end()); // tiles need a state that may be written to
     RodFigures figures;
     put_figures(figures_of(tile_of(group, copy, index), time), std::span(&figures, 1));
     return figures;

@@ -1,8 +1,6 @@
-// How rods of a tile are strained, node by node: for those who look at them.                                theory.md
-// (5)-(10)
-//   energy  of the elements beside a node, half of each, and of the cell around it, over the rest length of both
-//   halves: summed
-//           over nodes times that length it is the rod's elastic energy
+// Strains of the rods of a tile, node by node, for outputs. theory.md (5)-(10)
+//   energy  half of the energy of the elements on both sides of a node, and that of the cell around it, over the rest
+//           length of both halves; its sum over nodes times that length is the rod's elastic energy
 // Cost: 250 flop per node.
 #pragma once
 
@@ -18,7 +16,7 @@ namespace skein {
 
 namespace detail {
 
-/// Where a cell is turned by phi. `weight` is D_w/D; the curvature is phi/D_w.
+/// Adds a cell that is turned by phi. `weight` is D_w/D; the curvature is phi/D_w.
 template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& at, const Vec3<Pack<W>>& phi,
                                                        const VoronoiConstants& v, double weight,
                                                        const Pack<W>& dilatation, double rest_stretch) {
@@ -36,7 +34,7 @@ template <class Law, int W> SKEIN_INLINE void add_cell(NodeProfileOf<Pack<W>>& a
     at.energy = fma(half_length, work, at.energy);
 }
 
-/// `Published`: the law that has no energy; what stands for it is that of the observables.
+/// `Published`: the law without an energy, for which the integrals of the observables are taken.
 template <class Law, bool Published, int W>
 void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out) {
     using P = Pack<W>;
@@ -97,7 +95,7 @@ void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out
 
 } // namespace detail
 
-/// Of a tile across; `out` has a place per slot. Bodies are not strained. Slots synchronised, of time t, s.
+/// Profile of a tile across; `out` has a place per slot. Bodies are not strained. Slots are synchronised at `time`, s.
 template <int W> void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out) {
     const Pack<W> none(0.0);
     std::fill_n(out, rod.last + 1, NodeProfileOf<Pack<W>>{none, none, none});

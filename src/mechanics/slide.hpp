@@ -1,8 +1,7 @@
-// Held ends that slide in some lab directions.                                                        theory.md (47a)
-//   v <- s v + (1 - s) u'     after the kick; s: 1 in the free directions, u': the velocity that the end is moved with,
-//   or 0
-// The node has the mass of its half element, and a clamp its half cell, which feels the wall's frame alone: it may
-// stand anywhere.
+// Held ends that slide in some lab directions. theory.md (47a)
+//   v <- s v + (1 - s) u'     after the kick; s: 1 in the free directions, u': the velocity of a moved end, or 0
+// The node has the mass of its half element. A clamp has its half cell, which depends on the wall's frame alone, so
+// that it may stand anywhere.
 #pragma once
 
 #include "mechanics/moving_ends.hpp"
@@ -16,7 +15,7 @@ namespace skein {
 
 template <int W, class Map = Across<W>> class SlidePass final : public TilePass<W> {
 public:
-    /// `moving`: where ends are moved.
+    /// `moving`: motion of the ends, or null.
     explicit SlidePass(std::shared_ptr<const MovingEnds> moving = nullptr) : moving_(std::move(moving)) {}
 
     void expect(std::size_t tiles) override { tiles_.resize(tiles); }
@@ -31,7 +30,7 @@ public:
             for (const LaneRange& range : rod.strands->ranges())
                 ends(*range.group, [&](int slot, const Vec3d& free) {
                     const auto [row, l] = rod.strands->place(range.lane, slot);
-                    Node node{row, false, broadcast<W>(Vec3d{1, 1, 1})}; // others' lanes stay as they are
+                    Node node{row, false, broadcast<W>(Vec3d{1, 1, 1})}; // lanes of others stay as they are
                     set_lane(node.free, l, free);
                     nodes.push_back(node);
                 });
@@ -56,8 +55,8 @@ private:
     using P = Pack<W>;
     struct Node {
         int row;
-        bool last;    ///< of rods across: their end, and not their start
-        Vec3<P> free; ///< 1 in the directions in which it is free, 0 in others
+        bool last;    ///< rods across: true at their end
+        Vec3<P> free; ///< 1 in the free directions, 0 in others
     };
     std::shared_ptr<const MovingEnds> moving_;
     std::vector<AlignedVector<Node>> tiles_; ///< by tile number

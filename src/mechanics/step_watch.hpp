@@ -1,5 +1,4 @@
-// How long the step is against what present strains leave of its limit, and where in a rod they leave least.  theory.md
-// (51)
+// Ratio of the step to its limit at present strains, and the place in a rod where it is largest. theory.md (51)
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
@@ -13,33 +12,33 @@
 
 namespace skein {
 
-/// How long the step is, for those who watch its limit.
+/// Length of the step, for the check against its limit.
 struct StepWatch {
-    static constexpr double near = 0.93; ///< share of the limit beyond which it may be passed in truth
-    double dt = 0;                       ///< s; 0: nobody watches
-    double stability = 1;                ///< of the scheme, over Verlet's
-    bool stops = true;                   ///< a rod is invalid where the step is beyond its limit
+    static constexpr double near = 0.93; ///< ratio to the limit from which on the true limit may be exceeded
+    double dt = 0;                       ///< s; 0: no check
+    double stability = 1;                ///< stability of the scheme, over Verlet's
+    bool stops = true;                   ///< true makes a rod invalid where the step is beyond its limit
 
-    /// Share beyond which strain feeds rods without damping: their modes go round in four steps or fewer
+    /// Ratio beyond which strain feeds rods without damping: their modes take four steps or fewer per period
     /// (tests/stress/resonance.cpp).
     static constexpr double feeds = 0.707;
-    static constexpr double keeps = 0.35; ///< share at which their energy keeps to a hundredth of the work of loads
-    std::vector<char> undamped; ///< by group: nothing takes energy from its modes; empty: of none is that known
+    static constexpr double keeps = 0.35; ///< ratio at which their energy keeps to a hundredth of the work of loads
+    std::vector<char> undamped;           ///< by group: true where nothing damps its modes; empty where unknown
 
     /// (dt over the limit)^2 of a mode over its eigenvalue, s^2.
     double share_squared() const { return 0.25 * dt * dt / (stability * stability); }
     /// dt over the limit of a mode with this eigenvalue, 1/s^2.
     double share(double eigenvalue) const { return std::sqrt(share_squared() * eigenvalue); }
-    /// That limit, s.
+    /// Limit of the step for a mode with this eigenvalue, s.
     double limit(double eigenvalue) const { return 2 * stability / std::sqrt(eigenvalue); }
 };
 
-/// Where present strains leave a rod the shortest step.
+/// Place in a rod with the shortest limit at present strains.
 struct Tightest {
-    double eigenvalue = 0; ///< the rod's largest, 1/s^2
+    double eigenvalue = 0; ///< largest eigenvalue of the rod, 1/s^2
     int element = 0;
-    std::string_view mode; ///< of limiting_modes
-    double dilatation = 1; ///< of the element
+    std::string_view mode; ///< one of limiting_modes
+    double dilatation = 1; ///< dilatation of the element
 };
 Tightest tightest(const RodGroup& group, std::span<Slot<1>> state);
 

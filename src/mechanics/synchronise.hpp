@@ -1,12 +1,11 @@
-// A copy of rods brought to one time: positions and directors moved on at constant rates.                    theory.md
-// (21)
+// Synchronised copy of rods: positions and directors advanced at constant rates. theory.md (21)
 #pragma once
 
 #include "mechanics/gyration.hpp"
 
 namespace skein {
 
-/// Nodes alone: most of the time goes into directors. `rod`: a tile across.
+/// Advances nodes alone, as most of the time goes into directors. `rod`: a tile across.
 template <int W> void synchronise_positions(const RodTile<W>& rod, double h) {
     for (int k = 0; k <= rod.last; ++k)
         rod.slot[k].position = fma(Pack<W>(h), rod.slot[k].velocity, rod.slot[k].position);

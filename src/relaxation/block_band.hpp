@@ -1,19 +1,17 @@
-// Linear systems of a node and its element after the other along a rod: symmetric, positive, and each coupled to the
-// next alone.
+// Block-tridiagonal systems along a rod: symmetric and positive, with one block per node and its element.
 //   A = G G^T, block by block along the rod; G y = b on the way, G^T u = y on the way back.      One rod a lane.
-//   ring      the last block is coupled to the first one as well: it keeps a coupling to the block that is at hand,
-//   which what is
-//             eliminated hands on, a second off-diagonal of G
-// 6 unknowns a block: displacement of the node, turn of its element.
+//   ring      the last block is coupled to the first as well: its coupling moves on from block to block during
+//             elimination, as a second off-diagonal of G
+// A block has 6 unknowns: displacement of the node, turn of its element.
 #pragma once
 
 #include "skein/core/pack.hpp"
 
 namespace skein {
 
-/// One node and its element. Before it is solved: the block, of which the lower triangle counts; the coupling to the
-/// next one, next[i][j] of row i there and column j here; right sides. After it: the block's factor with inverses on
-/// the diagonal, what the factor makes of the coupling, and the solution.
+/// One node and its element. Before the solution it holds the block, of which the lower triangle counts, and the right
+/// side. next[i][j] is the coupling to the next block, with row i there and column j here. After it the block holds its
+/// factor with inverses on the diagonal, the eliminated coupling, and the solution.
 template <int W> struct BandBlock {
     static constexpr int size = 6;
     using P = Pack<W>;
@@ -23,11 +21,11 @@ template <int W> struct BandBlock {
         for (int i = 0; i < size; ++i)
             for (int j = 0; j < size; ++j) diagonal[i][j] = next[i][j] = P(0.0);
     }
-    /// The same onto three places of the diagonal, from `first` on.
+    /// Adds one stiffness to three places of the diagonal, from `first` on.
     void add(int first, const P& stiffness) {
         for (int i = first; i < first + 3; ++i) diagonal[i][i] += stiffness;
     }
-    /// Solution 0 for unknown i, which moves no other one; `before`: of the block before this one, null of the first.
+    /// Fixes unknown i to 0, without effect on others. `before`: block before this one, null for the first.
     void hold(int i, BandBlock* before) {
         for (int j = 0; j < size; ++j) {
             diagonal[i][j] = diagonal[j][i] = P(0.0);
@@ -41,12 +39,12 @@ template <int W> struct BandBlock {
 
 template <int W> using Coupling = Pack<W>[BandBlock<W>::size][BandBlock<W>::size];
 
-/// What joins the last block of a ring to each other one.
+/// Coupling of the last block of a ring to another one.
 template <int W> struct RingCoupling { Coupling<W> last; };
 
 namespace detail {
 
-/// Becomes its factor, and its right side G^-1 b.
+/// Factorises a block; its right side becomes G^-1 b.
 template <int W> void factorise(BandBlock<W>& b) {
     using P = Pack<W>;
     auto& g = b.diagonal;
@@ -65,7 +63,7 @@ template <int W> void factorise(BandBlock<W>& b) {
     }
 }
 
-/// Takes block b, factorised, out of another one, to which `coupling` joins it; rows of `coupling` are of the other.
+/// Eliminates the factorised block b from another one. Rows of `coupling` belong to the other block.
 template <int W> void eliminate(const BandBlock<W>& b, Coupling<W>& coupling, BandBlock<W>& after) {
     const auto& g = b.diagonal;
     for (int i = 0; i < b.size; ++i) {
@@ -80,13 +78,13 @@ template <int W> void eliminate(const BandBlock<W>& b, Coupling<W>& coupling, Ba
     }
 }
 
-/// Takes the solution of another block out of the right side of b.
+/// Subtracts the solution of another block from the right side of b.
 template <int W> void substitute(BandBlock<W>& b, const Coupling<W>& coupling, const BandBlock<W>& other) {
     for (int i = 0; i < b.size; ++i)
         for (int m = 0; m < b.size; ++m) b.u[i] = fnma(coupling[m][i], other.u[m], b.u[i]);
 }
 
-/// The solution of b from G^-1 of what is left of its right side.
+/// Solution of b from G^-1 of its remaining right side.
 template <int W> void solve_back(BandBlock<W>& b) {
     for (int i = b.size - 1; i >= 0; --i) {
         for (int m = i + 1; m < b.size; ++m) b.u[i] = fnma(b.diagonal[m][i], b.u[m], b.u[i]);
@@ -96,8 +94,8 @@ template <int W> void solve_back(BandBlock<W>& b) {
 
 } // namespace detail
 
-/// Blocks 0 to `last`; the coupling of the last is not looked at. Where the matrix is not positive the solution is no
-/// number.
+/// Solves for blocks 0 to `last`, without a coupling after the last. The solution is NaN where the matrix is not
+/// positive.
 template <int W> void solve_band(int last, BandBlock<W>* block) {
     for (int k = 0; k <= last; ++k) {
         detail::factorise(block[k]);
@@ -109,15 +107,15 @@ template <int W> void solve_band(int last, BandBlock<W>* block) {
     }
 }
 
-/// Of a ring of at least three blocks: the coupling of the last is to the first. `ring`: [last], memory for what the
-/// last is coupled to.
+/// Solves a ring of at least three blocks: the coupling of the last is to the first. `ring`: [last], memory for the
+/// coupling of the last block.
 template <int W> void solve_ring(int last, BandBlock<W>* block, RingCoupling<W>* ring) {
     for (int i = 0; i < BandBlock<W>::size; ++i)
         for (int j = 0; j < BandBlock<W>::size; ++j) ring[0].last[j][i] = block[last].next[i][j];
     for (int k = 0; k < last; ++k) {
         BandBlock<W>& b = block[k];
         detail::factorise(b);
-        if (k + 1 == last) { // it is the next one
+        if (k + 1 == last) { // the last block is the next one
             for (int i = 0; i < b.size; ++i)
                 for (int j = 0; j < b.size; ++j) b.next[i][j] += ring[k].last[i][j];
             detail::eliminate(b, b.next, block[last]);

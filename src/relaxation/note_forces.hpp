@@ -1,5 +1,4 @@
-// What pushes rods that relax besides their own loads: walls and other rods.                              theory.md
-// section 21
+// Record of the forces on relaxing rods before walls and other rods act. theory.md section 21
 #pragma once
 
 #include "skein/core/aligned.hpp"
@@ -9,14 +8,14 @@
 namespace skein {
 
 namespace detail {
-/// Forces of a tile before walls and contacts add theirs; of this thread.
+/// Forces of a tile before walls and contacts act, by thread.
 template <int W> AlignedVector<Vec3<Pack<W>>>& untouched_forces() {
     static thread_local AlignedVector<Vec3<Pack<W>>> forces;
     return forces;
 }
 } // namespace detail
 
-/// Before walls and contacts: what they add tells the relaxation where rods are touched.
+/// Pass before walls and contacts: the forces that they add show the relaxation where rods are touched.
 template <int W> class NoteForcesPass final : public TilePass<W> {
 public:
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {

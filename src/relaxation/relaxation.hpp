@@ -1,18 +1,16 @@
-// Relaxation: the kick of rods whose rest is wanted and not their motion.                              theory.md
-// (64)-(68)
-//   M u = (f, c),  v <- a v + h u,  w <- a w + h Q u_turn       M: the rod's own stiffness, in blocks of a node and its
+// Relaxation: the kick of rods that seek their state of rest. theory.md (64)-(68)
+//   M u = (f, c),  v <- a v + h u,  w <- a w + h Q u_turn       M: the rod's own stiffness, a block per node and
 //   element
-// The inertia of a rod at rest is free. Masses of nodes leave frequencies of stretch and of bending a factor of 2
-// (n/1.9)^2 l/r and more apart, 1e5 of a rod with L/r = 5000 in 50 elements; with M they are all about 1/s, so that
-// steps of 1 s settle them together. M is the sum of
-//   strained  what the rod answers now tangent_stiffness.hpp touched   dx^2 and t^2 of what walls and other rods push,
-//   as stiff as contacts may be all       dx^2 and t^2 as stiff as a tenth of the whole rod, so that free rods have a
-//   finite answer
-// and positive, so it is split block by block, one rod or ring a lane (block_band.hpp). A rod that moves against its
-// forces, v.f + w.c < 0, forgets its rates; one that would turn or stretch too far in a step is slowed down as a whole;
-// where it may touch something, how far it may go is halved with every turn against its forces, and grows by 1.05 a
-// step otherwise. Each rod decides alone, so that there are no sums over rods. Cost: 1300 flop per element, of rings
-// 2100.
+// Inertia does not affect a state of rest and may be chosen freely. With masses, frequencies of stretch and of bending
+// are a factor of 2 (n/1.9)^2 l/r and more apart: 1e5 for a rod with L/r = 5000 in 50 elements. With M they are all
+// about 1/s, so that steps of 1 s settle them together. M is the sum of
+//   strained  present stiffness of the rod (tangent_stiffness.hpp)
+//   touched   dx^2 and t^2 at places that walls and other rods push, as stiff as contacts may be
+//   all       dx^2 and t^2 as stiff as a tenth of the whole rod, so that free rods have a finite solution
+// M is positive, and is solved block by block, one rod or ring a lane (block_band.hpp). A rod that moves against its
+// forces, v.f + w.c < 0, loses its rates. A rod that would turn or stretch too far in a step is slowed down as a whole.
+// If it may touch something, its farthest step is halved with every turn against its forces, and otherwise grows by
+// 1.05 a step. Each rod decides alone, so that there are no sums over rods. Cost: 1300 flop per element, of rings 2100.
 #pragma once
 
 #include "relaxation/note_forces.hpp"
@@ -29,10 +27,10 @@ namespace skein {
 template <class Law, int W> class RelaxPass final : public TilePass<W> {
 public:
     static constexpr double momentum = 0.9; ///< a: modes down to (1 - sqrt a)^2 of M's settle alike
-    static constexpr double touched_momentum =
-        0.98; ///< the same of rods that may touch something: these have softer modes
-    static constexpr double least_reach =
-        1e-4; ///< of the farthest step, down to which rods that bounce are slowed down
+    /// a of rods that may touch something, which have softer modes
+    static constexpr double touched_momentum = 0.98;
+    /// least share of the farthest step for rods that bounce
+    static constexpr double least_reach = 1e-4;
 
     RelaxPass(const RodGroup& group, RelaxationContacts contacts, std::shared_ptr<RelaxationResidual> residual)
         : group_(group.id()), ends_(ends_of(group)), rod_(group), contacts_(contacts), residual_(std::move(residual)),
@@ -118,12 +116,12 @@ private:
         for (int k = 0; k <= last; ++k) {
             const P* u = block[k].u;
             const auto& free = rod_[k].free;
-            const Vec3<P> open{P(free[0]), P(free[1]), P(free[2])}; // forces on what is held do no work
+            const Vec3<P> open{P(free[0]), P(free[1]), P(free[2])}; // forces on held directions do no work
             power += dot(scale(open, load[k].force), rod.slot[k].velocity);
             if (k < n) power += dot(load[k].couple, rod.slot[k].spin);
             const P move = max(abs(u[0]), max(abs(u[1]), abs(u[2]))), turn = max(abs(u[3]), max(abs(u[4]), abs(u[5])));
             correction = max(correction, max(P(1 / rod_.length()) * move, turn));
-            zero = fma(u[0] + u[1] + u[2] + u[3] + u[4] + u[5], P(0.0), zero); // or no number
+            zero = fma(u[0] + u[1] + u[2] + u[3] + u[4] + u[5], P(0.0), zero); // or NaN
         }
         const Mask<W> against = power < P(0.0);
         const P kept = select(against, P(0.0), P(momentum_));
@@ -132,7 +130,7 @@ private:
             P& own = reach_[rod.number];
             own = reach = select(against, max(P(least_reach), P(0.5) * own), min(P(1.0), P(1.05) * own));
         }
-        const auto stretches = [&](int k, const Vec3<P>& apart) { // of element k
+        const auto stretches = [&](int k, const Vec3<P>& apart) { // true where element k is stretched too far
             excess = max(excess, P(h * rod.element[k].inv_rest_length / rod_[k].most_turn) * norm(apart));
         };
         Vec3<P> before{};
@@ -166,7 +164,7 @@ private:
     RelaxationContacts contacts_;
     std::shared_ptr<RelaxationResidual> residual_;
     double momentum_;
-    mutable AlignedVector<P> reach_; ///< by tile: share of the farthest step that a rod may now take
+    mutable AlignedVector<P> reach_; ///< by tile: share of the farthest step that a rod may take now
 };
 
 } // namespace skein

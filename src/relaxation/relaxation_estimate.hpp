@@ -1,5 +1,4 @@
-// What a relaxation knows of contacts, and a run of a relaxation.                                            theory.md
-// section 21
+// Stiffness of contacts in a relaxation, and the residual of a run. theory.md section 21
 #pragma once
 
 #include <algorithm>
@@ -9,21 +8,21 @@
 
 namespace skein {
 
-/// What contacts may do to a rod that relaxes.
+/// Effects of contacts on a rod that relaxes.
 struct RelaxationContacts {
-    double stiffness = 0;            ///< of a node that is touched, N/m
-    double turning = 0;              ///< of an element that friction may turn, N m
-    double farthest_move = HUGE_VAL; ///< of a node in a step, m
+    double stiffness = 0;            ///< stiffness at a touched node, N/m
+    double turning = 0;              ///< stiffness of an element against turns by friction, N m
+    double farthest_move = HUGE_VAL; ///< farthest move of a node in a step, m
     bool any() const { return stiffness > 0; }
 };
 
-/// What a run asks of rods that relax: the largest correction that any still wants, in its last step.
+/// Largest correction of rods that relax, in their last step.
 class RelaxationResidual {
 public:
     explicit RelaxationResidual(std::size_t groups) : of_group_(groups) {}
-    /// Of all tiles of a group, before they are visited.
+    /// Sets the number of tiles of a group, before their sweeps.
     void expect(std::size_t group, std::size_t tiles) { of_group_[group].assign(tiles, HUGE_VAL); }
-    /// Of one tile, from any thread.
+    /// Sets the residual of one tile, from any thread.
     void set(std::size_t group, std::size_t tile, double residual) { of_group_[group][tile] = residual; }
     double largest() const {
         double largest = 0;

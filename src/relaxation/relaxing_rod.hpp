@@ -1,5 +1,5 @@
-// Constants of a rod that relaxes, node by node: what is free to move, how far it may go in a step, and a small
-// stiffness of its own, so that free rods have a finite answer. theory.md (65), (67)
+// Constants of a rod that relaxes, node by node: free directions, farthest step, and a small stiffness. The latter
+// gives free rods a finite solution. theory.md (65), (67)
 #pragma once
 
 #include "skein/core/index.hpp"
@@ -15,12 +15,12 @@ namespace skein {
 class RelaxingRod {
 public:
     static constexpr double farthest_turn = 0.1; ///< rad in a step
-    static constexpr double farthest_share =
-        2; ///< of the radius, across an element: what it stretches by then is of order (r/l)^2
-    static constexpr double own_share = 0.1; ///< of EI/L^3 and of EI/L, spread over the rod
+    /// share of the radius across an element, whose stretch is then of order (r/l)^2
+    static constexpr double farthest_share = 2;
+    static constexpr double own_share = 0.1; ///< share of EI/L^3 and of EI/L, spread over the rod
 
     struct Row {
-        std::array<double, 6> free; ///< 0: held; of the node and of its element, along lab axes
+        std::array<double, 6> free; ///< 0: held; node and element, along lab axes
         double own_node, own_turn;  ///< N/m, N m
         double most_turn;           ///< rad in a step
     };
@@ -60,7 +60,7 @@ public:
     }
 
     double length() const { return length_; } ///< m
-    /// Of node k and its element; the last node of an open rod has none.
+    /// Constants of node k and its element; the last node of an open rod has none.
     const Row& operator[](int k) const { return nth(row_, k); }
 
 private:

@@ -1,11 +1,11 @@
-// Stiffness of a rod as it is strained now, made positive: what relaxation takes for inertia.             theory.md
-// (65)
-//   element   y = dx[k+1] - dx[k] - t x X,    y.C y,  C = Q^T S Q/l, S tangent;  y = change of X = x[k+1] - x[k] but
-//   for the turn
-//             (dx[k+1] - dx[k])^2 N/l         of tension N > 0: what strings have across
-//   cell      (t[k+1] - t[k]).B (t[k+1] - t[k])/(D E^3), B in the lab, the mean of both elements' frames;  t^2 q D/4 of
-//   moments wall      t.B t/(D E^3)
-// Displacements dx and turns t in the lab.
+// Present stiffness of a rod, made positive: the inertia of relaxation. theory.md (65)
+//   element   y = dx[k+1] - dx[k] - t x X,    y.C y,  C = Q^T S Q/l, S tangent;  y = change of X = x[k+1] - x[k]
+//             without the turn
+//             (dx[k+1] - dx[k])^2 N/l         for tension N > 0: transverse stiffness of a string
+//   cell      (t[k+1] - t[k]).B (t[k+1] - t[k])/(D E^3), B in the lab, the mean of both elements' frames
+//   moments   t^2 q D/4
+//   wall      t.B t/(D E^3)
+// Displacements dx and turns t are lab vectors.
 #pragma once
 
 #include "mechanics/elastic.hpp"
@@ -18,7 +18,7 @@ public:
     using P = Pack<W>;
     using Block = BandBlock<W>;
 
-    /// Adds that of a rod to its blocks, [n + 1]; a ring's [n], of which the last is coupled to the first.
+    /// Adds the stiffness of a rod to its blocks, [n + 1]; a ring has [n], the last of which is coupled to the first.
     static void add(const RodTile<W>& rod, const Ends& ends, Block* block) {
         const int n = rod.n;
         Vec3<P> nu = element_strain<Across<W>>(rod, 0);
@@ -54,7 +54,7 @@ private:
                     fma(d.x * rows[0][i], rows[0][j], fma(d.y * rows[1][i], rows[1][j], d.z * rows[2][i] * rows[2][j]));
         return t;
     }
-    /// Turns that stretch nothing else: onto the diagonal.
+    /// Adds a stiffness against turns that strain nothing else, onto the diagonal.
     static void add_turning(BandBlock<W>& b, const Tensor& t) {
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j) b.diagonal[3 + i][3 + j] += t.a[i][j];

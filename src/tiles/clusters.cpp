@@ -10,8 +10,9 @@ namespace skein {
 std::int64_t CopyTiling::copies() const { return std::accumulate(across.begin(), across.end(), within); }
 
 CopyTiling tile_copies(std::int64_t copies, std::span<const MemberRods> members, int lanes, int threads) {
-    constexpr double tile_rows = 2;         // that a tile costs besides its own
-    constexpr double gathered_joints = 1.5; // time of a row within, whose joints are gathered, over one across
+    constexpr double tile_rows = 2; // rows of time that a tile costs besides its own
+    // time of a row within, whose joints are gathered, over that of a row across
+    constexpr double gathered_joints = 1.5;
     double of_block = 0, of_copy = 0;
     for (const auto& [rods, slots] : members) {
         of_block += static_cast<double>(rods) * (slots + tile_rows);
@@ -69,11 +70,11 @@ std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::s
                                         int threads) {
     std::vector<std::size_t> order(owned.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    std::vector<std::size_t> first(groups.size() + 1, 0); // of each group, in owned
+    std::vector<std::size_t> first(groups.size() + 1, 0); // first rod of each group in `owned`
     for (const LocalRod& rod : owned) ++first[static_cast<std::size_t>(rod.group) + 1];
     std::partial_sum(first.begin(), first.end(), first.begin());
     for (const AssemblyGroups& assembly : assemblies_of(groups)) {
-        std::map<std::int64_t, std::int64_t> place; // of a copy among those of this rank
+        std::map<std::int64_t, std::int64_t> place; // place of a copy among those of this rank
         const auto leader = static_cast<std::size_t>(assembly.groups.front()->id());
         for (std::size_t i = first[leader]; i < first[leader + 1]; ++i)
             place.emplace(groups[leader].copy_of(owned[i].index), static_cast<std::int64_t>(place.size()));

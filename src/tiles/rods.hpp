@@ -1,4 +1,4 @@
-// All rods that this rank owns, as tiles of W lanes; the face that simulation, io and diagnostics see.
+// All rods that this rank owns, as tiles of W lanes: the interface for simulation, io and diagnostics.
 #pragma once
 
 #include "core/hash.hpp"
@@ -20,12 +20,12 @@ namespace skein {
 
 /// A rod owned by this rank.
 struct LocalRod {
-    std::int64_t gid;   ///< number of the rod in the scene; never changes
-    int group;          ///< which RodGroup
+    std::int64_t gid;   ///< number of the rod in the scene, which never changes
+    int group;          ///< number of its RodGroup
     std::int64_t index; ///< number of the rod in its group
 };
 
-/// Where a rod lies: a tile, by its number within its group, and a lane of it.
+/// Place of a rod: a tile, by its number within its group, and a lane of it.
 struct RodPlace {
     std::size_t tile;
     int lane;
@@ -38,44 +38,44 @@ struct RodBudget {
     double held_before = 0; ///< kinetic energy of held nodes and elements, between the halves of a step
 };
 
-/// What a copy of a rod's state is to hold.
+/// Content of a copy of a rod's state.
 enum class Copy {
-    canonical,    ///< the state as it is stored, and its hash
-    positions,    ///< nodes at the time of the rates
-    synchronised, ///< elements too
-    frames,       ///< the same, and directors as matrices
-    strained      ///< the same, and strains at nodes
+    canonical,    ///< state as stored, and its hash
+    positions,    ///< nodes synchronised with the rates
+    synchronised, ///< elements synchronised too
+    frames,       ///< synchronised, with directors as matrices
+    strained      ///< frames, and strains at nodes
 };
 constexpr bool has_frames(Copy copy) { return copy == Copy::frames || copy == Copy::strained; }
 
-/// How a rod is strained at a node; see mechanics/rod_profile.hpp.
+/// Strains of a rod at a node; see mechanics/rod_profile.hpp.
 template <class P> struct NodeProfileOf {
-    P strain;    ///< axial, e - e0; mean of the elements that meet here
-    P curvature; ///< of the axis, 1/m; 0 at ends, unless they are clamped
-    P energy;    ///< elastic, J per metre of rest length
+    P strain;    ///< axial strain e - e0; mean of the elements that meet here
+    P curvature; ///< curvature of the axis, 1/m; 0 at ends that are not clamped
+    P energy;    ///< elastic energy, J per metre of rest length
 };
 using NodeProfile = NodeProfileOf<double>;
 
-/// A rod's state, put together from the lanes; valid while the reader is called.
+/// State of a rod, assembled from its lanes; valid while the reader runs.
 struct RodCopy {
     std::span<const Slot<1>> state;       ///< [n + 1]
-    std::span<const Mat3d> frames;        ///< [n], rows d1 d2 d3; where has_frames(copy)
-    std::span<const NodeProfile> profile; ///< [n + 1]; of Copy::strained
-    std::uint64_t hash = 0;               ///< hash_rod; of Copy::canonical
+    std::span<const Mat3d> frames;        ///< [n], rows d1 d2 d3, where has_frames(copy)
+    std::span<const NodeProfile> profile; ///< [n + 1], in Copy::strained
+    std::uint64_t hash = 0;               ///< hash_rod, in Copy::canonical
 
-    /// d1 at a node, of a copy with frames: mean of the elements that meet there.
+    /// d1 at a node, from a copy with frames: mean of the elements that meet there.
     Vec3d normal(std::size_t node) const {
         return 0.5 * (frames[node > 0 ? node - 1 : 0].d1 + frames[std::min(node, frames.size() - 1)].d1);
     }
 };
 using RodReader = std::function<void(int thread, std::size_t i, const RodCopy& copy)>;
 
-/// What one rod adds to sums over the scene, and to extremes.
+/// Contribution of one rod to sums over the scene, and to extremes.
 struct RodFigures {
     enum Sum {
         translation, ///< kinetic energy, J
         rotation,
-        stretch, ///< elastic energy, J; bending of half cells at walls included
+        stretch, ///< elastic energy, J; half cells at walls included in bending
         shear,
         bend,
         twist,
@@ -89,10 +89,10 @@ struct RodFigures {
         sums
     };
     enum Extreme {
-        speed,  ///< of a node, m/s
-        strain, ///< axial
-        turn,   ///< of neighbouring elements against each other, rad
-        skew,   ///< of directors from unit length
+        speed,  ///< speed of a node, m/s
+        strain, ///< axial strain
+        turn,   ///< rotation between neighbouring elements, rad
+        skew,   ///< deviation of directors from unit length
         extremes
     };
     double sum[sums];
@@ -103,53 +103,55 @@ class Rods {
 public:
     virtual ~Rods() = default;
 
-    /// Advances every rod by the given steps, tile by tile. With `check`, false if a rod is invalid (see inspect).
+    /// Advances every rod by the given steps, tile by tile. With `check`, returns false if a rod is invalid (see
+    /// inspect).
     virtual bool advance(std::span<const Step> steps, bool check) = 0;
-    /// The halves of a step of rods that feel each other: before and after their coupling; with `check`, the second
+    /// First and second half of a step of rods that interact: before and after their coupling. With `check`, the second
     /// returns false if a rod is invalid.
     virtual void drift(const Step& step) = 0;
     virtual bool kick(const Step& step, bool check) = 0;
-    /// kick(step), then drift(next), in one visit to each tile. Steps of different slots.
+    /// kick(step), then drift(next), in one sweep over the tiles. The steps must have different slots.
     virtual void kick_and_drift(const Step& step, const Step& next) = 0;
-    /// Readies the passes of new rods, whose states are put in between the halves of this step, for the second half.
+    /// Prepares the passes of new rods, whose states are imported between the halves of this step, for the second half.
     virtual void begin_within(const Step& step) = 0;
-    /// Names the rod whose strains leave the step least room, where the last check found one that is near its limit
-    /// (mechanics/step_watch.hpp).
+    /// Text naming the rod whose strains leave the least margin of the step, where the last check found one near its
+    /// limit (mechanics/step_watch.hpp).
     virtual std::string near_limit() const = 0;
 
-    /// Names of the passes of a group's rods that lie across, in order; none where no rod does.
+    /// Names of the passes of a group's rods across, in order; empty where no rod lies across.
     virtual std::vector<std::string_view> passes(std::size_t group) const = 0;
-    /// Owned rods, ordered by group, within a group in space order.
+    /// Owned rods, ordered by group, and in space order within a group.
     virtual std::span<const LocalRod> local() const = 0;
-    /// Of local()[i], where rods lie across.
+    /// Place of local()[i] among rods across.
     virtual RodPlace place(std::size_t i) const = 0;
-    /// Copies the canonical (staggered) state of local()[i] out or in; one slot per node.
+    /// Copies the canonical (staggered) state of local()[i] out or in, one slot per node.
     virtual void export_rod(std::size_t i, std::span<Slot<1>> out) const = 0;
     virtual void import_rod(std::size_t i, std::span<const Slot<1>> in) = 0;
-    /// Calls reader(thread, i, copy) with a copy of local()[rods[i]] for every i, on all threads, tile by tile; where
-    /// rods are few, threads share tiles. `rods`: rising. `lag`: time that copies which are not canonical are moved on
-    /// by; `time`: when walls that turn are where strained ones see them.
+    /// Calls reader(thread, i, copy) with a copy of local()[rods[i]] for every i, on all threads, tile by tile. Few
+    /// rods let threads share tiles. `rods` must rise. `lag`: time by which copies other than canonical ones advance,
+    /// s. `time`: time of turning walls in strained copies, s.
     virtual void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader,
                       double time = 0) const = 0;
-    /// Of every owned rod, [local], of copies moved on by `lag` to `time`.
+    /// Writes the figures of every owned rod, [local], from copies advanced by `lag` to `time`.
     virtual void figures(double time, double lag, std::span<RodFigures> out) const = 0;
-    /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64: order-free, so equal for any distribution.
+    /// Sum over owned rods of a hash of (gid, canonical state), modulo 2^64. Any distribution of rods gives the same
+    /// sum.
     virtual std::uint64_t digest() const = 0;
-    /// Throws NumericalError naming rod, element and quantity where a rod is invalid: not finite, an element turned
-    /// over, or strains at which the step is too long.
+    /// Throws NumericalError naming rod, element and quantity where a rod is invalid: not finite, an element inverted,
+    /// or strains at which the step is too long.
     virtual void inspect(std::int64_t step, double dt) const = 0;
     /// Energy budget of local()[i]; zeros without an audit.
     virtual RodBudget budget(std::size_t i) const = 0;
-    /// Goes on from sums that a checkpoint kept; nothing without an audit.
+    /// Continues from the sums of a checkpoint; no effect without an audit.
     virtual void set_budget(std::size_t i, const RodBudget& budget) = 0;
-    /// What passes remember of local()[i] from step to step: the same numbers for any width and lane.
+    /// Memory of passes about local()[i] from step to step: the same numbers for any width and lane.
     virtual std::vector<double> memory(std::size_t i) const = 0;
     virtual void set_memory(std::size_t i, std::span<const double> numbers) = 0;
-    /// Threads that work on rods.
+    /// Number of threads that work on rods.
     virtual int threads() const = 0;
-    /// Makes the stages of one step with local()[i] and those beside it in its tile, and tells what each pass did to
-    /// it, in order. What others do to it is taken to be what they last did. For a look back, before the state is put
-    /// back.
+    /// Makes the stages of one step with local()[i] and the rods in its tile, and returns the effect of each pass, in
+    /// order. Loads of other rods are those of their last step. It serves a diagnosis, after which the state is
+    /// restored.
     virtual std::vector<PassEffect> dissect(std::size_t i, std::span<const Step> stages) {
         static_cast<void>(i);
         static_cast<void>(stages);
@@ -157,12 +159,12 @@ public:
     }
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
-    /// The largest share that the step had of what strains left of its limit, at any check and of any rod without
-    /// damping, where it was beyond StepWatch::feeds; else 0.
+    /// Largest ratio of the step to the limit that strains left, at any check and for any rod without damping, where it
+    /// was beyond StepWatch::feeds; 0 otherwise.
     virtual double undamped_share() const { return 0; }
 };
 
-/// Of its canonical state: the term of the state digest.
+/// Hash of a rod's canonical state, its term of the state digest.
 std::uint64_t hash_rod(std::int64_t gid, std::span<const Slot<1>> state);
 
 } // namespace skein

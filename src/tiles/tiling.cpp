@@ -8,21 +8,21 @@ namespace skein {
 
 namespace {
 
-// Rows that a tile costs besides its own.
+// Rows of time that a tile costs besides its own.
 constexpr double tile_rows = 2, along_tile_rows = 3;
-// Rows of a tile that the second cache holds beside its loads, 1280 B each of eight lanes; a tile of more takes twice
-// as long.
+// Rows of a tile that the second cache holds beside its loads, 1280 B each with eight lanes. Longer tiles take twice as
+// long.
 constexpr int cached_rows = 600;
 double rows_cost(double rows, int lanes) { return rows * lanes > 8 * cached_rows ? 2 * rows : rows; }
-constexpr int least_rows = 4; // of a piece: the seam between two is worked out twice
+constexpr int least_rows = 4; // least rows of a piece: the seam between two is computed twice
 
 struct PooledRod {
     int group, elements, pieces = 1;
     int rows() const { return (elements + pieces - 1) / pieces; }
 };
 
-/// Rods in pieces of at most `longest` rows where that makes four rows at least, packed into tiles: first fit, longest
-/// first.
+/// Packs rods into tiles: first fit, longest first. Rods are cut into pieces of at most `longest` rows where these keep
+/// four rows at least.
 std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest, int lanes) {
     for (PooledRod& rod : rods)
         rod.pieces = std::clamp((rod.elements + longest - 1) / longest, 1,
@@ -31,7 +31,7 @@ std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest
                      [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); });
     std::vector<AlongTile> tiles;
     std::vector<int> room;
-    std::size_t open = 0; // tiles before are full
+    std::size_t open = 0; // earlier tiles are full
     for (const PooledRod& rod : rods) {
         std::size_t t = open;
         while (t < tiles.size() && room[t] < rod.pieces) ++t;
@@ -46,7 +46,7 @@ std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest
     return tiles;
 }
 
-/// The pooled rods of a family, cut so that the threads end together and tiles stay in cache.
+/// Pooled rods of a family, cut so that threads end together and tiles stay in cache.
 std::vector<AlongTile> best_packing(const std::vector<PooledRod>& rods, int family, int lanes, int threads) {
     const double total =
         std::accumulate(rods.begin(), rods.end(), 0.0, [](double sum, const PooledRod& r) { return sum + r.elements; });
@@ -66,7 +66,7 @@ std::vector<AlongTile> best_packing(const std::vector<PooledRod>& rods, int fami
     return best;
 }
 
-/// With these numbers of rods across.
+/// Tiling with these numbers of rods across.
 Tiling tiling_with(std::vector<std::int64_t> across, std::span<const TilingGroup> groups, int lanes, int threads) {
     Tiling tiling{std::move(across), {}};
     int families = 0;
@@ -123,7 +123,7 @@ Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads
         }
     };
     consider(with(full_tiles));
-    // Where tiles are fewer than threads could use, all of them.
+    // All of them lie along where tiles are fewer than threads could use.
     std::int64_t tiles = 0;
     for (const TilingGroup& g : groups) tiles += g.rods / lanes;
     if (tiles < 8L * threads) consider(with(none));

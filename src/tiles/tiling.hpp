@@ -1,5 +1,5 @@
-// Which rods of a rank lie across tiles and which along: rods of unlike numbers of elements, or few of them, leave
-// lanes empty across.
+// Choice of the rods of a rank that lie across tiles and along them. Rods of different numbers of elements, or few of
+// them, would leave lanes empty across.
 #pragma once
 
 #include <cstdint>
@@ -10,18 +10,18 @@ namespace skein {
 
 enum class Mapping { automatic, across, along };
 
-/// Time of a row along over one across.
+/// ratio of the time of a row along to that of a row across
 inline constexpr double along_row = 1.1;
 
-/// Rods that are alike, for this purpose.
+/// Rods that the tiling does not distinguish.
 struct TilingGroup {
     std::int64_t rods;
     int elements;
-    int family; ///< groups of one family may share tiles along; -1: across only
+    int family; ///< family, whose groups may share tiles along; -1: across only
     bool along_only = false;
 };
 
-/// A tile along: rods of these groups, in order, each cut into so many pieces.
+/// Tile along: rods of these groups, in order, each cut into a number of pieces.
 struct AlongTile {
     struct Part {
         int group;
@@ -32,14 +32,14 @@ struct AlongTile {
 };
 
 struct Tiling {
-    std::vector<std::int64_t> across; ///< rods of each group that lie across, its first ones
-    std::vector<AlongTile> along;     ///< the others, in order
+    std::vector<std::int64_t> across; ///< number of rods across by group: its first ones
+    std::vector<AlongTile> along;     ///< remaining rods, in order
 
-    /// Tiles across of group g.
+    /// Number of tiles across of a group.
     static std::int64_t tiles(std::int64_t rods, int lanes) { return (rods + lanes - 1) / lanes; }
 };
 
-/// What keeps all threads busy with the fewest rows. Changes no bit of a result.
+/// Tiling that keeps all threads busy with the fewest rows. It changes no bit of a result.
 Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads, Mapping mapping = Mapping::automatic);
 
 /// Time of the longest thread, in element-steps of eight full lanes across.

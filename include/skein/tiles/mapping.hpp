@@ -1,7 +1,7 @@
-// How rods lie in the lanes of a tile. A pass takes the mapping as a template argument: it tells where a lane's
-// constants are.
+// Mappings of rods to the lanes of a tile. A pass takes the mapping as a template argument, which finds the constants
+// of a lane.
 //   Across    a rod per lane, all of one group: constants are numbers, the same in all lanes
-//   Along     strands (rod/strands.hpp): constants are packs
+//   Along     strands (tiles/strands.hpp): constants are packs
 // Physics is written once for both, and gives the same bits.
 #pragma once
 
@@ -19,7 +19,7 @@ template <int W> struct Across {
     static double length(const RodTile<W>& rod) { return rod.group->spec().shape.length; }
     static double density(const RodTile<W>& rod) { return rod.group->spec().material.density; }
     static double nodal_density(const RodTile<W>& rod) { return rod.group->nodal_density; }
-    /// Of a table by element: numbers of the group.
+    /// Row k of a table by element: numbers of the group.
     template <class Row, class LaneRow>
     SKEIN_INLINE static const Row& row(const std::vector<Row>& of_group, const LaneRows<LaneRow>&, int k) {
         return nth(of_group, k);
@@ -41,7 +41,7 @@ template <int W> struct Along {
     static Pack<W> length(const RodTile<W>& rod) { return rod.strands->length; }
     static Pack<W> density(const RodTile<W>& rod) { return rod.strands->density; }
     static Pack<W> nodal_density(const RodTile<W>& rod) { return rod.strands->nodal_density; }
-    /// Of a table by element: packs of the tile, see in_lanes.
+    /// Row k of a table by element: packs of the tile, see in_lanes.
     template <class Row, class LaneRow>
     SKEIN_INLINE static const LaneRow& row(const std::vector<Row>&, const LaneRows<LaneRow>& of_tile, int k) {
         return of_tile[k];
@@ -59,7 +59,7 @@ template <int W> struct Along {
     }
 };
 
-/// Strain nu = Q dx/l0 of an element; that of rest where there is none.
+/// Strain nu = Q dx/l0 of an element; rest strain where there is none.
 template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> element_strain(const RodTile<W>& rod, int k) {
     const auto& c = Map::element(rod, k);
     Vec3<Pack<W>> nu =
@@ -68,15 +68,14 @@ template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> element_strain(const RodT
     return nu;
 }
 
-/// Frame of element `next` beside that of element k; where there is no cell between them, that of element k again.
+/// Frame of element `next` beside element k; that of element k where there is no cell between them.
 template <class Map, int W> SKEIN_INLINE decltype(auto) neighbour_frame(const RodTile<W>& rod, int k, int next) {
     const Quaternion<Pack<W>>& q = rod.slot[next].director;
     if constexpr (Map::along) return select(Map::cell(rod, k).present, q, rod.slot[k].director);
     else return (q);
 }
 
-/// A load's table of the group by element as the lanes of a tile along have it, 0 where there is no element; of a tile
-/// across none.
+/// Table of a load by element, in the lanes of a tile along, with 0 where there is no element; empty for a tile across.
 template <template <class> class Row, int W>
 LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<double>>& of_group) {
     LaneRows<Row<Pack<W>>> rows;
@@ -93,29 +92,29 @@ LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<dou
     return rows;
 }
 
-/// What adds nothing to a sum: zeros of which not even the sign is felt.
+/// Neutral term of sums: zeros that preserve even the sign of a zero.
 template <int W> SKEIN_INLINE Vec3<Pack<W>> nothing() { return broadcast<W>(Vec3d{-0.0, -0.0, -0.0}); }
 
-/// a where there is an element k, nothing elsewhere.
+/// a where there is an element k, nothing() elsewhere.
 template <class Map, int W>
 SKEIN_INLINE Vec3<Pack<W>> where_present(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& a) {
     if constexpr (Map::along) return select(Map::element(rod, k).absent < Pack<W>(0.5), a, nothing<W>());
     else return a;
 }
 
-/// What a rod has at its node n: of strands that of the next lane's node 0 where the rod goes on there.
+/// Value at node n of a rod: in strands that of the next lane's node 0 where the rod goes on there.
 template <class Map, int W>
 SKEIN_INLINE Vec3<Pack<W>> behind(const RodTile<W>& rod, const Vec3<Pack<W>>& first, const Vec3<Pack<W>>& last) {
     if constexpr (Map::along) return select(rod.strands->goes_on, from_lane_after(first), last);
     else return last;
 }
-/// What element n - 1 gives to the first node of the lane after; nothing where a rod begins.
+/// Value of element n - 1 for the first node of the next lane; nothing() where a rod begins.
 template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> given_on(const RodTile<W>& rod, const Vec3<Pack<W>>& a) {
     if constexpr (Map::along) return select(rod.strands->first, nothing<W>(), from_lane_before(a));
     else return nothing<W>();
 }
 
-/// Of strands: row n of a lane whose rod goes on takes the next lane's first slot.
+/// Copies the next lane's first slot to row n of lanes whose rod goes on there.
 template <int W> void join(const RodTile<W>& rod) {
     const Slot<W>& first = rod.slot[0];
     Slot<W>& last = rod.slot[rod.n];

@@ -1,10 +1,9 @@
-// The mapping along the rod: lanes of a tile carry strands. A strand is a rod, or one of the equal pieces that a rod is
-// cut into, so that a lone rod fills all lanes, and rods of other lengths and groups lie beside it.
+// Mapping along the rod: lanes of a tile carry strands. A strand is a rod, or one of the equal pieces of a rod. A lone
+// rod thus fills all lanes, and rods of other lengths and groups lie beside it.
 //   row       0           1           ...   m - 1             m
 //   lane j    slot j m    slot j m+1  ...   slot (j+1) m - 1  the next lane's row 0, where the rod goes on there
-// Constants differ from lane to lane. Slots behind a rod's last node are absent: without stiffness, of infinite mass,
-// their strain that of rest. The last node's slot has no element; its frame is that of the wall a clamped end is held
-// by.
+// Constants differ from lane to lane. Slots after a rod's last node are absent: without stiffness, of infinite mass, at
+// rest strain. The last node's slot has no element; its frame is that of the wall of a clamped end.
 #pragma once
 
 #include "skein/core/aligned.hpp"
@@ -19,11 +18,11 @@
 
 namespace skein {
 
-/// One row per slot of a strand. Rows that repeat are kept once: those of uniform rods stay in the first cache.
+/// One row per slot of a strand. Equal rows are stored once: those of uniform rods stay in the first cache.
 template <class Row> class LaneRows {
 public:
     LaneRows() = default;
-    LaneRows(LaneRows&&) = default; // its pointers are into itself, so that it cannot be copied
+    LaneRows(LaneRows&&) = default; // its pointers point into itself, so that it cannot be copied
     LaneRows& operator=(LaneRows&&) = default;
     void push_back(const Row& row) {
         std::size_t at = distinct_.size();
@@ -34,7 +33,7 @@ public:
         }
         which_.push_back(at - 1);
     }
-    /// When all rows are there.
+    /// Ends the list of rows, which may be read from now on.
     void close() {
         row_.clear();
         for (const std::size_t i : which_) row_.push_back(&distinct_[i]);
@@ -49,7 +48,7 @@ private:
     std::vector<const Row*> row_;
 };
 
-/// Puts one lane's numbers into a structure of packs that has the same members.
+/// Sets one lane of a structure of packs to the numbers of a structure with the same members.
 template <template <class> class Constants, int W>
 void set_lane(Constants<Pack<W>>& all, int l, const Constants<double>& one) {
     using Numbers = std::array<double, sizeof one / sizeof(double)>;
@@ -61,11 +60,11 @@ void set_lane(Constants<Pack<W>>& all, int l, const Constants<double>& one) {
     all = std::bit_cast<Constants<Pack<W>>>(packs);
 }
 
-/// A rod's place in a tile along.
+/// Place of a rod in a tile along.
 struct LaneRange {
     const RodGroup* group;
-    std::int64_t index; ///< in its group
-    int lane, lanes;    ///< where its first piece lies, and how many there are
+    std::int64_t index; ///< number in its group
+    int lane, lanes;    ///< lane of its first piece, and number of pieces
 };
 
 template <int W> class Strands {
@@ -75,8 +74,8 @@ public:
         P absent; ///< 1 where there is no element
     };
     struct Cell : VoronoiConstantsOf<P> {
-        Mask<W> present; ///< where there is a cell, between two elements or an element and a wall
-        Mask<W> inner;   ///< between two elements
+        Mask<W> present; ///< lanes with a cell, between two elements or an element and a wall
+        Mask<W> inner;   ///< lanes with a cell between two elements
     };
     struct Node {
         P mass, length; ///< RodGroup::node_mass, node_length; 0 where there is none
@@ -86,20 +85,19 @@ public:
 
     int rows() const { return rows_; }
     std::span<const LaneRange> ranges() const { return ranges_; }
-    /// The slot of its rod that a lane has in a row, or -1; row `rows()` is a slot of its own where the rod does not go
-    /// on.
+    /// Slot of its rod that a lane has in a row, or -1. Row `rows()` has a slot only where the rod does not go on.
     int slot(int l, int row) const;
-    /// Of the rod in a lane; an empty one takes the first.
+    /// Group of the rod in a lane; an empty lane takes the first.
     const RodGroup& group(int l) const { return *range(l).group; }
     std::int64_t index(int l) const { return range(l).index; }
 
-    /// Rods with sizes of their own are laid_out by groups of their own, whose constants are taken while a tile is laid
-    /// out; from then on they belong to `group`.
+    /// Sets the group of all lanes. Rods of heterogeneous groups are laid out with groups of their own, whose constants
+    /// are copied.
     void settle(const RodGroup& group) {
         for (LaneRange& range : ranges_) range.group = &group;
     }
 
-    /// Where a slot of the rod in this lane lies.
+    /// Place of a slot of the rod in this lane.
     struct Place {
         int row, lane;
     };
@@ -113,11 +111,11 @@ public:
     LaneRows<Node> node;              ///< [rows + 1]
     Mask<W> first;                    ///< lanes where a rod begins
     Mask<W> goes_on;                  ///< lanes whose rod goes on in the next
-    P length, density, nodal_density; ///< of the lane's rod, m, kg/m^3
-    bool start_walls = false;         ///< half cells before some of the rods
+    P length, density, nodal_density; ///< m, kg/m^3, by lane
+    bool start_walls = false;         ///< true where some of the rods have a half cell before them
     Mask<W> start_wall;
     Quaternion<P> start_frame;
-    VoronoiConstantsOf<P> start_cell; ///< of the half cells there
+    VoronoiConstantsOf<P> start_cell; ///< constants of these half cells
 
     std::size_t bytes() const {
         return sizeof *this + element.bytes() + cell.bytes() + node.bytes() + ranges_.size() * sizeof(LaneRange);
@@ -130,10 +128,10 @@ private:
 
     std::vector<LaneRange> ranges_;
     int rows_;
-    int range_[W]; ///< of every lane; -1 where it is empty
+    int range_[W]; ///< range of every lane; -1 where it is empty
 };
 
-/// Absent slots take harmless numbers from an element that is there.
+/// Harmless numbers for absent slots, from an element that exists.
 inline ElementConstants absent_element(ElementConstants c) {
     c.inv_rest_length = 0;
     c.stiffness = c.rest_strain = c.bending = {0, 0, 0};

@@ -1,5 +1,5 @@
-// A tile: W rods of one group side by side, one per SIMD lane, or strands of any rods (rod/strands.hpp), small enough
-// for L2; and what acts on it.
+// A tile: W rods of one group side by side, one per SIMD lane, or strands of any rods (tiles/strands.hpp), small enough
+// for L2. Passes act on it.
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
@@ -14,8 +14,9 @@
 
 namespace skein {
 
-/// What passes hand on within a step, in per-thread scratch: force at node k (lab, N) and couple at element k (body, N
-/// m), internal and external; and the element's dilatation as its law has it, which damping may follow.
+/// Loads that passes add up within a step, in per-thread scratch, internal and external. They are the force at node k
+/// (lab, N) and the couple at element k (body, N m). The element's dilatation of the law serves damping that follows
+/// it.
 template <int W> struct SlotLoad {
     Vec3<Pack<W>> force, couple;
     Pack<W> dilatation;
@@ -25,22 +26,22 @@ template <int W> struct JoinedLoad;
 
 template <int W> struct RodTile {
     Slot<W>* slot;                   ///< [last + 1]
-    const ElementConstants* element; ///< [n]; a tile along has none, nor the next two
+    const ElementConstants* element; ///< [n]; null in a tile along, as the next
     const VoronoiConstants* voronoi; ///< [n - 1]
     const RodGroup* group;
-    int n;                                 ///< elements, of a tile along the rows of its strands
-    std::size_t number;                    ///< of the tile within its program on this rank
+    int n;                                 ///< elements; in a tile along the rows of its strands
+    std::size_t number;                    ///< number of the tile within its program on this rank
     std::int64_t index[W];                 ///< number in the group of each lane's rod; spare lanes repeat the last rod
     int lanes;                             ///< lanes that carry a rod of their own
-    int last = n;                          ///< node: of bodies 0, as their element has no second one
-    const Strands<W>* strands = nullptr;   ///< of a tile along
-    std::size_t program = 0;               ///< which passes run over it
-    std::size_t first = 0;                 ///< of a tile across: its first rod among those of the group on this rank
+    int last = n;                          ///< last node; 0 for bodies, whose element has no second one
+    const Strands<W>* strands = nullptr;   ///< strands of a tile along
+    std::size_t program = 0;               ///< number of the program of passes
+    std::size_t first = 0;                 ///< first rod of a tile across among those of the group on this rank
     const JoinedLoad<W>* joined = nullptr; ///< [last + 1], loads of joints; null where rods are not joined
 
     const RodGroup& group_of(int l) const { return strands ? strands->group(l) : *group; }
     std::int64_t index_of(int l) const { return strands ? strands->index(l) : index[l]; }
-    /// The element of its rod that a lane has in row k; the first where it has none there.
+    /// Element of its rod that a lane has in row k; the first where it has none there.
     int element_of(int l, int k) const {
         if (!strands) return k;
         const int at = strands->slot(l, k);
@@ -54,26 +55,25 @@ inline RodTile<1> tile_of(const RodGroup& group, std::span<Slot<1>> state, std::
             group.slots() - 1};
 }
 
-/// One stage of the step, run over a tile while it is in cache. The plan strings passes together and names them, per
-/// group or family of groups.
+/// One stage of the step, run over a tile while it is in cache. The plan lists the passes and names them, per group or
+/// family of groups.
 template <int W> class TilePass {
 public:
     virtual ~TilePass() = default;
-    /// How many tiles of the program will be bound.
+    /// Sets the number of tiles of the program that will be bound.
     virtual void expect(std::size_t) {}
-    /// Called once for every tile of the program when tiles are laid out: of tiles across in order of number, of tiles
+    /// Called once for every tile of the program when tiles are laid out. Tiles across come in order of number, tiles
     /// along from any thread, in any order.
     virtual void bind(const RodTile<W>&) {}
-    /// Called once before the tiles of a batch of steps are visited; serial. What it finds for a step is kept by the
-    /// step's slot.
+    /// Called once before each batch of steps, in serial. Results for a step are stored by the step's slot.
     virtual void prepare(std::span<const Step>) {}
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
-    /// False where it moves loads from slot to slot and brings none.
+    /// False where the pass moves loads from slot to slot and adds none.
     virtual bool adds_loads() const { return true; }
-    /// Appends the memory of the pass from step to step, of a lane of a tile, for checkpoints: as many numbers for all
-    /// of a group.
+    /// Appends the memory of the pass from step to step, for a lane of a tile, for checkpoints: as many numbers for all
+    /// rods of a group.
     virtual void append_memory(const RodTile<W>&, int, std::vector<double>&) const {}
-    /// Puts back what that gave, from the front of these numbers; returns how many they are.
+    /// Restores this memory from the front of `numbers`; returns the number of entries.
     virtual std::size_t restore(const RodTile<W>&, int, std::span<const double>) { return 0; }
 };
 
