@@ -1,4 +1,4 @@
-// All that the author of a load includes: keys of a scene, tiles of rods and their constants, times of steps.
+// Single header for the author of a load: keys of a scene, tiles of rods and their constants, times of steps.
 #pragma once
 
 #include "skein/loads/load.hpp"

@@ -28,7 +28,8 @@ template <int W> Pack<W> most_dilatation(const RodTile<W>& tile) {
     return most;
 }
 
-/// True in lanes whose state is valid: finite, dilatations and turns within bounds. The cheap test of all rods.
+/// True where the state of all lanes is valid: finite, dilatations and turns within bounds. It is the cheap test of all
+/// rods.
 template <class Map, int W> bool valid(const RodTile<W>& tile) {
     using P = Pack<W>;
     P zero(0.0), least(1.0), most(0.0), half_cosine(1.0);
@@ -76,7 +77,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     for (auto& scratch : scratch_) scratch.resize(static_cast<std::size_t>(most_slots));
 
     std::size_t most_joined = 0;
-    std::size_t most_tiles = 0; // of clusters with muscles
+    std::size_t most_tiles = 0; // clusters with muscles
     muscles_.resize(programs_.size());
     for (std::size_t p = 0; p < programs_.size(); ++p)
         for (const auto& pass : programs_[p].passes)
@@ -94,7 +95,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     for (auto& joined : joined_) joined.resize(most_joined);
     for (auto& moments : moments_) moments.resize(most_tiles);
 
-    // Tiles outside, passes inside: a tile stays in cache for all passes of all steps of the visit.
+    // Loop over tiles outside and passes inside: a tile stays in cache for all passes of all steps of the sweep.
     const auto advance_tile = [this](std::size_t t, int thread) {
         const RodTile<W>& tile = tiles_[t];
         SlotLoad<W>* load = nth(scratch_, thread).data();
@@ -254,7 +255,7 @@ template <int W> bool RodTiles<W>::run(const StepPart& first, const StepPart& se
 template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {
     for_slots(i, [&](int k, const Slot<W>& slot, int l) { nth(out, k) = lane(slot, l); });
     const RodTile<W>& tile = tiles_[place_[i].tile];
-    if (tile.strands) out.back().director = broadcast<1>(no_turn); // not the wall's
+    if (tile.strands) out.back().director = broadcast<1>(no_turn); // not that of the wall
 }
 
 template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slot<1>> in) {
@@ -269,7 +270,7 @@ template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slo
         join(tile);
         return;
     }
-    // The last rod of a tile also fills the spare lanes, so that they stay finite and cost no thought.
+    // The last rod of a tile also fills the spare lanes, so that they stay finite and need no special case.
     const int last = first == tile.lanes - 1 ? W - 1 : first;
     for (int l = first; l <= last; ++l)
         for (std::size_t k = 0; k < in.size(); ++k) set_lane(tile.slot[k], l, in[k]);
@@ -296,7 +297,7 @@ template <int W> void to_rows(const Pack<W>* packs, std::size_t count, double* r
         for (std::size_t i = 0; i < W; ++i) rows[i * row_length + number] = *from++;
 }
 
-/// Hashes of the canonical state of all lanes: as many chains of multiplications under way at once.
+/// Hashes of the canonical state of all lanes, with as many chains of multiplications in flight.
 template <int W> std::array<std::uint64_t, W> hashes(const RodTile<W>& tile, const LocalRod* rods) {
     std::array<std::uint64_t, W> h;
     for (int i = 0; i < W; ++i) nth(h, i) = hash_begin(rods[std::min(i, tile.lanes - 1)].gid);
@@ -368,8 +369,8 @@ template <int W> void RodTiles<W>::read(std::span<const std::size_t> rods, Copy 
         while (same_tile(i)) ++i;
         return std::min(i, rods.size());
     };
-    // Rods of a task, and the rest of their last tile. Where rods are few, readers take longer than copies: threads
-    // share tiles, and each copies a tile for itself.
+    // A task has a batch of rods, extended to the end of their last tile. Few rods take readers longer than copies:
+    // threads then share tiles, and each copies a tile for itself.
     const std::size_t batch = std::clamp<std::size_t>(rods.size() / reading_.size(), 1, 16);
     const auto begin_of = [&](std::size_t task) {
         return batch < W ? std::min(task * batch, rods.size()) : whole_tiles(task * batch);
@@ -453,7 +454,7 @@ template <int W> std::vector<double> RodTiles<W>::memory(std::size_t i) const {
 template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const double> numbers) {
     const auto [t, first] = place_[i];
     const RodTile<W>& tile = tiles_[t];
-    const int last = first == tile.lanes - 1 ? W - 1 : first; // spare lanes do what the last rod does
+    const int last = first == tile.lanes - 1 ? W - 1 : first; // spare lanes repeat the last rod
     for (const auto& pass : programs_[tile.program].passes) {
         std::size_t taken = 0;
         for (int l = first; l <= last; ++l) taken = pass->restore(tile, l, numbers);

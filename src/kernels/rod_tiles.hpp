@@ -1,5 +1,5 @@
-// Rods at a fixed SIMD width: tiles of W rods of one group or of strands, each tile's slots contiguous and aligned, and
-// per group or family of groups the passes that make a step.
+// Rods at a fixed SIMD width: tiles of W rods of one group, or of strands, each with contiguous and aligned slots. Each
+// group or family of groups has the passes of its step.
 #pragma once
 
 #include "mechanics/audit.hpp"
@@ -20,21 +20,21 @@
 
 namespace skein {
 
-/// The passes of a step, in order.
+/// Passes of a step, in order.
 template <int W> struct TileProgram {
     TilePasses<W> passes;
-    std::vector<std::string_view> names; ///< of passes, as plans have them
-    std::size_t before = 0;              ///< passes before rods feel each other
-    std::size_t last = 0;                ///< passes at the end that read the velocities of the step's end
+    std::vector<std::string_view> names; ///< names of the passes, as in plans
+    std::size_t before = 0;              ///< number of passes before rods interact
+    std::size_t last = 0;                ///< number of last passes that read the velocities of the step's end
 };
 
-/// By number of the assembly.
+/// Joints by number of the assembly.
 template <int W> using JointsOfAssemblies = std::vector<std::unique_ptr<ClusterJoints<W>>>;
 
 template <int W> class RodTiles final : public Rods {
 public:
-    /// `rods` as order_of_tiles() has them; one program per group across, then one per family along; one audit per
-    /// group or none at all. `tiling`: of these rods. Rods take their start state.
+    /// `rods` are ordered as by order_of_tiles(). There is one program per group across, then one per family along, and
+    /// one audit per group or none at all. `tiling` is that of these rods. Rods take their start state.
     RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
              std::vector<TileProgram<W>> programs, const Threads& threads,
              std::vector<std::shared_ptr<EnergyBudget<W>>> audits = {}, StepWatch watch = {},
@@ -66,41 +66,42 @@ public:
     std::size_t bytes() const override;
 
 private:
-    enum class Part { whole, before, after }; // coupling
-    /// A part of every step of a batch.
+    enum class Part { whole, before, after }; // parts before and after the coupling
+    /// Part of every step of a batch.
     struct StepPart {
         Part which = Part::whole;
         std::span<const Step> steps;
     };
-    std::pair<std::size_t, std::size_t> passes(std::size_t program, Part part) const; ///< first and behind the last
+    std::pair<std::size_t, std::size_t> passes(std::size_t program, Part part) const; ///< first, and end
     void prepare(const StepPart& part);
-    /// One part of a step and then another over all tiles, in one visit. With `check`, false if a rod is invalid.
+    /// Runs one part of a step and then another over all tiles, in one sweep. With `check`, returns false if a rod is
+    /// invalid.
     bool run(const StepPart& first, const StepPart& second, bool check);
     struct Place {
         std::size_t tile;
         int lane;
     };
-    /// The rods of a tile along, before their constants are laid out.
+    /// Rods of a tile along, before their constants are laid out.
     struct AlongLayout {
         std::vector<LaneRange> ranges;
         std::vector<std::size_t> rods; ///< places in local()
     };
     std::vector<AlongLayout> lay_out(const Tiling& tiling);
-    /// Tiles of a cluster, and what joins them.
+    /// Tiles of a cluster, and their joints.
     struct Cluster {
         const ClusterJoints<W>* joints;
         bool across;
         std::vector<std::size_t> tiles;
         std::size_t slots = 0;
-        bool muscles = false; ///< whose moments go on through joints
+        bool muscles = false; ///< true where moments of muscles act through joints
     };
-    /// Tiles across of each group so far, in order, grouped by cluster.
+    /// Finds the clusters of the tiles across so far, which are in order and grouped by cluster.
     void find_clusters();
-    /// A part of a step over a cluster.
+    /// Advances a cluster by a part of a step.
     void advance_cluster(const Cluster& cluster, const StepPart& part, int thread);
     /// Loads of joints, by slot of the cluster.
     JoinedLoad<W>* couple(const Cluster& cluster, const Step& step, int thread) const;
-    /// Moments of muscles at the ends of its rods; null where none act, or no joint goes on.
+    /// Moments of muscles at the ends of its rods; null where none act, or no joint transmits them.
     const EndMoments<W>* end_moments(const Cluster& cluster, const Step& step, int thread) const;
     void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind,
                     const Step& step) const;
@@ -109,32 +110,32 @@ private:
     /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
     template <class F> void for_slots(std::size_t i, F&& f) const;
 
-    /// A thread's buffers for copies, kept from one to the next.
+    /// Buffers of a thread for copies, kept from one copy to the next.
     struct Reading {
-        AlignedVector<Slot<W>> slot;                   ///< of a tile
-        std::vector<Slot<1>> state;                    ///< of its rods, one after the other
+        AlignedVector<Slot<W>> slot;                   ///< slots of a tile
+        std::vector<Slot<1>> state;                    ///< states of its rods, one after the other
         std::vector<Mat3d> frames;                     ///< [rod][n]
-        AlignedVector<NodeProfileOf<Pack<W>>> profile; ///< of a tile
+        AlignedVector<NodeProfileOf<Pack<W>>> profile; ///< profile of a tile
         std::vector<NodeProfile> profiles;             ///< [rod][n + 1]
-        std::vector<RodGroup> own;                     ///< of rods with sizes of their own, while they are looked at
+        std::vector<RodGroup> own;                     ///< groups of rods with sizes of their own, while these are read
         std::array<std::uint64_t, W> hash{};
     };
-    /// The group of a rod with a size of its own alone, in one of W places of a thread's.
+    /// Group of a single rod with a size of its own, in one of W places of a thread.
     static const RodGroup& own_group(Reading& reading, std::size_t place, const RodGroup& group, std::int64_t index);
-    /// Constants, start states and data of passes of a tile along. Any thread.
+    /// Lays out constants, start states and data of passes of a tile along, on any thread.
     void lay_out_along(RodTile<W>& tile, AlongLayout& layout, std::optional<Strands<W>>& strands, Reading& reading);
-    /// A tile across as a copy has it: itself where nothing is moved.
+    /// Tile across in the state of a copy: the tile itself where nothing moves.
     RodTile<W> moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const;
-    /// Puts its rods together, and works frames and hashes out where asked.
+    /// Assembles the states of its rods, and computes frames and hashes where needed.
     void take_apart(const RodTile<W>& tile, Copy copy, double lag, double time, const LocalRod* rods,
                     Reading& reading) const;
-    /// The same of one rod along.
+    /// Assembles the state of one rod along.
     void take_along(std::size_t i, Copy copy, double lag, double time, Reading& reading) const;
-    /// `group`: with the constants of rod i.
+    /// `group`: constants of rod i.
     std::vector<PassEffect> dissect(std::size_t i, const RodGroup& group, std::span<const Step> stages);
     bool healthy(const RodTile<W>& tile);
 
-    /// The rod whose strains leave the step least room.
+    /// Rod whose strains leave the least margin of the step.
     struct NearLimit {
         std::size_t rod = 0; ///< place in local()
         Tightest at;
@@ -150,25 +151,25 @@ private:
     const Threads& threads_;
     StepWatch watch_;
     std::atomic<double> undamped_share_ = 0;
-    UnsetArray<Slot<W>> slots_; ///< first written by the threads that visit them
+    UnsetArray<Slot<W>> slots_; ///< first written by the threads that advance them
     std::vector<RodTile<W>> tiles_;
     JointsOfAssemblies<W> joints_;
     std::vector<Cluster> clusters_;
     std::vector<std::size_t> alone_;                              ///< tiles of no cluster
-    std::vector<std::size_t> cluster_of_;                         ///< of each tile; none where it is alone
+    std::vector<std::size_t> cluster_of_;                         ///< cluster of each tile; none where it is alone
     mutable std::vector<AlignedVector<JoinedLoad<W>>> joined_;    ///< per thread
     mutable std::vector<AlignedVector<EndMoments<W>>> moments_;   ///< per thread, by tile of a cluster
     std::vector<std::vector<const MakesEndMoments<W>*>> muscles_; ///< by program
-    std::vector<std::optional<Strands<W>>> strands_;              ///< of tiles along, which come behind those across
-    std::vector<Place> place_;                                    ///< of local()[i]
-    std::vector<std::size_t> first_rod_;                          ///< of each tile across, in local()
-    std::vector<std::size_t> along_;                              ///< rods that lie along, in local()
-    mutable std::vector<Reading> reading_;                        ///< per thread
-    mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_;     ///< per thread
-    std::array<StepPart, 2> visit_;                               ///< under way
-    bool check_ = false;                                          ///< of the visit under way
+    std::vector<std::optional<Strands<W>>> strands_;          ///< strands of tiles along, which follow the tiles across
+    std::vector<Place> place_;                                ///< place of local()[i]
+    std::vector<std::size_t> first_rod_;                      ///< first rod of each tile across, in local()
+    std::vector<std::size_t> along_;                          ///< rods that lie along, in local()
+    mutable std::vector<Reading> reading_;                    ///< per thread
+    mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
+    std::array<StepPart, 2> visit_;                           ///< parts of the sweep that runs
+    bool check_ = false;                                      ///< true where the sweep that runs checks rods
     std::atomic<bool> valid_ = true, near_ = false;
-    std::function<void(std::size_t, int)> advance_; ///< a cluster or, behind them all, a tile
+    std::function<void(std::size_t, int)> advance_; ///< task of a cluster or, after all clusters, of a tile
 };
 
 } // namespace skein

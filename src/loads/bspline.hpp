@@ -11,8 +11,8 @@
 
 namespace skein {
 
-/// sum_i c_i N_i(s) by de Boor's recursion; `coefficients`: [m], m >= 4; s in [0, 1]. It passes through the first and
-/// the last.
+/// Sum of c_i N_i(s) by de Boor's recursion; `coefficients`: [m], m >= 4; s in [0, 1]. The curve passes through the
+/// first and the last coefficient.
 inline double cubic_bspline(std::span<const double> coefficients, double s) {
     const auto m = static_cast<int>(coefficients.size());
     const auto knot = [m](int i) { return std::clamp((i - 3) / static_cast<double>(m - 3), 0.0, 1.0); };

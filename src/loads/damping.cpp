@@ -6,8 +6,8 @@ namespace skein {
 
 namespace {
 
-/// Mass that published codes give element k: the mean of its nodes, end elements with their whole end node; in a ring
-/// that of its first.
+/// Mass of element k in published codes: the mean of its nodes, with the whole end node for end elements; in a ring
+/// that of its first node.
 double legacy_mass(const RodGroup& group, std::size_t k) {
     const auto& m = group.node_mass;
     if (group.closed() || !group.strained()) return m[k];

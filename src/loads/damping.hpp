@@ -1,9 +1,9 @@
-// Damping as scenes state it. Rates enter the kick (mechanics/kick.hpp), not the loads.   theory.md (22)-(24)
+// Damping as scenes state it. Rates enter the kick (mechanics/kick.hpp), not the loads. theory.md (22)-(24)
 //   uniform(c):      nu = c for velocity and spin                                         [1/s]
 //   legacy(c):       nu = c for velocity; spin decays at c m_k e_k/J_i about axis i       [1/s]   (published codes)
 //   physical(ct,cr): nu = ct/m_i for velocity; cr e_k/J_i for spin                        [kg/s], [kg m^2/s]
-//   laplacian(p, c): a filter in the middle of the kick: c for what alternates from node to node
-//   (loads/laplacian_filter.hpp) [1/s]
+//   laplacian(p, c): a filter in the middle of the kick: rate c for what alternates from node to node
+//                    (loads/laplacian_filter.hpp)                                         [1/s]
 #pragma once
 
 #include "mechanics/kick.hpp"
@@ -45,7 +45,7 @@ struct Damping {
 
 inline bool is_filter(const Damping& d) { return d.kind == DampingKind::laplacian; }
 
-/// Rates of all damping tables that act on a group, summed; a filter has none.
+/// Rates of all damping tables of a group, summed; a filter has none.
 DampingRates damping_rates(const RodGroup& group, std::span<const Damping> damping);
 
 } // namespace skein

@@ -2,8 +2,8 @@
 // theory.md (33a)
 //   c_0 += r(t) Q_0 C_start,  c_{n-1} += r(t) Q_{n-1} C_end        [N m] body; C lab
 //   c_0 += r(t) C_start,      c_{n-1} += r(t) C_end                [N m] body; C body
-// The couple stands at the element's middle: the half cell between it and the end of the rod, which it would bend
-// alike, is not there. Turns of elements and curvatures of cells are those of the moment C all along the rod.
+// The couple acts at the element's middle, as a free end has no half cell that it could bend. Turns of elements and
+// curvatures of cells are those of the moment C all along the rod.
 #pragma once
 
 #include "loads/load_frame.hpp"
@@ -19,7 +19,7 @@ struct EndCouple {
     static constexpr bool for_rigid_bodies = false, for_rings = false;
     Vec3d start{0, 0, 0};             ///< N m, on element 0
     Vec3d end{0, 0, 0};               ///< N m, on element n - 1
-    LoadFrame frame = LoadFrame::lab; ///< of `start` and `end`
+    LoadFrame frame = LoadFrame::lab; ///< axes of `start` and `end`
     Ramp ramp;
 
     void fields(FieldVisitor& f) {

@@ -1,4 +1,4 @@
-// Dead forces on the two end nodes, with a ramp.                            theory.md (33)
+// Dead forces on the two end nodes, with a ramp. theory.md (33)
 //   f_0 += r(t) F_start,  f_n += r(t) F_end        [N] lab
 #pragma once
 

@@ -22,7 +22,7 @@ void FormulaLoad::fields(FieldVisitor& f) {
 
 void FormulaLoad::use(const FormulaScope& scope) {
     reading_ = nullptr;
-    if (!faults(scope).empty()) return; // which are told where they stand
+    if (!faults(scope).empty()) return; // faults of names are reported elsewhere
     FormulaReading reading(scope);
     const bool whole = at != FormulaAt::rod || per == FormulaPer::rod, by_mass = per == FormulaPer::mass;
     force_nodes_ = reading.read("force", force, whole ? "N" : by_mass ? "m/s^2" : "N/m");

@@ -1,9 +1,9 @@
-// Force and couple as formulas of a scene.                                                              theory.md
-// (42)-(44)
-//   f_i += w_i F(x_i, v_i, s_i, t)          [N] lab, at nodes;     w: rest length or mass of the node, or its share of
-//   the rod's length c_k += w_k Q_k C(x_k, v_k, s_k, t)      [N m] body, of elements, x_k and v_k in the middle of
-//   their nodes; without Q_k in body axes
-// What changes with time alone is worked out once a step, what belongs to places alone once a run.
+// Force and couple as formulas of a scene. theory.md (42)-(44)
+//   f_i += w_i F(x_i, v_i, s_i, t)          [N] lab, at nodes; w: rest length or mass of the node, or its share of the
+//                                           rod's length
+//   c_k += w_k Q_k C(x_k, v_k, s_k, t)      [N m] body, of elements, x_k and v_k in the middle of their nodes; without
+//                                           Q_k in body axes
+// Values that change with time alone are computed once a step, values of places alone once a run.
 #pragma once
 
 #include "loads/formula_reading.hpp"
@@ -21,7 +21,7 @@
 
 namespace skein {
 
-/// What a formula gives of: a metre of rest length, a kilogram, or the whole rod, evenly.
+/// Unit to which a formula refers: a metre of rest length, a kilogram, or the whole rod, evenly.
 enum class FormulaPer { length, mass, rod };
 inline constexpr std::string_view formula_per_names[] = {"length", "mass", "rod"};
 enum class FormulaAt { rod, start, end };
@@ -38,18 +38,18 @@ struct FormulaLoad {
     FormulaFrame frame = FormulaFrame::lab;
 
     void fields(FieldVisitor& f);
-    /// Reads the formulas: called where the names are known, and before all that follows.
+    /// Reads the formulas. It is called first, with all names that they may hold.
     void use(const FormulaScope& scope);
     void check(RodSpecs groups, Objections& objections) const;
-    /// Whether a formula depends on it.
+    /// True where a formula depends on the variable.
     bool depends_on(Variable v) const { return force_.program.uses(v) || couple_.program.uses(v); }
-    /// Whether its couple changes with places or velocities, which the limit of the step does not count. theory.md
+    /// True where the couple changes with places or velocities, which the limit of the step does not count. theory.md
     /// (40c)
     bool couple_answers() const { return couple_.given && (couple_.program.changes & with_state) != 0; }
     double predicted_ns() const { return 1 + force_.program.predicted_ns() + couple_.program.predicted_ns(); }
-    /// What is wrong with the values at the start of rods and at some times of the run; empty: nothing.
+    /// Fault of the values at the start of rods and at some times of the run; empty where there is none.
     std::string fault_at_start(const RodGroup& group) const;
-    /// Largest |dF/dv| and |dF/dx| over mass, of the same places and times. theory.md (44)
+    /// Largest |dF/dv| and |dF/dx| over mass, at the same places and times. theory.md (44)
     DragRate largest_rate(const RodGroup& group) const;
     DragRate largest_stiffness(const RodGroup& group) const;
 
@@ -60,7 +60,7 @@ struct FormulaLoad {
         couple_.prepare(steps);
     }
 
-    /// Values that belong to places, by value and slot; and weights where these are no constants of the mapping.
+    /// Values of places, by value and slot, and weights where the mapping has no constants for them.
     template <int W> struct TileData {
         PlaceValues<W> force, couple;
         AlignedVector<Pack<W>> force_weight, couple_weight;
@@ -80,12 +80,12 @@ struct FormulaLoad {
         }
     }
 
-    // What use() makes of them, and add() calls.
+    // Members below are set by use() and read by add().
     template <int W, class Map>
     void add_uniform_force(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Vec3d& force) const;
     template <int W, class Map> void add_uniform_couple(const RodTile<W>& rod, const TileData<W>& data,
                                                         SlotLoad<W>* load, const Vec3d& couple) const;
-    // From place to place; out of line, so that what is uniform does not pay for their registers.
+    // Loop from place to place, out of line, so that uniform loads do not pay for its registers.
     template <int W, class Map> [[gnu::noinline]] void add_forces(const RodTile<W>& rod, const TileData<W>& data,
                                                                   SlotLoad<W>* load, const Step& step) const;
     template <int W, class Map> [[gnu::noinline]] void add_couples(const RodTile<W>& rod, const TileData<W>& data,
@@ -99,7 +99,7 @@ struct FormulaLoad {
     template <int W, class Map, class F> void add_element_couples(const RodTile<W>& rod, const TileData<W>& data,
                                                                   SlotLoad<W>* load, int first, int last,
                                                                   F couple_of) const;
-    /// Elements that have a couple: begin and end.
+    /// Range of the elements that have a couple: begin and end.
     template <int W, class Map> std::pair<int, int> elements_of(const RodTile<W>& rod) const {
         if (at == FormulaAt::rod || Map::along) return {0, rod.n};
         return at == FormulaAt::start ? std::pair(0, 1) : std::pair(rod.n - 1, rod.n);
@@ -150,7 +150,7 @@ SKEIN_INLINE void FormulaLoad::with_element_weight(const RodTile<W>& rod, const 
 
 template <int W, class Map> void FormulaLoad::add_uniform_force(const RodTile<W>& rod, const TileData<W>& data,
                                                                 SlotLoad<W>* load, const Vec3d& force) const {
-    constexpr Vec3d none{-0.0, -0.0, -0.0}; // changes no bit of what it is added to
+    constexpr Vec3d none{-0.0, -0.0, -0.0}; // changes no bit of any sum
     if (at == FormulaAt::start) return Map::add_to_ends(rod, load, force, none);
     if (at == FormulaAt::end) return Map::add_to_ends(rod, load, none, force);
     const auto f = broadcast<W>(force);
@@ -177,7 +177,7 @@ template <int W, class Map> void FormulaLoad::add_forces(const RodTile<W>& rod, 
                     Vec3<P>& f = load[first + i].force;
                     const P w(weight(first + i));
                     const Vec3<P> value{x[i], y[i], z[i]};
-                    // Where there is no node values may be none.
+                    // Values may be NaN where there is no node.
                     if constexpr (Map::along) f = select(w > P(0.0), fma(w, value, f), f);
                     else f = fma(w, value, f);
                 }

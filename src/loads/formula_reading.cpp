@@ -48,14 +48,14 @@ double FormulaPlaces::value(Variable v, std::size_t slot) const {
 
 namespace {
 
-/// A node, or the middle of an element, of a rod of the start state at some time.
+/// A node, or the middle of an element, of a rod in its start state at some time.
 struct Sample {
     std::array<double, variables> at;
     std::int64_t rod;
     int place;
 };
 
-/// Some of 0 to count - 1, the first and the last among them.
+/// A subset of 0 to count - 1, with the first and the last.
 std::vector<std::int64_t> some_of(std::int64_t count, std::int64_t most) {
     std::vector<std::int64_t> chosen;
     for (std::int64_t i = 0; i < std::min(count, most); ++i)
@@ -63,7 +63,7 @@ std::vector<std::int64_t> some_of(std::int64_t count, std::int64_t most) {
     return chosen;
 }
 
-/// The start of the run, its end, and times between them that follow no beat.
+/// Start and end of the run, and times between them without a common period.
 std::vector<double> some_times(double duration) {
     std::vector<double> times = {0};
     if (duration > 0) times.push_back(duration);
@@ -71,8 +71,7 @@ std::vector<double> some_times(double duration) {
     return times;
 }
 
-/// Calls `look` until it returns false, for some rods of a group; of those, as far as a file has them, the ones that
-/// this rank holds.
+/// Calls `sample` for some rods of a group until it returns false. Rods of a file are those that this rank holds.
 template <class Look> void over_samples(const RodGroup& group, double duration, bool middles, Look look) {
     if (!group.strained()) return;
     const bool from_file = group.places().from_file();
@@ -108,7 +107,7 @@ template <class Look> void over_samples(const RodGroup& group, double duration, 
     }
 }
 
-/// Whether a value divides by 0, or by a difference that is nothing but round-off.
+/// True where a value divides by 0, or by a difference that is nothing but round-off.
 bool divides_by_zero(const Graph& graph, const std::vector<double>& values, int node) {
     if (graph[node].op != Op::divide) return false;
     const auto of = [&](int operand) { return nth(values, operand); };
@@ -118,7 +117,7 @@ bool divides_by_zero(const Graph& graph, const std::vector<double>& values, int 
     return std::abs(divisor) <= 1e-15 * (std::abs(of(below.of[0])) + std::abs(of(below.of[1])));
 }
 
-/// The first value, among those that a result is made of, that spoils it; -1: it is sound.
+/// First operand value that is not finite and spoils the result, or -1.
 int where_it_breaks(const Graph& graph, const std::vector<double>& values, int result) {
     std::vector<bool> reached(static_cast<std::size_t>(result) + 1, false);
     reached.back() = true;
@@ -205,7 +204,7 @@ std::string FormulaReading::fault(const char* key, const RodGroup& group, const 
 
 DragRate FormulaReading::largest(const RodGroup& group, bool middles, const Worth& worth) const {
     DragRate largest;
-    if (group.places().from_file()) return largest; // ranks that know other rods would choose other steps
+    if (group.places().from_file()) return largest; // ranks that hold other rods would choose other steps
     over_samples(group, scope_.duration, middles, [&](const Sample& sample) {
         if (const double here = worth(graph.values(sample.at), sample.place); here > largest.value)
             largest = {here, std::min(sample.place, group.elements() - 1)};

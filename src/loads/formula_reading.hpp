@@ -1,4 +1,4 @@
-// Formulas of a load at set-up: read from texts, told what is wrong with them, tried at the start of rods.
+// Formulas of a load at set-up: read from texts, checked, and evaluated at the start of rods.
 #pragma once
 
 #include "formula/formula.hpp"
@@ -18,10 +18,10 @@ class FormulaReading {
 public:
     explicit FormulaReading(const FormulaScope& scope) : graph(scope.tables), scope_(scope) {}
 
-    /// Values in the graph of the formulas under a key, three of them, in the unit expected; none where they have
-    /// faults.
+    /// Reads the three formulas of a key, in the unit expected. Returns their nodes in the graph, or none where they
+    /// have faults.
     std::vector<int> read(const char* key, const std::vector<std::string>& texts, std::string_view unit);
-    /// What the step runs; not given without values, or where there are too many at once.
+    /// Program for the step; not given without values, or where too many are needed at once.
     FormulaVector compile(const char* key, const std::vector<int>& values);
 
     struct Told {
@@ -32,12 +32,13 @@ public:
     const std::vector<Told>& told() const { return told_; }
     void tell(Objections& objections) const;
 
-    /// The first value that is not finite over a group's start state, at the start of the run, its end and some times
-    /// between; empty where all are. Of some rods and places of a group; of a file among the rods that this rank holds.
+    /// First value that is not finite over a group's start state, at the start of the run, its end and some times
+    /// between; empty where all are finite. Some rods and places of a group are sampled, of a file among the rods that
+    /// this rank holds.
     std::string fault(const char* key, const RodGroup& group, const std::vector<int>& values, bool middles) const;
 
-    /// Largest value over the same places and times, but of rods of a file, of `worth(values of all of the graph,
-    /// place)`.
+    /// Largest value of `worth(values of all of the graph, place)` over the same places and times, except for rods of a
+    /// file.
     using Worth = std::function<double(const std::vector<double>&, int)>;
     DragRate largest(const RodGroup& group, bool middles, const Worth& worth) const;
 
@@ -49,7 +50,7 @@ private:
     std::vector<Told> told_;
 };
 
-/// Largest sum along a row of |dF/dv| of three values F, v three variables from `first` on, times `weight(node)`.
+/// Largest sum along a row of |dF/dv| for three values F and three variables v from `first` on, times `weight(node)`.
 /// theory.md (40c)
 DragRate steepest(const FormulaReading& reading, const RodGroup& group, const std::vector<int>& force, Variable first,
                   const std::function<double(int)>& weight);

@@ -1,5 +1,5 @@
-// Formulas of a load, run over the places of a tile. What changes with time alone is worked out once a step, what
-// belongs to places alone once a run.
+// Formulas of a load, evaluated over the places of a tile. Values that change with time alone are computed once a step,
+// values of places alone once a run.
 #pragma once
 
 #include "formula/evaluate.hpp"
@@ -15,23 +15,23 @@
 
 namespace skein {
 
-/// Some formulas with their values of a batch of steps.
+/// Several formulas with their values for a batch of steps.
 struct FormulaVector {
     bool given = false;
     FormulaProgram program;
     std::vector<double> of_time; ///< values of program.time, by value and slot of the batch
-    std::array<Vec3d, Clock::largest_batch>
-        uniform{}; ///< by slot of the batch: the first three formulas, of a same_everywhere()
+    /// by slot of the batch: the first three formulas, where same_everywhere()
+    std::array<Vec3d, Clock::largest_batch> uniform{};
 
     void prepare(std::span<const Step> steps);
-    /// Nothing changes from place to place.
+    /// True where nothing changes from place to place.
     bool same_everywhere() const { return (program.changes & ~with_time) == 0; }
     double time_value(int i, int slot) const { return nth(of_time, i * Clock::largest_batch + slot); }
 
 private:
     struct BySlot {
         const double* first;
-        std::ptrdiff_t step; ///< 0 of a constant
+        std::ptrdiff_t step; ///< 0 for a constant
         double operator[](int slot) const { return first[slot * step]; }
     };
     /// Formula i, the same everywhere, at the steps of the batch.
@@ -45,7 +45,7 @@ private:
     void run_in_time(std::span<const Step> steps);
 };
 
-/// What is the same along a rod: its nodes' arc lengths and start positions, or those of the middles of its elements.
+/// Places along a rod: arc lengths and start positions of its nodes, or of the middles of its elements.
 struct FormulaPlaces {
     std::vector<double> s;
     std::vector<Vec3d> start;
@@ -55,7 +55,7 @@ struct FormulaPlaces {
     double value(Variable v, std::size_t slot) const;
 };
 
-/// Values of program.place of a tile, by value and row; one row where all are the same.
+/// Values of program.place for a tile, by value and row; one row where all are equal.
 template <int W> using PlaceValues = std::vector<AlignedVector<Pack<W>>>;
 
 template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodTile<W>& rod, bool middles) {
@@ -92,7 +92,7 @@ template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodT
         for (std::size_t o = 0; o < values.size(); ++o)
             for (int i = 0; i < count; ++i) nth(values[o], first + i) = source[list.outputs[o]][i];
     }
-    for (auto& value : values) { // one for all where all are the same
+    for (auto& value : values) { // a single row where all are equal
         bool same_bits = true;
         for (const Pack<W>& p : value) same_bits = same_bits && std::memcmp(&p, value.data(), sizeof p) == 0;
         if (same_bits) value.resize(1);
@@ -100,7 +100,7 @@ template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodT
     return values;
 }
 
-/// The formulas at one step, strip by strip of a tile.
+/// Formulas at one step, strip by strip of a tile.
 template <int W> class FormulaRun {
 public:
     using P = Pack<W>;
@@ -114,22 +114,22 @@ public:
                 spread(list_.first_input() + static_cast<int>(i), of.time_value(input - time_base, slot));
     }
 
-    /// Places to run at once, of so many: all of them where there is nothing to work out.
+    /// Number of places per strip for so many places: all of them where nothing is computed.
     int strip_of(int places) const {
         const bool no_state =
             std::none_of(list_.inputs.begin(), list_.inputs.end(), [](int input) { return input < time_base; });
         if (list_.code.empty() && no_state) return places;
         const int strips = std::max(1, (places + strip<W> - 1) / strip<W>);
-        return (places + strips - 1) / strips; // of one length, so that where loops end can be foretold
+        return (places + strips - 1) / strips; // strips of one length, so that the ends of loops can be predicted
     }
-    /// Nodes `first` to `first + count - 1`; count at most strip_of().
+    /// Evaluates nodes `first` to `first + count - 1`; count at most strip_of().
     void at_nodes(const RodTile<W>& rod, int first, int count) {
         constexpr int slot_packs = static_cast<int>(sizeof(Slot<W>) / sizeof(P));
         run(first, count, [&](int variable) {
             return Strided<W>{reinterpret_cast<const P*>(rod.slot + first) + variable, slot_packs};
         });
     }
-    /// Middles of elements.
+    /// Evaluates the middles of elements.
     template <class Map> void at_middles(const RodTile<W>& rod, int first, int count) {
         run(first, count, [&](int variable) {
             P* to = middle_[variable];
@@ -153,7 +153,7 @@ public:
     const Strided<W>& operator[](int i) const { return source_[nth(list_.outputs, i)]; }
 
 private:
-    /// What is the same at all places of the step.
+    /// Sets a value for all places of the step.
     void spread(int to, double value) {
         same_[to] = P(value);
         source_[to] = {&same_[to], 0};
@@ -186,7 +186,7 @@ inline void FormulaVector::prepare(std::span<const Step> steps) {
     for (const Step& step : steps) nth(uniform, step.slot) = {x[step.slot], y[step.slot], z[step.slot]};
 }
 
-/// The steps of the batch side by side, as many as a register holds.
+/// Steps of the batch are evaluated side by side, as many as a register holds.
 inline void FormulaVector::run_in_time(std::span<const Step> steps) {
     const InstructionList& list = program.time;
     if (list.outputs.empty()) return;

@@ -1,4 +1,4 @@
-// Weight.                                                                          theory.md (30)
+// Weight. theory.md (30)
 //   f_i += r(t) m_i g       [N] lab, at nodes; m_i the node's mass
 // Cost: 3 fma per node.
 #pragma once

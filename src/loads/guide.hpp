@@ -1,10 +1,8 @@
-// A spring that holds the first node to a place beside the middle of its rod, as published swimmers are kept on their
-// course.
-//                                                                                                        theory.md
-//                                                                                                        (37a)
+// Spring between the first node and a place beside the middle of its rod, which keeps published swimmers on course.
+// theory.md (37a)
 //   f_0 -= k D (x_0 - x - p(t)),  x = sum_i x_i/(n + 1)        [N] lab; D: directions of the spring
-// Source: SophT's FishSwimmingCase, where k = E A of the first element. Nothing answers it: momentum along D is not
-// kept. Cost: 3 flop per node.
+// Source: SophT's FishSwimmingCase, where k = E A of the first element. It has no reaction: momentum along D is not
+// conserved. Cost: 3 flop per node.
 #pragma once
 
 #include "formula/tell_faults.hpp"
@@ -74,7 +72,7 @@ struct Guide {
         }
     }
 
-    /// Of nodes 0 to n, towards the middle's place.
+    /// Pull on the first of nodes 0 to n, towards its place beside the middle.
     template <class Node> auto pull_on_first(int n, Node&& node, const Step& step) const {
         auto sum = node(0);
         using V = decltype(sum);

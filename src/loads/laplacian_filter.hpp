@@ -1,15 +1,15 @@
-// Laplacian filter of the rates, in the middle of the kick: what alternates from node to node goes.        theory.md
+// Laplacian filter of the rates, in the middle of the kick: it removes what alternates from node to node. theory.md
 // (41)-(41c)
-//   F = M^-1 K:  nodes     (F v)_i = (m_{i-1} (v_i - v_{i-1}) + m_i (v_i - v_{i+1}))/(4 M_i),  M of nodes, m = 4/M_k of
-//   (26)
-//                elements  (F w)_k = J_k^-1 (C_{k-1} (w_k - w_{k-1}) + C_k (w_k - w_{k+1})),   C_k = (2 J_k^-1 + 2
-//                J_{k+1}^-1)^-1
+//   F = M^-1 K:  nodes     (F v)_i = (m_{i-1} (v_i - v_{i-1}) + m_i (v_i - v_{i+1}))/(4 M_i),
+//                          M of nodes, m = 4/M_k of (26)
+//                elements  (F w)_k = J_k^-1 (C_{k-1} (w_k - w_{k-1}) + C_k (w_k - w_{k+1})),
+//                          C_k = (2 J_k^-1 + 2 J_{k+1}^-1)^-1
 //   v <- v - (s + s^2/2) y + (s^2/2) F^p y,   y = F^p v,   s = 1 - exp(-c h);  spins alike, all as lab vectors and
-//   tensors
-// Ends are natural: what is beyond them exchanges nothing. In a ring indices run round. K is the sum of squares of
+//                                                                               tensors
+// Ends are natural: nothing is exchanged beyond them. In a ring indices run round. K is a sum of squares of
 // differences, and M bounds it, so the eigenvalues of F are in [0, 1] for any masses: every application takes kinetic
-// energy away. What one node gives its neighbour gets: linear momentum and the angular momentum of the spins stay to
-// round-off; uniform motion and a rigid spin of the elements are left alone. What an end holds moves as its wall does.
+// energy away. Neighbours exchange momentum: linear momentum and the angular momentum of the spins stay to round-off.
+// Uniform motion and a rigid spin of the elements do not change. Nodes and elements held by an end move with its wall.
 // Cost: 130 + 180 p flop per element.
 #pragma once
 
@@ -38,7 +38,7 @@ template <class P> struct Symmetric {
     }
 };
 
-/// Of a positive one.
+/// Inverse of a positive tensor.
 template <class P> SKEIN_INLINE Symmetric<P> inverse(const Symmetric<P>& a) {
     const P x = fma(a.yy, a.zz, -(a.yz * a.yz)), y = fma(a.xz, a.yz, -(a.xy * a.zz)),
             z = fma(a.xy, a.yz, -(a.xz * a.yy));
@@ -87,8 +87,8 @@ public:
 private:
     using P = Pack<W>;
     struct Row {
-        Vec3<P> rate;                     ///< what F is applied to; lab
-        detail::Symmetric<P> inv_inertia; ///< of the element; lab, 1/(kg m^2)
+        Vec3<P> rate;                     ///< rate to filter; lab
+        detail::Symmetric<P> inv_inertia; ///< inverse inertia of the element; lab, 1/(kg m^2)
         detail::Symmetric<P> conductance; ///< C, between the element and the next; lab, kg m^2
     };
 
@@ -134,8 +134,8 @@ private:
         apply(twice_);
     }
 
-    /// rate <- F rate of `count` nodes or elements. exchanged(k, difference): between k and the next; divided(k, f): by
-    /// inertia.
+    /// rate <- F rate for `count` nodes or elements. exchanged(k, difference) is between k and the next; divided(k, f)
+    /// divides by the inertia.
     template <class Exchanged, class Divided>
     SKEIN_INLINE void differ(Row* row, int count, const Exchanged& exchanged, const Divided& divided) const {
         const Vec3<P> first = row[0].rate;
@@ -154,10 +154,10 @@ private:
     long order_;
     bool closed_;
     double once_, twice_;                        ///< s + s^2/2, s^2/2
-    std::vector<double> conductance_;            ///< between the nodes of an element, kg, [n]
-    std::vector<double> inv_mass_;               ///< 1/kg, [n + 1]; 0 of held nodes
-    std::vector<char> held_;                     ///< elements, [n]
-    std::vector<std::pair<int, Vec3d>> sliding_; ///< nodes that ends hold in some directions; 1 in the others
+    std::vector<double> conductance_;            ///< conductance between the nodes of an element, kg, [n]
+    std::vector<double> inv_mass_;               ///< 1/kg, [n + 1]; 0 for held nodes
+    std::vector<char> held_;                     ///< held elements, [n]
+    std::vector<std::pair<int, Vec3d>> sliding_; ///< nodes that ends hold in some directions; 1 in the free ones
 };
 
 } // namespace skein

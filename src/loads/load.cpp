@@ -6,7 +6,7 @@ namespace skein {
 
 namespace {
 
-/// The key that is at fault where a load acts on rods that it is not for: 'rods', if the scene has it.
+/// Key at fault where a load acts on rods that it does not apply to: 'rods', if the scene has it.
 std::string_view choice_of_groups(const Objections& objections) { return objections.given("rods") ? "rods" : ""; }
 
 void object_to_rings(const std::string& what, RodSpecs groups, Objections& objections) {

@@ -1,4 +1,4 @@
-// The axes in which a load's couple is given: fixed in the lab, or in the material, which turn with it.
+// Axes of a load's couple: fixed in the lab, or in the material, turning with it.
 #pragma once
 
 #include <string_view>

@@ -15,7 +15,7 @@ template <class... L> struct Table<LoadTypes<L...>> {
 };
 using All = Table<LoadList>;
 
-/// Loads are told apart by their names.
+/// Loads must differ in their names.
 static_assert(
     [] {
         for (std::size_t i = 0; i < All::kinds.size(); ++i)

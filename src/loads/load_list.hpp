@@ -1,5 +1,5 @@
-// The loads that scenes know. A new one: its file among these #includes, and its name in the list. Read by one source
-// of each level (kernels/load_passes_at.cpp) and by load_list.cpp: nothing else depends on which loads there are.
+// All loads that scenes know. A new load adds its file to these #includes and its name to the list. One source of each
+// level (kernels/load_passes_at.cpp) and load_list.cpp read it: nothing else depends on the loads that exist.
 #pragma once
 
 #include "loads/end_couple.hpp"

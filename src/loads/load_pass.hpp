@@ -1,4 +1,4 @@
-// A load of the scene as a pass over the tiles of one group. What a load does not define, it does not pay for.
+// A load of the scene as a pass over the tiles of one group. Members that a load does not define cost nothing.
 #pragma once
 
 #include "skein/loads/load.hpp"
@@ -18,12 +18,12 @@ template <class L> inline constexpr bool names_bind_group = requires { &L::bind_
 template <class L> inline constexpr bool names_prepare = requires { &L::prepare; };
 
 template <class L> inline constexpr bool data_along_only = requires { requires L::data_along_only; };
-/// What the pass keeps of a tile, where the load binds to it.
+/// Data that the pass keeps for a tile, where the load binds to it.
 struct Nothing {};
 template <class L, int W, bool binds> struct KeptOfTile { using Type = Nothing; };
 template <class L, int W> struct KeptOfTile<L, W, true> { using Type = typename L::template TileData<W>; };
 
-/// Base of a load that makes no moments at ends of rods.
+/// Base of a load without moments at ends of rods.
 template <int W> struct NoEndMoments {};
 template <class L, int W>
 concept MakesMoments = requires(const L l, const RodTile<W>& t, const Step& s, EndMoments<W>& m) {
@@ -33,11 +33,11 @@ concept MakesMoments = requires(const L l, const RodTile<W>& t, const Step& s, E
             EndMoments<W>& m) {
     l.template add_end_moments<W>(t, data, s, m);
 };
-/// The base of a pass of L over rods that lie across, as joined ones do.
+/// Base of a pass of L over rods across, which joined rods are.
 template <class L, int W, class Map> using EndMomentsOf =
     std::conditional_t<MakesMoments<L, W> && !Map::along, MakesEndMoments<W>, NoEndMoments<W>>;
 
-/// Base of a load that makes moments at ends of rods.
+/// Base of a load with moments at ends of rods.
 template <class Pass, class L, int W, class Base> class WithEndMoments : public Base {};
 template <class Pass, class L, int W> class WithEndMoments<Pass, L, W, MakesEndMoments<W>> : public MakesEndMoments<W> {
 public:
@@ -66,7 +66,8 @@ public:
     }
     void bind(const RodTile<W>& rod) override {
         if constexpr (binds) {
-            if (rod.number >= tile_data_.size()) tile_data_.resize(rod.number + 1); // of a pass that stands alone
+            // a pass without expect() stands alone
+            if (rod.number >= tile_data_.size()) tile_data_.resize(rod.number + 1);
             tile_data_[rod.number] = load_.template bind<W>(rod);
         }
     }
@@ -80,7 +81,7 @@ public:
         else add();
     }
 
-    /// End moments of muscles.
+    /// Adds the end moments of muscles.
     void of_ends(const RodTile<W>& rod, const Step& step, EndMoments<W>& moments) const {
         if constexpr (binds) load_.template add_end_moments<W>(rod, tile_data_[rod.number], step, moments);
         else load_.template add_end_moments<W>(rod, step, moments);
@@ -93,8 +94,8 @@ private:
     std::vector<typename detail::KeptOfTile<L, W, binds>::Type> tile_data_;
 };
 
-/// Null for a load whose rods lie across, where Map is along. `group`: of an along mapping any of its family; a load
-/// that keeps tables of its group makes families of one. Defined in loads/load_passes.hpp.
+/// Pass of a load; null for a load whose rods lie across, where Map is along. `group` may be any of its family in a
+/// mapping along; a load with tables of its group makes families of one. Defined in loads/load_passes.hpp.
 template <int W, class Map = Across<W>> std::unique_ptr<TilePass<W>> make_pass(const Load& load, const RodGroup& group);
 
 } // namespace skein

@@ -1,4 +1,4 @@
-// The pass of any load of the list.
+// Passes of all loads of the list.
 #pragma once
 
 #include "loads/load_list.hpp"

@@ -1,7 +1,7 @@
-// Couple of a uniform, rotating magnetic field on rods magnetised in their material.   theory.md (34)-(35)
+// Couple of a uniform, rotating magnetic field on rods magnetised in their material. theory.md (34)-(35)
 //   b(t) = r(t) ( B0 + B (u sin wt + v cos wt) )        [T] lab, w = 2 pi/T; r(t) rises from `onset` and falls from
-//   `until` c_k += V_k m_k x Q_k b(t)                           [N m] body; m_k = M Q_k(0) m_hat, fixed in the body
-//   [A/m]
+//                                                       `until`
+//   c_k += V_k m_k x Q_k b(t)                           [N m] body; m_k = M Q_k(0) m_hat, fixed in the body [A/m]
 // Source: Gu et al. 2020 (Nat. Commun. 11, 2637), Methods. Cost: 45 flop per element.
 #pragma once
 
@@ -51,7 +51,7 @@ struct MagneticField {
             objections.add("", "none of the groups that this magnetic_field acts on has a [rods.magnetisation]");
         if (rotating == 0) {
             if (zero(constant)) objections.add("", "a magnetic_field needs 'constant' or 'rotating' [T]: both are 0");
-            // rotating = 0 is how one switches the rotation off and leaves the rest as it is.
+            // A period is optional: rotating = 0 switches the rotation off and leaves other keys as they are.
             if (!objections.given("rotating"))
                 objections.unused({"period", "sine_axis", "cosine_axis"}, "in a field without 'rotating' [T]");
             return;
@@ -77,13 +77,13 @@ struct MagneticField {
         return share(time) * b;
     }
 
-    /// b of the steps of a batch, so that sine and cosine are called once a step and not once a tile.
+    /// Computes b for the steps of a batch: sine and cosine once a step, not once a tile.
     void prepare(std::span<const Step> steps) {
         for (const Step& s : steps) field[s.slot] = at(s.time);
     }
     Vec3d field[Clock::largest_batch];
 
-    /// m_k of a tile's rods: one per element, or one in all where the start shape is straight (stride 0).
+    /// m_k of a tile's rods: one per element, or a single one where the start shape is straight (stride 0).
     template <int W> struct TileData {
         AlignedVector<Vec3<Pack<W>>> moment;
         int stride = 0;

@@ -11,7 +11,7 @@ namespace skein {
 void MagneticFormula::use(const FormulaScope& scope) {
     reading_ = nullptr;
     uniform_ = true;
-    if (!faults(scope).empty()) return; // which are told where they stand
+    if (!faults(scope).empty()) return; // faults of names are reported elsewhere
     FormulaReading reading(scope);
     nodes_ = reading.read("field", field, "T");
     if (!nodes_.empty()) {

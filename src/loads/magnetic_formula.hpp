@@ -1,6 +1,6 @@
-// Couple and force of a magnetic field that formulas give, on rods magnetised in their material. theory.md (40d)
+// Couple and force of a magnetic field from formulas, on rods magnetised in their material. theory.md (40d)
 //   U = -sum V_k m_k . Q_k B(y_k, t),  y_k = (x_k + x_k+1)/2
-//   c_k += V_k m_k x Q_k B                        [N m] body; m_k as of a magnetic_field, or a formula too [A/m]
+//   c_k += V_k m_k x Q_k B                        [N m] body; m_k as in magnetic_field, or a formula too [A/m]
 //   f_k, f_k+1 += V_k/2 grad (Q_k^T m_k . B)      [N] lab; by derivatives of the formulas
 #pragma once
 
@@ -33,15 +33,15 @@ struct MagneticFormula {
                  .text = "three formulas of s, L, rod: along d1, d2, d3; absent: that of [rods.magnetisation]"},
                 magnetisation);
     }
-    /// Reads the formulas: called where the names are known, and before all that follows.
+    /// Reads the formulas. It is called first, with all names that they may hold.
     void use(const FormulaScope& scope);
-    /// Whether a formula depends on it.
+    /// True where a formula depends on the variable.
     bool depends_on(Variable v) const { return values_.program.uses(v); }
     bool acts_on(const RodSpec& rods) const { return !magnetisation.empty() || MagneticField::acts_on(rods); }
     void check(RodSpecs groups, Objections& objections) const;
     double predicted_ns() const { return 1 + values_.program.predicted_ns(); }
     std::string fault_at_start(const RodGroup& group) const;
-    /// Of positions and rotations of an element together. theory.md (40e)
+    /// Stiffness against positions and rotations of an element together. theory.md (40e)
     DragRate largest_stiffness(const RodGroup& group) const;
 
     void prepare(std::span<const Step> steps) {
@@ -67,7 +67,7 @@ struct MagneticFormula {
             load[k].couple = fma(Pack<W>(Map::element(rod, k).volume), couple_at<Map>(rod, k, *m, b), load[k].couple);
     }
 
-    // What use() makes of them, and add() calls.
+    // Members below are set by use() and read by add().
     template <int W, class Map> [[gnu::noinline]] void add_by_places(const RodTile<W>& rod, const TileData<W>& data,
                                                                      SlotLoad<W>* load, const Step& step) const {
         using P = Pack<W>;
@@ -76,7 +76,7 @@ struct MagneticFormula {
         const auto triple = [&](int first, int i) {
             return Vec3<P>{run[first][i], run[first + 1][i], run[first + 2][i]};
         };
-        /// Half of the force on element k, place i of a strip that has been run.
+        /// Half of the force on element k, place i of an evaluated strip.
         const auto half_force = [&](int k, int i) {
             const Vec3<P> m =
                 (P(0.5) * P(Map::element(rod, k).volume)) * transpose_times(rod.slot[k].director, moment(k));
@@ -116,7 +116,7 @@ struct MagneticFormula {
         FormulaRun<W> run(moments_, places, 0);
         for (int first = 0; first < rod.n; first += strip<W>) {
             const int count = std::min(strip<W>, rod.n - first);
-            run.template at_middles<Across<W>>(rod, first, count); // of no state
+            run.template at_middles<Across<W>>(rod, first, count); // depends on no state
             for (int i = 0; i < count; ++i) data.moment.push_back({run[0][i], run[1][i], run[2][i]});
         }
         return data;

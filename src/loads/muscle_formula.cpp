@@ -8,7 +8,7 @@ namespace skein {
 
 void MuscleFormula::use(const FormulaScope& scope) {
     reading_ = nullptr;
-    if (!faults(scope).empty()) return; // which are told where they stand
+    if (!faults(scope).empty()) return; // faults of names are reported elsewhere
     FormulaReading reading(scope);
     nodes_ = curvature.empty() ? reading.read("moment", moment, "N m") : reading.read("curvature", curvature, "1/m");
     moment_ = reading.compile(key(), nodes_);

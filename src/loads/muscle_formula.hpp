@@ -1,9 +1,8 @@
-// Muscles as formulas of a scene: a moment in the rod that changes with time and place along it.           theory.md
-// (36), (36a)
-//   m_j = m(s_j, t)  [N m]  at every vertex j, as couples on the elements beside it loads/vertex_couples.hpp or m_j =
-//   B_j k(s_j, t), k [1/m] a change of the rest curvature and B_j the stiffness of the vertex's cell
-// A ring's last vertex, s = L, is where it closes; of an open rod s = 0 and s = L are vertices where the end is
-// clamped: the element has m_0, or -m_n, and the clamp what is opposite. Cost: 30 flop per element beside the formulas,
+// Muscles as formulas of a scene: a moment in the rod that changes with time and place along it. theory.md (36), (36a)
+//   m_j = m(s_j, t)  [N m]   at every vertex j, as couples on its two elements (loads/vertex_couples.hpp), or
+//   m_j = B_j k(s_j, t)      k [1/m] a change of the rest curvature, B_j the stiffness of the vertex's cell
+// A ring's last vertex, s = L, is where it closes. The ends s = 0 and s = L of an open rod are vertices where they are
+// clamped: the element has m_0, or -m_n, and the clamp the opposite. Cost: 30 flop per element beside the formulas,
 // about body axes 100.
 #pragma once
 
@@ -30,7 +29,7 @@ struct MuscleFormula {
     static constexpr bool for_rigid_bodies = false;
     std::vector<std::string> moment;
     LoadFrame frame = LoadFrame::body;
-    std::vector<std::string> curvature = {}; ///< in the place of `moment`
+    std::vector<std::string> curvature = {}; ///< instead of `moment`
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "moment",
@@ -49,9 +48,9 @@ struct MuscleFormula {
              .text = "of `moment`: body axes (d1, d2, d3) turn with the rod, as a change of its rest curvature does"},
             frame, load_frame_names);
     }
-    /// Reads the formulas: called where the names are known, and before all that follows.
+    /// Reads the formulas. It is called first, with all names that they may hold.
     void use(const FormulaScope& scope);
-    /// Whether a formula depends on it.
+    /// True where a formula depends on the variable.
     bool depends_on(Variable v) const { return moment_.program.uses(v); }
     void check(RodSpecs groups, Objections& objections) const;
     double predicted_ns() const { return 2 + moment_.program.predicted_ns(); }
@@ -66,7 +65,7 @@ struct MuscleFormula {
     template <int W> struct TileData {
         PlaceValues<W> places;
         AlignedVector<Pack<W>> acts;            ///< [node]: 1 where it is a vertex
-        AlignedVector<Vec3<Pack<W>>> stiffness; ///< [node]: of its cell, N m^2; empty where formulas are of moments
+        AlignedVector<Vec3<Pack<W>>> stiffness; ///< [node]: stiffness of its cell, N m^2; empty for formulas of moments
     };
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
         TileData<W> data{place_values<W>(moment_, rod, false), {}, {}};
@@ -124,7 +123,7 @@ struct MuscleFormula {
             each_inner_row([&](int node, const Vec3<P>& m) { add_to(node - 1, m); });
             return add_to(n - 1, last);
         }
-        // Where a ring closes, or a lane's rod goes on in the next, one vertex serves both sides.
+        // One vertex serves both sides where a ring closes, or where a lane's rod goes on in the next.
         VertexCouples<P> seam;
         if constexpr (Map::along) {
             seam = about<Map>(rod, n - 1, from_lane_after(rod.slot[0].director), last);
@@ -141,7 +140,7 @@ struct MuscleFormula {
         load[n - 1].couple += before + seam.before;
     }
 
-    /// Moments where an open rod ends, for joints that go on there.
+    /// Adds the moments at the ends of an open rod, for joints there.
     template <int W> void add_end_moments(const RodTile<W>& rod, const TileData<W>& data, const Step& step,
                                           EndMoments<W>& moments) const {
         if (rod.group->closed()) return;
@@ -156,9 +155,9 @@ struct MuscleFormula {
         add(rod.n, rod.n - 1, moments.end);
     }
 
-    // What use() makes of them, and add() calls.
+    // Members below are set by use() and read by add().
     const char* key() const { return curvature.empty() ? "moment" : "curvature"; }
-    /// Of the vertex after element k; where a rod ends there is no turn.
+    /// Couples of the vertex after element k; without a turn where a rod ends.
     template <class Map, int W> SKEIN_INLINE static VertexCouples<Pack<W>>
     about(const RodTile<W>& rod, int k, const Quaternion<Pack<W>>& next, const Vec3<Pack<W>>& m) {
         const Quaternion<Pack<W>>& here = rod.slot[k].director;

@@ -1,12 +1,12 @@
-// The published travelling wave of muscle couple, which runs from the rod's end to its start.   theory.md (39)-(40)
+// Published travelling wave of muscle couple, which runs from the rod's end to its start. theory.md (39)-(40)
 //   a_i(t) = r(t) A_i sin(2 pi t/T - k s_i + phi)                    [N m], s_i = (l_0 + .. + l_i)/L, i = 0 .. n - 1
 //   c_j += Q_j a_{n-1-j} d,   c_{j-1} -= Q_{j-1} a_{n-1-j} d         [N m] body, at vertices j = 1 .. n - 1; d a lab
-//   direction,
-// or with `frame` = "body" a material one, theory.md (36a).
-// A ring has a vertex j = 0 too, where it closes: published codes leave it out. Ends that are clamped by half cells,
-// which those do not have, are vertices: j = 0 with a_{n-1}, and j = n with the a of s = 0. A_i is a table or a cubic
-// B-spline at s_i. The wave of loads/muscle_wave.hpp counts arc length from the start, in metres. Source: Gazzola et
-// al. 2018, as PyElastica's MuscleTorques computes it.
+//                                                                    direction, or with `frame` = "body" a material
+//                                                                    one, theory.md (36a)
+// A ring has a vertex j = 0 too, where it closes; published codes leave it out. Ends clamped by half cells, which those
+// do not have, are vertices: j = 0 with a_{n-1}, and j = n with the a of s = 0. A_i is a table or a cubic B-spline at
+// s_i. The wave of loads/muscle_wave.hpp counts arc length from the start, in metres. Source: Gazzola et al. 2018, as
+// PyElastica's MuscleTorques computes it.
 #pragma once
 
 #include "loads/bspline.hpp"
@@ -26,13 +26,13 @@ namespace skein {
 struct MuscleTorques {
     static constexpr std::string_view kind = "muscle_torques";
     static constexpr bool for_rigid_bodies = false;
-    std::vector<double> coefficients; ///< of the B-spline, N m, at least 4
+    std::vector<double> coefficients; ///< coefficients of the B-spline, N m, at least 4
     std::vector<double> table;        ///< A_i, N m, [n]; instead of the spline
     double period = 0;                ///< T, s
     double wave_number = 0;           ///< k, rad per rod length
     double phase = 0;                 ///< phi, rad
     Vec3d direction{0, 0, 1};         ///< d
-    LoadFrame frame = LoadFrame::lab; ///< of d
+    LoadFrame frame = LoadFrame::lab; ///< axes of d
     Ramp ramp;
 
     void fields(FieldVisitor& f) {
@@ -74,7 +74,7 @@ struct MuscleTorques {
     }
     std::string refine(const Shape& was, const Shape& now) {
         if (table.empty()) return {};
-        const auto ends = [](const Shape& shape) { // of elements: s_i
+        const auto ends = [](const Shape& shape) { // s_i of elements
             const auto nodes = nodes_of(shape);
             return std::vector<double>(nodes.begin() + 1, nodes.end());
         };
@@ -82,7 +82,7 @@ struct MuscleTorques {
         return "'table' is taken as linear between its places";
     }
 
-    /// At s of the way from the end to the start; `i`: of the table.
+    /// Amplitude at s on the way from the end to the start, N m; `i`: entry of the table.
     double amplitude_at(double s, int i) const {
         return table.empty() ? cubic_bspline(coefficients, s) : nth(table, i);
     }

@@ -1,11 +1,12 @@
-// A travelling wave of internal couple, as muscles make it: equal and opposite on the two elements of every vertex.
+// Travelling wave of internal couple, as muscles make it: equal and opposite on the two elements of every vertex.
+// theory.md (36)
 //   m_j(t) = r(t) A_j sin(2 pi t/T - 2 pi s_j/lambda + phi)       [N m], vertex j between elements j-1 and j, s_j its
-//   arc length c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body; d a lab direction theory.md
-//   (36)
-// With `frame` = "body", d lies in the material, and m_j acts as a change of the rest curvature does. theory.md (36a)
-// A ring's last vertex, j = n, is where it closes; of an open rod j = 0 and j = n are vertices where the end is
-// clamped, with the A_j of the next one. Source: Gazzola et al. 2018 (snake), in the form of the active matter of
-// Parthasarathy et al. 2026.
+//                                                                 arc length
+//   c_j += Q_j m_j d,   c_{j-1} -= Q_{j-1} m_j d                  [N m] body; d a lab direction
+// With `frame` = "body", d is a direction of the material. m_j then acts as a change of the rest curvature. theory.md
+// (36a) A ring's last vertex, j = n, is where it closes. The ends j = 0 and j = n of an open rod are vertices where
+// they are clamped, with the A_j of the next one. Source: Gazzola et al. 2018 (snake), in the form of the active matter
+// of Parthasarathy et al. 2026.
 #pragma once
 
 #include "loads/vertex_wave.hpp"
@@ -27,14 +28,14 @@ struct MuscleWave {
     static constexpr std::string_view kind = "muscle_wave", label = "muscles";
     static constexpr bool for_rigid_bodies = false;
     double amplitude = 0; ///< A, N m
-    std::vector<double>
-        profile; ///< A_j/A of every vertex (elements - 1, in a ring elements), or at these places; empty: 1
+    /// A_j/A of every vertex (elements - 1, in a ring elements), or at these places; empty: 1
+    std::vector<double> profile;
     std::vector<double> profile_at;   ///< places over the length, rising
     double period = 0;                ///< T, s
     double wavelength = 0;            ///< lambda, m
     double phase = 0;                 ///< phi, rad
     Vec3d direction{0, 0, 1};         ///< d
-    LoadFrame frame = LoadFrame::lab; ///< of d
+    LoadFrame frame = LoadFrame::lab; ///< axes of d
     Ramp ramp;
 
     void fields(FieldVisitor& f) {
@@ -88,9 +89,9 @@ struct MuscleWave {
         return "'profile' is taken as linear between vertices";
     }
 
-    /// What the wave is behind by at arc length s, rad.
+    /// Phase lag of the wave at arc length s, rad.
     double phase_at(double s) const { return 2 * std::numbers::pi / wavelength * s - phase; }
-    /// A/A_0 of vertex j >= 1, which is at arc length s of a rod of this length.
+    /// A_j/A of vertex j >= 1, which is at arc length s of a rod of this length.
     double share(int j, double s, double length) const {
         if (profile.empty()) return 1;
         if (profile_at.empty()) return nth(profile, j - 1);

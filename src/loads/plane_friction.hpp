@@ -1,18 +1,19 @@
-// A plane on which rods lie and slide with a friction of its own forth, back and sideways: snakes.
-// Per element, N the plane's normal, a = unit(t - (t.N) N), b = a x N, arm -r N; touching where the gap g = d - r is at
-// most `tolerance`
+// Plane on which rods lie and slide, with different friction forwards, backwards and sideways: snakes. theory.md
+// (60)-(62) Per element, N the plane's normal, a = unit(t - (t.N) N), b = a x N, arm -r N; touching where the gap g = d
+// - r is at most `tolerance`:
 //   F = sum of nodal loads so far, half from each node (whole from end nodes)
 //   push   P = max(0, -F.N);  plane force (P - k min(0, g) - c v.N) N;  friction goes by P alone
 //   slip   v_a = v.a,  v_b = v.b - r w.(Q a), as N x b = a;  phi(s) = 1 for |s| <= v_s, |2 - |s|/v_s| up to 2 v_s, 0
-//   above slides, u = unit(v_a a + v_b b):
+//          above
+//   slides, u = unit(v_a a + v_b b):
 //          along -(1 - phi_a) mu_k(sign v_a) P (u.a) a;  across -(1 - phi_b) mu_k,side P (u.b) b
 //   holds, F with sliding friction in it, c the couple so far:
 //          along -clamp(F.a, -phi_a mu_s,back P, phi_a mu_s,forward P) a
 //          across clamp((2 c.(Q a)/r - F.b)/3, +- phi_b mu_s,side P) b
 //   couple of a force f b on its arm: -r f Q a
-// Reads the loads already there, internal and external, so it comes after contacts and walls. The velocity is that of
-// before the kick. theory.md (60)-(62) Source: Gazzola et al. 2018 (R. Soc. Open Sci. 5, 171628), as PyElastica has it.
-// Cost: 230 flop per element, with four square roots and two divisions.
+// Loads already there, internal and external, are read, so it acts after contacts and walls. The velocity is that
+// before the kick. Source: Gazzola et al. 2018 (R. Soc. Open Sci. 5, 171628), as PyElastica has it. Cost: 230 flop per
+// element, with four square roots and two divisions.
 #pragma once
 
 #include "skein/core/error.hpp"
@@ -34,7 +35,7 @@ struct PlaneFriction {
     static constexpr bool for_rigid_bodies = false, for_rings = false;
 
     Vec3d point{0, 0, 0};                                                   ///< m
-    Vec3d normal{0, 0, 1};                                                  ///< towards the rods
+    Vec3d normal{0, 0, 1};                                                  ///< normal, pointing to the rods
     double stiffness = 0;                                                   ///< k, N/m
     double damping = 0;                                                     ///< c, N s/m
     double tolerance = automatic;                                           ///< m
@@ -42,10 +43,10 @@ struct PlaneFriction {
     double static_forward = 0, static_backward = 0, static_sideways = 0;    ///< mu_s
     double slip_speed = automatic;                                          ///< v_s, m/s
 
-    static constexpr double automatic = -1;        ///< chosen from rods and weight
-    static constexpr double touching_share = 0.01; ///< of the least radius, of such a tolerance
-    static constexpr double held_share = 0x1p-24;  ///< of the speed of the scene, of such a slip speed
-    static constexpr double most_tolerance = 0.05; ///< radii: beyond, rods hover, and the plan doubts it
+    static constexpr double automatic = -1;        ///< automatic choice, from rods and weight
+    static constexpr double touching_share = 0.01; ///< share of the least radius for an automatic tolerance
+    static constexpr double held_share = 0x1p-24;  ///< share of the scene's speed for an automatic slip speed
+    static constexpr double most_tolerance = 0.05; ///< radii; rods hover at larger tolerances, and the plan warns
 
     void fields(FieldVisitor& f) {
         f.visit({.name = "point", .unit = "m", .text = "on the plane"}, point);
@@ -109,7 +110,7 @@ struct PlaneFriction {
         for (const ElementConstants& e : group.element) least = std::min(least, e.radius);
         return least;
     }
-    /// A speed that rods have where they lie: that of a fall through a radius, m/s, or without gravity [m/s^2] that of
+    /// Speed scale of rods at their places: that of a fall through a radius, m/s, or without gravity [m/s^2] that of
     /// bending.
     static double speed_of(const RodGroup& group, double gravity) {
         const double radius = least_radius(group);
@@ -117,21 +118,21 @@ struct PlaneFriction {
         const RodSpec& spec = group.spec();
         return radius / spec.shape.length * std::sqrt(spec.material.youngs_modulus / spec.material.density);
     }
-    /// Numbers in place of what is automatic.
+    /// Sets numbers in place of automatic ones.
     void choose(double radius, double speed) {
         if (tolerance < 0) tolerance = touching_share * radius;
         if (slip_speed < 0) slip_speed = held_share * speed;
     }
 
-    /// Of the plane's damping and of its spring, where all elements touch.
+    /// Rate of the plane's damping and stiffness of its spring, where all elements touch.
     DragRate largest_rate(const RodGroup& group) const { return largest_over_mass(damping, group); }
     DragRate largest_stiffness(const RodGroup& group) const { return largest_over_mass(stiffness, group); }
 
     /// Constants of an element.
     template <class N> struct Row {
         N share;                  ///< m_k/(m_k + m_{k+1})
-        N radius, inverse_radius; ///< at rest, of a circle of the same area, m
-        N first, last;            ///< shares of its nodes' loads: half, of an end's all
+        N radius, inverse_radius; ///< radius at rest of a circle of the same area, m
+        N first, last;            ///< shares of its nodes' loads: half, at ends all
     };
     std::vector<Row<double>> rows; ///< [n]
 
@@ -158,8 +159,8 @@ struct PlaneFriction {
         const auto row = [&](int k) -> const auto& { return Map::row(rows, lane_rows, k); };
         const bool holds = static_forward > 0 || static_backward > 0 || static_sideways > 0;
         const int n = rod.n;
-        // Every element sees nodes as the stage before has left them for all: its halves are handed on one element
-        // late, and those of the last to the lane after before that begins.
+        // Every element reads nodes as the previous stage has left them for all: its halves are handed on one element
+        // late. Halves of the last element go to the next lane before that begins.
         load[n].force = behind<Map>(rod, load[0].force, load[n].force);
         const Vec3<P> last_velocity = behind<Map>(rod, rod.slot[0].velocity, rod.slot[n].velocity);
         const auto push = [&](int k, Grip<P>& grip) __attribute__((always_inline)) {
@@ -172,7 +173,7 @@ struct PlaneFriction {
         Grip<P> last, grips[2];
         const Vec3<P> last_half = push(n - 1, last);
         Vec3<P> plane_half = given_on<Map>(rod, last_half), static_half = nothing<W>(), first_held = nothing<W>();
-        // Of element k, when its second node lacks nothing but what holds.
+        // Load of element k, when its second node lacks only holding friction.
         const auto hold_on = [&](int k) __attribute__((always_inline)) {
             const Vec3<P> held = hold_half(k, grips[k % 2]);
             if (k > 0) load[k].force += static_half + held;
@@ -197,15 +198,15 @@ struct PlaneFriction {
     }
 
 private:
-    /// How an element lies on the plane.
+    /// Position of an element on the plane.
     template <class P> struct Grip {
         Vec3<P> along, across; ///< a, b
-        Vec3<P> axis;          ///< Q a: the arm of a force along b, times N x b = a
+        Vec3<P> axis;          ///< Q a: arm of a force along b, times N x b = a
         P radius, inverse_radius, push;
         P rest_along, rest_across; ///< phi
     };
 
-    /// Bounded from above by the sum along a node's row: half of what each of its elements has, over its mass.
+    /// Rate bounded from above by the sum along a node's row: half of the value of each of its elements, over its mass.
     static DragRate largest_over_mass(double of_element, const RodGroup& group) {
         const int n = group.elements();
         DragRate largest;
@@ -226,7 +227,7 @@ private:
         return fma(Pack<W>(c.first), load[k].force, Pack<W>(c.last) * load[k + 1].force);
     }
 
-    /// Force of the plane and of sliding friction; the couple of the latter goes into the load. `next`: velocity of
+    /// Force of the plane and of sliding friction; the couple of the latter is added to the load. `next`: velocity of
     /// node k + 1.
     template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> slide(const RodTile<W>& rod, SlotLoad<W>* load, int k,
                                                                  const auto& c, const Vec3<Pack<W>>& next,
@@ -236,7 +237,7 @@ private:
         const Slot<W>& s = rod.slot[k];
         const Vec3<P>& end = rod.slot[k + 1].position;
         const Vec3<P> up = broadcast<W>(normal), edge = end - s.position, flat = edge - dot(edge, up) * up;
-        // Of a length and of the square root of a dilatation, for one division.
+        // Inverses of a length and of the square root of a dilatation, with one division.
         const P size = max(norm(flat), P(1e-150)), root = sqrt(norm(edge) * P(Map::element(rod, k).inv_rest_length)),
                 inverse = one / (size * root);
         g.along = (root * inverse) * flat;
@@ -255,7 +256,7 @@ private:
         g.rest_along = resting(slip_along);
         g.rest_across = resting(slip_across);
         const P per_slip = g.push / max(sqrt(fma(slip_along, slip_along, slip_across * slip_across)),
-                                        P(1e-150)); // of 1e-300 a large push would have no quotient
+                                        P(1e-150)); // at 1e-300 a large push would have no quotient
         const P coefficient = select(slip_along > zero, P(kinetic_forward), P(kinetic_backward));
         const P along = -((one - g.rest_along) * coefficient * per_slip * slip_along),
                 across = -((one - g.rest_across) * P(kinetic_sideways) * per_slip * slip_across);
@@ -263,7 +264,7 @@ private:
         return fma(select(touches, plane, zero), up, fma(along, g.along, across * g.across));
     }
 
-    /// Friction that holds the element; its couple goes into the load.
+    /// Friction that holds the element; its couple is added to the load.
     template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> hold(const RodTile<W>& rod, SlotLoad<W>* load, int k,
                                                                 const auto& c, const Grip<Pack<W>>& g) const {
         using P = Pack<W>;
@@ -279,7 +280,7 @@ private:
         return fma(-along, g.along, across * g.across);
     }
 
-    /// The couple of a force along b on the arm -r N.
+    /// Adds the couple of a force along b on the arm -r N.
     template <class Map, int W> SKEIN_INLINE static void turn(const RodTile<W>& rod, SlotLoad<W>* load, int k,
                                                               const Grip<Pack<W>>& g, Pack<W> across) {
         load[k].couple += where_present<Map>(rod, k, (-(g.radius * across)) * g.axis);

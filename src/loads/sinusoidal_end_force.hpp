@@ -1,4 +1,4 @@
-// Forces that turn in a plane, on the two end nodes, after a steady pull.           theory.md (37)
+// Forces that turn in a plane, on the two end nodes, after a steady pull. theory.md (37)
 //   f_0 += F_start u(t),  f_n += F_end u(t)        [N] lab
 //   u = steady * nu  for t < hold,  then  cos(p) nu x tau + sin(p) nu,  p = 2 pi (t - hold)/T
 // Source: PyElastica's EndpointForcesSinusoidal of its joint cases, where steady = -2 and T = 4 s.

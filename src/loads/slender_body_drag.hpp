@@ -1,11 +1,11 @@
-// Drag of a thin rod in a viscous fluid at rest, to leading order in 1/ln(L/r): no flow is solved for.   theory.md (38)
+// Drag of a thin rod in a viscous fluid at rest, to leading order in 1/ln(L/r), without a flow solver. theory.md (38)
 //   F_k = -4 pi mu l'/ln(L'/r) (1 - t t^T/2) v_k,  half to each node of element k        [N] lab
-//   l', t: length and tangent now; L' = sum of l'; r = sqrt(V/(pi l')); v_k = (m_k v_k + m_{k+1} v_{k+1})/(m_k +
-//   m_{k+1})
-// Source: Cox 1970 (J. Fluid Mech. 44, 791), Gazzola et al. 2018. The velocity is that of before the kick, so this is
-// an explicit load: first order in the step, and stable only while (step) x (drag rate) < 2: the plan counts it among
-// the limits. Damping of kind "physical" has neither fault. In a ring node n is node 0. Cost: 100 flop per element, of
-// them 45 for the logarithm, with a square root and two divisions.
+//   l', t: present length and tangent; L' = sum of l'; r = sqrt(V/(pi l'));
+//   v_k = (m_k v_k + m_{k+1} v_{k+1})/(m_k + m_{k+1})
+// Source: Cox 1970 (J. Fluid Mech. 44, 791), Gazzola et al. 2018. The velocity is that before the kick, so this
+// explicit load is of first order in the step. It is stable only while (step) x (drag rate) < 2, which the plan counts
+// among the limits. Damping of kind "physical" has neither fault. In a ring node n is node 0. Cost: 100 flop per
+// element, of them 45 for the logarithm, with a square root and two divisions.
 #pragma once
 
 #include "core/logarithm.hpp"
@@ -55,8 +55,8 @@ struct SlenderBodyDrag {
                             std::numbers::pi / nth(group.element, k).volume});
     }
 
-    /// The largest rate of decay of a velocity at the rest lengths, bounded from above by the sum along a node's row:
-    /// half of the drag of both its elements over its mass. theory.md (38)
+    /// Largest decay rate of a velocity at the rest lengths. Its upper bound is the sum along a node's row: half of the
+    /// drag of both its elements over its mass. theory.md (38)
     DragRate largest_rate(const RodGroup& group) const {
         const int n = group.elements();
         const auto half_drag = [&](int k) {
@@ -75,7 +75,7 @@ struct SlenderBodyDrag {
     }
 
     static constexpr bool data_along_only = true;
-    /// Of a tile along: constants by lane, and lengths of the moment, which are added up along each rod in its own
+    /// Data of a tile along: constants by lane, and present lengths, which are added up along each rod in its own
     /// order.
     template <int W> struct TileData {
         LaneRows<Row<Pack<W>>> rows;
@@ -97,7 +97,7 @@ struct SlenderBodyDrag {
             const Vec3<P>& next = k + 1 < rod.n ? rod.slot[k + 1].velocity : behind_last;
             const Vec3<P> v = fma(P(c.share), rod.slot[k].velocity, P(1 - c.share) * next);
             const P slender = P(0.5) * log(total * total * length * P(c.thread)); // ln(L'/r) = ln(L'^2/r^2)/2
-            const P inverse = P(1.0) / (squared * slender);                       // of both, for one division
+            const P inverse = P(1.0) / (squared * slender);                       // one division for two inverses
             const Vec3<P> across = v - (P(0.5) * dot(edge, v) * slender * inverse) * edge;
             return where_present<Map>(rod, k,
                                       (P(-2 * std::numbers::pi * viscosity) * length * squared * inverse) * across);
@@ -117,7 +117,7 @@ private:
     template <int W> SKEIN_INLINE static Vec3<Pack<W>> edge_of(const RodTile<W>& rod, int k) {
         return rod.slot[k + 1].position - rod.slot[k].position;
     }
-    /// L' of every lane's rod.
+    /// L' of the rod of every lane, m.
     template <class Map, int W> static Pack<W> total_length(const RodTile<W>& rod, const TileData<W>& data) {
         Pack<W> total(0.0);
         if constexpr (Map::along) {

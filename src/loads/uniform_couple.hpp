@@ -1,4 +1,4 @@
-// A total couple, fixed in the lab, shared evenly along each rod, by rest length.  theory.md (32)
+// Total couple, fixed in the lab, distributed evenly along each rod, by rest length. theory.md (32)
 //   c_k += Q_k C l_k/L        [N m] body, at element k
 // Cost: 12 fma per element.
 #pragma once

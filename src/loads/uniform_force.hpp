@@ -1,4 +1,4 @@
-// A total force shared evenly along each rod, by rest length.                      theory.md (31)
+// Total force distributed evenly along each rod, by rest length. theory.md (31)
 //   f_i += F (l_{i-1} + l_i)/(2L)                  [N] lab, at nodes
 // Cost: 8 flop per node.
 #pragma once

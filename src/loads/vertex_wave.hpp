@@ -1,9 +1,9 @@
-// A wave of couple that stands equal and opposite on the two elements of every vertex: what muscles have in common.
-//   c_k += Q_k (m_k - m_{k+1}) d                  [N m] body, vertex j between elements j-1 and j; d a lab direction,
-//   or a moment m_j d about body axes, d in the material loads/vertex_couples.hpp
-// Of an open rod the ends are vertices where they are clamped: the element has m_0 d, or -m_n d, and the clamp what is
-// opposite. In a ring vertex 0 joins the last element to the first. Where a joint goes on it has the moments of the
-// ends (tiles/end_moments.hpp).
+// Wave of couple, equal and opposite on the two elements of every vertex: the common part of muscles.
+//   c_k += Q_k (m_k - m_{k+1}) d        [N m] body, vertex j between elements j-1 and j; d a lab direction,
+//                                       or a moment m_j d about body axes, d in the material: loads/vertex_couples.hpp
+// Ends of an open rod are vertices where they are clamped: the element has m_0 d, or -m_n d, and the clamp the
+// opposite. In a ring vertex 0 joins the last element to the first. A joint has the moments of the ends
+// (tiles/end_moments.hpp).
 //   m_j(t) = r(t) A_j sin(2 pi t/T - a_j) = A_j cos(a_j) r sin(wt) - A_j sin(a_j) r cos(wt): one sine and cosine a step
 //   in all
 // Cost: 33 flop per element; about body axes 102.
@@ -24,13 +24,14 @@ namespace skein {
 
 class VertexWave {
 public:
-    /// Silent at all vertices until they are set. `frame`: of the direction.
+    /// Sets all vertices to 0. `frame`: axes of the direction.
     void resize(int elements, LoadFrame frame) {
         parts_.assign(static_cast<std::size_t>(elements), {0, 0});
         start_ = at_start_ = at_end_ = {0, 0};
         frame_ = frame;
     }
-    /// Amplitude A_j, N m, and phase a_j, rad, at vertex j between two elements, once for each; of rings alone j = 0.
+    /// Sets amplitude A_j, N m, and phase a_j, rad, at vertex j between two elements, once for each; j = 0 exists in
+    /// rings alone.
     void set(int j, double amplitude, double phase) {
         const auto after = static_cast<std::size_t>(j), before = (j > 0 ? after : parts_.size()) - 1;
         const Parts<double> m = parts_of(amplitude, phase);
@@ -85,7 +86,8 @@ public:
         }
     }
 
-    /// Of m_k - m_{k+1}, N m; about body axes of m_{k+1}, the last of which acts where a ring closes or a clamp holds.
+    /// Parts of m_k - m_{k+1}, N m; about body axes of m_{k+1}, the last of which acts where a ring closes or a clamp
+    /// holds.
     template <class N> struct Parts { N in_phase, quadrature; };
 
 private:
@@ -108,14 +110,14 @@ private:
             const P m = now(Map::row(parts_, in_lanes, k));
             const Quaternion<P>& here = rod.slot[k].director;
             VertexCouples<P> c;
-            if constexpr (Map::along) { // where a rod ends there is no turn to work out
+            if constexpr (Map::along) { // no turn is computed where a rod ends
                 const Mask<W> inner = Map::cell(rod, k).inner;
                 c = about_body_axes(select(inner, next, here), here, m * d);
                 c = {select(inner, c.before, -(m * d)), select(inner, c.after, Vec3<P>{})};
             } else c = about_body_axes(next, here, m * d);
             return c;
         };
-        // Where a ring closes, or a lane's rod goes on in the next, one vertex serves both sides.
+        // One vertex serves both sides where a ring closes, or where a lane's rod goes on in the next.
         VertexCouples<P> seam;
         Vec3<P> before = now(start_) * d;
         if constexpr (Map::along) {
@@ -135,7 +137,7 @@ private:
 
     LoadFrame frame_ = LoadFrame::lab;
     std::vector<Parts<double>> parts_; ///< [elements]
-    Parts<double> start_{0, 0};        ///< about body axes: of m_0
+    Parts<double> start_{0, 0};        ///< m_0 about body axes
     Parts<double> at_start_{0, 0}, at_end_{0, 0};
     double sine_[Clock::largest_batch], cosine_[Clock::largest_batch];
 };

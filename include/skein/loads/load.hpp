@@ -1,18 +1,18 @@
-// Any load of the list (loads/load_list.hpp) as a value: what scenes, plans and checks ask of a load without knowing
-// which it is. A load is a plain struct with `kind` and `fields()`, and `add()`, which the step calls
-// (loads/load_pass.hpp). All else it may leave out, and is found here where it does not:
-//   label                                names it in plans, where the words of `kind` do not
-//   check(groups, objections) const      what contradicts what, or the groups that it acts on
-//   for_rigid_bodies, for_rings = false  kinds of rods that it is not for: scenes which put it on such are refused
-//   use(names)                           what formulas of the scene may name: before all that follows
-//   acts_on(rods) const                  groups that it has nothing to do with, and costs nothing
-//   largest_rate(group) const            of decay of a velocity, where it reads velocities: a limit of the step
-//   largest_stiffness(group) const       of its force against positions, over mass, 1/s^2: a limit of the step too
-//   fault_at_start(group) const          what is wrong with its values at the start, in words
-//   refine(was, now)                     takes what it lists by element, node or vertex over to rods of other elements;
-//   says how predicted_ns() const                 time of one core for an element and step, where that is not about 1
-//   ns needs_whole_rods = true              it looks along a rod from end to end, which strands do not feels_all = true
-//   it answers what everything else presses with: it comes after contacts and walls
+// A load of the list (loads/load_list.hpp) as a value: the interface for scenes, plans and checks. A load is a plain
+// struct with `kind` and `fields()`, and with `add()`, which the step calls (loads/load_pass.hpp). All other members
+// are optional:
+//   label                                name in plans, where `kind` is not plain enough
+//   check(groups, objections) const      objections to its keys, or to the groups that it acts on
+//   for_rigid_bodies, for_rings = false  kinds of rods that it does not apply to: such scenes are refused
+//   use(names)                           receives the names for formulas of the scene, before all that follows
+//   acts_on(rods) const                  false for groups that it does not affect, where it costs nothing
+//   largest_rate(group) const            decay rate of a velocity, where it reads velocities: a limit of the step
+//   largest_stiffness(group) const       stiffness against positions, over mass, 1/s^2: a limit of the step too
+//   fault_at_start(group) const          fault of its values at the start, in words
+//   refine(was, now)                     converts lists by element, node or vertex to rods of other elements; says how
+//   predicted_ns() const                 time of one core for an element and step, where that is not about 1 ns
+//   needs_whole_rods = true              it reads a rod from end to end, which strands do not have
+//   acts_last = true                     it reads all other loads: it acts after contacts and walls
 // A member of one of these names that cannot be called like this does not compile.
 #pragma once
 
@@ -47,16 +47,16 @@ concept HasFields = requires(L load, FieldVisitor& f) {
 template <class L>
 concept LoadStruct = HasFields<L> && std::copyable<L>;
 
-/// A rate of decay, or a stiffness over mass, and the element that has it.
+/// Decay rate, or stiffness over mass, and the element that has it.
 struct DragRate {
     double value = 0; ///< 1/s; 1/s^2
     int element = 0;
 };
 
-/// Groups of rods, as a scene states them.
+/// Groups of rods of a scene.
 using RodSpecs = std::span<const RodSpec* const>;
 
-/// Keeps tables of its group.
+/// True for loads with tables of their group.
 template <class L> inline constexpr bool keeps_tables_of_group = requires(L l, const RodGroup& g) { l.bind_group(g); };
 
 namespace detail {
@@ -103,12 +103,12 @@ template <class L> constexpr std::string_view label_of() {
 
 } // namespace detail
 
-/// Its rods lie across: it says so, or its add() takes no mapping.
+/// True for loads whose rods lie across: they say so, or their add() takes no mapping.
 template <class L> inline constexpr bool needs_whole_rods = detail::says_whole_rods<L> || !detail::adds_along<L>();
 
 class Load {
 public:
-    /// The first of the list, for a scene to say which.
+    /// Makes the first load of the list, until a scene names another.
     Load();
     template <LoadStruct L> Load(L load) : held_(std::make_unique<Held<L>>(std::move(load))) {}
     Load(const Load& other) : held_(other.held_->copy()) {}
@@ -116,18 +116,18 @@ public:
     Load& operator=(const Load& other) { return *this = Load(other); }
     Load& operator=(Load&&) noexcept = default;
 
-    /// The name a scene gives to it.
+    /// Name in scenes.
     std::string_view kind() const { return held_->traits().kind; }
-    /// In words.
+    /// Name in plain words.
     std::string_view label() const { return held_->traits().label; }
-    /// Its number in the list.
+    /// Number in the list.
     int number() const;
     bool needs_whole_rods() const { return held_->traits().needs_whole_rods; }
     bool keeps_tables_of_group() const { return held_->traits().keeps_tables_of_group; }
     bool feels_all() const { return held_->traits().feels_all; }
 
     void fields(FieldVisitor& f) { held_->fields(f); }
-    /// `groups`: those it acts on.
+    /// Adds objections to its keys, or to the `groups` that it acts on.
     void check(RodSpecs groups, Objections& objections) const;
     bool acts_on(const RodSpec& rods) const { return held_->acts_on(rods); }
     DragRate largest_rate(const RodGroup& group) const { return held_->largest_rate(group); }
@@ -135,16 +135,16 @@ public:
     void use(const FormulaScope& names) { held_->use(names); }
     DragRate largest_stiffness(const RodGroup& group) const { return held_->largest_stiffness(group); }
     std::string fault_at_start(const RodGroup& group) const { return held_->fault_at_start(group); }
-    /// What it has decided that the author of the scene should know; empty: nothing. Shapes of the first group that it
-    /// acts on.
+    /// Converts lists to a rod of other elements. Returns a note for the author of the scene, or nothing. `was` and
+    /// `now` are shapes of the first group that it acts on.
     std::string refine(const Shape& was, const Shape& now) { return held_->refine(was, now); }
 
-    /// Null where it is of another kind.
+    /// The load as an L, or null where it is of another kind.
     template <LoadStruct L> const L* get_if() const {
         return kind() == L::kind ? static_cast<const L*>(std::as_const(*held_).address()) : nullptr;
     }
     template <LoadStruct L> L* get_if() { return kind() == L::kind ? static_cast<L*>(held_->address()) : nullptr; }
-    /// It must be of this kind.
+    /// The load as an L, which it must be.
     template <LoadStruct L> L& as() { return *get_if<L>(); }
     template <LoadStruct L> const L& as() const { return *get_if<L>(); }
 
@@ -244,12 +244,12 @@ private:
     std::unique_ptr<AnyHeld> held_;
 };
 
-/// Objects to rods which bend nowhere among the groups; `what`, e.g. "a damping of kind \"legacy\"".
+/// Objects to rigid bodies among the groups; `what`, e.g. "a damping of kind \"legacy\"".
 void object_to_rigid_bodies(const std::string& what, RodSpecs groups, Objections& objections);
 
 /// Kinds of the loads that scenes know, in the order of the list.
 std::span<const std::string_view> load_kinds();
-/// The load of kind load_kinds()[number], with its defaults.
+/// Load of kind load_kinds()[number], with its defaults.
 Load make_load(int number);
 
 } // namespace skein

@@ -1,4 +1,4 @@
-// How loads that change with time begin: 0 until the onset, then from 0 to 1 along a line or half a cosine wave.
+// Onset of loads that change with time: 0 until the onset, then from 0 to 1 along a line or half a cosine wave.
 //   x = min(1, (t - t0)/T_r)      r = x,   or   r = (1 - cos pi x)/2
 #pragma once
 
@@ -14,7 +14,7 @@ namespace skein {
 enum class RampShape { linear, cosine };
 inline constexpr std::string_view ramp_shape_names[] = {"linear", "cosine"};
 
-/// Of a share that rises over `duration` from time 0 on; 1 throughout for duration 0.
+/// Share that rises over `duration` from time 0 on; 1 throughout for duration 0.
 inline double ramp_at(double time, double duration, RampShape shape = RampShape::linear) {
     if (time < 0) return 0;
     const double x = duration > 0 ? std::min(1.0, time / duration) : 1.0;
