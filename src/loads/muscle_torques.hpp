@@ -17,13 +17,12 @@
 #include "skein/loads/load.hpp"
 
 #include <algorithm>
-#include <span>
 #include <string>
 #include <vector>
 
 namespace skein {
 
-struct MuscleTorques {
+struct MuscleTorques : WaveLoad<MuscleTorques> {
     static constexpr std::string_view kind = "muscle_torques";
     static constexpr bool for_rigid_bodies = false;
     std::vector<double> coefficients; ///< coefficients of the B-spline, N m, at least 4
@@ -38,11 +37,12 @@ struct MuscleTorques {
     void fields(FieldVisitor& f) {
         f.visit({.name = "coefficients",
                  .unit = "N m",
-                 .text = "cubic B-spline from the rod's end to its start, at least 4; end values are met"},
+                 .text = "coefficients of a cubic B-spline from the rod's end to its start, at least 4; it passes "
+                         "through the first and last"},
                 coefficients);
         f.visit({.name = "table",
                  .unit = "N m",
-                 .text = "instead of a spline: amplitudes at s_i, one per element, from the rod's end to its start"},
+                 .text = "amplitudes at s_i instead of a spline, one per element, from the rod's end to its start"},
                 table);
         f.visit({.name = "period", .unit = "s", .text = "T", .required = true, .above = 0}, period);
         f.visit({.name = "wave_number",
@@ -50,16 +50,10 @@ struct MuscleTorques {
                  .text = "k, over the whole rod: 2 pi times the number of waves",
                  .required = true},
                 wave_number);
-        f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
-        f.visit({.name = "direction", .unit = "-", .text = "axis of the couple"}, direction);
-        f.choice({.name = "frame",
-                  .unit = "",
-                  .text = "of `direction`: body axes (d1, d2, d3) turn with the rod, which muscles in it act about"},
-                 frame, load_frame_names);
-        ramp.fields(f);
+        common_fields(f, *this);
     }
     void check(RodSpecs groups, Objections& objections) const {
-        if (zero(direction)) objections.add("direction", "'direction' has no direction");
+        check_direction(objections);
         if (table.empty()) {
             if (coefficients.size() < 4)
                 objections.add(
@@ -98,19 +92,6 @@ struct MuscleTorques {
             wave.set(n - 1 - i, amplitude_at(s, i), phase_at(s));
         }
         wave.set_ends(group, amplitude_at(1, n - 1), phase_at(1), amplitude_at(0, 0), phase_at(0));
-    }
-    void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
-    VertexWave wave;
-
-    static constexpr bool data_along_only = true;
-    template <int W> using TileData = LaneRows<VertexWave::Parts<Pack<W>>>;
-    template <int W> TileData<W> bind(const RodTile<W>& rod) const { return wave.bind(rod); }
-    template <int W, class Map = Across<W>>
-    void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
-        wave.add<W, Map>(rod, data, load, step, direction);
-    }
-    template <int W> void add_end_moments(const RodTile<W>&, const Step& step, EndMoments<W>& moments) const {
-        wave.add_end_moments<W>(step, direction, moments);
     }
 };
 

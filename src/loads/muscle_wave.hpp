@@ -18,13 +18,12 @@
 #include <algorithm>
 #include <functional>
 #include <numbers>
-#include <span>
 #include <string>
 #include <vector>
 
 namespace skein {
 
-struct MuscleWave {
+struct MuscleWave : WaveLoad<MuscleWave> {
     static constexpr std::string_view kind = "muscle_wave", label = "muscles";
     static constexpr bool for_rigid_bodies = false;
     double amplitude = 0; ///< A, N m
@@ -43,29 +42,21 @@ struct MuscleWave {
         f.visit({.name = "profile",
                  .unit = "-",
                  .text = "A of every inner vertex (elements - 1; a ring has elements, the last where it closes) over "
-                         "`amplitude`; "
-                         "with `profile_at` at those places; empty: 1"},
+                         "`amplitude`, or A at the places `profile_at`; empty: 1"},
                 profile);
         f.visit({.name = "profile_at",
                  .unit = "-",
-                 .text = "places of `profile` over the length of the rod, rising: linear between them, and as at the "
-                         "nearest one "
-                         "beyond; so a profile fits any number of elements"},
+                 .text = "places of `profile` over the length of the rod, rising: linear between them, constant beyond "
+                         "them; such a profile fits any number of elements"},
                 profile_at);
         f.visit({.name = "period", .unit = "s", .text = "T", .required = true, .above = 0}, period);
         f.visit({.name = "wavelength", .unit = "m", .text = "lambda; negative: towards the start", .required = true},
                 wavelength);
-        f.visit({.name = "phase", .unit = "rad", .text = "phi"}, phase);
-        f.visit({.name = "direction", .unit = "-", .text = "axis of the couple"}, direction);
-        f.choice({.name = "frame",
-                  .unit = "",
-                  .text = "of `direction`: body axes (d1, d2, d3) turn with the rod, which muscles in it act about"},
-                 frame, load_frame_names);
-        ramp.fields(f);
+        common_fields(f, *this);
     }
     void check(RodSpecs groups, Objections& objections) const {
         if (wavelength == 0) objections.add("wavelength", "'wavelength' of a muscle_wave cannot be 0");
-        if (zero(direction)) objections.add("direction", "'direction' has no direction");
+        check_direction(objections);
         if (!profile_at.empty()) {
             if (profile_at.size() != profile.size())
                 objections.add("profile_at", "'profile_at' needs a place for every value of 'profile': it has " +
@@ -98,7 +89,7 @@ struct MuscleWave {
         const auto after = std::lower_bound(profile_at.begin(), profile_at.end(), s / length);
         if (after == profile_at.begin()) return profile.front();
         if (after == profile_at.end()) return profile.back();
-        const auto i = static_cast<std::size_t>(after - profile_at.begin());
+        const std::size_t i = to_index(after - profile_at.begin());
         const double way = (s / length - profile_at[i - 1]) / (profile_at[i] - profile_at[i - 1]);
         return (1 - way) * profile[i - 1] + way * profile[i];
     }
@@ -114,19 +105,6 @@ struct MuscleWave {
         if (last > 0)
             wave.set_ends(group, amplitude * share(1, 0, length), phase_at(0), amplitude * share(last, length, length),
                           phase_at(length));
-    }
-    void prepare(std::span<const Step> steps) { wave.prepare(steps, period, ramp); }
-    VertexWave wave;
-
-    static constexpr bool data_along_only = true;
-    template <int W> using TileData = LaneRows<VertexWave::Parts<Pack<W>>>;
-    template <int W> TileData<W> bind(const RodTile<W>& rod) const { return wave.bind(rod); }
-    template <int W, class Map = Across<W>>
-    void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
-        wave.add<W, Map>(rod, data, load, step, direction);
-    }
-    template <int W> void add_end_moments(const RodTile<W>&, const Step& step, EndMoments<W>& moments) const {
-        wave.add_end_moments<W>(step, direction, moments);
     }
 };
 

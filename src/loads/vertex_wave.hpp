@@ -11,6 +11,9 @@
 
 #include "loads/load_frame.hpp"
 #include "loads/vertex_couples.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/core/index.hpp"
+#include "skein/core/objections.hpp"
 #include "skein/loads/ramp.hpp"
 #include "skein/tiles/mapping.hpp"
 #include "tiles/end_moments.hpp"
@@ -26,14 +29,14 @@ class VertexWave {
 public:
     /// Sets all vertices to 0. `frame`: axes of the direction.
     void resize(int elements, LoadFrame frame) {
-        parts_.assign(static_cast<std::size_t>(elements), {0, 0});
+        parts_.assign(to_index(elements), {0, 0});
         start_ = at_start_ = at_end_ = {0, 0};
         frame_ = frame;
     }
     /// Sets amplitude A_j, N m, and phase a_j, rad, at vertex j between two elements, once for each; j = 0 exists in
     /// rings alone.
     void set(int j, double amplitude, double phase) {
-        const auto after = static_cast<std::size_t>(j), before = (j > 0 ? after : parts_.size()) - 1;
+        const std::size_t after = to_index(j), before = (j > 0 ? after : parts_.size()) - 1;
         const Parts<double> m = parts_of(amplitude, phase);
         if (frame_ == LoadFrame::body) {
             parts_[before] = m;
@@ -140,6 +143,40 @@ private:
     Parts<double> start_{0, 0};        ///< m_0 about body axes
     Parts<double> at_start_{0, 0}, at_end_{0, 0};
     double sine_[Clock::largest_batch], cosine_[Clock::largest_batch];
+};
+
+/// Base of the loads with one such wave. `L` has the members phase, direction, frame, period and ramp.
+template <class L> struct WaveLoad {
+    void prepare(std::span<const Step> steps) { wave.prepare(steps, self().period, self().ramp); }
+
+    static constexpr bool data_along_only = true;
+    template <int W> using TileData = LaneRows<VertexWave::Parts<Pack<W>>>;
+    template <int W> TileData<W> bind(const RodTile<W>& rod) const { return wave.bind(rod); }
+    template <int W, class Map = Across<W>>
+    void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
+        wave.add<W, Map>(rod, data, load, step, self().direction);
+    }
+    template <int W> void add_end_moments(const RodTile<W>&, const Step& step, EndMoments<W>& moments) const {
+        wave.add_end_moments<W>(step, self().direction, moments);
+    }
+
+    VertexWave wave;
+
+protected:
+    static void common_fields(FieldVisitor& f, L& load) {
+        f.visit({.name = "phase", .unit = "rad", .text = "phi"}, load.phase);
+        f.visit({.name = "direction", .unit = "-", .text = "axis of the couple"}, load.direction);
+        f.choice(
+            {.name = "frame", .text = "axes of `direction`: body axes (d1, d2, d3) turn with the rod, as muscles do"},
+            load.frame, load_frame_names);
+        load.ramp.fields(f);
+    }
+    void check_direction(Objections& objections) const {
+        if (zero(self().direction)) objections.add("direction", "'direction' has no direction");
+    }
+
+private:
+    const L& self() const { return static_cast<const L&>(*this); }
 };
 
 } // namespace skein
