@@ -66,15 +66,14 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
                                        const Threads& threads, std::vector<std::shared_ptr<EnergyBudget<W>>> audits,
                                        StepWatch watch, JointsOfAssemblies<W> joints)
     : groups_(groups), local_(std::move(rods)), programs_(std::move(programs)), audits_(std::move(audits)),
-      threads_(threads), watch_(watch), joints_(std::move(joints)),
-      reading_(static_cast<std::size_t>(threads.count())) {
+      threads_(threads), watch_(watch), joints_(std::move(joints)), reading_(to_index(threads.count())) {
     std::vector<AlongLayout> layouts = lay_out(tiling);
     take_start_states(std::move(layouts));
 
     int most_slots = 0;
     for (const RodTile<W>& tile : tiles_) most_slots = std::max(most_slots, tile.n + 1);
-    scratch_.resize(static_cast<std::size_t>(threads_.count()));
-    for (auto& scratch : scratch_) scratch.resize(static_cast<std::size_t>(most_slots));
+    scratch_.resize(to_index(threads_.count()));
+    for (auto& scratch : scratch_) scratch.resize(to_index(most_slots));
 
     std::size_t most_joined = 0;
     std::size_t most_tiles = 0; // clusters with muscles
@@ -99,16 +98,16 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     const auto advance_tile = [this](std::size_t t, int thread) {
         const RodTile<W>& tile = tiles_[t];
         SlotLoad<W>* load = nth(scratch_, thread).data();
-        for (const StepPart& part : visit_) {
-            const auto [first, behind] = passes(tile.program, part.which);
-            for (const Step& step : part.steps) run_passes(tile, load, first, behind, step);
+        for (const StepPart& part : sweep_) {
+            const auto [first, end] = passes(tile.program, part.which);
+            for (const Step& step : part.steps) run_passes(tile, load, first, end, step);
         }
         if (check_ && !healthy(tile)) valid_.store(false, std::memory_order_relaxed);
     };
     advance_ = [this, advance_tile](std::size_t task, int thread) {
         if (task >= clusters_.size()) return advance_tile(alone_[task - clusters_.size()], thread);
         const Cluster& cluster = clusters_[task];
-        for (const StepPart& part : visit_) advance_cluster(cluster, part, thread);
+        for (const StepPart& part : sweep_) advance_cluster(cluster, part, thread);
         if (check_)
             for (const std::size_t t : cluster.tiles)
                 if (!healthy(tiles_[t])) valid_.store(false, std::memory_order_relaxed);
@@ -116,36 +115,36 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
 }
 
 template <int W> void RodTiles<W>::run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first,
-                                              std::size_t behind, const Step& step) const {
+                                              std::size_t end, const Step& step) const {
     const TilePasses<W>& program = programs_[tile.program].passes;
-    for (std::size_t pass = first; pass < behind; ++pass) program[pass]->run(tile, load, step);
+    for (std::size_t pass = first; pass < end; ++pass) program[pass]->run(tile, load, step);
 }
 
 template <int W> void RodTiles<W>::advance_cluster(const Cluster& cluster, const StepPart& part, int thread) {
     SlotLoad<W>* load = nth(scratch_, thread).data();
     const auto with_passes = [&](Part which, auto&& f) {
         for (const std::size_t t : cluster.tiles) {
-            const auto [first, behind] = passes(tiles_[t].program, which);
-            f(tiles_[t], first, behind);
+            const auto [first, end] = passes(tiles_[t].program, which);
+            f(tiles_[t], first, end);
         }
     };
     for (const Step& step : part.steps) {
         if (part.which != Part::after)
-            with_passes(Part::before, [&](const RodTile<W>& tile, std::size_t first, std::size_t behind) {
-                run_passes(tile, load, first, behind, step);
+            with_passes(Part::before, [&](const RodTile<W>& tile, std::size_t first, std::size_t end) {
+                run_passes(tile, load, first, end, step);
             });
         if (part.which == Part::before) continue;
         const JoinedLoad<W>* joined = couple(cluster, step, thread);
         const bool shares_nodes = cluster.joints->shares_nodes();
-        with_passes(Part::after, [&](RodTile<W> tile, std::size_t first, std::size_t behind) {
+        with_passes(Part::after, [&](RodTile<W> tile, std::size_t first, std::size_t end) {
             tile.joined = joined;
             joined += tile.last + 1;
-            run_passes(tile, load, first, shares_nodes ? behind - programs_[tile.program].last : behind, step);
+            run_passes(tile, load, first, shares_nodes ? end - programs_[tile.program].last : end, step);
         });
         if (!shares_nodes) continue;
         cluster.joints->move_as_one(tiles_[cluster.tiles.front()].slot, step, cluster.across);
-        with_passes(Part::after, [&](const RodTile<W>& tile, std::size_t, std::size_t behind) {
-            run_passes(tile, load, behind - programs_[tile.program].last, behind, step);
+        with_passes(Part::after, [&](const RodTile<W>& tile, std::size_t, std::size_t end) {
+            run_passes(tile, load, end - programs_[tile.program].last, end, step);
         });
     }
 }
@@ -180,7 +179,7 @@ template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
     if (watch_.dt == 0) return true;
     const Pack<W> share_squared = Pack<W>(watch_.share_squared()) * largest_eigenvalue(tile);
     if (!any(share_squared > Pack<W>(StepWatch::feeds * StepWatch::feeds))) return true;
-    const auto group = static_cast<std::size_t>(tile.group_of(0).id());
+    const std::size_t group = to_index(tile.group_of(0).id());
     if (group < watch_.undamped.size() && watch_.undamped[group]) {
         double most = 0, before = undamped_share_.load(std::memory_order_relaxed);
         for (int l = 0; l < W; ++l) most = std::max(most, std::sqrt(share_squared[l]));
@@ -207,28 +206,17 @@ template <int W> template <class F> void RodTiles<W>::for_slots(std::size_t i, F
 }
 
 template <int W> bool RodTiles<W>::advance(std::span<const Step> steps, bool check) {
-    const StepPart all{Part::whole, steps};
-    prepare(all);
-    return run(all, {}, check);
+    return run({Part::whole, steps}, {}, check);
 }
 
-template <int W> void RodTiles<W>::drift(const Step& step) {
-    const StepPart before{Part::before, {&step, 1}};
-    prepare(before);
-    run(before, {}, false);
-}
+template <int W> void RodTiles<W>::drift(const Step& step) { run({Part::before, {&step, 1}}, {}, false); }
 
 template <int W> bool RodTiles<W>::kick(const Step& step, bool check) {
-    const StepPart after{Part::after, {&step, 1}};
-    prepare(after);
-    return run(after, {}, check);
+    return run({Part::after, {&step, 1}}, {}, check);
 }
 
 template <int W> void RodTiles<W>::kick_and_drift(const Step& step, const Step& next) {
-    const StepPart after{Part::after, {&step, 1}}, before{Part::before, {&next, 1}};
-    prepare(after);
-    prepare(before);
-    run(after, before, false);
+    run({Part::after, {&step, 1}}, {Part::before, {&next, 1}}, false);
 }
 
 template <int W> std::pair<std::size_t, std::size_t> RodTiles<W>::passes(std::size_t program, Part part) const {
@@ -238,13 +226,15 @@ template <int W> std::pair<std::size_t, std::size_t> RodTiles<W>::passes(std::si
 
 template <int W> void RodTiles<W>::prepare(const StepPart& part) {
     for (std::size_t program = 0; program < programs_.size(); ++program) {
-        const auto [first, behind] = passes(program, part.which);
-        for (std::size_t pass = first; pass < behind; ++pass) programs_[program].passes[pass]->prepare(part.steps);
+        const auto [first, end] = passes(program, part.which);
+        for (std::size_t pass = first; pass < end; ++pass) programs_[program].passes[pass]->prepare(part.steps);
     }
 }
 
 template <int W> bool RodTiles<W>::run(const StepPart& first, const StepPart& second, bool check) {
-    visit_ = {first, second};
+    sweep_ = {first, second};
+    for (const StepPart& part : sweep_)
+        if (!part.steps.empty()) prepare(part);
     check_ = check;
     valid_ = true;
     near_ = false;
@@ -265,7 +255,7 @@ template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slo
         for_slots(i, [&](int k, Slot<W>& slot, int l) {
             const Quaterniond wall = lane(slot.director, l);
             set_lane(slot, l, nth(in, k));
-            if (static_cast<std::size_t>(k) + 1 == in.size()) set_lane(slot.director, l, wall);
+            if (to_index(k) + 1 == in.size()) set_lane(slot.director, l, wall);
         });
         join(tile);
         return;
@@ -279,7 +269,7 @@ template <int W> void RodTiles<W>::import_rod(std::size_t i, std::span<const Slo
 template <int W> RodTile<W> RodTiles<W>::moved(const RodTile<W>& tile, Copy copy, double lag, Reading& reading) const {
     RodTile<W> own = tile;
     if (copy == Copy::canonical) return own;
-    reading.slot.resize(std::max(reading.slot.size(), static_cast<std::size_t>(tile.last) + 1));
+    reading.slot.resize(std::max(reading.slot.size(), to_index(tile.last) + 1));
     own.slot = reading.slot.data();
     std::copy_n(tile.slot, tile.last + 1, own.slot);
     if (copy == Copy::positions) synchronise_positions(own, lag);
@@ -318,7 +308,7 @@ template <class Row> void at_least(std::vector<Row>& rows, std::size_t count) {
 template <int W> void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy, double lag, double time,
                                               const LocalRod* rods, Reading& reading) const {
     const RodTile<W> own = moved(tile, copy, lag, reading);
-    const auto n = static_cast<std::size_t>(tile.n), slots = static_cast<std::size_t>(tile.last) + 1;
+    const std::size_t n = to_index(tile.n), slots = to_index(tile.last) + 1;
     at_least(reading.state, W * slots);
     to_rows(&own.slot->position.x, slots * slot_doubles, reinterpret_cast<double*>(reading.state.data()),
             slots * slot_doubles);
@@ -342,7 +332,7 @@ template <int W> void RodTiles<W>::take_apart(const RodTile<W>& tile, Copy copy,
 template <int W>
 void RodTiles<W>::take_along(std::size_t i, Copy copy, double lag, double time, Reading& reading) const {
     const RodGroup& group = nth(groups_, local_[i].group);
-    const auto slots = static_cast<std::size_t>(group.slots());
+    const std::size_t slots = to_index(group.slots());
     at_least(reading.state, slots);
     const std::span state = std::span(reading.state).first(slots);
     export_rod(i, state);
@@ -381,12 +371,11 @@ template <int W> void RodTiles<W>::read(std::span<const std::size_t> rods, Copy 
         for (std::size_t i = begin; i < end; ++i) {
             const RodTile<W>& tile = tiles_[place(i).tile];
             const RodGroup& group = nth(groups_, local_[rods[i]].group);
-            const auto slots = static_cast<std::size_t>(group.slots()),
-                       elements = static_cast<std::size_t>(group.elements());
+            const std::size_t slots = to_index(group.slots()), elements = to_index(group.elements());
             if (tile.strands) take_along(rods[i], copy, lag, time, reading);
             else if (i == begin || !same_tile(i))
                 take_apart(tile, copy, lag, time, &local_[first_rod_[place(i).tile]], reading);
-            const auto l = tile.strands ? 0 : static_cast<std::size_t>(place(i).lane);
+            const auto l = tile.strands ? 0 : to_index(place(i).lane);
             RodCopy one{.state = std::span(reading.state).subspan(l * slots, slots), .hash = reading.hash[l]};
             if (copy == Copy::strained) one.profile = std::span(reading.profiles).subspan(l * slots, slots);
             if (has_frames(copy)) one.frames = std::span(reading.frames).subspan(l * elements, elements);
@@ -399,14 +388,14 @@ template <int W> void RodTiles<W>::figures(double time, double lag, std::span<Ro
     threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {
         if (tiles_[t].strands) return;
         const RodTile<W> own = moved(tiles_[t], Copy::synchronised, lag, nth(reading_, thread));
-        put_figures(figures_of(own, time), out.subspan(first_rod_[t], static_cast<std::size_t>(own.lanes)));
+        put_figures(figures_of(own, time), out.subspan(first_rod_[t], to_index(own.lanes)));
     });
     threads_.for_each(along_.size(), [&](std::size_t a, int thread) {
         Reading& reading = nth(reading_, thread);
         const std::size_t i = along_[a];
         const RodGroup& group = nth(groups_, local_[i].group);
         take_along(i, Copy::synchronised, lag, 0, reading);
-        const std::span state = std::span(reading.state).first(static_cast<std::size_t>(group.slots()));
+        const std::span state = std::span(reading.state).first(to_index(group.slots()));
         const RodGroup& own = group.heterogeneous() ? own_group(reading, 0, group, local_[i].index) : group;
         put_figures(figures_of(tile_of(own, state, local_[i].index), time), out.subspan(i, 1));
     });
@@ -482,7 +471,7 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
     for (std::size_t rod = 0; rod < local_.size(); ++rod) {
         if (!invalid[place_[rod].tile]) continue;
         const RodGroup& group = nth(groups_, local_[rod].group);
-        state.resize(static_cast<std::size_t>(group.slots()));
+        state.resize(to_index(group.slots()));
         export_rod(rod, state);
         with_rod(group, local_[rod].index, [&](const RodGroup& own) {
             if (const auto invalid = find_invalid(own, state))
@@ -509,7 +498,7 @@ template <int W> typename RodTiles<W>::NearLimit RodTiles<W>::nearest_limit() co
     for (std::size_t rod = 0; rod < local_.size(); ++rod) {
         if (!(largest[place_[rod].tile] > found.at.eigenvalue)) continue;
         with_rod(nth(groups_, local_[rod].group), local_[rod].index, [&](const RodGroup& group) {
-            state.resize(static_cast<std::size_t>(group.slots()));
+            state.resize(to_index(group.slots()));
             export_rod(rod, state);
             if (const Tightest at = tightest(group, state); at.eigenvalue > found.at.eigenvalue) found = {rod, at};
         });
@@ -537,7 +526,7 @@ std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, const RodGroup& grou
     const auto [t, first] = place_[i];
     const RodTile<W>& tile = tiles_[t];
     SlotLoad<W>* load = scratch_[0].data();
-    std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+    std::vector<Slot<1>> state(to_index(group.slots()));
     prepare({Part::whole, stages});
     RodTile<W> own = tile;
     if (cluster_of_[t] != SIZE_MAX) {
@@ -557,12 +546,12 @@ std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, const RodGroup& grou
             for (int k = 0; k < group.slots(); ++k) {
                 const auto [row, l] =
                     tile.strands ? tile.strands->place(first, k) : typename Strands<W>::Place{k, first};
-                const auto at = static_cast<std::size_t>(k);
+                const std::size_t at = to_index(k);
                 force[at] = lane(load[row].force, l);
                 couple[at] = lane(load[row].couple, l);
             }
             export_rod(i, state);
-            watch.look(effects[p], state, force, couple, step.dt, program.passes[p]->adds_loads());
+            watch.compare(effects[p], state, force, couple, step.dt, program.passes[p]->adds_loads());
         }
     }
     return effects;

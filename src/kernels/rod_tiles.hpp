@@ -103,7 +103,7 @@ private:
     JoinedLoad<W>* couple(const Cluster& cluster, const Step& step, int thread) const;
     /// Moments of muscles at the ends of its rods; null where none act, or no joint transmits them.
     const EndMoments<W>* end_moments(const Cluster& cluster, const Step& step, int thread) const;
-    void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t behind,
+    void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t end,
                     const Step& step) const;
     void take_start_states(std::vector<AlongLayout> layouts);
     void take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const;
@@ -166,7 +166,7 @@ private:
     std::vector<std::size_t> along_;                          ///< rods that lie along, in local()
     mutable std::vector<Reading> reading_;                    ///< per thread
     mutable std::vector<AlignedVector<SlotLoad<W>>> scratch_; ///< per thread
-    std::array<StepPart, 2> visit_;                           ///< parts of the sweep that runs
+    std::array<StepPart, 2> sweep_;                           ///< parts of the sweep that runs
     bool check_ = false;                                      ///< true where the sweep that runs checks rods
     std::atomic<bool> valid_ = true, near_ = false;
     std::function<void(std::size_t, int)> advance_; ///< task of a cluster or, after all clusters, of a tile

@@ -1,4 +1,5 @@
 #include "tiles/pass_effect.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -19,12 +20,12 @@ bool finite(const Slot<1>& s) {
 PassWatch::PassWatch(const RodGroup& group) : group_(group) { begin(); }
 
 void PassWatch::begin() {
-    force_.assign(static_cast<std::size_t>(group_.slots()), Vec3d{0, 0, 0});
+    force_.assign(to_index(group_.slots()), Vec3d{0, 0, 0});
     couple_ = force_;
 }
 
-void PassWatch::look(PassEffect& effect, std::span<const Slot<1>> state, std::span<const Vec3d> force,
-                     std::span<const Vec3d> couple, double dt, bool adds) {
+void PassWatch::compare(PassEffect& effect, std::span<const Slot<1>> state, std::span<const Vec3d> force,
+                        std::span<const Vec3d> couple, double dt, bool adds) {
     const auto consider = [&](int k, bool turns, double load, double share) {
         if (share > effect.share) {
             effect.at = k;
@@ -34,7 +35,7 @@ void PassWatch::look(PassEffect& effect, std::span<const Slot<1>> state, std::sp
         }
     };
     for (int k = 0; k < group_.slots(); ++k) {
-        const auto i = static_cast<std::size_t>(k);
+        const std::size_t i = to_index(k);
         const Vec3d more_force = force[i] - force_[i], more_couple = couple[i] - couple_[i];
         force_[i] = force[i];
         couple_[i] = couple[i];

@@ -30,8 +30,8 @@ public:
     void begin();
     /// Compares `force` (lab, N) and `couple` (body, N m) after a pass, by slot. With `adds` false the pass moves loads
     /// from slot to slot and adds none.
-    void look(PassEffect& effect, std::span<const Slot<1>> state, std::span<const Vec3d> force,
-              std::span<const Vec3d> couple, double dt, bool adds);
+    void compare(PassEffect& effect, std::span<const Slot<1>> state, std::span<const Vec3d> force,
+                 std::span<const Vec3d> couple, double dt, bool adds);
 
 private:
     const RodGroup& group_;
