@@ -77,37 +77,46 @@ private:
     const RodGroup& group_;
 };
 
-/// Pass before moving ends take their new rates.
-template <int W> class AuditEndsPass final : public TilePass<W> {
+/// Base of the passes of an audit.
+template <int W> class AuditPass : public TilePass<W> {
 public:
-    explicit AuditEndsPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
-    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
-        budget_->tiles[rod.number].held_before = budget_->held_energy(rod);
-    }
+    explicit AuditPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
 
-private:
+protected:
+    const EnergyBudget<W>& budget() const { return *budget_; }
+    typename EnergyBudget<W>::TileBudget& of(const RodTile<W>& rod) const { return budget_->tiles[rod.number]; }
+
     std::shared_ptr<EnergyBudget<W>> budget_;
 };
 
+/// Pass before moving ends take their new rates.
+template <int W> class AuditEndsPass final : public AuditPass<W> {
+public:
+    using AuditPass<W>::AuditPass;
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
+        this->of(rod).held_before = this->budget().held_energy(rod);
+    }
+};
+
 /// Pass after the elastic pass, with internal loads, and again after contacts, whose loads it adds.
-template <class Law, int W> class AuditInnerPass final : public TilePass<W> {
+template <class Law, int W> class AuditInnerPass final : public AuditPass<W> {
 public:
     AuditInnerPass(std::shared_ptr<EnergyBudget<W>> budget, Ends ends, std::shared_ptr<const MovingEnds> moving)
-        : budget_(std::move(budget)), elastic_(ends, moving), moving_(std::move(moving)) {}
+        : AuditPass<W>(std::move(budget)), elastic_(ends, moving), moving_(std::move(moving)) {}
 
     void bind(const RodTile<W>& rod) override {
-        const auto slots = static_cast<std::size_t>(rod.n) + 1;
-        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles.emplace_back();
+        const std::size_t slots = to_index(rod.n) + 1;
+        auto& tile = this->budget_->tiles.emplace_back();
         tile.inner.resize(slots);
         tile.all.resize(slots);
         tile.before.resize(slots);
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
-        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        auto& tile = this->of(rod);
         if (std::exchange(tile.noted, false)) {
             for (int k = 0; k <= rod.n; ++k) {
-                const auto at = static_cast<std::size_t>(k);
+                const std::size_t at = to_index(k);
                 const Vec3<Pack<W>> force = load[k].force - tile.all[at].force;
                 tile.inner[at].force += force;
                 tile.inner[at].couple += load[k].couple - tile.all[at].couple;
@@ -123,36 +132,32 @@ public:
     }
 
 private:
-    std::shared_ptr<EnergyBudget<W>> budget_;
     ElasticPass<Law, W> elastic_;
     std::shared_ptr<const MovingEnds> moving_;
 };
 
 /// Pass before the kick, with all loads, and before contacts.
-template <int W> class AuditLoadsPass final : public TilePass<W> {
+template <int W> class AuditLoadsPass final : public AuditPass<W> {
 public:
-    explicit AuditLoadsPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
+    using AuditPass<W>::AuditPass;
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
-        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        auto& tile = this->of(rod);
         std::copy(load, load + rod.n + 1, tile.all.begin());
         tile.noted = true;
         for (int k = 0; k <= rod.n; ++k) nth(tile.before, k) = {rod.slot[k].velocity, rod.slot[k].spin};
     }
-
-private:
-    std::shared_ptr<EnergyBudget<W>> budget_;
 };
 
 /// Pass at the end of the step.
-template <int W> class AuditBalancePass final : public TilePass<W> {
+template <int W> class AuditBalancePass final : public AuditPass<W> {
 public:
     AuditBalancePass(std::shared_ptr<EnergyBudget<W>> budget, bool moving)
-        : budget_(std::move(budget)), moving_(moving) {}
+        : AuditPass<W>(std::move(budget)), moving_(moving) {}
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         using P = Pack<W>;
-        const EnergyBudget<W>& budget = *budget_;
-        typename EnergyBudget<W>::TileBudget& tile = budget_->tiles[rod.number];
+        const EnergyBudget<W>& budget = this->budget();
+        auto& tile = this->of(rod);
         tile.noted = false;
         // Power of external loads, and of all loads on held and on free directions; gain of kinetic energy.
         P external(0.0), held(0.0), free(0.0), gained(0.0);
@@ -169,7 +174,7 @@ public:
             }
         };
         for (int i = 0; i < rod.group->nodes(); ++i) {
-            const auto at = static_cast<std::size_t>(i);
+            const std::size_t at = to_index(i);
             if (rod.group->slides(i)) { // the wall takes a part of the force
                 const Vec3<P> by_wall = budget.held_directions(i), &all = tile.all[at].force,
                               &inner = tile.inner[at].force;
@@ -185,7 +190,7 @@ public:
                   rod.group->holds_node(i), [&](const Vec3<P>& v) { return budget.node_energy(v, i); });
         }
         for (int k = 0; k < rod.n; ++k) {
-            const auto at = static_cast<std::size_t>(k);
+            const std::size_t at = to_index(k);
             tally(tile.all[at].couple, tile.inner[at].couple, tile.before[at].spin, rod.slot[k].spin,
                   rod.group->holds_element(k), [&](const Vec3<P>& w) { return budget.element_energy(w, k); });
         }
@@ -197,7 +202,6 @@ public:
     }
 
 private:
-    std::shared_ptr<EnergyBudget<W>> budget_;
     bool moving_;
 };
 

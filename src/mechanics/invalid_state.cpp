@@ -29,7 +29,7 @@ std::optional<InvalidState> find_invalid(const RodGroup& group, std::span<const 
     }
     if (!group.strained()) return std::nullopt;
     for (int k = 0; k < group.elements(); ++k) {
-        const Slot<1>&s = nth(state, k), &next = state[static_cast<std::size_t>(k) + 1];
+        const Slot<1>&s = nth(state, k), &next = state[to_index(k) + 1];
         const double e = nth(group.element, k).inv_rest_length *
                          dot(lane(third_director(s.director), 0), lane(next.position, 0) - lane(s.position, 0));
         if (!(e > least_dilatation && e < most_dilatation(group))) {
@@ -59,7 +59,7 @@ struct Stretched {
 Stretched most_stretched(const RodGroup& group, std::span<const Slot<1>> state) {
     Stretched most;
     for (int k = 0; k < group.elements(); ++k) {
-        const auto at = static_cast<std::size_t>(k);
+        const std::size_t at = to_index(k);
         const double e =
             group.element[at].inv_rest_length * norm(lane(state[at + 1].position, 0) - lane(state[at].position, 0));
         if (e > most.dilatation) most = {e, k};

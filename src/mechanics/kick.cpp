@@ -1,4 +1,5 @@
 #include "mechanics/kick.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -23,9 +24,9 @@ KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, d
                                                                           : exponential;
     const int n = group.elements();
     node.reserve(group.node_mass.size());
-    element.reserve(static_cast<std::size_t>(n));
+    element.reserve(to_index(n));
     for (int i = 0; i < group.slots(); ++i) {
-        const auto at = static_cast<std::size_t>(i);
+        const std::size_t at = to_index(i);
         if (group.holds_node(i) || group.node_mass[at] == 0) { // or the copy of a ring's first node
             node.push_back({1, 0});
             continue;
@@ -34,7 +35,7 @@ KickConstants::KickConstants(const RodGroup& group, const DampingRates& rates, d
         node.push_back({factor(z), h / group.node_mass[at] * mean(z)});
     }
     for (int k = 0; k < n; ++k) {
-        const auto at = static_cast<std::size_t>(k);
+        const std::size_t at = to_index(k);
         const bool held = group.holds_element(k);
         const Vec3d z = rates.none() || held ? Vec3d{0, 0, 0} : h * rates.element[at];
         const Vec3d stretched = rates.follow_stretch() && !held ? h * rates.element_stretched[at] : Vec3d{0, 0, 0};

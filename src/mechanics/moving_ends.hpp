@@ -3,6 +3,7 @@
 
 #include "core/rotation.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
 
 #include <cmath>
@@ -72,7 +73,7 @@ public:
     void prepare(std::span<const Step> steps) override { ends_->prepare(steps); }
 
     void bind(const RodTile<W>& rod) override {
-        std::vector<Slot<1>> state(static_cast<std::size_t>(rod.n) + 1);
+        std::vector<Slot<1>> state(to_index(rod.n) + 1);
         Home& home = home_.emplace_back();
         for (int l = 0; l < W; ++l) {
             rod.group->start_state(rod.index[l], state);

@@ -7,6 +7,7 @@
 #include "core/rotation.hpp"
 #include "mechanics/figures.hpp"
 #include "mechanics/law.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 #include <algorithm>
@@ -45,8 +46,8 @@ void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out
     const auto cell = [&](int k, int next, const P& e, const P& e_next) __attribute__((always_inline)) {
         const VoronoiConstants& v = rod.voronoi[k];
         add_cell<Law>(out[k + 1], relative_rotation(slot[next].director, slot[k].director), v,
-                      cell_weight(group, static_cast<std::size_t>(k) + 1),
-                      fma(P(v.share_before), e, P(v.share_after) * e_next), rod.element[k].rest_stretch);
+                      cell_weight(group, to_index(k) + 1), fma(P(v.share_before), e, P(v.share_after) * e_next),
+                      rod.element[k].rest_stretch);
     };
     for (int k = 0; k < n; ++k) {
         const ElementConstants& c = rod.element[k];
@@ -71,8 +72,8 @@ void rod_profile(const RodTile<W>& rod, double time, NodeProfileOf<Pack<W>>* out
     if (group.closed()) cell(n - 1, 0, e_before, first_e);
     const auto wall = [&](int node, const VoronoiConstants& v, const Quaternion<P>& after, const Quaternion<P>& before,
                           const P& e) {
-        add_cell<Law>(out[node], relative_rotation(after, before), v,
-                      cell_weight(group, static_cast<std::size_t>(node)), e, rod.element[0].rest_stretch);
+        add_cell<Law>(out[node], relative_rotation(after, before), v, cell_weight(group, to_index(node)), e,
+                      rod.element[0].rest_stretch);
     };
     if (group.spec().start == EndKind::clamped)
         wall(0, group.start_wall, slot[0].director, wall_frames(rod, time, start_wall_frame), first_e);

@@ -2,6 +2,7 @@
 
 #include "core/share_text.hpp"
 #include "mechanics/present_eigenvalues.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -14,7 +15,7 @@ Tightest tightest(const RodGroup& group, std::span<Slot<1>> state) {
         for (std::size_t mode = 0; mode < std::size(all); ++mode)
             if (all[mode] > found.eigenvalue) found = {all[mode], k, limiting_modes[mode]};
     });
-    const auto at = static_cast<std::size_t>(found.element);
+    const std::size_t at = to_index(found.element);
     const Vec3d edge = lane(state[at + 1].position, 0) - lane(state[at].position, 0);
     found.dilatation = group.element[at].inv_rest_length * dot(lane(third_director(state[at].director), 0), edge);
     return found;
