@@ -2,7 +2,6 @@
 
 #include "core/hilbert.hpp"
 #include "rod/cell_turn.hpp"
-#include "rod/rows_memory.hpp"
 #include "rod/time_limits.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
@@ -210,7 +209,7 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
     for (RodGroup* group : read) try {
             const std::int64_t begin = block_begin(group->count(), comm.rank(), comm.size()),
                                end = block_begin(group->count(), comm.rank() + 1, comm.size());
-            require_memory_of_rows(*group, end - begin);
+            group->require_memory(end - begin);
             group->places().read(begin, end);
             refuse_large_turns(*group);
             if (group->heterogeneous()) limits_of[group] = least_limits_of_rods(*group);

@@ -49,8 +49,8 @@ double second_moment(double a, double b, double c, double r) {
     // plates, with the box itself
     const double plates = 8 * b * c * (a * a * a + out) / 3 + 8 * (a * c + a * b) * r * inner;
     const double along = 2 * a * disc * inner;
-    const double across = 2 * (b + c) * (disc * a * a + a * (8.0 / 3 * r * r * r) + 0.25 * disc * r * r);
-    return plates + along + across + ball * a * a + pi * a * r * r * r * r + ball * r * r / 5;
+    const double quarters = 2 * (b + c) * (disc * a * a + a * (8.0 / 3 * r * r * r) + 0.25 * disc * r * r);
+    return plates + along + quarters + ball * a * a + pi * a * r * r * r * r + ball * r * r / 5;
 }
 
 /// Rounded box; h: half sides without the rounding, m.

@@ -1,7 +1,8 @@
 #include "skein/rod/end_motion.hpp"
 
-#include "formula/tell_faults.hpp"
+#include "formula/formula.hpp"
 #include "formula/vector_of_time.hpp"
+#include "skein/core/index.hpp"
 #include "skein/core/objections.hpp"
 
 #include <algorithm>
@@ -17,14 +18,13 @@ void EndMotion::fields(FieldVisitor& f) {
     f.visit({.name = "translation", .unit = "m", .text = "displacement of the end at `times`, lab frame"}, translation);
     f.visit({.name = "rotation", .unit = "rad", .text = "rotation vector of the wall at `times`, lab frame"}, rotation);
     f.visit({.name = "smooth",
-             .unit = "",
-             .text = "start and stop at rest between entries (3 s^2 - 2 s^3) instead of linearly"},
+             .text = "true starts and stops at rest between entries (3 s^2 - 2 s^3), false moves linearly"},
             smooth);
     f.visit({.name = "amplitude", .unit = "m", .text = "sinusoidal displacement, lab frame"}, amplitude);
     f.visit({.name = "rotation_amplitude", .unit = "rad", .text = "sinusoidal rotation vector, lab frame"},
             rotation_amplitude);
-    f.visit({.name = "period", .unit = "s", .text = "of the sinusoids", .at_least = 0}, period);
-    f.visit({.name = "phase", .unit = "rad", .text = "of the sinusoids at t = 0"}, phase);
+    f.visit({.name = "period", .unit = "s", .text = "period of the sinusoids", .at_least = 0}, period);
+    f.visit({.name = "phase", .unit = "rad", .text = "phase of the sinusoids at t = 0"}, phase);
     f.visit({.name = "translation_formula",
              .unit = "m",
              .text = "three formulas of `t`: displacement of the end, lab frame"},
@@ -44,8 +44,8 @@ void EndMotion::use(const FormulaScope& names) {
 }
 
 void EndMotion::check_formulas(const Vec3d& free, Objections& objections) const {
-    if (formula_u) tell_faults("translation_formula", formula_u->faults(), objections);
-    if (formula_r) tell_faults("rotation_formula", formula_r->faults(), objections);
+    if (formula_u) add_faults("translation_formula", formula_u->faults(), objections);
+    if (formula_r) add_faults("rotation_formula", formula_r->faults(), objections);
     const double slides[] = {free.x, free.y, free.z};
     for (std::size_t i = 0; formula_u && i < 3; ++i)
         if (slides[i] > 0 && !formula_u->vanishes(i))
@@ -59,7 +59,7 @@ EndMotion::Point EndMotion::at(double time, const std::vector<Vec3d>& table, con
                                const VectorOfTime* formula) const {
     Point p;
     if (!table.empty()) {
-        const auto next = static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), time) - times.begin());
+        const std::size_t next = to_index(std::upper_bound(times.begin(), times.end(), time) - times.begin());
         if (next == 0) {
             p.value = table.front();
         } else if (next == times.size()) {

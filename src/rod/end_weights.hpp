@@ -3,6 +3,7 @@
 // of section 3
 #pragma once
 
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_spec.hpp"
 
 #include <algorithm>
@@ -32,7 +33,7 @@ inline bool weighs_masses(EndKind end) { return end == EndKind::free; }
 /// Calls f(node, weight) beside each end for which weighs(end) is true.
 template <class Weighs, class F> void with_end_weights(const RodSpec& spec, Weighs&& weighs, F&& f) {
     if (!takes_end_weights(spec)) return;
-    const auto n = static_cast<std::size_t>(spec.shape.elements);
+    const std::size_t n = to_index(spec.shape.elements);
     for (std::size_t i = 0; i < gregory_weight.size(); ++i) {
         if (weighs(spec.start)) f(i, gregory_weight[i]);
         if (weighs(spec.end)) f(n - i, gregory_weight[i]);

@@ -1,5 +1,7 @@
 #include "skein/rod/rod_group.hpp"
 
+#include "core/memory.hpp"
+#include "core/share_text.hpp"
 #include "placement/packing.hpp"
 #include "rod/body_shape.hpp"
 #include "rod/cell_turn.hpp"
@@ -7,9 +9,9 @@
 #include "rod/held.hpp"
 #include "rod/masses.hpp"
 #include "rod/own_sizes.hpp"
-#include "rod/rows_memory.hpp"
 #include "rod/sections.hpp"
 #include "rod/time_limits.hpp"
+#include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
 #include <fmt/format.h>
@@ -51,7 +53,7 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
                      : Places(spec_.placement, spec_.source, directory)) {
     spec_.placement.origins = spec_.placement.tangents = spec_.placement.normals = {}; // places_ has them
     frame_ = turned() ? no_turn : frame_of(spec.placement.tangent, spec.placement.normal);
-    work_out_constants();
+    compute_constants();
     if (spec_.placement.kind == PlacementKind::packing) pack_rods(occupied);
     if (!places_.from_file()) corner_ = places_.corner();
 }
@@ -65,19 +67,19 @@ RodGroup::RodGroup(const RodGroup& group, std::int64_t i)
 void RodGroup::become(const RodGroup& group, std::int64_t i) {
     put_sizes(group.places_, group.spec_, i, spec_);
     places_.become(group.places_, i);
-    work_out_constants();
+    compute_constants();
 }
 
 int RodGroup::exposed_slots() const { return body_ ? 2 * static_cast<int>(body_->part.size()) : slots(); }
 
 double RodGroup::exposed_radius(int slot) const {
-    const auto at = static_cast<std::size_t>(slot);
+    const std::size_t at = to_index(slot);
     if (body_) return at % 2 ? -1 : body_->part[at / 2].cover();
     return at < element.size() ? element[at].radius : -1;
 }
 
 /// Constants of a body: one slot, with the centre of mass and the principal axes.
-void RodGroup::work_out_body() {
+void RodGroup::compute_body() {
     const BodyShape& body = *body_;
     const Vec3d &j = body.inertia, inverse{1 / j.x, 1 / j.y, 1 / j.z};
     double widest = 0;
@@ -102,8 +104,8 @@ void RodGroup::work_out_body() {
     start_.offsets = {start_.centre};
 }
 
-void RodGroup::work_out_constants() {
-    if (body_) return work_out_body();
+void RodGroup::compute_constants() {
+    if (body_) return compute_body();
     const ElementShares shares(spec_.shape);
     element.clear();
     element.reserve(shares.size());
@@ -154,9 +156,20 @@ void RodGroup::pack_rods(std::vector<Capsule>* occupied) {
     packed_top_ = packed.top;
 }
 
+void RodGroup::require_memory(std::int64_t rows) const {
+    constexpr double little = 1 << 20; // bytes below which no check is worth its time
+    const double needed = static_cast<double>(rows) * static_cast<double>(places_.record_bytes());
+    if (needed < little) return;
+    const double there = free_memory();
+    if (!(needed > there)) return;
+    throw InputError(fmt::format("{}: file '{}': {} rods (rows) of '{}' need {} of memory, but {} are free",
+                                 spec_.source, spec_.placement.file, rows, spec_.name, bytes_text(needed),
+                                 bytes_text(there)));
+}
+
 void RodGroup::read_all() {
     if (!places_.waits()) return;
-    require_memory_of_rows(*this, count());
+    require_memory(count());
     places_.read(0, count());
     refuse_large_turns(*this);
     set_read(places_.corner(), places_.digest(), heterogeneous() ? least_limits_of_rods(*this) : LeastLimits{});
@@ -205,12 +218,11 @@ void RodGroup::join(std::shared_ptr<const AssemblyCopies> copies) {
     if (turned && !within_.turned()) {
         std::vector<Vec3d> own_origins;
         for (std::int64_t i = 0; i < within_.count(); ++i) own_origins.push_back(within_.origin(i));
-        within_ =
-            Places(std::move(own_origins), std::vector<Quaterniond>(static_cast<std::size_t>(within_.count()), frame_));
+        within_ = Places(std::move(own_origins), std::vector<Quaterniond>(to_index(within_.count()), frame_));
     }
     places_ = Places(std::move(origins), std::move(turns));
     if (turned) frame_ = no_turn;
-    work_out_constants();
+    compute_constants();
     corner_ = places_.corner();
 }
 

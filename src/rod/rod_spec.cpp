@@ -5,7 +5,6 @@ namespace skein {
 void Material::fields(FieldVisitor& f) {
     f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density", .required = true, .above = 0}, density);
     f.choice({.name = "law",
-              .unit = "",
               .text = "rod law (docs/theory.md 3); neo_hookean: sections of that material; elastica: as published, "
                       "without an energy, for "
                       "comparison"},
@@ -20,18 +19,19 @@ void Material::fields(FieldVisitor& f) {
     f.visit({.name = "rotary_inertia_scale",
              .unit = "-",
              .text = "factor on the rotary inertia about d1 and d2 (not d3): a longer step, slower bending; the plan "
-                     "tells by how much",
+                     "prints by how much",
              .at_least = 1},
             rotary_inertia_scale);
     f.visit({.name = "rotary_inertia_for_dt",
              .unit = "s",
-             .text = "the same factor, for every element the least that lifts its shear-rotation limit to this; 0: off",
+             .text = "step to which `rotary_inertia_scale`, chosen as small as possible for every element, lifts its "
+                     "shear-rotation limit; 0: off",
              .at_least = 0},
             rotary_inertia_for_dt);
 }
 
 void Section::fields(FieldVisitor& f) {
-    f.choice({.name = "kind", .unit = "", .text = "shape of the cross-section"}, kind, section_names);
+    f.choice({.name = "kind", .text = "shape of the cross-section"}, kind, section_names);
     f.visit({.name = "radius",
              .unit = "m",
              .text = "radius; elliptic: semi-axis along d1; rectangular: half of the side along d1",
@@ -53,7 +53,7 @@ void Section::fields(FieldVisitor& f) {
         profile);
     f.visit({.name = "profile_2",
              .unit = "-",
-             .text = "not circular: semi-axis along d2 of every element over `radius_2`; as the other one where absent",
+             .text = "not circular: semi-axis along d2 of every element over `radius_2`; default: `profile`",
              .above = 0},
             profile_2);
     f.visit({.name = "radius_formula",
@@ -63,13 +63,15 @@ void Section::fields(FieldVisitor& f) {
                      "instead of `profile`"},
             radius_formula);
     f.visit(
-        {.name = "radius_2_formula", .unit = "m", .text = "the same of the semi-axis along d2; instead of `profile_2`"},
+        {.name = "radius_2_formula",
+         .unit = "m",
+         .text =
+             "formula of `s` [m] and `L`: semi-axis along d2 at the middle of every element; instead of `profile_2`"},
         radius_2_formula);
     f.visit({.name = "torsion_constant",
              .unit = "m^4",
-             .text = "torsional stiffness over G where `radius` holds, as the fourth power of the radius along the "
-                     "rod; 0: St Venant's "
-                     "of the shape",
+             .text = "torsional stiffness over G where `radius` holds; it goes with the fourth power of the radius "
+                     "along the rod; 0: St Venant's constant of the shape",
              .at_least = 0},
             torsion_constant);
     f.visit({.name = "shear_factors",
@@ -80,9 +82,8 @@ void Section::fields(FieldVisitor& f) {
             shear_factors);
     f.visit({.name = "bending_stiffness",
              .unit = "N m^2",
-             .text = "E I1 about d1 and E I2 about d2 where `radius` holds, as the fourth power of the radius along "
-                     "the rod; those of "
-                     "the shape where absent",
+             .text = "E I1 about d1 and E I2 about d2 where `radius` holds; they go with the fourth power of the "
+                     "radius along the rod; default: those of the shape",
              .above = 0},
             bending_stiffness);
 }
@@ -98,10 +99,10 @@ void Shape::fields(FieldVisitor& f) {
             elements);
     f.visit({.name = "length_profile",
              .unit = "-",
-             .text = "lengths of the elements relative to each other; all equal where absent",
+             .text = "lengths of the elements relative to each other; default: all equal",
              .above = 0},
             length_profile);
-    f.visit({.name = "rest_curvature", .unit = "1/m", .text = "kappa0 about d1, d2, d3, all along the rod"},
+    f.visit({.name = "rest_curvature", .unit = "1/m", .text = "kappa0 about d1, d2, d3, uniform along the rod"},
             rest_curvature);
     f.visit({.name = "rest_curvature_profile",
              .unit = "1/m",
@@ -115,36 +116,38 @@ void Shape::fields(FieldVisitor& f) {
             rest_curvature_formula);
     f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"},
             rest_strain);
-    f.visit({.name = "closed",
-             .unit = "",
-             .text = "a ring: the last element joins the first; without a curvature a circle about d1"},
-            closed);
+    f.visit(
+        {.name = "closed",
+         .text = "true makes a ring: the last element joins the first; without a curvature it is a circle about d1"},
+        closed);
     f.visit_optional(
-        {.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; the rest curvature where absent"},
+        {.name = "start_curvature", .unit = "1/m", .text = "curvature at t = 0; default: the rest curvature"},
         start_curvature);
-    f.visit({.name = "start_curvature_profile",
-             .unit = "1/m",
-             .text = "the same for every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
-            start_curvature_profile);
+    f.visit(
+        {.name = "start_curvature_profile",
+         .unit = "1/m",
+         .text =
+             "curvature at t = 0 of every inner vertex (elements - 1; a ring: elements); replaces `start_curvature`"},
+        start_curvature_profile);
     f.choice({.name = "end_weights",
-              .unit = "",
-              .text = "of cells and node masses beside clamped and free ends; plain: 1/2, 1, 1; gregory: 3/8, 7/6, "
-                      "23/24, in open "
-                      "rods of 6 equal elements or more, straight at rest and of one section"},
+              .text = "weights of cells and node masses beside clamped and free ends; plain: 1/2, 1, 1; gregory: 3/8, "
+                      "7/6, 23/24, in open rods of 6 equal elements or more, straight at rest and of one section"},
              end_weights, end_weight_names);
-    f.visit({.name = "velocity", .unit = "m/s", .text = "at t = 0, lab frame"}, velocity);
-    f.visit({.name = "angular_velocity",
-             .unit = "rad/s",
-             .text = "of the whole rod at t = 0, lab frame: about its centre of mass, or about the end that is pinned"},
-            angular_velocity);
+    f.visit({.name = "velocity", .unit = "m/s", .text = "velocity at t = 0, lab frame"}, velocity);
+    f.visit(
+        {.name = "angular_velocity",
+         .unit = "rad/s",
+         .text =
+             "angular velocity of the whole rod at t = 0, lab frame: about its centre of mass, or about a pinned end"},
+        angular_velocity);
     f.visit({.name = "element_spin",
              .unit = "rad/s",
-             .text = "of every element in its place at t = 0, body frame; nodes stay as they are"},
+             .text = "angular velocity of every element in its place at t = 0, body frame; nodes are not affected"},
             element_spin);
 }
 
 void Magnetisation::fields(FieldVisitor& f) {
-    f.choice({.name = "pattern", .unit = "", .text = "how the magnetisation varies from rod to rod"}, pattern,
+    f.choice({.name = "pattern", .text = "variation of the magnetisation from rod to rod"}, pattern,
              magnetisation_names);
     f.visit({.name = "strength", .unit = "A/m", .text = "M, magnetic moment per volume", .at_least = 0}, strength);
     f.visit({.name = "direction", .unit = "-", .text = "uniform: direction in the lab frame at the start"}, direction);
@@ -155,46 +158,35 @@ void Magnetisation::fields(FieldVisitor& f) {
 }
 
 void RodSpec::fields(FieldVisitor& f) {
+    f.visit({.name = "name", .text = "name of the group, used by loads, outputs and messages", .required = true}, name);
+    f.visit({.name = "assembly", .text = "assembly of the group; each copy contains its rods or bodies, in its axes"},
+            assembly);
     if (body) {
-        f.visit({.name = "name",
-                 .unit = "",
-                 .text = "name of the group, used by loads, outputs and messages",
-                 .required = true},
-                name);
-        f.visit({.name = "assembly", .unit = "", .text = "assembly in whose copies the bodies are, in its axes"},
-                assembly);
         f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density of all parts", .at_least = 0},
                 material.density);
         body->fields(f);
-        f.visit({.name = "velocity", .unit = "m/s", .text = "of the centre of mass at t = 0, lab frame"},
+        f.visit({.name = "velocity", .unit = "m/s", .text = "velocity of the centre of mass at t = 0, lab frame"},
                 shape.velocity);
-        f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "at t = 0, lab frame"}, shape.angular_velocity);
-        f.table({.name = "placement", .unit = "", .text = ""}, placement);
+        f.visit({.name = "angular_velocity", .unit = "rad/s", .text = "angular velocity at t = 0, lab frame"},
+                shape.angular_velocity);
+        f.table({.name = "placement"}, placement);
         return;
     }
-    f.visit({.name = "name",
-             .unit = "",
-             .text = "name of the group, used by loads, outputs and messages",
-             .required = true},
-            name);
-    f.visit({.name = "assembly", .unit = "", .text = "assembly in whose copies the rods are, in its axes"}, assembly);
-    f.table({.name = "material", .unit = "", .text = "", .required = true}, material);
-    f.table({.name = "section", .unit = "", .text = "", .required = true}, section);
-    f.table({.name = "shape", .unit = "", .text = "", .required = true}, shape);
-    f.table({.name = "placement", .unit = "", .text = ""}, placement);
-    f.choice({.name = "start", .unit = "", .text = "how the first end is held"}, start, end_names);
-    f.choice({.name = "end", .unit = "", .text = "how the last end is held"}, end, end_names);
+    f.table({.name = "material", .required = true}, material);
+    f.table({.name = "section", .required = true}, section);
+    f.table({.name = "shape", .required = true}, shape);
+    f.table({.name = "placement"}, placement);
+    f.choice({.name = "start", .text = "support of the first end"}, start, end_names);
+    f.choice({.name = "end", .text = "support of the last end"}, end, end_names);
     f.visit({.name = "start_free",
-             .unit = "",
              .text = "lab directions in which the held first end slides, such as \"z\" or \"xy\": its node is free in "
-                     "them, and a "
-                     "clamp holds its direction all the same"},
+                     "them, while a clamp still holds its direction"},
             start_free);
-    f.visit({.name = "end_free", .unit = "", .text = "the same of the last end"}, end_free);
-    f.table({.name = "start_motion", .unit = "", .text = ""}, start_motion);
-    f.table({.name = "end_motion", .unit = "", .text = ""}, end_motion);
-    f.table({.name = "hold", .unit = "", .text = ""}, hold);
-    f.table({.name = "magnetisation", .unit = "", .text = ""}, magnetisation);
+    f.visit({.name = "end_free", .text = "lab directions in which the held last end slides"}, end_free);
+    f.table({.name = "start_motion"}, start_motion);
+    f.table({.name = "end_motion"}, end_motion);
+    f.table({.name = "hold"}, hold);
+    f.table({.name = "magnetisation"}, magnetisation);
 }
 
 } // namespace skein

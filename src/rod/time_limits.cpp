@@ -172,7 +172,7 @@ LeastLimits least_limits_of_rods(const RodGroup& g) {
 
 std::vector<double> rotary_inertia_for(const RodGroup& g, double dt) {
     const double aim = 4 / (dt * dt);
-    const auto n = static_cast<std::size_t>(g.elements());
+    const std::size_t n = to_index(g.elements());
     std::vector<double> alike(n, 1.0), scale;
     const auto raise = [&](double& j, int k, double Vec3d::*axis, double Vec3d::*along, const auto& beta_of) {
         const auto [own, others] = beta_of(axis);

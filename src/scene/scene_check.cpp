@@ -1,9 +1,8 @@
 #include "scene/scene_check.hpp"
 
 #include "core/nearest.hpp"
-#include "formula/tell_faults.hpp"
-#include "rod/rest_curvature.hpp"
-#include "rod/section_formula.hpp"
+#include "formula/formula.hpp"
+#include "rod/formulas_along.hpp"
 #include "scene/assembly_check.hpp"
 #include "scene/contact_check.hpp"
 #include "scene/fluid_check.hpp"
@@ -83,7 +82,7 @@ private:
         table.unused({"rest_curvature", "rest_curvature_profile"}, "beside 'rest_curvature_formula'");
         if (rods.placement.kind == PlacementKind::file)
             table.add(key, fmt::format("'{}' is not for rods of a file, which may have lengths of their own", key));
-        tell_faults(key, read_rest_curvature(rods.shape, names_for_formulas(scene_)), table);
+        add_faults(key, read_rest_curvature(rods.shape, names_for_formulas(scene_)), table);
         return rods;
     }
 

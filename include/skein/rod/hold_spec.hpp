@@ -19,8 +19,8 @@ struct Hold {
     void fields(FieldVisitor& f) {
         f.visit({.name = "nodes", .unit = "-", .text = "nodes that do not move; -1 is the last"}, nodes);
         f.visit({.name = "elements", .unit = "-", .text = "elements that do not turn; -1 is the last"}, elements);
-        f.visit({.name = "directions", .unit = "", .text = "lab directions in which the nodes are held"}, directions);
-        f.visit({.name = "axes", .unit = "", .text = "lab axes about which the elements are held"}, axes);
+        f.visit({.name = "directions", .text = "lab directions in which the nodes are held"}, directions);
+        f.visit({.name = "axes", .text = "lab axes about which the elements are held"}, axes);
     }
 };
 

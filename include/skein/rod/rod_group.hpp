@@ -156,6 +156,9 @@ public:
         file_digest_ = digest;
         least_limits_ = limits;
     }
+    /// Throws InputError naming the file, the number of rows, the memory that they need and the free memory, where it
+    /// is too little.
+    void require_memory(std::int64_t rows) const;
     /// Reads all rods of a file that has not been read, without other ranks.
     void read_all();
     const LeastLimits& least_limits() const { return least_limits_; }
@@ -204,8 +207,8 @@ private:
     RodGroup(const RodGroup& group, std::int64_t i);
     Vec3d magnetisation_at(const Vec3d& place) const;
     void start_state(const Vec3d& start, const Quaterniond& turn, bool turned, std::span<Slot<1>> out) const;
-    void work_out_constants();
-    void work_out_body();
+    void compute_constants();
+    void compute_body();
     void weigh_cells();
     void pack_rods(std::vector<Capsule>* occupied);
     /// Centre of rotation of a rod at t = 0, relative to its origin, m: an end that is pinned, or the centre of mass.
