@@ -16,7 +16,7 @@ constexpr Variable places[] = {Variable::x, Variable::y, Variable::z};
 StartVelocity::StartVelocity(const std::vector<std::string>& texts, const FormulaScope& names) {
     if (!skein::faults(names).empty()) return; // told of themselves
     if (texts.size() != 3) {
-        faults_.push_back({{}, "a vector is 3 formulas, not " + std::to_string(texts.size())});
+        faults_.push_back({{}, "a vector needs 3 formulas, not " + std::to_string(texts.size())});
         return;
     }
     for (std::size_t i = 0; i < 3; ++i) {

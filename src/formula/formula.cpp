@@ -48,7 +48,7 @@ public:
         double value = 0;
         const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
         if (read.ec != std::errc() || !std::isfinite(value))
-            throw Refusal{begin, text.size(), fmt::format("'{}' is no number that fits", text)};
+            throw Refusal{begin, text.size(), fmt::format("'{}' is out of range", text)};
         push(graph_.constant(value), std::nullopt, begin, begin + text.size());
     }
 
@@ -91,7 +91,7 @@ public:
         for (const std::string_view known : known_names(scope_))
             if (known == call.name)
                 throw Refusal{call.begin, call.name.size(),
-                              fmt::format("'{}' is a value and no function: put a * before the bracket", call.name)};
+                              fmt::format("'{}' is not a function: put a * before the bracket", call.name)};
         unknown(call.name, call.begin);
     }
 
@@ -171,7 +171,7 @@ private:
     void agree(const Item& a, const std::optional<Unit>& unit, std::string_view what) const {
         if (unit && a.unit && !(*a.unit == *unit))
             throw Refusal{a.begin, a.end - a.begin,
-                          fmt::format("'{}' takes {}, and this is in {}", what,
+                          fmt::format("'{}' needs {}, but gets one in {}", what,
                                       unit->pure() ? "a pure number" : "a value in " + unit_text(*unit),
                                       unit_text(*a.unit))};
     }
@@ -210,7 +210,7 @@ private:
         else if (a.unit && a.unit->pure()) unit = Unit{};
         else if (a.unit)
             throw Refusal{a.begin, a.end - a.begin,
-                          fmt::format("a power that varies of what is in {}", unit_text(*a.unit))};
+                          fmt::format("a quantity in {} needs a constant exponent", unit_text(*a.unit))};
         int r;
         if (exponent && std::abs(*exponent) <= 16 && *exponent == std::floor(*exponent))
             r = graph_.whole_power(a.node, static_cast<int>(*exponent));
@@ -357,12 +357,12 @@ template <class Rule> struct Control : peg::normal<Rule> {
 void refuse_depth(std::string_view text) {
     constexpr std::size_t longest = 4000;
     constexpr int deepest = 60;
-    if (text.size() > longest) throw Refusal{0, 1, fmt::format("a formula of more than {} characters", longest)};
+    if (text.size() > longest) throw Refusal{0, 1, fmt::format("the formula has more than {} characters", longest)};
     int depth = 0;
     std::size_t signs = 0;
     for (std::size_t i = 0; i < text.size(); ++i) {
         if (text[i] == '(' && ++depth > deepest)
-            throw Refusal{i, 1, fmt::format("brackets within each other, more than {} deep", deepest)};
+            throw Refusal{i, 1, fmt::format("brackets are nested more than {} deep", deepest)};
         if (text[i] == ')') --depth;
         signs = text[i] == '-' || text[i] == '+' || text[i] == '^' || text[i] == '*' ? signs + 1
                 : text[i] == ' '                                                     ? signs
@@ -372,6 +372,16 @@ void refuse_depth(std::string_view text) {
 }
 
 } // namespace
+
+void add_faults(const std::string& key, std::span<const FormulaFault> faults, Objections& objections) {
+    for (const FormulaFault& fault : faults) {
+        const std::string message = fmt::format("'{}': {}", key, fault.message);
+        if (fault.part.formula < 0) objections.add(key, message);
+        else
+            objections.add_within(fmt::format("{}.{}", key, fault.part.formula), fault.part.begin, fault.part.length,
+                                  message);
+    }
+}
 
 std::vector<std::string_view> known_names(const FormulaScope& scope) {
     std::vector<std::string_view> names = {"pi", "e"};

@@ -4,8 +4,10 @@
 #pragma once
 
 #include "formula/graph.hpp"
+#include "skein/core/objections.hpp"
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -28,6 +30,9 @@ struct FormulaValue {
 /// have no meaning at a place (`allowed`) are unknown there.
 std::optional<FormulaValue> read_formula(Graph& graph, const FormulaScope& scope, std::string_view text, int number,
                                          std::string_view expected, std::vector<FormulaFault>& faults);
+
+/// Adds the faults of a vector of formulas below `key` to the objections.
+void add_faults(const std::string& key, std::span<const FormulaFault> faults, Objections& objections);
 
 /// All names that a formula may hold.
 std::vector<std::string_view> known_names(const FormulaScope& scope);

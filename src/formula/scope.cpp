@@ -2,6 +2,7 @@
 
 #include "core/nearest.hpp"
 #include "formula/formula.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cctype>
@@ -12,21 +13,18 @@
 namespace skein {
 
 void FormulaTable::fields(FieldVisitor& f) {
-    f.visit({.name = "name", .unit = "", .text = "by which formulas call it, as in gust(t)", .required = true}, name);
-    f.visit({.name = "at", .unit = "", .text = "points, rising: times, or whatever it is a function of"}, at);
-    f.visit({.name = "value", .unit = "", .text = "its values there, one each; straight lines lie between them"},
-            value);
+    f.visit({.name = "name", .text = "name in formulas, as in gust(t)", .required = true}, name);
+    f.visit({.name = "at", .text = "points in rising order: times, or values of another variable"}, at);
+    f.visit({.name = "value", .text = "values at the points, with linear interpolation between them"}, value);
     f.visit({.name = "file",
-             .unit = "",
-             .text = "instead of both: comma-separated values beside the scene, a line of names, then a point and its "
-                     "value a line"},
+             .text = "file of comma-separated values, relative to the scene, instead of `at` and `value`: a line of "
+                     "names, then a point and its value per line"},
             file);
-    f.visit({.name = "at_unit", .unit = "", .text = "unit of the points; empty: fits any"}, at_unit);
-    f.visit({.name = "unit", .unit = "", .text = "unit of the values, as \"N/m\"; empty: fits any"}, unit);
-    f.visit({.name = "periodic",
-             .unit = "",
-             .text = "begins again behind its last point; else it keeps the values of its ends"},
-            periodic);
+    f.visit({.name = "at_unit", .text = "unit of the points; empty fits any unit"}, at_unit);
+    f.visit({.name = "unit", .text = "unit of the values, such as \"N/m\"; empty fits any unit"}, unit);
+    f.visit(
+        {.name = "periodic", .text = "true repeats the table after its last point; otherwise it keeps its end values"},
+        periodic);
 }
 
 std::pair<double, double> FormulaTable::line(double x) const {
@@ -38,7 +36,7 @@ std::pair<double, double> FormulaTable::line(double x) const {
     }
     if (!(x > first)) return {std::isnan(x) ? x : value.front(), 0.0};
     if (x >= last) return {value.back(), 0.0};
-    const auto i = static_cast<std::size_t>(std::upper_bound(at.begin(), at.end(), x) - at.begin());
+    const std::size_t i = to_index(std::upper_bound(at.begin(), at.end(), x) - at.begin());
     const double slope = (value[i] - value[i - 1]) / (at[i] - at[i - 1]);
     return {value[i - 1] + slope * (x - at[i - 1]), slope};
 }
@@ -56,7 +54,7 @@ std::vector<std::pair<std::string, std::string>> faults(const FormulaScope& scop
             found.emplace_back(path,
                                fmt::format("'{}' cannot be named in a formula: use letters, digits and _", given));
         else if (std::find(known.begin(), known.end(), given) != known.end())
-            found.emplace_back(path, fmt::format("'{}' has a meaning in formulas already: choose another name", given));
+            found.emplace_back(path, fmt::format("'{}' is reserved in formulas: choose another name", given));
         else if (std::find(taken.begin(), taken.end(), given) != taken.end())
             found.emplace_back(path, fmt::format("two constants or tables are named '{}'", given));
         taken.push_back(given);
@@ -65,7 +63,7 @@ std::vector<std::pair<std::string, std::string>> faults(const FormulaScope& scop
         if (!text.empty() && !parse_unit(text))
             found.emplace_back(
                 path,
-                fmt::format("\"{}\" is no unit: write it with m, kg, s, A, K, N, Pa, J, W, Hz, T, V, C, rad, as in "
+                fmt::format("\"{}\" is not a unit: write it with m, kg, s, A, K, N, Pa, J, W, Hz, T, V, C, rad, as in "
                             "\"kg m/s^2\", without prefixes",
                             text));
     };

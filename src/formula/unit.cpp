@@ -1,4 +1,5 @@
 #include "formula/unit.hpp"
+#include "skein/core/index.hpp"
 
 #include <cctype>
 #include <charconv>
@@ -54,7 +55,7 @@ std::optional<Unit> parse_unit(std::string_view text) {
         if (end < text.size() && text[end] == '^') {
             const auto read = std::from_chars(text.data() + end + 1, text.data() + text.size(), exponent);
             if (read.ec != std::errc()) return std::nullopt;
-            end = static_cast<std::size_t>(read.ptr - text.data());
+            end = to_index(read.ptr - text.data());
         }
         unit = unit * found->unit.raised(below ? -exponent : exponent);
         any = true;

@@ -12,7 +12,7 @@ VectorOfTime::VectorOfTime(const FormulaScope& scope, const std::vector<std::str
     : graph_(scope.tables) {
     if (!skein::faults(scope).empty()) return;
     if (texts.size() != 3) {
-        faults_.push_back({{}, fmt::format("a vector is 3 formulas, not {}", texts.size())});
+        faults_.push_back({{}, fmt::format("a vector needs 3 formulas, not {}", texts.size())});
         return;
     }
     std::vector<int> value;

@@ -1,4 +1,5 @@
 #include "loads/damping.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 
@@ -24,7 +25,7 @@ Vec3d over(double a, const Vec3d& j) { return {a / j.x, a / j.y, a / j.z}; }
 DampingRates damping_rates(const RodGroup& group, std::span<const Damping> damping) {
     DampingRates rates;
     if (std::all_of(damping.begin(), damping.end(), is_filter)) return rates;
-    const auto n = static_cast<std::size_t>(group.elements());
+    const std::size_t n = to_index(group.elements());
     rates.node.assign(group.node_mass.size(), 0.0);
     rates.element.assign(n, Vec3d{0, 0, 0});
     for (const Damping& d : damping) {

@@ -24,19 +24,18 @@ struct Damping {
     long order = 0;           ///< p
 
     void fields(FieldVisitor& f) {
-        f.choice({.name = "kind", .unit = "", .text = "law of the rates", .required = true}, kind, damping_names);
+        f.choice({.name = "kind", .text = "damping law", .required = true}, kind, damping_names);
         f.visit({.name = "rate",
                  .unit = "1/s",
-                 .text = "uniform, legacy: c; laplacian: that of motion which alternates from node to node",
+                 .text = "uniform, legacy: c; laplacian: decay rate of motion that alternates from node to node",
                  .at_least = 0},
                 rate);
         f.visit({.name = "translational", .unit = "kg/s", .text = "physical: ct", .at_least = 0}, translational);
         f.visit({.name = "rotational", .unit = "kg m^2/s", .text = "physical: cr", .at_least = 0}, rotational);
         f.visit({.name = "order",
                  .unit = "-",
-                 .text = "laplacian: p; waves of angle t from node to node decay at rate sin(t/2)^(2p): the higher, "
-                         "the more long "
-                         "ones are spared",
+                 .text = "laplacian: p; waves of phase t from node to node decay at rate sin(t/2)^(2p): a higher order "
+                         "damps long waves less",
                  .at_least = 0,
                  .at_most = 1000},
                 order);

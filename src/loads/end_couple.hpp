@@ -25,10 +25,9 @@ struct EndCouple {
     void fields(FieldVisitor& f) {
         f.visit({.name = "start", .unit = "N m", .text = "couple on the first element"}, start);
         f.visit({.name = "end", .unit = "N m", .text = "couple on the last element"}, end);
-        f.choice({.name = "frame",
-                  .unit = "",
-                  .text = "of `start` and `end`: body turns with the element (a follower couple)"},
-                 frame, load_frame_names);
+        f.choice(
+            {.name = "frame", .text = "axes of `start` and `end`: body axes turn with the element (a follower couple)"},
+            frame, load_frame_names);
         ramp.fields(f);
     }
     void check(RodSpecs, Objections& objections) const {

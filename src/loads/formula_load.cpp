@@ -1,23 +1,22 @@
 #include "loads/formula_load.hpp"
 
+#include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
 namespace skein {
 
 void FormulaLoad::fields(FieldVisitor& f) {
-    f.visit({.name = "force", .unit = "", .text = "three formulas: force, lab frame [N/m], or as `per` and `at` say"},
+    f.visit({.name = "force", .text = "three formulas: force, lab frame [N/m], or in the unit of `per` and `at`"},
             force);
-    f.visit({.name = "couple", .unit = "", .text = "three formulas: couple [N m/m], or as `per` and `at` say"}, couple);
+    f.visit({.name = "couple", .text = "three formulas: couple [N m/m], or in the unit of `per` and `at`"}, couple);
     f.choice({.name = "per",
-              .unit = "",
-              .text = "what the formulas are of: a metre of rest length, a kilogram [m/s^2], or the whole rod, shared "
-                      "by length [N]"},
+              .text = "reference of the formulas: a metre of rest length, a kilogram [m/s^2], or the whole rod, "
+                      "distributed by length [N]"},
              per, formula_per_names);
     f.choice(
-        {.name = "at", .unit = "", .text = "on all of the rod, or on its first or last node (or element) alone [N]"},
+        {.name = "at", .text = "place of the load: the whole rod, or its first or last node (or element) alone [N]"},
         at, formula_at_names);
-    f.choice({.name = "frame", .unit = "", .text = "axes of `couple`: lab, or d1 d2 d3 of each element"}, frame,
-             formula_frame_names);
+    f.choice({.name = "frame", .text = "axes of `couple`: lab, or d1 d2 d3 of each element"}, frame, load_frame_names);
 }
 
 void FormulaLoad::use(const FormulaScope& scope) {
@@ -33,7 +32,7 @@ void FormulaLoad::use(const FormulaScope& scope) {
 }
 
 void FormulaLoad::check(RodSpecs groups, Objections& objections) const {
-    if (reading_) reading_->tell(objections);
+    if (reading_) reading_->add_faults(objections);
     if (force.empty() && couple.empty()) objections.add("", "a load of kind formula needs 'force' or 'couple'");
     if (at != FormulaAt::rod) objections.unused({"per"}, "for a load at one end");
     if (couple.empty()) objections.unused({"frame"}, "without 'couple'");
@@ -51,7 +50,7 @@ std::string FormulaLoad::fault_at_start(const RodGroup& group) const {
 }
 
 double FormulaLoad::weight_over_mass(const RodGroup& group, int node) const {
-    const auto i = static_cast<std::size_t>(node);
+    const std::size_t i = to_index(node);
     const double mass = group.node_mass[i];
     if (mass == 0) return 0; // a ring's last node is its first
     if (at != FormulaAt::rod) return node == (at == FormulaAt::start ? 0 : group.elements()) ? 1 / mass : 0;

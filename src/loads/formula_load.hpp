@@ -8,6 +8,7 @@
 
 #include "loads/formula_reading.hpp"
 #include "loads/formula_vector.hpp"
+#include "loads/load_frame.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
 #include "skein/core/index.hpp"
@@ -26,8 +27,6 @@ enum class FormulaPer { length, mass, rod };
 inline constexpr std::string_view formula_per_names[] = {"length", "mass", "rod"};
 enum class FormulaAt { rod, start, end };
 inline constexpr std::string_view formula_at_names[] = {"rod", "start", "end"};
-enum class FormulaFrame { lab, body };
-inline constexpr std::string_view formula_frame_names[] = {"lab", "body"};
 
 struct FormulaLoad {
     static constexpr std::string_view kind = "formula", label = "loads by formula";
@@ -35,7 +34,7 @@ struct FormulaLoad {
     std::vector<std::string> force, couple;
     FormulaPer per = FormulaPer::length;
     FormulaAt at = FormulaAt::rod;
-    FormulaFrame frame = FormulaFrame::lab;
+    LoadFrame frame = LoadFrame::lab;
 
     void fields(FieldVisitor& f);
     /// Reads the formulas. It is called first, with all names that they may hold.
@@ -54,8 +53,7 @@ struct FormulaLoad {
     DragRate largest_stiffness(const RodGroup& group) const;
 
     void prepare(std::span<const Step> steps) {
-        if (!reading_ || !reading_->told().empty())
-            throw InputError("a load of kind formula whose formulas have not been read");
+        require_read(reading_.get(), kind);
         force_.prepare(steps);
         couple_.prepare(steps);
     }
@@ -69,7 +67,7 @@ struct FormulaLoad {
 
     template <int W, class Map = Across<W>>
     void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {
-        const auto slot = static_cast<std::size_t>(step.slot);
+        const std::size_t slot = to_index(step.slot);
         if (force_.given) {
             if (force_.same_everywhere()) add_uniform_force<W, Map>(rod, data, load, force_.uniform[slot]);
             else add_forces<W, Map>(rod, data, load, step);
@@ -117,8 +115,8 @@ template <int W> FormulaLoad::TileData<W> FormulaLoad::bind(const RodTile<W>& ro
     if (couple_.given) data.couple = place_values<W>(couple_, rod, true);
     if (at == FormulaAt::rod || !rod.strands) return data;
     // Ends of strands lie in different rows: 1 in their places.
-    data.force_weight.resize(static_cast<std::size_t>(rod.n) + 1, Pack<W>(0.0));
-    data.couple_weight.resize(static_cast<std::size_t>(rod.n), Pack<W>(0.0));
+    data.force_weight.resize(to_index(rod.n) + 1, Pack<W>(0.0));
+    data.couple_weight.resize(to_index(rod.n), Pack<W>(0.0));
     for (int i = 0; i <= rod.n; ++i)
         for (int l = 0; l < W; ++l) {
             const int slot = rod.strands->slot(l, i), elements = rod.group_of(l).elements();
@@ -194,7 +192,7 @@ SKEIN_INLINE void FormulaLoad::add_element_couples(const RodTile<W>& rod, const 
             for (int k = first; k < last; ++k) {
                 const P w(weight(k));
                 Vec3<P> c = couple_of(k);
-                if (frame == FormulaFrame::lab) c = rod.slot[k].director * c;
+                if (frame == LoadFrame::lab) c = rod.slot[k].director * c;
                 Vec3<P>& sum = load[k].couple;
                 if constexpr (Map::along)
                     sum = select((w > P(0.0)) & (Map::element(rod, k).absent < P(0.5)), fma(w, c, sum), sum);

@@ -1,5 +1,6 @@
 #include "loads/formula_reading.hpp"
 
+#include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
@@ -16,7 +17,7 @@ FormulaPlaces::FormulaPlaces(const RodGroup& group, std::int64_t index, bool mid
     s.assign(1, 0.0);
     for (const ElementConstants& c : group.element) s.push_back(s.back() + c.rest_length);
     if (with_start) {
-        std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+        std::vector<Slot<1>> state(to_index(group.slots()));
         group.start_state(index, state);
         for (const Slot<1>& slot : state) start.push_back(lane(slot.position, 0));
     }
@@ -72,18 +73,18 @@ std::vector<double> some_times(double duration) {
 }
 
 /// Calls `sample` for some rods of a group until it returns false. Rods of a file are those that this rank holds.
-template <class Look> void over_samples(const RodGroup& group, double duration, bool middles, Look look) {
+template <class Use> void over_samples(const RodGroup& group, double duration, bool middles, Use use) {
     if (!group.strained()) return;
     const bool from_file = group.places().from_file();
     const std::vector<std::int64_t> held = from_file ? group.places().held() : std::vector<std::int64_t>{};
     for (const std::int64_t rod : some_of(group.count(), 32)) {
         if (from_file && !std::binary_search(held.begin(), held.end(), rod)) continue;
-        std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+        std::vector<Slot<1>> state(to_index(group.slots()));
         group.start_state(rod, state);
         const FormulaPlaces along =
             with_rod(group, rod, [&](const RodGroup& own) { return FormulaPlaces(own, rod, middles, true); });
         for (const std::int64_t place : some_of(static_cast<std::int64_t>(along.s.size()), 33)) {
-            const auto k = static_cast<std::size_t>(place);
+            const std::size_t k = to_index(place);
             Sample sample{{}, rod, static_cast<int>(place)};
             const auto set = [&](Variable v, double value) { nth(sample.at, v) = value; };
             Vec3d x = lane(state[k].position, 0), v = lane(state[k].velocity, 0);
@@ -101,7 +102,7 @@ template <class Look> void over_samples(const RodGroup& group, double duration, 
                 set(static_cast<Variable>(i), along.value(static_cast<Variable>(i), k));
             for (const double t : some_times(duration)) {
                 set(Variable::t, t);
-                if (!look(sample)) return;
+                if (!use(sample)) return;
             }
         }
     }
@@ -119,7 +120,7 @@ bool divides_by_zero(const Graph& graph, const std::vector<double>& values, int 
 
 /// First operand value that is not finite and spoils the result, or -1.
 int where_it_breaks(const Graph& graph, const std::vector<double>& values, int result) {
-    std::vector<bool> reached(static_cast<std::size_t>(result) + 1, false);
+    std::vector<bool> reached(to_index(result) + 1, false);
     reached.back() = true;
     for (int i = result; i >= 0; --i) {
         if (!nth(reached, i)) continue;
@@ -143,7 +144,7 @@ std::vector<int> FormulaReading::read(const char* key, const std::vector<std::st
     std::vector<int> values;
     if (texts.empty()) return values;
     if (texts.size() != 3) {
-        told_.push_back({key, {}, fmt::format("'{}' is a vector of 3 formulas, not {}", key, texts.size())});
+        faults_.push_back({key, {}, fmt::format("'{}' needs 3 formulas, not {}", key, texts.size())});
         return values;
     }
     for (std::size_t i = 0; i < texts.size(); ++i) {
@@ -153,7 +154,7 @@ std::vector<int> FormulaReading::read(const char* key, const std::vector<std::st
         if (const auto value = read_formula(graph, scope_, texts[i], number, unit, found))
             values.push_back(value->node);
         for (const FormulaFault& fault : found)
-            told_.push_back({fmt::format("{}.{}", key, i), fault.part, fmt::format("'{}': {}", key, fault.message)});
+            faults_.push_back({fmt::format("{}.{}", key, i), fault.part, fmt::format("'{}': {}", key, fault.message)});
     }
     if (values.size() < 3) values.clear();
     return values;
@@ -162,13 +163,17 @@ std::vector<int> FormulaReading::read(const char* key, const std::vector<std::st
 FormulaVector FormulaReading::compile(const char* key, const std::vector<int>& values) {
     if (values.empty()) return {};
     if (auto program = compiled(graph, values)) return {true, std::move(*program), {}};
-    told_.push_back(
-        {key, {}, fmt::format("'{}' keeps too many values at once: write it in fewer terms, or as two loads", key)});
+    faults_.push_back({key, {}, fmt::format("'{}' needs too many values at once: use fewer terms, or two loads", key)});
     return {};
 }
 
-void FormulaReading::tell(Objections& objections) const {
-    for (const Told& t : told_) objections.add_within(t.key, t.part.begin, t.part.length, t.message);
+void require_read(const FormulaReading* reading, std::string_view kind) {
+    if (!reading || !reading->faults().empty())
+        throw InputError(fmt::format("a load of kind {} whose formulas have not been read", kind));
+}
+
+void FormulaReading::add_faults(Objections& objections) const {
+    for (const Fault& t : faults_) objections.add_within(t.key, t.part.begin, t.part.length, t.message);
 }
 
 std::string FormulaReading::fault(const char* key, const RodGroup& group, const std::vector<int>& nodes,
@@ -184,7 +189,7 @@ std::string FormulaReading::fault(const char* key, const RodGroup& group, const 
             const std::string_view what = divides_by_zero(graph, values, where) ? "divides by 0"
                                           : bad.op == Op::root                  ? "is the root of a negative number"
                                           : bad.op == Op::logarithm && of(0) <= 0
-                                              ? "is the logarithm of what is not above 0"
+                                              ? "is the logarithm of a number that is not above 0"
                                               : "is not finite";
             const std::string written =
                 bad.part.formula >= 0 ? nth(text_, bad.part.formula).substr(bad.part.begin, bad.part.length) : text_[0];

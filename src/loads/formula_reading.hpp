@@ -24,13 +24,13 @@ public:
     /// Program for the step; not given without values, or where too many are needed at once.
     FormulaVector compile(const char* key, const std::vector<int>& values);
 
-    struct Told {
+    struct Fault {
         std::string key;
         Part part;
         std::string message;
     };
-    const std::vector<Told>& told() const { return told_; }
-    void tell(Objections& objections) const;
+    const std::vector<Fault>& faults() const { return faults_; }
+    void add_faults(Objections& objections) const;
 
     /// First value that is not finite over a group's start state, at the start of the run, its end and some times
     /// between; empty where all are finite. Some rods and places of a group are sampled, of a file among the rods that
@@ -47,8 +47,11 @@ public:
 private:
     FormulaScope scope_;
     std::vector<std::string> text_;
-    std::vector<Told> told_;
+    std::vector<Fault> faults_;
 };
+
+/// Throws InputError where the formulas of a load have not been read, or have faults.
+void require_read(const FormulaReading* reading, std::string_view kind);
 
 /// Largest sum along a row of |dF/dv| for three values F and three variables v from `first` on, times `weight(node)`.
 /// theory.md (40c)

@@ -55,6 +55,14 @@ struct FormulaPlaces {
     double value(Variable v, std::size_t slot) const;
 };
 
+/// Sets the sources of a list's constants, which `same` holds in all lanes.
+template <int W> void spread_constants(const InstructionList& list, Pack<W>* same, Strided<W>* source) {
+    for (std::size_t i = 0; i < list.constants.size(); ++i) {
+        same[i] = Pack<W>(list.constants[i]);
+        source[to_index(list.registers) + i] = {&same[i], 0};
+    }
+}
+
 /// Values of program.place for a tile, by value and row; one row where all are equal.
 template <int W> using PlaceValues = std::vector<AlignedVector<Pack<W>>>;
 
@@ -63,7 +71,7 @@ template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodT
     const int rows = middles ? rod.n : rod.n + 1;
     PlaceValues<W> values(list.outputs.size()), inputs(list.inputs.size());
     if (values.empty()) return values;
-    for (auto& input : inputs) input.resize(static_cast<std::size_t>(rows));
+    for (auto& input : inputs) input.resize(to_index(rows));
     const bool with_start =
         of.program.uses(Variable::start_x) || of.program.uses(Variable::start_y) || of.program.uses(Variable::start_z);
     for (int l = 0; l < W; ++l) {
@@ -76,18 +84,15 @@ template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodT
                                         std::min(static_cast<std::size_t>(slot), along.s.size() - 1)));
         }
     }
-    for (auto& value : values) value.resize(static_cast<std::size_t>(rows));
+    for (auto& value : values) value.resize(to_index(rows));
     StripRegisters<W> registers;
     Strided<W> source[InstructionList::most_sources];
     Pack<W> same[InstructionList::most_sources];
-    for (std::size_t i = 0; i < list.constants.size(); ++i) {
-        same[i] = Pack<W>(list.constants[i]);
-        source[static_cast<std::size_t>(list.registers) + i] = {&same[i], 0};
-    }
+    spread_constants<W>(list, same, source);
     for (int first = 0; first < rows; first += strip<W>) {
         const int count = std::min(strip<W>, rows - first);
         for (std::size_t k = 0; k < inputs.size(); ++k)
-            source[static_cast<std::size_t>(list.first_input()) + k] = Strided<W>{inputs[k].data(), 1}.from(first);
+            source[to_index(list.first_input()) + k] = Strided<W>{inputs[k].data(), 1}.from(first);
         evaluate<W>(list, of.program.tables, source, registers, count);
         for (std::size_t o = 0; o < values.size(); ++o)
             for (int i = 0; i < count; ++i) nth(values[o], first + i) = source[list.outputs[o]][i];
@@ -142,7 +147,7 @@ public:
             if (variable < static_cast<int>(Variable::vx)) {
                 mean([&](int k) { return part(rod.slot[k].position); });
             } else {
-                const Vec3<P> last = behind<Map>(rod, rod.slot[0].velocity, rod.slot[rod.n].velocity);
+                const Vec3<P> last = last_node_value<Map>(rod, rod.slot[0].velocity, rod.slot[rod.n].velocity);
                 mean([&](int k) { return part(k < rod.n ? rod.slot[k].velocity : last); });
             }
             return Strided<W>{to, 1};
@@ -160,7 +165,7 @@ private:
     }
     template <class StateOf> void run(int first, int count, StateOf state_of) {
         for (std::size_t i = 0; i < list_.inputs.size(); ++i) {
-            Strided<W>& source = source_[static_cast<std::size_t>(list_.first_input()) + i];
+            Strided<W>& source = source_[to_index(list_.first_input()) + i];
             if (const int input = list_.inputs[i]; input < time_base) {
                 source = state_of(input);
             } else if (input >= place_base) {
@@ -200,13 +205,9 @@ inline void FormulaVector::run_in_time(std::span<const Step> steps) {
     const int count = static_cast<int>(steps.size()), packs = (count + W - 1) / W;
     double number[Clock::largest_batch];
     for (int i = 0; i < packs * W; ++i) number[i] = nth(steps, std::min(i, count - 1)).time;
-    std::memcpy(time, number, static_cast<std::size_t>(packs) * sizeof time[0]);
-    for (std::size_t i = 0; i < list.constants.size(); ++i) {
-        same[i] = Pack<W>(list.constants[i]);
-        source[static_cast<std::size_t>(list.registers) + i] = {&same[i], 0};
-    }
-    for (std::size_t i = 0; i < list.inputs.size(); ++i)
-        source[static_cast<std::size_t>(list.first_input()) + i] = {time, 1};
+    std::memcpy(time, number, to_index(packs) * sizeof time[0]);
+    spread_constants<W>(list, same, source);
+    for (std::size_t i = 0; i < list.inputs.size(); ++i) source[to_index(list.first_input()) + i] = {time, 1};
     evaluate<W>(list, program.tables, source, registers, packs);
     for (std::size_t o = 0; o < list.outputs.size(); ++o) {
         const Strided<W>& value = source[list.outputs[o]];

@@ -5,7 +5,7 @@
 // conserved. Cost: 3 flop per node.
 #pragma once
 
-#include "formula/tell_faults.hpp"
+#include "formula/formula.hpp"
 #include "formula/vector_of_time.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
@@ -29,22 +29,21 @@ struct Guide {
     std::vector<std::string> place; ///< p, m
 
     void fields(FieldVisitor& f) {
-        f.visit({.name = "stiffness", .unit = "N/m", .text = "of the spring", .required = true, .above = 0}, stiffness);
-        f.visit({.name = "along", .unit = "", .text = "lab directions in which it pulls, such as \"y\" or \"xy\""},
-                along);
-        f.visit(
-            {.name = "place",
-             .unit = "m",
-             .text =
-                 "three formulas of t: where the first node is to be from the mean of all nodes of its rod, lab frame",
-             .required = true},
-            place);
+        f.visit({.name = "stiffness", .unit = "N/m", .text = "stiffness of the spring", .required = true, .above = 0},
+                stiffness);
+        f.visit({.name = "along", .text = "lab directions of the pull, such as \"y\" or \"xy\""}, along);
+        f.visit({.name = "place",
+                 .unit = "m",
+                 .text = "three formulas of t: target position of the first node relative to the mean of all nodes of "
+                         "its rod, lab frame",
+                 .required = true},
+                place);
     }
     void use(const FormulaScope& scope) { place_ = std::make_shared<VectorOfTime>(scope, place, "m"); }
     void check(RodSpecs, Objections& objections) const {
         if (along.empty() || along.find_first_not_of("xyz") != along.npos)
             objections.add("along", fmt::format("'{}' names no directions: give letters out of x, y and z", along));
-        if (place_) tell_faults("place", place_->faults(), objections);
+        if (place_) add_faults("place", place_->faults(), objections);
     }
     DragRate largest_stiffness(const RodGroup& group) const { return {stiffness / group.node_mass.front(), 0}; }
 

@@ -78,7 +78,7 @@ public:
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
         static thread_local AlignedVector<Row> rows;
-        if (rows.size() <= static_cast<std::size_t>(rod.n)) rows.resize(static_cast<std::size_t>(rod.n) + 1);
+        if (rows.size() <= to_index(rod.n)) rows.resize(to_index(rod.n) + 1);
         apply_hold<W>(*rod.group, rod.slot);
         filter_velocities(rod, rows.data());
         filter_spins(rod, rows.data());

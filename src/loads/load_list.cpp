@@ -1,5 +1,6 @@
 #include "loads/load_list.hpp"
 
+#include "skein/core/index.hpp"
 #include "skein/loads/load.hpp"
 
 #include <array>
@@ -29,7 +30,7 @@ static_assert(
 
 std::span<const std::string_view> load_kinds() { return All::kinds; }
 
-Load make_load(int number) { return All::make.at(static_cast<std::size_t>(number))(); }
+Load make_load(int number) { return All::make.at(to_index(number))(); }
 
 Load::Load() : Load(make_load(0)) {}
 

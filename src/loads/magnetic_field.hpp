@@ -36,9 +36,12 @@ struct MagneticField {
         f.visit({.name = "sine_axis", .unit = "-", .text = "u: the rotating part is B (u sin wt + v cos wt)"},
                 sine_axis);
         f.visit({.name = "cosine_axis", .unit = "-", .text = "v"}, cosine_axis);
-        f.visit({.name = "period", .unit = "s", .text = "2 pi/w; a negative one turns the other way"}, period);
+        f.visit({.name = "period", .unit = "s", .text = "2 pi/w; a negative period turns the other way"}, period);
         ramp.fields(f);
-        f.visit({.name = "until", .unit = "s", .text = "the field falls from then on; 0: it stays", .at_least = 0},
+        f.visit({.name = "until",
+                 .unit = "s",
+                 .text = "time at which the field begins to fall; 0: it stays",
+                 .at_least = 0},
                 until);
     }
     static bool acts_on(const RodSpec& rods) { return rods.magnetisation.pattern != MagnetisationPattern::none; }
@@ -92,18 +95,15 @@ struct MagneticField {
         bool straight = true;
         for (int i = 0; i < W; ++i) {
             const auto start = rod.group_of(i).start_directors();
-            for (const Quaterniond& q : start)
-                straight = straight && q.w == start[0].w && q.v.x == start[0].v.x && q.v.y == start[0].v.y &&
-                           q.v.z == start[0].v.z;
+            for (const Quaterniond& q : start) straight = straight && same_bits(q, start[0]);
         }
         TileData<W> data;
         data.stride = straight ? 0 : 1;
-        data.moment.resize(straight ? 1 : static_cast<std::size_t>(rod.n));
+        data.moment.resize(straight ? 1 : to_index(rod.n));
         for (int k = 0; k < static_cast<int>(data.moment.size()); ++k)
             for (int i = 0; i < W; ++i) {
                 const RodGroup& group = rod.group_of(i);
-                const Quaterniond start =
-                    group.start_director(rod.index_of(i), static_cast<std::size_t>(rod.element_of(i, k)));
+                const Quaterniond start = group.start_director(rod.index_of(i), to_index(rod.element_of(i, k)));
                 set_lane(nth(data.moment, k), i,
                          group.magnetisation_strength(rod.index_of(i)) *
                              (start * group.magnetisation(rod.index_of(i))));

@@ -28,7 +28,7 @@ void MagneticFormula::use(const FormulaScope& scope) {
 }
 
 void MagneticFormula::check(RodSpecs groups, Objections& objections) const {
-    if (reading_) reading_->tell(objections);
+    if (reading_) reading_->add_faults(objections);
     if (!groups.empty() &&
         std::none_of(groups.begin(), groups.end(), [this](const RodSpec* rods) { return acts_on(*rods); }))
         objections.add("", "none of the groups that this magnetic_formula acts on has a [rods.magnetisation], and it "
@@ -38,7 +38,7 @@ void MagneticFormula::check(RodSpecs groups, Objections& objections) const {
                        "'magnetisation': it is fixed in the material, and may change with s, L, rod, X, Y, Z alone");
     for (const Variable v : {Variable::vx, Variable::vy, Variable::vz})
         if (values_.given && values_.program.uses(v))
-            objections.add("field", "'field': a field that changes with the velocity of what it acts on has no energy; "
+            objections.add("field", "'field': a field that changes with velocities has no energy; "
                                     "use places and time");
 }
 

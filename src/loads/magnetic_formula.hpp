@@ -28,10 +28,12 @@ struct MagneticFormula {
                  .text = "three formulas: B in the middle of elements, lab frame",
                  .required = true},
                 field);
-        f.visit({.name = "magnetisation",
-                 .unit = "A/m",
-                 .text = "three formulas of s, L, rod: along d1, d2, d3; absent: that of [rods.magnetisation]"},
-                magnetisation);
+        f.visit(
+            {.name = "magnetisation",
+             .unit = "A/m",
+             .text =
+                 "three formulas of s, L, rod: magnetisation along d1, d2, d3; default: that of [rods.magnetisation]"},
+            magnetisation);
     }
     /// Reads the formulas. It is called first, with all names that they may hold.
     void use(const FormulaScope& scope);
@@ -45,8 +47,7 @@ struct MagneticFormula {
     DragRate largest_stiffness(const RodGroup& group) const;
 
     void prepare(std::span<const Step> steps) {
-        if (!reading_ || !reading_->told().empty())
-            throw InputError("a load of kind magnetic_formula whose formulas have not been read");
+        require_read(reading_.get(), kind);
         values_.prepare(steps);
     }
 
@@ -85,7 +86,7 @@ struct MagneticFormula {
         Vec3<P> before = nothing<W>();
         if (Map::along && !uniform_) {
             run.template at_middles<Map>(rod, rod.n - 1, 1);
-            before = given_on<Map>(rod, half_force(rod.n - 1, 0));
+            before = first_node_value<Map>(rod, half_force(rod.n - 1, 0));
         }
         const int longest = run.strip_of(rod.n);
         for (int first = 0; first < rod.n; first += longest) {

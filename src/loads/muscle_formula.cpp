@@ -17,15 +17,15 @@ void MuscleFormula::use(const FormulaScope& scope) {
 
 void MuscleFormula::check(RodSpecs, Objections& objections) const {
     if (moment.empty() == curvature.empty())
-        objections.add("", "muscles have three formulas, of 'moment' [N m] or of 'curvature' [1/m]");
+        objections.add("", "muscles need three formulas: 'moment' [N m] or 'curvature' [1/m]");
     if (!curvature.empty() && frame == LoadFrame::lab)
-        objections.add("frame", "a rest curvature is about body axes: frame = \"body\", or a 'moment'");
-    if (reading_) reading_->tell(objections);
+        objections.add("frame", "a 'curvature' refers to body axes: set frame = \"body\", or give a 'moment'");
+    if (reading_) reading_->add_faults(objections);
     if (moment_.given && (moment_.program.changes & with_state) != 0)
         objections.add(
             key(),
             fmt::format(
-                "'{}': muscles know no lab places and velocities; it may change with t, s, L, rod, X, Y, Z alone",
+                "'{}' of muscles may change with t, s, L, rod, X, Y, Z alone, not with lab places and velocities",
                 key()));
 }
 

@@ -34,18 +34,16 @@ struct MuscleFormula {
     void fields(FieldVisitor& f) {
         f.visit({.name = "moment",
                  .unit = "N m",
-                 .text = "three formulas of s, t, L, rod, X, Y, Z: the moment that muscles make at the vertex at s"},
+                 .text = "three formulas of s, t, L, rod, X, Y, Z: moment of the muscles at the vertex at s"},
                 moment);
-        f.visit(
-            {.name = "curvature",
-             .unit = "1/m",
-             .text =
-                 "instead of `moment`: by how much muscles change the rest curvature about d1, d2, d3 at the vertex"},
-            curvature);
+        f.visit({.name = "curvature",
+                 .unit = "1/m",
+                 .text = "instead of `moment`: change of the rest curvature about d1, d2, d3 at the vertex by muscles"},
+                curvature);
         f.choice(
             {.name = "frame",
-             .unit = "",
-             .text = "of `moment`: body axes (d1, d2, d3) turn with the rod, as a change of its rest curvature does"},
+             .text =
+                 "axes of `moment`: body axes (d1, d2, d3) turn with the rod, as a change of its rest curvature does"},
             frame, load_frame_names);
     }
     /// Reads the formulas. It is called first, with all names that they may hold.
@@ -57,8 +55,7 @@ struct MuscleFormula {
     std::string fault_at_start(const RodGroup& group) const;
 
     void prepare(std::span<const Step> steps) {
-        if (!reading_ || !reading_->told().empty())
-            throw InputError("a load of kind muscle_formula whose formulas have not been read");
+        require_read(reading_.get(), kind);
         moment_.prepare(steps);
     }
 
@@ -104,7 +101,7 @@ struct MuscleFormula {
             return moment(node, 0);
         };
         Vec3<P> first = moment_alone(0);
-        const Vec3<P> last = behind<Map>(rod, first, moment_alone(n));
+        const Vec3<P> last = last_node_value<Map>(rod, first, moment_alone(n));
         if (closed) first = last;
         const auto each_inner_row = [&](auto&& add_at) {
             const int longest = run.strip_of(n - 1);

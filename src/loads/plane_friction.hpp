@@ -6,10 +6,10 @@
 //   slip   v_a = v.a,  v_b = v.b - r w.(Q a), as N x b = a;  phi(s) = 1 for |s| <= v_s, |2 - |s|/v_s| up to 2 v_s, 0
 //          above
 //   slides, u = unit(v_a a + v_b b):
-//          along -(1 - phi_a) mu_k(sign v_a) P (u.a) a;  across -(1 - phi_b) mu_k,side P (u.b) b
+//          along -(1 - phi_a) mu_k(sign v_a) P (u.a) a;  sideways -(1 - phi_b) mu_k,side P (u.b) b
 //   holds, F with sliding friction in it, c the couple so far:
 //          along -clamp(F.a, -phi_a mu_s,back P, phi_a mu_s,forward P) a
-//          across clamp((2 c.(Q a)/r - F.b)/3, +- phi_b mu_s,side P) b
+//          sideways clamp((2 c.(Q a)/r - F.b)/3, +- phi_b mu_s,side P) b
 //   couple of a force f b on its arm: -r f Q a
 // Loads already there, internal and external, are read, so it acts after contacts and walls. The velocity is that
 // before the kick. Source: Gazzola et al. 2018 (R. Soc. Open Sci. 5, 171628), as PyElastica has it. Cost: 230 flop per
@@ -18,6 +18,7 @@
 
 #include "skein/core/error.hpp"
 #include "skein/core/fields.hpp"
+#include "skein/core/index.hpp"
 #include "skein/loads/load.hpp"
 #include "skein/rod/rod_spec.hpp"
 #include "skein/tiles/mapping.hpp"
@@ -31,7 +32,7 @@ namespace skein {
 
 struct PlaneFriction {
     static constexpr std::string_view kind = "anisotropic_plane";
-    static constexpr bool feels_all = true;
+    static constexpr bool acts_last = true;
     static constexpr bool for_rigid_bodies = false, for_rings = false;
 
     Vec3d point{0, 0, 0};                                                   ///< m
@@ -49,48 +50,40 @@ struct PlaneFriction {
     static constexpr double most_tolerance = 0.05; ///< radii; rods hover at larger tolerances, and the plan warns
 
     void fields(FieldVisitor& f) {
-        f.visit({.name = "point", .unit = "m", .text = "on the plane"}, point);
-        f.visit(
-            {.name = "normal",
-             .unit = "-",
-             .text = "of the plane, towards the rods; all that presses them on it counts: loads, contacts and walls"},
-            normal);
-        f.visit(
-            {.name = "stiffness", .unit = "N/m", .text = "of the plane per element", .required = true, .at_least = 0},
-            stiffness);
-        f.visit({.name = "damping", .unit = "N s/m", .text = "of the plane per element", .at_least = 0}, damping);
-        f.visit({.name = "tolerance",
-                 .unit = "m",
-                 .text = "gap up to which an element counts as touching, and is held there; or \"auto\": a hundredth "
-                         "of the least "
-                         "radius",
-                 .at_least = 0},
-                tolerance);
-        f.visit({.name = "kinetic_forward",
+        f.visit({.name = "point", .unit = "m", .text = "a point on the plane"}, point);
+        f.visit({.name = "normal",
                  .unit = "-",
-                 .text = "sliding friction of motion along the tangent",
+                 .text = "normal of the plane, towards the rods; friction counts all forces that press them on the "
+                         "plane: loads, contacts and walls"},
+                normal);
+        f.visit({.name = "stiffness",
+                 .unit = "N/m",
+                 .text = "stiffness of the plane per element",
+                 .required = true,
                  .at_least = 0},
-                kinetic_forward);
-        f.visit({.name = "kinetic_backward",
-                 .unit = "-",
-                 .text = "sliding friction of motion against the tangent",
-                 .at_least = 0},
-                kinetic_backward);
-        f.visit({.name = "kinetic_sideways", .unit = "-", .text = "sliding friction across", .at_least = 0},
-                kinetic_sideways);
+                stiffness);
+        f.visit({.name = "damping", .unit = "N s/m", .text = "damping of the plane per element", .at_least = 0},
+                damping);
         f.visit(
-            {.name = "static_forward", .unit = "-", .text = "holds against forces along the tangent", .at_least = 0},
-            static_forward);
-        f.visit(
-            {.name = "static_backward", .unit = "-", .text = "holds against forces against the tangent", .at_least = 0},
-            static_backward);
-        f.visit({.name = "static_sideways", .unit = "-", .text = "lets roll without slip", .at_least = 0},
-                static_sideways);
+            {.name = "tolerance",
+             .unit = "m",
+             .text =
+                 "largest gap at which an element touches and is held; or \"auto\": a hundredth of the least radius",
+             .at_least = 0},
+            tolerance);
+        const auto coefficient = [&](std::string_view name, std::string_view text, double& value) {
+            f.visit({.name = name, .unit = "-", .text = text, .at_least = 0}, value);
+        };
+        coefficient("kinetic_forward", "sliding friction of motion along the tangent", kinetic_forward);
+        coefficient("kinetic_backward", "sliding friction of motion opposite to the tangent", kinetic_backward);
+        coefficient("kinetic_sideways", "sliding friction sideways", kinetic_sideways);
+        coefficient("static_forward", "static friction against forces along the tangent", static_forward);
+        coefficient("static_backward", "static friction against forces opposite to the tangent", static_backward);
+        coefficient("static_sideways", "static friction sideways, which makes rods roll without slip", static_sideways);
         f.visit({.name = "slip_speed",
                  .unit = "m/s",
-                 .text = "v_s: slower is held, above twice this slides; or \"auto\": 2^-24 sqrt(g r) under the scene's "
-                         "gravity, "
-                         "2^-24 (r/L) sqrt(E/rho) without",
+                 .text = "v_s: elements below it are held, elements above twice this speed slide; or \"auto\": 2^-24 "
+                         "sqrt(g r) under the scene's gravity, 2^-24 (r/L) sqrt(E/rho) without",
                  .above = 0},
                 slip_speed);
     }
@@ -141,7 +134,7 @@ struct PlaneFriction {
         if (!(size > 0)) throw InputError("load anisotropic_plane: the normal has no direction");
         normal = (1 / size) * normal;
         choose(least_radius(group), speed_of(group, 0));
-        const auto n = static_cast<std::size_t>(group.elements());
+        const std::size_t n = to_index(group.elements());
         for (std::size_t k = 0; k < n; ++k) {
             const double r = std::sqrt(group.element[k].volume / (std::numbers::pi * group.element[k].rest_length));
             rows.push_back({mass(group, k) / (mass(group, k) + mass(group, k + 1)), r, 1 / r, k == 0 ? 1.0 : 0.5,
@@ -161,8 +154,8 @@ struct PlaneFriction {
         const int n = rod.n;
         // Every element reads nodes as the previous stage has left them for all: its halves are handed on one element
         // late. Halves of the last element go to the next lane before that begins.
-        load[n].force = behind<Map>(rod, load[0].force, load[n].force);
-        const Vec3<P> last_velocity = behind<Map>(rod, rod.slot[0].velocity, rod.slot[n].velocity);
+        load[n].force = last_node_value<Map>(rod, load[0].force, load[n].force);
+        const Vec3<P> last_velocity = last_node_value<Map>(rod, rod.slot[0].velocity, rod.slot[n].velocity);
         const auto push = [&](int k, Grip<P>& grip) __attribute__((always_inline)) {
             const Vec3<P>& next = k + 1 < n ? rod.slot[k + 1].velocity : last_velocity;
             return where_present<Map>(rod, k, P(0.5) * slide<Map>(rod, load, k, row(k), next, grip));
@@ -172,7 +165,8 @@ struct PlaneFriction {
         };
         Grip<P> last, grips[2];
         const Vec3<P> last_half = push(n - 1, last);
-        Vec3<P> plane_half = given_on<Map>(rod, last_half), static_half = nothing<W>(), first_held = nothing<W>();
+        Vec3<P> plane_half = first_node_value<Map>(rod, last_half), static_half = nothing<W>(),
+                first_held = nothing<W>();
         // Load of element k, when its second node lacks only holding friction.
         const auto hold_on = [&](int k) __attribute__((always_inline)) {
             const Vec3<P> held = hold_half(k, grips[k % 2]);
@@ -187,23 +181,23 @@ struct PlaneFriction {
             if (holds && k > 0) hold_on(k - 1);
         }
         load[n - 1].force += plane_half + last_half;
-        load[n].force = behind<Map>(rod, load[0].force, load[n].force + last_half);
+        load[n].force = last_node_value<Map>(rod, load[0].force, load[n].force + last_half);
         if (!holds) return;
         if (n > 1) hold_on(n - 2);
         const Vec3<P> held = hold_half(n - 1, last);
         if (n > 1) load[n - 1].force += static_half + held;
         else first_held = held;
         load[n].force += held;
-        load[0].force += given_on<Map>(rod, held) + first_held;
+        load[0].force += first_node_value<Map>(rod, held) + first_held;
     }
 
 private:
     /// Position of an element on the plane.
     template <class P> struct Grip {
-        Vec3<P> along, across; ///< a, b
-        Vec3<P> axis;          ///< Q a: arm of a force along b, times N x b = a
+        Vec3<P> along, sideways; ///< a, b
+        Vec3<P> axis;            ///< Q a: arm of a force along b, times N x b = a
         P radius, inverse_radius, push;
-        P rest_along, rest_across; ///< phi
+        P rest_along, rest_sideways; ///< phi
     };
 
     /// Rate bounded from above by the sum along a node's row: half of the value of each of its elements, over its mass.
@@ -212,7 +206,7 @@ private:
         DragRate largest;
         for (int i = 0; i <= n; ++i) {
             const double elements = i == 0 || i == n ? 1 : 2,
-                         value = 0.5 * of_element * elements / mass(group, static_cast<std::size_t>(i));
+                         value = 0.5 * of_element * elements / mass(group, to_index(i));
             if (!group.holds_node(i) && value > largest.value) largest = {value, std::min(i, n - 1)};
         }
         return largest;
@@ -241,7 +235,7 @@ private:
         const P size = max(norm(flat), P(1e-150)), root = sqrt(norm(edge) * P(Map::element(rod, k).inv_rest_length)),
                 inverse = one / (size * root);
         g.along = (root * inverse) * flat;
-        g.across = cross(g.along, up);
+        g.sideways = cross(g.along, up);
         g.axis = s.director * g.along;
         g.radius = P(c.radius) * (size * inverse);
         g.inverse_radius = P(c.inverse_radius) * root;
@@ -252,16 +246,16 @@ private:
         g.push = select(touches, max(zero, -dot(element_load(load, k, c), up)), zero);
         const P plane = g.push - P(stiffness) * min(zero, gap) - P(damping) * dot(v, up);
 
-        const P slip_along = dot(v, g.along), slip_across = fnma(g.radius, dot(s.spin, g.axis), dot(v, g.across));
+        const P slip_along = dot(v, g.along), slip_sideways = fnma(g.radius, dot(s.spin, g.axis), dot(v, g.sideways));
         g.rest_along = resting(slip_along);
-        g.rest_across = resting(slip_across);
-        const P per_slip = g.push / max(sqrt(fma(slip_along, slip_along, slip_across * slip_across)),
+        g.rest_sideways = resting(slip_sideways);
+        const P per_slip = g.push / max(sqrt(fma(slip_along, slip_along, slip_sideways * slip_sideways)),
                                         P(1e-150)); // at 1e-300 a large push would have no quotient
         const P coefficient = select(slip_along > zero, P(kinetic_forward), P(kinetic_backward));
         const P along = -((one - g.rest_along) * coefficient * per_slip * slip_along),
-                across = -((one - g.rest_across) * P(kinetic_sideways) * per_slip * slip_across);
-        turn<Map>(rod, load, k, g, across);
-        return fma(select(touches, plane, zero), up, fma(along, g.along, across * g.across));
+                sideways = -((one - g.rest_sideways) * P(kinetic_sideways) * per_slip * slip_sideways);
+        turn<Map>(rod, load, k, g, sideways);
+        return fma(select(touches, plane, zero), up, fma(along, g.along, sideways * g.sideways));
     }
 
     /// Friction that holds the element; its couple is added to the load.
@@ -273,17 +267,17 @@ private:
         const P along = clamped(dot(all, g.along), g.rest_along * P(static_backward) * g.push,
                                 g.rest_along * P(static_forward) * g.push);
         const P no_slip =
-            P(1.0 / 3) * fma(g.inverse_radius + g.inverse_radius, dot(load[k].couple, g.axis), -dot(all, g.across));
-        const P most = g.rest_across * P(static_sideways) * g.push;
-        const P across = clamped(no_slip, most, most);
-        turn<Map>(rod, load, k, g, across);
-        return fma(-along, g.along, across * g.across);
+            P(1.0 / 3) * fma(g.inverse_radius + g.inverse_radius, dot(load[k].couple, g.axis), -dot(all, g.sideways));
+        const P most = g.rest_sideways * P(static_sideways) * g.push;
+        const P sideways = clamped(no_slip, most, most);
+        turn<Map>(rod, load, k, g, sideways);
+        return fma(-along, g.along, sideways * g.sideways);
     }
 
     /// Adds the couple of a force along b on the arm -r N.
     template <class Map, int W> SKEIN_INLINE static void turn(const RodTile<W>& rod, SlotLoad<W>* load, int k,
-                                                              const Grip<Pack<W>>& g, Pack<W> across) {
-        load[k].couple += where_present<Map>(rod, k, (-(g.radius * across)) * g.axis);
+                                                              const Grip<Pack<W>>& g, Pack<W> sideways) {
+        load[k].couple += where_present<Map>(rod, k, (-(g.radius * sideways)) * g.axis);
     }
 };
 

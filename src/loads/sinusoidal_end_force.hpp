@@ -32,11 +32,14 @@ struct SinusoidalEndForce {
                  .unit = "-",
                  .text = "the force turns in the plane of `normal` and `normal` x `tangent`, lab frame"},
                 normal);
-        f.visit({.name = "tangent", .unit = "-", .text = "along the rod at the start, lab frame"}, tangent);
-        f.visit({.name = "hold", .unit = "s", .text = "until then the force is steady, along `normal`", .at_least = 0},
+        f.visit({.name = "tangent", .unit = "-", .text = "tangent of the rod at the start, lab frame"}, tangent);
+        f.visit({.name = "hold",
+                 .unit = "s",
+                 .text = "time until which the force is steady, along `normal`",
+                 .at_least = 0},
                 hold);
-        f.visit({.name = "steady", .unit = "-", .text = "the steady force over the turning one"}, steady);
-        f.visit({.name = "period", .unit = "s", .text = "of a turn", .above = 0}, period);
+        f.visit({.name = "steady", .unit = "-", .text = "ratio of the steady force to the turning one"}, steady);
+        f.visit({.name = "period", .unit = "s", .text = "period of a turn", .above = 0}, period);
     }
     void check(RodSpecs, Objections& objections) const {
         if (start == 0 && end == 0) objections.add("", "a sinusoidal_end_force needs 'start' or 'end' [N]: both are 0");

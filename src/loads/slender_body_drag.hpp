@@ -27,13 +27,13 @@ struct SlenderBodyDrag {
     double viscosity = 0; ///< mu, Pa s
 
     void fields(FieldVisitor& f) {
-        f.visit(
-            {.name = "viscosity",
-             .unit = "Pa s",
-             .text = "of the fluid, at rest; an explicit load, whose rate the plan counts among the limits of the step",
-             .required = true,
-             .above = 0},
-            viscosity);
+        f.visit({.name = "viscosity",
+                 .unit = "Pa s",
+                 .text = "viscosity of the fluid, which is at rest; the rate of this explicit load is among the limits "
+                         "of the step",
+                 .required = true,
+                 .above = 0},
+                viscosity);
     }
     void check(RodSpecs groups, Objections& objections) const {
         for (const RodSpec* rods : groups)
@@ -82,28 +82,28 @@ struct SlenderBodyDrag {
         mutable AlignedVector<Pack<W>> length;
     };
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
-        return {in_lanes<Row>(rod, rows), AlignedVector<Pack<W>>(rod.strands ? static_cast<std::size_t>(rod.n) : 0)};
+        return {in_lanes<Row>(rod, rows), AlignedVector<Pack<W>>(rod.strands ? to_index(rod.n) : 0)};
     }
 
     template <int W, class Map = Across<W>>
     void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step&) const {
         using P = Pack<W>;
         const P total = total_length<Map>(rod, data);
-        const Vec3<P> behind_last = behind<Map>(rod, rod.slot[0].velocity, rod.slot[rod.n].velocity);
+        const Vec3<P> last_velocity = last_node_value<Map>(rod, rod.slot[0].velocity, rod.slot[rod.n].velocity);
         const auto half_drag = [&](int k) __attribute__((always_inline)) {
             const auto& c = Map::row(rows, data.rows, k);
             const Vec3<P> edge = edge_of(rod, k);
             const P squared = dot(edge, edge), length = sqrt(squared);
-            const Vec3<P>& next = k + 1 < rod.n ? rod.slot[k + 1].velocity : behind_last;
+            const Vec3<P>& next = k + 1 < rod.n ? rod.slot[k + 1].velocity : last_velocity;
             const Vec3<P> v = fma(P(c.share), rod.slot[k].velocity, P(1 - c.share) * next);
             const P slender = P(0.5) * log(total * total * length * P(c.thread)); // ln(L'/r) = ln(L'^2/r^2)/2
             const P inverse = P(1.0) / (squared * slender);                       // one division for two inverses
-            const Vec3<P> across = v - (P(0.5) * dot(edge, v) * slender * inverse) * edge;
+            const Vec3<P> transverse = v - (P(0.5) * dot(edge, v) * slender * inverse) * edge;
             return where_present<Map>(rod, k,
-                                      (P(-2 * std::numbers::pi * viscosity) * length * squared * inverse) * across);
+                                      (P(-2 * std::numbers::pi * viscosity) * length * squared * inverse) * transverse);
         };
         const Vec3<P> last = half_drag(rod.n - 1);
-        Vec3<P> before = given_on<Map>(rod, last);
+        Vec3<P> before = first_node_value<Map>(rod, last);
         for (int k = 0; k + 1 < rod.n; ++k) {
             const Vec3<P> half = half_drag(k);
             load[k].force = load[k].force + before + half;
@@ -125,8 +125,7 @@ private:
             for (const LaneRange& range : rod.strands->ranges()) {
                 double sum = 0;
                 for (int l = range.lane, left = range.group->elements(); left > 0; ++l, left -= rod.n)
-                    for (std::size_t k = 0; k < static_cast<std::size_t>(std::min(left, rod.n)); ++k)
-                        sum += data.length[k][l];
+                    for (std::size_t k = 0; k < to_index(std::min(left, rod.n)); ++k) sum += data.length[k][l];
                 for (int l = range.lane; l < range.lane + range.lanes; ++l) total.set(l, sum);
             }
         } else {

@@ -3,7 +3,7 @@
 #include "core/nearest.hpp"
 #include "fluid/cell_fields.hpp"
 #include "fluid/start_velocity.hpp"
-#include "formula/tell_faults.hpp"
+#include "formula/formula.hpp"
 #include "scene/fitted_fluid.hpp"
 #include "scene/fluid_plan.hpp"
 #include "scene/group_names.hpp"
@@ -313,7 +313,7 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
                   objections);
     if (!fluid.velocity_formula.empty()) {
         const StartVelocity start(fluid.velocity_formula, names_for_formulas(scene));
-        tell_faults("velocity_formula", start.faults(), table);
+        add_faults("velocity_formula", start.faults(), table);
     }
     if (!scene.rods.empty()) return;
     TableObjections(objections, "output").unused({"trajectory", "tips", "audit", "observables"}, "without rods");

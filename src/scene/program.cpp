@@ -88,9 +88,9 @@ GroupProgram program_of(const RodGroup& group, const ProgramNeeds& needs) {
     if (needs.coupled) before.push_back(either(body, pass::ExposeSurface{}, pass::Expose{}));
 
     std::vector<PassSpec> after;
-    const auto apply_loads = [&](bool that_feel_all) {
+    const auto apply_loads = [&](bool that_act_last) {
         for (std::size_t i = 0; i < needs.loads.size(); ++i)
-            if (const Load& load = needs.loads[i]; load.feels_all() == that_feel_all)
+            if (const Load& load = needs.loads[i]; load.acts_last() == that_act_last)
                 after.push_back(pass::ApplyLoad{i, load.kind(), load.needs_whole_rods(), load.predicted_ns()});
     };
     after.push_back(either(body, pass::Unstrained{}, pass::Elastic{group.law()}));

@@ -93,7 +93,7 @@ void check_relax(const SceneSpec& scene, std::span<const Load> loads, Objections
                            "time.relax needs loads that do not change with time, and a formula of this one names 't'");
         const bool answers =
             by_formula(load, Variable::vx) || by_formula(load, Variable::vy) || by_formula(load, Variable::vz);
-        if (load.feels_all() || answers)
+        if (load.acts_last() || answers)
             objections.add(
                 table, fmt::format("a load of kind \"{}\" answers motion, which time.relax has none of", load.kind()));
     }

@@ -114,7 +114,7 @@ void read_table(const std::string& path, FormulaTable& table) {
         throw IoError(fmt::format("{}: has {} columns; a table has two, points and values", path, file.names.size()));
     for (const auto& column : file.columns)
         for (const double number : column)
-            if (!std::isfinite(number)) throw IoError(fmt::format("{}: {} is no number that fits", path, number));
+            if (!std::isfinite(number)) throw IoError(fmt::format("{}: {} is out of range", path, number));
     table.at = std::move(file.columns[0]);
     table.value = std::move(file.columns[1]);
     for (std::size_t k = 1; k < table.at.size(); ++k)

@@ -57,7 +57,7 @@ int time_order_of(const Plan& plan, std::span<const RodGroup> groups) {
         const GroupPlan& p = plan.groups[g];
         if (groups[g].law() == Law::elastica || (!p.undamped && p.damping_scheme == DampingScheme::after)) return 1;
         for (const Load& load : p.loads)
-            if (load.feels_all() || load.largest_rate(groups[g]).value > 0) return 1;
+            if (load.acts_last() || load.largest_rate(groups[g]).value > 0) return 1;
     }
     return plan.integrator == Integrator::pefrl ? 4 : 2;
 }

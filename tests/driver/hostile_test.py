@@ -60,7 +60,7 @@ class Hostile(DriverTest):
         """By check, with 4 GB, in some seconds of processor time at most: rows that a file claims, rods that are packed, elements."""
         self.rods(lambda file: file.create_dataset("origin", (1000000000, 3), "f8", chunks=(1024, 3)))
         began = resource.getrusage(resource.RUSAGE_CHILDREN)
-        self.one_line(self.skein("check", self.scene, code=2, most=4 << 30), r"file 'rods\.h5': 1000000000 rods \(rows\) of 'r' need .* GB of memory, and .* are free")
+        self.one_line(self.skein("check", self.scene, code=2, most=4 << 30), r"file 'rods\.h5': 1000000000 rods \(rows\) of 'r' need .* GB of memory, but .* are free")
         for rows in (1 << 41, 1 << 61):
             self.rods(lambda file: file.create_dataset("origin", (rows, 3), "f8", chunks=(1024, 3)))
             self.one_line(self.skein("check", self.scene, code=2, most=4 << 30), rf"rods\.h5: .* {rows} rows")

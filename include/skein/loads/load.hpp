@@ -62,7 +62,7 @@ template <class L> inline constexpr bool keeps_tables_of_group = requires(L l, c
 namespace detail {
 
 template <class L> inline constexpr bool says_whole_rods = requires { requires L::needs_whole_rods; };
-template <class L> inline constexpr bool says_feels_all = requires { requires L::feels_all; };
+template <class L> inline constexpr bool says_acts_last = requires { requires L::acts_last; };
 template <class L> inline constexpr bool not_for_rigid_bodies = requires { requires !L::for_rigid_bodies; };
 template <class L> inline constexpr bool not_for_rings = requires { requires !L::for_rings; };
 
@@ -124,7 +124,7 @@ public:
     int number() const;
     bool needs_whole_rods() const { return held_->traits().needs_whole_rods; }
     bool keeps_tables_of_group() const { return held_->traits().keeps_tables_of_group; }
-    bool feels_all() const { return held_->traits().feels_all; }
+    bool acts_last() const { return held_->traits().acts_last; }
 
     void fields(FieldVisitor& f) { held_->fields(f); }
     /// Adds objections to its keys, or to the `groups` that it acts on.
@@ -151,7 +151,7 @@ public:
 private:
     struct Traits {
         std::string_view kind, label;
-        bool needs_whole_rods, keeps_tables_of_group, feels_all, for_rigid_bodies, for_rings;
+        bool needs_whole_rods, keeps_tables_of_group, acts_last, for_rigid_bodies, for_rings;
     };
 
     class AnyHeld {
@@ -176,7 +176,7 @@ private:
                                                          .label = detail::label_of<L>(),
                                                          .needs_whole_rods = skein::needs_whole_rods<L>,
                                                          .keeps_tables_of_group = skein::keeps_tables_of_group<L>,
-                                                         .feels_all = detail::says_feels_all<L>,
+                                                         .acts_last = detail::says_acts_last<L>,
                                                          .for_rigid_bodies = !detail::not_for_rigid_bodies<L>,
                                                          .for_rings = !detail::not_for_rings<L>};
 

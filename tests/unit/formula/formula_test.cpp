@@ -121,12 +121,12 @@ TEST(Formulas, CheckUnits) {
               "the parts of a sum need one unit: 'x' is in m, 't' is in s; multiply 't' by a constant in m/s");
     EXPECT_EQ(said("if(x > t, 1, 2)", ""),
               "both sides of a comparison need one unit: 'x' is in m, 't' is in s; multiply 't' by a constant in m/s");
-    EXPECT_EQ(said("sin(x)", ""), "'sin' takes a pure number, and this is in m");
+    EXPECT_EQ(said("sin(x)", ""), "'sin' needs a pure number, but gets one in m");
     EXPECT_EQ(said("sin(2*pi*t)", ""), "") << "a plain number among the factors";
     EXPECT_EQ(said("sin(x/length_scale)", ""), "");
     EXPECT_EQ(said("sqrt(x^2 + y^2) + vx", ""), "the parts of a sum need one unit: 'sqrt(x^2 + y^2)' is in m, 'vx' is "
                                                 "in m/s; multiply 'vx' by a constant in s");
-    EXPECT_EQ(said("gust(x)", ""), "'gust' takes a value in s, and this is in m");
+    EXPECT_EQ(said("gust(x)", ""), "'gust' needs a value in s, but gets one in m");
     EXPECT_EQ(said("gust(t)*k*t", "N/m"), "");
     EXPECT_EQ(said("min(x, t)", ""),
               "the values of 'min' need one unit: 'x' is in m, 't' is in s; multiply 't' by a constant in m/s");
@@ -150,8 +150,8 @@ TEST(Formulas, SayWhatIsWrongAndWhere) {
           Case{"2*", 2, 1, "a value is expected here: a number, a name or a bracket"},
           Case{"", 0, 1, "a value is expected here: a number, a name or a bracket"},
           Case{"sin", 0, 3, "'sin' is a function: sin(...)"}, Case{"gust + 1", 0, 4, "'gust' is a table: gust(t)"},
-          Case{"k(2)", 0, 1, "'k' is a value and no function: put a * before the bracket"},
-          Case{"max(1, 2", 8, 1, "',' or ')' is expected here"}, Case{"1e999", 0, 5, "'1e999' is no number that fits"},
+          Case{"k(2)", 0, 1, "'k' is not a function: put a * before the bracket"},
+          Case{"max(1, 2", 8, 1, "',' or ')' is expected here"}, Case{"1e999", 0, 5, "'1e999' is out of range"},
           Case{"x # y", 2, 1, "an operator is expected here, + - * / ^ or a comparison"}}) {
         const Read read(c.text);
         ASSERT_EQ(read.faults.size(), 1u) << c.text;

@@ -141,7 +141,7 @@ TEST(FormulaLoads, KnowPlacesVelocitiesAndTables) {
     const auto state = test::shaken_state(group, 0.01, 0.4, 1);
     const FormulaLoad wind = formula({.force = {"c*(gust(t) - vx)", "-k*(y - Y)", "k*s*s/L"},
                                       .couple = {"1*x", "1*vy*s", "0"},
-                                      .frame = FormulaFrame::body},
+                                      .frame = LoadFrame::body},
                                      scope);
     const Loads loads = applied(wind, group, 0.5);
     std::vector<Slot<1>> start(state.size());
@@ -203,7 +203,7 @@ TEST_P(FormulaLoadsOf, ManyPlacesAreOfTheirPlaceAndTheirStep) {
         for (const FormulaAt at : {FormulaAt::rod, FormulaAt::start, FormulaAt::end})
             for (const FormulaPer per : {FormulaPer::length, FormulaPer::mass, FormulaPer::rod}) {
                 const auto pass = make_pass<1>(
-                    formula({.force = c.texts, .couple = c.texts, .per = per, .at = at, .frame = FormulaFrame::body}),
+                    formula({.force = c.texts, .couple = c.texts, .per = per, .at = at, .frame = LoadFrame::body}),
                     group);
                 pass->bind(tile);
                 pass->prepare(steps);

@@ -36,7 +36,7 @@ struct Bare {
 /// A load with all that it may have.
 struct Full : Bare {
     static constexpr std::string_view kind = "full", label = "in full";
-    static constexpr bool feels_all = true, for_rigid_bodies = false, for_rings = false;
+    static constexpr bool acts_last = true, for_rigid_bodies = false, for_rings = false;
     void check(RodSpecs groups, Objections& objections) const {
         objections.add("strength", std::to_string(groups.size()));
         objections.unused({"given", "not_given"}, "here");
@@ -106,7 +106,7 @@ TEST(AnyLoad, MayLeaveAllButItsForceOut) {
     const Load load = Bare{};
     EXPECT_EQ(load.label(), "of no use");
     EXPECT_TRUE(load.needs_whole_rods()) << "its add() takes no mapping";
-    EXPECT_FALSE(load.feels_all() || load.keeps_tables_of_group());
+    EXPECT_FALSE(load.acts_last() || load.keeps_tables_of_group());
     EXPECT_TRUE(load.acts_on(group.spec()));
     EXPECT_EQ(load.largest_rate(group).value, 0);
     Told told;
@@ -125,7 +125,7 @@ TEST(AnyLoad, IsAskedForWhatItHas) {
     const Load load = Full{};
     EXPECT_EQ(load.label(), "in full");
     EXPECT_FALSE(load.needs_whole_rods());
-    EXPECT_TRUE(load.feels_all() && load.keeps_tables_of_group());
+    EXPECT_TRUE(load.acts_last() && load.keeps_tables_of_group());
     EXPECT_TRUE(load.acts_on(group.spec()));
     RodSpec other = group.spec();
     other.name = "other";

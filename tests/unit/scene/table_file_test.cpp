@@ -61,7 +61,7 @@ TEST_F(TableFile, IsRefusedByItsNameAndLine) {
     expect("time,force\n0,1\n1\n", ":3: expected 2 numbers, as the first line names them, found 1");
     expect("time,x,y\n0,1,2\n1,1,2\n", ": has 3 columns; a table has two, points and values");
     expect("time,force\n0,1\n0,2\n", ": points must rise, but 0 follows 0");
-    expect("time,force\n0,1\n1,nan\n", ": nan is no number that fits");
+    expect("time,force\n0,1\n1,nan\n", ": nan is out of range");
     EXPECT_NE(said(with_file("time,force\n0,1\n")).find("a table needs two points at least"), std::string::npos);
     EXPECT_NE(said(scene("file = \"absent.csv\"\n")).find("absent.csv"), std::string::npos);
     EXPECT_NE(said(scene("file = \"gust.csv\"\nat = [0, 1]\n")).find("leave out 'at' and 'value'"), std::string::npos);

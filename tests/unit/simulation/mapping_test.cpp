@@ -94,7 +94,7 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     scene.loads.push_back({.load = FormulaLoad{.force = {"0.01*(X - x)", "1e-3", "0"},
                                                .couple = {"0", "1e-6*y", "1e-6"},
                                                .at = FormulaAt::end,
-                                               .frame = FormulaFrame::body},
+                                               .frame = LoadFrame::body},
                            .rods = {"rod 9", "rod 40"}});
     scene.loads.push_back({.load = FormulaLoad{.force = {"1e-3", "0", "2e-3*cos(9*t)"}, .at = FormulaAt::start},
                            .rods = {"cilia", "rod 9"}});
