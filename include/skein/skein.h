@@ -1,9 +1,9 @@
-/* Skein for programs in other languages: what skein/run.hpp has, by plain C functions of the library libskein.so.
- * Python's is python/skein/simulation.py.
+/* Skein for programs in other languages: the interface of skein/run.hpp as plain C functions of the library
+ * libskein.so. python/skein/simulation.py is that of Python.
  *
- * Functions that may fail return -1 or a null pointer; skein_error() then says why, as the program would. All numbers
- * are SI, lab frame. All ranks of MPI_COMM_WORLD call everything alike, and one thread at a time; MPI is started where
- * it has not been. */
+ * Functions that may fail return -1 or a null pointer; skein_error() then returns the message of the program. All
+ * numbers are SI, lab frame. All ranks of MPI_COMM_WORLD call everything alike, and one thread at a time; MPI is
+ * started where it has not been. */
 #pragma once
 
 #include <stdint.h>
@@ -20,7 +20,7 @@ extern "C" {
 
 typedef struct skein_run skein_run;
 
-/* Of the last call that failed on this thread; until the next. */
+/* Message of the last call that failed on this thread, valid until the next. */
 SKEIN_API const char* skein_error(void);
 SKEIN_API int skein_rank(void);
 SKEIN_API int skein_ranks(void);
@@ -31,24 +31,24 @@ SKEIN_API skein_run* skein_open(const char* file, const char* toml, const char* 
                                 int threads, int lanes);
 SKEIN_API void skein_close(skein_run* run);
 
-/* As `skein plan` prints it; until the run is closed. */
+/* Plan as `skein plan` prints it, valid until the run is closed. */
 SKEIN_API const char* skein_plan(skein_run* run);
 SKEIN_API double skein_dt(skein_run* run);
 SKEIN_API double skein_time(skein_run* run);
 SKEIN_API int64_t skein_step(skein_run* run);
-/* Of the whole scene. */
+/* Number of steps of the whole scene. */
 SKEIN_API int64_t skein_steps(skein_run* run);
-/* Makes steps until so many have been made in all, at most those of the scene. */
+/* Makes steps until `until` have been made in all, at most those of the scene. */
 SKEIN_API int skein_advance(skein_run* run, int64_t until);
-/* 16 hexadecimal digits; until the next call. */
+/* Digest of 16 hexadecimal digits, valid until the next call. */
 SKEIN_API const char* skein_digest(skein_run* run);
 
-/* Columns of observables.csv: their names, separated by commas, and their values now. */
+/* Columns of observables.csv: their names, separated by commas, and their present values. */
 SKEIN_API const char* skein_observable_names(skein_run* run);
 SKEIN_API int skein_observables(skein_run* run, double* out, int count);
-/* Table of all contacts, comma-separated; until the next call. */
+/* Table of all contacts, comma-separated, valid until the next call. */
 SKEIN_API const char* skein_contacts(skein_run* run);
-/* Lets a [[table]] of the scene go linearly from its last value now to `value` at `until`, and stay there. */
+/* Makes a [[table]] of the scene go linearly from its last value now to `value` at `until`, and stay there. */
 SKEIN_API int skein_drive(skein_run* run, const char* table, double until, double value);
 /* Number of a table's points, of which the first `count` are copied. */
 SKEIN_API int64_t skein_table(skein_run* run, const char* table, double* at, double* value, int64_t count);
@@ -59,10 +59,11 @@ SKEIN_API const char* skein_group_name(skein_run* run, int group);
 SKEIN_API int64_t skein_group_rods(skein_run* run, int group);
 SKEIN_API int skein_group_nodes(skein_run* run, int group);
 SKEIN_API int skein_group_elements(skein_run* run, int group);
-/* Their numbers in the group, rising. */
+/* Numbers of these rods in the group, rising. */
 SKEIN_API int skein_numbers(skein_run* run, int group, int64_t* out);
-/* quantity 0 position [rods, nodes, 3], 1 velocity [rods, nodes, 3], 2 directors [rods, elements, 3, 3], 3 spin [rods,
- * elements, 3] along the directors, at the time of the run; count: numbers that `out` has room for. */
+/* Values of these rods: quantity 0 position [rods, nodes, 3], 1 velocity [rods, nodes, 3], 2 directors [rods, elements,
+ * 3, 3], 3 spin [rods, elements, 3] along the directors, at the time of the run; count: numbers that `out` has room
+ * for. */
 SKEIN_API int skein_read(skein_run* run, int group, int quantity, double* out, int64_t count);
 
 #ifdef __cplusplus

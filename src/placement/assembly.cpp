@@ -6,23 +6,20 @@
 namespace skein {
 
 void AssemblySpec::fields(FieldVisitor& f) {
-    f.visit({.name = "name",
-             .unit = "",
-             .text = "name of the assembly, which `assembly` of its groups says",
-             .required = true},
+    f.visit({.name = "name", .text = "name of the assembly, for the key `assembly` of its groups", .required = true},
             name);
-    f.table({.name = "placement", .unit = "", .text = ""}, placement);
+    f.table({.name = "placement"}, placement);
     f.visit({.name = "scatter",
              .unit = "m",
-             .text = "every copy is moved by a random part of this, forth or back, lab frame"},
+             .text = "largest random displacement of each copy, in either direction, lab frame"},
             scatter);
     f.visit({.name = "magnetisation_scatter",
              .unit = "-",
-             .text = "strengths of magnetisation differ by up to this share from copy to copy, at random",
+             .text = "largest random relative change of the magnetisation's strength from copy to copy",
              .at_least = 0,
              .at_most = 1},
             magnetisation_scatter);
-    f.visit({.name = "seed", .unit = "-", .text = "of the random numbers", .at_least = 0}, seed);
+    f.visit({.name = "seed", .unit = "-", .text = "seed of the random numbers", .at_least = 0}, seed);
 }
 
 double even_random(long seed, std::int64_t number) {

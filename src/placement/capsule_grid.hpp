@@ -26,7 +26,7 @@ public:
         const long before = nz_, needed = cells(top - lower_.z);
         if (needed <= before) return;
         nz_ = std::max(needed, before + before / 4); // all capsules are listed anew, which is seldom
-        newest_.resize(static_cast<std::size_t>(nx_ * ny_ * nz_), -1);
+        newest_.resize(to_index(nx_ * ny_ * nz_), -1);
         for (std::size_t i = 0; i < capsules_.size(); ++i) list(static_cast<std::int32_t>(i), before);
     }
 
@@ -67,7 +67,7 @@ private:
 
     long cells(double extent) const { return std::max(1L, static_cast<long>(std::ceil(extent / cell_))); }
     long cell_of(double x) const { return static_cast<long>(std::floor(x / cell_)); }
-    std::size_t index(long x, long y, long z) const { return static_cast<std::size_t>((z * ny_ + y) * nx_ + x); }
+    std::size_t index(long x, long y, long z) const { return to_index((z * ny_ + y) * nx_ + x); }
     long points_of(const Capsule& c) const {
         return std::max(1L, static_cast<long>(std::ceil(norm(c.end - c.start) / cell_)));
     }

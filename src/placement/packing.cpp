@@ -43,15 +43,15 @@ Vec3d draw_direction(const Packing& p, Random& random) {
     const double elevation = low + even * (high - low),
                  sine_between = std::sin(low) + even * (std::sin(high) - std::sin(low));
     const double sine = p.elevation_law == ElevationLaw::uniform ? std::sin(elevation) : sine_between,
-                 across = std::sqrt(std::max(0.0, 1 - sine * sine));
+                 cosine = std::sqrt(std::max(0.0, 1 - sine * sine));
     const double azimuth = degree * random.between(p.azimuth[0], p.azimuth[1]);
-    return {across * std::cos(azimuth), across * std::sin(azimuth), sine};
+    return {cosine * std::cos(azimuth), cosine * std::sin(azimuth), sine};
 }
 
 /// Frame with d3 along `direction` and d1 horizontal.
 Quaterniond frame_along(const Vec3d& direction) {
-    const double across = std::hypot(direction.x, direction.y);
-    const Vec3d d1 = across > 0 ? Vec3d{-direction.y / across, direction.x / across, 0} : Vec3d{1, 0, 0};
+    const double horizontal = std::hypot(direction.x, direction.y);
+    const Vec3d d1 = horizontal > 0 ? Vec3d{-direction.y / horizontal, direction.x / horizontal, 0} : Vec3d{1, 0, 0};
     return quaternion({d1, cross(direction, d1), direction});
 }
 
@@ -66,7 +66,7 @@ public:
             lower_ = p.point - Vec3d{p.radius, p.radius, 0};
             upper_ = p.point + Vec3d{p.radius, p.radius, p.height};
             centre_ = p.point;
-            across_ = p.radius - radius;
+            spread_ = p.radius - radius;
         }
         if (kind_ == PackingRegion::slab) upper_.z = floor_ = lower_.z;
     }
@@ -85,7 +85,7 @@ public:
     /// True where a rod that ends `half` from its centre fits somewhere.
     bool holds(const Vec3d& half) const {
         const Vec3d room = room_for(half);
-        if (kind_ == PackingRegion::cylinder) return room.z >= 0 && across_ >= std::hypot(half.x, half.y);
+        if (kind_ == PackingRegion::cylinder) return room.z >= 0 && spread_ >= std::hypot(half.x, half.y);
         return room.x >= 0 && room.y >= 0 && (grows() || room.z >= 0);
     }
     /// Draws a centre evenly. Returns nothing where it lies outside.
@@ -96,10 +96,10 @@ public:
             if (room.z < 0) return std::nullopt;
             return low + Vec3d{random.between(0, room.x), random.between(0, room.y), random.between(rise, room.z)};
         }
-        const double x = random.between(-across_, across_), y = random.between(-across_, across_),
+        const double x = random.between(-spread_, spread_), y = random.between(-spread_, spread_),
                      z = random.between(0, room.z);
         const bool inside =
-            std::hypot(x + half.x, y + half.y) <= across_ && std::hypot(x - half.x, y - half.y) <= across_;
+            std::hypot(x + half.x, y + half.y) <= spread_ && std::hypot(x - half.x, y - half.y) <= spread_;
         return inside ? std::optional(Vec3d{centre_.x + x, centre_.y + y, low.z + z}) : std::nullopt;
     }
 
@@ -113,7 +113,7 @@ private:
     PackingRegion kind_;
     Vec3d lower_, upper_, centre_{0, 0, 0};
     double radius_, tallest_ = 0;
-    double across_ = 0; ///< cylinder: largest distance of an axis from the cylinder's axis
+    double spread_ = 0; ///< cylinder: largest distance of an axis from the cylinder's axis
     double floor_ = 0;  ///< slab: lower bound of the centres that are tried
 };
 
@@ -191,8 +191,8 @@ private:
             if (const Vec3d direction = draw_direction(p_, random_); region_.holds(0.5 * length_ * direction))
                 return direction;
         throw InputError(
-            fmt::format("{}: none of {} directions drawn lets a rod of length {:g} m fit into the region to pack, "
-                        "whatever else is there: enlarge it, or change 'elevation' or 'azimuth'",
+            fmt::format("{}: in none of {} random directions does a rod of length {:g} m fit into the empty region: "
+                        "enlarge it, or change 'elevation' or 'azimuth'",
                         where_, p_.attempts, length_));
     }
 

@@ -5,7 +5,6 @@ namespace skein {
 void Placement::fields(FieldVisitor& f) {
     f.choice(
         {.name = "kind",
-         .unit = "",
          .text =
              "single rod, `line` or `lattice` of rods, `mask` bitmap, `list` of origins, `packing` at random without "
              "overlap, `file` of "
@@ -16,7 +15,7 @@ void Placement::fields(FieldVisitor& f) {
     f.visit_optional(
         {.name = "normal",
          .unit = "-",
-         .text = "direction of d1 at the start, made orthogonal to the tangent; where absent x, or y for rods along x"},
+         .text = "direction of d1 at the start, made orthogonal to the tangent; default: x, or y for rods along x"},
         normal);
     f.visit(
         {.name = "counts", .unit = "-", .text = "line: [n] along x; lattice: [nx, ny] or [nx, ny, nz]", .at_least = 1},
@@ -26,17 +25,14 @@ void Placement::fields(FieldVisitor& f) {
              .text = "distance between neighbours, one per count (mask: [dx, dy])",
              .above = 0},
             spacing);
-    f.visit(
-        {.name = "stagger",
-         .unit = "m",
-         .text = "lattice: how far every other row is moved along x: those whose numbers along y and z have an odd sum",
-         .at_least = 0},
-        stagger);
+    f.visit({.name = "stagger",
+             .unit = "m",
+             .text = "lattice: shift of every other row along x, of rows whose numbers along y and z have an odd sum",
+             .at_least = 0},
+            stagger);
     f.visit({.name = "file",
-             .unit = "",
-             .text = "beside the scene; mask: PBM (P1) bitmap, each 1 carries a rod, the last row is y = 0; file: .h5 "
-                     "or .csv, a row per "
-                     "rod (docs/files.md)"},
+             .text = "path relative to the scene; mask: PBM (P1) bitmap, each 1 carries a rod, the last row is y = 0; "
+                     "file: .h5 or .csv, a row per rod (docs/files.md)"},
             file);
     f.visit({.name = "origins", .unit = "m", .text = "list: start of every rod"}, origins);
     f.visit({.name = "tangents", .unit = "-", .text = "list: direction of each rod at its start; replaces `tangent`"},
@@ -45,34 +41,34 @@ void Placement::fields(FieldVisitor& f) {
              .unit = "-",
              .text = "list: direction of d1 of each rod, beside `tangents`; replaces `normal`"},
             normals);
-    f.choice({.name = "trace",
-              .unit = "",
-              .text = "file with `nodes`: whether they are the shape at rest, or at the start alone"},
-             trace, trace_names);
+    f.choice(
+        {.name = "trace", .text = "file with `nodes`: they give the shape at rest, or the shape at the start alone"},
+        trace, trace_names);
     packing.fields(f);
 }
 
 void Packing::fields(FieldVisitor& f) {
-    f.visit({.name = "count",
-             .unit = "-",
-             .text = "packing: number of rods; the group's straight rods, clear of all groups above it in the scene",
-             .at_least = 1},
-            count);
-    f.visit({.name = "seed",
-             .unit = "-",
-             .text = "packing: of the random numbers; a placement depends on nothing else, so give each group its own",
-             .at_least = 0},
-            seed);
-    f.choice(
-        {.name = "region",
-         .unit = "",
-         .text = "packing: what holds the rods to their whole width; a slab is a box that grows upwards as needed"},
-        region, packing_region_names);
+    f.visit(
+        {.name = "count",
+         .unit = "-",
+         .text = "packing: number of rods; straight rods are placed clear of all groups above this one in the scene",
+         .at_least = 1},
+        count);
+    f.visit(
+        {.name = "seed",
+         .unit = "-",
+         .text = "packing: seed of the random numbers; a placement depends on nothing else, so give each group its own",
+         .at_least = 0},
+        seed);
+    f.choice({.name = "region",
+              .text = "packing: region that contains the rods with their whole width; a slab is a box that grows "
+                      "upwards as needed"},
+             region, packing_region_names);
     f.visit({.name = "lower", .unit = "m", .text = "packing: corner of the box or slab"}, lower);
-    f.visit({.name = "upper", .unit = "m", .text = "packing: opposite corner; a slab looks at x and y alone"}, upper);
+    f.visit({.name = "upper", .unit = "m", .text = "packing: opposite corner; a slab uses x and y alone"}, upper);
     f.visit({.name = "point", .unit = "m", .text = "packing: cylinder, centre of its base; its axis is z"}, point);
-    f.visit({.name = "radius", .unit = "m", .text = "packing: cylinder", .at_least = 0}, radius);
-    f.visit({.name = "height", .unit = "m", .text = "packing: cylinder", .at_least = 0}, height);
+    f.visit({.name = "radius", .unit = "m", .text = "packing: radius of the cylinder", .at_least = 0}, radius);
+    f.visit({.name = "height", .unit = "m", .text = "packing: height of the cylinder", .at_least = 0}, height);
     f.visit({.name = "elevation",
              .unit = "deg",
              .text = "packing: least and largest angle of the rods above the horizontal plane",
@@ -85,7 +81,8 @@ void Packing::fields(FieldVisitor& f) {
              .at_least = -360,
              .at_most = 360},
             azimuth);
-    f.choice({.name = "elevation_law", .unit = "", .text = "packing: even in solid angle, or in the angle itself"},
+    f.choice({.name = "elevation_law",
+              .text = "packing: distribution of the elevation, even in solid angle or in the angle itself"},
              elevation_law, elevation_law_names);
     f.visit({.name = "gap",
              .unit = "m",

@@ -114,8 +114,8 @@ Quaterniond frame_of(const Vec3d& tangent, const std::optional<Vec3d>& normal) {
     const Vec3d d3 = unit(tangent);
     const bool along_x = std::abs(d3.x) > 0.99;
     const Vec3d given = normal.value_or(along_x ? Vec3d{0, 1, 0} : Vec3d{1, 0, 0});
-    const Vec3d across = given - dot(given, d3) * d3;
-    const Vec3d d1 = unit(across);
+    const Vec3d normal_part = given - dot(given, d3) * d3;
+    const Vec3d d1 = unit(normal_part);
     return quaternion({d1, cross(d3, d1), d3});
 }
 
@@ -161,7 +161,7 @@ Places::Places(std::vector<Vec3d> origins, std::vector<Quaterniond> turns)
 
 Places::Places(std::shared_ptr<const RodSource> source, const Vec3d& origin, std::int64_t elements)
     : count_(source->count()), first_(origin), listed_(true), turned_(source->columns().turned()),
-      source_(std::move(source)), columns_(source_->columns()), elements_(static_cast<std::size_t>(elements)) {
+      source_(std::move(source)), columns_(source_->columns()), elements_(to_index(elements)) {
     width_ = columns_.length + columns_.radius + (columns_.nodes ? elements_ + 3 * (elements_ - 1) : 0) +
              (columns_.radii ? elements_ : 0);
 }
@@ -212,8 +212,8 @@ void Places::become(const Places& all, std::int64_t i) {
 }
 
 std::size_t Places::row(std::int64_t i) const {
-    if (held_.empty()) return static_cast<std::size_t>(i - begin_);
-    return static_cast<std::size_t>(std::lower_bound(held_.begin(), held_.end(), i) - held_.begin());
+    if (held_.empty()) return to_index(i - begin_);
+    return to_index(std::lower_bound(held_.begin(), held_.end(), i) - held_.begin());
 }
 
 Vec3d Places::origin(std::int64_t i) const {
@@ -242,10 +242,10 @@ void Places::read(std::int64_t begin, std::int64_t end) {
     origins_.clear();
     turns_.clear();
     held_.clear();
-    origins_.reserve(static_cast<std::size_t>(end - begin));
-    if (turned_) turns_.reserve(static_cast<std::size_t>(end - begin));
+    origins_.reserve(to_index(end - begin));
+    if (turned_) turns_.reserve(to_index(end - begin));
     sizes_.clear();
-    sizes_.reserve(static_cast<std::size_t>(end - begin) * width_);
+    sizes_.reserve(to_index(end - begin) * width_);
     begin_ = begin;
     read_ = true;
     for (std::int64_t at = begin; at < end; at += block) {

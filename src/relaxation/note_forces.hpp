@@ -20,7 +20,7 @@ template <int W> class NoteForcesPass final : public TilePass<W> {
 public:
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         auto& forces = detail::untouched_forces<W>();
-        if (forces.size() <= static_cast<std::size_t>(rod.n)) forces.resize(static_cast<std::size_t>(rod.n) + 1);
+        if (forces.size() <= to_index(rod.n)) forces.resize(to_index(rod.n) + 1);
         for (int k = 0; k <= rod.n; ++k) nth(forces, k) = load[k].force;
         if (rod.group->closed()) forces[0] += load[rod.n].force; // as the load itself will
     }

@@ -38,12 +38,12 @@ public:
 
     void expect(std::size_t tiles) override {
         if (contacts_.any()) reach_.assign(tiles, P(1.0));
-        if (residual_) residual_->expect(static_cast<std::size_t>(group_), tiles);
+        if (residual_) residual_->expect(to_index(group_), tiles);
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         static thread_local AlignedVector<Block> blocks;
-        if (blocks.size() <= static_cast<std::size_t>(rod.n)) blocks.resize(static_cast<std::size_t>(rod.n) + 1);
+        if (blocks.size() <= to_index(rod.n)) blocks.resize(to_index(rod.n) + 1);
         const int last = ends_.closed ? rod.n - 1 : rod.n;
         assemble(rod, last, load, blocks.data());
         if (ends_.closed) solve_as_ring(last, blocks.data());
@@ -66,7 +66,7 @@ private:
 
     static void solve_as_ring(int last, Block* block) {
         static thread_local AlignedVector<RingCoupling<W>> couplings;
-        if (couplings.size() < static_cast<std::size_t>(last)) couplings.resize(static_cast<std::size_t>(last));
+        if (couplings.size() < to_index(last)) couplings.resize(to_index(last));
         solve_ring(last, block, couplings.data());
     }
 
@@ -155,7 +155,7 @@ private:
         }
         double largest = 0;
         for (int l = 0; l < W; ++l) largest = std::max(largest, zero[l] == 0 ? correction[l] : HUGE_VAL);
-        if (residual_) residual_->set(static_cast<std::size_t>(group_), rod.number, largest);
+        if (residual_) residual_->set(to_index(group_), rod.number, largest);
     }
 
     int group_;

@@ -1,4 +1,5 @@
 #include "tiles/clusters.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -71,18 +72,18 @@ std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::s
     std::vector<std::size_t> order(owned.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::vector<std::size_t> first(groups.size() + 1, 0); // first rod of each group in `owned`
-    for (const LocalRod& rod : owned) ++first[static_cast<std::size_t>(rod.group) + 1];
+    for (const LocalRod& rod : owned) ++first[to_index(rod.group) + 1];
     std::partial_sum(first.begin(), first.end(), first.begin());
     for (const AssemblyGroups& assembly : assemblies_of(groups)) {
         std::map<std::int64_t, std::int64_t> place; // place of a copy among those of this rank
-        const auto leader = static_cast<std::size_t>(assembly.groups.front()->id());
+        const std::size_t leader = to_index(assembly.groups.front()->id());
         for (std::size_t i = first[leader]; i < first[leader + 1]; ++i)
             place.emplace(groups[leader].copy_of(owned[i].index), static_cast<std::int64_t>(place.size()));
         const CopyTiling tiling =
             tile_copies(static_cast<std::int64_t>(place.size()), assembly.members(), lanes, threads);
         const std::int64_t in_blocks = tiling.copies() - tiling.within;
         for (const RodGroup* group : assembly.groups) {
-            const auto g = static_cast<std::size_t>(group->id());
+            const std::size_t g = to_index(group->id());
             const auto key = [&](std::size_t i) {
                 const std::int64_t copy = place.at(group->copy_of(owned[i].index)),
                                    rod = owned[i].index % group->rods_per_copy();

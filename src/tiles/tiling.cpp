@@ -1,4 +1,5 @@
 #include "tiles/tiling.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <limits>
@@ -75,7 +76,7 @@ Tiling tiling_with(std::vector<std::int64_t> across, std::span<const TilingGroup
         std::vector<PooledRod> pool;
         for (std::size_t g = 0; g < groups.size(); ++g)
             if (groups[g].family == family)
-                pool.insert(pool.end(), static_cast<std::size_t>(groups[g].rods - tiling.across[g]),
+                pool.insert(pool.end(), to_index(groups[g].rods - tiling.across[g]),
                             PooledRod{static_cast<int>(g), groups[g].elements});
         if (pool.empty()) continue;
         auto tiles = best_packing(pool, family, lanes, threads);

@@ -103,13 +103,13 @@ SKEIN_INLINE Vec3<Pack<W>> where_present(const RodTile<W>& rod, int k, const Vec
 }
 
 /// Value at node n of a rod: in strands that of the next lane's node 0 where the rod goes on there.
-template <class Map, int W>
-SKEIN_INLINE Vec3<Pack<W>> behind(const RodTile<W>& rod, const Vec3<Pack<W>>& first, const Vec3<Pack<W>>& last) {
+template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>>
+last_node_value(const RodTile<W>& rod, const Vec3<Pack<W>>& first, const Vec3<Pack<W>>& last) {
     if constexpr (Map::along) return select(rod.strands->goes_on, from_lane_after(first), last);
     else return last;
 }
 /// Value of element n - 1 for the first node of the next lane; nothing() where a rod begins.
-template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> given_on(const RodTile<W>& rod, const Vec3<Pack<W>>& a) {
+template <class Map, int W> SKEIN_INLINE Vec3<Pack<W>> first_node_value(const RodTile<W>& rod, const Vec3<Pack<W>>& a) {
     if constexpr (Map::along) return select(rod.strands->first, nothing<W>(), from_lane_before(a));
     else return nothing<W>();
 }
