@@ -483,7 +483,7 @@ void BoxFlow::begin_stage(int s, double time, double dt) {
     if (constants_.scheme == FlowScheme::crank_nicolson) return; // bodies are a part of its equations
     sweep<Viscosity::of_rates>(stage.factors, diffusion());
     pass_outflow(stage.whole);
-    if (forcing_) forcing_->meet(forced_stage(stage));
+    if (forcing_) forcing_->sample(forced_stage(stage));
 }
 
 void BoxFlow::end_stage(int s, double time, double dt) {
@@ -523,7 +523,7 @@ void BoxFlow::step_half_implicit(const StageOfStep& whole, double time, double d
     sweep<Viscosity::of_velocity>(whole.factors, (1 - ahead) * dt * diffusion());
     ImplicitResponse response(*this, dt, b);
     const FlowStage stage = forced_stage(whole, &response);
-    if (forcing_) forcing_->hold(stage);
+    if (forcing_) forcing_->add_held_forces(stage);
     diffuse(now_, 0, b);
     project(dt, false);
     add_to_gain(-1);

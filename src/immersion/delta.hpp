@@ -1,4 +1,4 @@
-// Regularised delta functions of one dimension: weights of the grid points near a marker, which are 1 in sum and whose
+// Regularised delta functions of one dimension: weights of the grid points near a marker. Their sum is 1, and their
 // first moment is the place of the marker. theory.md (80)
 #pragma once
 
@@ -11,7 +11,7 @@ namespace skein {
 enum class DeltaKind { three_point, four_point };
 inline constexpr std::string_view delta_names[] = {"three_point", "four_point"};
 
-/// Weights of points first, first + 1, ...; of a place in units of the spacing, from that of point 0.
+/// Weights of the points first, first + 1, ... for a place in units of the spacing, measured from point 0.
 struct DeltaWeights {
     static constexpr int most = 4;
     int first = 0, count = 0;

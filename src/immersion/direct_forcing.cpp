@@ -15,15 +15,15 @@ DirectForcing::DirectForcing(const Communicator& comm, const Threads& threads, c
     : comm_(comm), threads_(threads), grid_(grid), numbers_(numbers), place_(std::move(place)), moves_(moves),
       planes_(comm, threads, grid, numbers.delta, across), given_(bodies, Vec3d{0, 0, 0}) {}
 
-/// Markers where they are now, and their weights: by what a change of 1 at all markers does at each.
 void DirectForcing::settle(const FlowStage& stage) {
+    if (settled_ && !moves_) return;
     markers_.clear();
     place_(stage.time, markers_);
     planes_.settle(markers_.place, markers_.identity);
-    for (std::vector<Vec3d>* of_markers : {&weight_, &found_, &difference_, &changes_})
+    for (std::vector<Vec3d>* of_markers : {&weight_, &velocity_, &slip_, &changes_})
         of_markers->resize(markers_.count());
     planes_.respond_to_ones(stage.scratch, weight_);
-    const auto inverse = [](double sum) { return sum > 0 ? 1 / sum : 0; }; // 0: out of reach of all cells
+    const auto inverse = [](double sum) { return sum > 0 ? 1 / sum : 0; }; // 0: no cell within reach
     for_blocks(threads_, weight_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t m = begin; m < end; ++m) {
             Vec3d& w = weight_[m];
@@ -31,27 +31,34 @@ void DirectForcing::settle(const FlowStage& stage) {
         }
     });
     settled_ = true;
+    if (stage.response || numbers_.penalty()) held_.settle(comm_, markers_.identity);
 }
 
 void DirectForcing::find_velocities(const FlowStage& stage) {
     stage.fill_beyond_walls([this](int plane) { return planes_.reaches_sides(plane); }, planes_.reaches_beyond());
-    planes_.interpolate({stage.velocity[0], stage.velocity[1], stage.velocity[2]}, found_);
+    planes_.interpolate({stage.velocity[0], stage.velocity[1], stage.velocity[2]}, velocity_);
 }
 
-void DirectForcing::subtract_found() {
-    for (std::size_t m = 0; m < difference_.size(); ++m) difference_[m] = markers_.velocity[m] - found_[m];
+void DirectForcing::subtract_velocities() {
+    for (std::size_t m = 0; m < slip_.size(); ++m) slip_[m] = markers_.velocity[m] - velocity_[m];
 }
 
-void DirectForcing::find_differences(const FlowStage& stage) {
+void DirectForcing::find_slips(const FlowStage& stage) {
     find_velocities(stage);
-    subtract_found();
+    subtract_velocities();
 }
 
-double DirectForcing::largest_difference() const {
+double DirectForcing::largest_slip() const {
     double most = 0;
-    for (std::size_t m = 0; m < difference_.size(); ++m)
-        if (norm(weight_[m]) > 0) most = std::max(most, norm(difference_[m]));
+    for (std::size_t m = 0; m < slip_.size(); ++m)
+        if (norm(weight_[m]) > 0) most = std::max(most, norm(slip_[m]));
     return comm_.max(most);
+}
+
+void DirectForcing::measure_slip(const FlowStage& stage) {
+    if (!stage.ends_step) return;
+    find_slips(stage);
+    largest_slip_ = largest_slip();
 }
 
 void DirectForcing::add_given(const std::vector<Vec3d>& changes) {
@@ -67,28 +74,25 @@ void DirectForcing::add_given(const std::vector<Vec3d>& changes) {
         given_[b] += cell_volume * Vec3d{sums[3 * b], sums[3 * b + 1], sums[3 * b + 2]};
 }
 
-void DirectForcing::recall_held(std::span<const double> kept) {
-    held_.restore(comm_, kept);
+void DirectForcing::restore_held(std::span<const double> saved) {
+    held_.restore(comm_, saved);
     settled_ = false;
 }
 
-void DirectForcing::hold(const FlowStage& stage) {
+void DirectForcing::add_held_forces(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
-    if (!settled_ || moves_) {
-        settle(stage);
-        held_.settle(comm_, markers_.identity);
-    }
+    settle(stage);
     std::vector<Vec3d> pushes(held_.values().begin(), held_.values().end());
     for (Vec3d& push : pushes) push = stage.dt * push;
     planes_.spread(pushes, stage.velocity);
 }
 
-double DirectForcing::least_slips(std::span<const Vec3d> answer) const {
+double DirectForcing::step_length(std::span<const Vec3d> response) const {
     std::vector<double> terms[2];
-    for (std::size_t m = 0; m < answer.size(); ++m) {
-        const Vec3d weighted = scale(weight_[m], answer[m]);
-        terms[0].push_back(dot(weighted, difference_[m]));
-        terms[1].push_back(dot(weighted, answer[m]));
+    for (std::size_t m = 0; m < response.size(); ++m) {
+        const Vec3d weighted = scale(weight_[m], response[m]);
+        terms[0].push_back(dot(weighted, slip_[m]));
+        terms[1].push_back(dot(weighted, response[m]));
     }
     const std::vector<double> sums = exact_sums(comm_, terms);
     return sums[1] > 0 ? sums[0] / sums[1] : 0;
@@ -96,110 +100,104 @@ double DirectForcing::least_slips(std::span<const Vec3d> answer) const {
 
 void DirectForcing::apply_implicitly(const FlowStage& stage) {
     const std::span<Vec3d> force = held_.values();
-    std::vector<Vec3d> push(markers_.count()), answer(markers_.count());
-    find_differences(stage);
+    std::vector<Vec3d> push(markers_.count()), response(markers_.count());
+    find_slips(stage);
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
-        if (numbers_.slip > 0 && largest_difference() < numbers_.slip) break;
-        for (std::size_t m = 0; m < push.size(); ++m) push[m] = scale(weight_[m], difference_[m]);
+        if (numbers_.slip > 0 && largest_slip() < numbers_.slip) break;
+        for (std::size_t m = 0; m < push.size(); ++m) push[m] = scale(weight_[m], slip_[m]);
         stage.response->clear();
         planes_.spread(push, stage.scratch);
         stage.response->respond();
-        planes_.interpolate({stage.scratch[0], stage.scratch[1], stage.scratch[2]}, answer);
-        const double times = least_slips(answer);
-        stage.response->add(times);
+        planes_.interpolate({stage.scratch[0], stage.scratch[1], stage.scratch[2]}, response);
+        const double alpha = step_length(response); // (87)
+        stage.response->add(alpha);
         for (std::size_t m = 0; m < push.size(); ++m) {
-            difference_[m] -= times * answer[m];
-            force[m] += (times / stage.dt) * push[m];
+            slip_[m] -= alpha * response[m];
+            force[m] += (alpha / stage.dt) * push[m];
         }
     }
-    slip_ = largest_difference();
+    largest_slip_ = largest_slip();
     for (std::size_t m = 0; m < push.size(); ++m) push[m] = stage.dt * force[m];
     add_given(push);
 }
 
-DirectForcing::Answer DirectForcing::answer(std::size_t marker) const {
+MarkerResponse DirectForcing::response(std::size_t marker) const {
     const double h = grid_.h;
     if (!numbers_.penalty()) {
-        // All sweeps together give from one to `sweeps` times what the first one does, three times at most, by how
-        // rough the slip is: half way between, what is owed for the difference shrinks from stage to stage. theory.md
-        // (90a), (90b)
+        // All sweeps together give one to `sweeps` times the first one's change, at most three times, by the roughness
+        // of the slip. With the mean of both, residual impulses shrink from stage to stage. theory.md (90a), (90b)
         const double together = std::clamp(0.5 * numbers_.sweeps, 1.0, 0.5 * most_plain_sweeps);
         const Vec3d volume = (together * h * h * h) * weight_[marker];
-        return {volume, scale(volume, found_[marker])};
+        return {volume, scale(volume, velocity_[marker])};
     }
     const auto [left, set] = shares(marker);
     const Vec3d volume = (h * h * h) * scale(weight_[marker], set);
-    return {volume, scale(volume, found_[marker]) -
-                        (h * h * stage_ * numbers_.stiffness) * scale(left, held_.values()[marker])};
+    return {volume, scale(volume, velocity_[marker]) -
+                        (h * h * stage_dt_ * numbers_.stiffness) * scale(left, held_.values()[marker])};
 }
 
 DirectForcing::SlipShares DirectForcing::shares(std::size_t marker) const {
-    const double push = stage_ * (numbers_.damping + stage_ * numbers_.stiffness);
-    const Vec3d inertia = grid_.h * weight_[marker]; // of the fluid that takes up the marker's velocity
+    const double push = stage_dt_ * (numbers_.damping + stage_dt_ * numbers_.stiffness);
+    const Vec3d inertia = grid_.h * weight_[marker]; // fluid that takes the marker's velocity
     const Vec3d inverse{1 / (inertia.x + push), 1 / (inertia.y + push), 1 / (inertia.z + push)};
     return {scale(inertia, inverse), push * inverse};
 }
 
-void DirectForcing::meet(const FlowStage& stage) {
+void DirectForcing::sample(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
-    stage_ = stage.dt;
-    if (!settled_ || moves_) {
-        settle(stage);
-        if (numbers_.penalty()) held_.settle(comm_, markers_.identity);
-    }
+    stage_dt_ = stage.dt;
+    settle(stage);
     find_velocities(stage);
 }
 
 void DirectForcing::apply_springs(const FlowStage& stage) {
-    subtract_found();
+    subtract_velocities();
     const std::span<Vec3d> lengths = held_.values();
     const double per_spacing = stage.dt / grid_.h,
-                 back =
-                     numbers_.stiffness / (numbers_.damping + stage.dt * numbers_.stiffness); // of springs alone, 1/s
+                 rate = numbers_.stiffness / (numbers_.damping + stage.dt * numbers_.stiffness); // springs alone, 1/s
     for (std::size_t m = 0; m < changes_.size(); ++m) {
         const auto [left, set] = shares(m);
-        const Vec3d slip = scale(left, difference_[m]) - back * scale(set, lengths[m]); // theory.md (92a)
+        const Vec3d slip = scale(left, slip_[m]) - rate * scale(set, lengths[m]); // theory.md (92a)
         lengths[m] += stage.dt * slip;
         changes_[m] = per_spacing * (numbers_.stiffness * lengths[m] + numbers_.damping * slip);
     }
     planes_.spread(changes_, stage.velocity);
-    note_slip(stage);
-    add_given(changes_);
 }
 
-void DirectForcing::note_slip(const FlowStage& stage) {
-    if (!stage.ends_step) return;
-    find_differences(stage);
-    slip_ = largest_difference();
-}
-
-void DirectForcing::apply(const FlowStage& stage) {
-    if (stage.response) return apply_implicitly(stage); // most of it is solves of the fluid
-    const Timers::Guard timing(seconds_);
-    if (numbers_.penalty()) return apply_springs(stage);
+void DirectForcing::apply_sweeps(const FlowStage& stage) {
+    const bool scaled = numbers_.two_way && numbers_.sweeps > most_plain_sweeps;
     std::vector<Vec3d> change(markers_.count());
-    std::vector<std::vector<Vec3d>> of_sweeps; // where they have shares
+    std::vector<std::vector<Vec3d>> sweeps; // their changes, if they are scaled
     std::fill(changes_.begin(), changes_.end(), Vec3d{0, 0, 0});
     for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
-        if (sweep == 0) subtract_found(); // meet() has found them
-        else find_differences(stage);
-        if (numbers_.slip > 0 && largest_difference() < numbers_.slip) break;
+        if (sweep == 0) subtract_velocities(); // sample() has interpolated them
+        else find_slips(stage);
+        if (numbers_.slip > 0 && largest_slip() < numbers_.slip) break;
         for (std::size_t m = 0; m < change.size(); ++m) {
-            change[m] = scale(weight_[m], difference_[m]);
+            change[m] = scale(weight_[m], slip_[m]);
             changes_[m] += change[m];
         }
         planes_.spread(change, stage.velocity);
-        if (numbers_.felt && numbers_.sweeps > most_plain_sweeps) of_sweeps.push_back(change);
+        if (scaled) sweeps.push_back(change);
     }
-    if (of_sweeps.size() > most_plain_sweeps) {
-        const std::vector<double> share = sweep_shares(static_cast<int>(of_sweeps.size()));
-        std::fill(change.begin(), change.end(), Vec3d{0, 0, 0});
-        for (std::size_t sweep = most_plain_sweeps; sweep < share.size(); ++sweep)
-            for (std::size_t m = 0; m < change.size(); ++m) change[m] += (share[sweep] - 1) * of_sweeps[sweep][m];
-        for (std::size_t m = 0; m < change.size(); ++m) changes_[m] += change[m];
-        planes_.spread(change, stage.velocity);
-    }
-    note_slip(stage);
+    if (sweeps.size() > most_plain_sweeps) rescale(sweeps, stage);
+}
+
+void DirectForcing::rescale(const std::vector<std::vector<Vec3d>>& sweeps, const FlowStage& stage) {
+    const std::vector<double> share = sweep_shares(static_cast<int>(sweeps.size()));
+    std::vector<Vec3d> change(markers_.count(), Vec3d{0, 0, 0});
+    for (std::size_t sweep = most_plain_sweeps; sweep < share.size(); ++sweep)
+        for (std::size_t m = 0; m < change.size(); ++m) change[m] += (share[sweep] - 1) * sweeps[sweep][m];
+    for (std::size_t m = 0; m < change.size(); ++m) changes_[m] += change[m];
+    planes_.spread(change, stage.velocity);
+}
+
+void DirectForcing::apply(const FlowStage& stage) {
+    if (stage.response) return apply_implicitly(stage); // counts as time of the fluid, which solves most of it
+    const Timers::Guard timing(seconds_);
+    if (numbers_.penalty()) apply_springs(stage);
+    else apply_sweeps(stage);
+    measure_slip(stage);
     add_given(changes_);
 }
 

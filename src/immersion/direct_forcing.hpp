@@ -1,7 +1,6 @@
-// Direct forcing: within each stage velocities near markers are changed so that the fluid has the velocity of the
-// markers, in a few sweeps. Where viscosity is implicit, forces at markers stay from step to step, and each sweep
-// solves for what viscosity makes of its part. Instead, springs and dampers may pull fluid and markers together.
-// theory.md (80), (81), (87), (92a)
+// Direct forcing: each stage sets velocities of the fluid near markers to the markers' velocities, in a few sweeps.
+// Under implicit viscosity forces at markers persist from step to step, and each sweep solves for its viscous response.
+// Springs and dampers may couple fluid and markers instead. theory.md (80), (81), (87), (92a)
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
@@ -19,76 +18,79 @@ namespace skein {
 struct ForcingNumbers {
     DeltaKind delta = DeltaKind::three_point;
     int sweeps = 2;  ///< at most
-    double slip = 0; ///< m/s, at which there are no more
-    /// Of springs and dampers in place of sweeps, per area and density of the fluid: 1/s^2 and 1/s, times m. 0: sweeps.
+    double slip = 0; ///< m/s; sweeps end below it
+    /// Springs and dampers in place of sweeps, by area and density of the fluid, 1/s^2 and 1/s times m; 0: sweeps.
     double stiffness = 0, damping = 0;
-    bool felt = false; ///< rods feel the fluid: sweeps have the shares of sweep_shares()
+    bool two_way = false; ///< rods feel the fluid: sweeps are scaled by sweep_shares()
 
     bool penalty() const { return stiffness > 0 || damping > 0; }
 };
 
-/// The same bits on any ranks and threads.
+/// Response of a marker in (89) to a stage that begins: `volume` of fluid takes the velocity of the marker.
+struct MarkerResponse {
+    Vec3d volume;  ///< m^3 by component
+    Vec3d impulse; ///< m^4/s, volume times the velocity that the fluid would give a marker without motion of its own
+};
+
+/// All results have the same bits on any ranks and threads.
 class DirectForcing final : public StageForcing {
 public:
-    /// Sets the markers of this rank to those of a time; each is one rank's.
+    /// Sets this rank's markers to their places and velocities at a time. Each marker belongs to one rank.
     using Place = std::function<void(double time, Markers& markers)>;
-    /// `moves`: markers are elsewhere at other times.
+    /// `moves`: markers change their places with time.
     DirectForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
                   const ForcingNumbers& numbers, std::size_t bodies, Place place, bool moves, int across = 1);
 
-    void hold(const FlowStage& stage) override;
-    void meet(const FlowStage& stage) override;
+    void add_held_forces(const FlowStage& stage) override;
+    void sample(const FlowStage& stage) override;
     void apply(const FlowStage& stage) override;
     bool changed(int plane) const override { return planes_.reaches(plane); }
 
-    /// Volume times velocity that each body has given the fluid since the last call of forget(), m^4/s; the same on all
-    /// ranks.
+    /// Momentum over density that each body has given the fluid since reset_given(), m^4/s. All ranks have all bodies.
     const std::vector<Vec3d>& given() const { return given_; }
-    void forget() { std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0}); }
-    /// Largest difference of velocities at markers after the last step but for its projection, m/s; the same on all
-    /// ranks.
-    double slip() const { return slip_; }
-    /// Wall time spent at markers since the last call, but for implicit viscosity, s.
+    void reset_given() { std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0}); }
+    /// Largest slip of any rank after the last step, before its projection, m/s.
+    double slip() const { return largest_slip_; }
+    /// Wall time at markers since the last call, without implicit viscosity, s.
     double take_seconds() { return std::exchange(seconds_, 0); }
 
-    /// Of this rank; between meet() and apply() their velocities may be changed.
+    /// Markers of this rank. Their velocities may change between sample() and apply().
     Markers& markers() { return markers_; }
-    /// What markers answer to the fluid in the stage that meet() began: volume of fluid that takes up their velocity,
-    /// m^3 by component, and that times the velocity they would have without a motion of their own, m^4/s.
-    struct Answer {
-        Vec3d volume, impulse;
-    };
-    Answer answer(std::size_t marker) const;
-    /// What apply() changed at markers in all of its sweeps, m/s at a marker: each cell near it by its share.
+    /// Response to the stage that sample() began.
+    MarkerResponse response(std::size_t marker) const;
+    /// Change at each marker by all sweeps of apply(), m/s, which nearby cells share by their weights.
     const std::vector<Vec3d>& changes() const { return changes_; }
 
-    /// None where viscosity is explicit.
+    /// Forces or lengths of springs; empty with explicit viscosity and sweeps.
     const HeldVectors& held() const { return held_; }
-    /// Goes on from what saved() of held() was. This rank alone.
-    void recall_held(std::span<const double> kept);
+    /// Continues from saved() of held(). Not collective.
+    void restore_held(std::span<const double> saved);
 
 private:
+    /// Puts markers to the time of the stage and finds their weights. Collective.
     void settle(const FlowStage& stage);
+    void apply_sweeps(const FlowStage& stage);
     void apply_implicitly(const FlowStage& stage);
     void apply_springs(const FlowStage& stage);
-    /// Of a slip without springs and dampers, what is left and what they set to 0 in the stage that meet() began; by
-    /// component.
+    /// Scales the changes of later sweeps by their shares and spreads the differences. Collective.
+    void rescale(const std::vector<std::vector<Vec3d>>& sweeps, const FlowStage& stage);
+    /// Shares of a slip that springs and dampers leave and set to 0 in a stage, by component.
     struct SlipShares {
         Vec3d left, set;
     };
     SlipShares shares(std::size_t marker) const;
-    /// By how many times this answer to a push the slips become least, in the mean of their squares over what is
-    /// forced. Collective.
-    double least_slips(std::span<const Vec3d> answer) const;
-    /// Velocities of the fluid at markers; and those of markers less them. Collective.
+    /// Factor of the response to a push that leaves the least weighted squares of slips. theory.md (87). Collective.
+    double step_length(std::span<const Vec3d> response) const;
+    /// Interpolates velocities of the fluid to markers. Collective.
     void find_velocities(const FlowStage& stage);
-    void find_differences(const FlowStage& stage);
-    void subtract_found();
-    /// At the end of a step. Collective.
-    void note_slip(const FlowStage& stage);
-    /// The largest of them on any rank, m/s. Collective.
-    double largest_difference() const;
-    /// Adds the changes of a stage to what bodies have given. Collective.
+    /// Finds slips from interpolated velocities. Collective.
+    void find_slips(const FlowStage& stage);
+    void subtract_velocities();
+    /// Finds the largest slip at the end of a step. Collective.
+    void measure_slip(const FlowStage& stage);
+    /// Largest slip of any rank, m/s. Collective.
+    double largest_slip() const;
+    /// Adds the changes of a stage to the momentum given by bodies. Collective.
     void add_given(const std::vector<Vec3d>& changes);
 
     Communicator comm_;
@@ -99,16 +101,16 @@ private:
     bool moves_, settled_ = false;
     MarkerPlanes planes_;
     Markers markers_;
-    /// Of markers, by component: by what a change of all by 1 is to be multiplied for 1 to come of it; 0 beyond walls,
-    /// where there is no fluid.
+    /// Weight of a marker by component: 1 over the change that a change of 1 at all markers makes at it. It is 0 beyond
+    /// walls, where there is no fluid.
     std::vector<Vec3d> weight_;
-    std::vector<Vec3d> found_;      ///< velocities of the fluid at markers, m/s
-    std::vector<Vec3d> difference_; ///< of markers, m/s
-    std::vector<Vec3d> changes_;    ///< of markers, m/s
-    std::vector<Vec3d> given_;      ///< by body
-    HeldVectors held_;              ///< forces of implicit stages; lengths of springs
-    double slip_ = 0, stage_ = 0;   ///< m/s; length of the stage, s
-    double seconds_ = 0;            ///< not told yet
+    std::vector<Vec3d> velocity_;            ///< of the fluid at markers, m/s
+    std::vector<Vec3d> slip_;                ///< marker's velocity minus the fluid's, m/s
+    std::vector<Vec3d> changes_;             ///< by marker, m/s
+    std::vector<Vec3d> given_;               ///< by body, m^4/s
+    HeldVectors held_;                       ///< forces of implicit stages, or lengths of springs
+    double largest_slip_ = 0, stage_dt_ = 0; ///< m/s; s
+    double seconds_ = 0;                     ///< wall time since take_seconds()
 };
 
 } // namespace skein

@@ -1,5 +1,5 @@
-// Loads of the fluid on rods within a step, and the inertia that they move with there.                       theory.md
-// (88), (89)
+// Pass that adds loads of the fluid, and scales all loads for the effective inertia of rods in it.
+//                                                                                                theory.md (88), (89)
 #pragma once
 
 #include "core/transposed.hpp"
@@ -14,36 +14,35 @@
 
 namespace skein {
 
-/// The last before the kick: its drag is implicit, by what the rates will be after the kick, so that it can be as
-/// strong as it likes. Loads are divided by the share of the inertia that kicks are to feel.
+/// Last pass before the kick. Its drag is implicit: it acts on the rates after the kick, so any strength is stable.
+/// Loads are divided by the effective share of the inertia, because the kick divides by the rod's own.
 template <int W> class FluidLoadPass final : public TilePass<W> {
 public:
     FluidLoadPass(std::shared_ptr<FluidLoads> loads, const RodGroup& group, const InertiaInFluid& inertia)
         : loads_(std::move(loads)) {
         for (int k = 0; k < group.slots(); ++k) {
-            const double felt = nth(inertia.of_nodes, k).felt, mass = felt * nth(group.node_mass, k);
-            per_share_.push_back(1 / felt);
+            const double effective = nth(inertia.of_nodes, k).effective, mass = effective * nth(group.node_mass, k);
+            per_share_.push_back(1 / effective);
             const Vec3d free = group.slides(k) ? group.free_directions(k) : Vec3d{1, 1, 1};
             per_mass_.push_back(mass > 0 && !group.holds_node(k) ? (1 / mass) * free : Vec3d{0, 0, 0});
         }
         for (int k = 0; k < group.elements(); ++k) {
-            const auto element = static_cast<std::size_t>(k);
-            const Vec3d& felt = inertia.of_elements[element].felt;
-            per_turning_share_.push_back({1 / felt.x, 1 / felt.y, 1 / felt.z});
+            const Vec3d& effective = nth(inertia.of_elements, k).effective;
+            per_turning_share_.push_back({1 / effective.x, 1 / effective.y, 1 / effective.z});
             per_inertia_.push_back(group.holds_element(k)
                                        ? Vec3d{0, 0, 0}
-                                       : scale(per_turning_share_.back(), group.element[element].inv_inertia));
+                                       : scale(per_turning_share_.back(), nth(group.element, k).inv_inertia));
         }
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         using P = Pack<W>;
         std::size_t first[W];
-        for (int l = 0; l < W; ++l) // spare lanes say again what the last rod does
-            first[l] = loads_->first(rod.group->id(), rod.first + static_cast<std::size_t>(std::min(l, rod.lanes - 1)));
+        for (int l = 0; l < W; ++l) // spare lanes repeat the last rod
+            first[l] = loads_->first(rod.group->id(), rod.first + to_index(std::min(l, rod.lanes - 1)));
         const P kick(step.kick);
         for (int k = 0; k <= rod.last; ++k) {
-            const auto slot = static_cast<std::size_t>(k);
+            const std::size_t slot = to_index(k);
             const auto of = [&](auto member) {
                 return load_transposed<W>([&](int l) { return &(loads_->load[first[l] + slot].*member).x; }).vector;
             };
@@ -79,9 +78,9 @@ private:
     }
 
     std::shared_ptr<FluidLoads> loads_;
-    std::vector<double> per_share_;             ///< by slot: 1 over the share of its inertia that kicks feel
-    std::vector<Vec3d> per_turning_share_;      ///< by element, body
-    std::vector<Vec3d> per_mass_, per_inertia_; ///< by slot, 0 where it is held
+    std::vector<double> per_share_;             ///< by slot: 1 over the effective share of its mass
+    std::vector<Vec3d> per_turning_share_;      ///< by element, body: 1 over the effective share of its inertia
+    std::vector<Vec3d> per_mass_, per_inertia_; ///< by slot: 1 over the effective inertia, 0 if the slot is held
 };
 
 } // namespace skein

@@ -1,7 +1,18 @@
-// Rods that feel the fluid: within a stage each slot has the fluid's push and a drag that is linear in its own
-// velocity, which steps of rods take implicitly; then markers are forced to the mean velocities of the stage, and what
-// they give the fluid beyond what rods received is owed to the rods in the next stage. Momentum of fluid and rods is
-// kept to rounding.       theory.md (88)-(91)
+// Momentum balance of rods that feel the fluid (two-way coupling).                              theory.md (88)-(91)
+//
+//   node of a slot   (1 - beta) m v' = F + (1 - rho/rho_s) m g - J',   J = rho h^3 sum_m N_m du_m               (88)
+//   end of a step    L = (1 - theta) L + m_A dv,   m_A = m_hat - (1 - beta) m                                  (88a)
+//   in a stage       m_hat v' = F - (rho/rho_s) m g + (rho h^3 sum_m w_m N_m u_m - K v + D)/tau + (theta/h_t) L  (89)
+//   end of a stage   D -= rho h^3 sum_m N_m du_m + integral over tau of the fluid's force in (89)               (90)
+//   conserved        rho h^3 sum_x u + sum_slots((1 - beta) m v + L + D)                                        (91)
+//
+//   D      residual impulse            beta   displaced share of the inertia     w_m, u_m   response of marker m
+//   L      momentum of the added mass  m_hat  effective mass                     N_m        its share in the slot
+//   theta  relaxation fraction         K      drag coefficient                   du_m       its change of velocity
+//   h_t    length of a step            tau    length of a stage                  u          velocity of the fluid
+//
+// Elements have the same balance with moments of inertia, couples and spins. Steps of rods take the drag implicitly.
+// Forces on the fluid and on the rods are equal and opposite, so (91) holds to rounding.
 #pragma once
 
 #include "immersion/direct_forcing.hpp"
@@ -11,6 +22,7 @@
 #include "parallel/communicator.hpp"
 #include "skein/core/index.hpp"
 
+#include <array>
 #include <functional>
 #include <memory>
 #include <span>
@@ -18,76 +30,90 @@
 
 namespace skein {
 
+/// Momenta in transit between the fluid and one slot, lab components.
+struct SlotExchange {
+    Vec3d residual_impulse{0, 0, 0};         ///< D of the node, N s
+    Vec3d residual_angular_impulse{0, 0, 0}; ///< D of the element, N m s
+    Vec3d added_momentum{0, 0, 0};           ///< L of the node, N s
+    Vec3d added_angular_momentum{0, 0, 0};   ///< L of the element, N m s
+};
+
 class ForceBalance {
 public:
     struct Fluid {
-        double density, cell_volume; ///< kg/m^3, m^3
-        double passing; ///< s: its steps at the Courant number for which shares that are returned were found
+        double density;        ///< kg/m^3
+        double cell_volume;    ///< m^3
+        double reference_step; ///< s, step at the Courant number for which relaxation fractions were found
     };
-    /// `weight`: acceleration by gravity of a group at a time, m/s^2.
+    /// Acceleration by gravity of a group at a time, m/s^2.
     using Weight = std::function<Vec3d(std::size_t group, double time)>;
     ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
                  const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid, Weight weight);
 
-    /// Part of a step of the fluid, s.
+    /// Stage of a step of the fluid: its begin, its length and the length of the whole step, s.
     struct Stage {
-        double begin, length, step; ///< s; `step`: of the whole step
+        double begin, length, step;
     };
-    /// Rods are about to begin a step of the fluid.
+    /// Responses of markers of own rods, by their number.
+    using Responses = std::function<MarkerResponse(std::size_t marker)>;
+
+    /// Saves the rates of rods at the begin of a step.
     void begin_step(double lag);
-    /// Loads of a stage that begins, by what markers of own rods answer to the fluid.
-    using Answer = std::function<DirectForcing::Answer(std::size_t marker)>;
-    void begin_stage(const Stage& stage, double lag, const Answer& answer);
-    /// Rods have come to its end: sets velocities of markers to the means since it began.
+    /// Sets the loads of a stage by (89).
+    void begin_stage(const Stage& stage, double lag, const Responses& responses);
+    /// Sets velocities of markers to their means over a stage of this length, s, at the end of which rods are.
     void find_mean_velocities(double length, double lag, std::span<Vec3d> velocities);
-    /// What was changed at markers is set against what rods received.
+    /// Advances D by (90), from the changes of velocity at markers.
     void end_stage(std::span<const Vec3d> changes);
-    /// Rods have come to the end of a step of the fluid.
+    /// Advances L by (88a).
     void end_step(double lag);
 
-    /// Momentum of own rods less what the fluid bears for them, and what is on the way between both; kg m/s. By slot.
+    /// Terms of (91) of own slots, kg m/s.
     std::vector<Vec3d> momentum(double lag) const;
 
-    /// Of a slot: what it is owed and what is to be returned to it, node and element.
+    /// Numbers of a slot in a checkpoint: its SlotExchange.
     static constexpr std::size_t record = 12;
-    /// Records by slot of the scene, of all ranks. Collective.
+    /// Records of all slots of the scene, in their order. Collective.
     std::vector<double> saved(const Communicator& comm) const;
     std::size_t saved_numbers() const { return record * slots_of_scene_; }
-    void restore(std::span<const double> kept);
+    void restore(std::span<const double> saved);
     std::uint64_t digest() const;
 
 private:
-    struct Slots {
-        Vec3d owed{0, 0, 0};      ///< N s, lab: impulse that the node has yet to receive
-        Vec3d owed_turn{0, 0, 0}; ///< N m s, lab: of the element
-        Vec3d lent{0, 0,
-                   0}; ///< N s, lab: what added inertia has taken of the node's momentum, and returns step by step
-        Vec3d lent_turn{0, 0, 0}; ///< N m s, lab: of the element
+    /// Quantities of a slot within one step.
+    struct SlotStep {
+        Vec3d velocity{0, 0, 0};            ///< m/s, lab, at the begin of the step
+        Vec3d spin{0, 0, 0};                ///< rad/s, body, at the begin of the step
+        Vec3d own_impulse{0, 0, 0};         ///< N s, part of the stage's load that fluid and markers do not exert
+        Vec3d own_angular_impulse{0, 0, 0}; ///< N m s, same part of the couple
     };
-    void move_fluid_within();
-    /// Returned in this step: where that is not all, in proportion to the step.
-    double returned(double share) const { return share < 1 ? pace_ * share : 1; }
-    Vec3d returned(const Vec3d& shares) const { return {returned(shares.x), returned(shares.y), returned(shares.z)}; }
+    /// Sets D = beta m v: fluid within rods starts with their velocities.
+    void start_inner_fluid();
+    /// Adds the responses of the markers of local()[i] to its loads.
+    void add_responses(std::size_t i, const RodCopy& rod, const Responses& responses, std::span<FluidLoad> load);
+    /// Adds D, buoyancy and the relaxation of L, and turns impulses over the stage into loads.
+    void add_impulses(std::size_t i, const RodCopy& rod, const Stage& stage, std::span<FluidLoad> load);
+    /// Relaxation fraction theta of the present step, in proportion to its length unless it is 1.
+    double theta(double fraction) const { return fraction < 1 ? pace_ * fraction : 1; }
+    Vec3d theta(const Vec3d& fraction) const { return {theta(fraction.x), theta(fraction.y), theta(fraction.z)}; }
     const LocalRod& own(std::size_t i) const { return rods_.rods().local()[i]; }
     const RodGroup& group_of(std::size_t i) const { return nth(groups_, own(i).group); }
     const InertiaInFluid& inertia_of(std::size_t i) const { return *nth(inertia_, own(i).group); }
-    std::array<double, record> numbers_of(std::size_t slot) const;
-    std::int64_t first_in_scene(std::size_t i) const;
+    /// body(number in the scene, number on this rank) of each own slot.
+    template <class Body> void for_slots(Body&& body) const;
 
     std::span<const RodGroup> groups_;
     const ImmersedRods& rods_;
     std::shared_ptr<FluidLoads> loads_;
     Fluid fluid_;
-    double pace_ = 1; ///< of the step over the fluid's `passing`, at most 1
+    double pace_ = 1; ///< length of the step over the reference step, at most 1
     Weight weight_;
     std::vector<std::shared_ptr<const InertiaInFluid>> inertia_; ///< by group
-    std::vector<std::int64_t> first_slot_;                       ///< of a group's rods among slots of the scene
+    std::vector<std::int64_t> first_slot_;                       ///< by group: its first slot in the scene
     std::size_t slots_of_scene_ = 0;
-    std::vector<Slots> slots_;           ///< as loads_ has them
-    std::vector<Vec3d> velocity_, spin_; ///< by slot, at the begin of the step
-    std::vector<Vec3d> own_push_,
-        own_turn_; ///< by slot: of the loads, what is not the fluid's; N, N m, over the stage N s, N m s
-    std::vector<Vec3d> place_, off_; ///< of markers at the begin of the stage, m, lab; the second off the axis
+    std::vector<SlotExchange> exchange_; ///< by own slot, in the order of loads_
+    std::vector<SlotStep> step_;         ///< by own slot
+    std::vector<Vec3d> place_, off_; ///< by marker at the begin of the stage: place and distance from the axis, m, lab
 };
 
 } // namespace skein

@@ -26,7 +26,7 @@ void HeldVectors::settle(const Communicator& comm, std::span<const std::int64_t>
             values_[m] = found->second;
             before.erase(found);
         } else strangers.push_back(m);
-    if (comm.max(static_cast<std::int64_t>(before.size())) == 0) return; // none has left its rank
+    if (comm.max(static_cast<std::int64_t>(before.size())) == 0) return; // no marker has left its rank
     std::vector<double> left;
     for (const auto& [identity, value] : before) append(left, identity, value);
     const std::vector<double> all = comm.all_gather(left);
@@ -46,19 +46,17 @@ std::vector<double> HeldVectors::saved(const Communicator& comm) const {
     std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return all[a] < all[b]; });
     std::vector<double> sorted;
     sorted.reserve(all.size());
-    for (const std::size_t at : order)
-        sorted.insert(sorted.end(), all.begin() + static_cast<std::ptrdiff_t>(at),
-                      all.begin() + static_cast<std::ptrdiff_t>(at + record));
+    for (const std::size_t at : order) sorted.insert(sorted.end(), &all[at], &all[at] + record);
     return sorted;
 }
 
-void HeldVectors::restore(const Communicator& comm, std::span<const double> kept) {
+void HeldVectors::restore(const Communicator& comm, std::span<const double> saved) {
     identities_.clear();
     values_.clear();
-    if (!comm.root()) return; // settle() brings them to their ranks
-    for (std::size_t at = 0; at + record <= kept.size(); at += record) {
-        identities_.push_back(static_cast<std::int64_t>(kept[at]));
-        values_.push_back(value_of(kept.subspan(at, record)));
+    if (!comm.root()) return; // settle() sends vectors to their ranks
+    for (std::size_t at = 0; at + record <= saved.size(); at += record) {
+        identities_.push_back(static_cast<std::int64_t>(saved[at]));
+        values_.push_back(value_of(saved.subspan(at, record)));
     }
 }
 

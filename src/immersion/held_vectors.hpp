@@ -1,5 +1,5 @@
-// What markers go on with from one step to the next, wherever the ranks are that hold them: forces, m/s^2 at markers of
-// weight 1, of implicit viscosity, or lengths of springs, m.
+// Vectors that markers carry from step to step, on whichever rank holds them. These are forces of implicit viscosity,
+// m/s^2 at markers of weight 1, or lengths of springs, m.
 #pragma once
 
 #include "parallel/communicator.hpp"
@@ -13,21 +13,21 @@ namespace skein {
 
 class HeldVectors {
 public:
-    /// Numbers of a marker in saved(): identity, vector.
+    /// Numbers of a marker in saved(): identity and vector.
     static constexpr std::size_t record = 4;
 
-    /// This rank holds markers with these identities from now on; those that no rank held before have 0. Collective.
+    /// Moves vectors to the ranks that hold these markers from now on. New markers start with 0. Collective.
     void settle(const Communicator& comm, std::span<const std::int64_t> identities);
 
-    /// In the order of settle().
+    /// Vectors in the order of settle().
     std::span<Vec3d> values() { return values_; }
     std::span<const Vec3d> values() const { return values_; }
     std::span<const std::int64_t> identities() const { return identities_; }
 
-    /// Of the markers of all ranks, by identity. Collective.
+    /// Records of the markers of all ranks, by identity. Collective.
     std::vector<double> saved(const Communicator& comm) const;
-    /// Goes on from these; settle() follows. This rank alone.
-    void restore(const Communicator& comm, std::span<const double> kept);
+    /// Continues from records of saved(); settle() must follow. Not collective.
+    void restore(const Communicator& comm, std::span<const double> saved);
 
 private:
     std::vector<std::int64_t> identities_;

@@ -14,10 +14,10 @@ ImmersedRods::ImmersedRods(std::span<const RodGroup> groups, const Rods& rods, c
         first_.push_back(first);
         first += group.count() * static_cast<std::int64_t>(of_group_.back().size());
     }
-    follow(rods);
+    rebind(rods);
 }
 
-void ImmersedRods::follow(const Rods& rods) {
+void ImmersedRods::rebind(const Rods& rods) {
     rods_ = &rods;
     all_.resize(rods.local().size());
     std::iota(all_.begin(), all_.end(), std::size_t{0});
@@ -30,7 +30,7 @@ void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t firs
     markers.resize(others + before_.back());
     read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         const LocalRod& own = rods_->local()[i];
-        const auto group = static_cast<std::size_t>(own.group);
+        const std::size_t group = to_index(own.group);
         const std::int64_t first =
             first_identity + first_[group] + own.index * static_cast<std::int64_t>(of_group_[group].size());
         for_markers(i, [&](std::size_t m, const RodMarker& marker) {

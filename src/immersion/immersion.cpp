@@ -44,10 +44,10 @@ void Immersion::place(double time, Markers& markers) const {
 void Immersion::begin_stage(const ForceBalance::Stage& stage) {
     const Timers::Guard timing(seconds_);
     const std::size_t others = forcing_.markers().count() - rods_->count();
-    balance_->begin_stage(stage, lag_, [&](std::size_t m) { return forcing_.answer(others + m); });
+    balance_->begin_stage(stage, lag_, [&](std::size_t m) { return forcing_.response(others + m); });
 }
 
-void Immersion::come_to_end(const ForceBalance::Stage& stage) {
+void Immersion::find_marker_velocities(const ForceBalance::Stage& stage) {
     const Timers::Guard timing(seconds_);
     balance_->find_mean_velocities(stage.length, lag_, of_rods(forcing_.markers().velocity));
 }
@@ -57,7 +57,7 @@ void Immersion::end_stage() {
     balance_->end_stage(of_rods(forcing_.changes()));
 }
 
-/// A marker is the rank's that has its cell.
+/// Each marker belongs to the rank that has its cell.
 void Immersion::place_obstacles(double time, Markers& markers) const {
     const auto cell_of = [&](const Vec3d& place, int d) {
         const std::int64_t n = nth(grid_.cells, d);
@@ -85,7 +85,7 @@ void Immersion::place_obstacles(double time, Markers& markers) const {
 Vec3d Immersion::force_on_obstacle(std::size_t obstacle, double density, double time) const {
     if (!(time > from_)) return {0, 0, 0};
     const Obstacle& o = obstacles_[obstacle];
-    // The fluid within the markers moves with the body: its inertia is no force on the body.
+    // Fluid within the markers moves with the body, and its inertia is no force on the body.
     const Vec3d inside = o.volume(grid_) * (o.velocity_at(time) - o.velocity_at(from_));
     return (density / (time - from_)) * (inside - forcing_.given()[obstacle]);
 }

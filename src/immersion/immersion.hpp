@@ -1,4 +1,4 @@
-// Bodies in a fluid: obstacles, whose motion is given, and rods.
+// Bodies in a fluid: obstacles, whose motion is prescribed, and rods.
 #pragma once
 
 #include "immersion/direct_forcing.hpp"
@@ -14,7 +14,7 @@ namespace skein {
 
 class Immersion {
 public:
-    /// `rods`: null where there are none; `across`: ranks that share the rows of a slab.
+    /// `rods` is null without rods; `across` counts ranks that share the rows of a slab.
     Immersion(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
               std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods = nullptr, int across = 1);
 
@@ -22,30 +22,32 @@ public:
     const DirectForcing& forcing() const { return forcing_; }
     ImmersedRods* rods() { return rods_.get(); }
     const std::vector<Obstacle>& obstacles() const { return obstacles_; }
-    /// Positions of rods are so far behind their rates, s.
+    /// Sets the time by which positions of rods lag behind their rates, s.
     void set_lag(double lag) { lag_ = lag; }
     double lag() const { return lag_; }
-    /// The box of the fluid, whose grid stays where it was, has moved so far with the rods, m.
+    /// Sets the way of the box with the rods, m; the grid keeps its coordinates.
     void set_box_shift(const Vec3d& shift) { box_shift_ = shift; }
 
-    /// Rods feel the fluid from now on.
-    void feel(std::unique_ptr<ForceBalance> balance) { balance_ = std::move(balance); }
+    /// Couples rods and fluid both ways.
+    void set_balance(std::unique_ptr<ForceBalance> balance) { balance_ = std::move(balance); }
     ForceBalance* balance() { return balance_.get(); }
     const ForceBalance* balance() const { return balance_.get(); }
-    /// Where rods feel it: markers stand where they will be at the end of a stage, by their velocities now. Around
-    /// FlowSolver::begin_stage.
+    /// Two-way coupling, before FlowSolver::begin_stage(): puts markers to their places at the end of the stage by
+    /// their present velocities.
     void expect_stage(const ForceBalance::Stage& stage) { ahead_ = stage.length; }
+    /// Two-way coupling, after FlowSolver::begin_stage(): sets loads on rods.
     void begin_stage(const ForceBalance::Stage& stage);
-    /// Around FlowSolver::end_stage, when rods have come there.
-    void come_to_end(const ForceBalance::Stage& stage);
+    /// Two-way coupling, before FlowSolver::end_stage(): sets velocities of markers by the way that rods have gone.
+    void find_marker_velocities(const ForceBalance::Stage& stage);
+    /// Two-way coupling, after FlowSolver::end_stage(): finds the residual impulses.
     void end_stage();
 
-    /// Since the last call of begin_interval(), by a fluid of this density: the mean force on an obstacle, N.
+    /// Mean force on an obstacle since the last begin_interval(), N, by a fluid of this density.
     Vec3d force_on_obstacle(std::size_t obstacle, double density, double time) const;
-    /// The same on the rods of a group, with what the fluid within their surfaces takes to move with them.
+    /// Mean force on the rods of a group, N. It includes the force that moves the fluid within their surfaces.
     Vec3d force_on_rods(std::size_t group, double density, double time) const;
     void begin_interval(double time) {
-        forcing_.forget();
+        forcing_.reset_given();
         from_ = time;
     }
 
@@ -55,7 +57,7 @@ public:
 private:
     void place(double time, Markers& markers) const;
     void place_obstacles(double time, Markers& markers) const;
-    /// Of markers, those of own rods, which come behind those of obstacles.
+    /// Part of a vector over markers that belongs to own rods; markers of obstacles come first.
     template <class Vectors> auto of_rods(Vectors& of_markers) const {
         return std::span(of_markers).last(rods_->count());
     }
@@ -64,14 +66,14 @@ private:
     int rank_;
     Pencils pencils_;
     std::vector<Obstacle> obstacles_;
-    std::vector<std::vector<Vec3d>> about_centre_; ///< markers of obstacles
+    std::vector<std::vector<Vec3d>> about_centre_; ///< markers of obstacles, from their centres, m
     std::int64_t obstacle_markers_ = 0;
     std::unique_ptr<ImmersedRods> rods_;
     DirectForcing forcing_;
-    std::unique_ptr<ForceBalance> balance_; ///< null where rods do not feel the fluid
+    std::unique_ptr<ForceBalance> balance_; ///< null without two-way coupling
     double from_ = 0, lag_ = 0, ahead_ = 0; ///< s
-    Vec3d box_shift_{0, 0, 0};
-    double seconds_ = 0; ///< not told yet, but for those of forcing_
+    Vec3d box_shift_{0, 0, 0};              ///< m
+    double seconds_ = 0;                    ///< wall time since take_seconds(), without forcing_
 };
 
 } // namespace skein

@@ -7,29 +7,30 @@ namespace skein {
 
 namespace {
 
-/// `borne`: by the fluid, over the rod's own.
-InertiaShares<double> shares(double borne) {
-    constexpr double least = 0.25; // felt, over the fluid's
-    const double felt = std::max(1 - borne, least * borne), added = felt - (1 - borne);
-    // Motions that steps of the fluid do not resolve swing up where more of the fluid's inertia than `least` comes back
-    // at once.
-    const double ratio = added > 0 ? std::min(1.0, least * borne / added) : 1;
-    return {borne, felt, added, ratio * std::sqrt(ratio)};
+InertiaShares<double> shares(double displaced) {
+    constexpr double least = 0.25; // effective inertia over the displaced fluid's
+    const double effective = std::max(1 - displaced, least * displaced), added = effective - (1 - displaced);
+    // A greater fraction at once would pump motions that steps of the fluid do not resolve. theory.md (88a)
+    const double ratio = added > 0 ? std::min(1.0, least * displaced / added) : 1;
+    return {displaced, effective, added, ratio * std::sqrt(ratio)};
 }
 
-InertiaShares<Vec3d> shares(const Vec3d& borne) {
-    const auto x = shares(borne.x), y = shares(borne.y), z = shares(borne.z);
-    return {borne, {x.felt, y.felt, z.felt}, {x.added, y.added, z.added}, {x.returned, y.returned, z.returned}};
+InertiaShares<Vec3d> shares(const Vec3d& displaced) {
+    const auto x = shares(displaced.x), y = shares(displaced.y), z = shares(displaced.z);
+    return {displaced,
+            {x.effective, y.effective, z.effective},
+            {x.added, y.added, z.added},
+            {x.relaxation, y.relaxation, z.relaxation}};
 }
 
 /// Markers of one place along a rod.
 struct Ring {
     std::uint32_t element;
-    double along, place;                 ///< the second from the rod's start, m
-    bool off_d1 = false, off_d2 = false; ///< some lie off the axis along d1, d2
+    double along, place;                 ///< share of the element, and distance from the rod's start, m
+    bool off_d1 = false, off_d2 = false; ///< some markers lie off the axis along d1, d2
 };
 
-/// `begin`: of elements, from the rod's start, m.
+/// `begin`: distances of nodes from the rod's start, m.
 std::vector<Ring> rings_of(std::span<const RodMarker> markers, std::span<const double> begin) {
     std::vector<Ring> rings;
     for (const RodMarker& m : markers) {
@@ -45,7 +46,7 @@ std::vector<Ring> rings_of(std::span<const RodMarker> markers, std::span<const d
 } // namespace
 
 InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner)
-    : displaced(density / group.spec().material.density) {
+    : density_ratio(density / group.spec().material.density) {
     std::vector<double> mass(group.node_mass.size()), begin(1, 0);
     std::vector<Vec3d> turning(group.element.size());
     for (const ElementConstants& e : group.element) begin.push_back(begin.back() + e.rest_length);
@@ -56,16 +57,16 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
         const bool last = r + 1 == rings.size();
         const double from = r > 0 ? 0.5 * (rings[r - 1].place + ring.place) : 0,
                      to = last ? begin.back() : 0.5 * (ring.place + rings[r + 1].place);
-        for (; k < group.element.size() && begin[k] < to; ++k) { // elements around it
+        for (; k < group.element.size() && begin[k] < to; ++k) { // elements around the ring
             const ElementConstants& e = group.element[k];
             const double share = (std::min(to, begin[k + 1]) - std::max(from, begin[k])) / e.rest_length,
                          scaled = group.rotary_inertia_scale.empty() ? 1 : group.rotary_inertia_scale[k];
             mass[ring.element] += (1 - ring.along) * share * density * e.volume;
             mass[ring.element + 1] += ring.along * share * density * e.volume;
-            turning[ring.element] += (share * displaced) * Vec3d{ring.off_d2 ? e.inertia.x / scaled : 0,
-                                                                 ring.off_d1 ? e.inertia.y / scaled : 0,
-                                                                 ring.off_d1 || ring.off_d2 ? e.inertia.z : 0};
-            if (begin[k + 1] > to) break; // the next ring has the rest of it
+            turning[ring.element] += (share * density_ratio) * Vec3d{ring.off_d2 ? e.inertia.x / scaled : 0,
+                                                                     ring.off_d1 ? e.inertia.y / scaled : 0,
+                                                                     ring.off_d1 || ring.off_d2 ? e.inertia.z : 0};
+            if (begin[k + 1] > to) break; // the next ring has the rest of this element
         }
     }
     if (group.closed()) {
@@ -80,8 +81,8 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
 
 double InertiaInFluid::least_effective() const {
     double all = 1;
-    for (const auto& node : of_nodes) all = std::min(all, node.felt);
-    for (const auto& e : of_elements) all = std::min({all, e.felt.x, e.felt.y, e.felt.z});
+    for (const auto& node : of_nodes) all = std::min(all, node.effective);
+    for (const auto& e : of_elements) all = std::min({all, e.effective.x, e.effective.y, e.effective.z});
     return all;
 }
 

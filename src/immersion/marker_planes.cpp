@@ -16,7 +16,7 @@ constexpr int ghosts = FieldLayout::ghosts, none = -ghosts - 1;
 
 int wrapped(int i, int n) { return (i % n + n) % n; }
 
-/// Weights along a direction of the grid. Point i is at i + 1/2, of the velocity across that direction at i + 1.
+/// Weights along a direction of the grid. Point i is at i + 1/2, and at i + 1 for the velocity along that direction.
 struct WeightsAlong {
     DeltaWeights of_middles, of_faces;
     const DeltaWeights& of(bool face) const { return face ? of_faces : of_middles; }
@@ -32,7 +32,7 @@ WeightsAlong weights_along(const FluidGrid& grid, DeltaKind delta, const Vec3d& 
 MarkerPlanes::MarkerPlanes(const Communicator& comm, const Threads& threads, const FluidGrid& grid, DeltaKind delta,
                            int across)
     : comm_(comm), threads_(threads), grid_(grid), delta_(delta), pencils_(grid, comm.rank(), comm.size(), across),
-      layout_(pencils_.layout()), visits_(static_cast<std::size_t>(layout_.nz + 2 * ghosts)) {}
+      layout_(pencils_.layout()), visits_(to_index(layout_.nz + 2 * ghosts)) {}
 
 int MarkerPlanes::here(int cell, int direction, const Slab& own) const {
     const int n = nth(grid_.cells, direction);
@@ -43,7 +43,7 @@ int MarkerPlanes::here(int cell, int direction, const Slab& own) const {
     return mine && cell >= -ghosts && cell < n + ghosts ? place : none;
 }
 
-/// body(rank) for each rank whose cells a marker reaches, rising.
+/// Calls body(rank) for each rank whose cells a marker reaches, in rising order.
 template <class Body> void MarkerPlanes::for_ranks_of(const Vec3d& place, Body&& body) const {
     int found[3 * width * width], count = 0;
     const auto inside = [&](int cell, int d) {
@@ -64,10 +64,10 @@ template <class Body> void MarkerPlanes::for_ranks_of(const Vec3d& place, Body&&
         if (i == 0 || found[i] != found[i - 1]) body(found[i]);
 }
 
-/// Which markers go to which rank.
+/// Lists the markers that each rank needs.
 void MarkerPlanes::send_to_planes(std::span<const Vec3d> places) {
-    sent_counts_.assign(static_cast<std::size_t>(comm_.size()), 0);
-    if (comm_.size() == 1) { // all, in order
+    sent_counts_.assign(to_index(comm_.size()), 0);
+    if (comm_.size() == 1) { // all markers in order
         sent_.resize(places.size());
         std::iota(sent_.begin(), sent_.end(), 0u);
         sent_counts_[0] = static_cast<std::int64_t>(places.size());
@@ -105,7 +105,7 @@ void MarkerPlanes::settle(std::span<const Vec3d> places, std::span<const std::in
     make_messages(arriving);
 }
 
-/// By identity. Nothing is sorted where the same markers come in the same order as before.
+/// Orders markers by identity, unless the same markers arrive in the same order as before.
 void MarkerPlanes::order_arrivals(std::span<const Guest> guests) {
     const auto same = [](const Guest& guest, std::int64_t identity) { return guest.identity == identity; };
     if (std::ranges::equal(guests, arrived_, same)) return;
@@ -117,10 +117,10 @@ void MarkerPlanes::order_arrivals(std::span<const Guest> guests) {
               [this](std::uint32_t a, std::uint32_t b) { return arrived_[a] < arrived_[b]; });
 }
 
-/// Notes of planes which markers they have, in the order of identities.
+/// Lists the markers of each plane, in the order of identities.
 void MarkerPlanes::visit_planes() {
     for (auto& visits : visits_) visits.clear();
-    sides_.assign(static_cast<std::size_t>(layout_.nz), 0);
+    sides_.assign(to_index(layout_.nz), 0);
     for (std::uint32_t m = 0; m < arrival_.size(); ++m)
         for (std::uint8_t c = 0; c < 3; ++c) {
             const Footprint& f = footprints_[3 * m + c];
@@ -131,12 +131,11 @@ void MarkerPlanes::visit_planes() {
                 nth(visits_, plane + ghosts).push_back({m, c, place});
             }
         }
-    const auto any = [&](std::size_t first) {
-        return std::any_of(visits_.begin() + static_cast<std::ptrdiff_t>(first),
-                           visits_.begin() + static_cast<std::ptrdiff_t>(first + ghosts),
+    const auto any = [&](int first) {
+        return std::any_of(visits_.begin() + first, visits_.begin() + first + ghosts,
                            [](const auto& v) { return !v.empty(); });
     };
-    beyond_ = any(0) || any(static_cast<std::size_t>(layout_.nz + ghosts));
+    beyond_ = any(0) || any(layout_.nz + ghosts);
 }
 
 void MarkerPlanes::lay_out(const Vec3d& place, Footprint* of_components) const {
@@ -150,7 +149,7 @@ void MarkerPlanes::lay_out(const Vec3d& place, Footprint* of_components) const {
         const auto axis = [&](int d, const Slab& own, auto& index, auto& weight, auto& inside) {
             const DeltaWeights& w = along[d].of(c == d);
             for (int i = 0; i < w.count; ++i) {
-                const auto at = static_cast<std::size_t>(i);
+                const std::size_t at = to_index(i);
                 const int cell = here(w.first + i, d, own);
                 index[at] = std::max(cell, -ghosts);
                 weight[at] = cell == none ? 0 : w.weight[at];
@@ -168,7 +167,7 @@ void MarkerPlanes::lay_out(const Vec3d& place, Footprint* of_components) const {
     }
 }
 
-/// `arriving`: numbers of markers that come from each rank.
+/// `arriving` counts markers from each rank.
 void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
     const std::size_t shares_each = shares_of_marker();
     shares_back_.resize(shares_each * sent_.size());
@@ -182,8 +181,7 @@ void MarkerPlanes::make_messages(std::span<const std::int64_t> arriving) {
     };
     std::size_t from = 0, at = 0;
     for (int r = 0; r < comm_.size(); ++r) {
-        const auto sent = static_cast<std::size_t>(nth(sent_counts_, r)),
-                   come = static_cast<std::size_t>(nth(arriving, r));
+        const std::size_t sent = to_index(nth(sent_counts_, r)), come = to_index(nth(arriving, r));
         add(back, r, std::span(shares_back_).subspan(shares_each * from, shares_each * sent));
         add(out, r, std::span(changes_out_).subspan(from, sent));
         add(shares, r, std::span(shares_).subspan(shares_each * at, shares_each * come));
@@ -235,11 +233,11 @@ void MarkerPlanes::interpolate(const ReadFields& fields, std::span<Vec3d> values
 
 void MarkerPlanes::add_shares(std::span<Vec3d> values) {
     const std::size_t rows = rows_of_plane(), numbers = shares_of_marker();
-    const bool alone = comm_.size() == 1; // each marker comes to the one rank, in order
+    const bool alone = comm_.size() == 1; // markers arrive in order at the only rank
     if (!alone) {
         to_holders_.start();
         to_holders_.finish();
-        // Of rows and planes that a rank does not have its shares are 0.
+        // Shares of a rank are 0 for rows and planes of other ranks.
         whole_.assign(numbers * values.size(), 0.0);
         for (std::size_t i = 0; i < sent_.size(); ++i)
             for (std::size_t s = 0; s < numbers; ++s) whole_[numbers * sent_[i] + s] += shares_back_[numbers * i + s];
@@ -285,7 +283,7 @@ void MarkerPlanes::spread(std::span<const Vec3d> changes, const Fields& fields) 
         to_planes_.finish();
     }
     with_points([&](auto points) {
-        threads_.for_each(static_cast<std::size_t>(layout_.nz), [&](std::size_t p, int) {
+        threads_.for_each(to_index(layout_.nz), [&](std::size_t p, int) {
             const std::ptrdiff_t plane = layout_.at(0, 0, static_cast<int>(p));
             for (const Visit& visit : visits_[p + ghosts])
                 add_footprint<points>(visit, component_of(changes_[arrival_[visit.marker]], visit.component),

@@ -8,24 +8,20 @@
 
 namespace skein {
 
-namespace {
-
-constexpr double pi = std::numbers::pi;
-
-} // namespace
+using std::numbers::pi;
 
 std::vector<Vec3d> ellipse_markers(double a, double b, double spacing) {
-    constexpr int fine = 4096; // sides of the polygon whose arc is taken
+    constexpr int fine = 4096; // sides of the polygon that approximates the arc
     const auto at = [&](int i) { return Vec3d{a * std::cos(2 * pi * i / fine), b * std::sin(2 * pi * i / fine), 0}; };
     std::vector<double> arc(fine + 1, 0.0);
-    for (int i = 0; i < fine; ++i) arc[static_cast<std::size_t>(i) + 1] = nth(arc, i) + norm(at(i + 1) - at(i));
+    for (int i = 0; i < fine; ++i) nth(arc, i + 1) = nth(arc, i) + norm(at(i + 1) - at(i));
     const int count = std::max(3, static_cast<int>(std::lround(arc.back() / spacing)));
     std::vector<Vec3d> points;
     int i = 0;
     for (int n = 0; n < count; ++n) {
         const double to = arc.back() * (n + 0.5) / count;
-        while (arc[static_cast<std::size_t>(i) + 1] < to) ++i;
-        const double share = (to - nth(arc, i)) / (arc[static_cast<std::size_t>(i) + 1] - nth(arc, i));
+        while (nth(arc, i + 1) < to) ++i;
+        const double share = (to - nth(arc, i)) / (nth(arc, i + 1) - nth(arc, i));
         points.push_back((1 - share) * at(i) + share * at(i + 1));
     }
     return points;

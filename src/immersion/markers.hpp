@@ -1,4 +1,4 @@
-// Points of the surfaces of bodies, through which a fluid feels them.
+// Markers: points of the surfaces of bodies, at which these act on a fluid.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -8,10 +8,10 @@
 
 namespace skein {
 
-/// Those of this rank.
+/// Markers of this rank.
 struct Markers {
     std::vector<Vec3d> place, velocity; ///< m, m/s, lab
-    std::vector<std::int64_t> identity; ///< of one among those of all ranks: sums are made in its order
+    std::vector<std::int64_t> identity; ///< number among markers of all ranks, which orders sums
     std::vector<std::uint32_t> body;
 
     std::size_t count() const { return place.size(); }
@@ -29,12 +29,12 @@ struct Markers {
     }
 };
 
-/// Places on an ellipse of half axes a along x and b along y about the origin, equal arcs apart, about `spacing`.
+/// Places on an ellipse about the origin with half axes a along x and b along y, at equal arcs of about `spacing`.
 std::vector<Vec3d> ellipse_markers(double a, double b, double spacing);
-/// Places on a sphere about the origin, of about one for each `spacing` squared.
+/// Places on a sphere about the origin, about one for each square of `spacing`.
 std::vector<Vec3d> sphere_markers(double radius, double spacing);
-/// On rings about z, of half axes a and b, from `low` to `high` along it, a whole number of them; equal arcs, about
-/// `spacing` apart.
+/// Places on a whole number of elliptic rings about z with half axes a and b, from `low` to `high`. Rings and arcs are
+/// about `spacing` apart.
 std::vector<Vec3d> tube_markers(double a, double b, double low, double high, double spacing);
 
 } // namespace skein

@@ -1,11 +1,11 @@
-// How a plate that goes from one side of a periodic box to the other stands in the fluid.
+// Markers of a plate that spans a periodic box.
 #pragma once
 
 #include "immersion/rod_surface.hpp"
 
 namespace skein {
 
-/// By its half thickness, m, alone, however deep the box: two sides, or a sheet where these are too close.
+/// Two sides, or a sheet if these are too close by the half thickness, m. The depth of the box does not matter.
 SectionMarkers plate_markers(double half_thickness, double spacing, double retraction);
 
 } // namespace skein

@@ -11,7 +11,7 @@ namespace skein {
 
 namespace {
 
-/// Places along a rod at rest.
+/// Positions along a rod at rest.
 class AlongRod {
 public:
     explicit AlongRod(const RodGroup& group) : group_(group) {
@@ -28,7 +28,7 @@ public:
         const auto k = static_cast<std::size_t>(found - until_.begin());
         return {k, std::clamp((s - first(k)) / group_.element[k].rest_length, 0.0, 1.0)};
     }
-    /// Linear between the middles of elements.
+    /// Half axes, linear between the middles of elements.
     HalfAxes axes(double s) const {
         const Place place = at(s);
         const std::size_t k = place.element, last = until_.size() - 1,
@@ -48,7 +48,7 @@ private:
 };
 
 SectionMarkers sides_of(double half_thickness, double spacing, double retraction) {
-    constexpr double too_close = 0.3; // fluid between two sides closer than that is of neither
+    constexpr double too_close = 0.3; // cells; fluid between closer sides belongs to neither
     return half_thickness - retraction < too_close * spacing ? SectionMarkers::sheet : SectionMarkers::ring;
 }
 
@@ -60,7 +60,7 @@ HalfAxes half_axes(const RodGroup& group, std::size_t element) {
     const ElementConstants& e = group.element[element];
     const double radius = e.radius;
     if (group.spec().section.kind == SectionKind::circular) return {radius, radius};
-    const double ratio = std::sqrt(std::sqrt(e.inertia.y / e.inertia.x)); // (a/b)^(1/2), as J2/J1 = (a/b)^2
+    const double ratio = std::sqrt(std::sqrt(e.inertia.y / e.inertia.x)); // (a/b)^(1/2) by J2/J1 = (a/b)^2
     return {radius * ratio, radius / ratio};
 }
 
@@ -99,7 +99,7 @@ std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid,
         const auto [element, along] = rod.at(s);
         markers.push_back({static_cast<std::uint32_t>(element), along, off_d1, off_d2});
     };
-    /// Across the rod from -half to half, `off` from its axis the other way.
+    /// Adds markers across the rod from -half to half, `off` from its axis in the other direction.
     const auto line = [&](double s, double half, bool along_d1, double off = 0) {
         const int parts = parts_of(2 * half, spacing);
         for (int i = 0; i < parts; ++i) {
@@ -130,11 +130,11 @@ std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid,
         for (; within < (spans ? a : std::min(a, b)) - 0.5 * spacing; within += spacing)
             ring(s, a - within, spans ? b : b - within);
         if (spans) return line(s, b, false);
-        line(s, std::max(std::max(a, b) - within, 0.0), a >= b); // what is left is a line, or a point
+        line(s, std::max(std::max(a, b) - within, 0.0), a >= b); // a line, or a point, is left
     };
     const bool closed = group.closed();
     const double end = closed ? 0 : std::min(retraction, 0.5 * rod.length()), length = rod.length() - 2 * end;
-    // Rings at both ends of an open rod are those of its caps.
+    // Rings at both ends of an open rod belong to its caps.
     const int parts = parts_of(length, spacing);
     if (closed)
         for (int i = 0; i < parts; ++i) section(length * (i + 0.5) / parts, false);

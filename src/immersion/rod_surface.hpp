@@ -1,4 +1,4 @@
-// Markers on the surface of a rod, as its elements carry them.
+// Markers on the surface of a rod, which its elements carry.
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -10,32 +10,32 @@
 
 namespace skein {
 
-/// A point that moves with an element: between its nodes, and off the axis along d1 and d2.
+/// Point that moves with an element, between its nodes and off the axis along d1 and d2.
 struct RodMarker {
     std::uint32_t element;
     double along;          ///< share of the way from the element's first node to its second
     double off_d1, off_d2; ///< m
 };
 
-/// How far a section reaches along d1 and d2, m.
+/// Half axes of a section along d1 and d2, m.
 struct HalfAxes {
     double along_d1, along_d2;
 };
 HalfAxes half_axes(const RodGroup& group, std::size_t element);
 
-/// How a section stands in the fluid, by its half axes over the spacing of the grid.
+/// Arrangement of a section's markers, chosen by its half axes over the spacing of the grid.
 enum class SectionMarkers {
-    ring,       ///< equal arcs apart on the surface
-    sheet,      ///< along the long axis: the section is flat and too thin for two sides
-    centre_line ///< one marker: thinner than a cell, and nearly round
+    ring,       ///< markers at equal arcs on the surface
+    sheet,      ///< markers along the long axis of a section too thin for two sides
+    centre_line ///< one marker for a nearly round section thinner than a cell
 };
 SectionMarkers section_markers(const HalfAxes& axes, double spacing, double retraction);
 
-/// Whether rectangular sections go along d2 from one side of a periodic box to the other: a plate without edges there.
+/// True if rectangular sections span a periodic box along d2, as those of a plate without edges there.
 bool spans_box(const RodGroup& group, const FluidGrid& grid);
 
-/// Of a rod of the group at rest, ring after ring and about a cell apart, both ends closed; all lie `retraction`, m,
-/// within the surface. Order and number are the same for all rods of the group.
+/// Markers of a rod of the group at rest, about a cell apart, ring after ring, with both ends closed. They lie
+/// `retraction` [m] within the surface. All rods of the group have the same number in the same order.
 std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid, double retraction);
 
 } // namespace skein

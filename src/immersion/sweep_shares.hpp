@@ -1,16 +1,15 @@
-// Shares of the changes of sweeps, so that all together change no slip by more than three times what the first sweep
-// does. theory.md (90b)
+// Shares by which the changes of sweeps are scaled. All sweeps together then change no slip by more than three times
+// the first sweep's change. theory.md (90b)
 #pragma once
 
 #include <vector>
 
 namespace skein {
 
-/// Sweeps that go as they are where rods feel the fluid: with more, what is owed to rods comes back too late for them
-/// to be stable.
+/// Most sweeps without shares under two-way coupling. With more, residual impulses reach rods too late for stability.
 inline constexpr int most_plain_sweeps = 3;
 
-/// By what the change of each of so many sweeps is multiplied; up to most_plain_sweeps 1.
+/// Factor of the change of each of so many sweeps; 1 for up to most_plain_sweeps.
 std::vector<double> sweep_shares(int sweeps);
 
 } // namespace skein

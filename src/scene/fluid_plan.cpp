@@ -241,7 +241,7 @@ FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups, s
     if (!groups.empty() && plan.coupling == RodCoupling::two_way && scene.immersion.forcing == ForcingKind::direct)
         plan.largest_slip = scene.fluid->largest_slip;
     for (const RodGroup& group : groups) plan.rods.push_back(rods_in_fluid(group, plan));
-    plan.forcing.felt = plan.two_way();
+    plan.forcing.two_way = plan.two_way();
     return plan;
 }
 

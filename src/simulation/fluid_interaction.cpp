@@ -85,7 +85,7 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
         if (plan_.two_way()) {
             std::vector<std::shared_ptr<const InertiaInFluid>> inertia;
             for (const RodsInFluid& of_group : plan_.rods) inertia.push_back(of_group.inertia);
-            bodies_->feel(std::make_unique<ForceBalance>(
+            bodies_->set_balance(std::make_unique<ForceBalance>(
                 groups_, std::move(inertia), *bodies_->rods(), parts.around.fluid,
                 ForceBalance::Fluid{plan_.constants.density, grid.h * grid.h * grid.h, plan_.passing()},
                 weight_of(parts.plan)));
@@ -98,7 +98,7 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts)
     else flow_->set_velocity(VelocityRow(StartVelocity(plan_.velocity_formula, plan_.names)));
 }
 
-void FluidInteraction::rebind(const InteractionParts& parts) { bodies_->rods()->follow(parts.rods); }
+void FluidInteraction::rebind(const InteractionParts& parts) { bodies_->rods()->rebind(parts.rods); }
 
 std::int64_t FluidInteraction::next_coupling(std::int64_t done) const {
     return groups_.empty() || !failure_.empty() ? Every::never : schedule_.next(done);
@@ -339,7 +339,7 @@ void FluidInteraction::end_stage(int s, const Step& step) {
     const ForceBalance::Stage stage = stage_of(s, step.dt);
     const double from = step.end() - stage.begin - stage.length;
     ForceBalance* const balance = bodies_->balance();
-    if (balance) bodies_->come_to_end(stage);
+    if (balance) bodies_->find_marker_velocities(stage);
     else flow_->begin_stage(s, from, stage.step);
     flow_->end_stage(s, from, stage.step);
     const bool last = s + 1 == schedule_.stages();
@@ -488,7 +488,7 @@ void FluidInteraction::restore(const SavedNumbers& kept) {
         }
         more = more.first(more.size() - 2);
     }
-    if (bodies_) bodies_->forcing().recall_held(more);
+    if (bodies_) bodies_->forcing().restore_held(more);
     failure_.clear();
     needed_.clear();
 }

@@ -116,7 +116,7 @@ TEST(Obstacles, GoOnFromForcesAtMarkers) {
     const auto from = first->state(), to = second->state();
     for (std::size_t f = 0; f < from.size(); ++f) std::copy(from[f].begin(), from[f].end(), to[f].begin());
     second->refresh(first->time());
-    others.forcing().recall_held(held);
+    others.forcing().restore_held(held);
     EXPECT_EQ(others.forcing().held().saved(comm), held);
     for (int s = 4; s < 7; ++s) {
         first->step(0.05 * s, 0.05);

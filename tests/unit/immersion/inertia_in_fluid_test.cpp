@@ -49,17 +49,17 @@ std::vector<RodMarker> markers_of(const RodGroup& group, double spacing) {
     return rod_markers(group, grid, 0.4 * spacing);
 }
 
-TEST(InertiaInFluid, AllOfTheFluidInTheirPlaceIsBorne) {
+TEST(InertiaInFluid, SharesOfSlotsAddUpToTheDisplacedFluid) {
     for (const Example& e : examples) {
         const RodGroup group = rod(e, 0.9);
         const InertiaInFluid inertia(group, markers_of(group, e.spacing), density, true);
-        double borne = 0, displaced = 0;
+        double of_slots = 0, displaced = 0;
         for (std::size_t k = 0; k < group.node_mass.size(); ++k)
-            borne += inertia.of_nodes[k].borne * group.node_mass[k];
+            of_slots += inertia.of_nodes[k].displaced * group.node_mass[k];
         for (const ElementConstants& c : group.element) displaced += density * c.volume;
-        EXPECT_NEAR(borne, displaced, 1e-12 * displaced) << e.name;
-        EXPECT_NEAR(inertia.displaced * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0), displaced,
-                    1e-12 * displaced)
+        EXPECT_NEAR(of_slots, displaced, 1e-12 * displaced) << e.name;
+        EXPECT_NEAR(inertia.density_ratio * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0),
+                    displaced, 1e-12 * displaced)
             << e.name;
     }
 }
@@ -76,20 +76,20 @@ TEST(InertiaInFluid, TurnsWithAnElementWhereMarkersLieOffItsAxis) {
                     off_d1 |= m.off_d1 != 0;
                     off_d2 |= m.off_d2 != 0;
                 }
-            const Vec3d& borne = inertia.of_elements[k].borne;
-            EXPECT_EQ(borne.x > 0, off_d2) << e.name << ", element " << k;
-            EXPECT_EQ(borne.y > 0, off_d1) << e.name << ", element " << k;
-            EXPECT_EQ(borne.z > 0, off_d1 || off_d2) << e.name << ", element " << k;
+            const Vec3d& displaced = inertia.of_elements[k].displaced;
+            EXPECT_EQ(displaced.x > 0, off_d2) << e.name << ", element " << k;
+            EXPECT_EQ(displaced.y > 0, off_d1) << e.name << ", element " << k;
+            EXPECT_EQ(displaced.z > 0, off_d1 || off_d2) << e.name << ", element " << k;
         }
     }
     const RodGroup thick = rod(examples[0], 0.9);
     const InertiaInFluid inertia(thick, markers_of(thick, examples[0].spacing), density, true);
-    Vec3d borne{0, 0, 0}, own{0, 0, 0};
+    Vec3d displaced{0, 0, 0}, own{0, 0, 0};
     for (std::size_t k = 0; k < thick.element.size(); ++k) {
-        borne += scale(inertia.of_elements[k].borne, thick.element[k].inertia);
+        displaced += scale(inertia.of_elements[k].displaced, thick.element[k].inertia);
         own += thick.element[k].inertia;
     }
-    EXPECT_NEAR(norm(borne - inertia.displaced * own), 0, 1e-12 * norm(own));
+    EXPECT_NEAR(norm(displaced - inertia.density_ratio * own), 0, 1e-12 * norm(own));
 }
 
 TEST(InertiaInFluid, IsNoneOfScaledRotaryInertia) {
@@ -101,41 +101,41 @@ TEST(InertiaInFluid, IsNoneOfScaledRotaryInertia) {
     const std::vector<RodMarker> markers = markers_of(plain, e.spacing);
     const InertiaInFluid of_plain(plain, markers, density, true), of_scaled(scaled, markers, density, true);
     for (std::size_t k = 0; k < plain.element.size(); ++k) {
-        const Vec3d one = scale(of_plain.of_elements[k].borne, plain.element[k].inertia),
-                    other = scale(of_scaled.of_elements[k].borne, scaled.element[k].inertia);
+        const Vec3d one = scale(of_plain.of_elements[k].displaced, plain.element[k].inertia),
+                    other = scale(of_scaled.of_elements[k].displaced, scaled.element[k].inertia);
         EXPECT_NEAR(norm(one - other), 0, 1e-12 * norm(one)) << k;
     }
 }
 
-TEST(InertiaInFluid, WhatIsNotBorneIsFeltOrMadeGood) {
+TEST(InertiaInFluid, EffectiveInertiaIsTheOwnAndTheAdded) {
     for (const Example& e : examples)
         for (const double rod_density : {0.2, 0.9, density, 2.0, 1000.0}) {
             const RodGroup group = rod(e, rod_density);
             const std::vector<RodMarker> markers = markers_of(group, e.spacing);
-            const auto check = [&](double borne, double felt, double added, double returned) {
-                EXPECT_NEAR(felt - added, 1 - borne, 1e-12 * (1 + borne)) << e.name;
-                EXPECT_GE(felt, 0.25 * borne) << e.name;
+            const auto check = [&](double displaced, double effective, double added, double relaxation) {
+                EXPECT_NEAR(effective - added, 1 - displaced, 1e-12 * (1 + displaced)) << e.name;
+                EXPECT_GE(effective, 0.25 * displaced) << e.name;
                 EXPECT_GE(added, 0) << e.name;
-                EXPECT_DOUBLE_EQ(returned, added > 0 ? std::pow(std::min(1.0, 0.25 * borne / added), 1.5) : 1)
+                EXPECT_DOUBLE_EQ(relaxation, added > 0 ? std::pow(std::min(1.0, 0.25 * displaced / added), 1.5) : 1)
                     << e.name;
-                if (borne <= 1) {
-                    EXPECT_EQ(returned, 1) << e.name << ", " << borne << " of its inertia borne";
+                if (displaced <= 1) {
+                    EXPECT_EQ(relaxation, 1) << e.name << ", " << displaced << " of its inertia displaced";
                 }
             };
             const InertiaInFluid inertia(group, markers, density, true), outside(group, markers, density, false);
             double least = 1;
             for (const auto& s : inertia.of_nodes) {
-                check(s.borne, s.felt, s.added, s.returned);
-                least = std::min(least, s.felt);
+                check(s.displaced, s.effective, s.added, s.relaxation);
+                least = std::min(least, s.effective);
             }
             for (const auto& s : inertia.of_elements)
                 for (int c = 0; c < 3; ++c) {
                     const auto of = [&](const Vec3d& v) { return component_of(v, c); };
-                    check(of(s.borne), of(s.felt), of(s.added), of(s.returned));
-                    least = std::min(least, of(s.felt));
+                    check(of(s.displaced), of(s.effective), of(s.added), of(s.relaxation));
+                    least = std::min(least, of(s.effective));
                 }
             EXPECT_EQ(inertia.least_effective(), least) << e.name;
-            for (const auto& s : outside.of_nodes) EXPECT_EQ(s.borne, 0) << e.name;
+            for (const auto& s : outside.of_nodes) EXPECT_EQ(s.displaced, 0) << e.name;
             EXPECT_EQ(outside.least_effective(), 1) << e.name;
         }
 }
