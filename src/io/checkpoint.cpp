@@ -5,11 +5,13 @@
 #include "io/own_files.hpp"
 #include "partition/partition.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
+#include <array>
 #include <cstring>
 #include <future>
 #include <numeric>
@@ -22,24 +24,22 @@ namespace skein {
 namespace {
 
 const std::string format_name = "skein-checkpoint";
-/// 2: directors are quaternions; with an audit, its sums.
-constexpr std::int64_t format_version = 8, // before 8 works of contacts were kept as one number each, before 7 fluids
-                                           // were kept without slips, before 6 with velocities that rods gained
-    version_of_springs = 5, // before 5 springs at walls were kept with works of their own, before 4 without a weight
-    oldest_version = 2;
+/// Version 2 has directors as quaternions, and the sums of an audit. Springs at walls have weights since 4 and no works
+/// of their own since 5. Fluids have no gained velocities of rods since 6, and slips since 7. Works of contacts have
+/// several numbers since 8.
+constexpr std::int64_t format_version = 8, version_of_springs = 5, oldest_version = 2;
 
-// A slab is a run of a group's rods that is moved between owners and file at a time: enough for full bandwidth, little
-// beside the state itself.
+// Consecutive rods of a group that are transferred at a time: enough for full bandwidth, few beside the state.
 constexpr std::int64_t slab_bytes_per_rank = 16 << 20;
 
 struct Slab {
     std::int64_t begin, count;
 };
 
-/// Takes the numbers of local rod `local[j]` and their hash; called by any thread.
+/// Takes the numbers of local rod `local[j]` and their hash, on any thread.
 using PutRecord = std::function<void(std::size_t j, std::span<const double> numbers, std::uint64_t hash)>;
 
-/// What is kept of every rod of a group: a dataset [rods, rows, columns] of doubles.
+/// Numbers of every rod of a group: a dataset [rods, rows, columns] of doubles.
 struct Record {
     std::string dataset;
     std::uint64_t rows, columns;
@@ -63,38 +63,40 @@ Record state_record(const RodGroup& group) {
             }};
 }
 
+/// Record::take of the numbers that numbers_of(rods, i) returns for local rod i.
+template <auto numbers_of>
+void take_numbers(const Rods& rods, std::span<const std::size_t> local, const PutRecord& put) {
+    for (std::size_t j = 0; j < local.size(); ++j) {
+        const auto numbers = numbers_of(rods, local[j]);
+        put(j, numbers, hash_numbers(rods.local()[local[j]].gid, numbers));
+    }
+}
+
+std::array<double, 3> budget_of(const Rods& rods, std::size_t i) {
+    const RodBudget w = rods.budget(i);
+    return {w.loads, w.walls, w.dissipated};
+}
+std::vector<double> memory_of(const Rods& rods, std::size_t i) { return rods.memory(i); }
+
 Record budget_record(const RodGroup& group) {
-    return {"/groups/" + group.name() + "/works", 1, 3,
-            [](const Rods& rods, std::span<const std::size_t> local, const PutRecord& put) {
-                for (std::size_t j = 0; j < local.size(); ++j) {
-                    const RodBudget w = rods.budget(local[j]);
-                    const double numbers[] = {w.loads, w.walls, w.dissipated};
-                    put(j, numbers, hash_numbers(rods.local()[local[j]].gid, numbers));
-                }
-            },
+    return {"/groups/" + group.name() + "/works", 1, 3, take_numbers<budget_of>,
             [](Rods& rods, std::size_t i, std::span<const double> in) {
                 rods.set_budget(i, {in[0], in[1], in[2]});
             }};
 }
 
-/// What passes remember of a rod (springs of friction at walls); no columns where they remember nothing.
+/// Memory of passes, as springs of friction at walls; it has no columns if they have none.
 Record memory_record(const Communicator& comm, const RodGroup& group, const Rods& rods) {
     std::size_t numbers = 0;
     const auto local = rods.local();
     for (std::size_t i = 0; i < local.size() && numbers == 0; ++i)
         if (local[i].group == group.id()) numbers = rods.memory(i).size();
-    numbers = static_cast<std::size_t>(comm.max(static_cast<std::int64_t>(numbers)));
-    return {"/groups/" + group.name() + "/memory", 1, numbers,
-            [](const Rods& from, std::span<const std::size_t> local, const PutRecord& put) {
-                for (std::size_t j = 0; j < local.size(); ++j) {
-                    const std::vector<double> numbers = from.memory(local[j]);
-                    put(j, numbers, hash_numbers(from.local()[local[j]].gid, numbers));
-                }
-            },
+    numbers = to_index(comm.max(static_cast<std::int64_t>(numbers)));
+    return {"/groups/" + group.name() + "/memory", 1, numbers, take_numbers<memory_of>,
             [](Rods& to, std::size_t i, std::span<const double> in) { to.set_memory(i, in); }};
 }
 
-/// Every record that a group has; the first is its state.
+/// Records of a group; the first is its state.
 std::vector<Record> records_of(const Communicator& comm, const RodGroup& group, const Rods& rods, bool audited) {
     std::vector<Record> all = {state_record(group)};
     if (audited) all.push_back(budget_record(group));
@@ -111,44 +113,39 @@ std::vector<Slab> slabs(const Communicator& comm, const RodGroup& group, const R
     return found;
 }
 
-/// The rods of a slab that this rank owns.
+/// Rods of a slab that this rank owns.
 struct Share {
-    std::vector<std::size_t> local;    ///< places in Rods::local()
-    std::vector<std::int64_t> indices; ///< in the slab
+    std::vector<std::size_t> local;    ///< numbers in Rods::local()
+    std::vector<std::int64_t> indices; ///< indices in the slab
 };
 
-/// Of every slab of a group.
+/// Shares of all slabs of a group.
 std::vector<Share> shares(const Rods& rods, const RodGroup& group, std::span<const Slab> slabs) {
     std::vector<Share> found(slabs.size());
     const auto all = rods.local();
     for (std::size_t i = 0; i < all.size(); ++i) {
         if (all[i].group != group.id()) continue;
-        const auto slab = static_cast<std::size_t>(all[i].index / slabs[0].count); // but for the last they are equal
+        const std::size_t slab = to_index(all[i].index / slabs[0].count); // only the last one may be shorter
         found[slab].local.push_back(i);
         found[slab].indices.push_back(all[i].index - slabs[slab].begin);
     }
     return found;
 }
 
-template <class T> std::span<T> part(std::vector<T>& all, std::size_t i, const Record& record) {
-    return std::span(all).subspan(i * record.numbers(), record.numbers());
-}
-
-/// `begin`, `size`: of the block, in the slab.
+/// Box of a block of a slab.
 H5Box box_of(const Record& record, const Slab& slab, std::int64_t begin, std::int64_t size) {
     return {{static_cast<std::uint64_t>(slab.begin + begin), 0, 0},
             {static_cast<std::uint64_t>(size), record.rows, record.columns}};
 }
 
-/// Writes a record of a group's rods; returns its digest.
+/// Writes a record of a group's rods and returns its digest.
 std::uint64_t write_record(const Communicator& comm, H5File& file, const RodGroup& group, const Record& record,
                            const Rods& rods) {
     file.make_dataset(record.dataset, H5Type::float64,
                       {static_cast<std::uint64_t>(group.count()), record.rows, record.columns});
     const std::vector<Slab> all = slabs(comm, group, record);
     const std::vector<Share> owned = shares(rods, group, all);
-    // One slab is made ready while the one before is written. The writing stays on this thread: it alone calls MPI and
-    // HDF5.
+    // One slab is prepared while the one before is written. Only this thread calls MPI and HDF5.
     struct Ready {
         std::optional<IndexBlocks> blocks;
         RecordBuffers buffers;
@@ -188,23 +185,23 @@ std::uint64_t write_record(const Communicator& comm, H5File& file, const RodGrou
     return digest;
 }
 
-/// Reads a record, into `rods` where given, and returns its digest. Throws IoError where it is not what was written.
+/// Reads a record, into `rods` if given, and returns its digest. Throws IoError if the digest is wrong.
 std::uint64_t read_record(const Communicator& comm, const H5File& file, const std::string& path, const RodGroup& group,
                           const Record& record, const Rods& owned_by, Rods* rods) {
     if (file.shape(record.dataset) !=
         std::vector<std::uint64_t>{static_cast<std::uint64_t>(group.count()), record.rows, record.columns})
         throw IoError(path + ": " + record.dataset + " has the wrong size");
-    std::uint64_t written = 0, found = 0;
-    file.get(record.dataset, "digest", written);
+    const auto written = file.get<std::uint64_t>(record.dataset, "digest");
+    std::uint64_t found = 0;
     const std::vector<Slab> all = slabs(comm, group, record);
     const std::vector<Share> shared = rods ? shares(owned_by, group, all) : std::vector<Share>(all.size());
-    UnsetArray<double> kept;
+    UnsetArray<double> buffer;
     for (std::size_t s = 0; s < all.size(); ++s) {
         const Slab& slab = all[s];
         const std::int64_t begin = block_begin(slab.count, comm.rank(), comm.size()),
                            size = block_begin(slab.count, comm.rank() + 1, comm.size()) - begin;
-        kept.need(static_cast<std::size_t>(size) * record.numbers());
-        const std::span block(kept.data(), static_cast<std::size_t>(size) * record.numbers());
+        buffer.need(to_index(size) * record.numbers());
+        const std::span block(buffer.data(), to_index(size) * record.numbers());
         file.read(record.dataset, H5Type::float64, box_of(record, slab, begin, size), block.data());
         found += sum_of_hashes(group.first_gid() + slab.begin + begin, block, record.numbers());
         if (!rods) continue;
@@ -213,83 +210,79 @@ std::uint64_t read_record(const Communicator& comm, const H5File& file, const st
         const auto bytes = blocks.to_owners(std::as_bytes(block), record.bytes());
         std::vector<double> owned(bytes.size() / sizeof(double));
         std::copy(bytes.begin(), bytes.end(), std::as_writable_bytes(std::span(owned)).begin());
-        for (std::size_t i = 0; i < share.local.size(); ++i) record.put(*rods, share.local[i], part(owned, i, record));
+        for (std::size_t i = 0; i < share.local.size(); ++i)
+            record.put(*rods, share.local[i], std::span(owned).subspan(i * record.numbers(), record.numbers()));
     }
     found = comm.sum_wrapping(found);
     if (found != written)
-        throw IoError(fmt::format("{}: {} is damaged (digest {:016x}, {:016x} was written)", path, record.dataset,
+        throw IoError(fmt::format("{}: {} is damaged (its digest is {:016x} instead of {:016x})", path, record.dataset,
                                   found, written));
     return found;
 }
 
-std::string kept_dataset(const SavedNumbers& kept) { return "/kept/" + kept.name; }
+std::string saved_dataset(const SavedNumbers& saved) { return "/kept/" + saved.name; }
 
-/// This rank's part of numbers that all ranks have.
+/// Box of this rank's part of `count` rows.
 H5Box part_of(const Communicator& comm, std::size_t count) {
-    const auto begin =
-        static_cast<std::uint64_t>(block_begin(static_cast<std::int64_t>(count), comm.rank(), comm.size()));
-    const auto end =
-        static_cast<std::uint64_t>(block_begin(static_cast<std::int64_t>(count), comm.rank() + 1, comm.size()));
-    return {{begin}, {end - begin}};
+    const auto begin = [&](int rank) {
+        return to_index(block_begin(static_cast<std::int64_t>(count), rank, comm.size()));
+    };
+    return {{begin(comm.rank())}, {begin(comm.rank() + 1) - begin(comm.rank())}};
 }
 
-/// Of the rows of all ranks, this one's from number `first` on. Collective.
-std::uint64_t digest_of_rows(const Communicator& comm, std::uint64_t first, const SavedNumbers& kept) {
-    return comm.sum_wrapping(sum_of_hashes(static_cast<std::int64_t>(first), kept.rows, kept.columns));
+/// Digest of the rows of all ranks; this rank's begin at number `first`. Collective.
+std::uint64_t digest_of_rows(const Communicator& comm, std::uint64_t first, const SavedNumbers& saved) {
+    return comm.sum_wrapping(sum_of_hashes(static_cast<std::int64_t>(first), saved.rows, saved.columns));
 }
 
-void write_rows(const Communicator& comm, H5File& file, const std::string& dataset, const SavedNumbers& kept) {
-    const std::vector<std::int64_t> rows = comm.all_gather(static_cast<std::int64_t>(kept.rows.size() / kept.columns));
+void write_rows(const Communicator& comm, H5File& file, const std::string& dataset, const SavedNumbers& saved) {
+    const std::vector<std::int64_t> rows =
+        comm.all_gather(static_cast<std::int64_t>(saved.rows.size() / saved.columns));
     const auto mine = rows.begin() + comm.rank();
     const auto first = static_cast<std::uint64_t>(std::accumulate(rows.begin(), mine, std::int64_t{0}));
     const std::int64_t all = std::accumulate(rows.begin(), rows.end(), std::int64_t{0});
     file.make_dataset(dataset, H5Type::float64,
-                      {std::max<std::uint64_t>(1, static_cast<std::uint64_t>(all)), kept.columns});
+                      {std::max<std::uint64_t>(1, static_cast<std::uint64_t>(all)), saved.columns});
     file.set(dataset, "rows", all);
-    file.set(dataset, "columns", static_cast<std::int64_t>(kept.columns));
-    file.set(dataset, "digest", digest_of_rows(comm, first, kept));
+    file.set(dataset, "columns", static_cast<std::int64_t>(saved.columns));
+    file.set(dataset, "digest", digest_of_rows(comm, first, saved));
     if (all > 0)
-        file.write(dataset, H5Type::float64, {{first, 0}, {static_cast<std::uint64_t>(*mine), kept.columns}},
-                   kept.rows.data());
+        file.write(dataset, H5Type::float64, {{first, 0}, {static_cast<std::uint64_t>(*mine), saved.columns}},
+                   saved.rows.data());
 }
 
-void write_kept(const Communicator& comm, H5File& file, const SavedNumbers& kept) {
-    const std::string dataset = kept_dataset(kept);
-    file.make_dataset(dataset, H5Type::float64, {std::max<std::uint64_t>(1, kept.numbers.size())});
-    file.set(dataset, "digest", hash_numbers(0, kept.numbers));
-    file.set(dataset, "count", static_cast<std::int64_t>(kept.numbers.size()));
-    if (!kept.numbers.empty()) {
-        const H5Box box = part_of(comm, kept.numbers.size());
-        file.write(dataset, H5Type::float64, box, kept.numbers.data() + box.start[0]);
+void write_saved(const Communicator& comm, H5File& file, const SavedNumbers& saved) {
+    const std::string dataset = saved_dataset(saved);
+    file.make_dataset(dataset, H5Type::float64, {std::max<std::uint64_t>(1, saved.numbers.size())});
+    file.set(dataset, "digest", hash_numbers(0, saved.numbers));
+    file.set(dataset, "count", static_cast<std::int64_t>(saved.numbers.size()));
+    if (!saved.numbers.empty()) {
+        const H5Box box = part_of(comm, saved.numbers.size());
+        file.write(dataset, H5Type::float64, box, saved.numbers.data() + box.start[0]);
     }
-    if (kept.columns > 0) write_rows(comm, file, dataset + "_rows", kept);
+    if (saved.columns > 0) write_rows(comm, file, dataset + "_rows", saved);
 }
 
 void read_rows(const Communicator& comm, const H5File& file, const std::string& path, const std::string& dataset,
-               SavedNumbers& kept) {
-    std::int64_t rows = 0, columns = 0;
-    std::uint64_t written = 0;
-    file.get(dataset, "rows", rows);
-    file.get(dataset, "columns", columns);
-    file.get(dataset, "digest", written);
-    const H5Box part = part_of(comm, static_cast<std::size_t>(rows));
-    kept.columns = static_cast<std::size_t>(columns);
-    kept.rows.resize(part.count[0] * kept.columns);
+               SavedNumbers& saved) {
+    const auto rows = file.get<std::int64_t>(dataset, "rows");
+    const H5Box part = part_of(comm, to_index(rows));
+    saved.columns = to_index(file.get<std::int64_t>(dataset, "columns"));
+    saved.rows.resize(part.count[0] * saved.columns);
     if (rows > 0)
-        file.read(dataset, H5Type::float64, {{part.start[0], 0}, {part.count[0], kept.columns}}, kept.rows.data());
-    if (digest_of_rows(comm, part.start[0], kept) != written) throw IoError(path + ": " + dataset + " is damaged");
+        file.read(dataset, H5Type::float64, {{part.start[0], 0}, {part.count[0], saved.columns}}, saved.rows.data());
+    if (digest_of_rows(comm, part.start[0], saved) != file.get<std::uint64_t>(dataset, "digest"))
+        throw IoError(path + ": " + dataset + " is damaged");
 }
 
-void read_kept(const Communicator& comm, const H5File& file, const std::string& path, SavedNumbers& kept) {
-    const std::string dataset = kept_dataset(kept);
-    std::int64_t count = 0;
-    std::uint64_t written = 0;
-    file.get(dataset, "count", count);
-    file.get(dataset, "digest", written);
-    kept.numbers.resize(static_cast<std::size_t>(count));
-    if (count > 0) file.read(dataset, H5Type::float64, {{0}, {static_cast<std::uint64_t>(count)}}, kept.numbers.data());
-    if (hash_numbers(0, kept.numbers) != written) throw IoError(path + ": " + dataset + " is damaged");
-    if (file.has(dataset + "_rows")) read_rows(comm, file, path, dataset + "_rows", kept);
+void read_saved(const Communicator& comm, const H5File& file, const std::string& path, SavedNumbers& saved) {
+    const std::string dataset = saved_dataset(saved);
+    const std::size_t count = to_index(file.get<std::int64_t>(dataset, "count"));
+    saved.numbers.resize(count);
+    if (count > 0) file.read(dataset, H5Type::float64, {{0}, {count}}, saved.numbers.data());
+    if (hash_numbers(0, saved.numbers) != file.get<std::uint64_t>(dataset, "digest"))
+        throw IoError(path + ": " + dataset + " is damaged");
+    if (file.has(dataset + "_rows")) read_rows(comm, file, path, dataset + "_rows", saved);
 }
 
 std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods,
@@ -298,9 +291,9 @@ std::uint64_t file_bytes(const Communicator& comm, std::span<const RodGroup> gro
     for (const RodGroup& group : groups)
         for (const Record& record : records_of(comm, group, rods, info.audited_from.has_value()))
             bytes += static_cast<std::uint64_t>(group.count()) * record.bytes();
-    for (const SavedNumbers& kept : info.saved)
-        bytes += kept.numbers.size() * sizeof(double) +
-                 static_cast<std::uint64_t>(comm.sum(static_cast<std::int64_t>(kept.rows.size() * sizeof(double))));
+    for (const SavedNumbers& saved : info.saved)
+        bytes += saved.numbers.size() * sizeof(double) +
+                 static_cast<std::uint64_t>(comm.sum(static_cast<std::int64_t>(saved.rows.size() * sizeof(double))));
     return bytes;
 }
 
@@ -322,24 +315,17 @@ void set_marks(H5File& file, const CheckpointInfo& info) {
 }
 
 void get_marks(const H5File& file, CheckpointInfo& info) {
-    if (file.has("/", "series_bytes")) {
-        SeriesMark& mark = info.series.emplace();
-        file.get("/", "series_bytes", mark.bytes);
-        file.get("/", "series_digest", mark.digest);
-        if (file.has("/", "series_row")) file.get("/", "series_row", mark.row);
-    }
-    if (file.has("/", "last_trajectory")) file.get("/", "last_trajectory", info.last_trajectory.emplace());
-    if (file.has("/", "last_tips")) file.get("/", "last_tips", info.last_tips.emplace());
-    if (file.has("/", "last_frames")) {
-        std::string text;
-        file.get("/", "last_frames", text);
-        std::istringstream lines(text);
-        std::int64_t step = 0;
-        for (std::string name; lines >> name >> step;) info.last_frames[name] = step;
-    }
+    if (const auto bytes = file.find<std::uint64_t>("/", "series_bytes"))
+        info.series = {*bytes, file.get<std::uint64_t>("/", "series_digest"),
+                       file.find<std::string>("/", "series_row").value_or("")};
+    info.last_trajectory = file.find<std::int64_t>("/", "last_trajectory");
+    info.last_tips = file.find<std::int64_t>("/", "last_tips");
+    std::istringstream lines(file.find<std::string>("/", "last_frames").value_or(""));
+    std::int64_t step = 0;
+    for (std::string name; lines >> name >> step;) info.last_frames[name] = step;
 }
 
-/// HDF5 has checksums on short attributes, and none on texts of more than 4 kB.
+/// Digest of all texts, because HDF5 has no checksums on attributes of more than 4 kB.
 std::uint64_t texts_digest(const CheckpointInfo& info) {
     std::uint64_t digest = text_digest(info.scene);
     digest = text_digest(info.settings, digest);
@@ -348,7 +334,7 @@ std::uint64_t texts_digest(const CheckpointInfo& info) {
     return info.series ? text_digest(info.series->row, digest) : digest;
 }
 
-/// `bytes`: of all of it.
+/// `bytes` is the size of the file.
 void write_state(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups, const Rods& rods,
                  const CheckpointInfo& info, std::uint64_t bytes) {
     H5File file(comm, path, H5File::Mode::create);
@@ -378,9 +364,9 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
         }
     }
     if (!info.saved.empty()) file.make_group("/kept");
-    for (const SavedNumbers& kept : info.saved) write_kept(comm, file, kept);
+    for (const SavedNumbers& saved : info.saved) write_saved(comm, file, saved);
     if (digest += info.beyond; digest != info.digest)
-        throw IoError(fmt::format("{}: the state changed while it was written (digest {:016x}, was {:016x})", path,
+        throw IoError(fmt::format("{}: the state changed while it was written (digest {:016x}, before {:016x})", path,
                                   digest, info.digest));
     file.close();
 }
@@ -400,21 +386,21 @@ std::uint64_t read_state(const Communicator& comm, const H5File& file, const std
 
 CheckpointInfo read_info(const H5File& file, const std::string& path);
 
-/// A disk may keep other bytes than it was given and say nothing.
+/// Reads the file back, since a disk may silently keep wrong bytes.
 void verify(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups,
             const CheckpointInfo& info, const Rods& rods) {
     H5File file(comm, path, H5File::Mode::read);
     read_info(file, path);
     read_state(comm, file, path, groups, info.audited_from.has_value(), rods, nullptr);
-    for (const SavedNumbers& kept : info.saved) {
-        SavedNumbers found{.name = kept.name};
-        read_kept(comm, file, path, found);
+    for (const SavedNumbers& saved : info.saved) {
+        SavedNumbers found{.name = saved.name};
+        read_saved(comm, file, path, found);
     }
     file.close();
 }
 
-/// Removes what `keeping` lets go of the checkpoints up to `step`. Later ones are what a resumed run could not read and
-/// has now passed by; files of such a name that are no checkpoints stay.
+/// Removes checkpoints up to `step` by `keeping`. Later ones were unreadable at the resume and are renamed *.damaged.
+/// Files of such a name that are no checkpoints stay.
 void thin(const std::string& directory, std::int64_t step, const Keeping& keeping) {
     std::vector<std::int64_t> steps;
     const auto files = numbered_files(directory, "checkpoint_", ".h5");
@@ -456,7 +442,7 @@ void write_checkpoint(const Communicator& comm, const std::string& directory, st
 
 namespace {
 
-/// Lines "  /rods/0/length: was 1, now 2" for the first few keys that differ.
+/// Lines "  /rods/0/length: was 1, now 2" for the first keys that differ.
 std::string scene_differences(const std::string& old_text, const std::string& new_text) {
     using nlohmann::json;
     constexpr int most = 8;
@@ -478,50 +464,38 @@ std::string scene_differences(const std::string& old_text, const std::string& ne
 }
 
 CheckpointInfo read_info(const H5File& file, const std::string& path) {
-    std::string format;
-    file.get("/", "format", format);
+    const auto format = file.get<std::string>("/", "format");
     if (format != format_name) throw IoError(path + ": is no checkpoint (format \"" + format + "\")");
-    std::int64_t version = 0;
-    file.get("/", "version", version);
-    if (version < oldest_version || version > format_version)
-        throw InputError(fmt::format("{}: version {} of the format; this program reads versions {} to {}", path,
-                                     version, oldest_version, format_version));
-
     CheckpointInfo info;
     info.file = path;
-    info.version = version;
-    file.get("/", "step", info.step);
-    file.get("/", "dt", info.dt);
-    file.get("/", "digest", info.digest);
-    if (file.has("/", "digest_beyond_rods")) file.get("/", "digest_beyond_rods", info.beyond);
-    file.get("/", "scene", info.scene);
-    if (file.has("/", "shift")) file.get("/", "shift", info.shift);
-    if (file.has("/", "settings")) file.get("/", "settings", info.settings);
-    if (file.has("/", "ancestry")) file.get("/", "ancestry", info.ancestry);
-    std::int64_t audited = 0;
-    file.get("/", "audited", audited);
-    if (audited) file.get("/", "audited_from", info.audited_from.emplace());
+    info.version = file.get<std::int64_t>("/", "version");
+    if (info.version < oldest_version || info.version > format_version)
+        throw InputError(fmt::format("{}: the format has version {}, but this program reads versions {} to {}", path,
+                                     info.version, oldest_version, format_version));
+    info.step = file.get<std::int64_t>("/", "step");
+    info.dt = file.get<double>("/", "dt");
+    info.digest = file.get<std::uint64_t>("/", "digest");
+    info.beyond = file.find<std::uint64_t>("/", "digest_beyond_rods").value_or(0);
+    info.scene = file.get<std::string>("/", "scene");
+    info.shift = file.find<double>("/", "shift").value_or(0);
+    info.settings = file.find<std::string>("/", "settings").value_or("");
+    info.ancestry = file.find<std::string>("/", "ancestry").value_or("");
+    if (file.get<std::int64_t>("/", "audited")) info.audited_from = file.get<double>("/", "audited_from");
     get_marks(file, info);
-    if (file.has("/", "texts_digest")) { // earlier programs wrote none
-        std::uint64_t written = 0;
-        file.get("/", "texts_digest", written);
-        if (written != texts_digest(info)) throw IoError(path + ": the scene or the settings in it are damaged");
-    }
+    const auto written = file.find<std::uint64_t>("/", "texts_digest"); // absent in files of earlier programs
+    if (written && *written != texts_digest(info))
+        throw IoError(path + ": the scene or the settings in it are damaged");
     return info;
 }
 
 } // namespace
 
 std::vector<std::string> checkpoint_files(const Communicator& comm, const std::string& directory) {
-    std::string names;
+    std::vector<std::string> names;
     on_root(comm, [&] {
-        for (const auto& file : numbered_files(directory, "checkpoint_", ".h5")) names += file.name + "\n";
+        for (const auto& file : numbered_files(directory, "checkpoint_", ".h5")) names.push_back(file.name);
     });
-    names = comm.broadcast(names);
-    std::vector<std::string> list;
-    for (std::size_t begin = 0, end; (end = names.find('\n', begin)) != names.npos; begin = end + 1)
-        list.push_back(names.substr(begin, end - begin));
-    return list;
+    return broadcast_names(comm, names);
 }
 
 CheckpointInfo read_checkpoint_info(const Communicator& comm, const std::string& path) {
@@ -533,27 +507,27 @@ CheckpointInfo read_checkpoint_info(const Communicator& comm, const std::string&
 
 CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups,
                                Rods& rods, const std::function<void(const CheckpointInfo&)>& accept,
-                               std::span<const std::string> kept) {
+                               std::span<const std::string> saved) {
     H5File file(comm, path, H5File::Mode::read);
     CheckpointInfo info = read_info(file, path);
     accept(info);
-    const bool in_fluid = std::find(kept.begin(), kept.end(), "fluid") != kept.end();
-    if (info.version < (in_fluid ? format_version : version_of_springs) && !kept.empty())
-        throw InputError(fmt::format(
-            "{}: version {} of the format, which kept contacts, walls or rods in a fluid otherwise; end that run with "
-            "the program that began it, or begin anew",
-            path, info.version));
+    const bool in_fluid = std::find(saved.begin(), saved.end(), "fluid") != saved.end();
+    if (info.version < (in_fluid ? format_version : version_of_springs) && !saved.empty())
+        throw InputError(fmt::format("{}: the format has version {}, which saved contacts, walls or rods in a fluid "
+                                     "differently; finish that run "
+                                     "with the program that began it, or start anew with --overwrite",
+                                     path, info.version));
     if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods) + info.beyond != info.digest)
         throw IoError(path + ": the digest of the whole state differs");
-    for (const std::string& name : kept)
-        read_kept(comm, file, path, info.saved.emplace_back(SavedNumbers{.name = name}));
+    for (const std::string& name : saved)
+        read_saved(comm, file, path, info.saved.emplace_back(SavedNumbers{.name = name}));
     file.close();
     return info;
 }
 
 namespace {
 
-/// Names of the checkpoints, newest first. Unfinished ones of a killed run are removed.
+/// Names of the checkpoints, newest first. It removes unfinished ones of a killed run.
 std::vector<std::string> list_checkpoints(const Communicator& comm, const std::string& directory) {
     on_root(comm, [&] {
         for (const auto& file : numbered_files(directory, "checkpoint_", ".h5.tmp"))
@@ -569,19 +543,19 @@ std::vector<std::string> list_checkpoints(const Communicator& comm, const std::s
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
                                               const std::function<void(const std::string&)>& warn,
-                                              std::span<const std::string> kept) {
+                                              std::span<const std::string> saved) {
     const auto names = list_checkpoints(comm, directory);
     const auto same_scene = [&scene](const CheckpointInfo& info) {
         if (info.scene != scene)
             throw InputError(
                 info.file +
-                ": belongs to another scene; `skein branch` goes on from it under other numbers, --overwrite "
-                "starts anew; or mend:" +
+                ": belongs to another scene; `skein branch` continues from it with changed numbers, --overwrite "
+                "starts anew, or restore:" +
                 scene_differences(info.scene, scene));
     };
     for (const std::string& name : names) {
         try {
-            return load_checkpoint(comm, directory + "/" + name, groups, rods, same_scene, kept);
+            return load_checkpoint(comm, directory + "/" + name, groups, rods, same_scene, saved);
         } catch (const IoError& error) {
             if (comm.root()) warn(error.what());
         }

@@ -1,6 +1,6 @@
-// Checkpoints: the canonical state of every rod, in rod order, whatever the number of ranks. Written to a temporary
-// name, read back and verified against the state digest, renamed; older ones stay as Keeping says. Collective calls;
-// every return code is agreed on by all ranks.
+// Checkpoints: the canonical state of every rod in rod order, on any number of ranks. A checkpoint is written under a
+// temporary name, read back, verified against the digest of the state, and renamed. Keeping decides on older ones. All
+// calls are collective, and ranks agree on every outcome.
 #pragma once
 
 #include "io/files.hpp"
@@ -18,60 +18,57 @@
 
 namespace skein {
 
-/// Numbers of the scene that go with its rods.
+/// Numbers beside the state of rods, e.g. of an interaction.
 struct SavedNumbers {
     std::string name;
-    std::vector<double> numbers; ///< of the scene as a whole, the same on all ranks
-    std::size_t columns = 0;     ///< of rows; 0: there are none
-    std::vector<double> rows;    ///< this rank's part; that of the next rank follows it. A reader gets any part
+    std::vector<double> numbers; ///< equal on all ranks
+    std::size_t columns = 0;     ///< columns of `rows`; 0: no rows
+    std::vector<double> rows;    ///< this rank's part, in the order of ranks; a reader gets any part
 };
 
 struct CheckpointInfo {
     std::int64_t step = 0;
     double dt = 0;
-    std::uint64_t digest = 0; ///< of the whole state
-    std::string scene;        ///< canonical JSON of the scene; a run resumes only where it is equal
-    std::string file;         ///< path it was read from
-    std::optional<double> audited_from =
-        {}; ///< J, the energy that an audit began with; with it goes the energy budget of every rod. None: no audit
+    std::uint64_t digest = 0; ///< digest of the whole state
+    std::string scene;        ///< canonical JSON of the scene; a run resumes only with the same
+    std::string file;         ///< path of the checkpoint
+    /// Energy at the start of an audit, J. Energy budgets of rods are saved with it. Absent without an audit.
+    std::optional<double> audited_from = {};
     std::vector<SavedNumbers> saved = {};
-    std::optional<SeriesMark> series = {};                            ///< none: there was no series
-    std::optional<std::int64_t> last_trajectory = {}, last_tips = {}; ///< steps of the last frames in files, -1 of none
-    std::map<std::string, std::int64_t> last_frames = {}; ///< the same of frames that are files of their own, by series
-    double shift = 0;                                     ///< time of step 0, s (time/clock.hpp)
-    std::string settings = {}; ///< what else its scene said, JSON; empty in files of earlier programs
-    std::string ancestry = {}; ///< of a branch: whose state it began with and what has changed since, JSON; else empty
-    std::int64_t version = 0;  ///< of the format
-    std::uint64_t beyond = 0;  ///< part of the digest that is not of rods
+    std::optional<SeriesMark> series = {};                            ///< absent without a time series
+    std::optional<std::int64_t> last_trajectory = {}, last_tips = {}; ///< steps of the last frames, -1: none
+    std::map<std::string, std::int64_t> last_frames = {};             ///< by series with a file a frame: its last step
+    double shift = 0;                                                 ///< time of step 0, s (time/clock.hpp)
+    std::string settings = {}; ///< further settings of the scene, JSON; empty in files of earlier programs
+    std::string ancestry = {}; ///< JSON of a branch: its origin and changed keys; else empty
+    std::int64_t version = 0;  ///< version of the format
+    std::uint64_t beyond = 0;  ///< part of the digest that does not belong to rods
 };
 
-/// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes those older ones that `keeping` lets go. Throws
-/// IoError on all ranks alike, leaving no temporary file and the older checkpoints untouched; also where the state does
-/// not have info.digest.
+/// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes older ones by `keeping`. Throws IoError on all
+/// ranks alike, also if the digest of the state is not info.digest. A failure leaves older checkpoints and no temporary
+/// file.
 void write_checkpoint(const Communicator& comm, const std::string& directory, std::span<const RodGroup> groups,
                       const Rods& rods, const CheckpointInfo& info, const Keeping& keeping = {});
 
-/// Loads the newest valid checkpoint of the directory into `rods`; nullopt where there is none at all. A file that is
-/// damaged (cannot be opened, wrong sizes, digest of a group differs) is named, with what is wrong, through `warn`
-/// (called on root), and the one before it is tried; where none is left, IoError is thrown. A sound one whose scene
-/// differs from `scene`, or of another version of the format, throws InputError saying what differs. `kept`: names of
-/// what else to read. `rods` is changed even where this throws.
+/// Loads the newest valid checkpoint of the directory into `rods`; nullopt without a checkpoint. Damaged files
+/// (unreadable, wrong sizes, wrong digests) are reported by `warn` on root, and the next older one is tried. Throws
+/// IoError if none is left. A sound one with another `scene` or version of the format throws InputError with the
+/// differences. `saved` names further numbers to read. `rods` changes even if this throws.
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
                                               const std::function<void(const std::string&)>& warn,
-                                              std::span<const std::string> kept = {});
+                                              std::span<const std::string> saved = {});
 
-/// Names of the directory's checkpoints, by rising step. Root's answer on all ranks.
+/// Names of the checkpoints that root finds in the directory, by rising step.
 std::vector<std::string> checkpoint_files(const Communicator& comm, const std::string& directory);
 
-/// What a checkpoint says of itself, without the state. Throws IoError where the file cannot be read, InputError where
-/// it is of another version.
+/// Reads a checkpoint without the state. Throws IoError if it is unreadable, InputError for another version.
 CheckpointInfo read_checkpoint_info(const Communicator& comm, const std::string& path);
 
-/// Loads one checkpoint. `accept` is asked first, and throws where it will not have it. Throws IoError where it is
-/// damaged.
+/// Loads one checkpoint. `accept` runs before the state is read, and throws to refuse it. Throws IoError on damage.
 CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups,
                                Rods& rods, const std::function<void(const CheckpointInfo&)>& accept,
-                               std::span<const std::string> kept = {});
+                               std::span<const std::string> saved = {});
 
 } // namespace skein

@@ -20,7 +20,10 @@ std::string_view trimmed(std::string_view text) {
                                            : text.substr(begin, text.find_last_not_of(blank) + 1 - begin);
 }
 
-std::vector<std::string_view> cells_of(std::string_view line) {
+} // namespace
+
+std::vector<std::string_view> csv_cells(std::string_view line) {
+    if (line.starts_with("\xEF\xBB\xBF")) line.remove_prefix(3); // byte order mark of spreadsheets
     std::vector<std::string_view> cells;
     for (std::size_t begin = 0; begin <= line.size();) {
         const std::size_t end = std::min(line.find(',', begin), line.size());
@@ -30,33 +33,35 @@ std::vector<std::string_view> cells_of(std::string_view line) {
     return cells;
 }
 
-} // namespace
+std::optional<double> csv_number(std::string_view cell) {
+    if (cell.starts_with('+')) cell.remove_prefix(1);
+    double value = 0;
+    const auto [stop, error] = std::from_chars(cell.data(), cell.data() + cell.size(), value);
+    if (error != std::errc{} || stop != cell.data() + cell.size()) return std::nullopt;
+    return value;
+}
 
 CsvTable read_csv(const std::string& path) {
     const std::string text = read_file(path);
     std::string_view rest = text;
-    if (rest.starts_with("\xEF\xBB\xBF")) rest.remove_prefix(3); // of a spreadsheet's UTF-8
     CsvTable table;
     for (int number = 1; !rest.empty(); ++number) {
         const std::string_view line = rest.substr(0, rest.find('\n'));
         rest.remove_prefix(std::min(rest.size(), line.size() + 1));
         if (trimmed(line).empty()) continue;
-        const auto cells = cells_of(line);
+        const auto cells = csv_cells(line);
         if (table.names.empty()) {
             table.names.assign(cells.begin(), cells.end());
             table.columns.resize(cells.size());
             continue;
         }
         if (cells.size() != table.names.size())
-            throw IoError(fmt::format("{}:{}: expected {} numbers, as the first line names them, found {}", path,
-                                      number, table.names.size(), cells.size()));
+            throw IoError(fmt::format("{}:{}: expected {} numbers by the first line, found {}", path, number,
+                                      table.names.size(), cells.size()));
         for (std::size_t c = 0; c < cells.size(); ++c) {
-            const std::string_view digits = cells[c].substr(cells[c].starts_with('+') ? 1 : 0);
-            double value = 0;
-            const auto [stop, error] = std::from_chars(digits.data(), digits.data() + digits.size(), value);
-            if (error != std::errc{} || stop != digits.data() + digits.size())
-                throw IoError(fmt::format("{}:{}: '{}' is no number", path, number, cells[c]));
-            table.columns[c].push_back(value);
+            const std::optional<double> value = csv_number(cells[c]);
+            if (!value) throw IoError(fmt::format("{}:{}: '{}' is not a number", path, number, cells[c]));
+            table.columns[c].push_back(*value);
         }
     }
     return table;

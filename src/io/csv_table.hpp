@@ -1,7 +1,9 @@
-// Files of comma-separated numbers: a line of names, then rows of as many numbers.
+// Comma-separated numbers: a line of names, then rows of as many numbers.
 #pragma once
 
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
@@ -11,7 +13,12 @@ struct CsvTable {
     std::vector<std::vector<double>> columns; ///< [names][rows]
 };
 
-/// Throws IoError naming the file, and the line that is at fault.
+/// Throws IoError with the file and the faulty line.
 CsvTable read_csv(const std::string& path);
+
+/// Cells of a line without blanks and quotes around them, and without a byte order mark.
+std::vector<std::string_view> csv_cells(std::string_view line);
+/// Number of a cell, if it is one.
+std::optional<double> csv_number(std::string_view cell);
 
 } // namespace skein

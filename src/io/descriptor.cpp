@@ -19,23 +19,24 @@ Descriptor::~Descriptor() {
     if (value_ >= 0) ::close(value_);
 }
 
-void Descriptor::write(std::string_view text) {
+template <class Write> void Descriptor::write_all(std::string_view text, Write&& write) {
     while (!text.empty()) {
-        const auto written = ::write(value_, text.data(), text.size());
+        const ssize_t written = write(text);
         if (written < 0 && errno == EINTR) continue;
         if (written < 0) throw_system_error(path_, "cannot be written", errno);
         text.remove_prefix(static_cast<std::size_t>(written));
     }
 }
 
+void Descriptor::write(std::string_view text) {
+    write_all(text, [&](std::string_view rest) { return ::write(value_, rest.data(), rest.size()); });
+}
+
 void Descriptor::write_at(std::uint64_t at, std::string_view text) {
-    while (!text.empty()) {
-        const auto written = ::pwrite(value_, text.data(), text.size(), static_cast<off_t>(at));
-        if (written < 0 && errno == EINTR) continue;
-        if (written < 0) throw_system_error(path_, "cannot be written", errno);
-        text.remove_prefix(static_cast<std::size_t>(written));
-        at += static_cast<std::uint64_t>(written);
-    }
+    const auto end = static_cast<off_t>(at + text.size());
+    write_all(text, [&](std::string_view rest) {
+        return ::pwrite(value_, rest.data(), rest.size(), end - static_cast<off_t>(rest.size()));
+    });
 }
 
 void Descriptor::flush() {

@@ -23,9 +23,9 @@ namespace skein {
 
 namespace {
 
-constexpr std::size_t number_digits = 12; ///< at least, in names of numbered files
+constexpr std::size_t number_digits = 12; ///< fewest digits in names of numbered files
 
-/// A file or a directory.
+/// Flushes a file or a directory.
 void flush_to_disk(const std::string& path) { Descriptor(path, O_RDONLY).flush(); }
 
 } // namespace
@@ -36,7 +36,7 @@ void throw_system_error(const std::string& path, const std::string& deed, int er
 
 void require_space(const std::string& directory, std::uint64_t bytes) {
     struct statvfs disk;
-    if (::statvfs(directory.c_str(), &disk) != 0) throw_system_error(directory, "cannot be looked at", errno);
+    if (::statvfs(directory.c_str(), &disk) != 0) throw_system_error(directory, "cannot be inspected", errno);
     const std::uint64_t available = static_cast<std::uint64_t>(disk.f_bavail) * disk.f_frsize;
     const std::uint64_t needed = bytes + bytes / 20 + (64 << 10);
     if (available >= needed) return;
@@ -49,8 +49,7 @@ void reserve_space(const std::string& path, std::uint64_t bytes) {
     struct rlimit most;
     if (::getrlimit(RLIMIT_FSIZE, &most) == 0 && most.rlim_cur != RLIM_INFINITY && bytes > most.rlim_cur) {
         const auto [wanted, allowed] = bytes_texts(bytes, most.rlim_cur);
-        throw_system_error(path, fmt::format("{} needed, and files may have {} here (ulimit -f)", wanted, allowed),
-                           EFBIG);
+        throw_system_error(path, fmt::format("{} needed, but ulimit -f allows files of {}", wanted, allowed), EFBIG);
     }
     if (::fallocate(file, FALLOC_FL_KEEP_SIZE, 0, static_cast<off_t>(bytes)) == 0) return;
     if (errno == ENOSPC || errno == EDQUOT || errno == EFBIG)
@@ -59,7 +58,7 @@ void reserve_space(const std::string& path, std::uint64_t bytes) {
 
 void publish(const std::string& temporary, const std::string& path) {
     std::error_code ignored;
-    fs::resize_file(temporary, fs::file_size(temporary), ignored); // gives back what was reserved beyond the end
+    fs::resize_file(temporary, fs::file_size(temporary), ignored); // releases space reserved beyond the end
     flush_to_disk(temporary);
     if (::rename(temporary.c_str(), path.c_str()) != 0) throw_system_error(temporary, "cannot be renamed", errno);
     const fs::path directory = fs::path(path).parent_path();
@@ -105,6 +104,16 @@ void on_root(const Communicator& comm, const std::function<void()>& deed) {
     on_all(comm, [&] {
         if (comm.root()) deed();
     });
+}
+
+std::vector<std::string> broadcast_names(const Communicator& comm, const std::vector<std::string>& names) {
+    std::string text;
+    for (const std::string& name : names) text += name + '\n';
+    text = comm.broadcast(text);
+    std::vector<std::string> all;
+    for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != text.npos; begin = end + 1)
+        all.push_back(text.substr(begin, end - begin));
+    return all;
 }
 
 } // namespace skein

@@ -1,4 +1,4 @@
-// Files that are either whole or absent.
+// Files that are either complete or absent.
 #pragma once
 
 #include "parallel/communicator.hpp"
@@ -10,22 +10,21 @@
 
 namespace skein {
 
-/// Throws IoError "<path>: <deed> (<reason>)" with the system's reason for `error`, an errno.
+/// Throws IoError "<path>: <deed> (<reason>)" with the system's reason for `error` (an errno).
 [[noreturn]] void throw_system_error(const std::string& path, const std::string& deed, int error);
 
-/// Throws IoError with both numbers where the disk of `directory` has fewer than `bytes` (and a little more) free.
-/// Asked for before writing, because MPI-IO may report a full disk on some rank only, or not at all.
+/// Throws IoError with both numbers if the disk of `directory` has less free space than `bytes` and a little more.
+/// Writers call it first, because MPI-IO may report a full disk on one rank only, or never.
 void require_space(const std::string& directory, std::uint64_t bytes);
 
-/// Takes disk space for a file of `bytes`, so that writing it cannot fail for want of it, nor for a limit of the
-/// process. Takes none where the file system cannot do that.
+/// Reserves disk space for a file of `bytes`, so that neither a full disk nor a limit of the process can fail its
+/// writing. Some file systems cannot reserve space.
 void reserve_space(const std::string& path, std::uint64_t bytes);
 
-/// Gives a file that was written under a temporary name its own one, once its bytes are on the disk.
+/// Flushes a file with a temporary name to the disk and renames it to `path`.
 void publish(const std::string& temporary, const std::string& path);
 
-/// Names in `directory` (none where it does not exist) that read <prefix><number of 12 digits or more><suffix>, by
-/// rising number.
+/// Files <prefix><number of 12 digits or more><suffix> of a directory by rising number; none without the directory.
 struct NumberedFile {
     std::string name;
     std::int64_t number;
@@ -33,12 +32,14 @@ struct NumberedFile {
 std::vector<NumberedFile> numbered_files(const std::string& directory, const std::string& prefix,
                                          const std::string& suffix);
 
-/// Removes a file; one that is not there is no error.
+/// Removes a file, if there is one.
 void remove_file(const std::string& path);
 
-/// Runs `deed` on all ranks. Where it throws on some, all throw IoError with the message of one.
+/// Runs `deed` on all ranks. If it throws on some, all throw IoError with the message of one.
 void on_all(const Communicator& comm, const std::function<void()>& deed);
-/// Runs `deed` on root. Where it throws, all ranks throw IoError with its message.
+/// Runs `deed` on root. If it throws, all ranks throw IoError with its message.
 void on_root(const Communicator& comm, const std::function<void()>& deed);
+/// Names of root, none with a line break, on all ranks. Collective.
+std::vector<std::string> broadcast_names(const Communicator& comm, const std::vector<std::string>& names);
 
 } // namespace skein

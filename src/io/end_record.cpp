@@ -20,7 +20,7 @@ constexpr std::string_view format = "skein-end", series_name = "observables.csv"
 
 std::string path_of(const std::string& directory) { return directory + "/end.json"; }
 
-/// True of names that a run gives to records of this step alone: an edited list removes nothing else.
+/// True for names of a run's records of this step, so that an edited list removes nothing else.
 bool is_record_of(const std::string& name, std::int64_t step) {
     const std::string digits = fmt::format("_{:012d}.", step);
     return is_result_name(name) && !name.starts_with("checkpoint_") && name.find("..") == name.npos &&
@@ -41,7 +41,7 @@ std::optional<EndRecord> record_in(const std::string& text) {
 void take_back_row(const std::string& path, std::int64_t step) {
     if (!std::filesystem::exists(path)) return;
     const std::string content = read_file(path);
-    if (content.empty() || content.back() != '\n') return; // a row on the way into the file comes after all others
+    if (content.empty() || content.back() != '\n') return; // an unfinished row is the last one
     const auto before = content.rfind('\n', content.size() - 2);
     if (before == content.npos || !std::string_view(content).substr(before + 1).starts_with(fmt::format("{},", step)))
         return;

@@ -8,11 +8,10 @@
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
-#include <algorithm>
-#include <filesystem>
 #include <fmt/format.h>
-#include <iterator>
-#include <optional>
+
+#include <algorithm>
+#include <numeric>
 
 namespace skein {
 
@@ -22,16 +21,14 @@ constexpr std::string_view format_name = "skein fields";
 constexpr const char *frames = ".h5", *documents = ".xdmf";
 
 std::uint64_t product(const std::vector<std::uint64_t>& shape) {
-    std::uint64_t numbers = 1;
-    for (const std::uint64_t extent : shape) numbers *= extent;
-    return numbers;
+    return std::accumulate(shape.begin(), shape.end(), std::uint64_t{1}, std::multiplies<>());
 }
 
-/// Checksum of a box of a dataset: the sum of its words' digests, each by its place in the whole.
+/// Digest of a box: part of the dataset's word_digest().
 std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vector<std::uint64_t>& shape,
                          const H5Box& box) {
-    std::size_t inner = shape.size(); // dimensions from here on are side by side
-    std::uint64_t run = 1, below = 1; // words, of the box and of the whole
+    std::size_t inner = shape.size(); // the box is contiguous in dimensions from here on
+    std::uint64_t run = 1, below = 1; // words of the box and of the dataset in these dimensions
     while (inner > 0 && run == below) {
         run *= box.count[--inner];
         below *= shape[inner];
@@ -56,55 +53,29 @@ std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vecto
     return sum;
 }
 
-/// True where a dataset is as written; files of earlier programs have no checksum.
-bool is_sound(const H5File& file, const std::string& path) {
-    if (!file.has(path, "digest")) return true;
-    constexpr std::uint64_t most_bytes = 16 << 20; // at a time
-    std::uint64_t written = 0, found = 0;
-    file.get(path, "digest", written);
-    const auto shape = file.shape(path);
-    const H5Type type = file.type(path);
-    const std::size_t word = type == H5Type::float32 ? 4 : 8;
-    const std::uint64_t row = shape[0] > 0 ? product(shape) / shape[0] : 0,
-                        rows = std::max<std::uint64_t>(1, most_bytes / std::max<std::uint64_t>(1, row * word));
-    std::vector<std::byte> bytes;
-    for (std::uint64_t begin = 0; begin < shape[0]; begin += rows) {
-        H5Box box{std::vector<std::uint64_t>(shape.size(), 0), shape};
-        box.start[0] = begin;
-        box.count[0] = std::min(rows, shape[0] - begin);
-        bytes.resize(box.count[0] * row * word);
-        file.read(path, type, box, bytes.data());
-        found += word_digest(bytes, word, begin * row);
+bool is_sound_frame(const FrameFile& frame) {
+    const H5File file(Communicator::alone(), frame.path, H5File::Mode::read);
+    if (file.get<std::string>("/", "format") != format_name || file.get<std::int64_t>("/", "step") != frame.step)
+        return false;
+    for (const char* name : {"/lower", "/velocity", "/vorticity", "/q", "/pressure"}) {
+        if (!file.has(name) || !file.has(name, "digest")) continue; // earlier programs wrote no digest
+        if (dataset_digest(file, name) != file.get<std::uint64_t>(name, "digest")) return false;
     }
-    return found == written;
-}
-
-bool is_sound_frame(const std::string& path, std::int64_t step) {
-    const H5File file(Communicator::alone(), path, H5File::Mode::read);
-    std::string format;
-    std::int64_t of = -1;
-    file.get("/", "format", format);
-    file.get("/", "step", of);
-    if (format != format_name || of != step) return false;
-    for (const char* name : {"/lower", "/velocity", "/vorticity", "/q", "/pressure"})
-        if (file.has(name) && !is_sound(file, name)) return false;
     return true;
 }
 
-std::optional<std::int64_t> frame_before(const std::string& path) {
-    std::optional<std::int64_t> after;
-    const H5File file(Communicator::alone(), path, H5File::Mode::read);
-    if (file.has("/", "after")) file.get("/", "after", after.emplace());
-    return after;
-}
-
-/// Of names of what shows a block.
+/// Ending of names of datasets that show a block.
 std::string suffix_of(std::size_t block) { return fmt::format("_{}", block); }
 constexpr std::uint64_t view_bytes = 1 << 10;
 
 std::string document(const std::string& grids) {
     return "<?xml version=\"1.0\" ?>\n<Xdmf Version=\"3.0\" xmlns:xi=\"http://www.w3.org/2001/XInclude\">\n<Domain>\n" +
            grids + "</Domain>\n</Xdmf>\n";
+}
+
+/// Numbers of cells as a dataset [z][y][x] has them.
+std::vector<std::uint64_t> extents(const std::array<int, 3>& cells) {
+    return {to_index(cells[2]), to_index(cells[1]), to_index(cells[0])};
 }
 
 std::string collection(const char* type, const std::string& grids) {
@@ -114,62 +85,22 @@ std::string collection(const char* type, const std::string& grids) {
 } // namespace
 
 FieldSeries::FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt,
-                         double shift, const Earlier& earlier)
-    : comm_(comm), names_(std::move(names)), grid_(grid), precision_(precision), dt_(dt), shift_(shift) {
-    find_earlier(earlier);
-}
-
-void FieldSeries::find_earlier(const Earlier& earlier) {
-    std::vector<std::int64_t> there;
-    std::vector<std::string> paths;
+                         double shift, const EarlierFrames& earlier)
+    : comm_(comm), names_(std::move(names)), grid_(grid),
+      type_(precision == Precision::single ? H5Type::float32 : H5Type::float64), dt_(dt), shift_(shift) {
+    last_step_ = check_frames(comm_, {name_of(names_.name), names_.directory, prefix(), frames}, earlier,
+                              is_sound_frame, [this](const FrameFile& frame) {
+                                  const H5File file(Communicator::alone(), frame.path, H5File::Mode::read);
+                                  if (file.find<std::string>("/", "contents").value_or("") == contents())
+                                      list(frame.step, file);
+                                  return file.find<std::int64_t>("/", "after");
+                              });
     on_root(comm_, [&] {
-        for (const std::int64_t step : steps(frames))
-            if (step <= earlier.resume_step) {
-                there.push_back(step);
-                paths.push_back(names_.directory + "/" + file_of(step, frames));
-            }
-    });
-    const auto step_of = [](const std::string& path) { return std::stoll(path.substr(path.rfind('_') + 1)); };
-    const std::vector<std::int64_t> damaged =
-        find_damaged(comm_, paths, [&](const std::string& path) { return is_sound_frame(path, step_of(path)); });
-    on_root(comm_, [&] {
-        const auto tell = [&](const std::string& text) {
-            if (earlier.warn) earlier.warn(text);
-        };
-        std::vector<FramePlace> places;
-        for (std::size_t i = 0; i < there.size(); ++i) {
-            FramePlace& place = places.emplace_back(FramePlace{there[i], {}});
-            try {
-                if (damaged[i] != 0) throw IoError(paths[i] + ": is not the frame that was written");
-                place.after = frame_before(paths[i]);
-                if (shows_same(paths[i])) list(there[i], paths[i]);
-            } catch (const IoError& error) {
-                const std::string now = set_aside(paths[i], paths[i] + ".damaged");
-                tell(fmt::format("{}\n  it is put aside as {}; the run goes on without it", error.what(), now));
-            }
-        }
-        for (const std::string& gap : missing_frames(name_of(names_.name), names_.directory, places, earlier.expected))
-            tell(gap);
-        last_step_ = there.empty() ? -1 : there.back();
         if (!listed_.empty()) write_documents();
     });
-    last_step_ = comm_.broadcast(last_step_);
 }
 
-bool FieldSeries::shows_same(const std::string& path) const {
-    const H5File file(Communicator::alone(), path, H5File::Mode::read);
-    std::string text;
-    if (file.has("/", "contents")) file.get("/", "contents", text);
-    return text == contents();
-}
-
-/// Blocks have a document for each frame, which says no more than the frame itself.
-void FieldSeries::list(std::int64_t step, const std::string& path) {
-    const H5File file(Communicator::alone(), path, H5File::Mode::read);
-    Vec3d lower{0, 0, 0};
-    file.get("/", "lower_x", lower.x);
-    file.get("/", "lower_y", lower.y);
-    file.get("/", "lower_z", lower.z);
+void FieldSeries::list(std::int64_t step, const H5File& file) {
     if (file.has("/lower")) {
         blocks_ = true;
         Blocks blocks;
@@ -183,11 +114,14 @@ void FieldSeries::list(std::int64_t step, const std::string& path) {
         }
         write_block_document(step, blocks);
     }
-    listed_[step] = lower;
+    const auto lower = [&](const char* name) { return file.get<double>("/", name); };
+    listed_[step] = {lower("lower_x"), lower("lower_y"), lower("lower_z")};
 }
 
+std::string FieldSeries::prefix() const { return names_.name.empty() ? "fields_" : "fluid_" + names_.name + "_"; }
+
 std::string FieldSeries::file_of(std::int64_t step, const char* ending) const {
-    return fmt::format("{}{:012d}{}", names_.name.empty() ? "fields_" : "fluid_" + names_.name + "_", step, ending);
+    return fmt::format("{}{:012d}{}", prefix(), step, ending);
 }
 
 std::vector<std::string> FieldSeries::files_of(std::int64_t step, bool blocks) const {
@@ -196,47 +130,34 @@ std::vector<std::string> FieldSeries::files_of(std::int64_t step, bool blocks) c
     return names;
 }
 
-std::vector<std::int64_t> FieldSeries::steps(const char* ending) const {
-    std::vector<std::int64_t> found;
-    for (const auto& entry : std::filesystem::directory_iterator(names_.directory)) {
-        const std::string name = entry.path().filename().string();
-        const auto end = name.rfind(ending), begin = name.rfind('_');
-        if (begin == name.npos || end == name.npos || end < begin + 13 || end > begin + 19)
-            continue; // digits that a number holds
-        const std::string digits = name.substr(begin + 1, end - begin - 1);
-        if (digits.find_first_not_of("0123456789") == digits.npos && name == file_of(std::stoll(digits), ending))
-            found.push_back(std::stoll(digits));
-    }
-    std::sort(found.begin(), found.end());
-    return found;
-}
-
 std::string FieldSeries::contents() const {
     std::string text =
         fmt::format("{} x {} x {} cells of {} m from ({}, {}, {}) m, {} B:", grid_.cells[0], grid_.cells[1],
-                    grid_.cells[2], grid_.spacing, grid_.lower.x, grid_.lower.y, grid_.lower.z, number_bytes());
+                    grid_.cells[2], grid_.spacing, grid_.lower.x, grid_.lower.y, grid_.lower.z, bytes_of(type_));
     for (const FieldName& field : names_.fields) text += " " + field.name;
     return text;
 }
 
-void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame, std::vector<std::uint64_t> shape,
-                        const Blocks* blocks) {
-    std::int64_t after = last_step_;
-    if (step <= last_step_) { // that a run goes on from
-        if (comm_.root()) {
-            const auto there = steps(frames);
-            const auto here = std::lower_bound(there.begin(), there.end(), step);
-            after = listed_.contains(step) ? step : here == there.begin() ? -1 : *std::prev(here);
-        }
-        after = comm_.broadcast(after);
-        if (after == step) return;
+std::int64_t FieldSeries::step_before(std::int64_t step) const {
+    if (step > last_step_) return last_step_;
+    std::int64_t before = -1;
+    if (comm_.root()) {
+        for (const NumberedFile& file : numbered_files(names_.directory, prefix(), frames))
+            if (file.number < step) before = file.number;
+        if (listed_.contains(step)) before = step;
     }
+    return comm_.broadcast(before);
+}
+
+void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame,
+                        const std::vector<std::uint64_t>& shape, const Blocks* blocks) {
+    const std::int64_t before = step_before(step);
+    if (before == step) return;
     const std::string path = names_.directory + "/" + file_of(step, frames), temporary = path + ".tmp",
                       format(format_name);
-    const H5Type type = precision_ == Precision::single ? H5Type::float32 : H5Type::float64;
     std::uint64_t bytes = 0;
     for (const FieldName& field : names_.fields)
-        bytes += static_cast<std::uint64_t>(field.components * number_bytes()) * product(shape);
+        bytes += static_cast<std::uint64_t>(field.components) * bytes_of(type_) * product(shape);
     if (blocks) bytes += blocks->cells.size() * names_.fields.size() * view_bytes;
     on_root(comm_, [&] {
         require_space(names_.directory, bytes);
@@ -245,56 +166,9 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
     {
         H5File file(comm_, temporary, H5File::Mode::create);
         file.reserve(bytes);
-        file.set("/", "format", format);
-        file.set("/", "step", step);
-        file.set("/", "time", shift_ + static_cast<double>(step) * dt_);
-        file.set("/", "spacing", grid_.spacing);
-        file.set("/", "lower_x", lower.x);
-        file.set("/", "lower_y", lower.y);
-        file.set("/", "lower_z", lower.z);
-        file.set("/", "contents", contents());
-        file.set("/", "after", after);
-        for (const auto& [name, text] : names_.labels) file.set("/", name, text);
-        if (blocks) {
-            const std::uint64_t rows = blocks->cells.size();
-            file.make_dataset("/lower", H5Type::float64, {rows, 3});
-            file.set("/lower", "unit", std::string("m"));
-            if (rows > 0)
-                file.write("/lower", H5Type::float64, {{0, 0}, {comm_.root() ? rows : 0, 3}}, blocks->lower.data());
-            file.set("/lower", "digest", word_digest(std::as_bytes(std::span(blocks->lower)), sizeof(double), 0));
-        }
-        for (std::size_t f = 0; f < names_.fields.size(); ++f) {
-            const FieldName& field = names_.fields[f];
-            const auto components = static_cast<std::uint64_t>(field.components);
-            std::vector<std::uint64_t> whole = shape;
-            if (components > 1) whole.push_back(components);
-            file.make_dataset("/" + field.name, type, whole);
-            file.set("/" + field.name, "unit", field.unit);
-            frame.begin(f);
-            // Every rank takes part in every transfer, those that are done with nothing.
-            const auto mine = static_cast<std::int64_t>(frame.pieces().size());
-            std::uint64_t digest = 0;
-            for (std::int64_t piece = 0, rounds = comm_.max(mine); piece < rounds; ++piece) {
-                H5Box box{std::vector<std::uint64_t>(whole.size(), 0), std::vector<std::uint64_t>(whole.size(), 0)};
-                std::vector<double> numbers;
-                if (piece < mine) {
-                    box = nth(frame.pieces(), piece);
-                    if (components > 1) {
-                        box.start.push_back(0);
-                        box.count.push_back(components);
-                    }
-                    numbers.resize(product(box.count));
-                    frame.fill(static_cast<std::size_t>(piece), numbers);
-                }
-                std::vector<float> singles;
-                if (precision_ == Precision::single) singles.assign(numbers.begin(), numbers.end());
-                const void* const data =
-                    precision_ == Precision::single ? static_cast<const void*>(singles.data()) : numbers.data();
-                file.write("/" + field.name, type, box, data);
-                digest += box_digest(data, static_cast<std::size_t>(number_bytes()), whole, box);
-            }
-            file.set("/" + field.name, "digest", comm_.sum_wrapping(digest));
-        }
+        write_attributes(file, step, before, lower);
+        if (blocks) write_corners(file, *blocks);
+        for (std::size_t f = 0; f < names_.fields.size(); ++f) write_field(file, f, frame, shape);
         file.close();
     }
     on_root(comm_, [&] {
@@ -307,7 +181,62 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
     last_step_ = step;
 }
 
-/// The document of all frames; those of blocks are lists of documents.
+void FieldSeries::write_attributes(H5File& file, std::int64_t step, std::int64_t before, const Vec3d& lower) const {
+    file.set("/", "format", std::string(format_name));
+    file.set("/", "step", step);
+    file.set("/", "time", shift_ + static_cast<double>(step) * dt_);
+    file.set("/", "spacing", grid_.spacing);
+    file.set("/", "lower_x", lower.x);
+    file.set("/", "lower_y", lower.y);
+    file.set("/", "lower_z", lower.z);
+    file.set("/", "contents", contents());
+    file.set("/", "after", before);
+    for (const auto& [name, text] : names_.labels) file.set("/", name, text);
+}
+
+void FieldSeries::write_corners(H5File& file, const Blocks& blocks) const {
+    const std::uint64_t rows = blocks.cells.size();
+    file.make_dataset("/lower", H5Type::float64, {rows, 3});
+    file.set("/lower", "unit", std::string("m"));
+    if (rows > 0) file.write("/lower", H5Type::float64, {{0, 0}, {comm_.root() ? rows : 0, 3}}, blocks.lower.data());
+    file.set("/lower", "digest", word_digest(std::as_bytes(std::span(blocks.lower)), sizeof(double), 0));
+}
+
+void FieldSeries::write_field(H5File& file, std::size_t number, FieldFrame& frame,
+                              std::vector<std::uint64_t> shape) const {
+    const FieldName& field = names_.fields[number];
+    const std::string dataset = "/" + field.name;
+    const auto components = static_cast<std::uint64_t>(field.components);
+    if (components > 1) shape.push_back(components);
+    file.make_dataset(dataset, type_, shape);
+    file.set(dataset, "unit", field.unit);
+    frame.begin(number);
+    // Transfers are collective, so ranks without a piece write an empty box.
+    const auto mine = static_cast<std::int64_t>(frame.pieces().size());
+    std::uint64_t digest = 0;
+    for (std::int64_t piece = 0, rounds = comm_.max(mine); piece < rounds; ++piece) {
+        H5Box box{std::vector<std::uint64_t>(shape.size(), 0), std::vector<std::uint64_t>(shape.size(), 0)};
+        std::vector<double> numbers;
+        if (piece < mine) {
+            box = nth(frame.pieces(), piece);
+            if (components > 1) {
+                box.start.push_back(0);
+                box.count.push_back(components);
+            }
+            numbers.resize(product(box.count));
+            frame.fill(to_index(piece), numbers);
+        }
+        std::vector<float> singles;
+        const bool single = type_ == H5Type::float32;
+        if (single) singles.assign(numbers.begin(), numbers.end());
+        const void* const data = single ? static_cast<const void*>(singles.data()) : numbers.data();
+        file.write(dataset, type_, box, data);
+        digest += box_digest(data, bytes_of(type_), shape, box);
+    }
+    file.set(dataset, "digest", comm_.sum_wrapping(digest));
+}
+
+/// Writes the document of all frames. Frames of blocks have documents of their own, which it lists.
 void FieldSeries::write_documents() const {
     std::string grids;
     for (const auto& [at, lower] : listed_)
@@ -321,7 +250,7 @@ void FieldSeries::write_documents() const {
 void FieldSeries::write_block_document(std::int64_t step, const Blocks& blocks) const {
     std::string grids = time_text(step);
     for (std::size_t b = 0; b < blocks.cells.size(); ++b) {
-        const double* const lower = blocks.lower.data() + 3 * b;
+        const double* const lower = &blocks.lower[3 * b];
         grids += fmt::format("<Grid Name=\"{}\" GridType=\"Uniform\">\n{}</Grid>\n", b,
                              grid_text(file_of(step, frames), blocks.cells[b], {lower[0], lower[1], lower[2]},
                                        "/blocks/", suffix_of(b)));
@@ -330,8 +259,7 @@ void FieldSeries::write_block_document(std::int64_t step, const Blocks& blocks) 
 }
 
 void FieldSeries::write(std::int64_t step, const Vec3d& moved, FieldFrame& frame) {
-    const auto size = [&](std::size_t d) { return static_cast<std::uint64_t>(grid_.cells[d]); };
-    write(step, grid_.lower + moved, frame, {size(2), size(1), size(0)}, nullptr);
+    write(step, grid_.lower + moved, frame, extents(grid_.cells), nullptr);
     on_root(comm_, [&] { write_documents(); });
 }
 
@@ -349,14 +277,13 @@ FieldSeries::Blocks FieldSeries::blocks_of(const Vec3d& lower, std::span<const s
     return blocks;
 }
 
-/// ParaView's readers know datasets, but not all of them know parts of these.
+/// Makes a dataset of each block, because not all readers of ParaView know parts of datasets.
 void FieldSeries::show_blocks(const std::string& path, const Blocks& blocks) const {
     std::vector<PartView> views;
     for (std::size_t b = 0; b < blocks.cells.size(); ++b)
         for (const FieldName& field : names_.fields) {
-            PartView view{field.name + suffix_of(b), "/" + field.name, {{b, 0, 0, 0}, {1}}};
-            for (const std::size_t d : {2, 1, 0})
-                view.part.count.push_back(static_cast<std::uint64_t>(blocks.cells[b][d]));
+            PartView view{field.name + suffix_of(b), "/" + field.name, {{b, 0, 0, 0}, extents(blocks.cells[b])}};
+            view.part.count.insert(view.part.count.begin(), 1);
             if (field.components > 1) {
                 view.part.start.push_back(0);
                 view.part.count.push_back(static_cast<std::uint64_t>(field.components));
@@ -370,8 +297,9 @@ void FieldSeries::write_blocks(std::int64_t step, const Vec3d& moved, FieldFrame
                                std::span<const std::array<int, 3>> first_cells, const std::array<int, 3>& fluid_cells) {
     const Vec3d lower_of_box = grid_.lower + moved;
     const Blocks blocks = blocks_of(lower_of_box, first_cells, fluid_cells);
-    const auto size = [&](std::size_t d) { return static_cast<std::uint64_t>(grid_.cells[d]); };
-    write(step, lower_of_box, frame, {first_cells.size(), size(2), size(1), size(0)}, &blocks);
+    std::vector<std::uint64_t> shape = extents(grid_.cells);
+    shape.insert(shape.begin(), first_cells.size());
+    write(step, lower_of_box, frame, shape, &blocks);
     on_root(comm_, [&] {
         write_block_document(step, blocks);
         write_documents();
@@ -399,7 +327,7 @@ std::string FieldSeries::grid_text(const std::string& file, const std::array<int
         text += fmt::format(
             "<Attribute Name=\"{}\" AttributeType=\"{}\" Center=\"Cell\">\n<DataItem Dimensions=\"{} {} {}{}\" "
             "NumberType=\"Float\" Precision=\"{}\" Format=\"HDF\">{}:{}{}{}</DataItem>\n</Attribute>\n",
-            field.name, vector ? "Vector" : "Scalar", nz, ny, nx, vector ? " 3" : "", number_bytes(), file, group,
+            field.name, vector ? "Vector" : "Scalar", nz, ny, nx, vector ? " 3" : "", bytes_of(type_), file, group,
             field.name, suffix);
     }
     return text;

@@ -1,7 +1,8 @@
-// Fields of a fluid at the middles of cells: a file <prefix><step, 12 digits>.h5 for each frame, and an XDMF document,
-// by which ParaView shows them all.
+// Fields of a fluid at the middles of cells. Each frame is a file <prefix><step, 12 digits>.h5, and an XDMF document
+// lists all frames for ParaView.
 #pragma once
 
+#include "io/frame_files.hpp"
 #include "io/h5_file.hpp"
 #include "io/output_spec.hpp"
 #include "parallel/communicator.hpp"
@@ -10,9 +11,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
-#include <functional>
 #include <map>
-#include <optional>
 #include <span>
 #include <string>
 #include <utility>
@@ -25,98 +24,91 @@ struct FieldName {
     int components;
 };
 
-/// What a frame shows: cells of a uniform grid, as datasets [z][y][x](3), or blocks of them, as datasets
-/// [block][z][y][x](3).
+/// Cells of a uniform grid in a frame, as datasets [z][y][x](3), or blocks of cells, as datasets [block][z][y][x](3).
 struct FieldGrid {
-    std::array<int, 3> cells; ///< of the grid, or of a block
+    std::array<int, 3> cells; ///< numbers of cells of the grid, or of a block
     double spacing;           ///< m
-    Vec3d lower;              ///< corner of the grid, or of the fluid that blocks are parts of, m
+    Vec3d lower;              ///< lower corner of the grid, or of the fluid that has the blocks, m
 };
 
-/// Numbers of a frame, which are asked for piece by piece.
+/// Numbers of a frame, piece by piece.
 class FieldFrame {
 public:
     virtual ~FieldFrame() = default;
 
-    /// Takes up field number `field`. Collective.
+    /// Starts with field number `field`. Collective.
     virtual void begin(std::size_t field) = 0;
-    /// This rank's parts of a dataset, without the dimension of components; of all fields.
+    /// This rank's parts of the dataset of any field, without the dimension of components.
     virtual const std::vector<H5Box>& pieces() const = 0;
     virtual void fill(std::size_t piece, std::span<double> out) = 0;
 };
 
 class FieldSeries {
 public:
-    /// Files go into `directory`: fields_<step>.h5 and fields.xdmf where the name is empty, else fluid_<name>_<step>.h5
-    /// and fluid_<name>.xdmf. `labels`: texts that become attributes of each file.
+    /// Files in `directory` are fields_<step>.h5 and fields.xdmf without a name, else fluid_<name>_<step>.h5 and
+    /// fluid_<name>.xdmf. `labels` become attributes of each file.
     struct Names {
         std::string directory, name;
         std::vector<FieldName> fields;
         std::vector<std::pair<std::string, std::string>> labels;
     };
-    /// Earlier frames that a resumed run goes on from.
-    struct Earlier {
-        std::int64_t resume_step = -1;                     ///< those up to here are kept; -1: none
-        std::optional<std::int64_t> expected = {};         ///< the last that there should be; absent: not known
-        std::function<void(const std::string&)> warn = {}; ///< called on root
-    };
-    /// The time of step s is shift + s dt. Earlier frames that are not what was written are put aside as *.damaged, and
-    /// documents are made anew; `earlier.warn` gets that and gaps. Collective.
+    /// Checks earlier frames and rewrites the documents. The time of step s is shift + s dt. Collective.
     FieldSeries(const Communicator& comm, Names names, FieldGrid grid, Precision precision, double dt, double shift,
-                const Earlier& earlier);
+                const EarlierFrames& earlier);
 
     /// Name of the document that lists all frames of a series, without its ending.
     static std::string name_of(const std::string& name) { return name.empty() ? "fields" : "fluid_" + name; }
     /// Step of the last frame; -1: none.
     std::int64_t last_step() const { return last_step_; }
 
-    /// Cells of a grid that has moved by `moved`, m. Collective, as all that writes; throws IoError on all ranks alike.
+    /// Writes a grid that has moved by `moved`, m. All writing is collective and throws IoError on all ranks alike.
     void write(std::int64_t step, const Vec3d& moved, FieldFrame& frame);
-    /// Blocks of `grid.cells` cells each from these cells of the fluid on, of which those beyond `fluid_cells` are
-    /// none.
+    /// Writes blocks of `grid.cells` cells from these cells of the fluid on. Cells beyond `fluid_cells` have no
+    /// numbers.
     void write_blocks(std::int64_t step, const Vec3d& moved, FieldFrame& frame,
                       std::span<const std::array<int, 3>> first_cells, const std::array<int, 3>& fluid_cells);
 
-    /// Names in the directory of what is written of a step; blocks have a document for each.
+    /// Names of the files of a step in the directory; a frame of blocks has a document too.
     std::vector<std::string> files_of(std::int64_t step, bool blocks) const;
 
-    /// Of a frame that is asked for in pieces: numbers in each, but for rows that are longer.
+    /// Most numbers in a piece of a frame, unless a row has more.
     static constexpr std::size_t most_numbers = 4 << 20;
 
 private:
-    /// Blocks of a frame: their first cells, and what each has of the fluid.
+    /// Lower corners of the blocks of a frame, and their cells in the fluid.
     struct Blocks {
-        std::vector<double> lower; ///< corners, m, 3 each
+        std::vector<double> lower; ///< m, 3 numbers each
         std::vector<std::array<int, 3>> cells;
     };
     Blocks blocks_of(const Vec3d& lower, std::span<const std::array<int, 3>> first_cells,
                      const std::array<int, 3>& fluid_cells) const;
-    void write(std::int64_t step, const Vec3d& lower, FieldFrame& frame, std::vector<std::uint64_t> shape,
+    /// Step of the frame before `step` in the directory, or `step` itself if it has that frame. Collective.
+    std::int64_t step_before(std::int64_t step) const;
+    void write(std::int64_t step, const Vec3d& lower, FieldFrame& frame, const std::vector<std::uint64_t>& shape,
                const Blocks* blocks);
+    void write_attributes(H5File& file, std::int64_t step, std::int64_t before, const Vec3d& lower) const;
+    void write_corners(H5File& file, const Blocks& blocks) const;
+    void write_field(H5File& file, std::size_t number, FieldFrame& frame, std::vector<std::uint64_t> shape) const;
     void show_blocks(const std::string& path, const Blocks& blocks) const;
-    /// Takes stock of the directory. Collective.
-    void find_earlier(const Earlier& earlier);
-    bool shows_same(const std::string& path) const; ///< a frame of these contents
-    void list(std::int64_t step, const std::string& path);
+    /// Adds an earlier frame to the documents. Root only.
+    void list(std::int64_t step, const H5File& file);
     void write_documents() const;
     void write_block_document(std::int64_t step, const Blocks& blocks) const;
+    std::string prefix() const;
     std::string file_of(std::int64_t step, const char* ending) const;
-    std::vector<std::int64_t> steps(const char* ending) const; ///< of files in the directory, rising
-    std::string contents() const;                              ///< what frames that belong together have in common
-    /// `group`: of datasets within the file; `suffix`: of their names.
+    std::string contents() const; ///< equal in frames of one document
+    /// Datasets are `group`<field>`suffix` of the file.
     std::string grid_text(const std::string& file, const std::array<int, 3>& cells, const Vec3d& lower,
                           const std::string& group = "/", const std::string& suffix = "") const;
     std::string time_text(std::int64_t step) const;
-    int number_bytes() const { return precision_ == Precision::single ? 4 : 8; }
 
     Communicator comm_;
     Names names_;
     FieldGrid grid_;
-    Precision precision_;
+    H5Type type_;
     double dt_, shift_;
-    /// Frames that show what this series does: their lower corners. Root only.
-    std::map<std::int64_t, Vec3d> listed_;
-    bool blocks_ = false; ///< frames have documents of their own; root only
+    std::map<std::int64_t, Vec3d> listed_; ///< lower corners of frames in the document; root only
+    bool blocks_ = false;                  ///< frames have documents of their own; root only
     std::int64_t last_step_ = -1;
 };
 

@@ -30,11 +30,7 @@ std::string directory_of(const std::string& path) {
     return parent.empty() ? "." : parent;
 }
 
-} // namespace
-
-namespace {
-
-/// What another program has under a temporary name stays.
+/// Temporary name that no other file has.
 std::string free_temporary(const std::string& path) {
     std::string temporary = path + ".tmp";
     for (int n = 2; std::filesystem::is_regular_file(temporary) && std::filesystem::file_size(temporary) > 0; ++n)
@@ -98,7 +94,7 @@ std::string header(std::span<const std::string> columns) {
     return line + "\n";
 }
 
-/// The header and the whole rows up to a step. A row that a killed run did not finish is not whole.
+/// Header and whole rows up to a step. A killed run may have left an unfinished row.
 std::string_view rows_up_to(std::int64_t last_step, std::string_view content, std::string_view head) {
     const auto commas = std::count(head.begin(), head.end(), ',');
     std::size_t kept = head.size();
@@ -112,13 +108,13 @@ std::string_view rows_up_to(std::int64_t last_step, std::string_view content, st
     return content.substr(0, kept);
 }
 
-/// A file whose header is `from`, with the header `to`; any other as it is.
+/// Replaces the header `from` by `to`, if the content has it.
 std::string with_header(std::string_view content, std::string_view from, std::string_view to) {
     if (!content.starts_with(from)) return std::string(content);
     return std::string(to).append(content.substr(from.size()));
 }
 
-/// Adds rows to those that were lost before.
+/// Adds rows to the file of lost rows.
 void keep_lost(const std::string& path, const std::string& head, std::string_view rows) {
     if (rows.empty()) return;
     const std::string lost = std::filesystem::path(path).replace_extension(".lost.csv").string();
@@ -134,37 +130,37 @@ void keep_lost(const std::string& path, const std::string& head, std::string_vie
     file.flush();
 }
 
-/// Whether a file that was `mark` when a checkpoint was written still is.
+/// Reason why a file does not continue `mark`, its state at a checkpoint; empty if it does.
 std::string damage_of(std::string_view content, const SeriesMark& mark) {
     if (content.size() < mark.bytes) return fmt::format("it has {} bytes of {}", content.size(), mark.bytes);
-    if (text_digest(content.substr(0, mark.bytes)) != mark.digest) return "rows of it were changed";
+    if (text_digest(content.substr(0, mark.bytes)) != mark.digest) return "its rows were changed";
     return {};
 }
 
-/// Header and rows that a run which resumes keeps of the file, in the names of columns of today. Rows that it will
-/// write again are moved to others that were lost.
+/// Header, with present names of columns, and rows that a resumed run keeps. Rows that it will write again move to the
+/// lost ones.
 std::string kept_rows(const std::string& path, const std::string& head, std::int64_t resume_step,
                       const SeriesMark* mark, const std::function<void(const std::string&)>& warn) {
     const bool there = std::filesystem::exists(path);
     const std::string earlier = earlier_header(head);
     std::string old = there ? read_file(path) : std::string();
     if (mark) {
-        // Killed after the header was brought up to date, and before a checkpoint knew of that: the mark is of the
-        // earlier one.
+        // A run that was killed between the update of the header and the next checkpoint has a mark with the earlier
+        // header.
         if (std::string marked = with_header(old, head, earlier);
             !damage_of(old, *mark).empty() && damage_of(marked, *mark).empty())
             old = std::move(marked);
         const std::string damage = there ? damage_of(old, *mark) : "it is missing";
         if (!damage.empty()) {
-            const std::string now = there ? "; put aside as " + set_aside(path, path + ".damaged") : "";
+            const std::string now = there ? "; it is renamed to " + set_aside(path, path + ".damaged") : "";
             if (warn)
-                warn(fmt::format("{}: is not what the checkpoint of step {} knows: {}{}; rows begin anew", path,
+                warn(fmt::format("{}: does not match the checkpoint of step {}: {}{}; a new time series begins", path,
                                  resume_step, damage, now));
             return head;
         }
     }
     if (!there) return head;
-    const std::string& own = old.starts_with(head) ? head : earlier; // names of the file's columns
+    const std::string& own = old.starts_with(head) ? head : earlier; // header of the file
     if (!old.starts_with(own)) {
         if (resume_step >= 0) throw IoError(path + ": its columns are not those of this run; move it away");
         set_aside(path, path + ".foreign");
@@ -176,7 +172,7 @@ std::string kept_rows(const std::string& path, const std::string& head, std::int
     return with_header(kept, own, head);
 }
 
-/// Step of the last row, -1 where there is none.
+/// Step of the last row; -1: none.
 std::int64_t last_step_in(const std::string& content, const std::string& head) {
     std::int64_t step = -1;
     if (content.size() > head.size()) {
@@ -185,6 +181,8 @@ std::int64_t last_step_in(const std::string& content, const std::string& head) {
     }
     return step;
 }
+
+constexpr std::string_view lock_begin = "process ";
 
 } // namespace
 
@@ -221,12 +219,6 @@ void SeriesFile::append(std::int64_t step, double time, std::span<const double> 
     last_step_ = step;
 }
 
-namespace {
-
-constexpr std::string_view lock_begin = "process ";
-
-} // namespace
-
 DirectoryLock::DirectoryLock(const std::string& directory) {
     const std::string path = directory + "/.lock";
     descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
@@ -236,15 +228,14 @@ DirectoryLock::DirectoryLock(const std::string& directory) {
         const std::string owner = read_file(path);
         throw IoError(directory + ": in use by another run" + (owner.empty() ? "" : " (" + owner + ")"));
     }
-    // In a run's own directory a lock that nobody holds is one, whatever a crash has left in it: a job resumes
-    // unattended.
+    // A free lock in a run's own directory is valid whatever a crash left in it, so that jobs resume unattended.
     const bool own = std::filesystem::is_regular_file(directory + "/physics.json") ||
                      !numbered_files(directory, "checkpoint_", ".h5").empty();
     if (const std::string content = own ? "" : read_file(path); !content.empty() && !content.starts_with(lock_begin)) {
         ::close(descriptor_);
         throw IoError(path + ": is not the lock of a run; move it away, or use another --out");
     }
-    // Where the file system knows no locks the run goes on without: a warning at every start would help nobody.
+    // Some file systems have no locks. The run continues without one, since a warning at every start helps nobody.
     char host[256] = "";
     ::gethostname(host, sizeof host - 1);
     const std::string owner = fmt::format("{}{} on {}", lock_begin, ::getpid(), host);

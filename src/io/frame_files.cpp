@@ -1,6 +1,9 @@
 #include "io/frame_files.hpp"
 
+#include "io/disk.hpp"
+#include "io/own_files.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -10,19 +13,26 @@ namespace skein {
 
 namespace {
 
-constexpr double most_read_bytes = 1 << 30; ///< of a rank, when a run goes on
+constexpr double most_read_bytes = 1 << 30; ///< by a rank, when a run continues
 
-std::string lines_of(const std::vector<std::string>& paths) {
-    std::string text;
-    for (const std::string& path : paths) text += path + '\n';
-    return text;
-}
-
-std::vector<std::string> paths_in(const std::string& text) {
-    std::vector<std::string> paths;
-    for (std::size_t begin = 0, end; (end = text.find('\n', begin)) != text.npos; begin = end + 1)
-        paths.push_back(text.substr(begin, end - begin));
-    return paths;
+/// Flags of files that are not `sound`; each rank reads its share, last files first. Collective.
+std::vector<std::int64_t> find_damaged(const Communicator& comm, std::span<const FrameFile> files,
+                                       const std::function<bool(const FrameFile&)>& sound) {
+    std::vector<std::int64_t> damaged(files.size(), 0);
+    double left = most_read_bytes;
+    for (std::size_t back = to_index(comm.rank()); back < files.size() && left > 0; back += to_index(comm.size())) {
+        const std::size_t i = files.size() - 1 - back;
+        try {
+            left -= static_cast<double>(std::filesystem::file_size(files[i].path));
+            damaged[i] = !sound(files[i]);
+        } catch (const IoError&) {
+            damaged[i] = 1;
+        } catch (const std::filesystem::filesystem_error&) {
+            damaged[i] = 1;
+        }
+    }
+    comm.sum(damaged);
+    return damaged;
 }
 
 } // namespace
@@ -41,41 +51,53 @@ std::uint64_t place_digest(std::int64_t step, std::int64_t after) {
     return 1 + 3 * static_cast<std::uint64_t>(step) + 5 * static_cast<std::uint64_t>(after);
 }
 
-std::vector<std::string> missing_frames(const std::string& kind, const std::string& directory,
-                                        std::span<const FramePlace> frames, std::optional<std::int64_t> expected) {
-    std::vector<std::string> found;
+void warn_of_gaps(const std::string& kind, const std::string& directory, std::span<const FramePlace> frames,
+                  std::optional<std::int64_t> expected, const Warn& warn) {
     std::int64_t before = -1;
-    const auto gap = [&](std::int64_t to) {
-        found.push_back(fmt::format("{}: the frames after step {} and up to step {} are missing from {}", kind, before,
-                                    to, directory));
+    const auto find_gap = [&](std::optional<std::int64_t> to) {
+        if (warn && to && *to > before)
+            warn(fmt::format("{}: the frames after step {} and up to step {} are missing from {}", kind, before, *to,
+                             directory));
     };
     for (const FramePlace& frame : frames) {
-        if (frame.after && *frame.after > before) gap(*frame.after);
+        find_gap(frame.after);
         before = frame.step;
     }
-    if (expected && *expected > before) gap(*expected);
-    return found;
+    find_gap(expected);
 }
 
-std::vector<std::int64_t> find_damaged(const Communicator& comm, std::vector<std::string> paths,
-                                       const std::function<bool(const std::string&)>& sound) {
-    paths = paths_in(comm.broadcast(comm.root() ? lines_of(paths) : std::string()));
-    std::vector<std::int64_t> damaged(paths.size(), 0);
-    double left = most_read_bytes;
-    for (std::size_t back = static_cast<std::size_t>(comm.rank()); back < paths.size() && left > 0;
-         back += static_cast<std::size_t>(comm.size())) {
-        const std::size_t i = paths.size() - 1 - back;
-        try {
-            left -= static_cast<double>(std::filesystem::file_size(paths[i]));
-            damaged[i] = !sound(paths[i]);
-        } catch (const IoError&) {
-            damaged[i] = 1;
-        } catch (const std::filesystem::filesystem_error&) {
-            damaged[i] = 1;
+void put_aside_damaged(const std::string& path, const std::string& why, const Warn& warn) {
+    const std::string now = set_aside(path, path + ".damaged");
+    if (warn) warn(fmt::format("{}\n  the file is renamed to {}, and the run continues without it", why, now));
+}
+
+std::int64_t check_frames(const Communicator& comm, const FrameSeries& series, const EarlierFrames& earlier,
+                          const std::function<bool(const FrameFile&)>& sound,
+                          const std::function<std::optional<std::int64_t>(const FrameFile&)>& take) {
+    std::vector<std::string> names;
+    on_root(comm, [&] {
+        for (const NumberedFile& file : numbered_files(series.folder, series.prefix, series.suffix))
+            if (file.number <= earlier.resume_step) names.push_back(file.name);
+    });
+    std::vector<FrameFile> files;
+    for (const std::string& name : broadcast_names(comm, names))
+        files.push_back({std::stoll(name.substr(series.prefix.size())), name, series.folder + "/" + name});
+    const std::vector<std::int64_t> damaged = find_damaged(comm, files, sound);
+    on_root(comm, [&] {
+        std::vector<FramePlace> places;
+        for (std::size_t i = 0; i < files.size(); ++i) {
+            FramePlace& place = places.emplace_back(FramePlace{files[i].step, {}});
+            try {
+                if (damaged[i] != 0)
+                    throw IoError(files[i].path + ": is no whole frame, or not the one that was written");
+                place.after = take(files[i]);
+            } catch (const IoError& error) {
+                put_aside_damaged(files[i].path, error.what(), earlier.warn);
+            }
         }
-    }
-    comm.sum(damaged);
-    return damaged;
+        warn_of_gaps(series.kind, series.folder, places, earlier.expected, earlier.warn);
+    });
+    return files.empty() ? -1 : files.back().step;
 }
 
 } // namespace skein

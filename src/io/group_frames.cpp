@@ -2,6 +2,7 @@
 
 #include "io/segments.hpp"
 #include "rod/body_shape.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -13,7 +14,7 @@ namespace {
 
 using Shape = std::vector<std::uint64_t>;
 
-constexpr std::uint64_t view_bytes = 4 << 10; // in the file, of a frame's names of its own, or more
+constexpr std::uint64_t view_bytes = 4 << 10; // upper bound for the datasets of a single frame in the file
 
 template <class Quantity> FrameField field(std::string name, Shape shape) {
     return {std::move(name), std::move(shape), Quantity::template fill<float>, Quantity::template fill<double>};
@@ -75,7 +76,7 @@ Shape prepend(std::uint64_t first, const Shape& rest) {
     return shape;
 }
 
-/// Records [rows, columns] as [columns, rows].
+/// Transposes records [rows, columns] to [columns, rows].
 std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_t rows, std::size_t columns,
                                   std::size_t bytes) {
     std::vector<std::byte> turned(rows * columns * bytes);
@@ -89,10 +90,12 @@ std::vector<std::byte> transposed(std::span<const std::byte> records, std::size_
 
 GroupFrames::GroupFrames(const Communicator& comm, const RodGroup& group, const Rods& rods, FrameKind kind,
                          const OutputSpec& spec)
-    : group_(group), rods_(&rods), kind_(kind), precision_(spec.precision), fields_(fields_of(kind, spec, group)),
-      owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()), pending_(fields_.size()) {}
+    : group_(group), rods_(&rods), kind_(kind),
+      type_(spec.precision == Precision::single ? H5Type::float32 : H5Type::float64),
+      fields_(fields_of(kind, spec, group)), owned_(owned_rods(rods, group.id())),
+      blocks_(comm, owned_.indices, group.count()), pending_(fields_.size()) {}
 
-void GroupFrames::follow(const Communicator& comm, const Rods& rods) {
+void GroupFrames::rebind(const Communicator& comm, const Rods& rods) {
     rods_ = &rods;
     owned_ = owned_rods(rods, group_.id());
     IndexBlocks blocks(comm, owned_.indices, group_.count());
@@ -121,8 +124,7 @@ std::size_t GroupFrames::rod_bytes() const {
 
 void GroupFrames::make(H5File& file, const Communicator& comm) const {
     file.make_group(path());
-    for (const FrameField& field : fields_)
-        file.make_frames(path(field.name), number_type(), prepend(count(), field.shape));
+    for (const FrameField& field : fields_) file.make_frames(path(field.name), type_, prepend(count(), field.shape));
     write_constants(file, comm);
 }
 
@@ -145,7 +147,7 @@ void GroupFrames::take(double lag, std::size_t most) {
                         std::byte* records = own ? pending_[f].block.data() : pending_[f].sent.data();
                         const std::size_t at = frame * (own ? block_rods() : blocks_.sent()) + place;
                         std::byte* out = records + at * record_bytes(fields_[f]);
-                        if (precision_ == Precision::single) fields_[f].fill_single(rod, reinterpret_cast<float*>(out));
+                        if (type_ == H5Type::float32) fields_[f].fill_single(rod, reinterpret_cast<float*>(out));
                         else fields_[f].fill_double(rod, reinterpret_cast<double*>(out));
                     }
                 });
@@ -158,7 +160,7 @@ void GroupFrames::write(H5File& file, std::uint64_t first, std::span<std::uint64
         const FrameField& field = fields_[f];
         const std::size_t record = record_bytes(field);
         std::byte* block = pending_[f].block.data();
-        // A rod's numbers of all frames travel together.
+        // A rod's numbers of all frames are sent together.
         const std::span<const std::byte> sent(pending_[f].sent.data(), frames * blocks.sent() * record);
         blocks.send(transposed(sent, frames, blocks.sent(), record), frames * record,
                     [&](std::size_t place, const std::byte* numbers) {
@@ -167,12 +169,12 @@ void GroupFrames::write(H5File& file, std::uint64_t first, std::span<std::uint64
                     });
         const std::size_t frame = block_rods() * record;
         for (std::size_t k = 0; k < frames; ++k)
-            digests[k] += word_digest(std::span<const std::byte>(block + k * frame, frame), number_bytes(),
+            digests[k] += word_digest(std::span<const std::byte>(block + k * frame, frame), bytes_of(type_),
                                       static_cast<std::uint64_t>(blocks.begin()) * field.numbers());
         H5Box box{{first, static_cast<std::uint64_t>(blocks.begin())}, {frames, block_rods()}};
         box.start.resize(2 + field.shape.size(), 0);
         box.count.insert(box.count.end(), field.shape.begin(), field.shape.end());
-        file.write(path(field.name), number_type(), box, block);
+        file.write(path(field.name), type_, box, block);
     }
     drop_pending();
 }
@@ -185,78 +187,73 @@ void GroupFrames::make_views(const std::string& file, std::uint64_t frames) cons
     make_frame_views(file, path(), names, frames);
 }
 
-template <class T, class Row>
-void GroupFrames::write_rows(H5File& file, const std::string& name, std::uint64_t width, Row row) const {
-    std::vector<T> rows(static_cast<std::size_t>(blocks_.size()) * width);
-    for (std::int64_t i = 0; i < blocks_.size(); ++i)
-        row(blocks_.begin() + i, &rows[static_cast<std::size_t>(i) * width]);
-    const auto begin = static_cast<std::uint64_t>(blocks_.begin()), size = static_cast<std::uint64_t>(blocks_.size());
+template <class T> void GroupFrames::write_rows(H5File& file, const std::string& name, const std::vector<T>& rows,
+                                                std::uint64_t width) const {
+    const std::uint64_t begin = to_index(blocks_.begin()), size = to_index(blocks_.size());
     file.make_dataset(path(name), h5_type<T>(), {count(), width});
     file.write(path(name), h5_type<T>(), {{begin, 0}, {size, width}}, rows.data());
 }
 
+void GroupFrames::write_table(H5File& file, const Communicator& comm, const std::string& name,
+                              const std::vector<double>& numbers, std::vector<std::uint64_t> shape) const {
+    file.make_dataset(path(name), H5Type::float64, shape);
+    const std::vector<std::uint64_t> start(shape.size(), 0);
+    if (!comm.root()) shape[0] = 0;
+    file.write(path(name), H5Type::float64, {start, shape}, numbers.data());
+}
+
+std::vector<double> GroupFrames::node_radii() const {
+    const auto put_radii = [&](const RodGroup& rod, double* out) {
+        for (std::int64_t k = 0; k < group_.slots(); ++k) out[k] = node_radius(rod, k);
+    };
+    if (group_.heterogeneous())
+        return rows_of_owners(blocks_, owned_.indices, to_index(group_.slots()), [&](std::int64_t i, double* out) {
+            with_rod(group_, i, [&](const RodGroup& rod) { put_radii(rod, out); });
+        });
+    std::vector<double> radii(to_index(group_.slots()));
+    put_radii(group_, radii.data());
+    return radii;
+}
+
 void GroupFrames::write_constants(H5File& file, const Communicator& comm) const {
     const auto write_vectors = [&](const std::string& name, auto vector_of) {
-        const std::vector<double> rows = rows_of_owners(blocks_, owned_.indices, 3, [&](std::int64_t i, double* out) {
-            const Vec3d v = vector_of(i);
-            out[0] = v.x;
-            out[1] = v.y;
-            out[2] = v.z;
-        });
-        write_rows<double>(file, name, 3, [&](std::int64_t i, double* out) {
-            std::copy_n(&rows[static_cast<std::size_t>(i - blocks_.begin()) * 3], 3, out);
-        });
+        write_rows(
+            file, name,
+            rows_of_owners(blocks_, owned_.indices, 3, [&](std::int64_t i, double* out) { put(out, vector_of(i)); }),
+            3);
     };
     write_vectors("origin", [&](std::int64_t i) { return group_.origin(i); });
     if (magnetised()) write_vectors("magnetisation", [&](std::int64_t i) { return group_.magnetisation(i); });
     if (kind_ == FrameKind::tips) return;
 
-    const std::int64_t nodes = group_.slots();
-    const auto width = static_cast<std::uint64_t>(nodes);
-    std::vector<double> radius;
-    const auto put_radii = [&](std::int64_t i, double* out) {
-        const std::size_t first = group_.heterogeneous() ? static_cast<std::size_t>((i - blocks_.begin()) * nodes) : 0;
-        std::copy_n(radius.begin() + static_cast<std::ptrdiff_t>(first), nodes, out);
-    };
-    if (group_.heterogeneous()) {
-        radius =
-            rows_of_owners(blocks_, owned_.indices, static_cast<std::size_t>(nodes), [&](std::int64_t i, double* out) {
-                with_rod(group_, i, [&](const RodGroup& rod) {
-                    for (std::int64_t k = 0; k < nodes; ++k) out[k] = node_radius(rod, k);
-                });
-            });
-        write_rows<double>(file, "radius", width, put_radii);
-    } else {
-        for (std::int64_t k = 0; k < nodes; ++k) radius.push_back(node_radius(group_, k));
-        file.make_dataset(path("radius"), H5Type::float64, {width});
-        file.write(path("radius"), H5Type::float64, {{0}, {comm.root() ? width : 0}}, radius.data());
+    const std::uint64_t nodes = to_index(group_.slots());
+    std::vector<double> radii = node_radii();
+    if (group_.heterogeneous()) write_rows(file, "radius", radii, nodes);
+    else write_table(file, comm, "radius", radii, {nodes});
+    if (group_.body()) write_parts(file, comm);
+    std::vector<std::int64_t> rods(block_rods()), corners(block_rods() * nodes);
+    std::iota(rods.begin(), rods.end(), blocks_.begin());
+    std::iota(corners.begin(), corners.end(), blocks_.begin() * group_.slots());
+    write_rows(file, "rod", rods, 1);
+    // XDMF has no repetition, so that the side-car needs the radii of each rod.
+    if (!group_.heterogeneous()) {
+        std::vector<double> repeated;
+        for (std::size_t i = 0; i < block_rods(); ++i) repeated.insert(repeated.end(), radii.begin(), radii.end());
+        radii = std::move(repeated);
     }
-    if (const BodyShape* body = group_.body()) {
-        std::vector<double> capsules, boxes;
-        const auto add = [](std::vector<double>& row, std::initializer_list<double> numbers) {
-            row.insert(row.end(), numbers.begin(), numbers.end());
-        };
-        for (const BodyShape::Part& p : body->part) {
-            if (!p.box) add(capsules, {p.from.x, p.from.y, p.from.z, p.to.x, p.to.y, p.to.z, p.radius});
-            else
-                add(boxes, {p.from.x, p.from.y, p.from.z, p.axes.w, p.axes.v.x, p.axes.v.y, p.axes.v.z, p.half.x,
-                            p.half.y, p.half.z, p.radius});
-        }
-        const auto write_parts = [&](const std::string& name, const std::vector<double>& numbers, std::uint64_t width) {
-            if (numbers.empty()) return;
-            const std::uint64_t rows = numbers.size() / width;
-            file.make_dataset(path(name), H5Type::float64, {rows, width});
-            file.write(path(name), H5Type::float64, {{0, 0}, {comm.root() ? rows : 0, width}}, numbers.data());
-        };
-        write_parts("capsules", capsules, 7);
-        write_parts("boxes", boxes, 11);
-    }
-    // What only the side-car needs: XDMF knows no repetition.
-    write_rows<std::int64_t>(file, "rod", 1, [](std::int64_t i, std::int64_t* out) { *out = i; });
-    write_rows<double>(file, "point_radius", width, put_radii);
-    write_rows<std::int64_t>(file, "connectivity", width, [nodes](std::int64_t i, std::int64_t* out) {
-        for (std::int64_t k = 0; k < nodes; ++k) out[k] = i * nodes + k;
-    });
+    write_rows(file, "point_radius", radii, nodes);
+    write_rows(file, "connectivity", corners, nodes);
+}
+
+void GroupFrames::write_parts(H5File& file, const Communicator& comm) const {
+    std::vector<double> capsules, boxes;
+    for (const BodyShape::Part& p : group_.body()->part)
+        if (p.box)
+            boxes.insert(boxes.end(), {p.from.x, p.from.y, p.from.z, p.axes.w, p.axes.v.x, p.axes.v.y, p.axes.v.z,
+                                       p.half.x, p.half.y, p.half.z, p.radius});
+        else capsules.insert(capsules.end(), {p.from.x, p.from.y, p.from.z, p.to.x, p.to.y, p.to.z, p.radius});
+    if (!capsules.empty()) write_table(file, comm, "capsules", capsules, {capsules.size() / 7, 7});
+    if (!boxes.empty()) write_table(file, comm, "boxes", boxes, {boxes.size() / 11, 11});
 }
 
 } // namespace skein

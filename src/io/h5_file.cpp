@@ -19,10 +19,9 @@ static_assert(sizeof(hid_t) == sizeof(std::int64_t) && sizeof(hsize_t) == sizeof
 
 namespace {
 
-/// What HDF5 found wrong in the last call that failed, where it found it. Taken down as the call fails: closing a
-/// handle on the way out would wipe HDF5's own record.
+/// Reason of HDF5's last failure. It is copied as the call fails, because closing a handle erases HDF5's record.
 std::string last_reason;
-/// Where the link or the dataset of the last call that failed leads, out of the file.
+/// Target outside the file of the link or dataset of the last call that failed.
 std::string outside;
 
 herr_t take_down_reason(hid_t stack, void*) {
@@ -42,8 +41,7 @@ std::string failure_of(const std::string& path, const std::string& deed) {
     return path + ": " + deed + (reason.empty() ? "" : " (" + reason + ")");
 }
 
-/// HDF5 insists on writing its metadata before it lets go of a file. Emptying the file, which is of no use any more,
-/// makes room.
+/// Empties a useless file. HDF5 writes its metadata before it closes a file, and needs room for that.
 void make_room(const std::string& path) { [[maybe_unused]] const int ignored = ::truncate(path.c_str(), 0); }
 
 hid_t type_id(H5Type type) {
@@ -60,19 +58,19 @@ hid_t type_id(H5Type type) {
     return -1;
 }
 
-// Pieces of this size suit both ParaView, which reads single frames, and file systems with stripes of 1 to 4 MB.
+// Chunks of this size suit ParaView, which reads single frames, and file systems with stripes of 1 to 4 MB.
 constexpr std::uint64_t largest_chunk = 4 << 20;
 
 H5Handle file_access() {
     H5Handle access(H5Pcreate(H5P_FILE_ACCESS), H5Pclose);
-    // The newer format has checksums on all metadata, so that damage there is an error and not a wrong number.
+    // Format 1.10 has checksums on all metadata, so damage there is an error and no wrong number.
     H5Pset_libver_bounds(access, H5F_LIBVER_V110, H5F_LIBVER_LATEST);
     H5Pset_fclose_degree(access, H5F_CLOSE_STRONG);
-    H5Pset_small_data_block_size(access,
-                                 0); // else small datasets leave room behind them, which holds what some buffer held
+    // Small datasets would else leave room behind them, filled with stale memory.
+    H5Pset_small_data_block_size(access, 0);
 #if H5_VERSION_GE(1, 10, 7) && !(H5_VERSION_GE(1, 12, 0) && !H5_VERSION_GE(1, 12, 1))
-    H5Pset_file_locking(access, false,
-                        true); // parallel file systems may have none, and the directory has a lock of its own
+    // Parallel file systems may have no locks, and the directory has its own.
+    H5Pset_file_locking(access, false, true);
 #endif
     return access;
 }
@@ -85,10 +83,10 @@ H5Handle file_access(const Communicator& comm) {
     return access;
 }
 
-/// Open MPI opens a file with memory that ranks share; where one of them gets none, the others wait for it for ever. So
-/// each tries first.
+/// True if this rank can allocate memory. Open MPI opens a file with shared memory, and if one rank gets none the
+/// others wait forever.
 bool has_memory() {
-    constexpr std::size_t bytes = 16 << 20; // more than HDF5 and MPI take to open a file
+    constexpr std::size_t bytes = 16 << 20; // HDF5 and MPI take less to open a file
     void* const some = ::mmap(nullptr, bytes, PROT_READ | PROT_WRITE, MAP_PRIVATE | MAP_ANONYMOUS, -1, 0);
     return some != MAP_FAILED && ::munmap(some, bytes) == 0;
 }
@@ -108,7 +106,7 @@ H5Handle new_group(hid_t parent, const std::string& path) {
     return H5Handle(H5Gcreate2(parent, path.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose);
 }
 
-/// Space for all elements at once and no fill values: every element is written.
+/// Allocates all space at once without fill values, since every element is written.
 H5Handle dataset_creation() {
     H5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
     H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
@@ -117,9 +115,9 @@ H5Handle dataset_creation() {
     return creation;
 }
 
-/// One frame; several where they are small, an equal share of its rods where it is more than a chunk's size.
+/// One frame, several small ones, or an equal share of the rods of a frame larger than a chunk.
 std::vector<hsize_t> chunk_shape(H5Type type, const std::vector<std::uint64_t>& frame_shape) {
-    std::uint64_t row = H5Tget_size(type_id(type));
+    std::uint64_t row = bytes_of(type);
     for (std::size_t i = 1; i < frame_shape.size(); ++i) row *= frame_shape[i];
     const std::uint64_t frame = frame_shape.empty() ? row : row * frame_shape[0];
     std::vector<hsize_t> chunk{std::max<std::uint64_t>(H5File::frames_slack / frame, 1)};
@@ -131,7 +129,7 @@ std::vector<hsize_t> chunk_shape(H5Type type, const std::vector<std::uint64_t>& 
     return chunk;
 }
 
-/// A dataset of frames, open.
+/// Open dataset of frames.
 struct Frames {
     H5Handle dataset;
     std::vector<hsize_t> size, chunk;
@@ -169,7 +167,7 @@ struct Selection {
     }
 
 private:
-    // hsize_t and uint64_t are alike but not the same type.
+    // hsize_t and uint64_t are equal but not one type.
     static std::vector<hsize_t> dimensions(const std::vector<std::uint64_t>& v) { return {v.begin(), v.end()}; }
     static std::vector<hsize_t> dimensions(const H5Box& box) { return dimensions(box.count); }
 };
@@ -204,7 +202,7 @@ std::string attribute_name(const std::string& object, const std::string& name) {
 
 H5File::H5File(const Communicator& comm, std::string path, Mode mode)
     : comm_(comm), path_(std::move(path)), mode_(mode) {
-    H5Eset_auto2(H5E_DEFAULT, take_down_reason, nullptr); // instead of HDF5's print-out on every rank
+    H5Eset_auto2(H5E_DEFAULT, take_down_reason, nullptr); // replaces HDF5's print-out on every rank
     agree(has_memory(), fmt::format("no memory is left on rank {}", comm.rank()));
     id_ = open_file(comm, path_, mode);
     try {
@@ -272,7 +270,7 @@ void H5File::set_frames(const std::vector<std::string>& paths, std::uint64_t fra
     bool well = true;
     for (const std::string& path : paths) well &= grown.emplace_back(id_, path).valid;
     agree(well, "frames cannot be opened");
-    // A rank that fails goes on: the others may wait for it in the calls that follow.
+    // A rank that fails continues, since others may wait for it in the following calls.
     for (std::uint64_t frame = grown.at(0).size[0]; frame < frames; ++frame) {
         const bool flush = flush_every > 0 && (frame + 1) % flush_every == 0;
         for (Frames& dataset : grown)
@@ -321,24 +319,29 @@ bool H5File::has(const std::string& object, const std::string& attribute) const 
     return found > 0;
 }
 
-void H5File::write(const std::string& path, H5Type type, const H5Box& box, const void* data) {
+template <class Call>
+void H5File::transfer(const std::string& path, const H5Box& box, const std::string& failure, Call&& call) const {
     const H5Handle dataset = open_own_dataset(id_, path, outside);
     agree(dataset.valid(), path + " cannot be opened");
     const Selection selection(dataset, box);
     agree(selection.valid, path + " has no such part");
-    const bool well =
-        H5Dwrite(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
-    agree(well, path + " cannot be written");
-    std::uint64_t bytes = H5Tget_size(type_id(type));
+    agree(call(dataset, selection.memory, selection.file) >= 0, path + failure);
+}
+
+void H5File::write(const std::string& path, H5Type type, const H5Box& box, const void* data) {
+    transfer(path, box, " cannot be written", [&](hid_t dataset, hid_t memory, hid_t file) {
+        return H5Dwrite(dataset, type_id(type), memory, file, collective_transfer(), data);
+    });
+    std::uint64_t bytes = bytes_of(type);
     for (const std::uint64_t extent : box.count) bytes *= extent;
     start_flush(bytes);
 }
 
 void H5File::start_flush(std::uint64_t bytes) {
 #if defined(SYNC_FILE_RANGE_WRITE)
-    constexpr std::uint64_t worth_it = 4 << 20; // less only keeps a busy disk from other work
+    constexpr std::uint64_t least = 4 << 20; // fewer bytes only keep a busy disk from other work
     unflushed_ += bytes;
-    if (unflushed_ < worth_it) return;
+    if (unflushed_ < least) return;
     unflushed_ = 0;
     if (descriptor_ < 0) descriptor_ = ::open(path_.c_str(), O_WRONLY | O_CLOEXEC);
     if (descriptor_ >= 0) ::sync_file_range(descriptor_, 0, 0, SYNC_FILE_RANGE_WRITE);
@@ -346,64 +349,37 @@ void H5File::start_flush(std::uint64_t bytes) {
 }
 
 void H5File::read(const std::string& path, H5Type type, const H5Box& box, void* data) const {
-    const H5Handle dataset = open_own_dataset(id_, path, outside);
-    agree(dataset.valid(), path + " cannot be opened");
-    const Selection selection(dataset, box);
-    agree(selection.valid, path + " has no such part");
-    const bool well =
-        H5Dread(dataset, type_id(type), selection.memory, selection.file, collective_transfer(), data) >= 0;
-    agree(well, path + " cannot be read");
+    transfer(path, box, " cannot be read", [&](hid_t dataset, hid_t memory, hid_t file) {
+        return H5Dread(dataset, type_id(type), memory, file, collective_transfer(), data);
+    });
 }
 
-void H5File::set(const std::string& object, const std::string& name, H5Type type, const void* value) {
+void H5File::set_number(const std::string& object, const std::string& name, H5Type type, const void* value) {
     agree(make_attribute(id_, object, name, type_id(type), value), attribute_name(object, name) + " cannot be written");
-}
-void H5File::set(const std::string& object, const std::string& name, std::int64_t value) {
-    set(object, name, H5Type::int64, &value);
-}
-void H5File::set(const std::string& object, const std::string& name, std::uint64_t value) {
-    set(object, name, H5Type::uint64, &value);
-}
-void H5File::set(const std::string& object, const std::string& name, double value) {
-    set(object, name, H5Type::float64, &value);
 }
 void H5File::set(const std::string& object, const std::string& name, const std::string& value) {
     agree(make_attribute(id_, object, name, text_type(value.size()), value.c_str()),
           attribute_name(object, name) + " cannot be written");
 }
 
-void H5File::get(const std::string& object, const std::string& name, H5Type type, void* value) const {
+template <class Read>
+void H5File::read_attribute(const std::string& object, const std::string& name, Read&& read) const {
     const H5Handle attribute(
         H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, own_links(H5P_LINK_ACCESS, outside)), H5Aclose);
-    bool well = attribute.valid();
-    if (well) {
-        const H5Handle found(H5Aget_type(attribute), H5Tclose);
-        well = H5Tequal(found, type_id(type)) > 0 && H5Aread(attribute, type_id(type), value) >= 0;
-    }
+    const bool well = attribute.valid() && read(attribute, H5Handle(H5Aget_type(attribute), H5Tclose));
     agree(well, attribute_name(object, name) + " cannot be read");
 }
-void H5File::get(const std::string& object, const std::string& name, std::int64_t& value) const {
-    get(object, name, H5Type::int64, &value);
+void H5File::get_number(const std::string& object, const std::string& name, H5Type type, void* value) const {
+    read_attribute(object, name, [&](hid_t attribute, hid_t found) {
+        return H5Tequal(found, type_id(type)) > 0 && H5Aread(attribute, type_id(type), value) >= 0;
+    });
 }
-void H5File::get(const std::string& object, const std::string& name, std::uint64_t& value) const {
-    get(object, name, H5Type::uint64, &value);
-}
-void H5File::get(const std::string& object, const std::string& name, double& value) const {
-    get(object, name, H5Type::float64, &value);
-}
-void H5File::get(const std::string& object, const std::string& name, std::string& value) const {
-    const H5Handle attribute(
-        H5Aopen_by_name(id_, object.c_str(), name.c_str(), H5P_DEFAULT, own_links(H5P_LINK_ACCESS, outside)), H5Aclose);
-    bool well = attribute.valid();
-    if (well) {
-        const H5Handle found(H5Aget_type(attribute), H5Tclose);
-        well = H5Tget_class(found) == H5T_STRING && H5Tis_variable_str(found) == 0;
-        if (well) {
-            value.assign(H5Tget_size(found), '\0');
-            well = H5Aread(attribute, found, value.data()) >= 0;
-        }
-    }
-    agree(well, attribute_name(object, name) + " cannot be read");
+void H5File::get_text(const std::string& object, const std::string& name, std::string& value) const {
+    read_attribute(object, name, [&](hid_t attribute, hid_t found) {
+        if (H5Tget_class(found) != H5T_STRING || H5Tis_variable_str(found) != 0) return false;
+        value.assign(H5Tget_size(found), '\0');
+        return H5Aread(attribute, found, value.data()) >= 0;
+    });
     value.erase(value.find_last_not_of('\0') + 1);
 }
 
@@ -449,7 +425,7 @@ bool make_views(hid_t file, const std::string& group, const std::vector<PartView
     });
 }
 
-/// Opens a file that is closed, for one rank alone; what cannot be written is emptied.
+/// Changes a closed file from one rank alone, and empties it on failure.
 template <class Make> void change_alone(const std::string& path, const std::string& deed, Make&& make) {
     const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDWR, file_access());
     bool well = file >= 0 && make(file) && H5Fflush(file, H5F_SCOPE_LOCAL) >= 0;

@@ -1,4 +1,4 @@
-// Objects of HDF5 that close themselves. For sources that call HDF5 only: its header is long.
+// Objects of HDF5 that close themselves. Only sources that call HDF5 include this, since its header is long.
 #pragma once
 
 #include <hdf5.h>
@@ -7,7 +7,7 @@
 
 namespace skein {
 
-/// An HDF5 object, closed with the function of its kind.
+/// HDF5 object, closed with the function of its kind.
 class H5Handle {
 public:
     H5Handle(hid_t id, herr_t (*close)(hid_t)) : id_(id), close_(close) {}

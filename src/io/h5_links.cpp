@@ -15,7 +15,7 @@ herr_t refuse_link(const char*, const char*, const char* file, const char* objec
     return -1;
 }
 
-/// A file, other than `dataset`'s own, that has numbers of it; empty: none.
+/// Name of another file that has numbers of `dataset`; empty without one.
 std::string other_file(hid_t dataset) {
     const H5Handle creation(H5Dget_create_plist(dataset), H5Pclose);
     std::array<char, 1024> name{};

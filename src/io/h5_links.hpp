@@ -1,6 +1,5 @@
-// Objects of an HDF5 file, and of no other: links that lead out of it are not followed, and numbers that lie in other
-// files are not read. A file of results or of rods that came from elsewhere could otherwise show any file of this
-// machine.
+// Objects of one HDF5 file. Links to other files are not followed, and numbers in other files are not read. Foreign
+// files of results or rods could otherwise show any file of this machine.
 #pragma once
 
 #include "io/h5_handle.hpp"
@@ -9,12 +8,12 @@
 
 namespace skein {
 
-/// Access to a dataset or to the object of an attribute, by links within the file alone. Where a link leads out of it,
-/// `outside` (which has to outlive the handle) says where to, and the call that would follow it fails.
+/// Access to a dataset or to the object of an attribute by links within the file. A call that would follow a link out
+/// of the file fails and sets `outside`, which must outlive the handle, to its target.
 H5Handle own_links(hid_t property_class, std::string& outside);
 
-/// Opens a dataset whose numbers lie in the file itself; invalid where there is none, or they do not, which `outside`
-/// says then.
+/// Opens a dataset whose numbers are in the file itself. The handle is invalid without one; `outside` names another
+/// file that has the numbers.
 H5Handle open_own_dataset(hid_t file, const std::string& path, std::string& outside);
 
 } // namespace skein

@@ -30,7 +30,7 @@ constexpr std::array numbered_names = {
     Numbered{"contacts_", ".csv"},  Numbered{"vtp/rods_", ".vtp"},       Numbered{"vtp/walls_", ".vtp"}};
 constexpr std::size_t step_digits = 12;
 
-/// fluid_<name>.xdmf, fluid_<name>_<step>.h5 and .xdmf.
+/// True for fluid_<name>.xdmf, fluid_<name>_<step>.h5 and fluid_<name>_<step>.xdmf.
 bool is_of_fluid(std::string_view name) {
     constexpr std::string_view prefix = "fluid_";
     if (!name.starts_with(prefix)) return false;
@@ -43,7 +43,7 @@ bool is_of_fluid(std::string_view name) {
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
-/// Takes what set_aside() and unfinished writing add off the end of a name.
+/// Name without the endings that set_aside() and unfinished writing add.
 std::string_view without_endings(std::string_view name) {
     const auto count = name.substr(name.rfind('.') + 1);
     if (!count.empty() && std::all_of(count.begin(), count.end(), is_digit)) name.remove_suffix(count.size() + 1);
@@ -67,23 +67,29 @@ bool is_result_name(std::string_view name) {
 }
 
 std::string h5_format(const std::string& path) {
-    std::string format;
     try {
-        const H5File file(Communicator::alone(), path, H5File::Mode::read);
-        if (file.has("/", "format")) file.get("/", "format", format);
+        return H5File(Communicator::alone(), path, H5File::Mode::read).find<std::string>("/", "format").value_or("");
     } catch (const IoError&) {
         return {};
     }
-    return format;
 }
 
+std::optional<std::string> beginning_of(const std::string& path, std::size_t most) {
+    if (!fs::is_regular_file(path)) return std::nullopt;
+    std::string text(most, '\0');
+    std::ifstream file(path, std::ios::binary);
+    file.read(text.data(), static_cast<std::streamsize>(most));
+    text.resize(static_cast<std::size_t>(file.gcount()));
+    return text;
+}
+
+bool is_hole(std::string_view text) { return text.find_first_not_of('\0') == text.npos; }
+
 bool is_unfinished(const std::string& path, const std::string& format) {
-    if (!fs::is_regular_file(path)) return false;
-    std::array<char, 8> begin{};
-    std::ifstream(path, std::ios::binary).read(begin.data(), begin.size());
-    // Before its first block is on the disk a file begins with a hole.
-    if (std::all_of(begin.begin(), begin.end(), [](char c) { return c == 0; })) return true;
-    if (std::string_view(begin.data(), begin.size()) != "\x89HDF\r\n\x1a\n") return false;
+    const std::optional<std::string> begin = beginning_of(path, 8);
+    if (!begin) return false;
+    if (is_hole(*begin)) return true;
+    if (*begin != "\x89HDF\r\n\x1a\n") return false;
     const std::string found = h5_format(path);
     return found.empty() || found == format;
 }

@@ -46,7 +46,7 @@ void PvdFile::append(const Entry& entry) {
     const std::string added = line(entry);
     try {
         write_over(path_, text_.size(), added + closing);
-    } catch (const IoError&) { // on a full disk there is room for what was there before
+    } catch (const IoError&) { // a full disk still has room for the list before
         write_over(path_, text_.size(), closing);
         std::filesystem::resize_file(path_, text_.size() + closing.size());
         throw;

@@ -1,5 +1,5 @@
-// ParaView's list of the files of a series (.pvd): one per time. It is whole whenever someone looks: a new line goes
-// over the closing tags, with new ones behind it.
+// ParaView's list of the files of a series (.pvd), one for each time. Readers always find a complete list, because a
+// new line and new closing tags overwrite the closing tags in one write.
 #pragma once
 
 #include <string>
@@ -15,20 +15,20 @@ public:
         std::string file; ///< relative to the list
     };
 
-    /// Goes on after `entries`. Nothing is written before write() or the first append().
+    /// Continues after `entries`. The file is written by write() or the first append().
     PvdFile(std::string path, const std::vector<Entry>& entries);
     /// Writes the whole list.
     void write();
-    /// Throws IoError, with the list as it was.
+    /// Throws IoError and restores the list on failure.
     void append(const Entry& entry);
 
 private:
     std::string path_;
-    std::string text_; ///< all but the closing tags
+    std::string text_; ///< list without the closing tags
     bool begun_ = false;
 };
 
-/// Whether a text is such a list of a run.
+/// True if the text is a list that a run has written.
 bool is_pvd_document(std::string_view text);
 
 } // namespace skein

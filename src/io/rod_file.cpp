@@ -44,13 +44,13 @@ void RodFile::check_quantities() const {
         if (has_[q] && !has_[other])
             refuse(fmt::format("'{}' without '{}': {}", quantities[q].name, quantities[other].name, why));
     };
-    for (const Which q : {origin, tangent, length}) beside(q, nodes, "the nodes say it already");
-    beside(normal, directors, "the first of the directors says it already");
+    for (const Which q : {origin, tangent, length}) beside(q, nodes, "the nodes define it already");
+    beside(normal, directors, "the first director defines it already");
     beside(radius, radii, "one of the two is enough");
-    without(directors, nodes, "they are those of the elements between nodes");
+    without(directors, nodes, "directors belong to the elements between nodes");
     if (has_[nodes]) return;
     if (!has_[origin]) refuse("'origin' is missing: the start of every rod [m]");
-    without(normal, tangent, "a direction across the rod needs that of the rod");
+    without(normal, tangent, "a direction across the rod needs the direction of the rod");
 }
 
 RodRows RodFile::read(std::int64_t begin, std::int64_t end) const {
@@ -95,7 +95,7 @@ void RodFile::check_frame(std::int64_t rod, std::size_t i, const RodRows& rows) 
     if (along(rows.tangents[i], rows.normals[i])) refuse(normal, rod, "is parallel to the tangent");
 }
 
-/// Its edges, which must be there and not turn back, and what lies across them.
+/// Takes the nodes of a rod, whose edges must have lengths and not turn back, and the normals of its elements.
 void RodFile::trace(std::int64_t rod, std::size_t i, const Numbers& numbers, RodRows& rows) const {
     const std::size_t first = i * (elements_ + 1);
     rows.origins.push_back(rows.nodes[first]);

@@ -1,5 +1,5 @@
-// Files of rods (docs/files.md): HDF5, a dataset per quantity, or comma-separated values with a header. Read in blocks,
-// by every rank for itself.
+// Files of rods (docs/files.md): HDF5 with a dataset for each quantity, or comma-separated values with a header. Each
+// rank reads its own blocks.
 #pragma once
 
 #include "skein/placement/places.hpp"
@@ -9,8 +9,8 @@
 
 namespace skein {
 
-/// Opens the file and looks at its shape, not yet at its numbers. Throws InputError, beginning with `source` (a line of
-/// the scene) where there is no such file, and with the file's name where it is none of rods.
+/// Opens a file and checks its shape, not yet its numbers. Throws InputError, which begins with `source` (a line of the
+/// scene) if there is no such file, and with the name of a file that has no rods.
 std::shared_ptr<const RodSource> open_rod_file(const std::string& path, const std::string& source);
 
 } // namespace skein

@@ -1,4 +1,5 @@
 // Files of rods as comma-separated values, whose first line names the columns.
+#include "io/csv_table.hpp"
 #include "io/rod_file_kind.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
@@ -23,7 +24,7 @@ public:
         std::getline(file, line);
         read_header(line);
         std::int64_t at = static_cast<std::int64_t>(line.size()) + 1;
-        // Beginnings of blocks of lines; empty lines count for nothing.
+        // Finds the beginnings of blocks of lines, without empty lines.
         std::vector<char> buffer(1 << 20);
         bool begins = true;
         while (file.read(buffer.data(), static_cast<std::streamsize>(buffer.size())), file.gcount() > 0) {
@@ -42,14 +43,8 @@ public:
 private:
     static constexpr std::int64_t block = 1 << 12;
 
-    void read_header(std::string line) {
-        if (line.starts_with("\xEF\xBB\xBF")) line.erase(0, 3); // of a spreadsheet's UTF-8
-        std::erase_if(line, [](char c) { return c == ' ' || c == '\t' || c == '\r' || c == '"'; });
-        std::size_t from = 0;
-        do {
-            const std::size_t comma = std::min(line.find(',', from), line.size());
-            const std::string name = line.substr(from, comma - from);
-            from = comma + 1;
+    void read_header(const std::string& line) {
+        for (const std::string_view name : csv_cells(line)) {
             bool known = false;
             for (std::size_t q = 0; q < std::size(quantities); ++q)
                 for (std::size_t axis = 0; axis < 3; ++axis)
@@ -60,15 +55,15 @@ private:
                         known = true;
                     }
             if (!known)
-                throw InputError(fmt::format(
-                    "{}:1: unknown column '{}'; the first line names x, y, z and, where rods differ in them, "
-                    "tx, ty, tz, nx, ny, nz, length, radius",
-                    path_, name));
-        } while (from <= line.size());
+                throw InputError(
+                    fmt::format("{}:1: unknown column '{}'; the first line names x, y, z and, if rods differ in them, "
+                                "tx, ty, tz, nx, ny, nz, length, radius",
+                                path_, name));
+        }
         for (std::size_t q = 0; q < std::size(quantities); ++q) {
             const auto axes = std::count_if(named_.begin(), named_.end(), [q](const auto& c) { return c.first == q; });
             if (axes != 0 && axes != static_cast<std::ptrdiff_t>(quantities[q].components))
-                throw InputError(fmt::format("{}:1: of {} only {} of three columns: {}", path_, quantities[q].name,
+                throw InputError(fmt::format("{}:1: {} has only {} of three columns: {}", path_, quantities[q].name,
                                              axes, fmt::join(quantities[q].columns, ", ")));
             has_[q] = axes != 0;
         }
@@ -84,22 +79,15 @@ private:
                 if (line.ends_with('\r')) line.pop_back();
             } while (line.empty());
             if (rod < begin) continue;
-            const char *at = line.data(), *const last = line.data() + line.size();
-            for (std::size_t c = 0; c < named_.size(); ++c) {
+            const auto cells = csv_cells(line);
+            if (cells.size() != named_.size())
+                refuse(named_.front().first, rod,
+                       fmt::format("expected {} values by the first line, found {}", named_.size(), cells.size()));
+            for (std::size_t c = 0; c < cells.size(); ++c) {
                 const auto [q, axis] = named_[c];
-                while (at < last && (*at == ' ' || *at == '\t')) ++at;
-                if (at < last && *at == '+') ++at;
-                double value = 0;
-                const auto [behind, error] = std::from_chars(at, last, value);
-                at = behind;
-                while (at < last && (*at == ' ' || *at == '\t')) ++at;
-                const bool more = c + 1 < named_.size();
-                if (error != std::errc{})
-                    refuse(q, rod, fmt::format("'{}' is not a number", quantities[q].columns[axis]));
-                if (more ? at == last || *at != ',' : at != last)
-                    refuse(q, rod, fmt::format("expected {} values, as the first line names them", named_.size()));
-                at += more;
-                numbers[q][static_cast<std::size_t>(rod - begin) * width(q) + axis] = value;
+                const std::optional<double> value = csv_number(cells[c]);
+                if (!value) refuse(q, rod, fmt::format("'{}' is not a number", quantities[q].columns[axis]));
+                numbers[q][to_index(rod - begin) * width(q) + axis] = *value;
             }
         }
     }
@@ -108,7 +96,7 @@ private:
     }
 
     std::vector<std::pair<std::size_t, std::size_t>> named_; ///< quantity and axis
-    std::vector<std::int64_t> block_begin_;                  ///< bytes before each block of lines
+    std::vector<std::int64_t> block_begin_;                  ///< offset of each block of lines
 };
 
 } // namespace

@@ -1,4 +1,4 @@
-// Files of rods in HDF5. Read by each rank for itself, without MPI: what it reads is its own part.
+// Files of rods in HDF5. Each rank reads its own part without MPI.
 #include "io/h5_links.hpp"
 #include "io/rod_file_kind.hpp"
 #include "skein/core/error.hpp"
@@ -18,7 +18,7 @@ std::string quantity_names() {
     return fmt::format("{}", fmt::join(names, ", "));
 }
 
-/// True of numbers of a common layout: HDF5 may convert others, of a damaged type above all, for ever.
+/// True for numbers of a common layout. HDF5 may convert others forever, above all those of a damaged type.
 bool is_common(hid_t type) {
     const hid_t known[] = {H5T_IEEE_F32LE, H5T_IEEE_F32BE, H5T_IEEE_F64LE, H5T_IEEE_F64BE, H5T_STD_I8LE,
                            H5T_STD_I8BE,   H5T_STD_I16LE,  H5T_STD_I16BE,  H5T_STD_I32LE,  H5T_STD_I32BE,
@@ -27,7 +27,7 @@ bool is_common(hid_t type) {
     return std::any_of(std::begin(known), std::end(known), [&](hid_t one) { return H5Tequal(type, one) > 0; });
 }
 
-/// HDF5 prints what fails unless it is told not to; here the caller says it.
+/// Runs a call without HDF5's own error messages; the caller reports errors.
 template <class F> auto quietly(F&& call) {
     H5E_auto2_t print = nullptr;
     void* data = nullptr;
@@ -47,14 +47,14 @@ public:
         : RodFile(path), file_(quietly([&] { return H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT); }), H5Fclose) {
         if (!file_.valid()) refuse("cannot be read as HDF5");
         quietly([&] {
-            look();
+            check_file();
             return 0;
         });
     }
 
 private:
-    void look() {
-        for (std::size_t q = 0; q < std::size(quantities); ++q) look_at(q);
+    void check_file() {
+        for (std::size_t q = 0; q < std::size(quantities); ++q) check_dataset(q);
         const auto other = [](hid_t, const char* name, const H5L_info_t*, void* found) -> herr_t {
             const bool known = std::any_of(std::begin(quantities), std::end(quantities),
                                            [&](const RodQuantity& q) { return q.name == name; });
@@ -69,7 +69,7 @@ private:
         check_quantities();
     }
 
-    /// Links out of the file are refused.
+    /// Opens a dataset, and refuses links to other files.
     H5Handle dataset(std::size_t q) const {
         std::string outside;
         const std::string name(quantities[q].name);
@@ -78,10 +78,10 @@ private:
         return found;
     }
 
-    void look_at(std::size_t q) {
+    void check_dataset(std::size_t q) {
         const std::string name(quantities[q].name);
         const htri_t there = H5Lexists(file_, name.c_str(), H5P_DEFAULT);
-        if (there < 0) refuse(fmt::format("is damaged: dataset '{}' cannot be looked for", name));
+        if (there < 0) refuse(fmt::format("is damaged: dataset '{}' cannot be found", name));
         if (there == 0) return;
         const H5Handle data = dataset(q);
         if (!data.valid()) refuse(fmt::format("'{}' is not a dataset", name));
@@ -102,8 +102,7 @@ private:
         if (!fits)
             refuse(fmt::format("dataset '{}' has the shape [{}]; it must be [{}]", name, fmt::join(shape, ", "),
                                fmt::join(wanted, ", ")));
-        constexpr hsize_t most = hsize_t{1}
-                                 << 40; // rods are numbered in 64 bits, and shared among ranks by sums of them
+        constexpr hsize_t most = hsize_t{1} << 40; // sums of numbers of rods, by which ranks share them, need 64 bits
         if (shape[0] > most) refuse(fmt::format("dataset '{}' has {} rows: more than 2^40 rods", name, shape[0]));
         const auto rods = static_cast<std::int64_t>(shape[0]);
         if (!first_.empty() && rods != count_)
@@ -111,7 +110,8 @@ private:
         if (quantity.per != Per::rod) {
             const std::size_t elements = shape[1] - (quantity.per == Per::node);
             if (elements_ > 0 && elements != elements_)
-                refuse(fmt::format("dataset '{}' is of rods of {} elements, others of {}", name, elements, elements_));
+                refuse(
+                    fmt::format("dataset '{}' has rods of {} elements, but others have {}", name, elements, elements_));
             elements_ = elements;
         }
         if (first_.empty()) first_ = name;
@@ -141,7 +141,7 @@ private:
     }
 
     H5Handle file_;
-    std::string first_; ///< the first quantity found, which says how many rods there are
+    std::string first_; ///< first quantity in the file, which defines the number of rods
 };
 
 } // namespace

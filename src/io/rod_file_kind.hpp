@@ -1,4 +1,4 @@
-// Quantities of a file of rods and bounds of their numbers, for both kinds of files.
+// Quantities of both kinds of files of rods, and checks of their numbers.
 #pragma once
 
 #include "skein/placement/places.hpp"
@@ -10,13 +10,13 @@
 
 namespace skein {
 
-/// A quantity that a file may give of its rods.
+/// Quantity that a file may have for its rods.
 struct RodQuantity {
     enum class Per { rod, node, element };
     std::string_view name;
     Per per;
     std::size_t components;
-    std::array<std::string_view, 3> columns = {}; ///< of comma-separated values; none of what lies along the rod
+    std::array<std::string_view, 3> columns = {}; ///< names in comma-separated values; empty for quantities along a rod
 };
 
 class RodFile : public RodSource {
@@ -32,7 +32,7 @@ public:
                                                  {"radii", Per::node, 1}};
     enum Which : std::size_t { origin, tangent, normal, length, radius, nodes, directors, radii, all };
     static_assert(std::size(quantities) == all);
-    /// By quantity, numbers of consecutive rods; none of quantities that the file has not.
+    /// Numbers of consecutive rods by quantity; empty for absent quantities.
     using Numbers = std::array<std::vector<double>, all>;
 
     explicit RodFile(std::string path) : path_(std::move(path)) {}
@@ -44,14 +44,14 @@ public:
 protected:
     virtual void read_numbers(std::int64_t begin, std::int64_t end, Numbers& numbers) const = 0;
     virtual std::string place(std::size_t quantity, std::int64_t rod) const = 0;
-    std::size_t width(std::size_t q) const; ///< numbers of a rod
+    std::size_t width(std::size_t q) const; ///< numbers for a rod
     [[noreturn]] void refuse(std::size_t quantity, std::int64_t rod, const std::string& what) const;
     [[noreturn]] void refuse(const std::string& what) const;
-    void check_quantities() const; ///< when it is known what the file holds
+    void check_quantities() const; ///< checks which quantities there are together
 
     std::string path_;
     std::int64_t count_ = 0;
-    std::size_t elements_ = 0; ///< of a rod, where quantities lie along it
+    std::size_t elements_ = 0; ///< elements of a rod, if quantities lie along it
     std::array<bool, all> has_{};
 
 private:

@@ -13,12 +13,12 @@ namespace skein {
 
 namespace {
 
-constexpr std::uint64_t slab_bytes = 16 << 20; ///< of a frame that are read at a time
+constexpr std::uint64_t slab_bytes = 16 << 20; ///< read at a time
 
-template <class T> std::vector<T> read_all(const H5File& file, const std::string& path, H5Type type) {
+template <class T> std::vector<T> read_all(const H5File& file, const std::string& path) {
     const std::uint64_t count = file.shape(path).at(0);
     std::vector<T> values(count);
-    if (count > 0) file.read(path, type, {{0}, {count}}, values.data());
+    if (count > 0) file.read(path, h5_type<T>(), {{0}, {count}}, values.data());
     return values;
 }
 
@@ -32,46 +32,19 @@ template <class Word> std::uint64_t digest_of_words(std::span<const std::byte> b
     return sum;
 }
 
-/// Of frame k of a dataset [frames, rods, ...].
-std::uint64_t dataset_digest(const H5File& file, const std::string& path, std::size_t k) {
-    const auto shape = file.shape(path);
-    const H5Type type = file.type(path);
-    const std::size_t word = type == H5Type::float32 ? 4 : 8;
-    std::uint64_t words = 1; // of a rod
-    for (std::size_t d = 2; d < shape.size(); ++d) words *= shape[d];
-    const std::uint64_t rods = std::max<std::uint64_t>(slab_bytes / (words * word), 1);
-    std::vector<std::byte> bytes;
-    std::uint64_t sum = 0;
-    for (std::uint64_t begin = 0; begin < shape.at(1); begin += rods) {
-        H5Box box{std::vector<std::uint64_t>(shape.size(), 0), shape};
-        box.start[0] = k;
-        box.count[0] = 1;
-        box.start[1] = begin;
-        box.count[1] = std::min(rods, shape[1] - begin);
-        bytes.resize(box.count[1] * words * word);
-        file.read(path, type, box, bytes.data());
-        sum += word_digest(bytes, word, begin * words);
-    }
-    return sum;
-}
-
 bool is_of_frame(const std::string& path) { return path.starts_with("/groups/"); }
 
 } // namespace
 
 Segment read_segment(const std::string& directory, const std::string& name) {
     const H5File file(Communicator::alone(), directory + "/" + name, H5File::Mode::read);
-    std::string format;
-    file.get("/", "format", format);
+    const auto format = file.get<std::string>("/", "format");
     if (format != trajectory_format) throw IoError(name + ": is no trajectory (format \"" + format + "\")");
-    Segment segment{name,
-                    read_all<std::int64_t>(file, "/step", H5Type::int64),
-                    read_all<double>(file, "/time", H5Type::float64),
-                    {}};
+    Segment segment{name, read_all<std::int64_t>(file, "/step"), read_all<double>(file, "/time"), {}};
     if (segment.steps.size() != segment.times.size() || segment.steps.empty() ||
         !std::is_sorted(segment.steps.begin(), segment.steps.end()))
         throw IoError(name + ": its steps are damaged");
-    if (file.has("/", "after")) file.get("/", "after", segment.after.emplace());
+    segment.after = file.find<std::int64_t>("/", "after");
     return segment;
 }
 
@@ -91,6 +64,30 @@ std::uint64_t word_digest(std::span<const std::byte> bytes, std::size_t word_byt
                            : digest_of_words<std::uint64_t>(bytes, first);
 }
 
+std::uint64_t dataset_digest(const H5File& file, const std::string& path, std::optional<std::uint64_t> k) {
+    const auto shape = file.shape(path);
+    const H5Type type = file.type(path);
+    const std::size_t word = bytes_of(type), rows_along = k ? 1 : 0;
+    H5Box box{std::vector<std::uint64_t>(shape.size(), 0), shape};
+    if (k) {
+        box.start[0] = *k;
+        box.count[0] = 1;
+    }
+    std::uint64_t words = 1; // of a row
+    for (std::size_t d = rows_along + 1; d < shape.size(); ++d) words *= shape[d];
+    const std::uint64_t rows = std::max<std::uint64_t>(slab_bytes / std::max<std::uint64_t>(words * word, 1), 1);
+    std::vector<std::byte> bytes;
+    std::uint64_t sum = 0;
+    for (std::uint64_t begin = 0; begin < shape.at(rows_along); begin += rows) {
+        box.start[rows_along] = begin;
+        box.count[rows_along] = std::min(rows, shape[rows_along] - begin);
+        bytes.resize(box.count[rows_along] * words * word);
+        file.read(path, type, box, bytes.data());
+        sum += word_digest(bytes, word, begin * words);
+    }
+    return sum;
+}
+
 std::uint64_t stamp_digest(std::int64_t step, double time) {
     return 1 + static_cast<std::uint64_t>(step) + 3 * std::bit_cast<std::uint64_t>(time);
 }
@@ -98,10 +95,10 @@ std::uint64_t stamp_digest(std::int64_t step, double time) {
 std::size_t first_damaged(const std::string& path, std::span<const std::string> groups, std::size_t k,
                           std::size_t stride) {
     const H5File file(Communicator::alone(), path, H5File::Mode::read);
-    const auto steps = read_all<std::int64_t>(file, "/step", H5Type::int64);
+    const auto steps = read_all<std::int64_t>(file, "/step");
     if (!file.has("/digest")) return steps.size();
-    const auto times = read_all<double>(file, "/time", H5Type::float64);
-    const auto written = read_all<std::uint64_t>(file, "/digest", H5Type::uint64);
+    const auto times = read_all<double>(file, "/time");
+    const auto written = read_all<std::uint64_t>(file, "/digest");
     const auto datasets = frame_datasets(file, groups);
     for (; k < steps.size(); k += stride) {
         std::uint64_t found = stamp_digest(steps[k], times.at(k));
@@ -124,12 +121,12 @@ std::string salvage(const std::string& directory, const std::string& temporary, 
     std::size_t good = 0;
     try {
         good = first_damaged(path, groups, 0, 1);
-    } catch (const IoError&) { // not even its tables
+    } catch (const IoError&) { // its tables are unreadable
     }
     const std::string now = set_aside(path, good > 0 ? lost : lost + ".unreadable");
-    return good > 0 ? fmt::format("{}: {} good frame{} that a killed run left, kept as {}", temporary, good,
+    return good > 0 ? fmt::format("{}: {} good frame{} of a killed run, renamed to {}", temporary, good,
                                   good == 1 ? "" : "s", now)
-                    : fmt::format("{}: left by a killed run, holds no whole frame; kept as {}", temporary, now);
+                    : fmt::format("{}: file of a killed run without a whole frame, renamed to {}", temporary, now);
 }
 
 } // namespace skein

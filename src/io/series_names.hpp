@@ -1,5 +1,5 @@
-// Names of columns of the time series by format, so that a run which began with an earlier program resumes. A file
-// bears no number of its format: the names in its header tell it.
+// Names of columns of the time series by format, so that runs of earlier programs can resume. The names in the header
+// of a file identify its format.
 #pragma once
 
 #include <string>
@@ -7,13 +7,12 @@
 
 namespace skein {
 
-/// The format of observables.csv; a new one wherever a column gets another name. Summaries have it beside the
-/// observables of the end. 2: contact_rubbed, contact_damped, wall_rubbed, wall_damped, deepest_overlap and renewals
-/// got the names that they have now.
+/// Format of observables.csv, which every renaming of a column increases. Summaries state it beside the final
+/// observables. Format 2 renamed contact_rubbed, contact_damped, wall_rubbed, wall_damped, deepest_overlap and
+/// renewals.
 inline constexpr int series_format = 2;
 
-/// The header of a series in the names of the format before; the same header where none of its columns has been
-/// renamed.
+/// Header of a series with the column names of the format before.
 std::string earlier_header(std::string_view header);
 
 } // namespace skein

@@ -24,12 +24,12 @@ namespace skein {
 
 namespace {
 
-/// 2: a digest of each frame, and what was before the first one.
+/// Version 2 has digests of frames, and the step before the first one.
 constexpr std::int64_t format_version = 2;
-constexpr std::uint64_t stamp_bytes =
-    sizeof(std::int64_t) + sizeof(double) + sizeof(std::uint64_t); ///< of a frame's step, time and digest
+/// Size of a frame's step, time and digest.
+constexpr std::uint64_t stamp_bytes = sizeof(std::int64_t) + sizeof(double) + sizeof(std::uint64_t);
 
-/// The numbers of frame `first` and later ones, written by root.
+/// Writes the numbers of frame `first` and later ones from root.
 template <class T> void write_from(H5File& file, const Communicator& comm, const std::string& path, std::uint64_t first,
                                    const std::vector<T>& all) {
     file.write(path, h5_type<T>(), {{first}, {comm.root() ? all.size() - first : 0}}, all.data() + first);
@@ -39,28 +39,30 @@ template <class T> void write_from(H5File& file, const Communicator& comm, const
 
 struct FrameWriter::Impl {
     Communicator comm;
-    std::string directory;
-    FrameKind kind;
-    OutputSpec spec;
-    std::string title;
-    Warn warn; ///< on root
+    Settings settings;
     std::string side_car_name = "trajectory.xdmf";
     std::vector<GroupFrames> groups = {};
     std::vector<std::string> group_names = {};
-    std::vector<Segment> segments = {}; ///< finished ones; root only
-    std::size_t listed = 0;             ///< of them in the side-car
+    std::vector<Segment> segments = {}; ///< finished segments; root only
+    std::size_t listed = 0;             ///< segments in the side-car
     std::uint64_t flush_every = 1;      ///< frames of a file
-    std::uint64_t buffer_bytes = default_buffer_bytes;
-    std::size_t most_pending = 1;      ///< frames
-    std::unique_ptr<H5File> file = {}; ///< of the open segment, once there are frames in it
-    Segment open = {};                 ///< with its pending frames
-    std::size_t written = 0;           ///< frames of the open segment
-    bool whole = true;                 ///< false while frames are on their way into it
+    std::size_t most_pending = 1;       ///< frames
+    std::unique_ptr<H5File> file = {};  ///< file of the open segment, if it has frames
+    Segment open = {};                  ///< open segment with its pending frames
+    std::size_t written = 0;            ///< frames of the open segment in the file
+    bool whole = true;                  ///< false while frames are being written
     std::int64_t last_step = -1;
     std::int64_t last_closed = -1; ///< step of the last frame in finished segments
 
-    std::string kind_name() const { return std::string(nth(frame_kind_names, kind)); }
-    std::string path_of(const std::string& name) const { return directory + "/" + name; }
+    Impl(const Communicator& comm_, Settings settings_, std::span<const RodGroup> of_scene, const Rods& rods)
+        : comm(comm_), settings(std::move(settings_)) {
+        for (const RodGroup& group : of_scene) {
+            groups.emplace_back(comm, group, rods, settings.kind, settings.spec);
+            group_names.push_back(group.name());
+        }
+    }
+    std::string kind_name() const { return std::string(nth(frame_kind_names, settings.kind)); }
+    std::string path_of(const std::string& name) const { return settings.directory + "/" + name; }
     std::string temporary() const { return path_of(open.file) + ".tmp"; }
     std::vector<std::string> frame_datasets() const {
         std::vector<std::string> paths{"/step", "/time", "/digest"};
@@ -69,43 +71,38 @@ struct FrameWriter::Impl {
         return paths;
     }
 
-    void tell(const std::string& text) const {
-        if (comm.root() && warn && !text.empty()) warn(text);
-    }
     std::string lost(const std::string& name) const { return path_of("lost_" + name); }
 
-    /// Of the directory's segments those that begin up to the step and can be read. Others are put aside. Root only.
-    std::vector<Segment> sort_out(std::int64_t step) const {
+    /// Readable segments of the directory up to the resumed step; others are renamed. Root only.
+    std::vector<Segment> sort_out() const {
+        const EarlierFrames& earlier = settings.earlier;
         std::vector<Segment> found;
-        for (const auto& left : numbered_files(directory, kind_name() + "_", ".h5.tmp"))
-            tell(salvage(directory, left.name, group_names));
-        for (const auto& one : numbered_files(directory, kind_name() + "_", ".h5")) {
-            if (one.number > step) {
+        for (const auto& left : numbered_files(settings.directory, kind_name() + "_", ".h5.tmp"))
+            if (const std::string report = salvage(settings.directory, left.name, group_names);
+                earlier.warn && !report.empty())
+                earlier.warn(report);
+        for (const auto& one : numbered_files(settings.directory, kind_name() + "_", ".h5")) {
+            if (one.number > earlier.resume_step) {
                 set_aside(path_of(one.name), lost(one.name));
                 continue;
             }
             try {
-                found.push_back(read_segment(directory, one.name));
+                found.push_back(read_segment(settings.directory, one.name));
             } catch (const IoError& error) {
-                put_aside_damaged(one.name, error.what());
+                put_aside_damaged(path_of(one.name), error.what(), earlier.warn);
             }
         }
         return found;
     }
 
-    void put_aside_damaged(const std::string& name, const std::string& why) const {
-        const std::string now = set_aside(path_of(name), path_of(name) + ".damaged");
-        tell(fmt::format("{}\n  it is put aside as {}; the run goes on without these frames", why, now));
-    }
-
-    /// Tells of segments that should have been before others, or at the end. Root only.
-    void look_for_gaps(std::optional<std::int64_t> expected) const {
+    /// Warns of segments that are missing before others, or at the end. Root only.
+    void find_gaps() const {
         std::vector<FramePlace> frames;
         for (const Segment& segment : segments) frames.push_back({segment.steps.back(), segment.after});
-        for (const std::string& gap : missing_frames(kind_name(), directory, frames, expected)) tell(gap);
+        warn_of_gaps(kind_name(), settings.directory, frames, settings.earlier.expected, settings.earlier.warn);
     }
 
-    /// Shortens a segment to its first frames, by way of a copy; the whole of it is put aside.
+    /// Replaces a segment by a copy of its first frames; the original is renamed to lost_*.
     void cut(const std::string& name, std::size_t frames) const {
         const std::string path = path_of(name), copy = path + ".tmp";
         on_root(comm, [&] {
@@ -123,7 +120,7 @@ struct FrameWriter::Impl {
 
     std::string side_car() const { return path_of(side_car_name); }
 
-    /// Puts aside a file of the side-car's name that is none; returns whether one is there. Root only.
+    /// Renames a foreign file with the name of the side-car. Returns true if there is a side-car. Root only.
     bool make_way_for_side_car() const {
         if (!std::filesystem::exists(side_car())) return false;
         if (is_xdmf_document(read_file(side_car()))) return true;
@@ -131,13 +128,13 @@ struct FrameWriter::Impl {
         return false;
     }
 
-    /// Whether all frames of a segment are what was written; every rank looks at its share of them.
+    /// True if all frames of a segment have their digests; every rank checks a share. Collective.
     bool is_sound(const std::string& name) const {
         std::int64_t damaged = std::numeric_limits<std::int64_t>::max();
         try {
-            const Segment segment = read_segment(directory, name);
-            const std::size_t found = first_damaged(path_of(name), group_names, static_cast<std::size_t>(comm.rank()),
-                                                    static_cast<std::size_t>(comm.size()));
+            const Segment segment = read_segment(settings.directory, name);
+            const std::size_t found =
+                first_damaged(path_of(name), group_names, to_index(comm.rank()), to_index(comm.size()));
             if (found < segment.steps.size()) damaged = segment.steps[found];
         } catch (const IoError&) {
             damaged = -1;
@@ -145,16 +142,18 @@ struct FrameWriter::Impl {
         damaged = comm.min(damaged);
         if (damaged == std::numeric_limits<std::int64_t>::max()) return true;
         on_root(comm, [&] {
-            put_aside_damaged(
-                name, damaged < 0 ? name + ": cannot be read"
-                                  : fmt::format("{}: the frame of step {} is not what was written", name, damaged));
+            put_aside_damaged(path_of(name),
+                              damaged < 0 ? name + ": cannot be read"
+                                          : fmt::format("{}: the frame of step {} is damaged", name, damaged),
+                              settings.earlier.warn);
         });
         return false;
     }
 
-    void keep_up_to(std::int64_t step, std::optional<std::int64_t> expected) {
-        on_root(comm, [&] { segments = sort_out(step); });
-        while (true) { // only the last one is needed to go on: the others are not looked at frame by frame
+    /// Keeps sound frames up to the resumed step.
+    void resume() {
+        on_root(comm, [&] { segments = sort_out(); });
+        while (true) { // checks the last segment only, since the run continues from its end
             const std::string last = comm.broadcast(segments.empty() ? std::string() : segments.back().file);
             if (last.empty() || is_sound(last)) break;
             if (comm.root()) segments.pop_back();
@@ -162,40 +161,40 @@ struct FrameWriter::Impl {
         std::size_t frames = 0;
         if (!segments.empty()) {
             const auto& steps = segments.back().steps;
-            frames = static_cast<std::size_t>(std::upper_bound(steps.begin(), steps.end(), step) - steps.begin());
+            frames =
+                to_index(std::upper_bound(steps.begin(), steps.end(), settings.earlier.resume_step) - steps.begin());
         }
         const std::string longer =
             comm.broadcast(!segments.empty() && frames < segments.back().steps.size() ? segments.back().file : "");
         if (!longer.empty()) {
-            cut(longer, static_cast<std::size_t>(comm.broadcast(static_cast<std::int64_t>(frames))));
+            cut(longer, to_index(comm.broadcast(static_cast<std::int64_t>(frames))));
             if (comm.root()) {
                 segments.back().steps.resize(frames);
                 segments.back().times.resize(frames);
             }
         }
-        if (comm.root()) look_for_gaps(expected);
+        if (comm.root()) find_gaps();
         last_closed = last_step = comm.broadcast(segments.empty() ? std::int64_t{-1} : segments.back().steps.back());
-        if (kind != FrameKind::trajectory) return;
+        if (settings.kind != FrameKind::trajectory) return;
         bool old = false;
         on_root(comm, [&] {
             old = make_way_for_side_car();
-            if (old && spec.paraview == ParaView::none) remove_file(side_car());
+            if (old && settings.spec.paraview == ParaView::none) remove_file(side_car());
         });
         if (comm.max(static_cast<std::int64_t>(old || !segments.empty())) > 0) write_side_car();
     }
 
-    void flush_after(std::uint64_t bytes) {
-        std::uint64_t frame = stamp_bytes;
-        for (const GroupFrames& group : groups) frame += group.frame_bytes();
-        flush_every = std::max<std::uint64_t>(bytes / frame, 1);
+    /// Size of a frame with its stamp, from a member function for the size of a group's part.
+    template <class Size> std::uint64_t frame_bytes(Size size) const {
+        std::uint64_t bytes = stamp_bytes;
+        for (const GroupFrames& group : groups) bytes += (group.*size)();
+        return bytes;
     }
 
-    /// Frames that `bytes` of memory hold on every rank, so that all ranks write at the same steps.
-    void limit_pending(std::uint64_t bytes) {
-        std::uint64_t frame = stamp_bytes;
-        for (const GroupFrames& group : groups) frame += group.pending_bytes();
-        most_pending =
-            std::max<std::size_t>(bytes / static_cast<std::uint64_t>(comm.max(static_cast<std::int64_t>(frame))), 1);
+    /// Sets the number of pending frames to the least of all ranks, so that all write at the same steps.
+    void limit_pending() {
+        const auto frame = static_cast<std::int64_t>(frame_bytes(&GroupFrames::pending_bytes));
+        most_pending = std::max<std::size_t>(settings.buffer_bytes / to_index(comm.max(frame)), 1);
     }
 
     void open_file(std::uint64_t bytes) {
@@ -204,7 +203,7 @@ struct FrameWriter::Impl {
         file->reserve(bytes);
         file->set("/", "format", trajectory_format);
         file->set("/", "version", format_version);
-        file->set("/", "title", title);
+        file->set("/", "title", settings.title);
         file->set("/", "kind", kind_name());
         file->set("/", "after", last_closed);
         file->make_frames("/step", H5Type::int64, {});
@@ -231,7 +230,7 @@ struct FrameWriter::Impl {
         std::uint64_t bytes = frames * stamp_bytes;
         for (const GroupFrames& group : groups)
             bytes += frames * group.frame_bytes() + (file ? 0 : group.constant_bytes());
-        on_root(comm, [&] { require_space(directory, bytes); });
+        on_root(comm, [&] { require_space(settings.directory, bytes); });
         if (file) file->reserve(bytes);
         else open_file(bytes);
         whole = false;
@@ -254,7 +253,7 @@ struct FrameWriter::Impl {
         close_file();
     }
 
-    /// Ends the open segment with the frames that are written.
+    /// Closes the open segment with its written frames.
     void close_file() {
         file->close();
         file.reset();
@@ -273,8 +272,8 @@ struct FrameWriter::Impl {
         if (comm.max(static_cast<std::int64_t>(document_lags(segments.size(), listed))) > 0) write_side_car();
     }
 
-    /// After an error. What was written before it is kept where that can be done, frames that wait are given up; a
-    /// segment that an error has left half written cannot be trusted, and on a full disk it stands in the way.
+    /// Cleans up after an error. Written frames are kept if possible, pending ones are dropped. A half written segment
+    /// is useless and takes space on a full disk.
     void give_up() {
         for (GroupFrames& group : groups) group.drop_pending();
         if (file && whole && written > 0) try {
@@ -290,59 +289,53 @@ struct FrameWriter::Impl {
         whole = true;
     }
 
+    /// Runs `deed`, and cleans up if it throws.
+    template <class Deed> void attempt(Deed&& deed) {
+        try {
+            deed();
+        } catch (const IoError&) {
+            give_up();
+            throw;
+        }
+    }
+
     void write_side_car() {
-        if (kind != FrameKind::trajectory || spec.paraview == ParaView::none) return;
+        if (settings.kind != FrameKind::trajectory || settings.spec.paraview == ParaView::none) return;
         on_root(comm, [&] {
             listed = segments.size();
             std::vector<XdmfGroup> xdmf_groups;
             std::vector<XdmfSegment> xdmf_segments;
             for (const GroupFrames& group : groups) xdmf_groups.push_back(group.xdmf());
             for (const Segment& segment : segments) xdmf_segments.push_back({segment.file, segment.times});
-            write_file(side_car(),
-                       xdmf_document(title, xdmf_groups, xdmf_segments, spec.precision == Precision::single ? 4 : 8));
+            write_file(side_car(), xdmf_document(settings.title, xdmf_groups, xdmf_segments,
+                                                 settings.spec.precision == Precision::single ? 4 : 8));
         });
     }
 };
 
-FrameWriter::FrameWriter(const Communicator& comm, std::string directory, FrameKind kind, const OutputSpec& spec,
-                         std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step,
-                         std::string title, std::uint64_t buffer_bytes, Warn warn, std::optional<std::int64_t> expected,
-                         std::uint64_t flush_bytes)
-    : impl_(new Impl{comm, std::move(directory), kind, spec, std::move(title), std::move(warn)}) {
-    for (const RodGroup& group : groups) {
-        impl_->groups.emplace_back(comm, group, rods, kind, spec);
-        impl_->group_names.push_back(group.name());
-    }
-    impl_->buffer_bytes = buffer_bytes;
-    impl_->limit_pending(buffer_bytes);
-    impl_->flush_after(flush_bytes);
-    impl_->keep_up_to(resume_step, expected);
+FrameWriter::FrameWriter(const Communicator& comm, Settings settings, std::span<const RodGroup> groups,
+                         const Rods& rods)
+    : impl_(new Impl(comm, std::move(settings), groups, rods)) {
+    impl_->limit_pending();
+    const std::uint64_t frame = impl_->frame_bytes(&GroupFrames::frame_bytes);
+    impl_->flush_every = std::max<std::uint64_t>(impl_->settings.flush_bytes / frame, 1);
+    impl_->resume();
 }
 
 FrameWriter::~FrameWriter() = default;
 
 void FrameWriter::write(std::int64_t step, double time, double lag) {
     if (step <= impl_->last_step) return;
-    try {
-        impl_->write(step, time, lag);
-    } catch (const IoError&) {
-        impl_->give_up();
-        throw;
-    }
+    impl_->attempt([&] { impl_->write(step, time, lag); });
 }
 
-void FrameWriter::follow(const Rods& rods) {
-    for (GroupFrames& group : impl_->groups) group.follow(impl_->comm, rods);
-    impl_->limit_pending(impl_->buffer_bytes);
+void FrameWriter::rebind(const Rods& rods) {
+    for (GroupFrames& group : impl_->groups) group.rebind(impl_->comm, rods);
+    impl_->limit_pending();
 }
 
 void FrameWriter::close_segment() {
-    try {
-        impl_->close();
-    } catch (const IoError&) {
-        impl_->give_up();
-        throw;
-    }
+    impl_->attempt([&] { impl_->close(); });
 }
 
 void FrameWriter::finish() {
@@ -355,22 +348,18 @@ std::int64_t FrameWriter::last_step() const { return impl_->last_step; }
 void write_single_frame(const Communicator& comm, const std::string& directory, const std::string& name,
                         std::span<const RodGroup> groups, const Rods& rods, const std::string& title, std::int64_t step,
                         double time, double lag) {
-    const OutputSpec spec{.directors = true, .precision = Precision::double_};
-    FrameWriter::Impl frame{comm, directory, FrameKind::trajectory, spec, title, {}};
-    for (const RodGroup& group : groups)
-        frame.groups.emplace_back(comm, group, rods, FrameKind::trajectory, frame.spec);
+    FrameWriter::Impl frame(
+        comm, {.directory = directory, .spec = {.directors = true, .precision = Precision::double_}, .title = title},
+        groups, rods);
     frame.side_car_name = name + ".xdmf";
     frame.open.file = name + ".h5";
     frame.open.steps = {step};
     frame.open.times = {time};
     for (GroupFrames& group : frame.groups) group.take(lag, 1);
-    try {
+    frame.attempt([&] {
         on_root(comm, [&] { frame.make_way_for_side_car(); });
         frame.close();
-    } catch (const IoError&) {
-        frame.give_up();
-        throw;
-    }
+    });
 }
 
 } // namespace skein

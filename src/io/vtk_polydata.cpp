@@ -23,7 +23,7 @@ constexpr std::string_view opening = "<?xml version=\"1.0\"?>\n<!-- skein -->\n<
                                      "version=\"1.0\" header_type=\"UInt64\" byte_order=";
 constexpr std::string_view before_time = "Name=\"TimeValue\" NumberOfTuples=\"1\" format=\"ascii\">";
 
-/// Elements of XML around the arrays of each VtkPart, in their order.
+/// XML elements around the arrays of each VtkPart.
 constexpr std::string_view part_names[] = {"PointData", "CellData", "Points", "Lines", "Polys"};
 
 } // namespace

@@ -1,6 +1,5 @@
-// VTK's poly data files (.vtp): a head of XML, then the numbers of each array as they are in memory ("appended",
-// "raw"), each behind the count of its bytes. Where every array begins is known before any is written, so ranks may
-// write their parts side by side.
+// VTK's poly data files (.vtp): a head of XML, then the raw numbers of each array ("appended"), each after the count of
+// its bytes. Offsets of arrays are known before writing, so ranks write their parts in parallel.
 #pragma once
 
 #include "io/descriptor.hpp"
@@ -33,17 +32,17 @@ struct VtkArray {
     std::uint64_t bytes() const { return tuples * static_cast<std::uint64_t>(components) * bytes_of(type); }
 };
 
-/// Number of a file's frame in its series. It stands behind the last tag, as a comment of XML.
+/// Place of a file's frame in its series, as an XML comment after the last tag.
 struct VtkStamp {
-    std::int64_t step, after; ///< `after`: step of the frame before, -1 of none
-    std::uint64_t digest;     ///< byte_digest of all that is before the tail, and place_digest
+    std::int64_t step, after; ///< steps of this frame and of the one before, -1: none
+    std::uint64_t digest;     ///< byte_digest of everything before the tail, plus place_digest
 
     static constexpr std::size_t bytes = 86;
     std::string text() const;
     static std::optional<VtkStamp> from(std::string_view text);
 };
 
-/// Layout of one file: head, and where its arrays are.
+/// Layout of one file: its head, and the offsets of its arrays.
 class VtkPolyData {
 public:
     VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_t polygons, std::vector<VtkArray> arrays,
@@ -52,8 +51,9 @@ public:
     const std::vector<VtkArray>& arrays() const { return arrays_; }
     const std::string& head() const { return head_; }
     static const std::string tail;
-    /// Offset of the count of bytes before an array, and of the array itself, from the beginning of the file.
+    /// Offset in the file of the count of bytes before an array.
     std::uint64_t count_at(std::size_t array) const { return at_[array]; }
+    /// Offset in the file of the numbers of an array.
     std::uint64_t numbers_at(std::size_t array) const { return at_[array] + sizeof(std::uint64_t); }
     std::uint64_t tail_at() const { return at_.back(); }
     std::uint64_t file_bytes() const;
@@ -64,18 +64,18 @@ private:
     std::vector<std::uint64_t> at_; ///< [arrays + 1]
 };
 
-/// Whether a text, or what there is of it, begins as these files do.
+/// True if a text, which may be cut short, begins like these files.
 bool begins_vtk_polydata(std::string_view text);
-/// Stamp of a file that is whole from head to tail; none of any other.
 struct VtkFound {
     double time;                   ///< s
     std::optional<VtkStamp> stamp; ///< absent in files of earlier programs
 };
+/// Time and stamp of a file that is complete from head to tail.
 std::optional<VtkFound> find_vtk_polydata(const std::string& path);
-/// True where a file is the frame that was written at a step, as far as it has a stamp.
+/// True if a file is complete, and its stamp has the step and the right digest.
 bool is_sound_vtk_polydata(const std::string& path, std::int64_t step);
 
-/// Writes parts of a file, and adds up their digests.
+/// Writes parts of a file and adds their digests.
 class VtkParts {
 public:
     VtkParts(const std::string& path, int flags) : file_(path, flags) {}
@@ -93,14 +93,14 @@ private:
     std::uint64_t digest_ = 0;
 };
 
-/// Polygons in space, each with the number of what it belongs to.
+/// Polygons in space, each with the number of its owner.
 struct PolygonMesh {
     std::vector<Vec3d> points;                      ///< m
-    std::vector<std::vector<std::int32_t>> polygon; ///< points of each, in order round it
-    std::vector<std::int32_t> number;               ///< of each
+    std::vector<std::vector<std::int32_t>> polygon; ///< points in cyclic order
+    std::vector<std::int32_t> number;               ///< number of the owner of each polygon
 };
 
-/// A whole file; the number of polygons is the cell array `name`.
+/// Layout and text of a whole file; the numbers of polygons are the cell array `name`.
 std::pair<VtkPolyData, std::string> vtk_document(const PolygonMesh& mesh, const std::string& name, double time);
 
 } // namespace skein

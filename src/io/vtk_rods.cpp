@@ -18,7 +18,7 @@ double* put(double* out, double x) {
 }
 double* put(double* out, const Vec3d& v) { return put(put(put(out, v.x), v.y), v.z); }
 
-/// Numbers as a file has them.
+/// Converts numbers to the type in the file.
 void convert(std::span<const double> numbers, VtkType real, std::byte* out) {
     if (numbers.empty()) return;
     if (real == VtkType::float64) {
@@ -32,7 +32,7 @@ void convert(std::span<const double> numbers, VtkType real, std::byte* out) {
     }
 }
 
-/// value(0), value(1), ... as integers of an array, from its number `first` on.
+/// Writes value(0), value(1), ... as integers of an array, from its number `first` on.
 template <class Value> void write_integers(VtkParts& file, const VtkPolyData& layout, std::size_t array,
                                            std::uint64_t first, std::uint64_t count, Value value) {
     const std::size_t size = bytes_of(layout.arrays()[array].type);
@@ -71,10 +71,10 @@ std::size_t VtkContent::bytes_per_node() const {
 
 VtkRods::VtkRods(const Communicator& comm, const RodGroup& group, const Rods& rods, VtkContent& before)
     : group_(group), rods_(&rods), owned_(owned_rods(rods, group.id())), blocks_(comm, owned_.indices, group.count()),
-      first_line_(before.lines), first_node_(before.nodes), scratch_(static_cast<std::size_t>(rods.threads())) {
+      first_line_(before.lines), first_node_(before.nodes), scratch_(to_index(rods.threads())) {
     find_radii();
-    before.lines += static_cast<std::uint64_t>(group.count() * lines());
-    before.nodes += static_cast<std::uint64_t>(group.count() * nodes());
+    before.lines += to_index(group.count() * lines());
+    before.nodes += to_index(group.count() * nodes());
     if (is_magnetised(group))
         magnetisation_ = rows_of_owners(blocks_, owned_.indices, 3,
                                         [&](std::int64_t i, double* out) { put(out, group.magnetisation(i)); });
@@ -98,7 +98,7 @@ void VtkRods::describe_body(const RodCopy& body, const VtkContent& content, Scra
     each([&](const Vec3d& place) { return centre + transpose_times(axes, place); });
     for (const double radius : radius_) out = put(out, radius);
     each([&](const Vec3d& place) { return velocity + transpose_times(axes, cross(spin, place)); });
-    for (int strain = 0; strain < 3; ++strain) each([](const Vec3d&) { return 0.0; }); // nor curvature, nor energy
+    for (int strain = 0; strain < 3; ++strain) each([](const Vec3d&) { return 0.0; }); // strain, curvature, energy
     if (content.normals) each([&](const Vec3d&) { return body.frames[0].d1; });
     if (!content.forces) return;
     for (const BodyShape::Line& line : group_.body()->line)
@@ -117,7 +117,7 @@ void VtkRods::find_radii() {
         for (const std::int64_t i : owned_.indices) with_rod(group_, i, put_radii);
 }
 
-void VtkRods::follow(const Communicator& comm, const Rods& rods) {
+void VtkRods::rebind(const Communicator& comm, const Rods& rods) {
     rods_ = &rods;
     owned_ = owned_rods(rods, group_.id());
     blocks_ = IndexBlocks(comm, owned_.indices, group_.count());
@@ -143,9 +143,9 @@ void VtkRods::describe(std::size_t place, const RodCopy& rod, const VtkContent& 
 
 std::span<const std::byte> VtkRods::take(const VtkContent& content, double time, double lag, const NodeForces& forces,
                                          RecordBuffers& buffers) {
-    const auto nodes = static_cast<std::size_t>(this->nodes());
+    const std::size_t nodes = to_index(this->nodes());
     for (Scratch& scratch : scratch_) {
-        scratch.force.resize(static_cast<std::size_t>(group_.exposed_slots()));
+        scratch.force.resize(to_index(group_.exposed_slots()));
         scratch.numbers.resize(content.bytes_per_node() / bytes_of(content.real) * nodes);
     }
     buffers.begin(blocks_, record_bytes(content));
@@ -164,18 +164,17 @@ std::span<const std::byte> VtkRods::take(const VtkContent& content, double time,
 
 void VtkRods::write(VtkParts& file, const VtkPolyData& layout, const VtkContent& content,
                     std::span<const std::byte> block) const {
-    const std::size_t record = record_bytes(content), nodes = static_cast<std::size_t>(this->nodes()),
-                      rods_here = static_cast<std::size_t>(blocks_.size());
-    std::size_t within = 0; // a record
+    const std::size_t record = record_bytes(content), nodes = to_index(this->nodes()),
+                      rods_here = to_index(blocks_.size());
+    std::size_t within = 0; // offset in a record
     std::vector<std::byte> column;
     for (std::size_t a = 0; a < content.node_arrays(); ++a) {
-        const std::size_t per_node = static_cast<std::size_t>(layout.arrays()[a].components) * bytes_of(content.real);
+        const std::size_t per_node = to_index(layout.arrays()[a].components) * bytes_of(content.real);
         const std::size_t per_rod = per_node * nodes;
         column.resize(rods_here * per_rod);
         for (std::size_t i = 0; i < rods_here; ++i)
             std::memcpy(column.data() + i * per_rod, block.data() + i * record + within, per_rod);
-        file.write_at(layout.numbers_at(a) + first_node_ * per_node +
-                          static_cast<std::uint64_t>(blocks_.begin()) * per_rod,
+        file.write_at(layout.numbers_at(a) + first_node_ * per_node + to_index(blocks_.begin()) * per_rod,
                       text_of(column.data(), column.size()));
         within += per_rod;
     }
@@ -183,9 +182,8 @@ void VtkRods::write(VtkParts& file, const VtkPolyData& layout, const VtkContent&
 }
 
 void VtkRods::write_constants(VtkParts& file, const VtkPolyData& layout, const VtkContent& content) const {
-    const auto nodes = static_cast<std::uint64_t>(this->nodes()), of_rod = static_cast<std::uint64_t>(lines()),
-               begin = static_cast<std::uint64_t>(blocks_.begin()),
-               rods_here = static_cast<std::uint64_t>(blocks_.size());
+    const std::uint64_t nodes = to_index(this->nodes()), of_rod = to_index(lines()), begin = to_index(blocks_.begin()),
+                        rods_here = to_index(blocks_.size());
     const std::uint64_t first_node = first_node_ + begin * nodes, first_line = first_line_ + begin * of_rod,
                         of_line = nodes / of_rod, count = rods_here * of_rod;
     std::size_t array = content.node_arrays();

@@ -10,12 +10,9 @@
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 
 namespace fs = std::filesystem;
 
@@ -23,14 +20,16 @@ namespace skein {
 
 namespace {
 
-/// Whether a file may be a frame that a killed run left half written: before its head is on the disk there are zeros.
+/// True if the file may be a frame that a killed run left unfinished. Not collective.
 bool is_unfinished_frame(const std::string& path) {
-    if (!fs::is_regular_file(path)) return false;
-    std::array<char, 64> begin{};
-    std::ifstream file(path, std::ios::binary);
-    file.read(begin.data(), begin.size());
-    const std::string_view text(begin.data(), static_cast<std::size_t>(file.gcount()));
-    return begins_vtk_polydata(text) || std::all_of(text.begin(), text.end(), [](char c) { return c == 0; });
+    const std::optional<std::string> begin = beginning_of(path, 64);
+    return begin && (begins_vtk_polydata(*begin) || is_hole(*begin));
+}
+
+VtkContent content_of(const OutputSpec& spec, bool forces) {
+    return {.real = spec.precision == Precision::single ? VtkType::float32 : VtkType::float64,
+            .normals = spec.directors,
+            .forces = forces};
 }
 
 } // namespace
@@ -40,58 +39,32 @@ std::string VtkSeries::frame_name(const std::string& kind, std::int64_t step) {
 }
 
 VtkSeries::VtkSeries(const Communicator& comm, std::string directory, const OutputSpec& spec,
-                     std::span<const RodGroup> groups, const Rods& rods, std::int64_t resume_step, NodeForces forces,
-                     const Expected& expected, const Warn& warn)
-    : comm_(comm), directory_(std::move(directory)),
-      forces_(std::move(forces)), content_{.real = spec.precision == Precision::single ? VtkType::float32
-                                                                                       : VtkType::float64,
-                                           .normals = spec.directors,
-                                           .forces = static_cast<bool>(forces_)},
-      rods_(list_of("rods", resume_step, expected.rods, warn)),
-      walls_(list_of("walls", resume_step, expected.walls, warn)) {
+                     std::span<const RodGroup> groups, const Rods& rods, NodeForces forces,
+                     const EarlierFrames& earlier, std::optional<std::int64_t> expected_walls)
+    : comm_(comm), directory_(std::move(directory)), forces_(std::move(forces)),
+      content_(content_of(spec, static_cast<bool>(forces_))), rods_(list_of("rods", earlier)),
+      walls_(list_of("walls", {earlier.resume_step, expected_walls, earlier.warn})) {
     for (const RodGroup& group : groups) groups_.emplace_back(comm_, group, rods, content_);
 }
 
-VtkSeries::List VtkSeries::list_of(const std::string& kind, std::int64_t resume_step,
-                                   std::optional<std::int64_t> expected, const Warn& warn) const {
-    const std::string frames = path_of(frames_folder);
-    std::vector<NumberedFile> there;
-    std::vector<std::string> paths;
+VtkSeries::List VtkSeries::list_of(const std::string& kind, const EarlierFrames& earlier) const {
+    const std::string folder = fs::path(path_of(frames_folder)).parent_path().string();
     on_root(comm_, [&] {
-        for (const auto& found : numbered_files(frames, kind + "_", ".vtp.tmp"))
-            if (const std::string path = frames + found.name; is_unfinished_frame(path)) remove_file(path);
-        for (const auto& found : numbered_files(frames, kind + "_", ".vtp"))
-            if (found.number <= resume_step) {
-                there.push_back(found);
-                paths.push_back(frames + found.name);
-            }
+        for (const NumberedFile& file : numbered_files(folder, kind + "_", ".vtp.tmp"))
+            if (const std::string path = folder + "/" + file.name; is_unfinished_frame(path)) remove_file(path);
     });
-    const auto step_of = [&](const std::string& path) { return std::stoll(path.substr(path.rfind('_') + 1)); };
-    const std::vector<std::int64_t> damaged =
-        find_damaged(comm_, paths, [&](const std::string& path) { return is_sound_vtk_polydata(path, step_of(path)); });
     std::vector<PvdFile::Entry> entries;
     std::int64_t last = -1;
-    on_root(comm_, [&] {
-        std::vector<FramePlace> places;
-        for (std::size_t i = 0; i < there.size(); ++i) {
-            FramePlace& place = places.emplace_back(FramePlace{there[i].number, {}});
-            const auto found = find_vtk_polydata(paths[i]);
-            if (found && damaged[i] == 0) {
-                if (found->stamp) place.after = found->stamp->after;
-                entries.push_back({found->time, frames_folder + there[i].name});
-                last = there[i].number;
-                continue;
-            }
-            const std::string now = set_aside(paths[i], paths[i] + ".damaged");
-            if (warn)
-                warn(fmt::format(
-                    "{}: is no whole frame, or not the one that was written\n  it is put aside as {}; the run goes on "
-                    "without it",
-                    paths[i], now));
-        }
-        for (const std::string& gap : missing_frames(kind, frames, places, expected))
-            if (warn) warn(gap);
-    });
+    check_frames(
+        comm_, {kind, folder, kind + "_", ".vtp"}, earlier,
+        [](const FrameFile& frame) { return is_sound_vtk_polydata(frame.path, frame.step); },
+        [&](const FrameFile& frame) -> std::optional<std::int64_t> {
+            const auto found = find_vtk_polydata(frame.path);
+            if (!found) throw IoError(frame.path + ": is no whole frame");
+            entries.push_back({found->time, frames_folder + frame.name});
+            last = frame.step;
+            return found->stamp ? std::optional(found->stamp->after) : std::nullopt;
+        });
     List list{kind, PvdFile(path_of(kind + ".pvd"), entries), comm_.broadcast(last)};
     on_root(comm_, [&] {
         const std::string path = path_of(kind + ".pvd");
@@ -126,7 +99,7 @@ template <class Deed> void VtkSeries::whole_or_not(List& list, std::int64_t step
     const std::string name = frame_name(list.kind, step);
     try {
         deed(name);
-    } catch (const IoError&) { // on a full disk what is left stands in the way
+    } catch (const IoError&) { // an incomplete frame takes space on a full disk
         if (const std::string left = path_of(name) + ".tmp"; comm_.root() && is_unfinished_frame(left))
             ::unlink(left.c_str());
         throw;
@@ -158,12 +131,12 @@ void VtkSeries::write(std::int64_t step, double time, double lag) {
         }
         digest = comm_.sum_wrapping(digest);
         on_root(comm_, [&] { end_file(rods_, name, layout, {step, rods_.last, digest}, time); });
-        unflushed_.push_back(path_of(name)); // of all ranks: each has written to it on its own machine
+        unflushed_.push_back(path_of(name)); // on all ranks, since each has written on its own machine
     });
 }
 
-void VtkSeries::follow(const Rods& rods) {
-    for (VtkRods& group : groups_) group.follow(comm_, rods);
+void VtkSeries::rebind(const Rods& rods) {
+    for (VtkRods& group : groups_) group.rebind(comm_, rods);
 }
 
 void VtkSeries::write_walls(std::int64_t step, double time, const PolygonMesh& walls) {
@@ -186,16 +159,13 @@ void VtkSeries::flush() {
             unflushed_.push_back(path_of(frames_folder));
         }
         for (const std::string& path : unflushed_)
-            if (fs::exists(path)) Descriptor(path, O_RDONLY).flush(); // its reader may have moved it
+            if (fs::exists(path)) Descriptor(path, O_RDONLY).flush(); // a reader may have moved the file
         unflushed_.clear();
     });
 }
 
 double VtkSeries::frame_bytes(const OutputSpec& spec, double lines, double nodes, bool forces) {
-    const VtkContent content{.real = spec.precision == Precision::single ? VtkType::float32 : VtkType::float64,
-                             .normals = spec.directors,
-                             .forces = forces};
-    return nodes * (static_cast<double>(content.bytes_per_node()) + 4) + lines * 16;
+    return nodes * (static_cast<double>(content_of(spec, forces).bytes_per_node()) + 4) + lines * 16;
 }
 
 } // namespace skein

@@ -1,17 +1,17 @@
-// Frames as poly data for ParaView, whose Tube filter takes them as they are: rods.pvd lists vtp/rods_<step>.vtp,
-// walls.pvd lists vtp/walls_<step>.vtp. A frame is written under a temporary name by all ranks, each its share of the
-// rods in file order, so its bytes do not depend on their number. They depend on its step and the one before alone (but
-// for contact forces where a run resumes), so a run that resumes lists those up to its step and writes later ones over
-// what it finds.
+// Frames as poly data for ParaView's Tube filter: rods.pvd lists vtp/rods_<step>.vtp, walls.pvd lists
+// vtp/walls_<step>.vtp. All ranks write a frame under a temporary name, each its share of the rods in file order, so
+// the bytes do not depend on the number of ranks. They depend only on its step and the one before, except for contact
+// forces after a resume. A resumed run lists frames up to its step and overwrites later ones.
 #pragma once
 
+#include "io/frame_files.hpp"
 #include "io/output_spec.hpp"
 #include "io/pvd.hpp"
 #include "io/vtk_rods.hpp"
 #include "parallel/communicator.hpp"
 
 #include <cstdint>
-#include <functional>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -20,53 +20,44 @@ namespace skein {
 
 class VtkSeries {
 public:
-    using Warn = std::function<void(const std::string&)>;
-
-    /// Steps of the last frames of rods and of walls that there should be; absent where that is not known.
-    struct Expected {
-        std::optional<std::int64_t> rods = {}, walls = {};
-    };
-    /// Goes on after `resume_step` (-1: none), and makes the lists anew. Frames before that are not whole, or not what
-    /// was written, are put aside as *.damaged; `warn` (called on root) gets these and gaps. `forces`: null where rods
-    /// do not touch. `groups` and `rods` must outlive it. Collective.
+    /// Checks earlier frames and rewrites the lists. `forces` is null without contacts, and `expected_walls` is the
+    /// last frame of walls that should exist, if known. `groups` and `rods` must outlive the object. Collective.
     VtkSeries(const Communicator& comm, std::string directory, const OutputSpec& spec, std::span<const RodGroup> groups,
-              const Rods& rods, std::int64_t resume_step, NodeForces forces, const Expected& expected,
-              const Warn& warn);
+              const Rods& rods, NodeForces forces, const EarlierFrames& earlier,
+              std::optional<std::int64_t> expected_walls);
 
-    /// Appends the state at time t (synchronised copies: positions drifted on by `lag`). A step that is already there
-    /// is left alone. Collective.
+    /// Appends the state at a time, in copies whose positions drift by `lag`. Steps that exist are skipped. Collective.
     void write(std::int64_t step, double time, double lag);
-    /// Rods have new owners from now on. `rods` must outlive it. Collective.
-    void follow(const Rods& rods);
-    /// Walls of a scene: one frame in all where none moves. Collective.
+    /// Takes rods with new owners, which must outlive the object. Collective.
+    void rebind(const Rods& rods);
+    /// Writes the walls of a scene; one frame is enough if none moves. Collective.
     void write_walls(std::int64_t step, double time, const PolygonMesh& walls);
     bool has_walls() const { return walls_.last >= 0; }
     /// Steps of the last frames; -1: none.
     std::int64_t last_rods() const { return rods_.last; }
     std::int64_t last_walls() const { return walls_.last; }
 
-    /// Waits until all frames are on the disk. Called before each checkpoint. Collective.
+    /// Waits until all frames are on the disk, before each checkpoint. Collective.
     void flush();
 
-    /// Name of a frame's file in the directory; kinds are rods and walls.
+    /// Name of a frame's file in the directory, of the kind rods or walls.
     static std::string frame_name(const std::string& kind, std::int64_t step);
-    /// Size of one frame, about.
+    /// Approximate size of a frame.
     static double frame_bytes(const OutputSpec& spec, double lines, double nodes, bool forces);
 
 private:
     struct List {
         std::string kind;
-        PvdFile file;           ///< root's
-        std::int64_t last = -1; ///< step of the last frame in it
+        PvdFile file;           ///< root only
+        std::int64_t last = -1; ///< step of the last frame
     };
-    List list_of(const std::string& kind, std::int64_t resume_step, std::optional<std::int64_t> expected,
-                 const Warn& warn) const;
+    List list_of(const std::string& kind, const EarlierFrames& earlier) const;
     std::string path_of(const std::string& name) const { return directory_ + "/" + name; }
-    /// An empty file of this name's temporary one; returns its path. Root only.
+    /// Makes an empty file with a temporary name and returns its path. Root only.
     std::string begin_file(const std::string& name, std::uint64_t bytes) const;
-    /// Ends a frame, gives its file the name that it is to have and lists it. `digest`: of its parts. Root only.
+    /// Stamps a frame, renames its file and lists it. `stamp` has the digest of the parts. Root only.
     void end_file(List& list, const std::string& name, const VtkPolyData& layout, VtkStamp stamp, double time);
-    /// Runs what writes a frame; where that fails what there is of it is removed.
+    /// Runs `deed`, which writes a frame, and removes an incomplete one if it throws.
     template <class Deed> void whole_or_not(List& list, std::int64_t step, Deed deed);
 
     Communicator comm_;
@@ -76,7 +67,7 @@ private:
     std::vector<VtkRods> groups_;
     RecordBuffers buffers_;
     List rods_, walls_;
-    std::vector<std::string> unflushed_; ///< files that this rank has written to
+    std::vector<std::string> unflushed_; ///< files that this rank has written since flush()
 };
 
 } // namespace skein

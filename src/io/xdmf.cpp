@@ -33,7 +33,7 @@ std::string escaped(std::string_view text) {
     return out;
 }
 
-/// One frame of one group as XML.
+/// XML of one frame of one group.
 class Frame {
 public:
     Frame(const XdmfGroup& group, const XdmfSegment& segment, std::size_t frame, int number_bytes)
@@ -67,7 +67,7 @@ private:
                            "Format=\"HDF\">{}:/groups/{}/{}</DataItem>\n",
                            dimensions, type, bytes, escaped(segment_.file), escaped(group_.name), dataset);
     }
-    /// Vectors at nodes, of this frame.
+    /// Item of vectors at nodes in this frame.
     std::string frame_item(std::string_view dataset) const {
         return item(fmt::format("frames/{}/{}", frame_, dataset), rods_nodes() + " 3", "Float", number_bytes_);
     }

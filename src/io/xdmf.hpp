@@ -1,4 +1,4 @@
-// The XDMF side-car: tells ParaView and VTK where in the HDF5 segments the rods' polylines and their attributes are.
+// XDMF side-car: shows ParaView and VTK the polylines of rods and their attributes in HDF5 segments.
 #pragma once
 
 #include <cstddef>
@@ -16,21 +16,21 @@ struct XdmfGroup {
     bool normals, magnetised;
 };
 
-/// Frames of one file, by the file's name relative to the side-car.
+/// Frames of one file.
 struct XdmfSegment {
-    std::string file;
+    std::string file; ///< name relative to the side-car
     std::vector<double> times;
 };
 
-/// `number_bytes`: of the frames' floating-point numbers.
+/// `number_bytes` is the size of floating-point numbers in frames.
 std::string xdmf_document(const std::string& title, std::span<const XdmfGroup> groups,
                           std::span<const XdmfSegment> segments, int number_bytes);
 
-/// Whether a document of the first `listed` of so many segments is to be written anew: when it lags by a sixteenth, so
-/// that all that are written are together in proportion to the last one.
+/// True if a document of the first `listed` segments lags by a sixteenth. All documents of a run together are then in
+/// proportion to the last one.
 inline bool document_lags(std::size_t segments, std::size_t listed) { return segments > listed + listed / 16; }
 
-/// Whether a text is such a document.
+/// True if the text is such a document.
 bool is_xdmf_document(std::string_view text);
 
 } // namespace skein

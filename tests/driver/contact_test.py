@@ -152,7 +152,7 @@ class Contact(DriverTest):
         self.run_skein("old", "--until", "0.15")
         with h5py.File(self.checkpoints("old")[-1], "r+") as file:
             file.attrs["version"] = numpy.int64(3)
-        self.assertIn("version 3 of the format, which kept contacts, walls or rods in a fluid otherwise", self.run_skein("old", "--until", "0.2", expect=2).stderr)
+        self.assertIn("the format has version 3, which saved contacts, walls or rods in a fluid differently", self.run_skein("old", "--until", "0.2", expect=2).stderr)
 
     def test_series_of_a_run_that_began_with_an_earlier_program_goes_on(self):
         """Its columns had other names, which its header and the marks of its checkpoints have; a kill may come between the two."""

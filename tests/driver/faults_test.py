@@ -243,12 +243,12 @@ series = 0.1
 
         csv = lambda folder: folder / "observables.csv"
         cases = {
-            "truncated": (lambda f: segments(f)[0].write_bytes(segments(f)[0].read_bytes()[:3000]), "put aside as"),
-            "empty": (lambda f: segments(f)[-1].write_bytes(b""), "put aside as"),
-            "flipped": (flip_position, "is not what was written"),
+            "truncated": (lambda f: segments(f)[0].write_bytes(segments(f)[0].read_bytes()[:3000]), "renamed to"),
+            "empty": (lambda f: segments(f)[-1].write_bytes(b""), "renamed to"),
+            "flipped": (flip_position, "is damaged"),
             "gone": (lambda f: segments(f)[1].unlink(), "are missing"),
             "last_gone": (lambda f: segments(f)[-1].unlink(), "are missing"),
-            "row_flipped": (lambda f: flip(csv(f), 700), "rows of it were changed"),
+            "row_flipped": (lambda f: flip(csv(f), 700), "its rows were changed"),
             "rows_cut": (lambda f: csv(f).write_bytes(csv(f).read_bytes()[:900]), "it has 900 bytes of"),
             "csv_gone": (lambda f: csv(f).unlink(), "it is missing"),
         }

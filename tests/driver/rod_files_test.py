@@ -356,7 +356,7 @@ class RodFiles(DriverTest):
         self.refused("dataset 'nodes', row 4: nodes 2 and 3 are one point", **none, nodes=twice)
         self.refused("dataset 'nodes', row 9: turns back at node 2", **none, nodes=back)
         self.refused("dataset 'directors', row 0: d1 of element 0 is not across the rod", **none, nodes=nodes, directors=directors)
-        self.refused("is of rods of 5 elements, others of 6", **none, nodes=nodes, directors=directors[:, 1:])
+        self.refused("has rods of 5 elements, but others have 6", **none, nodes=nodes, directors=directors[:, 1:])
         self.refused("is of rods of 5 elements, but shape.elements of 'traced' is 6", **none, nodes=nodes[:, 1:])
         self.refused("'tangent' beside 'nodes'", origin=None, normal=None, nodes=nodes)
         self.refused("'directors' without 'nodes'", normal=None, directors=directors)
@@ -379,7 +379,7 @@ class RodFiles(DriverTest):
         self.write('kind = "file"\nfile = "nowhere.h5"')
         said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60).stderr
         self.assertIn("there is no file of rods", said)
-        for text, told in (("x,y\n1,2\n", "of origin only 2 of three columns"), ("x,y,z,w\n", "unknown column 'w'"),
+        for text, told in (("x,y\n1,2\n", "origin has only 2 of three columns"), ("x,y,z,w\n", "unknown column 'w'"),
                            ("x,y,z\n1,2\n", "row 1 below the names: origin: expected 3 values"),
                            ("x,y,z\n1,2,three\n", "'z' is not a number"), ("x,y,z\n", "there is no rod in it"), ("x,y,x\n", "two columns 'x'")):
             (self.directory / "bad.csv").write_text(text)

@@ -35,9 +35,10 @@ struct TrajectoryTest : testing::Test {
                                         std::uint64_t buffer_bytes = FrameWriter::default_buffer_bytes,
                                         std::optional<std::int64_t> expected = {}) {
         told.clear();
+        const EarlierFrames earlier{resume_step, expected, [this](const std::string& text) { told += text + "\n"; }};
         return std::make_unique<FrameWriter>(
-            comm, directory.path(), kind, spec, groups, rods, resume_step, "a <test>", buffer_bytes,
-            [this](const std::string& text) { told += text + "\n"; }, expected, flush_bytes);
+            comm, FrameWriter::Settings{directory.path(), kind, spec, "a <test>", earlier, buffer_bytes, flush_bytes},
+            groups, rods);
     }
     void expect_told(const std::string& text) const {
         EXPECT_TRUE(!comm.root() || told.find(text) != told.npos) << told;
@@ -239,7 +240,7 @@ TEST_F(TrajectoryTest, frames_that_a_killed_run_left_are_kept) {
     }
     on_root(comm, [&] { std::filesystem::rename(copy, tmp); });
     const auto frames = writer(-1);
-    expect_told("3 good frames that a killed run left");
+    expect_told("3 good frames of a killed run");
     EXPECT_EQ(directory.names(), std::vector<std::string>{"lost_" + first});
     EXPECT_EQ(steps_in("lost_" + first), (std::vector<std::int64_t>{0, 10, 20}));
     const auto exact = expected(groups[1], {0, 10, 20}, positions);
@@ -276,7 +277,7 @@ TEST_F(TrajectoryTest, a_changed_number_of_the_last_segment_is_found) {
                 file.close();
             });
             const auto frames = writer(40, FrameKind::trajectory, FrameWriter::default_buffer_bytes, 40);
-            expect_told("is not what was written");
+            expect_told("is damaged");
             expect_told("the frames after step 10 and up to step 40 are missing");
             EXPECT_EQ(frames->last_step(), 10);
             on_root(comm, [&] {
@@ -306,7 +307,7 @@ TEST_F(TrajectoryTest, goes_on_without_a_segment_that_is_damaged_or_gone) {
             const auto from = 10 * static_cast<std::int64_t>(bad) - 10;
             expect_told("the frames after step " + std::to_string(from < 0 ? -1 : from) + " and up to step " +
                         std::to_string(10 * bad) + " are missing");
-            if (!gone) expect_told("put aside as");
+            if (!gone) expect_told("renamed to");
             EXPECT_EQ(frames->last_step(), bad == 2 ? 10 : 20);
             const std::string xml = read_file(path_of("trajectory.xdmf"));
             for (std::size_t i = 0; i < names.size(); ++i) EXPECT_EQ(xml.find(names[i]) == xml.npos, i == bad) << i;
@@ -373,7 +374,8 @@ TEST_F(TrajectoryTest, on_a_full_disk_is_an_error_and_leaves_whole_segments_only
     for (const std::uint64_t buffer_bytes : {std::uint64_t{0}, std::uint64_t{FrameWriter::default_buffer_bytes}}) {
         const test::SmallDisk disk(comm, "3m");
         if (!disk.mounted()) GTEST_SKIP() << "mounting a small tmpfs is not permitted here";
-        FrameWriter frames(comm, disk.path(), FrameKind::trajectory, spec, many, rods_of_many, -1, "", buffer_bytes);
+        FrameWriter frames(comm, {.directory = disk.path(), .spec = spec, .buffer_bytes = buffer_bytes}, many,
+                           rods_of_many);
         frames.write(0, 0, 0);
         frames.close_segment();
         std::string text;

@@ -25,8 +25,9 @@ int main(int argc, char** argv) {
     }
 
     const std::uint64_t buffer_bytes = 20 << 10; // as many frames of the trajectory as there are ranks
-    FrameWriter trajectory(comm, out, FrameKind::trajectory, {}, groups, rods, -1, "files", buffer_bytes);
-    FrameWriter tips(comm, out, FrameKind::tips, {}, groups, rods, -1, "files", buffer_bytes);
+    FrameWriter trajectory(comm, {.directory = out, .title = "files", .buffer_bytes = buffer_bytes}, groups, rods);
+    FrameWriter tips(comm, {.directory = out, .kind = FrameKind::tips, .title = "files", .buffer_bytes = buffer_bytes},
+                     groups, rods);
     for (std::int64_t step = 0; step <= 40; step += 10) {
         rods.set(step);
         for (FrameWriter* frames : {&trajectory, &tips}) frames->write(step, 0.01 * static_cast<double>(step), 0.005);

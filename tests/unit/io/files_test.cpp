@@ -49,7 +49,7 @@ TEST_F(FilesTest, errors_name_path_and_reason) {
     EXPECT_EQ(error_of([&] { read_file(path("absent")); }),
               path("absent") + ": cannot be opened (No such file or directory)");
     EXPECT_EQ(error_of([&] { write_file(path("absent/a"), "x"); }),
-              path("absent") + ": cannot be looked at (No such file or directory)");
+              path("absent") + ": cannot be inspected (No such file or directory)");
     fs::create_directory(path("folder"));
     const auto text = error_of([&] { write_file(path("folder"), "x"); });
     EXPECT_NE(text.find("cannot be renamed"), text.npos) << text;
@@ -145,7 +145,7 @@ TEST_F(FilesTest, series_that_is_not_what_its_mark_says_is_put_aside) {
         changed[at] ^= 1;
         write_file(path("s.csv"), changed);
         { SeriesFile(path("s.csv"), {"a"}, 10, &mark, warn); }
-        EXPECT_NE(told.find("rows of it were changed"), told.npos) << at;
+        EXPECT_NE(told.find("its rows were changed"), told.npos) << at;
         EXPECT_EQ(read_file(path("s.csv")), head);
         EXPECT_EQ(read_file(path("s.csv.damaged")), changed);
         fs::remove(path("s.csv.damaged"));
@@ -260,7 +260,7 @@ TEST_F(EarlierSeries, changed_rows_are_noticed_under_either_header) {
     for (const std::string& head : {earlier, now}) {
         write_file(path("s.csv"), head + "0,0,1\n10,10,3\n");
         EXPECT_EQ(resumed(&mark), now + "20,20,2\n");
-        EXPECT_NE(told.find("rows of it were changed"), told.npos) << told;
+        EXPECT_NE(told.find("its rows were changed"), told.npos) << told;
         EXPECT_EQ(read_file(path("s.csv.damaged")), head + "0,0,1\n10,10,3\n");
         fs::remove(path("s.csv.damaged"));
         told.clear();

@@ -57,8 +57,8 @@ TEST_F(TableFile, IsRefusedByItsNameAndLine) {
         EXPECT_NE(text.find("gust.csv" + message), std::string::npos) << content << text;
         EXPECT_NE(text.find("scene.toml:14:"), std::string::npos) << text;
     };
-    expect("time,force\n0,1\n1,two\n", ":3: 'two' is no number");
-    expect("time,force\n0,1\n1\n", ":3: expected 2 numbers, as the first line names them, found 1");
+    expect("time,force\n0,1\n1,two\n", ":3: 'two' is not a number");
+    expect("time,force\n0,1\n1\n", ":3: expected 2 numbers by the first line, found 1");
     expect("time,x,y\n0,1,2\n1,1,2\n", ": has 3 columns; a table has two, points and values");
     expect("time,force\n0,1\n0,2\n", ": points must rise, but 0 follows 0");
     expect("time,force\n0,1\n1,nan\n", ": nan is out of range");
