@@ -1,8 +1,9 @@
-// The solver of one level of instructions (cmake/SkeinKernels.cmake).
+// Flow solver of one level of instructions (cmake/SkeinKernels.cmake).
 #pragma once
 
 #include "fluid/fast_helmholtz.hpp"
 #include "fluid/flow.hpp"
+#include "fluid/flow_boundary.hpp"
 #include "fluid/iterated_poisson.hpp"
 #include "fluid/pressure_gain.hpp"
 #include "fluid/sweeps.hpp"
@@ -13,13 +14,9 @@
 
 namespace skein {
 
-/// Exchanges of ghosts of neighbouring ranks.
-class GhostExchange;
-
 class BoxFlow final : public FlowSolver, public PressureInTime {
 public:
     BoxFlow(const Communicator& comm, const Threads& threads, const FlowConstants& constants);
-    ~BoxFlow() override;
 
     const FlowConstants& constants() const override { return constants_; }
     const Pencils& pencils() const override { return pencils_; }
@@ -54,80 +51,59 @@ public:
 private:
     using P = Pack<8>;
     using Field = AlignedVector<double>;
-    /// Of the velocity component c, of the pressure (c = 3) or of changes of velocities (c - 4), in direction d, at the
-    /// lower or the upper face.
-    struct Edge {
-        double mirrored; ///< ghost = mirrored * inner + fixed; of a normal velocity: fixed at the face itself
-        double fixed;
-        bool periodic, on_face;
-    };
-    Edge edge(int c, int d, bool upper) const;
-    /// Ghosts that are filled from now on are those of a time, where walls move.
     void go_to(double time) {
         time_ = time;
-        oscillation_ = oscillation(constants_, time);
+        boundary_.set_oscillation(oscillation(constants_, time));
     }
-    LineEnds ends(int c, int d) const; ///< of lines of it in direction d
-    /// Whether this rank has the lower or the upper end in direction d, where that is no period.
-    bool has_end(int d, bool upper) const;
-    /// What second differences are multiplied by in rates, 1/s.
+    /// Factor of second differences in rates, 1/s.
     double diffusion() const { return constants_.kinematic_viscosity / (constants_.grid.h * constants_.grid.h); }
-    /// Ghosts along x and y of a plane, but for rows of neighbours.
-    void fill_plane(int c, double* field, int k) const;
-    void fill_planes(int c, double* field) const; ///< beyond the box, along z
-    /// All ghosts of velocities but those across periods between ranks. This rank alone.
-    void fill_beyond_walls();
-    /// Rows and planes of ghosts of fields of component `first` and the next ones, from neighbours and, of planes,
-    /// beyond the box. Collective.
-    void fill_ghosts(int first, std::span<double* const> fields);
-    void fill_pressure(); ///< its ghosts. Collective
+    void fill_pressure(); ///< fills ghosts of the pressure. Collective
     Three<double*> velocities() { return {now_[0].data(), now_[1].data(), now_[2].data()}; }
     class ImplicitResponse;
     /// Stage s of a step from `time` on.
     struct StageOfStep {
         StageFactors factors;
-        double whole, end; ///< s; its length, and the time at its end
-        bool last;         ///< of the step
+        double whole, end; ///< length, and time at the end, s
+        bool last;         ///< last stage of the step
     };
     StageOfStep stage_of_step(int s, double time, double dt) const;
     bool implicit() const { return constants_.scheme == FlowScheme::crank_nicolson; }
-    /// Behind the last stage of a step, whose pressure has been found.
+    /// Sets the time of the pressure after the last stage of a step.
     void note_pressure_time(double time, double dt);
     void add_to_gain(double times);
-    /// A stage, as bodies see it.
+    /// Stage for the forcing by bodies.
     FlowStage forced_stage(const StageOfStep& stage, StageResponse* response = nullptr);
-    /// Ghosts along x and y of velocities in those planes for which `of_plane` says so.
+    /// Fills ghosts along x and y of velocities in the planes that `of_plane` selects.
     void fill_sides(const std::function<bool(int)>& of_plane);
-    /// Bodies in the fluid, after an explicit stage.
+    /// Applies the forcing by bodies after an explicit stage.
     void force(const FlowStage& stage);
-    /// Sets the velocity to that of a function, made free of divergence. Collective.
+    /// Sets the velocity to a function, made free of divergence. Collective.
     void sample(const VelocityRow& velocity);
-    /// A stage: velocities from now_ to next_, which then change their names. Where viscosity is that of velocities,
-    /// ghosts in its planes are left alone.
+    /// Sweeps velocities from now_ to next_ and swaps both. With viscosity of velocities, ghosts are not filled.
     template <Viscosity viscosity> void sweep(const StageFactors& factors, double diffusion);
-    /// (1 - b sum of second differences) u = f of three fields of component `first` and the next ones, from f to u,
-    /// with ghosts in its planes. Collective.
+    /// Solves (1 - b sum of second differences) u = f in place for three fields number `first`, first + 1, ..., and
+    /// fills ghosts in their planes. Collective.
     void diffuse(Three<Field>& fields, int first, double b);
     void add_beyond_walls(int c, double* field, double b) const;
     void step_half_implicit(const StageOfStep& whole, double time, double dt);
     void pass_outflow(double dt);
-    /// Makes velocities free of divergence by the gradient of next_[0], which is added to the pressure with `keep`.
+    /// Makes velocities free of divergence by the gradient of next_[0], and adds that to the pressure with `keep`.
     /// Collective.
     void project(double dt, bool keep);
-    /// Its two parts, of three fields of component `first` and the next ones.
+    /// Finds the correction for three fields number `first`, first + 1, ... Collective.
     void find_correction(Three<Field>& u, int first, double dt, Field& correction);
+    /// Subtracts the gradient of the correction. Collective.
     void take_gradient(Three<Field>& u, int first, double dt, const Field& correction, bool keep);
-    /// Adds so many times (1 - b sum of second differences) correction to the pressure but for its ghosts: what
-    /// diffuse() makes of the pressure's gradient is that of the correction. theory.md (86)
+    /// Adds `times` (1 - b sum of second differences) correction to the pressure without ghosts. diffuse() turns its
+    /// gradient into that of the correction. theory.md (86)
     void keep_diffused(const Field& correction, double times, double b);
-    template <class Body> void for_planes(int first, int behind, Body&& body) const {
-        threads_.for_each(static_cast<std::size_t>(behind - first),
-                          [&](std::size_t k, int) { body(first + static_cast<int>(k)); });
+    template <class Body> void for_planes(int first, int end, Body&& body) const {
+        threads_.for_each(to_index(end - first), [&](std::size_t k, int) { body(first + static_cast<int>(k)); });
     }
-    /// body(begin, end) of numbers of fields, of planes with their ghosts and of ghosts.
+    /// Calls body(begin, end) with offsets of planes, including ghosts and planes of ghosts.
     template <class Body> void for_whole_planes(Body&& body) const {
-        const auto plane = static_cast<std::size_t>(layout_.plane);
-        threads_.for_each(static_cast<std::size_t>(layout_.nz + 2 * FieldLayout::ghosts),
+        const std::size_t plane = to_index(layout_.plane);
+        threads_.for_each(to_index(layout_.nz + 2 * FieldLayout::ghosts),
                           [&](std::size_t k, int) { body(k * plane, (k + 1) * plane); });
     }
     Communicator comm_;
@@ -136,21 +112,20 @@ private:
     Pencils pencils_;
     FieldLayout layout_;
     Three<Field> now_, next_, rate_;
-    Field pressure_, correction_;         ///< `correction_`: of what bodies push in implicit stages; none without them
-    Field gain_;                          ///< of the pressure in an implicit step; none where nothing asks for it
-    std::optional<double> pressure_time_; ///< s, of the pressure; none where bodies began to act in the step
+    Field pressure_;
+    Field correction_;                    ///< correction for pushes by bodies in implicit stages; empty without bodies
+    Field gain_;                          ///< gain of the pressure in an implicit step; empty unless enabled
+    std::optional<double> pressure_time_; ///< time of the pressure, s; absent if bodies began to act in the step
     bool keeps_gain_ = false;
-    double gain_times_ = 0;               ///< see Gain; of explicit schemes of next_[0], with which projections end
-    std::optional<FastHelmholtz> direct_; ///< this or the next one
-    std::vector<Helmholtz>
-        equations_; ///< of `direct_`: of the pressure and, where viscosity is implicit, of velocities
-    std::optional<IteratedPoisson> iterated_poisson_;
-    std::unique_ptr<GhostExchange> ghosts_;
-    std::vector<double> speed_; ///< of each plane, the largest
-    double time_ = 0;           ///< of ghosts, s
-    double oscillation_ = 1;    ///< of walls then
+    double gain_times_ = 0; ///< factor of Gain, whose field is next_[0] in explicit schemes
+    std::optional<FastHelmholtz> direct_;
+    std::vector<Helmholtz> equations_; ///< of direct_: pressure and, if viscosity is implicit, velocities
+    std::optional<IteratedPoisson> iterated_poisson_; ///< in place of direct_
+    FlowBoundary boundary_;
+    std::vector<double> speed_; ///< largest speed of each plane, m/s
+    double time_ = 0;           ///< time of ghosts, s
     StageForcing* forcing_ = nullptr;
-    bool begun_ = false; ///< rates of a step before are known
+    bool begun_ = false; ///< rates of the step before are known
 };
 
 } // namespace skein
