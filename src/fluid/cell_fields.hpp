@@ -1,4 +1,4 @@
-// Fields of a flow at the middles of cells, for pictures: velocity as the mean of a cell's faces, the gradient of it by
+// Fields of a flow at the middles of cells, for output. Velocity is the mean of a cell's faces, and its gradient uses
 // centred differences.
 #pragma once
 
@@ -14,7 +14,7 @@ namespace skein {
 enum class CellField {
     velocity,
     vorticity,
-    q, ///< half of |rotation|^2 - |strain rate|^2: positive in vortices
+    q, ///< (|rotation|^2 - |strain rate|^2)/2, positive in vortices
     pressure
 };
 
@@ -26,16 +26,16 @@ inline constexpr CellFieldEntry cell_field_table[] = {
     {"velocity", "m/s", 3}, {"vorticity", "1/s", 3}, {"q", "1/s^2", 1}, {"pressure", "Pa", 1}};
 inline const CellFieldEntry& entry_of(CellField field) { return nth(cell_field_table, field); }
 
-/// What a flow is, as numbers of cells.
+/// Computes fields of a flow at cells.
 class CellReader {
 public:
     explicit CellReader(const FlowPlanes& flow);
 
-    /// Of `count` cells from (i, j, k) on along x, k counted from the first of its planes: [cell][component].
+    /// Writes `count` cells from (i, j, k) on along x, [cell][component]. Planes k count from the first of `flow`.
     void row(CellField field, int i, int j, int k, int count, double* out) const;
 
 private:
-    /// Of component c along d.
+    /// [component][direction].
     using Gradient = std::array<std::array<double, 3>, 3>;
     double centred(std::size_t c, std::ptrdiff_t at) const {
         return 0.5 * (velocity_[c][at] + velocity_[c][at - ahead_[c]]);

@@ -11,7 +11,7 @@ namespace skein {
 
 namespace {
 
-/// Planes of cubes whose last planes of cells are in a slab.
+/// Planes of cubes whose last planes of cells belong to a slab.
 Slab own_planes(const CellBox& box, const Slab& slab) {
     const auto ended_before = [&](int plane) {
         return std::clamp((plane - box.first[2]) / box.average, 0, box.count[2]);
@@ -25,17 +25,15 @@ Slab own_planes(const CellBox& box, const Slab& slab) {
 BoxSampler::BoxSampler(const Communicator& comm, const Threads& threads, const FlowPlanes& flow, const CellBox& box)
     : comm_(comm), threads_(threads), flow_(flow), box_(box), slab_(flow.planes()), planes_(own_planes(box, slab_)) {}
 
-std::size_t BoxSampler::row_numbers() const {
-    return static_cast<std::size_t>(box_.count[0]) * static_cast<std::size_t>(entry_of(field_).components);
-}
+std::size_t BoxSampler::row_numbers() const { return to_index(box_.count[0]) * to_index(entry_of(field_).components); }
 
 void BoxSampler::add_row(int k, int row, std::span<double> scratch, std::span<double> sum) const {
     const CellReader reader(flow_);
     const int n = box_.average, cells = n * box_.count[0];
-    const auto components = static_cast<std::size_t>(entry_of(field_).components);
+    const std::size_t components = to_index(entry_of(field_).components);
     for (int j = 0; j < n; ++j) {
         reader.row(field_, box_.first[0], box_.first[1] + row * n + j, k, cells, scratch.data());
-        for (std::size_t cube = 0, at = 0; cube < static_cast<std::size_t>(box_.count[0]); ++cube)
+        for (std::size_t cube = 0, at = 0; cube < to_index(box_.count[0]); ++cube)
             for (int i = 0; i < n; ++i)
                 for (std::size_t c = 0; c < components; ++c) sum[cube * components + c] += scratch[at++];
     }
@@ -43,18 +41,18 @@ void BoxSampler::add_row(int k, int row, std::span<double> scratch, std::span<do
 
 void BoxSampler::begin(CellField field) {
     field_ = field;
-    const int n = box_.average, above = planes_.first + planes_.count; // the plane of cubes that the next ranks end
-    const std::size_t numbers = row_numbers() * static_cast<std::size_t>(box_.count[1]);
-    std::vector<std::int64_t> to(static_cast<std::size_t>(comm_.size()), 0), from;
+    const int n = box_.average, above = planes_.first + planes_.count; // plane of cubes that belongs to the next ranks
+    const std::size_t numbers = row_numbers() * to_index(box_.count[1]);
+    std::vector<std::int64_t> to(to_index(comm_.size()), 0), from;
     std::vector<double> sums;
     if (above < box_.count[2]) {
         const int first = std::max(begin_of(above), 0), planes = std::max(slab_.count - first, 0);
         const int last_cell = box_.first[2] + (above + 1) * n - 1;
         nth(to, rank_of_plane(last_cell, flow_.constants().grid.cells[2], comm_.size())) = planes;
-        sums.assign(static_cast<std::size_t>(planes) * numbers, 0);
-        threads_.for_each(static_cast<std::size_t>(planes * box_.count[1]), [&](std::size_t item, int) {
+        sums.assign(to_index(planes) * numbers, 0);
+        threads_.for_each(to_index(planes * box_.count[1]), [&](std::size_t item, int) {
             const int k = static_cast<int>(item) / box_.count[1], row = static_cast<int>(item) % box_.count[1];
-            std::vector<double> scratch(static_cast<std::size_t>(n) * row_numbers());
+            std::vector<double> scratch(to_index(n) * row_numbers());
             add_row(first + k, row, scratch, std::span(sums).subspan(item * row_numbers(), row_numbers()));
         });
     }
@@ -67,17 +65,16 @@ void BoxSampler::begin(CellField field) {
 void BoxSampler::sample(int first, int count, std::span<double> out) const {
     const int n = box_.average, rows = box_.count[1];
     const std::size_t numbers = row_numbers();
-    threads_.for_each(static_cast<std::size_t>(count * rows), [&](std::size_t item, int) {
+    threads_.for_each(to_index(count * rows), [&](std::size_t item, int) {
         const int plane = first + static_cast<int>(item) / rows, row = static_cast<int>(item) % rows;
         const std::span<double> mean = out.subspan(item * numbers, numbers);
-        std::vector<double> scratch(static_cast<std::size_t>(n) * numbers), sum(numbers);
+        std::vector<double> scratch(to_index(n) * numbers), sum(numbers);
         std::fill(mean.begin(), mean.end(), 0);
         const auto add = [&](const double* values) {
             for (std::size_t i = 0; i < numbers; ++i) mean[i] += values[i];
         };
         if (plane == 0)
-            for (std::size_t at = static_cast<std::size_t>(row) * numbers; at < from_below_.size();
-                 at += numbers * static_cast<std::size_t>(rows))
+            for (std::size_t at = to_index(row) * numbers; at < from_below_.size(); at += numbers * to_index(rows))
                 add(from_below_.data() + at);
         const int begin = begin_of(planes_.first + plane);
         for (int k = std::max(begin, 0); k < begin + n; ++k) {
@@ -101,22 +98,21 @@ int BlockSampler::extent(int direction, int block) const {
 void BlockSampler::find(CellField criterion, double threshold) {
     const Slab slab = flow_.planes();
     const CellReader reader(flow_);
-    const auto components = static_cast<std::size_t>(entry_of(criterion).components);
+    const std::size_t components = to_index(entry_of(criterion).components);
     const int nx = counts_[0], ny = counts_[1], nz = counts_[2];
-    std::vector<double> largest(
-        static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) * static_cast<std::size_t>(nz), 0);
+    std::vector<double> largest(to_index(nx) * to_index(ny) * to_index(nz), 0);
     const int layer = slab.first / edge_,
               layers = slab.count > 0 ? (slab.first + slab.count - 1) / edge_ - layer + 1 : 0;
-    threads_.for_each(static_cast<std::size_t>(layers * ny), [&](std::size_t item, int) {
+    threads_.for_each(to_index(layers * ny), [&](std::size_t item, int) {
         const int bz = layer + static_cast<int>(item) / ny, by = static_cast<int>(item) % ny;
         double* const row = largest.data() + (static_cast<std::ptrdiff_t>(bz) * ny + by) * nx;
-        std::vector<double> value(static_cast<std::size_t>(cells_[0]) * components);
+        std::vector<double> value(to_index(cells_[0]) * components);
         for (int k = std::max(bz * edge_, slab.first);
              k < std::min(bz * edge_ + extent(2, bz), slab.first + slab.count); ++k)
             for (int j = by * edge_; j < by * edge_ + extent(1, by); ++j) {
                 reader.row(criterion, 0, j, k - slab.first, cells_[0], value.data());
                 for (int i = 0; i < cells_[0]; ++i) {
-                    const double* const v = value.data() + static_cast<std::size_t>(i) * components;
+                    const double* const v = value.data() + to_index(i) * components;
                     const double size =
                         components == 1 ? std::abs(v[0]) : std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
                     row[i / edge_] = std::max(row[i / edge_], size);
@@ -136,35 +132,34 @@ std::vector<BlockSampler::Piece> BlockSampler::pieces(std::size_t most_numbers) 
     std::vector<Piece> all;
     for (std::size_t first = 0; first < blocks_.size();) {
         const int z = blocks_[first][2];
-        std::size_t behind = first;
-        while (behind < blocks_.size() && blocks_[behind][2] == z) ++behind;
-        // The last layer of the grid, where blocks reach beyond it, takes what is beyond too.
+        std::size_t last = first;
+        while (last < blocks_.size() && blocks_[last][2] == z) ++last;
+        // The rank with the last plane of the grid takes planes of blocks beyond it too.
         const int from = std::max(z * edge_, slab.first), end = slab.first + slab.count,
                   until = z == counts_[2] - 1 && end == cells_[2] ? (z + 1) * edge_ : std::min((z + 1) * edge_, end);
         if (until > from && slab.count > 0) {
-            const std::size_t numbers =
-                                  static_cast<std::size_t>(3 * edge_ * edge_) * static_cast<std::size_t>(until - from),
+            const std::size_t numbers = to_index(3 * edge_ * edge_) * to_index(until - from),
                               most = std::max<std::size_t>(1, most_numbers / numbers);
-            for (std::size_t at = first; at < behind; at += most)
-                all.push_back({at, std::min(most, behind - at), from - z * edge_, until - from});
+            for (std::size_t at = first; at < last; at += most)
+                all.push_back({at, std::min(most, last - at), from - z * edge_, until - from});
         }
-        first = behind;
+        first = last;
     }
     return all;
 }
 
 void BlockSampler::sample(CellField field, const Piece& piece, std::span<double> out) const {
     const CellReader reader(flow_);
-    const auto components = static_cast<std::size_t>(entry_of(field).components);
-    const std::size_t row = static_cast<std::size_t>(edge_) * components;
-    const std::size_t share = row * static_cast<std::size_t>(edge_ * piece.planes);
+    const std::size_t components = to_index(entry_of(field).components);
+    const std::size_t row = to_index(edge_) * components;
+    const std::size_t share = row * to_index(edge_ * piece.planes);
     std::fill(out.begin(), out.end(), std::numeric_limits<double>::quiet_NaN());
     threads_.for_each(piece.count, [&](std::size_t b, int) {
         const auto [x, y, z] = blocks_[piece.first + b];
         for (int p = 0; p < std::min(piece.planes, extent(2, z) - piece.plane); ++p)
             for (int j = 0; j < extent(1, y); ++j)
                 reader.row(field, x * edge_, y * edge_ + j, z * edge_ + piece.plane + p - flow_.planes().first,
-                           extent(0, x), out.data() + b * share + static_cast<std::size_t>(p * edge_ + j) * row);
+                           extent(0, x), out.data() + b * share + to_index(p * edge_ + j) * row);
     });
 }
 

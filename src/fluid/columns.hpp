@@ -1,4 +1,4 @@
-// Tridiagonal systems along z, one for each coefficient along x and y. theory.md (78)
+// Tridiagonal systems along z for coefficients along x and y. theory.md (78)
 #pragma once
 
 #include "fluid/helmholtz.hpp"
@@ -20,31 +20,30 @@ namespace skein {
 class Columns {
 public:
     using P = Pack<8>;
-    static constexpr int chunk =
-        32; ///< that a thread solves one after the other, so that planes are read in whole cache lines
+    /// Columns that a thread solves one after the other, so that it reads planes in whole cache lines.
+    static constexpr int chunk = 32;
 
-    /// A pivot that is 0 but for rounding is that of the constant, which is free: it is taken as 0.
+    /// Inverse of a pivot, or 0 for a pivot within rounding of 0: the constant, which is free.
     SKEIN_INLINE static P inverse_of(P pivot) {
         const Mask<8> some = abs(pivot) > P(1e-11);
         return select(some, P(1.0) / select(some, pivot, P(1.0)), P(0.0));
     }
 
-    /// Of one thread: rows of eight numbers one after the other, so that they stay in its nearest cache. A column's own
-    /// rows are whole planes apart.
+    /// Memory of a thread: adjacent rows of eight numbers, which stay in its nearest cache. Rows of the columns are
+    /// whole planes apart.
     struct Work {
         explicit Work(int nz) {
-            for (AlignedVector<double>* rows : {&pivots, &values, &lasts})
-                rows->resize(static_cast<std::size_t>(8 * nz));
+            for (AlignedVector<double>* rows : {&pivots, &values, &lasts}) rows->resize(to_index(8 * nz));
         }
         AlignedVector<double> pivots, values;
-        AlignedVector<double> lasts; ///< answers to the last unknown of a period
+        AlignedVector<double> lasts; ///< responses to the last unknown of a period
     };
-    /// What is known at both ends of n numbers: that much more in the diagonal, and the numbers beyond.
+    /// Conditions at both ends of n numbers: additions to the diagonal, and the numbers beyond.
     struct Ends {
         P lower{0.0}, upper{0.0}, below{0.0}, above{0.0};
     };
 
-    /// n numbers `plane` apart, from right sides over `scale` to answers.
+    /// Solves for n numbers that are `plane` apart, from right sides over `scale`.
     static void solve_between(double* f, std::ptrdiff_t plane, int n, P scale, P diagonal, const Ends& ends,
                               Work& work) {
         if (n == 0) return;
@@ -63,13 +62,13 @@ public:
             store(f + k * plane, value);
         }
     }
-    /// All but the last unknown by that one, x_k = y_k + z_k x_last; then that.
+    /// Solves a period: all unknowns by the last one, x_k = y_k + z_k x_last, then the last one.
     static void solve_period(double* f, std::ptrdiff_t plane, int nz, P scale, P diagonal, Work& work) {
         if (nz == 1) {
             store(f, scale * load<8>(f) * inverse_of(diagonal + P(2.0)));
             return;
         }
-        if (nz == 2) { // both neighbours are the same cell
+        if (nz == 2) { // both neighbours are one cell
             const P a = scale * load<8>(f), b = scale * load<8>(f + plane),
                     sum = (a + b) * inverse_of(diagonal + P(2.0)), difference = (a - b) * inverse_of(diagonal - P(2.0));
             store(f, P(0.5) * (sum + difference));
@@ -100,7 +99,7 @@ public:
         store(f + n * plane, x);
     }
 
-    /// body(at, diagonal): of eight coefficients of y mode j, from x mode first + at on.
+    /// Calls body(at, diagonal) for eight coefficients of y mode j, from x mode first + at on.
     template <class Body>
     static void for_packs(const Helmholtz& equation, int j, int first, int begin, int end, Body&& body) {
         for (int at = begin; at < end; at += 8) {
@@ -111,15 +110,15 @@ public:
     }
 
 private:
-    /// Eight numbers of a column; those of a column of the next chunk are on their way from memory.
+    /// Loads eight numbers and prefetches those of the next chunk.
     SKEIN_INLINE static P next(const double* numbers) {
         __builtin_prefetch(numbers + chunk, 1, 2);
         return load<8>(numbers);
     }
 };
 
-/// Columns change ranks: of the slabs' ranks with the same share of the modes along x each solves whole ones, of its
-/// modes along y. The same bits on any ranks.
+/// Solver of whole columns, which change ranks for it. Ranks with the same share of modes along x solve different modes
+/// along y. Any number of ranks gives the same bits.
 class TransposedColumns {
 public:
     using P = Columns::P;
@@ -127,7 +126,7 @@ public:
         : threads_(threads), nz_(grid.cells[2]), first_mode_(pencils.modes(pencils.share()).first),
           row_(row_of(pencils.modes(pencils.share()).count)),
           own_(slab_of(grid.cells[1], pencils.slab(), pencils.slabs())),
-          work_(static_cast<std::size_t>(threads.count()), Columns::Work(nz_)) {
+          work_(to_index(threads.count()), Columns::Work(nz_)) {
         column_ = UnsetArray<double>(numbers(nz_, own_.count));
         if (pencils.slabs() == 1) {
             for (int j = 0; j < own_.count; ++j) add_row(column_.data(), j, own_.count);
@@ -135,8 +134,7 @@ public:
         }
         const int planes = pencils.planes().count, chunks = chunks_of(comm, grid, pencils);
         spectrum_ = UnsetArray<double>(numbers(planes, grid.cells[1]));
-        std::vector<std::vector<RepeatedMessages::Part>> of_planes(static_cast<std::size_t>(chunks)),
-            of_modes = of_planes;
+        std::vector<std::vector<RepeatedMessages::Part>> of_planes(to_index(chunks)), of_modes = of_planes;
         for (int s = 0; s < pencils.slabs(); ++s) {
             const int rank = pencils.rank_of(s, pencils.share());
             const Slab other = pencils.planes(s), modes = slab_of(grid.cells[1], s, pencils.slabs());
@@ -162,10 +160,10 @@ public:
         }
     }
 
-    /// Of modes along y, of this rank's planes.
+    /// Rows of modes along y in this rank's planes.
     const PlaneRows& rows() const { return rows_; }
-    /// Of this rank's planes, chunk by chunk: works out their right sides, by body(first, behind). What has been worked
-    /// out is on its way meanwhile. Collective.
+    /// Calls body(first, end) for chunks of this rank's planes to compute right sides, and sends each chunk meanwhile.
+    /// Collective.
     template <class Body> void send(int planes, Body&& body) {
         if (chunks_.empty()) return body(0, planes);
         for (Chunk& chunk : chunks_) {
@@ -174,12 +172,12 @@ public:
         }
         for (Chunk& chunk : chunks_) chunk.to_columns.finish();
     }
-    /// From right sides to answers.
+    /// Solves the columns of this rank in place.
     void solve(const Helmholtz& equation) {
-        threads_.for_each(static_cast<std::size_t>(own_.count),
+        threads_.for_each(to_index(own_.count),
                           [&](std::size_t j, int thread) { solve(equation, static_cast<int>(j), nth(work_, thread)); });
     }
-    /// Of this rank's planes, as send(): takes their answers. Those of later chunks are on their way meanwhile.
+    /// Calls body(first, end) for chunks of this rank's planes with their solution, while later chunks arrive.
     /// Collective.
     template <class Body> void receive(int planes, Body&& body) {
         if (chunks_.empty()) return body(0, planes);
@@ -193,22 +191,20 @@ public:
     std::size_t bytes() const { return (column_.size() + spectrum_.size()) * sizeof(double); }
 
 private:
-    /// Planes whose numbers are sent together.
+    /// Planes that are sent together.
     struct Chunk {
         Slab planes;
         RepeatedMessages to_columns, to_planes;
     };
-    /// The same on all ranks: up to four, of a plane for each thread or more.
+    /// Number of chunks, at most four, with at least one plane for each thread. All ranks have the same.
     int chunks_of(const Communicator& comm, const FluidGrid& grid, const Pencils& pencils) const {
         const std::int64_t threads = comm.max(static_cast<std::int64_t>(threads_.count()));
         return static_cast<int>(std::clamp<std::int64_t>(grid.cells[2] / pencils.slabs() / threads, 1, most_chunks));
     }
     static constexpr int most_chunks = 4;
 
-    std::size_t numbers(int planes, int modes) const {
-        return static_cast<std::size_t>(planes) * static_cast<std::size_t>(modes) * static_cast<std::size_t>(row_);
-    }
-    /// Of a mode in planes of `modes` of them.
+    std::size_t numbers(int planes, int modes) const { return to_index(planes) * to_index(modes) * to_index(row_); }
+    /// Adds the row of a mode to rows_; planes have `modes` rows.
     void add_row(double* planes, int mode, int modes) {
         rows_.add(planes + static_cast<std::ptrdiff_t>(mode) * row_, static_cast<std::ptrdiff_t>(modes) * row_);
     }
@@ -230,12 +226,12 @@ private:
     }
 
     const Threads& threads_;
-    int nz_, first_mode_, row_;   ///< the first along x; room for those of this rank
-    Slab own_;                    ///< modes along y, whose columns this rank solves
+    int nz_, first_mode_, row_;   ///< first mode along x; length of rows for this rank's modes
+    Slab own_;                    ///< modes along y of the columns that this rank solves
     UnsetArray<double> column_;   ///< [z][y mode][x mode]
-    UnsetArray<double> spectrum_; ///< [slab][plane][y mode][x mode], to be sent; none of one slab
+    UnsetArray<double> spectrum_; ///< [slab][plane][y mode][x mode] to be sent; empty with one slab
     PlaneRows rows_;
-    std::vector<Chunk> chunks_;       ///< none of one slab
+    std::vector<Chunk> chunks_;       ///< empty with one slab
     std::vector<Columns::Work> work_; ///< by thread
 };
 

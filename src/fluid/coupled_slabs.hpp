@@ -1,6 +1,4 @@
-// Those coefficients whose columns couple the slabs of all ranks: a chain of two unknowns a slab, for each of them.
-//                                                                                                      theory.md (79a),
-//                                                                                                      (79b)
+// Coefficients whose columns couple the slabs of all ranks by a chain of two unknowns a slab. theory.md (79a), (79b)
 #pragma once
 
 #include "fluid/columns.hpp"
@@ -12,56 +10,56 @@
 
 namespace skein {
 
-/// Of all equations with the same ends, and of a share of the modes along x. Each of the slabs' ranks with that share
-/// solves the chains of some coefficients.
+/// Chains of a share of the modes along x, for equations with the same ends. Ranks of slabs with that share solve
+/// different coefficients.
 class CoupledSlabs {
 public:
     using P = Columns::P;
     CoupledSlabs(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const Pencils& pencils,
                  const Helmholtz& equation)
         : threads_(threads), slabs_(pencils.slabs()), planes_(grid.cells[2]),
-          first_mode_(pencils.modes(pencils.share()).first), work_(static_cast<std::size_t>(threads.count())) {
+          first_mode_(pencils.modes(pencils.share()).first), work_(to_index(threads.count())) {
         const int least = equation.unknown(planes_ / slabs_),
-                  behind = first_mode_ + pencils.modes(pencils.share()).count;
+                  end_mode = first_mode_ + pencils.modes(pencils.share()).count;
         std::vector<Coefficient> all;
         for (int j = 0; j < grid.cells[1]; ++j)
-            for (int m = first_mode_; m < behind; ++m)
+            for (int m = first_mode_; m < end_mode; ++m)
                 if (couples_slabs(equation.x.eigenvalue(m) + equation.y.eigenvalue(j), least)) all.push_back({m, j});
         const auto share = [&](int slab) { return slab_of(static_cast<int>(all.size()), slab, slabs_); };
-        const auto room = [](int count) { return static_cast<std::size_t>((count + 7) / 8 * 8); };
+        const auto room = [](int count) { return to_index((count + 7) / 8 * 8); };
         std::size_t begin = 0;
-        std::vector<std::size_t> begins; // in sent_, by slab
+        std::vector<std::size_t> begins; // offsets in sent_ by slab
         for (int r = 0; r < slabs_; ++r) {
             const Slab of_rank = share(r);
             begins.push_back(begin);
             for (int c = 0; c < of_rank.count; ++c)
-                places_.push_back({nth(all, of_rank.first + c), begin + static_cast<std::size_t>(c),
-                                   begin + room(of_rank.count) + static_cast<std::size_t>(c)});
+                places_.push_back(
+                    {nth(all, of_rank.first + c), begin + to_index(c), begin + room(of_rank.count) + to_index(c)});
             begin += 2 * room(of_rank.count);
         }
         const Slab mine = share(pencils.slab());
         own_.assign(all.begin() + mine.first, all.begin() + mine.first + mine.count);
         room_ = room(mine.count);
         sent_.assign(begin, 0.0);
-        chains_.assign(static_cast<std::size_t>(slabs_) * 2 * room_, 0.0);
+        chains_.assign(to_index(slabs_) * 2 * room_, 0.0);
         std::vector<RepeatedMessages::Part> of_slab, of_chains;
         for (int r = 0; r < slabs_; ++r) {
             const int rank = pencils.rank_of(r, pencils.share());
             const auto numbers = [](double* first, std::size_t count) {
                 return std::as_writable_bytes(std::span(first, count));
             };
-            const auto at = static_cast<std::size_t>(r);
+            const std::size_t at = to_index(r);
             const std::size_t count = 2 * room(share(r).count);
             if (count > 0) of_slab.push_back({rank, numbers(sent_.data() + begins[at], count)});
             if (room_ > 0) of_chains.push_back({rank, numbers(chain(r, 0), 2 * room_)});
         }
         to_chains_ = RepeatedMessages(comm, of_slab, of_chains);
         to_slabs_ = RepeatedMessages(comm, of_chains, of_slab);
-        for (std::vector<Link>& links : work_) links.resize(static_cast<std::size_t>(slabs_));
+        for (std::vector<Link>& links : work_) links.resize(to_index(slabs_));
     }
 
-    /// From the first and last numbers of this slab by itself, by (j, m), on: those just below and above it will come.
-    /// Collective.
+    /// Starts from the first and last numbers [j][m] of this slab alone. finish() gives the numbers just below and
+    /// above it. Collective.
     void start(const Helmholtz& equation, const double* first, const double* last, int row) {
         for (const Place& place : places_) {
             const std::ptrdiff_t at = place.coefficient.at(row, first_mode_);
@@ -96,21 +94,20 @@ private:
     };
     struct Place {
         Coefficient coefficient;
-        std::size_t lower, upper; ///< in sent_
+        std::size_t lower, upper; ///< offsets in sent_
     };
-    /// What 1 just beyond one end of a slab is at that end and at the other: alpha and beta of (79a).
+    /// Response to 1 just beyond one end of a slab, at that end and at the other: alpha and beta of (79a).
     struct Reach {
         P near, far;
     };
-    /// Of a slab: last = p + q first of the next + t last of all; first = a + b first of the next + c last of all.
+    /// Link of a slab: last = p + q next + t end, first = a + b next + c end, with the first number of the next slab
+    /// (next) and the last number of all (end).
     struct Link {
         P p, q, t, a, b, c;
     };
 
-    double* chain(int slab, std::size_t end) {
-        return chains_.data() + (static_cast<std::size_t>(slab) * 2 + end) * room_;
-    }
-    /// Of n planes, with so much more in the diagonal at the other end.
+    double* chain(int slab, std::size_t end) { return chains_.data() + (to_index(slab) * 2 + end) * room_; }
+    /// Reach through n planes, with `end` added to the diagonal at the other end.
     static Reach reach(const P& diagonal, int n, const P& end) {
         P pivot(0.0), far(1.0);
         for (int k = 0; k < n; ++k) {
@@ -126,7 +123,7 @@ private:
         return diagonal;
     }
     int planes(int slab) const { return slab_of(planes_, slab, slabs_).count; }
-    /// Slabs from `begin` to `end`, each by the next one and the last of all; `p`, `q` and `t` are of the one before.
+    /// Links slabs from `begin` to `end`; `p`, `q` and `t` belong to the slab before.
     void link(const P& diagonal, int begin, int end, std::size_t at, std::vector<Link>& links, P p, P q, P t) {
         const int least = planes_ / slabs_;
         const Reach thin = reach(diagonal, least, P(0.0)), thick = reach(diagonal, least + 1, P(0.0));
@@ -140,7 +137,7 @@ private:
             nth(links, r) = {p, q, t, a, b, c};
         }
     }
-    /// Eight columns between two ends, from slab to slab; then back, with the numbers beyond each slab.
+    /// Solves eight columns between two ends, from slab to slab and back, for the numbers beyond each slab.
     void solve_chain(const Helmholtz& equation, std::size_t at, std::vector<Link>& links) {
         const P diagonal = diagonal_of(equation, at), end(equation.end());
         const int last = slabs_ - 1;
@@ -149,7 +146,7 @@ private:
         link(diagonal, 1, last, at, links, p, q, P(0.0));
         const Link& before = nth(links, last - 1);
         const P near = reach(diagonal, equation.unknown(planes(last)), end).near;
-        // The constant is free: that the last number of all is 0, as whole columns have it.
+        // The constant is free: the last number of all is 0, as in whole columns.
         const P first =
             select(constants(equation, diagonal), -load<8>(chain(last, 1) + at) - before.p,
                    (load<8>(chain(last, 0) + at) + near * before.p) * Columns::inverse_of(P(1.0) - near * before.q));
@@ -162,11 +159,11 @@ private:
             here = fma(below.b, here, below.a);
         }
     }
-    /// The same round a period: by the first number of all and the last.
+    /// Solves eight periodic columns by the first and last number of all.
     void solve_ring(const Helmholtz& equation, std::size_t at, std::vector<Link>& links) {
         const P diagonal = diagonal_of(equation, at);
         link(diagonal, 0, slabs_, at, links, P(0.0), P(0.0), P(1.0));
-        // First numbers of slabs by those two, from above.
+        // First numbers of slabs by these two, from above.
         P a(0.0), b(1.0), c(0.0);
         for (int r = slabs_ - 1; r >= 0; --r) {
             Link& of = nth(links, r);
@@ -199,12 +196,12 @@ private:
 
     const Threads& threads_;
     int slabs_, planes_, first_mode_;
-    std::vector<Place> places_;    ///< of all
-    std::vector<Coefficient> own_; ///< whose chains this rank solves
-    std::size_t room_;             ///< for them, in whole packs
-    AlignedVector<double>
-        sent_; ///< [slab whose rank solves][first, last][coefficient] of this slab, and back [below, above]
-    AlignedVector<double> chains_; ///< [slab][first, last][own coefficient], and back
+    std::vector<Place> places_;    ///< places of all coefficients
+    std::vector<Coefficient> own_; ///< coefficients whose chains this rank solves
+    std::size_t room_;             ///< their number in whole packs
+    /// [slab whose rank solves][first, last][coefficient] of this slab; [below, above] on the way back.
+    AlignedVector<double> sent_;
+    AlignedVector<double> chains_; ///< [slab][first, last][own coefficient]; [below, above] on the way back
     RepeatedMessages to_chains_, to_slabs_;
     std::vector<std::vector<Link>> work_; ///< by thread and slab
 };

@@ -1,5 +1,5 @@
-// The discrete equations of Poisson and Helmholtz of a box, solved directly: transforms of lines along x and y, then a
-// tridiagonal system along z for each of their coefficients. theory.md (77)-(79), (84)
+// Direct solver of the discrete equations of Poisson and Helmholtz in a box: transforms of lines along x and y, then a
+// tridiagonal system along z for each coefficient. theory.md (77)-(79), (84)
 #pragma once
 
 #include "fluid/flow.hpp"
@@ -12,7 +12,7 @@
 
 namespace skein {
 
-/// Lines are transformed whole, so that any ranks have the same bits where columns are solved whole too.
+/// Lines are transformed whole. If columns are solved whole too, any number of ranks gives the same bits.
 class FastHelmholtz {
 public:
     using P = Pack<8>;
@@ -27,8 +27,8 @@ public:
                              TransformAlongY(pencils.modes(pencils.share()).count)});
     }
 
-    /// source(i, j, k): f in eight cells from (i, j, k) on, of which those beyond the row are left out; sink(i, j, k,
-    /// phi): takes phi there, when all of f has been read. j and k count rows and planes of this rank. Collective.
+    /// source(i, j, k) returns f in eight cells from (i, j, k) on, and cells beyond the row are ignored. sink(i, j, k,
+    /// phi) takes phi there, after all of f has been read. j and k count rows and planes of this rank. Collective.
     template <class Source, class Sink> void solve(const Helmholtz& equation, Source&& source, Sink&& sink) {
         const PlaneRows& columns = slabs_ ? slabs_->rows() : whole_->rows();
         if (shared_) {
@@ -37,7 +37,7 @@ public:
         }
         const auto forward = [&](Work& work, int k) {
             if (shared_) return work.y.forward(equation.y, k, shared_->of_modes(), columns);
-            work.x.forward(equation.x, k, source); // a plane stays in the cache between both
+            work.x.forward(equation.x, k, source); // the plane stays in the cache
             work.y.forward(equation.y, k, work.x.tiles(equation.x), columns);
         };
         const auto back = [&](Work& work, int k) {
@@ -50,9 +50,9 @@ public:
             slabs_->solve(equation);
             for_planes(back);
         } else {
-            whole_->send(planes_, [&](int first, int behind) { for_planes(first, behind, forward); });
+            whole_->send(planes_, [&](int first, int end) { for_planes(first, end, forward); });
             whole_->solve(equation);
-            whole_->receive(planes_, [&](int first, int behind) { for_planes(first, behind, back); });
+            whole_->receive(planes_, [&](int first, int end) { for_planes(first, end, back); });
         }
         if (shared_) {
             shared_->to_rows();
@@ -69,18 +69,18 @@ private:
         TransformAlongX x;
         TransformAlongY y;
     };
-    template <class Body> void for_planes(int first, int behind, Body&& body) {
-        threads_.for_each(static_cast<std::size_t>(behind - first),
+    template <class Body> void for_planes(int first, int end, Body&& body) {
+        threads_.for_each(to_index(end - first),
                           [&](std::size_t k, int thread) { body(nth(work_, thread), first + static_cast<int>(k)); });
     }
     template <class Body> void for_planes(Body&& body) { for_planes(0, planes_, body); }
 
     const Threads& threads_;
     int planes_;
-    std::optional<TransposedColumns> whole_; ///< columns: these or the next ones
-    std::optional<SlabColumns> slabs_;
-    std::optional<RowExchange> shared_; ///< none where this rank has all rows of its planes
-    std::vector<Work> work_;            ///< by thread
+    std::optional<TransposedColumns> whole_; ///< solver of whole columns
+    std::optional<SlabColumns> slabs_;       ///< solver of columns in slabs, in place of whole_
+    std::optional<RowExchange> shared_;      ///< absent if this rank has all rows of its planes
+    std::vector<Work> work_;                 ///< by thread
 };
 
 } // namespace skein

@@ -2,6 +2,7 @@
 
 #include "skein/core/aligned.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <dlfcn.h>
 #include <fftw3.h>
@@ -12,7 +13,7 @@ namespace skein {
 
 namespace {
 
-/// The functions of FFTW that are needed here.
+/// Functions of FFTW.
 struct Library {
     decltype(&fftw_plan_many_dft) plan;
     decltype(&fftw_execute_dft) execute;
@@ -47,12 +48,12 @@ fftw_complex* complex(double* numbers) { return reinterpret_cast<fftw_complex*>(
 struct Fft::Plan {
     fftw_plan plan;
     ~Plan() {
-        if (plan) Library::get().destroy(plan); // else there may be no library
+        if (plan) Library::get().destroy(plan); // without a plan there may be no library
     }
 };
 
 Fft::Fft(int n, int lines, Way way) : plan_(new Plan{nullptr}) {
-    AlignedVector<double> from(static_cast<std::size_t>(2 * n * lines)), to(from.size());
+    AlignedVector<double> from(to_index(2 * n * lines)), to(from.size());
     plan_->plan = Library::get().plan(1, &n, lines, complex(from.data()), nullptr, lines, 1, complex(to.data()),
                                       nullptr, lines, 1, static_cast<int>(way), FFTW_ESTIMATE | FFTW_DESTROY_INPUT);
 }

@@ -38,7 +38,7 @@ void FlowSolver::step(double time, double dt) {
 
 std::int64_t FlowSolver::step_within(double time, double dt, double courant) {
     const double parts = std::ceil(dt / step_limit(courant) * (1 - 1e-12));
-    const auto steps = static_cast<std::int64_t>(std::clamp(parts, 1.0, 1e9)); // of what is no number: the first
+    const auto steps = static_cast<std::int64_t>(std::clamp(parts, 1.0, 1e9)); // NaN becomes 1
     const double part = dt / static_cast<double>(steps);
     for (std::int64_t s = 0; s < steps; ++s) step(time + static_cast<double>(s) * part, part);
     return steps;
@@ -56,7 +56,7 @@ double inflow_share(const FlowConstants& constants, int j, int k) {
     const auto along = [&](std::size_t d, int i) {
         if (!is_parabolic(constants, d)) return 1.0;
         const double n = constants.grid.cells[d], at = (i + 0.5) / n;
-        return 6 * at * (1 - at) / (1 + 0.5 / (n * n)); // of all cells the mean is 1
+        return 6 * at * (1 - at) / (1 + 0.5 / (n * n)); // the mean of all cells is 1
     };
     return along(1, j) * along(2, k);
 }
@@ -67,7 +67,7 @@ double largest_inflow_share(const FlowConstants& constants) {
 
 double step_limit(const FlowConstants& constants, double speed, double courant) {
     const double h = constants.grid.h, viscosity = constants.kinematic_viscosity;
-    constexpr double stable = 2.5 / 12, margin = 1.5; // of viscosity by itself
+    constexpr double stable = 2.5 / 12, margin = 1.5; // limit by viscosity alone
     constexpr double steps_of_period = 40;
     const double fastest = std::max(speed, wall_speed(constants)),
                  by_speed = fastest > 0 ? courant * h / fastest : HUGE_VAL,
@@ -91,7 +91,7 @@ double oscillation(const FlowConstants& constants, double time) {
 
 double oscillation_integral(const FlowConstants& constants, double from, double duration) {
     if (!(constants.frequency > 0)) return duration;
-    const double half = std::numbers::pi * constants.frequency; // of the angular frequency
+    const double half = std::numbers::pi * constants.frequency; // half the angular frequency
     return std::sin(half * duration) / half * oscillation(constants, from + 0.5 * duration);
 }
 

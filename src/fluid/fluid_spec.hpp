@@ -1,4 +1,4 @@
-// What a scene says about a fluid.
+// Settings of a scene for a fluid.
 #pragma once
 
 #include "fluid/flow.hpp"
@@ -10,7 +10,7 @@
 
 namespace skein {
 
-/// Across which direction the no-slip walls move.
+/// Direction across which no-slip walls move.
 enum class MovingWalls { automatic, x, y, z };
 inline constexpr std::string_view moving_walls_names[] = {"auto", "x", "y", "z"};
 
@@ -19,7 +19,7 @@ struct FluidSpec {
     std::vector<long> cells;
     double spacing = 0;                              ///< edge of a cell, m
     Vec3d lower{0, 0, 0};                            ///< corner of the box, m
-    std::optional<Vec3d> margin_lower, margin_upper; ///< of a box that is fitted to the rods at the start, m
+    std::optional<Vec3d> margin_lower, margin_upper; ///< margins of a box fitted to the rods at the start, m
     bool follows_rods = false;                       ///< the box moves along x with them
     double density = 0;                              ///< kg/m^3
     double viscosity = 0;                            ///< dynamic, Pa s
@@ -31,24 +31,23 @@ struct FluidSpec {
     Vec3d lower_wall_velocity{0, 0, 0}; ///< m/s
     Vec3d upper_wall_velocity{0, 0, 0}; ///< m/s
     MovingWalls moving_walls = MovingWalls::automatic;
-    double frequency = 0; ///< of walls and acceleration, Hz; 0: steady
-    std::vector<std::string>
-        velocity_formula; ///< at the start, m/s; none: at rest, or the inflow where something flows through
+    double frequency = 0; ///< frequency of walls and acceleration, Hz; 0: steady
+    /// Velocity at the start, m/s; empty: rest, or the inflow.
+    std::vector<std::string> velocity_formula;
     FlowScheme scheme = FlowScheme::rk3;
     double courant = 0.5;       ///< largest sum of Courant numbers of a step
-    double expected_speed = 0;  ///< m/s, for plans and, with rods, for steps; 0: from what the scene says
-    double largest_slip = 0.02; ///< over the largest speed, of rods that feel the fluid; 0: steps do not follow from it
+    double expected_speed = 0;  ///< m/s, for plans and, with rods, for steps; 0: estimated from the scene
+    double largest_slip = 0.02; ///< slip of two-way rods over the largest speed that shortens steps; 0: none does
     PressureMethod pressure = PressureMethod::direct;
     ColumnExchange pressure_exchange = ColumnExchange::transposes;
     double pressure_tolerance = 1e-10; ///< residual of multigrid over the right side
-    long ranks_across = 0;             ///< that share the rows of a slab; 0: as few as the planes allow
-    std::string ranks_across_at;       ///< where the scene says so, "file:line"
+    long ranks_across = 0;             ///< ranks that share the rows of a slab; 0: as few as the planes allow
+    std::string ranks_across_at;       ///< "file:line" of this key in the scene
 
     bool fitted() const { return margin_lower || margin_upper; }
     FlowConstants constants() const;
     std::array<FluidBoundary, 3> boundaries() const { return {along_x, along_y, along_z}; }
-    /// Across which walls move: as moving_walls says, or else the one direction across which they are no_slip; -1:
-    /// there is no such.
+    /// Direction across which walls move: moving_walls, or the only direction with no_slip walls; -1: none.
     int moving_direction() const;
     void fields(FieldVisitor& f);
 };

@@ -1,7 +1,8 @@
-// Ghosts of fields, from neighbouring ranks.
+// Ghosts of fields from neighbouring ranks.
 #pragma once
 
 #include "fluid/neighbours.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <map>
@@ -9,7 +10,7 @@
 
 namespace skein {
 
-/// Messages of planes are made once for each array, those of rows once for each number of fields.
+/// Messages of planes are prepared once for each list of arrays, messages of rows once for each number of fields.
 class GhostExchange {
 public:
     using Fields = std::span<double* const>;
@@ -18,26 +19,21 @@ public:
           along_z_(Neighbours::of_slabs(pencils, grid.periodic(2))), share_rows_(pencils.across() > 1),
           share_planes_(pencils.slabs() > 1) {}
 
-    /// With the ghosts along x in them, of this rank's planes; none where it has all rows.
+    /// Exchanges rows in this rank's planes, with ghosts along x, unless it has all rows. Collective.
     void exchange_rows(Fields fields) {
         if (!share_rows_) return;
         auto found = rows_.find(fields.size());
         if (found == rows_.end())
             found = rows_.try_emplace(fields.size(), comm_, along_y_, fields.size() * rows_of_field()).first;
         Rows& rows = found->second;
-        const int last = layout_.ny - width;
-        if (along_y_.below >= 0)
-            copy_rows(fields, 0, [&](double* from, std::size_t at) { to_buffer(rows.lowest, at, from); });
-        if (along_y_.above >= 0)
-            copy_rows(fields, last, [&](double* from, std::size_t at) { to_buffer(rows.uppermost, at, from); });
+        if (along_y_.below >= 0) copy_rows<true>(fields, 0, rows.lowest);
+        if (along_y_.above >= 0) copy_rows<true>(fields, layout_.ny - width, rows.uppermost);
         rows.messages.start();
         rows.messages.finish();
-        if (along_y_.below >= 0)
-            copy_rows(fields, -width, [&](double* to, std::size_t at) { from_buffer(rows.from_below, at, to); });
-        if (along_y_.above >= 0)
-            copy_rows(fields, layout_.ny, [&](double* to, std::size_t at) { from_buffer(rows.from_above, at, to); });
+        if (along_y_.below >= 0) copy_rows<false>(fields, -width, rows.from_below);
+        if (along_y_.above >= 0) copy_rows<false>(fields, layout_.ny, rows.from_above);
     }
-    /// With all ghosts in them.
+    /// Exchanges planes with all their ghosts. Collective.
     void exchange_planes(Fields fields) {
         if (!share_planes_) {
             if (along_z_.below >= 0)
@@ -63,23 +59,19 @@ private:
         std::vector<double> lowest, uppermost, from_below, from_above; ///< [field][plane][row][x, with room before]
         RepeatedMessages messages;
     };
-    std::size_t block() const { return static_cast<std::size_t>(layout_.row) * width; } ///< rows of ghosts of a plane
-    std::size_t rows_of_field() const { return block() * static_cast<std::size_t>(layout_.nz); }
-    void to_buffer(std::vector<double>& buffer, std::size_t at, const double* from) const {
-        std::copy_n(from, block(), &buffer[at]);
-    }
-    void from_buffer(const std::vector<double>& buffer, std::size_t at, double* to) const {
-        std::copy_n(&buffer[at], block(), to);
-    }
-    /// body(rows, place in a buffer) of as many rows as ghosts, from j on, in each plane of each field.
-    template <class Body> void copy_rows(Fields fields, int j, Body&& body) const {
-        std::size_t at = 0;
+    std::size_t block() const { return to_index(layout_.row) * width; } ///< numbers in rows of ghosts of a plane
+    std::size_t rows_of_field() const { return block() * to_index(layout_.nz); }
+    /// Copies rows j, j + 1 in each plane of each field to or from a buffer.
+    template <bool to_buffer> void copy_rows(Fields fields, int j, std::vector<double>& buffer) const {
+        double* at = buffer.data();
         for (double* field : fields)
-            for (int k = 0; k < layout_.nz; ++k, at += block())
-                body(field + layout_.at(0, j, k) - FieldLayout::before, at);
+            for (int k = 0; k < layout_.nz; ++k, at += block()) {
+                double* const rows = field + layout_.at(0, j, k) - FieldLayout::before;
+                std::copy_n(to_buffer ? rows : at, block(), to_buffer ? at : rows);
+            }
     }
 
-    std::size_t numbers() const { return static_cast<std::size_t>(layout_.plane) * width; }
+    std::size_t numbers() const { return to_index(layout_.plane) * width; }
     double* planes(double* field, int k) const { return field + (k + width) * layout_.plane; }
     void wrap(double* field) const {
         std::copy_n(planes(field, layout_.nz - width), numbers(), planes(field, -width));

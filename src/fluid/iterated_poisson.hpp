@@ -1,4 +1,4 @@
-// A PressureSolver in place of FastHelmholtz: the same sources and sinks, eight cells at a time.
+// PressureSolver with the sources and sinks of FastHelmholtz, eight cells at a time.
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -6,6 +6,7 @@
 #include "fluid/pressure_solver.hpp"
 #include "parallel/threads.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -20,13 +21,12 @@ public:
         : threads_(threads), nx_(grid.cells[0]), ny_(grid.cells[1]),
           planes_(slab_of(grid.cells[2], comm.rank(), comm.size()).count),
           solver_(make_multigrid(comm, tensor_grid(grid), tolerance)) {
-        const auto cells =
-            static_cast<std::size_t>(nx_) * static_cast<std::size_t>(ny_) * static_cast<std::size_t>(planes_);
+        const auto cells = to_index(nx_) * to_index(ny_) * to_index(planes_);
         source_.assign(cells, 0.0);
         answer_.assign(cells + 8, 0.0); // packs reach beyond the last row
     }
 
-    /// As FastHelmholtz::solve. Throws NumericalError on all ranks where there is no answer. Collective.
+    /// Solves like FastHelmholtz::solve(). Throws NumericalError on all ranks without a solution. Collective.
     template <class Source, class Sink> void solve(Source&& source, Sink&& sink) {
         for_packs([&](int i, int j, int k, std::size_t at) {
             double lanes[8];
@@ -44,19 +44,16 @@ private:
     static TensorGrid tensor_grid(const FluidGrid& grid) {
         TensorGrid tensor;
         for (std::size_t d = 0; d < 3; ++d) {
-            tensor.width[d].assign(static_cast<std::size_t>(grid.cells[d]), grid.h);
+            tensor.width[d].assign(to_index(grid.cells[d]), grid.h);
             tensor.periodic[d] = grid.periodic(static_cast<int>(d));
         }
         return tensor;
     }
     template <class Body> void for_packs(Body&& body) const {
-        threads_.for_each(static_cast<std::size_t>(planes_), [&](std::size_t k, int) {
+        threads_.for_each(to_index(planes_), [&](std::size_t k, int) {
             for (int j = 0; j < ny_; ++j)
                 for (int i = 0; i < nx_; i += 8)
-                    body(i, j, static_cast<int>(k),
-                         (k * static_cast<std::size_t>(ny_) + static_cast<std::size_t>(j)) *
-                                 static_cast<std::size_t>(nx_) +
-                             static_cast<std::size_t>(i));
+                    body(i, j, static_cast<int>(k), (k * to_index(ny_) + to_index(j)) * to_index(nx_) + to_index(i));
         });
     }
 

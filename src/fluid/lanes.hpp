@@ -1,4 +1,4 @@
-// Rows of eight numbers in memory as packs, and what transforms do with their lanes.
+// Packs of eight adjacent numbers in memory, and exchanges of their lanes.
 #pragma once
 
 #include "skein/core/pack.hpp"
@@ -7,7 +7,7 @@
 
 namespace skein {
 
-/// From any place.
+/// Loads without alignment.
 template <int W> SKEIN_INLINE Pack<W> load(const double* from) {
     if constexpr (Wide<W>) {
         return {load<W / 2>(from), load<W / 2>(from + W / 2)};
@@ -24,13 +24,13 @@ template <int W> SKEIN_INLINE void store(double* to, const Pack<W>& p) {
     } else std::memcpy(to, &p.v, sizeof p.v);
 }
 
-/// 0 in all but the first lanes.
+/// Keeps the first lanes and sets others to 0.
 SKEIN_INLINE Pack<8> first_lanes(const Pack<8>& p, int lanes) {
     static constexpr double counting[8] = {0, 1, 2, 3, 4, 5, 6, 7};
     return lanes >= 8 ? p : select(load<8>(counting) < Pack<8>(static_cast<double>(lanes)), p, Pack<8>(0.0));
 }
 
-/// Lanes 2 l and 2 l + 1 exchanged.
+/// Exchanges lanes 2 l and 2 l + 1.
 template <int W> SKEIN_INLINE Pack<W> swapped(const Pack<W>& a) {
     if constexpr (Wide<W>) return {swapped(a.low), swapped(a.high)};
     else if constexpr (W == 8) return Pack<W>(__builtin_shufflevector(a.v, a.v, 1, 0, 3, 2, 5, 4, 7, 6));
@@ -38,7 +38,7 @@ template <int W> SKEIN_INLINE Pack<W> swapped(const Pack<W>& a) {
     else return Pack<W>(__builtin_shufflevector(a.v, a.v, 1, 0));
 }
 
-/// r[i] lane j becomes r[j] lane i.
+/// Transposes: r[i] lane j becomes r[j] lane i.
 template <int W> SKEIN_INLINE void transpose(Pack<W> (&r)[W]) {
     if constexpr (Wide<W>) {
         Pack<W / 2> quarter[4][W / 2];

@@ -6,15 +6,15 @@
 
 namespace skein {
 
-/// What numbers do at both ends of a line of n of them.
+/// Condition at both ends of a line of n numbers.
 enum class LineEnds {
     periodic,
-    gradient_zero, ///< half a cell beyond the outer numbers
-    value_zero,    ///< there
-    faces_zero     ///< the value is 0 one cell before the first number and at the last
+    gradient_zero, ///< gradient 0 half a cell beyond the outer numbers
+    value_zero,    ///< value 0 half a cell beyond the outer numbers
+    faces_zero     ///< value 0 one cell before the first number, and at the last
 };
 
-/// Of the second difference, by number of the coefficient, 0 to n - 1; of `faces_zero` coefficient 0 is always 0.
+/// Eigenvalue of the second difference for coefficient k, 0 to n - 1. Coefficient 0 of `faces_zero` is always 0.
 inline double second_difference(int n, LineEnds ends, int k) {
     const double pi = std::numbers::pi, angle = ends == LineEnds::periodic     ? pi * k / n
                                                 : ends == LineEnds::value_zero ? pi * (n - k) / (2.0 * n)

@@ -1,7 +1,7 @@
-// Transforms of real lines that diagonalise second differences: of periodic ones, of ones between two ends where the
-// gradient (cosines) or the value (sines) is 0, half a cell beyond the outer numbers, and of ones whose value is 0 one
-// cell before the first number and at the last (sines). Two lines make a complex one, so that all are one complex
-// transform with a pass that takes pairs apart; that of the last kind is twice as long. theory.md (78), (79)
+// Transforms of real lines that diagonalise second differences, for each kind of LineEnds: Fourier transforms of
+// periodic lines, cosines for gradient_zero, sines for value_zero and faces_zero. Two real lines make a complex one. A
+// complex transform and a pass over pairs of coefficients serve all kinds; that of faces_zero is twice as long.
+// theory.md (78), (79)
 #pragma once
 
 #include "fluid/fft.hpp"
@@ -16,7 +16,7 @@
 
 namespace skein {
 
-/// Of `lanes()` lines side by side: number i of line l in row place(i), column l of a block.
+/// Transform of lanes() adjacent lines: number i of line l is in row place(i), column l of a block.
 class LineTransform {
 public:
     LineTransform(int n, LineEnds ends)
@@ -33,19 +33,19 @@ public:
     int size() const { return n_; }
     LineEnds ends() const { return ends_; }
     int lanes() const { return lanes_; }
-    std::size_t block() const { return static_cast<std::size_t>(length_ * lanes_); }
+    std::size_t block() const { return to_index(length_ * lanes_); }
     int place(int i) const {
         if (ends_ == LineEnds::faces_zero) return i + 1;
         return ends_ == LineEnds::periodic ? i : i % 2 == 0 ? i / 2 : n_ - 1 - i / 2;
     }
-    /// By which number i is to be multiplied on its way in and out.
+    /// Factor of number i before and after transforms.
     double sign(int i) const { return ends_ == LineEnds::value_zero && i % 2 == 1 ? -1 : 1; }
-    /// Of the second difference, by number of the coefficient; of `faces_zero` coefficient 0 is always 0.
+    /// Eigenvalue of the second difference for coefficient k.
     double eigenvalue(int k) const { return nth(eigenvalue_, k); }
-    /// There and back multiplies by this.
+    /// Factor of a transform and its inverse together.
     double gain() const { return length_; }
 
-    /// From numbers to coefficients, in order. What was in `numbers` is lost; the last of `faces_zero` is taken as 0.
+    /// Transforms numbers to coefficients in order, and overwrites `numbers`. The last of `faces_zero` counts as 0.
     void forward(double* numbers, double* coefficients) const {
         if (ends_ == LineEnds::faces_zero) return sines(forward_, -1, numbers, coefficients);
         forward_.run(numbers, coefficients);
@@ -58,7 +58,7 @@ public:
             },
             [&](std::size_t middle, double c) { store(coefficients + middle, P(c) * load<8>(coefficients + middle)); });
     }
-    /// Back. What was in `coefficients` is lost.
+    /// Transforms coefficients to numbers, and overwrites `coefficients`.
     void inverse(double* coefficients, double* numbers) const {
         if (ends_ == LineEnds::faces_zero) return sines(inverse_, 1, coefficients, numbers);
         for_pairs(
@@ -86,10 +86,9 @@ private:
     }
     static P turned(const P& difference) { return sign_of_second() * swapped(difference); }
 
-    /// Twice the sums of sines: rows 1 to n - 1, made odd about rows 0 and n, have a transform without cosines. `sign`:
-    /// of the exponent.
+    /// Twice the sums of sines, by a transform of rows that are odd about rows 0 and n. `sign` is that of the exponent.
     void sines(const Fft& fft, double sign, double* from, double* to) const {
-        const auto row = static_cast<std::size_t>(lanes_), n = static_cast<std::size_t>(n_);
+        const std::size_t row = to_index(lanes_), n = to_index(n_);
         const P turn = P(sign) * sign_of_second();
         for (std::size_t l = 0; l < row; l += 8) {
             store(from + l, P(0.0));
@@ -104,9 +103,9 @@ private:
         }
     }
 
-    /// Coefficients k and n - k, as places of packs, and the one in the middle of an even number.
+    /// Calls two(k, n - k) with offsets of packs of both coefficients, and one() for the middle of an even number.
     template <class Two, class One> void for_pairs(Two&& two, One&& one) const {
-        const auto row = static_cast<std::size_t>(lanes_), n = static_cast<std::size_t>(n_);
+        const std::size_t row = to_index(lanes_), n = to_index(n_);
         for (std::size_t k = 1; 2 * k <= n; ++k) {
             const auto [c, s] = twiddle_[k];
             for (std::size_t l = 0; l < row; l += 8) {
@@ -116,7 +115,7 @@ private:
         }
     }
 
-    int n_, length_, lanes_; ///< `length_`: of the complex transform
+    int n_, length_, lanes_; ///< `length_` is that of the complex transform
     LineEnds ends_;
     Fft forward_, inverse_;
     std::vector<Twiddle> twiddle_;

@@ -15,18 +15,18 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// Of the library: its number changes with PressureSolver and TensorGrid.
+/// Function of the library; the number in its name changes with PressureSolver and TensorGrid.
 using Maker = PressureSolver* (*)(const Communicator& comm, const TensorGrid& grid, double tolerance,
                                   std::string& fault);
 constexpr const char *library_name = "libskein_multigrid.so", *maker_name = "skein_multigrid_1";
 
 void* open_library() {
-    // Ranks and threads of the run have the cores; a BLAS that starts threads would take them from others.
+    // Ranks and threads of the run use all cores, so BLAS must not start threads.
     setenv("OPENBLAS_NUM_THREADS", "1", 0);
     std::error_code none;
     fs::path program = fs::read_symlink("/proc/self/exe", none), code;
     if (Dl_info here; dladdr(reinterpret_cast<void*>(&make_multigrid), &here))
-        code = here.dli_fname; // libskein.so, maybe
+        code = here.dli_fname; // may be libskein.so
     for (const fs::path& place : {program.parent_path().parent_path() / "lib", code.parent_path()})
         if (const fs::path library = place / library_name; fs::exists(library, none))
             return dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
@@ -37,7 +37,7 @@ Maker load() {
     void* const library = open_library();
     if (!library)
         throw InputError(
-            std::string("fluid.pressure = \"multigrid\" needs Skein's library of it, which cannot be loaded: ") +
+            std::string("fluid.pressure = \"multigrid\" needs Skein's library for it, which cannot be loaded: ") +
             dlerror());
     void* const maker = dlsym(library, maker_name);
     if (!maker)

@@ -1,4 +1,4 @@
-// Ranks whose cells are beside a rank's own, along y or along z.
+// Ranks with adjacent cells along y or along z.
 #pragma once
 
 #include "fluid/pencils.hpp"
@@ -14,12 +14,12 @@ namespace skein {
 struct Neighbours {
     int below, above; ///< ranks; -1: none
 
-    /// Along z.
+    /// Neighbours along z.
     static Neighbours of_slabs(const Pencils& pencils, bool periodic) {
         return of(pencils.slab(), pencils.slabs(), periodic,
                   [&](int slab) { return pencils.rank_of(slab, pencils.share()); });
     }
-    /// Along y.
+    /// Neighbours along y.
     static Neighbours of_rows(const Pencils& pencils, bool periodic) {
         return of(pencils.share(), pencils.across(), periodic,
                   [&](int share) { return pencils.rank_of(pencils.slab(), share); });
@@ -34,7 +34,7 @@ private:
     }
 };
 
-/// What is sent to both neighbours, and received from them.
+/// Parts of messages to both neighbours and from them.
 class NeighbourParts {
 public:
     using Numbers = std::span<double>;
@@ -44,7 +44,7 @@ public:
         const auto part = [](int rank, Numbers numbers) {
             return RepeatedMessages::Part{rank, std::as_writable_bytes(numbers)};
         };
-        // Between two ranks that are both neighbours of each other messages match in order: upwards first.
+        // Two ranks may be neighbours on both sides, so messages must match in order: upwards first.
         if (ranks_.above >= 0) sent_.push_back(part(ranks_.above, uppermost));
         if (ranks_.below >= 0) received_.push_back(part(ranks_.below, from_below));
         if (ranks_.below >= 0) sent_.push_back(part(ranks_.below, lowest));

@@ -1,5 +1,4 @@
-// In place of flow_solver.cpp where Skein is built without the fluid: kernels of rods are then the same objects in both
-// builds.
+// Replaces flow_solver.cpp in builds without the fluid, so that kernels of rods are equal objects in both builds.
 #include "fluid/make_flow.hpp"
 
 #include "skein/core/error.hpp"

@@ -1,4 +1,4 @@
-// How ranks share the cells of a fluid.
+// Distribution of the cells of a fluid over ranks.
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -8,8 +8,8 @@
 
 namespace skein {
 
-/// Slabs of planes along z, each of ranks that follow each other and share its rows, of which each has all cells along
-/// x. Rows stay in the pairs whose transforms are one, and coefficients along x in the packs whose columns are.
+/// Slabs of planes along z. Consecutive ranks share the rows of a slab, and rows have all cells along x. A rank has
+/// whole pairs of rows, which are transformed as one, and whole packs of coefficients along x, which are solved as one.
 class Pencils {
 public:
     Pencils(const FluidGrid& grid, int rank, int ranks, int across = 1)
@@ -17,7 +17,7 @@ public:
           rows_(rows(share())) {}
 
     int ranks() const { return ranks_; }
-    int across() const { return across_; } ///< ranks of a slab
+    int across() const { return across_; } ///< number of ranks of a slab
     int slabs() const { return ranks_ / across_; }
     int rank_of(int slab, int share) const { return slab * across_ + share; }
     int rank_of_cell(int row, int plane) const {
@@ -25,10 +25,10 @@ public:
     }
     Slab planes(int slab) const { return slab_of(cells_[2], slab, slabs()); }
     Slab rows(int share) const { return in_cells(slab_of(pairs(), share, across_), 2, cells_[1]); }
-    /// Coefficients along x that a share has along the whole of y.
+    /// Coefficients along x of a share, for all of y.
     Slab modes(int share) const { return in_cells(slab_of((cells_[0] + 7) / 8, share, across_), 8, cells_[0]); }
 
-    /// Of this rank.
+    /// Slab, share, planes, rows and layout of this rank.
     int slab() const { return rank_ / across_; }
     int share() const { return rank_ % across_; }
     const Slab& planes() const { return planes_; }
@@ -47,13 +47,13 @@ private:
     Slab planes_, rows_;
 };
 
-/// Most slabs and most ranks of a slab: planes and rows of a rank are at least as many as the ghosts of its neighbours.
+/// Largest numbers of slabs, and of ranks of a slab: a rank has at least as many planes and rows as there are ghosts.
 inline int most_slabs(const FluidGrid& grid) { return std::max(1, grid.cells[2] / FieldLayout::ghosts); }
 inline int most_across(const FluidGrid& grid) { return std::max(1, grid.cells[1] / FieldLayout::ghosts); }
 
-/// The fewest ranks of a slab with which so many ranks can share a fluid; 0: none.
+/// Least number of ranks of a slab by which so many ranks can share a fluid; 0: none.
 int fewest_across(const FluidGrid& grid, int ranks);
-/// Why so many ranks, `across` of them in a slab, cannot share a fluid; empty: they can.
+/// Reason why so many ranks, `across` in each slab, cannot share a fluid; empty if they can.
 std::string unshared(const FluidGrid& grid, int ranks, int across);
 
 } // namespace skein

@@ -1,13 +1,12 @@
-// The library libskein_multigrid.so: PETSc's conjugate gradients and multigrid for Poisson's equation in boxes of a
-// grid.
+// Library libskein_multigrid.so: PETSc's conjugate gradients and multigrid for Poisson's equation on grids of boxes.
 //
-// An integral over each cell makes the equation symmetric, whatever the edges are: the flow between two neighbours is
-// the difference of their values times the area of their face over the distance of their centres. theory.md (83) Each
-// coarser level joins two neighbouring cells, of an odd number the last three, along the directions whose cells are
-// thinnest; its equation is that of its own cells, and values go between levels by linear interpolation and its
-// transpose. So any number of cells on any number of ranks has levels down to a few cells. Rows of all matrices are
-// cells, plane by plane as ranks have them, which is the order of a DMDA with the processes (1, 1, ranks); a DMDA
-// itself halves even numbers alone and needs a plane of each level on every rank.
+// Integrals over cells make the equation symmetric for any edges. The flow between neighbours is the difference of
+// their values times the area of their face over the distance of their centres. theory.md (83) Each coarser level joins
+// pairs of cells, and the last three of an odd number, along the directions with the thinnest cells. Its equation is
+// that of its own cells, and values pass between levels by linear interpolation and its transpose. So any number of
+// cells on any number of ranks has levels down to a few cells. Rows of matrices are cells, plane by plane in the order
+// of ranks, as in a DMDA with the processes (1, 1, ranks). A DMDA itself halves only even numbers and needs a plane of
+// each level on every rank.
 #include "fluid/fluid_grid.hpp"
 #include "fluid/pressure_solver.hpp"
 #include "skein/core/index.hpp"
@@ -24,8 +23,8 @@ namespace skein {
 
 namespace {
 
-constexpr int fewest_cells = 64; ///< a level of no more is solved directly
-constexpr double alike = 1.5;    ///< directions whose thinnest cells are within this factor are made coarser together
+constexpr int fewest_cells = 64;     ///< a level of no more cells is solved directly
+constexpr double alike = 1.5;        ///< directions with thinnest cells within this factor coarsen together
 constexpr int most_iterations = 200; ///< ten are usual
 
 /// Cells along a direction.
@@ -44,8 +43,7 @@ struct Line {
         }
         return all;
     }
-    /// One over the distance of the centres of cell i and the next, which of a period's last is the first; 0: there is
-    /// none.
+    /// Inverse distance of the centres of cell i and the next, which is the first after the last of a period; 0: none.
     double closeness(int i) const {
         const int next = i + 1 < size() ? i + 1 : 0;
         if (next == i || (next == 0 && !periodic)) return 0;
@@ -60,13 +58,13 @@ struct Line {
     }
 };
 
-/// Of the value of a cell, by those of two coarser ones.
+/// Weights of the values of two coarser cells for a cell.
 struct Weights {
     std::array<int, 2> cell{};
     std::array<double, 2> weight{1, 0};
 };
 
-/// Linear between centres; beyond the outermost centre of a line with ends that value itself.
+/// Linear interpolation between centres, constant beyond the outermost centres of a line with ends.
 std::vector<Weights> interpolation(const Line& fine, const Line& coarse) {
     std::vector<Weights> all;
     const std::vector<double> from = coarse.centres(), to = fine.centres();
@@ -100,17 +98,17 @@ std::vector<Weights> interpolation(const Line& fine, const Line& coarse) {
 
 struct Level {
     std::array<Line, 3> line;
-    std::vector<int> first_plane; ///< of each rank, and behind the last one
+    std::vector<int> first_plane; ///< by rank, and the end of the last one
 
     int size(int d) const { return nth(line, d).size(); }
     double width(int d, int i) const { return nth(nth(line, d).width, i); }
     std::int64_t cells() const { return std::int64_t{size(0)} * size(1) * size(2); }
     PetscInt cell(int i, int j, int k) const { return (static_cast<PetscInt>(k) * size(1) + j) * size(0) + i; }
-    /// A rank has cells from first_cell(rank) until first_cell(rank + 1).
+    /// First cell of a rank, whose cells end at first_cell(rank + 1).
     PetscInt first_cell(int rank) const { return cell(0, 0, nth(first_plane, rank)); }
     double volume(int i, int j, int k) const { return width(0, i) * width(1, j) * width(2, k); }
 
-    /// Directions along which the next level is coarser; none: there is no next one.
+    /// Directions along which the next level is coarser, none on the last level.
     std::array<bool, 3> coarsened() const {
         std::array<bool, 3> is{};
         if (cells() <= fewest_cells) return is;
@@ -131,14 +129,14 @@ std::vector<Level> levels_of(const TensorGrid& grid, int ranks) {
     for (auto is = level.coarsened(); is != std::array<bool, 3>{}; is = level.coarsened()) {
         for (std::size_t d = 0; d < 3; ++d)
             if (is[d]) level.line[d] = level.line[d].coarser();
-        if (is[2]) // a coarser plane belongs to the rank of its first one
+        if (is[2]) // a coarser plane belongs to the rank of its first plane
             for (int& first : level.first_plane) first = std::min((first + 1) / 2, level.size(2));
         all.push_back(level);
     }
     return all;
 }
 
-/// Of a row of a matrix.
+/// Entries of a row of a matrix.
 struct Entries {
     int count = 0;
     PetscInt column[8];
@@ -149,7 +147,7 @@ struct Entries {
     }
 };
 
-/// What PETSc said of its last error.
+/// Message of PETSc's last error.
 std::string& complaint() {
     static std::string text;
     return text;
@@ -160,13 +158,13 @@ PetscErrorCode keep_complaint(MPI_Comm, int, const char*, const char*, PetscErro
     return code;
 }
 
-/// PETSc runs as long as there is a solver.
+/// Use of PETSc, which is initialised while there are solvers.
 class Session {
 public:
     PetscErrorCode begin() {
         PetscFunctionBeginUser;
         if (running++ > 0) PetscFunctionReturn(0);
-        PETSC_COMM_WORLD = MPI_COMM_SELF; // to begin is then the affair of one rank
+        PETSC_COMM_WORLD = MPI_COMM_SELF; // makes the initialisation local to a rank
         static char name[] = "skein", signals[] = "-no_signal_handler", file[] = "-skip_petscrc";
         static char* arguments[] = {name, signals, file, nullptr};
         int count = 3;
@@ -239,7 +237,7 @@ public:
             PetscCall(count_bytes(matrix));
             bytes_ += (l == count - 1 ? 10 : 7) *
                       sizeof(PetscScalar) * // vectors of the cycle, and of conjugate gradients
-                      static_cast<std::size_t>(level.first_cell(rank_ + 1) - level.first_cell(rank_));
+                      to_index(level.first_cell(rank_ + 1) - level.first_cell(rank_));
             PetscCall(MatDestroy(&matrix));
         }
         PetscCall(KSPSetUp(solver_));
@@ -254,22 +252,19 @@ public:
         if (run(f, phi, size, reason, left, iterations)) return "PETSc cannot solve for the pressure: " + complaint();
         if (reason > 0) return {};
         if (!std::isfinite(size))
-            return "the velocity of the fluid is not finite, and has no pressure: its step is too long for what drives "
-                   "it; a "
-                   "smaller "
-                   "fluid.courant or time.dt would do";
+            return "the velocity of the fluid is not finite, and has no pressure; reduce fluid.courant or time.dt";
         char text[200];
         std::snprintf(
             text, sizeof text,
-            "multigrid finds no pressure: the residual is %.3g of the right side after %d iterations (%s); a larger "
-            "fluid.pressure_tolerance may do",
+            "multigrid does not converge: the residual is %.3g of the right side after %d iterations (%s); increase "
+            "fluid.pressure_tolerance",
             left / size, static_cast<int>(iterations), KSPConvergedReasons[reason]);
         return text;
     }
 
 private:
     template <class Body> void for_cells(const Level& level, Body&& body) const {
-        const auto rank = static_cast<std::size_t>(rank_);
+        const std::size_t rank = to_index(rank_);
         for (int k = level.first_plane[rank]; k < level.first_plane[rank + 1]; ++k)
             for (int j = 0; j < level.size(1); ++j)
                 for (int i = 0; i < level.size(0); ++i) body(i, j, k);
@@ -301,25 +296,25 @@ private:
         PetscFunctionReturn(0);
     }
 
-    /// A matrix of this rank's rows: row(i, j, k, entries) says what is in that of a cell.
+    /// Assembles this rank's rows of a matrix; row(i, j, k, entries) gives the entries of a cell.
     template <class Row>
     PetscErrorCode assemble(const Level& rows, const Level& columns, Row&& row, Mat* matrix) const {
         PetscFunctionBeginUser;
-        const PetscInt first = columns.first_cell(rank_), behind = columns.first_cell(rank_ + 1),
+        const PetscInt first = columns.first_cell(rank_), end = columns.first_cell(rank_ + 1),
                        mine = rows.first_cell(rank_ + 1) - rows.first_cell(rank_);
         std::vector<PetscInt> here, away;
-        here.reserve(static_cast<std::size_t>(mine));
-        away.reserve(static_cast<std::size_t>(mine));
+        here.reserve(to_index(mine));
+        away.reserve(to_index(mine));
         for_cells(rows, [&](int i, int j, int k) {
             Entries entries;
             row(i, j, k, entries);
             const auto inside = std::count_if(entries.column, entries.column + entries.count,
-                                              [&](PetscInt c) { return c >= first && c < behind; });
+                                              [&](PetscInt c) { return c >= first && c < end; });
             here.push_back(static_cast<PetscInt>(inside));
             away.push_back(entries.count - static_cast<PetscInt>(inside));
         });
         PetscCall(MatCreate(comm_, matrix));
-        PetscCall(MatSetSizes(*matrix, mine, behind - first, static_cast<PetscInt>(rows.cells()),
+        PetscCall(MatSetSizes(*matrix, mine, end - first, static_cast<PetscInt>(rows.cells()),
                               static_cast<PetscInt>(columns.cells())));
         PetscCall(MatSetType(*matrix, MATAIJ));
         PetscCall(MatXAIJSetPreallocation(*matrix, 1, here.data(), away.data(), nullptr, nullptr));
@@ -337,8 +332,8 @@ private:
         PetscFunctionReturn(0);
     }
 
-    /// Flows out of cells. Where it is to be inverted, the first cell also loses its own value: what sums to 0 is then
-    /// solved with that value at 0, and no other answer changes but by a constant.
+    /// Matrix of flows out of cells. With `inverted` the first cell also loses its own value, so that right sides of
+    /// sum 0 have the solution with that value at 0.
     PetscErrorCode differences(const Level& level, bool inverted, Mat* matrix) const {
         PetscFunctionBeginUser;
         PetscCall(assemble(
@@ -389,12 +384,12 @@ private:
         PetscCall(KSPSetType(solver, KSPPREONLY));
         PC direct;
         PetscCall(KSPGetPC(solver, &direct));
-        PetscCall(PCSetType(direct, PCREDUNDANT)); // by every rank for itself
+        PetscCall(PCSetType(direct, PCREDUNDANT)); // every rank solves for itself
         PetscFunctionReturn(0);
     }
 
-    /// Polynomials of the matrix over its diagonal, whose eigenvalues are at most 2; those of values that alternate
-    /// along any direction are at least 1/3 where cells are cubes. They know nothing of ranks.
+    /// Smooths by polynomials of the matrix over its diagonal, which do not depend on ranks. Its eigenvalues are at
+    /// most 2, and at least 1/3 for alternating values on cubes.
     static PetscErrorCode smooth(KSP smoother) {
         PetscFunctionBeginUser;
         PetscCall(KSPSetType(smoother, KSPCHEBYSHEV));
@@ -414,7 +409,7 @@ private:
         PetscInt rows;
         PetscCall(MatGetLocalSize(matrix, &rows, nullptr));
         bytes_ += static_cast<std::size_t>(info.nz_allocated) * (sizeof(PetscScalar) + sizeof(PetscInt)) +
-                  static_cast<std::size_t>(rows) * 4 * sizeof(PetscInt);
+                  to_index(rows) * 4 * sizeof(PetscInt);
         PetscFunctionReturn(0);
     }
 

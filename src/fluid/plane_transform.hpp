@@ -1,5 +1,4 @@
-// Transforms of planes of cells along x and along y, to coefficients and back.                               theory.md
-// (78), (79)
+// Transforms of planes of cells along x and along y. theory.md (78), (79)
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -12,7 +11,7 @@
 
 namespace skein {
 
-/// Where numbers of planes lie, in rows along x: those of row j in plane k from first[j] + k plane[j] on.
+/// Addresses of rows along x: row j of plane k begins at first[j] + k plane[j].
 struct PlaneRows {
     std::vector<double*> first;
     std::vector<std::ptrdiff_t> plane;
@@ -22,13 +21,12 @@ struct PlaneRows {
         plane.push_back(to_next_plane);
     }
     double* at(int j, int k) const {
-        const auto row = static_cast<std::size_t>(j);
+        const std::size_t row = to_index(j);
         return first[row] + k * plane[row];
     }
 };
 
-/// The same of rows whose packs of eight coefficients may lie apart: those of pack p of row j in plane k from
-/// first[p] + k plane[p] + j row[p] on.
+/// Addresses of packs of eight coefficients: pack p of row j of plane k begins at first[p] + k plane[p] + j row[p].
 struct PlanePacks {
     std::vector<double*> first;
     std::vector<std::ptrdiff_t> plane, row;
@@ -40,11 +38,11 @@ struct PlanePacks {
     }
 };
 
-/// Room for so many coefficients along x, of whole blocks.
+/// Length of a row of coefficients along x in whole blocks.
 inline int row_of(int modes) { return (modes + 15) / 16 * 16; }
 
-/// Coefficients of a plane as transforms along x leave them, in blocks of 8 or 16 rows side by side. For eight rows
-/// from j on, those of mode m and of the next ones, `lanes` apart.
+/// Coefficients of a plane after transforms along x, in blocks of 8 or 16 adjacent rows. at(j, m) points to eight rows
+/// from j on; the next mode is `lanes` further.
 struct PlaneTiles {
     double* first;
     std::ptrdiff_t row;
@@ -55,7 +53,7 @@ struct PlaneTiles {
     }
 };
 
-/// Room for a block of lines before and after a transform.
+/// Memory for a block of lines before and after a transform.
 struct LineBlocks {
     AlignedVector<double> in, out;
 
@@ -67,22 +65,22 @@ struct LineBlocks {
     }
 };
 
-/// Of rows of cells, by one thread. A plane is read from memory in one go, and written in one.
+/// Transform of rows of cells by one thread, which reads and writes a plane in one sweep.
 class TransformAlongX {
 public:
     using P = Pack<8>;
     TransformAlongX(int nx, int rows) : nx_(nx), rows_(rows), wide_(row_of(nx)) {
-        plane_.assign(static_cast<std::size_t>(row_of(rows) * wide_), 0.0);
+        plane_.assign(to_index(row_of(rows) * wide_), 0.0);
     }
 
-    /// source(i, j, k): numbers of eight cells from (i, j, k) on, of which those beyond the row are left out.
+    /// source(i, j, k) returns eight cells from (i, j, k) on; cells beyond the row are ignored.
     template <class Source> void forward(const LineTransform& x, int k, const PlanePacks& to, Source&& source) {
         read(x, k, source);
         for (int j = 0; j < rows_; j += x.lanes()) {
             gather(x, j);
             x.forward(blocks_.in.data(), blocks_.out.data());
             for_squares(x, j, [&](int m, int l) {
-                const auto pack = static_cast<std::size_t>(m / 8);
+                const std::size_t pack = to_index(m / 8);
                 double* const first = to.first[pack] + k * to.plane[pack] + (j + l) * to.row[pack];
                 P square[8];
                 for (int t = 0; t < 8; ++t)
@@ -93,7 +91,7 @@ public:
             });
         }
     }
-    /// The same, to tiles of a plane that stays here.
+    /// Transforms to tiles() of a plane, which stay in this object.
     template <class Source> void forward(const LineTransform& x, int k, Source&& source) {
         read(x, k, source);
         const bool longer = x.block() > tile_size(x);
@@ -105,12 +103,12 @@ public:
     }
     PlaneTiles tiles(const LineTransform& x) { return {plane_.data(), wide_, x.lanes()}; }
 
-    /// sink(i, j, k, numbers): takes them there.
+    /// sink(i, j, k, numbers) takes eight cells from (i, j, k) on.
     template <class Sink> void back(const LineTransform& x, int k, const PlanePacks& from, Sink&& sink) {
         blocks_.make_room(x);
         for (int j = 0; j < rows_; j += x.lanes()) {
             for_squares(x, j, [&](int m, int l) {
-                const auto pack = static_cast<std::size_t>(m / 8);
+                const std::size_t pack = to_index(m / 8);
                 const double* const first = from.first[pack] + k * from.plane[pack] + (j + l) * from.row[pack];
                 P square[8];
                 for (int t = 0; t < 8; ++t)
@@ -124,7 +122,7 @@ public:
         }
         write(k, sink);
     }
-    /// The same from tiles.
+    /// Transforms back from tiles().
     template <class Sink> void back(const LineTransform& x, int k, Sink&& sink) {
         blocks_.make_room(x);
         const bool longer = x.block() > tile_size(x);
@@ -138,23 +136,23 @@ public:
 
 private:
     double* row(int j) { return plane_.data() + static_cast<std::ptrdiff_t>(j) * wide_; }
-    std::size_t tile_size(const LineTransform& x) const { return static_cast<std::size_t>(nx_ * x.lanes()); }
+    std::size_t tile_size(const LineTransform& x) const { return to_index(nx_ * x.lanes()); }
     template <class Source> void read(const LineTransform& x, int k, Source&& source) {
         blocks_.make_room(x);
         for (int j = 0; j < rows_; ++j)
             for (int i = 0; i < nx_; i += 8) store(row(j) + i, first_lanes(source(i, j, k), nx_ - i));
-        for (int j = rows_; j % x.lanes() != 0; ++j) std::fill_n(row(j), wide_, 0.0); // tiles were there
+        for (int j = rows_; j % x.lanes() != 0; ++j) std::fill_n(row(j), wide_, 0.0); // clears tiles
     }
     template <class Sink> void write(int k, Sink&& sink) {
         for (int j = 0; j < rows_; ++j)
             for (int i = 0; i < nx_; i += 8) sink(i, j, k, load<8>(row(j) + i));
     }
-    /// body(i, l): of eight numbers from i on in eight rows from j + l on.
+    /// Calls body(i, l) for squares of eight numbers from i on in eight rows from j + l on.
     template <class Body> void for_squares(const LineTransform& x, int j, Body&& body) const {
         for (int i = 0; i < nx_; i += 8)
             for (int l = 0; l < std::min(x.lanes(), rows_ - j); l += 8) body(i, l);
     }
-    /// Rows of a block from j on, to be transformed.
+    /// Copies a block of rows from j on for the transform.
     void gather(const LineTransform& x, int j) {
         for (int i = 0; i < nx_; i += 8)
             for (int l = 0; l < x.lanes(); l += 8) {
@@ -178,17 +176,17 @@ private:
     }
 
     int nx_, rows_, wide_;
-    AlignedVector<double> plane_; ///< [row][x], with room for whole blocks of rows; or tiles
+    AlignedVector<double> plane_; ///< [row][x] in whole blocks of rows, or tiles
     LineBlocks blocks_;
 };
 
-/// Of coefficients along x, each along the whole of y, by one thread.
+/// Transform along y of coefficients along x by one thread.
 class TransformAlongY {
 public:
     using P = Pack<8>;
     explicit TransformAlongY(int modes) : modes_(modes) {}
 
-    /// Rows of whole blocks come out.
+    /// Writes rows of whole blocks.
     void forward(const LineTransform& y, int k, const PlaneRows& from, const PlaneRows& to) {
         transform(y, k, to, [&](int m) {
             for (int j = 0; j < y.size(); ++j)
@@ -209,7 +207,7 @@ public:
         });
     }
 
-    /// `from`: rows of whole blocks.
+    /// Reads rows of whole blocks.
     void back(const LineTransform& y, int k, const PlaneRows& from, const PlaneRows& to) {
         transform_back(y, k, from, [&](int m) {
             for (int j = 0; j < y.size(); ++j)
@@ -236,12 +234,12 @@ private:
     const double* out(const LineTransform& y, int j, int l) const {
         return &nth(blocks_.out, y.place(j) * y.lanes() + l);
     }
-    /// body(j, l): of eight numbers from j on of eight modes of a block from l on.
+    /// Calls body(j, l) for squares of eight numbers from j on of eight modes from l on.
     template <class Body> static void for_squares(const LineTransform& y, Body&& body) {
         for (int j = 0; j < y.size(); j += 8)
             for (int l = 0; l < y.lanes(); l += 8) body(j, l);
     }
-    /// gather(m): puts modes from m on where they are transformed.
+    /// gather(m) copies modes from m on for the transform.
     template <class Gather> void transform(const LineTransform& y, int k, const PlaneRows& to, Gather&& gather) {
         blocks_.make_room(y);
         for (int m = 0; m < modes_; m += y.lanes()) {
@@ -256,7 +254,7 @@ private:
             }
         }
     }
-    /// scatter(m): takes modes from m on from there.
+    /// scatter(m) takes modes from m on after the transform.
     template <class Scatter>
     void transform_back(const LineTransform& y, int k, const PlaneRows& from, Scatter&& scatter) {
         blocks_.make_room(y);

@@ -1,4 +1,4 @@
-// The pressure of a flow at the end of a step, from that of the middle of the step. theory.md (77a)
+// Pressure of a flow at the end of a step, from the pressure in the middle of the step. theory.md (77a)
 #pragma once
 
 #include "fluid/flow.hpp"
@@ -8,26 +8,25 @@
 
 namespace skein {
 
-/// Times of a flow solver's pressures.
+/// Extrapolation of a flow solver's pressure in time.
 class PressureInTime {
 public:
     virtual ~PressureInTime() = default;
 
-    /// Gain of FlowSolver::pressure() in the last step, and how many times this makes it the pressure of
-    /// FlowSolver::time(). Only between steps; ghosts have no meaning.
+    /// Gain of FlowSolver::pressure() in the last step, and the factor by which it extrapolates the pressure to
+    /// FlowSolver::time(). It is valid between steps, without ghosts.
     struct Gain {
         std::span<const double> field;
-        double times; ///< the same on all ranks; 0: the pressure is the best that is known
+        double times; ///< equal on all ranks; 0: no extrapolation
     };
     virtual Gain pressure_gain() const = 0;
-    /// pressure_gain() will be asked for from now on; without this it is 0 times.
+    /// Enables pressure_gain(), whose factor is 0 otherwise.
     virtual void keep_pressure_gain() = 0;
-    /// The time to which the pressure belongs, s; none where bodies began to act in the last step.
+    /// Time of the pressure, s; absent if bodies began to act in the last step.
     virtual std::optional<double> pressure_time() const = 0;
-    /// After FlowSolver::refresh(); the gain is 0 times from here on.
+    /// Sets the time after FlowSolver::refresh(), and the factor of the gain to 0.
     virtual void set_pressure_time(std::optional<double> time) = 0;
-    /// The gain is that of another run's last step, so many times, once its field is written, ghosts aside. Where it is
-    /// kept.
+    /// Sets the factor of the gain, and returns its field without ghosts for writing. It must be enabled.
     virtual std::span<double> restore_pressure_gain(double times) = 0;
 };
 

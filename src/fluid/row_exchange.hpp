@@ -1,25 +1,24 @@
-// What is between the transforms along x and along y where ranks share the rows of their planes.
+// Exchange between the transforms along x and along y, if ranks share the rows of their planes.
 #pragma once
 
 #include "fluid/pencils.hpp"
 #include "fluid/plane_transform.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/messages.hpp"
+#include "skein/core/index.hpp"
 
 #include <span>
 #include <vector>
 
 namespace skein {
 
-/// Ranks of a slab exchange coefficients along x: of all modes in their rows for those of their modes in all rows, and
-/// back.
+/// Ranks of a slab exchange coefficients along x: all modes in a rank's rows for its modes in all rows, and back.
 class RowExchange {
 public:
     RowExchange(const Communicator& comm, const FluidGrid& grid, const Pencils& pencils) {
         const int planes = pencils.planes().count, rows = pencils.rows().count, mine = width(pencils, pencils.share());
         const auto numbers = [&](int of_rows, int of_modes) {
-            return static_cast<std::size_t>(planes) * static_cast<std::size_t>(of_rows) *
-                   static_cast<std::size_t>(of_modes);
+            return to_index(planes) * to_index(of_rows) * to_index(of_modes);
         };
         rows_ = AlignedVector<double>(numbers(rows, (grid.cells[0] + 7) / 8 * 8), 0.0);
         modes_ = AlignedVector<double>(numbers(grid.cells[1], mine), 0.0);
@@ -41,11 +40,11 @@ public:
         to_rows_ = RepeatedMessages(comm, of_modes, of_rows);
     }
 
-    /// Of all modes along x in the rows of this rank.
+    /// Packs of all modes along x in the rows of this rank.
     const PlanePacks& of_rows() const { return packs_; }
-    /// Of its modes in all rows.
+    /// Rows of this rank's modes for all of y.
     const PlaneRows& of_modes() const { return whole_; }
-    /// Both collective.
+    /// Collective, like to_rows().
     void to_modes() {
         to_modes_.start();
         to_modes_.finish();
@@ -58,11 +57,11 @@ public:
     std::size_t bytes() const { return (rows_.size() + modes_.size()) * sizeof(double); }
 
 private:
-    /// In whole packs.
+    /// Number of modes of a share in whole packs.
     static int width(const Pencils& pencils, int share) { return (pencils.modes(share).count + 7) / 8 * 8; }
 
     AlignedVector<double> rows_;  ///< [share][plane][row][x mode]
-    AlignedVector<double> modes_; ///< [share][plane][row of it][x mode]
+    AlignedVector<double> modes_; ///< [share][plane][row of the share][x mode]
     PlanePacks packs_;
     PlaneRows whole_;
     RepeatedMessages to_modes_, to_rows_;

@@ -1,6 +1,5 @@
-// Columns that stay on their ranks: each solves its own planes, and what it has to know of others are the numbers just
-// beyond them.                                                                                              theory.md
-// (79a), (79b)
+// Solver of columns that stay on their ranks: each rank solves its own planes from the numbers just beyond them.
+// theory.md (79a), (79b)
 #pragma once
 
 #include "fluid/coupled_slabs.hpp"
@@ -11,8 +10,8 @@
 
 namespace skein {
 
-/// Neighbours send each other a number of each column, which tells most coefficients all. Bits depend on the number of
-/// slabs, of which there are at least two. Equations have a period along z where the grid has one.
+/// Neighbours exchange one number of each column, which is enough for most coefficients; CoupledSlabs solves the
+/// others. There are at least two slabs, on whose number bits depend. Equations are periodic along z if the grid is.
 class SlabColumns {
 public:
     using P = Columns::P;
@@ -21,20 +20,20 @@ public:
           planes_(pencils.planes().count), row_(row_of(modes_.count)),
           plane_(static_cast<std::ptrdiff_t>(grid.cells[1]) * row_),
           neighbours_(Neighbours::of_slabs(pencils, grid.periodic(2))),
-          work_(static_cast<std::size_t>(threads.count()), Columns::Work(planes_)) {
-        numbers_ = UnsetArray<double>(static_cast<std::size_t>(planes_ * plane_));
+          work_(to_index(threads.count()), Columns::Work(planes_)) {
+        numbers_ = UnsetArray<double>(to_index(planes_ * plane_));
         for (int j = 0; j < grid.cells[1]; ++j)
             rows_.add(numbers_.data() + static_cast<std::ptrdiff_t>(j) * row_, plane_);
         for (AlignedVector<double>* plane : {&first_, &last_, &beyond_lower_, &beyond_upper_})
-            plane->assign(static_cast<std::size_t>(plane_), 0.0);
+            plane->assign(to_index(plane_), 0.0);
         NeighbourParts parts(neighbours_);
         parts.add(first_, last_, beyond_lower_, beyond_upper_);
         messages_ = parts.messages(comm);
     }
 
-    /// Of modes along y, of this rank's planes.
+    /// Rows of modes along y in this rank's planes.
     const PlaneRows& rows() const { return rows_; }
-    /// From right sides to answers. Collective.
+    /// Solves columns in place. Collective.
     void solve(const Helmholtz& equation) {
         const std::array ends{equation.x.ends(), equation.y.ends(), equation.z};
         auto coupled = coupled_.find(ends);
@@ -58,9 +57,9 @@ public:
     }
 
 private:
-    /// body(j, begin, end, thread) of coefficients of y mode j, `begin` behind the first x mode of this rank on.
+    /// Calls body(j, begin, end, thread) for coefficients of y mode j, counted from this rank's first x mode.
     template <class Body> void for_chunks(Body&& body) {
-        threads_.for_each(static_cast<std::size_t>(grid_.cells[1]), [&](std::size_t j, int thread) {
+        threads_.for_each(to_index(grid_.cells[1]), [&](std::size_t j, int thread) {
             for (int m = 0; m < row_; m += Columns::chunk)
                 body(static_cast<int>(j), m, std::min(m + Columns::chunk, row_), thread);
         });
@@ -69,8 +68,8 @@ private:
     int unknown(const Helmholtz& equation) const { return neighbours_.above < 0 ? equation.unknown(planes_) : planes_; }
     bool at_end() const { return neighbours_.above < 0 || neighbours_.below < 0; }
 
-    /// First and last number of this slab by itself, with 0 beyond interfaces: sums from the other end on, of which a
-    /// slab at an end of the box needs the one that begins there.
+    /// Finds the first and last number of this slab alone, with 0 beyond interfaces. Each is a sum from the other end
+    /// on; a slab at an end of the box needs the one that begins there.
     void find_outer(const Helmholtz& equation, int j, int begin, int end) {
         const int n = unknown(equation);
         const P scale(equation.scale_of_coefficients()), wall(at_end() ? equation.end() : 0.0);
@@ -86,13 +85,13 @@ private:
             store(&nth(last_, place(j, m)), from_below);
         });
     }
-    /// Of the constant in the uppermost slab, which decides what is free: no gradient at its end, 0 below.
+    /// Last number of the constant mode in the uppermost slab: no gradient at its end, and 0 below it.
     double last_of_constant(const Helmholtz& equation) const {
         double sum = 0;
         for (int k = 0; k < planes_; ++k) sum += (k + 1) * nth(numbers_, k * plane_);
         return -equation.scale_of_coefficients() * sum;
     }
-    /// Numbers beyond this slab, of what neighbours sent: of coefficients that do not reach across a slab.
+    /// Finds numbers beyond this slab from neighbours, for coefficients that do not reach across a slab.
     void find_beyond(const Helmholtz& equation, int j, int begin, int end) {
         Columns::for_packs(equation, j, modes_.first, begin, end, [&](int m, const P& diagonal) {
             const P cosh = P(-0.5) * diagonal, near = P(1.0) / (cosh + sqrt(max(cosh * cosh - P(1.0), P(0.0)))),
@@ -124,17 +123,17 @@ private:
     const Threads& threads_;
     FluidGrid grid_;
     Pencils pencils_;
-    Slab modes_; ///< along x
+    Slab modes_; ///< modes along x of this rank
     int planes_, row_;
     std::ptrdiff_t plane_;
     Neighbours neighbours_;
     UnsetArray<double> numbers_;         ///< [plane][y mode][x mode]
-    AlignedVector<double> first_, last_; ///< [y mode][x mode]: outer numbers of this slab by itself
-    AlignedVector<double> beyond_lower_,
-        beyond_upper_; ///< [y mode][x mode]: those of neighbours, then the numbers beyond
+    AlignedVector<double> first_, last_; ///< [y mode][x mode]: outer numbers of this slab alone
+    /// [y mode][x mode]: outer numbers of neighbours, later the numbers beyond this slab.
+    AlignedVector<double> beyond_lower_, beyond_upper_;
     PlaneRows rows_;
     RepeatedMessages messages_;
-    std::map<std::array<LineEnds, 3>, CoupledSlabs> coupled_; ///< by ends of an equation
+    std::map<std::array<LineEnds, 3>, CoupledSlabs> coupled_; ///< by the ends of lines of an equation
     std::vector<Columns::Work> work_;                         ///< by thread
 };
 

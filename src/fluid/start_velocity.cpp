@@ -14,7 +14,7 @@ constexpr Variable places[] = {Variable::x, Variable::y, Variable::z};
 } // namespace
 
 StartVelocity::StartVelocity(const std::vector<std::string>& texts, const FormulaScope& names) {
-    if (!skein::faults(names).empty()) return; // told of themselves
+    if (!skein::faults(names).empty()) return; // the scope reports them
     if (texts.size() != 3) {
         faults_.push_back({{}, "a vector needs 3 formulas, not " + std::to_string(texts.size())});
         return;
@@ -43,11 +43,11 @@ void StartVelocity::operator()(int component, const Vec3d& first, double spacing
     const Pack<W> y(first.y), z(first.z);
     for (std::size_t c = 0; c < list.constants.size(); ++c) {
         constant[c] = Pack<W>(list.constants[c]);
-        source[static_cast<std::size_t>(list.registers) + c] = {&constant[c], 0};
+        source[to_index(list.registers) + c] = {&constant[c], 0};
     }
     for (std::size_t i = 0; i < list.inputs.size(); ++i) {
         const auto variable = static_cast<Variable>(list.inputs[i]);
-        source[static_cast<std::size_t>(list.first_input()) + i] =
+        source[to_index(list.first_input()) + i] =
             variable == Variable::x ? Strided<W>{x, 1} : Strided<W>{variable == Variable::y ? &y : &z, 0};
     }
     for (std::size_t begin = 0; begin < row.size(); begin += W * strip<W>) {
@@ -55,7 +55,7 @@ void StartVelocity::operator()(int component, const Vec3d& first, double spacing
         const int packs = static_cast<int>((values + W - 1) / W);
         for (int p = 0; p < packs; ++p)
             for (int l = 0; l < W; ++l)
-                x[p].set(l, first.x + spacing * static_cast<double>(begin + static_cast<std::size_t>(W * p + l)));
+                x[p].set(l, first.x + spacing * static_cast<double>(begin + to_index(W * p + l)));
         evaluate<W>(list, program.tables, source, registers, packs);
         const Strided<W>& out = nth(source, list.outputs.front());
         for (std::size_t i = 0; i < values; ++i) row[begin + i] = out[static_cast<int>(i / W)][static_cast<int>(i % W)];

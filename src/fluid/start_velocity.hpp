@@ -1,4 +1,4 @@
-// The velocity of a fluid at the start, from formulas of a scene.
+// Start velocity of a fluid by formulas of a scene.
 #pragma once
 
 #include "formula/formula.hpp"
@@ -18,7 +18,8 @@ public:
     StartVelocity(const std::vector<std::string>& texts, const FormulaScope& names);
 
     const std::vector<FormulaFault>& faults() const { return faults_; }
-    /// A component at places a `spacing` apart along x. Of formulas without faults. Any thread.
+    /// Writes a component at places along x that are `spacing` apart, by formulas without faults. Any thread may call
+    /// it.
     void operator()(int component, const Vec3d& first, double spacing, std::span<double> row) const;
 
 private:

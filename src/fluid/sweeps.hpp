@@ -1,5 +1,5 @@
-// What happens to the fluid of a row of cells within a stage. Velocity u of cell (i, j, k) is at its upper face across
-// x, v across y, w across z. theory.md (75), (76)
+// Rates and velocities of a row of cells within a stage. Velocity u of cell (i, j, k) is at its upper face across x, v
+// across y, w across z. theory.md (75), (76)
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -9,30 +9,30 @@
 
 namespace skein {
 
-/// A row of each of three components, or of what belongs to each.
+/// Quantities of three components.
 template <class T> using Three = std::array<T, 3>;
 
-/// By how much a stage changes velocities: c rate + c_last last rate - c_pressure grad p + c_force acceleration.
+/// Change of velocities in a stage: rate N + last_rate N_last - pressure grad p + push.
 struct StageFactors {
     double rate, last_rate, pressure;
-    Three<double> push; ///< of the acceleration, m/s
+    Three<double> push; ///< impulse of the acceleration over mass, m/s
 };
 
-/// Where viscosity is: in the rates, or in the velocity that a stage begins with, where a stage is half implicit.
+/// Viscosity in the rates, or in the velocity at the begin of a half implicit stage.
 enum class Viscosity { of_rates, of_velocity };
 
-/// Rates of convection in divergence form, which keeps kinetic energy, and of viscosity; then the velocities after the
-/// stage. `rate` holds those of the stage before, and then those of this one. Cost: 120 flop and 13 numbers in memory
-/// per cell.
+/// Computes rates of viscosity and of convection, in divergence form, which conserves kinetic energy. Then it computes
+/// the velocities after the stage. `rate` has the rates of the last stage before, and those of this stage after. Cost:
+/// 120 flop and 13 numbers in memory per cell.
 template <Viscosity viscosity> class StageSweep {
 public:
     using P = Pack<8>;
-    /// `diffusion`: what sums of second differences are multiplied by, 1/s, of velocities 1.
+    /// `diffusion` is the factor of second differences: 1/s in rates, 1 in velocities.
     StageSweep(const FieldLayout& layout, double h, double diffusion, const StageFactors& factors)
         : row_(layout.row), plane_(layout.plane), quarter_(0.25 / h), diffusion_(diffusion), factors_(factors),
           gradient_(factors.pressure / h) {}
 
-    /// Eight cells from these pointers on.
+    /// Sweeps eight cells from these pointers on.
     SKEIN_INLINE void run(const Three<const double*>& velocity, const double* pressure, const Three<double*>& rate,
                           const Three<double*>& out) const {
         const double *const u = velocity[0], *const v = velocity[1], *const w = velocity[2];
@@ -44,7 +44,7 @@ public:
                 vb = at(v - p);
         const P w0 = at(w), we = at(w + 1), ww = at(w - 1), wn = at(w + r), ws = at(w - r), wt = at(w + p),
                 wb = at(w - p);
-        // Four times the products at edges and centres; both components of an edge take the same.
+        // Four times the products at edges and centres; both components at an edge use the same product.
         const P uv = (u0 + un) * (v0 + ve), uv_west = (uw + at(u + r - 1)) * (vw + v0),
                 uv_south = (us + u0) * (vs + at(v - r + 1));
         const P uw_ = (u0 + ut) * (w0 + we), uw_west = (uw + at(u + p - 1)) * (ww + w0),
@@ -94,7 +94,7 @@ SKEIN_INLINE Pack<8> around(const FieldLayout& layout, const double* f) {
     return (load<8>(f + 1) + load<8>(f - 1)) + (load<8>(f + r) + load<8>(f - r)) + (load<8>(f + p) + load<8>(f - p));
 }
 
-/// Sum of the differences of velocities over eight cells, times h the divergence.
+/// Sum of velocity differences over each of eight cells: h times the divergence.
 SKEIN_INLINE Pack<8> outflow_of(const FieldLayout& layout, const Three<const double*>& velocity) {
     return (load<8>(velocity[0]) - load<8>(velocity[0] - 1)) +
            (load<8>(velocity[1]) - load<8>(velocity[1] - layout.row)) +

@@ -47,49 +47,46 @@ template <class Body> void PlaneExchange::for_received(Body&& body) const {
     }
 }
 
-/// Rows of numbers to ranks by share.
 std::vector<double> PlaneExchange::exchanged(std::span<const double> sent,
                                              std::span<const std::int64_t> of_shares) const {
-    std::vector<std::int64_t> counts(static_cast<std::size_t>(comm_.size()), 0), come;
+    std::vector<std::int64_t> counts(to_index(comm_.size()), 0), come;
     for (int share = 0; share < pencils_.across(); ++share)
         nth(counts, pencils_.rank_of(pencils_.slab(), share)) = nth(of_shares, share);
     const std::vector<std::byte> arrived =
-        comm_.all_to_all(std::as_bytes(sent), static_cast<std::size_t>(layout_.row) * sizeof(double), counts, come);
+        comm_.all_to_all(std::as_bytes(sent), to_index(layout_.row) * sizeof(double), counts, come);
     std::vector<double> numbers(arrived.size() / sizeof(double));
     if (!arrived.empty()) std::memcpy(numbers.data(), arrived.data(), arrived.size());
     return numbers;
 }
 
-void PlaneExchange::to_planes(std::span<const double> rows, std::span<double> planes) const {
+template <class ForSent, class ForReceived>
+void PlaneExchange::exchange(std::span<const double> from, const FieldLayout& of_from, ForSent&& for_sent_rows,
+                             std::span<double> to, const FieldLayout& of_to, ForReceived&& for_received_rows) const {
     std::vector<double> sent;
-    std::vector<std::int64_t> counts(static_cast<std::size_t>(pencils_.across()), 0);
-    for_sent([&](int share, int j, int k) {
-        const auto row = rows.begin() + of_rows_.at(0, j, k) - FieldLayout::before;
-        sent.insert(sent.end(), row, row + of_rows_.row);
+    std::vector<std::int64_t> counts(to_index(pencils_.across()), 0);
+    for_sent_rows([&](int share, int j, int k) {
+        const auto row = from.begin() + of_from.at(0, j, k) - FieldLayout::before;
+        sent.insert(sent.end(), row, row + of_from.row);
         ++nth(counts, share);
     });
     const std::vector<double> come = exchanged(sent, counts);
-    auto from = come.begin();
-    for_received([&](int, int j, int k) {
-        std::copy_n(from, layout_.row, planes.begin() + layout_.at(0, j, k) - FieldLayout::before);
-        from += layout_.row;
+    auto row = come.begin();
+    for_received_rows([&](int, int j, int k) {
+        std::copy_n(row, of_to.row, to.begin() + of_to.at(0, j, k) - FieldLayout::before);
+        row += of_to.row;
     });
 }
 
+void PlaneExchange::to_planes(std::span<const double> rows, std::span<double> planes) const {
+    exchange(
+        rows, of_rows_, [this](auto&& body) { for_sent(body); }, planes, layout_,
+        [this](auto&& body) { for_received(body); });
+}
+
 void PlaneExchange::to_rows(std::span<const double> planes, std::span<double> rows) const {
-    std::vector<double> sent;
-    std::vector<std::int64_t> counts(static_cast<std::size_t>(pencils_.across()), 0);
-    for_received([&](int share, int j, int k) {
-        const auto row = planes.begin() + layout_.at(0, j, k) - FieldLayout::before;
-        sent.insert(sent.end(), row, row + layout_.row);
-        ++nth(counts, share);
-    });
-    const std::vector<double> come = exchanged(sent, counts);
-    auto from = come.begin();
-    for_sent([&](int, int j, int k) {
-        std::copy_n(from, layout_.row, rows.begin() + of_rows_.at(0, j, k) - FieldLayout::before);
-        from += layout_.row;
-    });
+    exchange(
+        planes, layout_, [this](auto&& body) { for_received(body); }, rows, of_rows_,
+        [this](auto&& body) { for_sent(body); });
 }
 
 FlowPlanes::FlowPlanes(const Communicator& comm, const FlowSolver& flow)
@@ -103,7 +100,7 @@ void FlowPlanes::take() {
         exchange_.to_planes(fields_[f], copies_[f]);
         fields_[f] = copies_[f];
     }
-    // The pressure becomes that of the flow's time. theory.md (77a)
+    // Extrapolates the pressure to the time of the flow. theory.md (77a)
     const auto [field, times] = pressure_in_time(flow_).pressure_gain();
     if (times == 0) return;
     std::vector<double> gain;
@@ -134,8 +131,7 @@ WholeState::WholeState(const Communicator& comm, FlowSolver& flow)
 }
 
 std::size_t WholeState::numbers_of_plane() const {
-    return fields_.size() * static_cast<std::size_t>(exchange_.layout().nx) *
-           static_cast<std::size_t>(exchange_.layout().ny);
+    return fields_.size() * to_index(exchange_.layout().nx) * to_index(exchange_.layout().ny);
 }
 
 void WholeState::put_back() {

@@ -1,5 +1,5 @@
-// Fields of a flow in whole planes, as files and digests have them: where ranks share the rows of a slab, each takes
-// some of its planes.
+// Fields of a flow in whole planes for files and digests. Ranks that share the rows of a slab take some of its planes
+// each.
 #pragma once
 
 #include "fluid/flow.hpp"
@@ -11,25 +11,31 @@
 
 namespace skein {
 
-/// Between rows and planes. Planes of a rank are those that it would have if ranks shared nothing but planes.
+/// Exchange between rows and planes. A rank has the planes that it would have if no rows were shared.
 class PlaneExchange {
 public:
-    /// `ghosts`: planes and rows around those of a rank that come with them.
+    /// `ghosts` counts planes and rows of ghosts that are exchanged too.
     PlaneExchange(const Communicator& comm, const FluidGrid& grid, const Pencils& pencils, int ghosts);
 
     const Slab& planes() const { return planes_; }
     const FieldLayout& layout() const { return layout_; }
-    /// From a field of this rank's rows to its planes, and back without ghosts. Collective.
+    /// Copies a field from this rank's rows to its planes. Collective.
     void to_planes(std::span<const double> rows, std::span<double> planes) const;
+    /// Copies a field back, without ghosts. Collective.
     void to_rows(std::span<const double> planes, std::span<double> rows) const;
 
 private:
-    /// body(share, j, k) of this rank's rows that go to the planes of each share.
+    /// Calls body(share, j, k) for this rank's rows in planes of each share.
     template <class Body> void for_sent(Body&& body) const;
-    /// body(share, j, k) of rows of this rank's planes, as they come from each share.
+    /// Calls body(share, j, k) for rows of this rank's planes from each share.
     template <class Body> void for_received(Body&& body) const;
+    /// Sends rows of `from` and receives rows of `to`, which both functions list.
+    template <class ForSent, class ForReceived>
+    void exchange(std::span<const double> from, const FieldLayout& of_from, ForSent&& for_sent_rows,
+                  std::span<double> to, const FieldLayout& of_to, ForReceived&& for_received_rows) const;
     Slab planes_of(int share) const;
     Slab rows_with_ghosts(int share) const;
+    /// Sends `counts` rows to each share and returns received rows. Collective.
     std::vector<double> exchanged(std::span<const double> sent, std::span<const std::int64_t> counts) const;
 
     Communicator comm_;
@@ -40,13 +46,12 @@ private:
     FieldLayout layout_, of_rows_;
 };
 
-/// Velocities and pressure, with ghosts.
+/// Velocities and pressure with ghosts.
 class FlowPlanes {
 public:
     FlowPlanes(const Communicator& comm, const FlowSolver& flow);
 
-    /// What the flow is now, from here to release(), while it must not change: copies where ranks share rows.
-    /// Collective.
+    /// Takes the present flow, which must not change until release(). It is copied if ranks share rows. Collective.
     void take();
     void release();
 
@@ -60,32 +65,31 @@ private:
     const FlowSolver& flow_;
     PlaneExchange exchange_;
     std::array<std::span<const double>, 4> fields_;
-    std::array<std::vector<double>, 4> copies_; ///< none where ranks have whole planes
+    std::array<std::vector<double>, 4> copies_; ///< empty if ranks have whole planes
 };
 
-/// What the next step of a flow depends on, without ghosts.
+/// FlowSolver::state() without ghosts.
 class WholeState {
 public:
-    /// As it is now, while the flow does not change: copies where ranks share rows. Collective.
+    /// Takes the present state, which must not change meanwhile. It is copied if ranks share rows. Collective.
     WholeState(const Communicator& comm, FlowSolver& flow);
 
     const Slab& planes() const { return exchange_.planes(); }
     std::size_t numbers_of_plane() const;
-    /// body(row of a field), of a plane of this rank in the order of files.
+    /// Calls body(row of a field) for a plane of this rank, in the order of files.
     template <class Body> void for_rows(int k, Body&& body) {
         const FieldLayout& layout = exchange_.layout();
         for (const std::span<double> field : fields_)
-            for (int j = 0; j < layout.ny; ++j)
-                body(field.subspan(static_cast<std::size_t>(layout.at(0, j, k)), static_cast<std::size_t>(layout.nx)));
+            for (int j = 0; j < layout.ny; ++j) body(field.subspan(to_index(layout.at(0, j, k)), to_index(layout.nx)));
     }
-    /// To the flow, after for_rows() has written; its refresh() follows. Collective.
+    /// Copies rows that for_rows() has written to the flow; its refresh() must follow. Collective.
     void put_back();
 
 private:
     FlowSolver& flow_;
     PlaneExchange exchange_;
     std::vector<std::span<double>> fields_;
-    std::vector<std::vector<double>> copies_; ///< none where ranks have whole planes
+    std::vector<std::vector<double>> copies_; ///< empty if ranks have whole planes
 };
 
 } // namespace skein
