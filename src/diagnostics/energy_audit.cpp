@@ -8,7 +8,7 @@ namespace skein {
 
 EnergyAudit audit_rod(std::span<const RodGroup> groups, const Rods& rods, std::size_t i, double time, double lag) {
     const RodGroup& group = nth(groups, rods.local()[i].group);
-    std::vector<Slot<1>> copy(static_cast<std::size_t>(group.slots()));
+    std::vector<Slot<1>> copy(to_index(group.slots()));
     rods.export_rod(i, copy);
     synchronise(group, copy, lag);
     const RodEnergy u = rod_energy(group, copy, time, rods.local()[i].index);

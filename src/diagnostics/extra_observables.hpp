@@ -1,8 +1,9 @@
-// Observables that a scene asks for by name (`[output] observables`): angular momentum, curvature, knots, order. What
-// is not asked for is neither computed nor sent.
+// Optional observables (`[output] observables`): angular momentum, curvature, knots, order. Others are neither computed
+// nor sent.
 #pragma once
 
 #include "parallel/communicator.hpp"
+#include "parallel/threads.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <array>
@@ -14,16 +15,16 @@ namespace skein {
 
 struct ObservableSets {
     bool angular_momentum = false; ///< about the origin, kg m^2/s, lab
-    bool curvature = false;        ///< of inner cells, per rest length: mean weighted by length, and maximum
-    bool knots = false;            ///< twist, writhe and link, summed over rods that bend, turns; n^2 per rod
-    bool order = false;            ///< of directions from start to end in the x-y plane, over rods that have two ends
+    bool curvature = false;        ///< inner cells, per rest length: mean weighted by length, and maximum
+    bool knots = false;            ///< twist, writhe and link, summed over rods that bend, turns; cost n^2 per rod
+    bool order = false;            ///< order of directions from start to end in the x-y plane, over open rods
     bool any() const { return angular_momentum || curvature || knots || order; }
 };
 
 /// Names with units, in the order of extra_values.
 std::vector<std::string> extra_names(const ObservableSets& sets);
 
-/// What one rod adds to sums and to maxima. Sets that are not asked for leave zeros.
+/// Terms of one rod in sums and maxima; zeros for sets that are off.
 struct ExtraFigures {
     enum Sum {
         angular_x,
@@ -45,11 +46,11 @@ struct ExtraFigures {
     std::array<double, extremes> extreme{};
 };
 
-/// `state`: one rod at one time (synchronised), [n + 1].                            theory.md (42)-(44), (74)
+/// Figures of one rod from its synchronised state [n + 1]. theory.md (42)-(44), (74)
 ExtraFigures extra_figures(const RodGroup& group, std::span<const Slot<1>> state, const ObservableSets& sets);
 
-/// Values over the rods of all ranks, the same bits for any distribution of them. Collective.
-std::vector<double> extra_values(const Communicator& comm, std::span<const ExtraFigures> rods,
+/// Values over the rods of all ranks. Any distribution of rods gives the same bits. Collective.
+std::vector<double> extra_values(const Communicator& comm, const Threads& threads, std::span<const ExtraFigures> rods,
                                  const ObservableSets& sets);
 
 } // namespace skein

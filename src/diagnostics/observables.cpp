@@ -12,7 +12,7 @@ namespace skein {
 
 namespace {
 
-/// What copies for the sets beyond these need.
+/// Computes optional figures from copies of rods.
 void add_extra(std::vector<ExtraFigures>& extra, std::span<const RodGroup> groups, const Rods& rods, double lag,
                const ObservableSets& sets) {
     const auto local = rods.local();
@@ -78,7 +78,7 @@ std::vector<double> observe(const Communicator& comm, const Threads& threads, st
     values.resize(F::mass);
     values.insert(values.end(), extreme.begin(), extreme.end());
     if (sets.any())
-        for (const double value : extra_values(comm, extra, sets)) values.push_back(value);
+        for (const double value : extra_values(comm, threads, extra, sets)) values.push_back(value);
     return values;
 }
 
