@@ -182,6 +182,15 @@ std::int64_t last_step_in(const std::string& content, const std::string& head) {
     return step;
 }
 
+/// Writes the header and the rows that a run keeps.
+SeriesMark begin_series(const std::string& path, const std::string& head, std::int64_t resume_step,
+                        const SeriesMark* mark, const std::function<void(const std::string&)>& warn) {
+    std::string content = kept_rows(path, head, resume_step, mark, warn);
+    if (mark) content += mark->row;
+    write_file(path, content);
+    return {content.size(), text_digest(content), {}};
+}
+
 constexpr std::string_view lock_begin = "process ";
 
 } // namespace
@@ -191,21 +200,11 @@ std::uint64_t text_digest(std::string_view text, std::uint64_t digest) {
     return digest;
 }
 
-SeriesFile::Start SeriesFile::begin(const std::string& path, const std::string& head, std::int64_t resume_step,
-                                    const SeriesMark* mark, const std::function<void(const std::string&)>& warn) {
-    std::string content = kept_rows(path, head, resume_step, mark, warn);
-    if (mark) content += mark->row;
-    write_file(path, content);
-    return {{content.size(), text_digest(content), {}}, last_step_in(content, head)};
-}
-
 SeriesFile::SeriesFile(std::string path, std::vector<std::string> columns, std::int64_t resume_step,
                        const SeriesMark* mark, const std::function<void(const std::string&)>& warn)
-    : SeriesFile(path, columns.size(), begin(path, header(columns), resume_step, mark, warn)) {}
-
-SeriesFile::SeriesFile(std::string path, std::size_t columns, Start start)
-    : path_(std::move(path)), columns_(columns), last_step_(start.last_step), mark_(std::move(start.mark)),
-      file_(path_, O_WRONLY | O_APPEND) {}
+    : path_(std::move(path)), columns_(columns.size()),
+      mark_(begin_series(path_, header(columns), resume_step, mark, warn)),
+      last_step_(last_step_in(read_file(path_), header(columns))), file_(path_, O_WRONLY | O_APPEND) {}
 
 void SeriesFile::append(std::int64_t step, double time, std::span<const double> values) {
     if (values.size() != columns_) throw Error(Exit::internal, path_ + ": a row does not match the header");
@@ -219,33 +218,22 @@ void SeriesFile::append(std::int64_t step, double time, std::span<const double> 
     last_step_ = step;
 }
 
-DirectoryLock::DirectoryLock(const std::string& directory) {
+DirectoryLock::DirectoryLock(const std::string& directory) : file_(directory + "/.lock", O_RDWR | O_CREAT) {
     const std::string path = directory + "/.lock";
-    descriptor_ = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (descriptor_ < 0) throw_system_error(path, "cannot be opened", errno);
-    if (::flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
-        ::close(descriptor_);
+    if (::flock(file_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
         const std::string owner = read_file(path);
         throw IoError(directory + ": in use by another run" + (owner.empty() ? "" : " (" + owner + ")"));
     }
     // A free lock in a run's own directory is valid whatever a crash left in it, so that jobs resume unattended.
     const bool own = std::filesystem::is_regular_file(directory + "/physics.json") ||
                      !numbered_files(directory, "checkpoint_", ".h5").empty();
-    if (const std::string content = own ? "" : read_file(path); !content.empty() && !content.starts_with(lock_begin)) {
-        ::close(descriptor_);
+    if (const std::string content = own ? "" : read_file(path); !content.empty() && !content.starts_with(lock_begin))
         throw IoError(path + ": is not the lock of a run; move it away, or use another --out");
-    }
     // Some file systems have no locks. The run continues without one, since a warning at every start helps nobody.
     char host[256] = "";
     ::gethostname(host, sizeof host - 1);
-    const std::string owner = fmt::format("{}{} on {}", lock_begin, ::getpid(), host);
-    if (::ftruncate(descriptor_, 0) != 0 || ::write(descriptor_, owner.data(), owner.size()) < 0) {
-        const int error = errno;
-        ::close(descriptor_);
-        throw_system_error(path, "cannot be written", error);
-    }
+    if (::ftruncate(file_, 0) != 0) throw_system_error(path, "cannot be written", errno);
+    file_.write(fmt::format("{}{} on {}", lock_begin, ::getpid(), host));
 }
-
-DirectoryLock::~DirectoryLock() { ::close(descriptor_); }
 
 } // namespace skein

@@ -48,18 +48,10 @@ public:
     const std::string& path() const { return path_; }
 
 private:
-    struct Start {
-        SeriesMark mark;
-        std::int64_t last_step;
-    };
-    SeriesFile(std::string path, std::size_t columns, Start start);
-    static Start begin(const std::string& path, const std::string& head, std::int64_t resume_step,
-                       const SeriesMark* mark, const std::function<void(const std::string&)>& warn);
-
     std::string path_;
     std::size_t columns_;
-    std::int64_t last_step_;
     SeriesMark mark_; ///< state after the last whole row
+    std::int64_t last_step_;
     Descriptor file_;
 };
 
@@ -68,12 +60,9 @@ private:
 class DirectoryLock {
 public:
     explicit DirectoryLock(const std::string& directory);
-    ~DirectoryLock();
-    DirectoryLock(const DirectoryLock&) = delete;
-    DirectoryLock& operator=(const DirectoryLock&) = delete;
 
 private:
-    int descriptor_ = -1;
+    Descriptor file_;
 };
 
 } // namespace skein

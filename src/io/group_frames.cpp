@@ -16,8 +16,9 @@ using Shape = std::vector<std::uint64_t>;
 
 constexpr std::uint64_t view_bytes = 4 << 10; // upper bound for the datasets of a single frame in the file
 
-template <class Quantity> FrameField field(std::string name, Shape shape) {
-    return {std::move(name), std::move(shape), Quantity::template fill<float>, Quantity::template fill<double>};
+/// Field with numbers by fill(rod, out) for both types of numbers.
+template <class Fill> FrameField field(std::string name, Shape shape, Fill fill) {
+    return {std::move(name), std::move(shape), fill, fill};
 }
 
 template <class T, class V> T* put(T* out, const V& x, const V& y, const V& z) {
@@ -29,43 +30,26 @@ template <class T, class V> T* put(T* out, const V& x, const V& y, const V& z) {
 template <class T> T* put(T* out, const Vec3<Pack<1>>& v) { return put(out, v.x[0], v.y[0], v.z[0]); }
 template <class T> T* put(T* out, const Vec3d& v) { return put(out, v.x, v.y, v.z); }
 
-struct Positions {
-    template <class T> static void fill(const RodCopy& rod, T* out) {
-        for (const auto& slot : rod.state) out = put(out, slot.position);
-    }
-};
-
-struct Tip {
-    template <class T> static void fill(const RodCopy& rod, T* out) { put(out, rod.state.back().position); }
-};
-
-struct Start {
-    template <class T> static void fill(const RodCopy& rod, T* out) { put(out, rod.state.front().position); }
-};
-
-struct Directors {
-    template <class T> static void fill(const RodCopy& rod, T* out) {
-        for (const Mat3d& q : rod.frames) out = put(put(put(out, q.d1), q.d2), q.d3);
-    }
-};
-
-struct Normals {
-    template <class T> static void fill(const RodCopy& rod, T* out) {
-        for (std::size_t node = 0; node < rod.state.size(); ++node) out = put(out, rod.normal(node));
-    }
-};
-
 std::vector<FrameField> fields_of(FrameKind kind, const OutputSpec& spec, const RodGroup& group) {
     if (kind == FrameKind::tips) {
-        std::vector<FrameField> ends{field<Tip>("position", {3})};
-        if (spec.both_ends) ends.push_back(field<Start>("start", {3}));
+        std::vector<FrameField> ends{
+            field("position", {3}, [](const RodCopy& rod, auto* out) { put(out, rod.state.back().position); })};
+        if (spec.both_ends)
+            ends.push_back(
+                field("start", {3}, [](const RodCopy& rod, auto* out) { put(out, rod.state.front().position); }));
         return ends;
     }
-    const auto nodes = static_cast<std::uint64_t>(group.slots());
-    std::vector<FrameField> fields{field<Positions>("position", {nodes, 3})};
+    const std::uint64_t nodes = to_index(group.slots()), elements = to_index(group.elements());
+    std::vector<FrameField> fields{field("position", {nodes, 3}, [](const RodCopy& rod, auto* out) {
+        for (const auto& slot : rod.state) out = put(out, slot.position);
+    })};
     if (spec.directors) {
-        fields.push_back(field<Directors>("directors", {static_cast<std::uint64_t>(group.elements()), 3, 3}));
-        fields.push_back(field<Normals>("normal", {nodes, 3}));
+        fields.push_back(field("directors", {elements, 3, 3}, [](const RodCopy& rod, auto* out) {
+            for (const Mat3d& q : rod.frames) out = put(put(put(out, q.d1), q.d2), q.d3);
+        }));
+        fields.push_back(field("normal", {nodes, 3}, [](const RodCopy& rod, auto* out) {
+            for (std::size_t node = 0; node < rod.state.size(); ++node) out = put(out, rod.normal(node));
+        }));
     }
     return fields;
 }

@@ -6,6 +6,7 @@
 #include "io/xdmf.hpp"
 #include "partition/partition.hpp"
 #include "skein/core/aligned.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 #include <cstddef>
@@ -72,7 +73,7 @@ private:
     std::string path() const { return "/groups/" + group_.name(); }
     std::string path(const std::string& dataset) const { return path() + "/" + dataset; }
     std::uint64_t count() const { return static_cast<std::uint64_t>(group_.count()); }
-    std::size_t block_rods() const { return static_cast<std::size_t>(blocks_.size()); }
+    std::size_t block_rods() const { return to_index(blocks_.size()); }
     std::size_t record_bytes(const FrameField& field) const { return field.numbers() * bytes_of(type_); }
     std::size_t rod_bytes() const;
     bool directors() const { return fields_.size() > 1; }

@@ -3,6 +3,7 @@
 #include "io/disk.hpp"
 #include "io/h5_links.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fcntl.h>
 #include <fmt/format.h>
@@ -91,27 +92,36 @@ bool has_memory() {
     return some != MAP_FAILED && ::munmap(some, bytes) == 0;
 }
 
+/// Properties of new objects without time stamps.
+H5Handle untimed(hid_t property_class) {
+    H5Handle creation(H5Pcreate(property_class), H5Pclose);
+    H5Pset_obj_track_times(creation, false);
+    return creation;
+}
+
+/// Space of a dataset, which may grow to `largest`.
+H5Handle simple_space(const std::vector<std::uint64_t>& size, const std::vector<std::uint64_t>& largest = {}) {
+    // hsize_t and uint64_t are equal but not one type.
+    const std::vector<hsize_t> now(size.begin(), size.end()), most(largest.begin(), largest.end());
+    return {H5Screate_simple(static_cast<int>(now.size()), now.data(), most.empty() ? nullptr : most.data()), H5Sclose};
+}
+
 hid_t open_file(const Communicator& comm, const std::string& path, H5File::Mode mode) {
     const H5Handle access = file_access(comm);
     if (mode == H5File::Mode::read) return H5Fopen(path.c_str(), H5F_ACC_RDONLY, access);
     if (mode == H5File::Mode::modify) return H5Fopen(path.c_str(), H5F_ACC_RDWR, access);
-    const H5Handle creation(H5Pcreate(H5P_FILE_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);
-    return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, creation, access);
+    return H5Fcreate(path.c_str(), H5F_ACC_TRUNC, untimed(H5P_FILE_CREATE), access);
 }
 
 H5Handle new_group(hid_t parent, const std::string& path) {
-    const H5Handle creation(H5Pcreate(H5P_GROUP_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);
-    return H5Handle(H5Gcreate2(parent, path.c_str(), H5P_DEFAULT, creation, H5P_DEFAULT), H5Gclose);
+    return {H5Gcreate2(parent, path.c_str(), H5P_DEFAULT, untimed(H5P_GROUP_CREATE), H5P_DEFAULT), H5Gclose};
 }
 
 /// Allocates all space at once without fill values, since every element is written.
 H5Handle dataset_creation() {
-    H5Handle creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
+    H5Handle creation = untimed(H5P_DATASET_CREATE);
     H5Pset_alloc_time(creation, H5D_ALLOC_TIME_EARLY);
     H5Pset_fill_time(creation, H5D_FILL_TIME_NEVER);
-    H5Pset_obj_track_times(creation, false);
     return creation;
 }
 
@@ -140,7 +150,7 @@ struct Frames {
         const H5Handle space(H5Dget_space(dataset), H5Sclose), creation(H5Dget_create_plist(dataset), H5Pclose);
         const int dimensions = H5Sget_simple_extent_ndims(space);
         if (dimensions < 1) return;
-        size.resize(static_cast<std::size_t>(dimensions));
+        size.resize(to_index(dimensions));
         chunk.resize(size.size());
         valid = H5Sget_simple_extent_dims(space, size.data(), nullptr) == dimensions &&
                 H5Pget_chunk(creation, dimensions, chunk.data()) == dimensions;
@@ -156,20 +166,14 @@ struct Selection {
     bool valid;
 
     Selection(hid_t dataset, const H5Box& box)
-        : memory(H5Screate_simple(static_cast<int>(box.count.size()), dimensions(box).data(), nullptr), H5Sclose),
-          file(H5Dget_space(dataset), H5Sclose), valid(memory.valid() && file.valid()) {
+        : memory(simple_space(box.count)), file(H5Dget_space(dataset), H5Sclose),
+          valid(memory.valid() && file.valid()) {
         if (!valid) return;
-        if (std::find(box.count.begin(), box.count.end(), 0u) != box.count.end())
+        const std::vector<hsize_t> start(box.start.begin(), box.start.end()), count(box.count.begin(), box.count.end());
+        if (std::find(count.begin(), count.end(), 0u) != count.end())
             valid = H5Sselect_none(memory) >= 0 && H5Sselect_none(file) >= 0;
-        else
-            valid = H5Sselect_hyperslab(file, H5S_SELECT_SET, dimensions(box.start).data(), nullptr,
-                                        dimensions(box).data(), nullptr) >= 0;
+        else valid = H5Sselect_hyperslab(file, H5S_SELECT_SET, start.data(), nullptr, count.data(), nullptr) >= 0;
     }
-
-private:
-    // hsize_t and uint64_t are equal but not one type.
-    static std::vector<hsize_t> dimensions(const std::vector<std::uint64_t>& v) { return {v.begin(), v.end()}; }
-    static std::vector<hsize_t> dimensions(const H5Box& box) { return dimensions(box.count); }
 };
 
 H5Handle collective_transfer() {
@@ -245,23 +249,22 @@ void H5File::agree(bool well, const std::string& deed) const {
 void H5File::make_group(const std::string& path) { agree(new_group(id_, path).valid(), path + " cannot be made"); }
 
 void H5File::make_dataset(const std::string& path, H5Type type, const std::vector<std::uint64_t>& shape) {
-    const std::vector<hsize_t> size(shape.begin(), shape.end());
-    const H5Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
     const H5Handle dataset(
-        H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, dataset_creation(), H5P_DEFAULT), H5Dclose);
+        H5Dcreate2(id_, path.c_str(), type_id(type), simple_space(shape), H5P_DEFAULT, dataset_creation(), H5P_DEFAULT),
+        H5Dclose);
     agree(dataset.valid(), path + " cannot be made");
 }
 
 void H5File::make_frames(const std::string& path, H5Type type, const std::vector<std::uint64_t>& frame_shape) {
-    std::vector<hsize_t> size{0}, largest{H5S_UNLIMITED};
+    std::vector<std::uint64_t> size{0}, largest{H5S_UNLIMITED};
     size.insert(size.end(), frame_shape.begin(), frame_shape.end());
     largest.insert(largest.end(), frame_shape.begin(), frame_shape.end());
-    const H5Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), largest.data()), H5Sclose);
     const H5Handle creation = dataset_creation();
     const auto chunk = chunk_shape(type, frame_shape);
     H5Pset_chunk(creation, static_cast<int>(chunk.size()), chunk.data());
-    const H5Handle dataset(H5Dcreate2(id_, path.c_str(), type_id(type), space, H5P_DEFAULT, creation, H5P_DEFAULT),
-                           H5Dclose);
+    const H5Handle dataset(
+        H5Dcreate2(id_, path.c_str(), type_id(type), simple_space(size, largest), H5P_DEFAULT, creation, H5P_DEFAULT),
+        H5Dclose);
     agree(dataset.valid(), path + " cannot be made");
 }
 
@@ -286,7 +289,7 @@ std::vector<std::uint64_t> H5File::shape(const std::string& path) const {
     agree(dataset.valid(), path + " cannot be opened");
     const H5Handle space(H5Dget_space(dataset), H5Sclose);
     const int dimensions = space.valid() ? H5Sget_simple_extent_ndims(space) : -1;
-    std::vector<hsize_t> size(static_cast<std::size_t>(std::max(dimensions, 0)));
+    std::vector<hsize_t> size(to_index(std::max(dimensions, 0)));
     agree(dimensions >= 0 && H5Sget_simple_extent_dims(space, size.data(), nullptr) >= 0,
           path + " has no readable size");
     return {size.begin(), size.end()};
@@ -387,10 +390,8 @@ namespace {
 
 bool make_view(hid_t file, const std::string& path, hid_t dataset, const std::string& dataset_path, const H5Box& box) {
     const Selection part(dataset, box);
-    const std::vector<hsize_t> size(box.count.begin() + 1, box.count.end());
-    const H5Handle space(H5Screate_simple(static_cast<int>(size.size()), size.data(), nullptr), H5Sclose);
-    const H5Handle type(H5Dget_type(dataset), H5Tclose), creation(H5Pcreate(H5P_DATASET_CREATE), H5Pclose);
-    H5Pset_obj_track_times(creation, false);
+    const H5Handle space = simple_space({box.count.begin() + 1, box.count.end()}), type(H5Dget_type(dataset), H5Tclose),
+                   creation = untimed(H5P_DATASET_CREATE);
     if (!part.valid || H5Pset_virtual(creation, space, ".", dataset_path.c_str(), part.file) < 0) return false;
     return H5Handle(H5Dcreate2(file, path.c_str(), type, space, H5P_DEFAULT, creation, H5P_DEFAULT), H5Dclose).valid();
 }
