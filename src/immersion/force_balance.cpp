@@ -1,5 +1,7 @@
 #include "immersion/force_balance.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cmath>

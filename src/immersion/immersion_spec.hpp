@@ -1,4 +1,4 @@
-// How a scene wants bodies in the fluid to act on it.
+// Settings of a scene for bodies in the fluid.
 #pragma once
 
 #include "immersion/direct_forcing.hpp"
@@ -8,16 +8,16 @@
 
 namespace skein {
 
-/// Whether rods feel the fluid.
+/// Coupling of rods and fluid.
 enum class RodCoupling {
-    two_way, ///< they do
-    one_way  ///< they move as if there were none, and move the fluid
+    two_way, ///< rods and fluid act on each other
+    one_way  ///< rods move the fluid, but do not feel it
 };
 inline constexpr std::string_view rod_coupling_names[] = {"two_way", "one_way"};
 
-/// What makes fluid and bodies move together.
+/// Method that makes fluid and bodies move together.
 enum class ForcingKind {
-    direct, ///< velocities are set
+    direct, ///< direct setting of velocities
     penalty ///< springs and dampers
 };
 inline constexpr std::string_view forcing_names[] = {"direct", "penalty"};
@@ -30,11 +30,11 @@ struct ImmersionSpec {
     double penalty_damping = 0;   ///< N s/m^3
     long sweeps = 2;
     double slip = 0;         ///< m/s
-    double retraction = 0.4; ///< of rods, over the spacing of the grid
+    double retraction = 0.4; ///< depth of markers in rods over the spacing of the grid
     RodCoupling coupling = RodCoupling::two_way;
-    bool inner_inertia = true; ///< the fluid within rods bears its own
+    bool inner_inertia = true; ///< fluid within rods bears its own inertia
 
-    /// In a fluid of a density, kg/m^3.
+    /// Numbers for a fluid of a density, kg/m^3.
     ForcingNumbers numbers(double density) const {
         return {delta, static_cast<int>(sweeps), slip, penalty_stiffness / density, penalty_damping / density};
     }

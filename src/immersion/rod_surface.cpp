@@ -25,7 +25,7 @@ public:
     };
     Place at(double s) const {
         const auto found = std::upper_bound(until_.begin(), until_.end() - 1, s);
-        const auto k = static_cast<std::size_t>(found - until_.begin());
+        const std::size_t k = to_index(found - until_.begin());
         return {k, std::clamp((s - first(k)) / group_.element[k].rest_length, 0.0, 1.0)};
     }
     /// Half axes, linear between the middles of elements.
@@ -47,11 +47,6 @@ private:
     std::vector<double> until_;
 };
 
-SectionMarkers sides_of(double half_thickness, double spacing, double retraction) {
-    constexpr double too_close = 0.3; // cells; fluid between closer sides belongs to neither
-    return half_thickness - retraction < too_close * spacing ? SectionMarkers::sheet : SectionMarkers::ring;
-}
-
 int parts_of(double length, double spacing) { return std::max(1, static_cast<int>(std::lround(length / spacing))); }
 
 } // namespace
@@ -68,11 +63,12 @@ SectionMarkers section_markers(const HalfAxes& axes, double spacing, double retr
     constexpr double thin = 1, flat = 2;
     const auto [least, most] = std::minmax(axes.along_d1, axes.along_d2);
     if (least < thin * spacing && most < flat * least) return SectionMarkers::centre_line;
-    return sides_of(least, spacing, retraction);
+    return plate_markers(least, spacing, retraction);
 }
 
 SectionMarkers plate_markers(double half_thickness, double spacing, double retraction) {
-    return sides_of(half_thickness, spacing, retraction);
+    constexpr double too_close = 0.3; // cells; fluid between closer sides belongs to neither
+    return half_thickness - retraction < too_close * spacing ? SectionMarkers::sheet : SectionMarkers::ring;
 }
 
 bool spans_box(const RodGroup& group, const FluidGrid& grid) {

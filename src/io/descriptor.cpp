@@ -1,6 +1,7 @@
 #include "io/descriptor.hpp"
 
 #include "io/disk.hpp"
+#include "skein/core/index.hpp"
 
 #include <fcntl.h>
 #include <unistd.h>
@@ -24,7 +25,7 @@ template <class Write> void Descriptor::write_all(std::string_view text, Write&&
         const ssize_t written = write(text);
         if (written < 0 && errno == EINTR) continue;
         if (written < 0) throw_system_error(path_, "cannot be written", errno);
-        text.remove_prefix(static_cast<std::size_t>(written));
+        text.remove_prefix(to_index(written));
     }
 }
 

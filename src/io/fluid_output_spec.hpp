@@ -1,4 +1,4 @@
-// What a scene wants written of a fluid besides whole frames.
+// Outputs of a fluid beside whole frames.
 #pragma once
 
 #include "io/output_spec.hpp"
@@ -21,7 +21,7 @@ inline constexpr std::string_view fluid_output_names[] = {"slice", "box", "block
 enum class Direction { x, y, z };
 inline constexpr std::string_view direction_names[] = {"x", "y", "z"};
 
-/// What is held against the threshold of blocks.
+/// Quantity that is compared with the threshold of blocks.
 enum class BlockCriterion {
     q,        ///< |Q|, 1/s^2
     vorticity ///< its absolute value, 1/s
@@ -30,19 +30,19 @@ inline constexpr std::string_view block_criterion_names[] = {"q", "vorticity"};
 
 /// [[fluid_output]]
 struct FluidOutputSpec {
-    std::string name; ///< of its files
+    std::string name; ///< name in file names
     FluidOutputKind kind = FluidOutputKind::slice;
     double every = 0;               ///< s
     std::vector<std::string> which; ///< fields; none: all
     Precision precision = Precision::single;
-    Direction across = Direction::z; ///< of a slice
-    double at = 0;                   ///< of a slice, m
-    std::optional<Vec3d> lower;      ///< corner of a box, m; absent: that of the fluid
+    Direction across = Direction::z; ///< normal of a slice
+    double at = 0;                   ///< coordinate of a slice, m
+    std::optional<Vec3d> lower;      ///< corner of a box, m; absent: corner of the fluid
     std::optional<Vec3d> upper;      ///< m
     long average = 1;                ///< cells along an edge of the cubes that a box has means over
     BlockCriterion criterion = BlockCriterion::q;
-    double threshold = 0; ///< of blocks, 1/s^2 or 1/s
-    long edge = 16;       ///< of a block, in cells
+    double threshold = 0; ///< threshold of blocks, 1/s^2 or 1/s
+    long edge = 16;       ///< edge of a block, cells
     std::string source;   ///< file:line of the table, for messages
 
     void fields(FieldVisitor& f);

@@ -3,6 +3,7 @@
 #include "io/disk.hpp"
 #include "io/h5_file.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <array>
@@ -79,7 +80,7 @@ std::optional<std::string> beginning_of(const std::string& path, std::size_t mos
     std::string text(most, '\0');
     std::ifstream file(path, std::ios::binary);
     file.read(text.data(), static_cast<std::streamsize>(most));
-    text.resize(static_cast<std::size_t>(file.gcount()));
+    text.resize(to_index(file.gcount()));
     return text;
 }
 

@@ -2,6 +2,7 @@
 
 #include "io/rod_file_kind.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -55,7 +56,7 @@ void RodFile::check_quantities() const {
 
 RodRows RodFile::read(std::int64_t begin, std::int64_t end) const {
     Numbers numbers;
-    const auto rods = static_cast<std::size_t>(end - begin);
+    const std::size_t rods = to_index(end - begin);
     for (std::size_t q = 0; q < all; ++q)
         if (has_[q]) numbers[q].resize(rods * width(q));
     read_numbers(begin, end, numbers);

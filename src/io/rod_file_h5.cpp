@@ -2,6 +2,7 @@
 #include "io/h5_links.hpp"
 #include "io/rod_file_kind.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -91,7 +92,7 @@ private:
         if (!is_common(type))
             refuse(fmt::format(
                 "dataset '{}' has numbers of a type that is neither a float of 32 or 64 bits nor an integer", name));
-        std::vector<hsize_t> shape(static_cast<std::size_t>(std::max(0, H5Sget_simple_extent_ndims(space))));
+        std::vector<hsize_t> shape(to_index(std::max(0, H5Sget_simple_extent_ndims(space))));
         if (!shape.empty()) H5Sget_simple_extent_dims(space, shape.data(), nullptr);
         const RodQuantity& quantity = quantities[q];
         std::vector<std::string_view> wanted = {"rods"};
@@ -123,7 +124,7 @@ private:
         for (std::size_t q = 0; q < all; ++q) {
             if (!has_[q]) continue;
             const H5Handle data = dataset(q), space(H5Dget_space(data), H5Sclose);
-            std::vector<hsize_t> count(static_cast<std::size_t>(H5Sget_simple_extent_ndims(space)));
+            std::vector<hsize_t> count(to_index(H5Sget_simple_extent_ndims(space)));
             H5Sget_simple_extent_dims(space, count.data(), nullptr);
             count[0] = static_cast<hsize_t>(end - begin);
             std::vector<hsize_t> start(count.size(), 0);

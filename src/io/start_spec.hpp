@@ -1,5 +1,4 @@
-// What a scene says about where it begins: at rest in the rods' start shapes, or with the state that another run has
-// left.
+// Start of a scene: rods at rest in their start shapes, or the state of another run.
 #pragma once
 
 #include "skein/core/fields.hpp"
@@ -9,7 +8,7 @@
 
 namespace skein {
 
-/// Of a run that begins with another's state: does its time go on, or begin at zero?
+/// Time of a run that starts from another run's state: it goes on or begins at zero.
 enum class StartTime { goes_on, zero };
 inline constexpr std::string_view start_time_names[] = {"goes_on", "zero"};
 

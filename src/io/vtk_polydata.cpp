@@ -44,7 +44,7 @@ VtkPolyData::VtkPolyData(std::uint64_t points, std::uint64_t lines, std::uint64_
         std::string inside;
         std::uint64_t offset = 0;
         for (const VtkArray& array : arrays_) {
-            if (static_cast<std::size_t>(array.part) == part)
+            if (to_index(array.part) == part)
                 inside +=
                     fmt::format("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" format=\"appended\" "
                                 "offset=\"{}\"/>\n",
@@ -108,7 +108,7 @@ std::optional<VtkFound> find_vtk_polydata(const std::string& path) {
     std::array<char, 1024> begin{};
     std::ifstream file(path, std::ios::binary);
     file.read(begin.data(), begin.size());
-    const std::string_view text(begin.data(), static_cast<std::size_t>(file.gcount()));
+    const std::string_view text(begin.data(), to_index(file.gcount()));
     const std::size_t at = text.find(before_time);
     if (!text.starts_with(opening) || at == std::string_view::npos) return {};
     VtkFound found{};

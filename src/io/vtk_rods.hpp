@@ -6,6 +6,7 @@
 #include "io/output_spec.hpp"
 #include "io/vtk_polydata.hpp"
 #include "partition/partition.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 #include <cstddef>
@@ -53,9 +54,7 @@ private:
         std::vector<Vec3d> force;
         std::vector<double> numbers;
     };
-    std::size_t record_bytes(const VtkContent& content) const {
-        return content.bytes_per_node() * static_cast<std::size_t>(nodes());
-    }
+    std::size_t record_bytes(const VtkContent& content) const { return content.bytes_per_node() * to_index(nodes()); }
     std::int64_t nodes() const; ///< nodes of one rod
     std::int64_t lines() const; ///< lines of one rod
     void describe_body(const RodCopy& body, const VtkContent& content, Scratch& scratch) const;
