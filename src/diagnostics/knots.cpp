@@ -15,9 +15,9 @@ std::size_t segments(std::span<const Vec3d> node, Curve curve) {
 
 const Vec3d& after(std::span<const Vec3d> node, std::size_t i) { return node[i + 1 < node.size() ? i + 1 : 0]; }
 
-/// Gauss's integral over two straight segments, 1 to 2 and 3 to 4: the solid angle of the parallelogram of all vectors
-/// between them, over 4 pi. Two triangles make the parallelogram, with one triple product. Each has tan(Omega/2) =
-/// a.(b x c)/(|a||b||c| + (a.b)|c| + (b.c)|a| + (c.a)|b|) (van Oosterom & Strackee 1983).
+/// Gauss's integral over two straight segments, 1 to 2 and 3 to 4. It is the solid angle of the parallelogram of all
+/// vectors between them, over 4 pi. Two triangles make the parallelogram, with one triple product. Each has
+/// tan(Omega/2) = a.(b x c)/(|a||b||c| + (a.b)|c| + (b.c)|a| + (c.a)|b|) (van Oosterom & Strackee 1983).
 double segment_pair(const Vec3d& x1, const Vec3d& x2, const Vec3d& x3, const Vec3d& x4) {
     const Vec3d a = x3 - x1, b = x4 - x1, c = x4 - x2, d = x3 - x2;
     const double na = norm(a), nb = norm(b), nc = norm(c), nd = norm(d);

@@ -100,8 +100,8 @@ private:
     struct Reach {
         P near, far;
     };
-    /// Link of a slab: last = p + q next + t end, first = a + b next + c end, with the first number of the next slab
-    /// (next) and the last number of all (end).
+    /// Link of a slab: last = p + q next + t end, first = a + b next + c end.
+    /// Here `next` is the first number of the next slab, and `end` the last number of all.
     struct Link {
         P p, q, t, a, b, c;
     };

@@ -1,5 +1,5 @@
-// Direct solver of the discrete equations of Poisson and Helmholtz in a box: transforms of lines along x and y, then a
-// tridiagonal system along z for each coefficient. theory.md (77)-(79), (84)
+// Direct solver of the discrete equations of Poisson and Helmholtz in a box. It transforms lines along x and y, and
+// solves a tridiagonal system along z for each coefficient. theory.md (77)-(79), (84)
 #pragma once
 
 #include "fluid/flow.hpp"
@@ -27,8 +27,9 @@ public:
                              TransformAlongY(pencils.modes(pencils.share()).count)});
     }
 
-    /// source(i, j, k) returns f in eight cells from (i, j, k) on, and cells beyond the row are ignored. sink(i, j, k,
-    /// phi) takes phi there, after all of f has been read. j and k count rows and planes of this rank. Collective.
+    /// Function source(i, j, k) returns f in eight cells from (i, j, k) on, and cells beyond the row are ignored.
+    /// Function sink(i, j, k, phi) takes phi there, after all of f has been read. Rows j and planes k are those of this
+    /// rank. Collective.
     template <class Source, class Sink> void solve(const Helmholtz& equation, Source&& source, Sink&& sink) {
         const PlaneRows& columns = slabs_ ? slabs_->rows() : whole_->rows();
         if (shared_) {

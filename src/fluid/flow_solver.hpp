@@ -81,8 +81,8 @@ private:
     void sample(const VelocityRow& velocity);
     /// Sweeps velocities from now_ to next_ and swaps both. With viscosity of velocities, ghosts are not filled.
     template <Viscosity viscosity> void sweep(const StageFactors& factors, double diffusion);
-    /// Solves (1 - b sum of second differences) u = f in place for three fields number `first`, first + 1, ..., and
-    /// fills ghosts in their planes. Collective.
+    /// Solves (1 - b sum of second differences) u = f in place for three fields, the first of number `first`. It fills
+    /// ghosts in their planes. Collective.
     void diffuse(Three<Field>& fields, int first, double b);
     void add_beyond_walls(int c, double* field, double b) const;
     void step_half_implicit(const StageOfStep& whole, double time, double dt);
@@ -119,7 +119,7 @@ private:
     bool keeps_gain_ = false;
     double gain_times_ = 0; ///< factor of Gain, whose field is next_[0] in explicit schemes
     std::optional<FastHelmholtz> direct_;
-    std::vector<Helmholtz> equations_; ///< of direct_: pressure and, if viscosity is implicit, velocities
+    std::vector<Helmholtz> equations_;                ///< pressure and, if viscosity is implicit, velocities
     std::optional<IteratedPoisson> iterated_poisson_; ///< in place of direct_
     FlowBoundary boundary_;
     std::vector<double> speed_; ///< largest speed of each plane, m/s

@@ -1,9 +1,9 @@
 // Library libskein_multigrid.so: PETSc's conjugate gradients and multigrid for Poisson's equation on grids of boxes.
 //
 // Integrals over cells make the equation symmetric for any edges. The flow between neighbours is the difference of
-// their values times the area of their face over the distance of their centres. theory.md (83) Each coarser level joins
-// pairs of cells, and the last three of an odd number, along the directions with the thinnest cells. Its equation is
-// that of its own cells, and values pass between levels by linear interpolation and its transpose. So any number of
+// their values times the area of their face over the distance of their centres, theory.md (83). Each coarser level
+// joins pairs of cells, and the last three of an odd number, along the directions with the thinnest cells. Its equation
+// is that of its own cells, and values pass between levels by linear interpolation and its transpose. So any number of
 // cells on any number of ranks has levels down to a few cells. Rows of matrices are cells, plane by plane in the order
 // of ranks, as in a DMDA with the processes (1, 1, ranks). A DMDA itself halves only even numbers and needs a plane of
 // each level on every rank.

@@ -41,8 +41,8 @@ struct PlanePacks {
 /// Length of a row of coefficients along x in whole blocks.
 inline int row_of(int modes) { return (modes + 15) / 16 * 16; }
 
-/// Coefficients of a plane after transforms along x, in blocks of 8 or 16 adjacent rows. at(j, m) points to eight rows
-/// from j on; the next mode is `lanes` further.
+/// Coefficients of a plane after transforms along x, in blocks of 8 or 16 adjacent rows. Address at(j, m) is that of
+/// eight rows from j on; the next mode is `lanes` further.
 struct PlaneTiles {
     double* first;
     std::ptrdiff_t row;

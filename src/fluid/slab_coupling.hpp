@@ -10,8 +10,8 @@
 
 namespace skein {
 
-/// True if a number beyond a slab of `planes` changes its other end by more than 1e-17 of it, for a coefficient with
-/// this eigenvalue of second differences along x and y.
+/// True if a number beyond a slab of `planes` changes its other end by more than 1e-17 of it. The eigenvalue is that of
+/// second differences along x and y for a coefficient.
 inline bool couples_slabs(double eigenvalue, int planes) {
     constexpr double reach = 39.1; // -log(1e-17)
     const double cosh = 1 - 0.5 * eigenvalue;

@@ -104,7 +104,7 @@ private:
     /// Weight of a marker by component: 1 over the change that a change of 1 at all markers makes at it. It is 0 beyond
     /// walls, where there is no fluid.
     std::vector<Vec3d> weight_;
-    std::vector<Vec3d> velocity_;            ///< of the fluid at markers, m/s
+    std::vector<Vec3d> velocity_;            ///< velocity of the fluid at markers, m/s
     std::vector<Vec3d> slip_;                ///< marker's velocity minus the fluid's, m/s
     std::vector<Vec3d> changes_;             ///< by marker, m/s
     std::vector<Vec3d> given_;               ///< by body, m^4/s

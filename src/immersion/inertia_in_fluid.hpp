@@ -17,8 +17,8 @@ template <class T> struct InertiaShares {
                   ///< 0.8
 };
 
-/// Fluid moves with a rod where markers make it. Fluid around a ring of markers, up to half of the way to the next
-/// rings, bears its inertia for the nodes and the element of that ring. It bears none about directions from which no
+/// Fluid moves with a rod where markers make it. Fluid around a ring of markers, half of the way to the next
+/// rings, bears its inertia for the nodes and the element of the ring. It bears none about directions from which no
 /// marker of the ring lies off.
 class InertiaInFluid {
 public:

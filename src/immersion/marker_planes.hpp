@@ -97,8 +97,8 @@ private:
 
     std::vector<std::uint32_t> sent_;       ///< markers of this rank, ordered by the rank that they are sent to
     std::vector<std::int64_t> sent_counts_; ///< by rank
-    std::vector<double> shares_back_;       ///< of sent_
-    std::vector<Vec3d> changes_out_;        ///< of sent_
+    std::vector<double> shares_back_;       ///< by number in sent_
+    std::vector<Vec3d> changes_out_;        ///< by number in sent_
 
     std::vector<std::int64_t> arrived_;      ///< identities, by arrival
     std::vector<std::uint32_t> arrival_;     ///< number of arrival of each marker, by identity

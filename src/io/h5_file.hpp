@@ -49,7 +49,7 @@ public:
     /// more than its frames.
     void make_frames(const std::string& path, H5Type type, const std::vector<std::uint64_t>& frame_shape);
     static constexpr std::uint64_t frames_slack = 8 << 10;
-    /// Extends datasets of equally many frames to `frames`. Space is taken as if all grew frame by frame in turn, so
+    /// Extends datasets of equally many frames to `frames`. Space is taken as if all grew frame by frame in turn. So
     /// the bytes of the file do not depend on the frames added at a time. Tables are flushed after every `flush_every`
     /// frames (0: never), so that a killed process leaves a readable file.
     void set_frames(const std::vector<std::string>& paths, std::uint64_t frames, std::uint64_t flush_every = 0);

@@ -9,8 +9,8 @@
 
 namespace skein {
 
-/// Opens a file and checks its shape, not yet its numbers. Throws InputError, which begins with `source` (a line of the
-/// scene) if there is no such file, and with the name of a file that has no rods.
+/// Opens a file and checks its shape, not yet its numbers. Throws InputError. Its text begins with `source`, a line of
+/// the scene, if there is no such file, and with the name of a file without rods.
 std::shared_ptr<const RodSource> open_rod_file(const std::string& path, const std::string& source);
 
 } // namespace skein

@@ -73,7 +73,7 @@ std::uint64_t dataset_digest(const H5File& file, const std::string& path, std::o
         box.start[0] = *k;
         box.count[0] = 1;
     }
-    std::uint64_t words = 1; // of a row
+    std::uint64_t words = 1; // words of a row
     for (std::size_t d = rows_along + 1; d < shape.size(); ++d) words *= shape[d];
     const std::uint64_t rows = std::max<std::uint64_t>(slab_bytes / std::max<std::uint64_t>(words * word, 1), 1);
     std::vector<std::byte> bytes;

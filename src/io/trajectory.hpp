@@ -1,8 +1,7 @@
 // Trajectories: HDF5 frames (docs/files.md) with an XDMF side-car for ParaView. Frames between two checkpoints make one
 // segment file, trajectory_<first step, 12 digits>.h5. It is written as *.tmp and renamed just before the checkpoint,
-// so a killed run leaves no broken file, and later frames are computed again bit for bit. Frames wait in memory and are
-// written many at a time, because a parallel write costs some milliseconds beside its bytes, far more than a small
-// frame.
+// so a killed run leaves no broken file. Later frames are computed again bit for bit. Frames wait in memory and are
+// written many at a time, because a parallel write costs milliseconds beside its bytes, more than a small frame.
 #pragma once
 
 #include "io/frame_files.hpp"
@@ -49,8 +48,8 @@ public:
     /// Takes rods with new owners, which must outlive the writer. Collective.
     void rebind(const Rods& rods);
     /// Closes and renames the open segment, before each checkpoint and at the end. A segment that is still open when
-    /// the object ends is lost. The side-car is rewritten if it lags by a sixteenth of the segments, so that all its
-    /// versions together are in proportion to the last one. Collective.
+    /// the object ends is lost. The side-car is rewritten if it lags by a sixteenth of the segments. All its versions
+    /// together are then in proportion to the last one. Collective.
     void close_segment();
     /// Updates the side-car. Collective.
     void finish();

@@ -1,5 +1,5 @@
 // Frames as poly data for ParaView's Tube filter: rods.pvd lists vtp/rods_<step>.vtp, walls.pvd lists
-// vtp/walls_<step>.vtp. All ranks write a frame under a temporary name, each its share of the rods in file order, so
+// vtp/walls_<step>.vtp. All ranks write a frame under a temporary name, each its share of the rods in file order. So
 // the bytes do not depend on the number of ranks. They depend only on its step and the one before, except for contact
 // forces after a resume. A resumed run lists frames up to its step and overwrites later ones.
 #pragma once
