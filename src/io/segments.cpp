@@ -55,7 +55,7 @@ std::vector<std::string> frame_datasets(const H5File& file, std::span<const std:
     };
     for (const char* own : {"/step", "/time", "/digest"}) add(own);
     for (const std::string& group : groups)
-        for (const char* field : {"position", "directors", "normal"}) add("/groups/" + group + "/" + field);
+        for (const char* field : {"position", "start", "directors", "normal"}) add("/groups/" + group + "/" + field);
     return paths;
 }
 

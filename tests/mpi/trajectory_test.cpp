@@ -108,6 +108,19 @@ TEST_F(TrajectoryTest, holds_the_synchronised_state_of_every_rod) {
     }
 }
 
+TEST_F(TrajectoryTest, keeps_tips_of_both_ends_when_a_run_resumes) {
+    spec.both_ends = true;
+    {
+        const auto frames = writer(-1, FrameKind::tips);
+        write(*frames, {0, 10, 20});
+        frames->close_segment();
+    }
+    const auto frames = writer(10, FrameKind::tips);
+    EXPECT_TRUE(told.empty()) << told;
+    EXPECT_EQ(frames->last_step(), 10);
+    EXPECT_EQ(steps_in("tips_000000000000.h5"), (std::vector<std::int64_t>{0, 10}));
+}
+
 TEST_F(TrajectoryTest, shows_single_frames_under_names_of_their_own) {
     const auto frames = writer(-1);
     write(*frames, {0, 10});
