@@ -65,18 +65,23 @@ void publish(const std::string& temporary, const std::string& path) {
     flush_to_disk(directory.empty() ? "." : directory.string());
 }
 
+std::optional<std::int64_t> number_in(std::string_view name, std::string_view prefix, std::string_view suffix) {
+    if (name.size() < prefix.size() + number_digits + suffix.size() || !name.starts_with(prefix) ||
+        !name.ends_with(suffix))
+        return std::nullopt;
+    std::int64_t number = 0;
+    const char *begin = name.data() + prefix.size(), *end = name.data() + name.size() - suffix.size();
+    const bool whole = *begin != '-' && std::from_chars(begin, end, number).ptr == end;
+    return whole ? std::optional(number) : std::nullopt;
+}
+
 std::vector<NumberedFile> numbered_files(const std::string& directory, const std::string& prefix,
                                          const std::string& suffix) {
     std::vector<NumberedFile> found;
     std::error_code error;
     for (const auto& entry : fs::directory_iterator(directory, error)) {
         const std::string name = entry.path().filename().string();
-        if (name.size() < prefix.size() + number_digits + suffix.size() || !name.starts_with(prefix) ||
-            !name.ends_with(suffix))
-            continue;
-        std::int64_t number = 0;
-        const char *begin = name.data() + prefix.size(), *end = name.data() + name.size() - suffix.size();
-        if (std::from_chars(begin, end, number).ptr == end) found.push_back({name, number});
+        if (const auto number = number_in(name, prefix, suffix)) found.push_back({name, *number});
     }
     if (error && error != std::errc::no_such_file_or_directory)
         throw_system_error(directory, "cannot be listed", error.value());

@@ -5,7 +5,9 @@
 
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
@@ -24,6 +26,8 @@ void reserve_space(const std::string& path, std::uint64_t bytes);
 /// Flushes a file with a temporary name to the disk and renames it to `path`.
 void publish(const std::string& temporary, const std::string& path);
 
+/// Number of a name <prefix><number of 12 digits or more><suffix>.
+std::optional<std::int64_t> number_in(std::string_view name, std::string_view prefix, std::string_view suffix);
 /// Files <prefix><number of 12 digits or more><suffix> of a directory by rising number; none without the directory.
 struct NumberedFile {
     std::string name;

@@ -29,17 +29,14 @@ constexpr std::array numbered_names = {
     Numbered{"checkpoint_", ".h5"}, Numbered{"trajectory_", ".h5"},      Numbered{"tips_", ".h5"},
     Numbered{"fields_", ".h5"},     Numbered{"lost_trajectory_", ".h5"}, Numbered{"lost_tips_", ".h5"},
     Numbered{"contacts_", ".csv"},  Numbered{"vtp/rods_", ".vtp"},       Numbered{"vtp/walls_", ".vtp"}};
-constexpr std::size_t step_digits = 12;
 
 /// True for fluid_<name>.xdmf, fluid_<name>_<step>.h5 and fluid_<name>_<step>.xdmf.
 bool is_of_fluid(std::string_view name) {
     constexpr std::string_view prefix = "fluid_";
     if (!name.starts_with(prefix)) return false;
     if (name.ends_with(".xdmf")) return true;
-    if (!name.ends_with(".h5")) return false;
     const auto step = name.substr(name.rfind('_') + 1);
-    return step.size() >= step_digits + 3 && step.find_first_not_of("0123456789") == step.size() - 3 &&
-           step.size() < name.size() - prefix.size();
+    return step.size() < name.size() - prefix.size() && number_in(step, "", ".h5");
 }
 
 bool is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -60,10 +57,7 @@ bool is_result_name(std::string_view name) {
     if (std::find(whole_names.begin(), whole_names.end(), name) != whole_names.end()) return true;
     if (is_of_fluid(name)) return true;
     return std::any_of(numbered_names.begin(), numbered_names.end(), [name](const Numbered& known) {
-        if (name.size() < known.prefix.size() + step_digits + known.suffix.size()) return false;
-        if (!name.starts_with(known.prefix) || !name.ends_with(known.suffix)) return false;
-        const auto step = name.substr(known.prefix.size(), name.size() - known.prefix.size() - known.suffix.size());
-        return std::all_of(step.begin(), step.end(), is_digit);
+        return number_in(name, known.prefix, known.suffix).has_value();
     });
 }
 
