@@ -22,7 +22,7 @@ std::string unshared(const FluidGrid& grid, int ranks, int across) {
                " ranks: expected at most " + number(most_slabs(grid)) + " slabs of planes times at most " +
                number(most_across(grid)) + " ranks of each";
     if (ranks % across != 0)
-        return number(ranks) + " ranks make no slabs of " + number(across) + " ranks each: expected a divisor of " +
+        return number(ranks) + " ranks cannot form slabs of " + number(across) + " ranks each: expected a divisor of " +
                number(ranks);
     if (across > most_across(grid))
         return "the fluid has " + rows + ", too few for " + number(across) + " ranks: expected at most " +

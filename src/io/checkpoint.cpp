@@ -465,7 +465,7 @@ std::string scene_differences(const std::string& old_text, const std::string& ne
 
 CheckpointInfo read_info(const H5File& file, const std::string& path) {
     const auto format = file.get<std::string>("/", "format");
-    if (format != format_name) throw IoError(path + ": is no checkpoint (format \"" + format + "\")");
+    if (format != format_name) throw IoError(path + ": is not a checkpoint (format \"" + format + "\")");
     CheckpointInfo info;
     info.file = path;
     info.version = file.get<std::int64_t>("/", "version");

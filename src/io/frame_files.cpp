@@ -88,8 +88,7 @@ std::int64_t check_frames(const Communicator& comm, const FrameSeries& series, c
         for (std::size_t i = 0; i < files.size(); ++i) {
             FramePlace& place = places.emplace_back(FramePlace{files[i].step, {}});
             try {
-                if (damaged[i] != 0)
-                    throw IoError(files[i].path + ": is no whole frame, or not the one that was written");
+                if (damaged[i] != 0) throw IoError(files[i].path + ": is incomplete or damaged");
                 place.after = take(files[i]);
             } catch (const IoError& error) {
                 put_aside_damaged(files[i].path, error.what(), earlier.warn);

@@ -309,7 +309,7 @@ bool H5File::has(const std::string& path) const {
     const H5Handle access = own_links(H5P_LINK_ACCESS, outside);
     for (auto end = path.find('/', 1); there; end = path.find('/', end + 1)) {
         const htri_t found = H5Lexists(id_, path.substr(0, end).c_str(), access);
-        agree(found >= 0, path + " cannot be looked for");
+        agree(found >= 0, path + " cannot be searched for");
         there = found > 0;
         if (end == path.npos) break;
     }
@@ -318,7 +318,7 @@ bool H5File::has(const std::string& path) const {
 
 bool H5File::has(const std::string& object, const std::string& attribute) const {
     const htri_t found = H5Aexists_by_name(id_, object.c_str(), attribute.c_str(), own_links(H5P_LINK_ACCESS, outside));
-    agree(found >= 0, attribute_name(object, attribute) + " cannot be looked for");
+    agree(found >= 0, attribute_name(object, attribute) + " cannot be searched for");
     return found > 0;
 }
 
@@ -441,12 +441,12 @@ template <class Make> void change_alone(const std::string& path, const std::stri
 
 void make_frame_views(const std::string& path, const std::string& group, const std::vector<std::string>& names,
                       std::uint64_t frames) {
-    change_alone(path, "single frames cannot be shown",
+    change_alone(path, "datasets of single frames cannot be made",
                  [&](hid_t file) { return make_views(file, group, names, frames); });
 }
 
 void make_part_views(const std::string& path, const std::string& group, const std::vector<PartView>& views) {
-    change_alone(path, "parts of datasets cannot be shown", [&](hid_t file) { return make_views(file, group, views); });
+    change_alone(path, "datasets of parts cannot be made", [&](hid_t file) { return make_views(file, group, views); });
 }
 
 } // namespace skein

@@ -11,7 +11,7 @@ namespace {
 
 herr_t refuse_link(const char*, const char*, const char* file, const char* object, unsigned*, hid_t, void* outside) {
     *static_cast<std::string*>(outside) =
-        fmt::format("a link leads to '{}' of another file, '{}', and is not followed", object, file);
+        fmt::format("a link to '{}' in another file, '{}', is not followed", object, file);
     return -1;
 }
 
@@ -49,7 +49,7 @@ H5Handle open_own_dataset(hid_t file, const std::string& path, std::string& outs
     if (!dataset.valid()) return dataset;
     const std::string other = other_file(dataset);
     if (other.empty()) return dataset;
-    outside = fmt::format("its numbers lie in another file, '{}', which is not read", other);
+    outside = fmt::format("its data is in another file, '{}', which is not read", other);
     return {-1, H5Dclose};
 }
 

@@ -36,10 +36,10 @@ void RodFile::refuse(std::size_t quantity, std::int64_t rod, const std::string& 
 void RodFile::refuse(const std::string& what) const { throw InputError(fmt::format("{}: {}", path_, what)); }
 
 void RodFile::check_quantities() const {
-    if (count_ == 0) refuse("there is no rod in it");
+    if (count_ == 0) refuse("it contains no rods");
     const auto beside = [&](Which q, Which other, const char* why) {
         if (has_[q] && has_[other])
-            refuse(fmt::format("'{}' beside '{}': {}", quantities[q].name, quantities[other].name, why));
+            refuse(fmt::format("'{}' conflicts with '{}': {}", quantities[q].name, quantities[other].name, why));
     };
     const auto without = [&](Which q, Which other, const char* why) {
         if (has_[q] && !has_[other])
@@ -121,10 +121,10 @@ void RodFile::trace(std::int64_t rod, std::size_t i, const Numbers& numbers, Rod
 std::shared_ptr<const RodSource> open_rod_file(const std::string& path, const std::string& source) {
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error))
-        throw InputError(fmt::format("{}: there is no file of rods '{}'", source, path));
+        throw InputError(fmt::format("{}: there is no rod file '{}'", source, path));
     if (path.ends_with(".h5") || path.ends_with(".hdf5")) return open_hdf5_rods(path);
     if (path.ends_with(".csv")) return open_csv_rods(path);
-    throw InputError(fmt::format("{}: '{}' is no file of rods: its name must end in .h5, .hdf5 or .csv", source, path));
+    throw InputError(fmt::format("{}: '{}' is not a rod file: its name must end in .h5, .hdf5 or .csv", source, path));
 }
 
 } // namespace skein

@@ -65,8 +65,7 @@ private:
         std::string unknown;
         if (H5Literate(file_, H5_INDEX_NAME, H5_ITER_INC, nullptr, other, &unknown) < 0)
             refuse("is damaged: its list of datasets cannot be read");
-        if (!unknown.empty())
-            refuse(fmt::format("unknown dataset '{}'; a file of rods takes {}", unknown, quantity_names()));
+        if (!unknown.empty()) refuse(fmt::format("unknown dataset '{}'; a rod file has {}", unknown, quantity_names()));
         check_quantities();
     }
 

@@ -39,7 +39,7 @@ bool is_of_frame(const std::string& path) { return path.starts_with("/groups/");
 Segment read_segment(const std::string& directory, const std::string& name) {
     const H5File file(Communicator::alone(), directory + "/" + name, H5File::Mode::read);
     const auto format = file.get<std::string>("/", "format");
-    if (format != trajectory_format) throw IoError(name + ": is no trajectory (format \"" + format + "\")");
+    if (format != trajectory_format) throw IoError(name + ": is not a trajectory (format \"" + format + "\")");
     Segment segment{name, read_all<std::int64_t>(file, "/step"), read_all<double>(file, "/time"), {}};
     if (segment.steps.size() != segment.times.size() || segment.steps.empty() ||
         !std::is_sorted(segment.steps.begin(), segment.steps.end()))

@@ -60,7 +60,7 @@ VtkSeries::List VtkSeries::list_of(const std::string& kind, const EarlierFrames&
         [](const FrameFile& frame) { return is_sound_vtk_polydata(frame.path, frame.step); },
         [&](const FrameFile& frame) -> std::optional<std::int64_t> {
             const auto found = find_vtk_polydata(frame.path);
-            if (!found) throw IoError(frame.path + ": is no whole frame");
+            if (!found) throw IoError(frame.path + ": is incomplete");
             entries.push_back({found->time, frames_folder + frame.name});
             last = frame.step;
             return found->stamp ? std::optional(found->stamp->after) : std::nullopt;

@@ -133,7 +133,7 @@ class Fluid(DriverTest):
         self.scene.write_text(FLUID.replace("density = 2.0", "ranks_across = 2\ndensity = 2.0"))
         line = self.scene.read_text().splitlines().index("ranks_across = 2") + 1
         done = self.run_skein("out", expect=2, ranks=3)
-        self.assertIn(f"{self.scene}:{line}: 'ranks_across': 3 ranks make no slabs of 2 ranks each: expected a divisor of 3", done.stderr)
+        self.assertIn(f"{self.scene}:{line}: 'ranks_across': 3 ranks cannot form slabs of 2 ranks each: expected a divisor of 3", done.stderr)
         self.scene.write_text(FLUID.replace("[24, 20, 16]", "[24, 20, 4]"))
         done = self.run_skein("out", "--set", "fluid.ranks_across=1", expect=2, ranks=3)
         self.assertIn("'ranks_across': the fluid has 4 planes along z, too few for 3 slabs, of 3 ranks, 1 of them in each: expected at most 2 slabs", done.stderr)

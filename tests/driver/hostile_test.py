@@ -131,7 +131,7 @@ class Hostile(DriverTest):
             file["groups/leaning/state"] = h5py.ExternalLink(str(self.directory / "elsewhere.h5"), "/state")
         done = self.run_skein("out", "--steps", "128", expect=5)
         self.assertIn("groups/leaning/state", done.stderr)
-        self.assertIn("a link leads to '/state' of another file", done.stderr)
+        self.assertIn("a link to '/state' in another file", done.stderr)
 
     def test_a_rod_of_no_size_names_its_row(self):
         for quantity, row, value in (("radius", 2, 1e-300), ("length", 1, 1e-300), ("radius", 3, 1e-160)):

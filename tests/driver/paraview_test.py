@@ -346,7 +346,7 @@ precision = "double"
         foreign.write_bytes(b"of another program")
         (folder / "rods.pvd").write_bytes(b"of another program")
         done = self.run_skein("out", ranks=2)
-        self.assertIn(f"{damaged.name}: is no whole frame", done.stderr)
+        self.assertIn(f"{damaged.name}: is incomplete or damaged", done.stderr)
         self.assertTrue(damaged.with_name(damaged.name + ".damaged").exists())
         for name in "rods.pvd.foreign", f"vtp/{foreign.name}.foreign":
             self.assertEqual((folder / name).read_bytes(), b"of another program")

@@ -304,7 +304,7 @@ class RodFiles(DriverTest):
         self.scene.write_text(text + f'[start]\nfrom = "whole@{step}"\n')
         self.run_skein("started", ranks=2)
         self.assertEqual(self.digest("started"), self.digest("whole"))
-        self.assertIn("there is no file of rods", self.skein("verify", whole, expect=2).stderr)
+        self.assertIn("there is no rod file", self.skein("verify", whole, expect=2).stderr)
         # Another geometry under the same name has no such state.
         self.write_file(length=numpy.nextafter(length, 1))
         self.assertIn("placement.digest", self.skein("verify", whole, expect=2).stderr)
@@ -345,7 +345,7 @@ class RodFiles(DriverTest):
                      length=with_row(numpy.ones(RODS), 3, 50))
         self.refused("dataset 'tangent' has 36 rows, but 'origin' has 37", tangent=self.tangent[1:])
         self.refused("dataset 'origin' has the shape [37, 2]; it must be [rods, 3]", origin=self.origin[:, :2])
-        self.refused("unknown dataset 'tangents'; a file of rods takes origin, tangent, normal", tangents=self.tangent)
+        self.refused("unknown dataset 'tangents'; a rod file has origin, tangent, normal", tangents=self.tangent)
         self.refused("dataset 'origin' does not hold numbers", origin=[b"a", b"b"])
         nodes, none = self.traced(), {"origin": None, "tangent": None, "normal": None}
         twice = nodes.copy()
@@ -358,10 +358,10 @@ class RodFiles(DriverTest):
         self.refused("dataset 'directors', row 0: d1 of element 0 is not across the rod", **none, nodes=nodes, directors=directors)
         self.refused("has rods of 5 elements, but others have 6", **none, nodes=nodes, directors=directors[:, 1:])
         self.refused("is of rods of 5 elements, but shape.elements of 'traced' is 6", **none, nodes=nodes[:, 1:])
-        self.refused("'tangent' beside 'nodes'", origin=None, normal=None, nodes=nodes)
+        self.refused("'tangent' conflicts with 'nodes'", origin=None, normal=None, nodes=nodes)
         self.refused("'directors' without 'nodes'", normal=None, directors=directors)
         self.refused("dataset 'nodes' has the shape [37, 7, 2]; it must be [rods, elements + 1, 3]", **none, nodes=nodes[:, :, :2])
-        self.refused("'radius' beside 'radii'", radius=numpy.ones(RODS), radii=numpy.ones((RODS, 7)))
+        self.refused("'radius' conflicts with 'radii'", radius=numpy.ones(RODS), radii=numpy.ones((RODS, 7)))
         self.end = 'clamped"\nend_free = "z'
         self.refused("a clamp that slides at the last end", length=numpy.ones(RODS))
         self.end = "free"
@@ -378,10 +378,10 @@ class RodFiles(DriverTest):
         self.assertIn("time.relax solves along whole rods that are alike; give each size a group of its own", said.stderr)
         self.write('kind = "file"\nfile = "nowhere.h5"')
         said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60).stderr
-        self.assertIn("there is no file of rods", said)
+        self.assertIn("there is no rod file", said)
         for text, told in (("x,y\n1,2\n", "origin has only 2 of three columns"), ("x,y,z,w\n", "unknown column 'w'"),
                            ("x,y,z\n1,2\n", "row 1 below the names: origin: expected 3 values"),
-                           ("x,y,z\n1,2,three\n", "'z' is not a number"), ("x,y,z\n", "there is no rod in it"), ("x,y,x\n", "two columns 'x'")):
+                           ("x,y,z\n1,2,three\n", "'z' is not a number"), ("x,y,z\n", "it contains no rods"), ("x,y,x\n", "two columns 'x'")):
             (self.directory / "bad.csv").write_text(text)
             self.write('kind = "file"\nfile = "bad.csv"')
             said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60)

@@ -118,7 +118,7 @@ TEST(Plan, TellsWhatRanksSendThatShareTheRowsOfSlabs) {
     expect(1280, 32, "9.55 MB in transposes (9.55 MB a solve), 12.7 MB as ghosts");
     expect(1280, 32, "(112 B per cell)");
     expect(641, 0, "too few for 641 ranks: expected at most 320 slabs of planes times at most 320 ranks of each");
-    expect(640, 3, "640 ranks make no slabs of 3 ranks each: expected a divisor of 640");
+    expect(640, 3, "640 ranks cannot form slabs of 3 ranks each: expected a divisor of 640");
 }
 
 /// The plan that docs/tour.md explains, line by line, in blocks of code.
