@@ -3,6 +3,7 @@
 
 #include "fluid/helmholtz.hpp"
 #include "fluid/lanes.hpp"
+#include "fluid/neighbours.hpp"
 #include "fluid/pencils.hpp"
 #include "fluid/plane_transform.hpp"
 #include "parallel/communicator.hpp"
@@ -138,18 +139,14 @@ public:
         for (int s = 0; s < pencils.slabs(); ++s) {
             const int rank = pencils.rank_of(s, pencils.share());
             const Slab other = pencils.planes(s), modes = slab_of(grid.cells[1], s, pencils.slabs());
-            double *const to = spectrum_.data() + numbers(planes, modes.first), *const from =
-                                                                                    column_.data() +
-                                                                                    numbers(other.first, own_.count);
+            double* const to = spectrum_.data() + numbers(planes, modes.first);
+            double* const from = column_.data() + numbers(other.first, own_.count);
+            const auto part = [&](double* all, const Slab& of, int row_count) {
+                return message_part(rank, {all + numbers(of.first, row_count), numbers(of.count, row_count)});
+            };
             for (int c = 0; c < chunks; ++c) {
-                const Slab mine = slab_of(planes, c, chunks), theirs = slab_of(other.count, c, chunks);
-                const auto part = [&](double* all, const Slab& of, int row_count) {
-                    return RepeatedMessages::Part{rank,
-                                                  std::as_writable_bytes(std::span(all + numbers(of.first, row_count),
-                                                                                   numbers(of.count, row_count)))};
-                };
-                nth(of_planes, c).push_back(part(to, mine, modes.count));
-                nth(of_modes, c).push_back(part(from, theirs, own_.count));
+                nth(of_planes, c).push_back(part(to, slab_of(planes, c, chunks), modes.count));
+                nth(of_modes, c).push_back(part(from, slab_of(other.count, c, chunks), own_.count));
             }
             for (int j = 0; j < modes.count; ++j) add_row(to, j, modes.count);
         }

@@ -45,13 +45,10 @@ public:
         std::vector<RepeatedMessages::Part> of_slab, of_chains;
         for (int r = 0; r < slabs_; ++r) {
             const int rank = pencils.rank_of(r, pencils.share());
-            const auto numbers = [](double* first, std::size_t count) {
-                return std::as_writable_bytes(std::span(first, count));
-            };
             const std::size_t at = to_index(r);
             const std::size_t count = 2 * room(share(r).count);
-            if (count > 0) of_slab.push_back({rank, numbers(sent_.data() + begins[at], count)});
-            if (room_ > 0) of_chains.push_back({rank, numbers(chain(r, 0), 2 * room_)});
+            if (count > 0) of_slab.push_back(message_part(rank, {sent_.data() + begins[at], count}));
+            if (room_ > 0) of_chains.push_back(message_part(rank, {chain(r, 0), 2 * room_}));
         }
         to_chains_ = RepeatedMessages(comm, of_slab, of_chains);
         to_slabs_ = RepeatedMessages(comm, of_chains, of_slab);

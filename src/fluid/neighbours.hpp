@@ -11,6 +11,11 @@
 
 namespace skein {
 
+/// Part of a message: numbers to or from a rank.
+inline RepeatedMessages::Part message_part(int rank, std::span<double> numbers) {
+    return {rank, std::as_writable_bytes(numbers)};
+}
+
 struct Neighbours {
     int below, above; ///< ranks; -1: none
 
@@ -41,14 +46,11 @@ public:
     explicit NeighbourParts(const Neighbours& ranks) : ranks_(ranks) {}
 
     void add(Numbers lowest, Numbers uppermost, Numbers from_below, Numbers from_above) {
-        const auto part = [](int rank, Numbers numbers) {
-            return RepeatedMessages::Part{rank, std::as_writable_bytes(numbers)};
-        };
         // Two ranks may be neighbours on both sides, so messages must match in order: upwards first.
-        if (ranks_.above >= 0) sent_.push_back(part(ranks_.above, uppermost));
-        if (ranks_.below >= 0) received_.push_back(part(ranks_.below, from_below));
-        if (ranks_.below >= 0) sent_.push_back(part(ranks_.below, lowest));
-        if (ranks_.above >= 0) received_.push_back(part(ranks_.above, from_above));
+        if (ranks_.above >= 0) sent_.push_back(message_part(ranks_.above, uppermost));
+        if (ranks_.below >= 0) received_.push_back(message_part(ranks_.below, from_below));
+        if (ranks_.below >= 0) sent_.push_back(message_part(ranks_.below, lowest));
+        if (ranks_.above >= 0) received_.push_back(message_part(ranks_.above, from_above));
     }
     RepeatedMessages messages(const Communicator& comm) const { return {comm, sent_, received_}; }
 

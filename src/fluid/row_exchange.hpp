@@ -1,6 +1,7 @@
 // Exchange between the transforms along x and along y, if ranks share the rows of their planes.
 #pragma once
 
+#include "fluid/neighbours.hpp"
 #include "fluid/pencils.hpp"
 #include "fluid/plane_transform.hpp"
 #include "parallel/communicator.hpp"
@@ -26,11 +27,10 @@ public:
         for (int s = 0; s < pencils.across(); ++s) {
             const int rank = pencils.rank_of(pencils.slab(), s), wide = width(pencils, s);
             const Slab others = pencils.rows(s);
-            double *const to = rows_.data() + numbers(rows, pencils.modes(s).first), *const from =
-                                                                                         modes_.data() +
-                                                                                         numbers(others.first, mine);
-            of_rows.push_back({rank, std::as_writable_bytes(std::span(to, numbers(rows, wide)))});
-            of_modes.push_back({rank, std::as_writable_bytes(std::span(from, numbers(others.count, mine)))});
+            double* const to = rows_.data() + numbers(rows, pencils.modes(s).first);
+            double* const from = modes_.data() + numbers(others.first, mine);
+            of_rows.push_back(message_part(rank, {to, numbers(rows, wide)}));
+            of_modes.push_back(message_part(rank, {from, numbers(others.count, mine)}));
             for (int m = 0; m < wide; m += 8) packs_.add(to + m, static_cast<std::ptrdiff_t>(rows) * wide, wide);
             for (int j = 0; j < others.count; ++j)
                 whole_.add(from + static_cast<std::ptrdiff_t>(j) * mine,
