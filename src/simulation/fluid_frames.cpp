@@ -138,8 +138,8 @@ FluidFrames::FluidFrames(const OutputParts& parts, const FluidInteraction& fluid
     const FluidPlan& plan = *parts.plan().fluid;
     const FluidGrid& grid = plan.constants.grid;
     for (const FluidOutput& output : plan.outputs) {
-        const FieldSeries::Earlier earlier{parts.resumed_step(), parts.last_frame(FieldSeries::name_of(output.name)),
-                                           print_warning};
+        const EarlierFrames earlier{parts.resumed_step(), parts.last_frame(FieldSeries::name_of(output.name)),
+                                    print_warning};
         FrameSeries& made = all_.emplace_back(
             FrameSeries{output,
                         FieldSeries(parts.comm(), names_of(output, parts.options.out), grid_of(output, grid),

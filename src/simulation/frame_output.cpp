@@ -15,7 +15,7 @@ public:
         : PeriodicOutput(every), kind_(kind), frames_(std::move(frames)) {}
 
     void write(const Moment& now) override { frames_->write(now.step, now.time, now.lag); }
-    void rebind(const Rods& rods) override { frames_->follow(rods); }
+    void rebind(const Rods& rods) override { frames_->rebind(rods); }
     void flush() override { frames_->close_segment(); }
     void mark(CheckpointInfo& info) const override {
         (kind_ == FrameKind::trajectory ? info.last_trajectory : info.last_tips) = frames_->last_step();
@@ -42,12 +42,14 @@ std::string FrameOutput::lost_before(std::int64_t step) const {
 
 std::unique_ptr<Output> make_frames(const OutputParts& parts, FrameKind kind, std::int64_t every,
                                     std::optional<std::int64_t> CheckpointInfo::*last) {
+    const std::optional<std::int64_t> last_frame = parts.resumed ? parts.resumed->*last : std::nullopt;
+    const FrameWriter::Settings settings{.directory = parts.options.out,
+                                         .kind = kind,
+                                         .spec = parts.scene.output,
+                                         .title = parts.plan().title,
+                                         .earlier = {parts.resumed_step(), last_frame, print_warning}};
     return std::make_unique<FrameOutput>(
-        every, kind,
-        std::make_unique<FrameWriter>(parts.comm(), parts.options.out, kind, parts.scene.output, parts.world.groups,
-                                      parts.world.rods(), parts.resumed_step(), parts.plan().title,
-                                      FrameWriter::default_buffer_bytes, print_warning,
-                                      parts.resumed ? parts.resumed->*last : std::nullopt));
+        every, kind, std::make_unique<FrameWriter>(parts.comm(), settings, parts.world.groups, parts.world.rods()));
 }
 
 } // namespace

@@ -18,7 +18,7 @@ public:
         frames_->write(now.step, now.time, now.lag);
         if (shows_walls()) frames_->write_walls(now.step, now.time, walls_->at(now.time));
     }
-    void rebind(const Rods& rods) override { frames_->follow(rods); }
+    void rebind(const Rods& rods) override { frames_->rebind(rods); }
     void flush() override { frames_->flush(); }
     void mark(CheckpointInfo& info) const override {
         info.last_frames["rods"] = frames_->last_rods();
@@ -48,8 +48,8 @@ std::unique_ptr<Output> make_poly_data(const OutputParts& parts) {
             contacts_of(world.interactions())->forces(gid, out); // contacts are made anew where a run goes back
         };
     auto frames = std::make_unique<VtkSeries>(
-        world.comm, parts.options.out, parts.scene.output, world.groups, world.rods(), parts.resumed_step(),
-        std::move(forces), VtkSeries::Expected{parts.last_frame("rods"), parts.last_frame("walls")}, print_warning);
+        world.comm, parts.options.out, parts.scene.output, world.groups, world.rods(), std::move(forces),
+        EarlierFrames{parts.resumed_step(), parts.last_frame("rods"), print_warning}, parts.last_frame("walls"));
     std::unique_ptr<WallMeshes> walls;
     if (world.walls())
         walls = std::make_unique<WallMeshes>(world.comm, *world.walls(), world.groups, world.rods().local());
