@@ -33,7 +33,7 @@ endfunction()
 
 function(skein_module name)
   cmake_parse_arguments(ARG "" "" "EXCEPT;OBJECTS;DEPENDS" ${ARGN})
-  file(GLOB sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp)
+  file(GLOB sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp */*.cpp)
   list(REMOVE_ITEM sources ${ARG_EXCEPT})
   if(sources)
     add_library(skein_${name} STATIC ${sources} ${ARG_OBJECTS})

@@ -58,7 +58,8 @@ void ContactLaw::fields(FieldVisitor& f) {
     f.visit({.name = "stiffness",
              .unit = "N/m, N/m^1.5",
              .text = "k, at least 0; or \"auto\": such that the contact that bears most overlaps by `accepted_overlap` "
-                     "(docs/theory.md 18)"},
+                     "(docs/theory.md 18)",
+             .automatic = automatic},
             stiffness);
     f.visit({.name = "accepted_overlap",
              .unit = "-",

@@ -16,6 +16,8 @@ inline constexpr std::string_view moving_walls_names[] = {"auto", "x", "y", "z"}
 
 /// [fluid]: a box of fluid around everything.
 struct FluidSpec {
+    static constexpr bool presence_decides = false; ///< the meaning of a state
+
     std::vector<long> cells;
     double spacing = 0;                              ///< edge of a cell, m
     Vec3d lower{0, 0, 0};                            ///< corner of the box, m

@@ -45,6 +45,8 @@ struct FluidOutputSpec {
     long edge = 16;       ///< edge of a block, cells
     std::string source;   ///< file:line of the table, for messages
 
+    static constexpr bool output_only = true;
+
     void fields(FieldVisitor& f);
 };
 

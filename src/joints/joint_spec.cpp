@@ -48,7 +48,8 @@ void JointSpec::fields(FieldVisitor& f) {
              "two places are one node, and the halves of elements beside it bend and twist as within a rod "
              "(docs/theory.md "
              "22)",
-         .above = 0},
+         .above = 0,
+         .automatic = 0},
         law.stiffness);
     f.visit({.name = "damping", .unit = "N s/m", .text = "of their relative velocity", .at_least = 0}, law.damping);
     f.visit({.name = "torsional_stiffness",

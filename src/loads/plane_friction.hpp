@@ -69,7 +69,8 @@ struct PlaneFriction {
              .unit = "m",
              .text =
                  "largest gap at which an element touches and is held; or \"auto\": a hundredth of the least radius",
-             .at_least = 0},
+             .at_least = 0,
+             .automatic = automatic},
             tolerance);
         const auto coefficient = [&](std::string_view name, std::string_view text, double& value) {
             f.visit({.name = name, .unit = "-", .text = text, .at_least = 0}, value);
@@ -84,7 +85,8 @@ struct PlaneFriction {
                  .unit = "m/s",
                  .text = "v_s: elements below it are held, elements above twice this speed slide; or \"auto\": 2^-24 "
                          "sqrt(g r) under the scene's gravity, 2^-24 (r/L) sqrt(E/rho) without",
-                 .above = 0},
+                 .above = 0,
+                 .automatic = automatic},
                 slip_speed);
     }
     void check(RodSpecs, Objections& objections) const {

@@ -2,10 +2,10 @@
 
 #include "core/nearest.hpp"
 #include "joints/junction.hpp"
-#include "scene/group_names.hpp"
+#include "physics/group_names.hpp"
+#include "physics/scene_spec.hpp"
+#include "physics/table_objections.hpp"
 #include "scene/placement_check.hpp"
-#include "scene/scene_tables.hpp"
-#include "scene/table_objections.hpp"
 #include "skein/core/index.hpp"
 
 #include <fmt/format.h>
@@ -77,7 +77,7 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
         objections.add(
             "", fmt::format("'torsional_stiffness' [N m/rad] is needed {}{}", where,
                             kind == JointKind::fixed ? " whose 'stiffness' is a number; both may be left out" : ""));
-    if (common_node && scene.has_immersed() && scene.immersion.coupling == RodCoupling::two_way)
+    if (common_node && FluidTables::has_immersed(scene) && scene.immersion.coupling == RodCoupling::two_way)
         objections.add("stiffness", "rods that feel the fluid have no common nodes yet: give 'stiffness' [N/m] and "
                                     "'torsional_stiffness' [N m/rad]");
     if (common_node && scene.time.integrator != Integrator::verlet && (groups[0]->body || groups[1]->body))

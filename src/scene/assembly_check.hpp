@@ -1,7 +1,7 @@
 // Assemblies and joints of a scene: what contradicts itself, and which groups belong together.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/core/objections.hpp"
 #include "skein/placement/assembly.hpp"
 

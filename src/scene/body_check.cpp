@@ -1,7 +1,7 @@
 #include "scene/body_check.hpp"
 
+#include "physics/table_objections.hpp"
 #include "scene/placement_check.hpp"
-#include "scene/table_objections.hpp"
 
 #include <algorithm>
 

@@ -1,9 +1,9 @@
 #include "scene/contact_check.hpp"
 
 #include "core/nearest.hpp"
-#include "scene/group_names.hpp"
-#include "scene/scene_tables.hpp"
-#include "scene/table_objections.hpp"
+#include "physics/group_names.hpp"
+#include "physics/scene_spec.hpp"
+#include "physics/table_objections.hpp"
 
 #include <algorithm>
 

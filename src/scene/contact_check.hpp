@@ -1,7 +1,7 @@
 // Contradictions in contacts and walls.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/core/objections.hpp"
 
 namespace skein {

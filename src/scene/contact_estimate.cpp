@@ -3,7 +3,7 @@
 #include "contact/contact_limits.hpp"
 #include "contact/pressing.hpp"
 #include "loads/gravity.hpp"
-#include "scene/group_names.hpp"
+#include "physics/group_names.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>

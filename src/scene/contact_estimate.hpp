@@ -3,7 +3,7 @@
 // (58a), (58b)
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <span>

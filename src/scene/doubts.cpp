@@ -2,9 +2,9 @@
 
 #include "contact/contact_limits.hpp"
 #include "core/field_looker.hpp"
+#include "physics/scene_spec.hpp"
 #include "rod/cell_turn.hpp"
 #include "scene/formula_doubts.hpp"
-#include "scene/scene_tables.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -196,7 +196,7 @@ std::vector<std::string> doubts(const SceneSpec& scene, std::span<const RodGroup
     }
     for (std::size_t i = 0; i < copy.loads.size(); ++i) {
         looker.look_into(fmt::format("load.{}", i));
-        load_fields(looker, copy.loads[i]);
+        copy.loads[i].fields(looker);
     }
     for (Wall& wall : copy.walls) {
         looker.look_into("wall." + wall.name);

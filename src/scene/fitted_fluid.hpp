@@ -1,7 +1,7 @@
 // A box of fluid around the rods of a scene.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 
 #include <string>
 

@@ -4,11 +4,11 @@
 #include "fluid/cell_fields.hpp"
 #include "fluid/start_velocity.hpp"
 #include "formula/formula.hpp"
+#include "physics/group_names.hpp"
+#include "physics/scene_spec.hpp"
+#include "physics/table_objections.hpp"
 #include "scene/fitted_fluid.hpp"
 #include "scene/fluid_plan.hpp"
-#include "scene/group_names.hpp"
-#include "scene/scene_tables.hpp"
-#include "scene/table_objections.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -224,7 +224,7 @@ void check_box(const FluidOutputSpec& spec, const FluidGrid& grid, Objections& t
 void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objections) {
     for (std::size_t i = 0; i < scene.fluid_outputs.size(); ++i) {
         const FluidOutputSpec& spec = scene.fluid_outputs[i];
-        TableObjections table(objections, fmt::format("{}.{}", fluid_output_list, i));
+        TableObjections table(objections, fmt::format("fluid_output.{}", i));
         if (!good_name(spec.name))
             table.add("name", fmt::format("'{}' cannot name files: use letters, digits, _ and -", spec.name));
         for (std::size_t j = 0; j < i; ++j)
@@ -263,7 +263,7 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
     if (scene.output.fluid_fields > 0 && !scene.fluid)
         objections.add("output.fields", "'fields' has no use without [fluid]");
     TableObjections immersion(objections, "immersion");
-    if (!scene.has_immersed())
+    if (!FluidTables::has_immersed(scene))
         immersion.unused({"delta", "forcing", "sweeps", "slip"}, "without [[obstacle]] or rods in a [fluid]");
     if (!scene.fluid || scene.rods.empty())
         immersion.unused({"retraction", "coupling", "inner_inertia"}, "without rods in a [fluid]");
@@ -273,7 +273,7 @@ void check_fluid(const SceneSpec& given, Objections& objections) {
         for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
             objections.add(fmt::format("obstacle.{}", i), "[[obstacle]] has no use without [fluid]");
         for (std::size_t i = 0; i < scene.fluid_outputs.size(); ++i)
-            objections.add(fmt::format("{}.{}", fluid_output_list, i), "[[fluid_output]] has no use without [fluid]");
+            objections.add(fmt::format("fluid_output.{}", i), "[[fluid_output]] has no use without [fluid]");
         return;
     }
     const FluidSpec& fluid = *scene.fluid;

@@ -1,7 +1,7 @@
 // Contradictions in the fluid, and in scenes that have a fluid and no rods.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/core/objections.hpp"
 
 namespace skein {

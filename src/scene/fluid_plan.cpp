@@ -3,9 +3,9 @@
 #include "fluid/slab_coupling.hpp"
 #include "fluid/start_velocity.hpp"
 #include "immersion/plate_markers.hpp"
+#include "physics/scene_spec.hpp"
 #include "scene/fitted_fluid.hpp"
 #include "scene/fluid_pressure.hpp"
-#include "scene/scene_tables.hpp"
 #include "scene/stated_speeds.hpp"
 #include "skein/core/index.hpp"
 

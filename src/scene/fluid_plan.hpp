@@ -3,7 +3,7 @@
 
 #include "fluid/cell_samples.hpp"
 #include "immersion/inertia_in_fluid.hpp"
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 
 #include <algorithm>
 #include <memory>

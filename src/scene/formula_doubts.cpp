@@ -2,7 +2,7 @@
 
 #include "core/field_looker.hpp"
 #include "formula/formula.hpp"
-#include "scene/scene_tables.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/core/index.hpp"
 
 #include <array>
@@ -143,7 +143,7 @@ std::vector<std::string> formula_doubts(const SceneSpec& scene) {
     }
     for (std::size_t i = 0; i < copy.loads.size(); ++i) {
         looker.look_into(fmt::format("load.{}", i));
-        load_fields(looker, copy.loads[i]);
+        copy.loads[i].fields(looker);
     }
     return found;
 }

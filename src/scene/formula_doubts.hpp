@@ -1,7 +1,7 @@
 // Formulas that are finite wherever they are looked at, and have a pole between two steps.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 
 #include <string>
 #include <vector>

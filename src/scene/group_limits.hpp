@@ -5,7 +5,7 @@
 #include "contact/contact_limits.hpp"
 #include "contact/wall_contacts.hpp"
 #include "joints/joint_limits.hpp"
-#include "scene/group_names.hpp"
+#include "physics/group_names.hpp"
 #include "scene/plan.hpp"
 
 namespace skein {

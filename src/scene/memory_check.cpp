@@ -2,8 +2,8 @@
 
 #include "core/memory.hpp"
 #include "core/share_text.hpp"
+#include "physics/scene_spec.hpp"
 #include "scene/plan.hpp"
-#include "scene/scene_tables.hpp"
 #include "skein/core/error.hpp"
 #include "skein/rod/rod_group.hpp"
 

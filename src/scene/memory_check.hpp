@@ -1,7 +1,7 @@
 // Counts of a scene that this machine has no memory for, found before anything of their size is made.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 
 namespace skein {
 

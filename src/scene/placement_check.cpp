@@ -1,6 +1,6 @@
 #include "scene/placement_check.hpp"
 
-#include "scene/table_objections.hpp"
+#include "physics/table_objections.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>

@@ -8,12 +8,12 @@
 #include "joints/joint_list.hpp"
 #include "mechanics/kick.hpp"
 #include "mechanics/step_watch.hpp"
+#include "physics/scene_spec.hpp"
 #include "relaxation/relaxation_estimate.hpp"
 #include "rod/time_limits.hpp"
 #include "scene/contact_estimate.hpp"
 #include "scene/fluid_plan.hpp"
 #include "scene/program.hpp"
-#include "scene/scene_spec.hpp"
 #include "scene/speed_estimate.hpp"
 #include "tiles/tiling.hpp"
 

@@ -2,7 +2,7 @@
 
 #include "loads/gravity.hpp"
 #include "loads/plane_friction.hpp"
-#include "scene/group_names.hpp"
+#include "physics/group_names.hpp"
 
 #include <fmt/format.h>
 

@@ -4,8 +4,8 @@
 #include "loads/formula_load.hpp"
 #include "loads/magnetic_formula.hpp"
 #include "loads/muscle_formula.hpp"
-#include "scene/scene_tables.hpp"
-#include "scene/table_objections.hpp"
+#include "physics/scene_spec.hpp"
+#include "physics/table_objections.hpp"
 
 #include <fmt/format.h>
 

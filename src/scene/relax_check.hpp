@@ -2,7 +2,7 @@
 // inertia.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/core/objections.hpp"
 
 #include <span>

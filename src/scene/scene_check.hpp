@@ -1,7 +1,7 @@
 // Contradictions: what no single key shows to be wrong.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 
 #include <set>
 #include <string>

@@ -1,8 +1,8 @@
 #include "scene/scene_description.hpp"
 
 #include "core/nearest.hpp"
+#include "physics/scene_spec.hpp"
 #include "scene/scene_keys.hpp"
-#include "scene/scene_tables.hpp"
 
 #include <algorithm>
 #include <cmath>

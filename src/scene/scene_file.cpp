@@ -1,10 +1,11 @@
 #include "scene/scene_file.hpp"
 
 #include "io/csv_table.hpp"
+#include "physics/scene_spec.hpp"
 #include "scene/scene_check.hpp"
+#include "scene/scene_keys.hpp"
 #include "scene/scene_override.hpp"
 #include "scene/scene_reader.hpp"
-#include "scene/scene_tables.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>

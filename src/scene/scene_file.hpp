@@ -4,7 +4,7 @@
 // -> structs (scene_reader) -> contradictions (scene_check).
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 
 #include <string>
 #include <vector>

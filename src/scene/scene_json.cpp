@@ -1,6 +1,5 @@
-#include "joints/junction.hpp"
+#include "physics/scene_spec.hpp"
 #include "scene/scene_file.hpp"
-#include "scene/scene_tables.hpp"
 #include "skein/core/index.hpp"
 
 #include <cmath>
@@ -61,31 +60,11 @@ template <class Visit> Json echo(Visit visit) {
     return echo.result();
 }
 
-template <class Spec> Json table_echo(Spec& spec) {
-    return echo([&](FieldVisitor& f) { table_fields(f, spec); });
-}
-
-/// A table of contacts, with the word where its stiffness is automatic, and only there what goes with it.
-template <class Spec> Json contact_echo(Spec& spec) {
-    Json table = table_echo(spec);
-    if (spec.law.stiffness_is_automatic()) table["stiffness"] = "auto";
-    else table.erase("accepted_overlap");
-    return table;
-}
-
-/// A joint, with the word where it has a common node in the place of a spring.
-Json joint_echo(JointSpec& spec) {
-    Json table = table_echo(spec);
-    if (shares_node(spec)) table["stiffness"] = "auto";
-    return table;
-}
-
-/// A load, with the word for what it chooses.
-Json load_echo(LoadSpec& spec) {
-    Json table = table_echo(spec);
-    for (auto& [key, value] : table.items())
-        if (const auto automatic = what_auto_means("load", key); automatic && value.is_number() && value == *automatic)
-            value = "auto";
+/// A table as `spec` has it, tidied by its physics.
+template <class Spec> Json table_echo(Spec& spec, const SceneSpec& scene, bool physics_only) {
+    Json table = echo([&](FieldVisitor& f) { spec.fields(f); });
+    if constexpr (requires { tidy_echo(table, spec, scene, physics_only); })
+        tidy_echo(table, spec, scene, physics_only);
     return table;
 }
 
@@ -99,24 +78,10 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     for (RodSpec& rods : copy.rods)
         json[rods.body ? "bodies" : "rods"].push_back(echo([&](FieldVisitor& f) { rods.fields(f); }));
     for (const FormulaConstant& c : copy.constants) json["constants"][c.name] = {{"value", c.value}, {"unit", c.unit}};
-    if (copy.contact) json["contact"] = contact_echo(*copy.contact);
-    if (copy.fluid) json["fluid"] = table_echo(*copy.fluid);
-    if (copy.fluid && copy.rods.empty() && physics_only) // of plans alone, and of rods
-    {
-        json["fluid"].erase("expected_speed");
-        json["fluid"].erase("largest_slip");
-    }
-    if (copy.fluid && physics_only) json["fluid"].erase("ranks_across"); // any ranks have the same results
-    if (copy.has_immersed()) json["immersion"] = table_echo(copy.immersion);
-    if (physics_only) copy.fluid_outputs.clear();
+    for_each_spec(copy, [&](const char* name, auto& spec) { json[name] = table_echo(spec, copy, physics_only); });
     for_each_list(copy, [&](const char* name, auto& specs) {
-        for (auto& spec : specs)
-            if constexpr (requires { spec.law.stiffness_is_automatic(); }) json[name].push_back(contact_echo(spec));
-            else if constexpr (std::is_same_v<std::decay_t<decltype(spec)>, JointSpec>)
-                json[name].push_back(joint_echo(spec));
-            else if constexpr (std::is_same_v<std::decay_t<decltype(spec)>, LoadSpec>)
-                json[name].push_back(load_echo(spec));
-            else json[name].push_back(table_echo(spec));
+        if (physics_only && !decides_state<typename std::decay_t<decltype(specs)>::value_type>) return;
+        for (auto& spec : specs) json[name].push_back(table_echo(spec, copy, physics_only));
     });
     if (!scene.start.from.empty()) json["start"] = echo([&](FieldVisitor& f) { copy.start.fields(f); });
     if (!physics_only) {

@@ -2,7 +2,6 @@
 
 #include "scene/scene_check.hpp"
 #include "scene/scene_file.hpp"
-#include "scene/scene_tables.hpp"
 #include "skein/core/index.hpp"
 
 #include <cmath>
@@ -46,9 +45,7 @@ public:
     explicit KeyLister(std::string table) : table_(std::move(table)) {}
     std::vector<KeyEntry> keys;
 
-    void visit(const Field& f, double& x) override {
-        add(f, "number", what_auto_means(table_, f.name) == x ? "\"auto\"" : text_of(x));
-    }
+    void visit(const Field& f, double& x) override { add(f, "number", f.automatic == x ? "\"auto\"" : text_of(x)); }
     void visit(const Field& f, long& i) override { add(f, "integer", text_of(i)); }
     void visit(const Field& f, bool& b) override { add(f, "true or false", b ? "true" : "false"); }
     void visit(const Field& f, std::string& s) override { add(f, "text", text_of(s)); }
@@ -75,6 +72,15 @@ private:
     std::string table_;
 };
 
+/// True if the tables of a list come in kinds, each with its own keys.
+bool has_kinds(std::string_view list) {
+    bool found = false;
+    for_each_list(SceneSpec{}, [&](std::string_view name, const auto& specs) {
+        found |= name == list && HasKinds<typename std::decay_t<decltype(specs)>::value_type>;
+    });
+    return found;
+}
+
 using KeyList = std::vector<KeyEntry>;
 
 template <class Visit> KeyList listed(const std::string& table, Visit visit) {
@@ -84,7 +90,7 @@ template <class Visit> KeyList listed(const std::string& table, Visit visit) {
 }
 
 template <class Spec> KeyList keys_of(Spec spec, const std::string& table) {
-    return listed(table, [&](FieldVisitor& f) { table_fields(f, spec); });
+    return listed(table, [&](FieldVisitor& f) { spec.fields(f); });
 }
 KeyList title_key(std::string title) {
     return listed("", [&](FieldVisitor& f) { f.visit(title_field, title); });
@@ -174,9 +180,9 @@ std::string scene_toml(const SceneSpec& scene, Keys which) {
     for (const RodSpec& rods : scene.rods)
         if (rods.body) out.table("[[bodies]]", "bodies", rods, default_body());
     out.constants(scene.constants);
-    if (scene.contact) out.table("[contact]", "contact", *scene.contact, ContactSpec{});
-    if (scene.fluid) out.table("[fluid]", "fluid", *scene.fluid, FluidSpec{});
-    if (scene.has_immersed()) out.table("[immersion]", "immersion", scene.immersion, ImmersionSpec{});
+    for_each_spec(scene, [&](const char* name, const auto& spec) {
+        out.table(fmt::format("[{}]", name), name, spec, defaults_of(spec));
+    });
     for_each_list(scene, [&](const char* name, const auto& specs) {
         for (std::size_t i = 0; i < specs.size(); ++i)
             out.table(fmt::format("[[{}]]", name), name, specs[i], defaults_of(specs[i]),
@@ -194,15 +200,17 @@ std::vector<KeyEntry> all_keys() {
     append(all, keys_of(RodSpec{}, "rods"));
     append(all, keys_of(default_body(), "bodies"));
     all.push_back({"constants", constant_field, "number or table", std::string(absent), {}});
-    append(all, keys_of(ContactSpec{}, "contact"));
-    append(all, keys_of(FluidSpec{}, "fluid"));
-    append(all, keys_of(ImmersionSpec{}, "immersion"));
     const SceneSpec none;
+    for_each_table(none, [&](const char* name, const auto& member, bool) {
+        if constexpr (is_optional_table<std::remove_cvref_t<decltype(member)>>)
+            append(all, keys_of(member.value_or(typename std::decay_t<decltype(member)>::value_type{}), name));
+        else append(all, keys_of(member, name));
+    });
     for_each_list(none, [&](const char* name, const auto& specs) {
         using Spec = typename std::decay_t<decltype(specs)>::value_type;
-        if constexpr (std::is_same_v<Spec, LoadSpec>) {
-            for (int kind = 0; const std::string_view load : load_kinds())
-                append(all, keys_of(LoadSpec{.load = make_load(kind++)}, fmt::format("{}.{}", name, load)));
+        if constexpr (HasKinds<Spec>) {
+            for (int kind = 0; const std::string_view word : Spec::kinds())
+                append(all, keys_of(Spec::of_kind(kind++), fmt::format("{}.{}", name, word)));
         } else {
             append(all, keys_of(Spec{}, name));
         }
@@ -219,9 +227,11 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
     add_changed(paths, scene.start, StartSpec{}, "start");
     for (std::size_t i = 0; i < scene.rods.size(); ++i)
         add_changed(paths, scene.rods[i], scene.rods[i].body ? default_body() : RodSpec{}, path_of_group(scene, i));
-    if (scene.contact) add_changed(paths, *scene.contact, ContactSpec{}, "contact");
-    if (scene.fluid) add_changed(paths, *scene.fluid, FluidSpec{}, "fluid");
-    add_changed(paths, scene.immersion, ImmersionSpec{}, "immersion");
+    for_each_table(scene, [&](const char* name, const auto& member, bool) {
+        if constexpr (!is_optional_table<std::remove_cvref_t<decltype(member)>>)
+            add_changed(paths, member, defaults_of(member), name);
+        else if (member) add_changed(paths, *member, defaults_of(*member), name);
+    });
     for_each_list(scene, [&](const char* name, const auto& specs) {
         for (std::size_t i = 0; i < specs.size(); ++i)
             add_changed(paths, specs[i], defaults_of(specs[i]), fmt::format("{}.{}", name, i));
@@ -229,9 +239,17 @@ std::set<std::string> changed_keys(const SceneSpec& scene) {
     return paths;
 }
 
+bool is_list(std::string_view name) {
+    bool found = name == "rods" || name == "bodies";
+    for_each_list(SceneSpec{}, [&](std::string_view list, const auto&) { found |= name == list; });
+    return found;
+}
+
 std::string table_heading(const std::string& table) {
     if (table.empty()) return "top level";
-    if (table.starts_with("load.")) return fmt::format("[[load]] of kind \"{}\"", table.substr(5));
+    const std::size_t dot = table.find('.');
+    if (dot != std::string::npos && has_kinds(table.substr(0, dot)))
+        return fmt::format("[[{}]] of kind \"{}\"", table.substr(0, dot), table.substr(dot + 1));
     return is_list(table) ? fmt::format("[[{}]]", table) : fmt::format("[{}]", table);
 }
 

@@ -1,7 +1,7 @@
 // Every key of a scene as a flat list: for the reference page, for messages, and to see which keys a scene sets.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 
 #include <set>
 #include <span>
@@ -10,6 +10,17 @@
 #include <vector>
 
 namespace skein {
+
+inline constexpr Field include_field{.name = "include",
+                                     .unit = "",
+                                     .text = "files beside this one whose tables are part of the scene: their lists "
+                                             "stand before its own, and where both set a key, the "
+                                             "scene's counts"};
+inline constexpr Field title_field{
+    .name = "title", .unit = "", .text = "what the scene shows, for summaries and pictures"};
+
+/// True if scenes have a list of tables of this name.
+bool is_list(std::string_view name);
 
 struct KeyEntry {
     std::string table; ///< "time", "rods.material", "load.gravity"; "" at top level

@@ -1,7 +1,8 @@
 #include "scene/scene_override.hpp"
 
 #include "core/nearest.hpp"
-#include "scene/scene_tables.hpp"
+#include "physics/scene_spec.hpp"
+#include "scene/scene_keys.hpp"
 #include "skein/core/error.hpp"
 
 #include <charconv>

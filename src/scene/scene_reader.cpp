@@ -2,7 +2,6 @@
 
 #include "core/nearest.hpp"
 #include "scene/scene_keys.hpp"
-#include "scene/scene_tables.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -32,6 +31,13 @@ std::string elsewhere(std::string_view key) {
     return "";
 }
 
+/// End of a message about a word that another table takes now.
+std::optional<std::string> moved_to(std::string_view table, std::string_view key, std::string_view word) {
+    if (table == "rods.material" && key == "law" && word == "rigid")
+        return "; rigid bodies have tables of their own, [[bodies]]";
+    return std::nullopt;
+}
+
 class TomlReader : public FieldVisitor {
 public:
     explicit TomlReader(Problems& problems) : problems_(problems) {}
@@ -44,8 +50,8 @@ public:
     void visit(const Field& f, double& x) override {
         const TomlValue* v = find(f);
         if (!v) return;
-        const std::optional<double> automatic = what_auto_means(open_.back().path, f.name);
-        if (const auto* word = v->as<std::string>(); automatic && word && *word == "auto") x = *automatic;
+        const bool automatic = f.takes_auto();
+        if (const auto* word = v->as<std::string>(); automatic && word && *word == "auto") x = f.automatic;
         else if (number(f, *v, x, with_unit("a number", f) + (automatic ? " or \"auto\"" : "")) && automatic && x < 0)
             problems_.add(v->place, fmt::format("{} is {}; it must be at least 0, or \"auto\"", key_in_table(f), x));
     }
@@ -314,15 +320,17 @@ SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     });
     scene.rods.insert(scene.rods.end(), std::make_move_iterator(bodies.begin()), std::make_move_iterator(bodies.end()));
     read_constants(reader, problems, scene.constants);
-    if (root.find("contact")) scene.contact.emplace();
-    ContactSpec none; // an absent table is known all the same
-    read_table(reader, problems, "contact", scene.contact ? *scene.contact : none, false);
-    if (root.find("fluid")) scene.fluid.emplace();
-    FluidSpec no_fluid;
-    read_table(reader, problems, "fluid", scene.fluid ? *scene.fluid : no_fluid, false);
-    read_table(reader, problems, "immersion", scene.immersion, false);
+    for_each_table(scene, [&](const char* name, auto& member, bool) {
+        if constexpr (is_optional_table<std::remove_cvref_t<decltype(member)>>) {
+            if (root.find(name)) member.emplace();
+            typename std::decay_t<decltype(member)>::value_type none; // an absent table is known all the same
+            read_table(reader, problems, name, member ? *member : none, false);
+        } else {
+            read_table(reader, problems, name, member, false);
+        }
+    });
     for_each_list(scene, [&](const char* name, auto& specs) {
-        read_list(reader, problems, name, specs, [](FieldVisitor& f, auto& spec) { table_fields(f, spec); });
+        read_list(reader, problems, name, specs, [](FieldVisitor& f, auto& spec) { spec.fields(f); });
     });
     read_table(reader, problems, "output", scene.output, false);
     read_table(reader, problems, "start", scene.start, false);

@@ -2,9 +2,9 @@
 // to `problems`.
 #pragma once
 
+#include "physics/scene_spec.hpp"
 #include "scene/machine_file.hpp"
 #include "scene/problems.hpp"
-#include "scene/scene_spec.hpp"
 #include "scene/scene_toml.hpp"
 
 namespace skein {

@@ -5,7 +5,6 @@
 #include "scene/scene_keys.hpp"
 #include "scene/scene_override.hpp"
 #include "scene/scene_reader.hpp"
-#include "scene/scene_tables.hpp"
 #include "skein/core/error.hpp"
 
 #include <fmt/format.h>
@@ -54,48 +53,55 @@ std::string dotted(std::string pointer) {
     return pointer;
 }
 
-std::vector<std::string_view> split(std::string_view key) {
-    std::vector<std::string_view> parts;
-    for (std::size_t begin = 0; begin <= key.size();) {
-        const std::size_t end = std::min(key.find('.', begin), key.size());
-        parts.push_back(key.substr(begin, end - begin));
-        begin = end + 1;
-    }
-    return parts;
-}
-
-bool is_one_of(std::string_view name, std::initializer_list<std::string_view> names) {
-    return std::find(names.begin(), names.end(), name) != names.end();
-}
-
-/// Whether a state still means what it did under another value of this key.
+/// True if a state keeps its meaning under another value of this key.
 bool may_change(const KeyChange& change) {
-    const auto parts = split(change.key);
-    const std::string_view table = parts[0], key = parts.size() > 2 ? parts[2] : "";
+    const std::string_view table = change.part(0), key = change.part(2);
     if (table == "rods") {
-        if (key == "material") return parts.size() == 4 && parts[3] != "law";
-        return key == "magnetisation" || (key == "placement" && parts.back() == "file"); // the file may have been moved
+        if (key == "material") return change.parts() == 4 && change.part(3) != "law";
+        const bool moved_file = key == "placement" && change.last() == "file";
+        return key == "magnetisation" || moved_file;
     }
     if (table == "bodies") return key == "density" || key == "mass";
-    if (table != "wall") return true;
-    const bool other_wall = is_one_of(
-        key, {"", "name", "kind", "point", "normal", "axis", "radius", "side", "lower", "upper", "open", "rods"});
-    const bool other_drive = key == "servo" && parts.back() == "speed" && (change.was == "0.0" || change.now == "0.0");
-    return !other_wall && !other_drive;
+    bool survives = true;
+    for_each_list(SceneSpec{}, [&](std::string_view name, const auto& specs) {
+        typename std::decay_t<decltype(specs)>::value_type spec;
+        if constexpr (requires { state_survives(spec, change); })
+            if (name == table) survives = state_survives(spec, change);
+    });
+    return survives;
 }
 
-/// A scene with one table of each kind, all defaults.
-Json default_tables(int load) {
+/// A scene with one table of each kind, all defaults; `kind`: of tables that come in kinds.
+Json default_tables(int kind) {
     SceneSpec scene;
     scene.start.from = "-"; // is only there where it says something
     scene.rods = {RodSpec{}, default_body()};
-    scene.contact.emplace();
-    scene.fluid.emplace();
-    for_each_list(scene, [](const char*, auto& specs) { specs.emplace_back(); });
-    scene.loads.front().load = make_load(load);
+    for_each_table(scene, [](const char*, auto& member, bool) {
+        if constexpr (is_optional_table<std::remove_cvref_t<decltype(member)>>) member.emplace();
+    });
+    for_each_list(scene, [&](const char*, auto& specs) {
+        using Spec = typename std::decay_t<decltype(specs)>::value_type;
+        if constexpr (HasKinds<Spec>) specs.push_back(Spec::of_kind(kind));
+        else specs.emplace_back();
+    });
     Json json = Json::parse(scene_json(scene, false));
     json["start"]["from"] = "";
     return json;
+}
+
+/// Number of the kind of a table in JSON, of a list whose tables come in kinds; else 0.
+int kind_of(const std::string& list, const Json& table) {
+    int number = 0;
+    for_each_list(SceneSpec{}, [&](const std::string& name, const auto& specs) {
+        using Spec = typename std::decay_t<decltype(specs)>::value_type;
+        if constexpr (HasKinds<Spec>) {
+            if (name != list) return;
+            const auto kinds = Spec::kinds();
+            const auto at = std::find(kinds.begin(), kinds.end(), table["kind"].template get<std::string>());
+            if (at != kinds.end()) number = static_cast<int>(at - kinds.begin());
+        }
+    });
+    return number;
 }
 
 /// Paths of the keys that a scene must give, being what it is.
@@ -107,14 +113,12 @@ public:
             visit();
         };
         in("time", [&] { scene.time.fields(*this); });
-        if (scene.contact) in("contact", [&] { scene.contact->fields(*this); });
-        if (scene.fluid) in("fluid", [&] { scene.fluid->fields(*this); });
-        if (scene.has_immersed()) in("immersion", [&] { scene.immersion.fields(*this); });
+        for_each_spec(scene, [&](const char* name, auto& spec) { in(name, [&] { spec.fields(*this); }); });
         for (std::size_t i = 0; i < scene.rods.size(); ++i)
             in(path_of_group(scene, i), [&] { scene.rods[i].fields(*this); });
         for_each_list(scene, [&](const char* name, auto& specs) {
             for (std::size_t i = 0; i < specs.size(); ++i)
-                in(fmt::format("{}.{}", name, i), [&] { table_fields(*this, specs[i]); });
+                in(fmt::format("{}.{}", name, i), [&] { specs[i].fields(*this); });
         });
     }
     bool contains(const std::string& path) const { return paths_.contains(path); }
@@ -152,21 +156,15 @@ public:
             if (value.is_object()) table(value, tables(0)[name], name);
             if (!value.is_array()) continue;
             for (std::size_t i = 0; i < value.size(); ++i) {
-                const int kind = name == "load" ? kind_of(value[i]["kind"]) : 0;
-                table(value[i], tables(kind)[name][0], fmt::format("{}.{}", name, i));
+                table(value[i], tables(kind_of(name, value[i]))[name][0], fmt::format("{}.{}", name, i));
             }
         }
     }
 
 private:
-    static int kind_of(const Json& name) {
-        const auto kinds = load_kinds();
-        const auto at = std::find(kinds.begin(), kinds.end(), name.get<std::string>());
-        return at == kinds.end() ? 0 : static_cast<int>(at - kinds.begin());
-    }
-    Json& tables(int load) {
-        if (const auto found = tables_.find(load); found != tables_.end()) return found->second;
-        return tables_[load] = default_tables(load);
+    Json& tables(int kind) {
+        if (const auto found = tables_.find(kind); found != tables_.end()) return found->second;
+        return tables_[kind] = default_tables(kind);
     }
     /// Returns whether it differs from the default.
     bool table(Json& json, const Json& standard, const std::string& path) {
@@ -183,7 +181,7 @@ private:
         return differs;
     }
     RequiredKeys required_;
-    std::map<int, Json> tables_; ///< by kind of load
+    std::map<int, Json> tables_; ///< by kind
 };
 
 /// Physics and settings in one, with the step as a number; "file" is no key of a scene.
@@ -246,10 +244,12 @@ std::string settings_json(const SceneSpec& scene) {
     rest.title = scene.title;
     rest.time = scene.time;
     rest.output = scene.output;
-    rest.fluid_outputs = scene.fluid_outputs;
-    const Json all = Json::parse(scene_json(rest, false));
+    const Json all = Json::parse(scene_json(rest, false)), whole = Json::parse(scene_json(scene, false));
     Json settings = {{"file", scene.file}, {"title", all["title"]}, {"time", all["time"]}, {"output", all["output"]}};
-    if (!scene.fluid_outputs.empty()) settings[fluid_output_list] = all[fluid_output_list];
+    for_each_list(scene, [&](const char* name, const auto& specs) {
+        if (!decides_state<typename std::decay_t<decltype(specs)>::value_type> && !specs.empty())
+            settings[name] = whole[name];
+    });
     for (const RodSpec& rods : scene.rods)
         if (rods.placement.kind == PlacementKind::file) settings[files_of_rods][rods.name] = rods.placement.file;
     return settings.dump();
@@ -290,9 +290,13 @@ std::vector<KeyChange> key_changes(const std::string& old_json, const std::strin
 std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics) {
     std::vector<KeyChange> forbidden;
     const Json was = Json::parse(old_physics, nullptr, false), now = Json::parse(new_physics, nullptr, false);
-    if (was.contains("contact") != now.contains("contact"))
-        forbidden.push_back({"contact", was.contains("contact") ? "present" : "absent",
-                             now.contains("contact") ? "present" : "absent"});
+    const auto presence = [](bool there) { return there ? "present" : "absent"; };
+    for_each_table(SceneSpec{}, [&](const std::string& name, const auto& member, bool) {
+        using Member = std::remove_cvref_t<decltype(member)>;
+        if constexpr (is_optional_table<Member>)
+            if (Member::value_type::presence_decides && was.contains(name) != now.contains(name))
+                forbidden.push_back({name, presence(was.contains(name)), presence(now.contains(name))});
+    });
     for (KeyChange& change : key_changes(old_physics, new_physics))
         if (!may_change(change)) forbidden.push_back(std::move(change));
     return forbidden;

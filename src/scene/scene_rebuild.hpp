@@ -1,7 +1,8 @@
 // A scene taken back from what a checkpoint keeps of it, and changed: for branches and for `skein verify`.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/key_change.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <span>
@@ -27,11 +28,7 @@ bool has_automatic_step(const std::string& settings);
 SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name,
                          const std::string& from, const std::vector<std::string>& overrides);
 
-/// A key whose value is another one; values in JSON, or "absent".
-struct KeyChange {
-    std::string key; ///< "rods.0.section.radius"
-    std::string was, now;
-};
+/// Keys that differ between two scenes.
 std::vector<KeyChange> key_changes(const std::string& old_json, const std::string& new_json);
 
 /// Of changes from one physics to another those under which a state means nothing: of geometry, sections, elements,

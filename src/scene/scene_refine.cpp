@@ -1,8 +1,8 @@
 #include "scene/scene_refine.hpp"
 
 #include "io/rod_file.hpp"
+#include "physics/group_names.hpp"
 #include "rod/shape_places.hpp"
-#include "scene/group_names.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
 #include "skein/rod/rod_group.hpp"

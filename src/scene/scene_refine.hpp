@@ -2,7 +2,7 @@
 // along.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 
 #include <string>
 #include <vector>

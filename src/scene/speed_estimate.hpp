@@ -2,7 +2,7 @@
 // meet, and contacts that are too soft to stop them. theory.md (58c)
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <span>

@@ -4,8 +4,8 @@
 #include "loads/muscle_formula.hpp"
 #include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
-#include "scene/group_names.hpp"
-#include "scene/scene_tables.hpp"
+#include "physics/group_names.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>

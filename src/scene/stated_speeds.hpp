@@ -2,7 +2,7 @@
 // (93), (94)
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <span>

@@ -4,7 +4,7 @@
 
 #include "core/timer.hpp"
 #include "io/checkpoint.hpp"
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 #include "simulation/observation.hpp"
 #include "simulation/run_options.hpp"
 #include "simulation/warnings.hpp"

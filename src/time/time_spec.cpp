@@ -4,7 +4,11 @@ namespace skein {
 
 void TimeSpec::fields(FieldVisitor& f) {
     f.visit({.name = "duration", .unit = "s", .text = "time to simulate", .required = true, .above = 0}, duration);
-    f.visit({.name = "dt", .unit = "s", .text = "time step; 0: automatic, `safety` times the limit", .at_least = 0},
+    f.visit({.name = "dt",
+             .unit = "s",
+             .text = "time step; 0: automatic, `safety` times the limit",
+             .at_least = 0,
+             .automatic = 0},
             dt);
     f.visit({.name = "divide",
              .unit = "s",

@@ -1,6 +1,6 @@
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
-#include "scene/scene_tables.hpp"
+#include "physics/scene_spec.hpp"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "scene/group_names.hpp"
+#include "physics/group_names.hpp"
 
 #include "core/nearest.hpp"
 

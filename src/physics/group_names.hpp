@@ -1,7 +1,7 @@
 // Names of groups of rods: their letters, and the groups that names in other tables mean.
 #pragma once
 
-#include "scene/scene_spec.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/core/objections.hpp"
 
 #include <string>

@@ -1,0 +1,22 @@
+#include "loads/load_spec.hpp"
+
+namespace skein {
+
+namespace {
+constexpr Field groups{.name = "rods", .unit = "", .text = "groups it acts on; all where absent"};
+}
+
+void LoadSpec::fields(FieldVisitor& f) {
+    int kind = load.number();
+    f.visit_choice({.name = "kind", .unit = "", .text = "which load", .required = true}, kind, load_kinds());
+    if (kind != load.number()) load = make_load(kind);
+    f.visit(groups, rods);
+    load.fields(f);
+}
+
+void DampingSpec::fields(FieldVisitor& f) {
+    damping.fields(f);
+    f.visit(groups, rods);
+}
+
+} // namespace skein

@@ -1,0 +1,31 @@
+// Tables of a scene about contact between rods.
+#pragma once
+
+#include "contact/contact_spec.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <optional>
+#include <vector>
+
+namespace skein {
+
+struct CoreTables;
+
+struct ContactTables {
+    std::optional<ContactSpec> contact; ///< absent: rods do not interact
+    std::vector<ContactPair> contact_pairs;
+
+    template <class Scene, class F> static void visit_tables(Scene& scene, F&& f) {
+        f("contact", scene.contact);
+        f("contact_pair", scene.contact_pairs);
+    }
+};
+
+/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+void tidy_echo(nlohmann::json& table, const ContactSpec& spec, const CoreTables& scene, bool physics_only);
+
+/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+void tidy_echo(nlohmann::json& table, const ContactPair& spec, const CoreTables& scene, bool physics_only);
+
+} // namespace skein

@@ -1,0 +1,39 @@
+// Tables of a scene about a fluid and the bodies in it.
+#pragma once
+
+#include "fluid/fluid_spec.hpp"
+#include "immersion/immersion_spec.hpp"
+#include "immersion/obstacle.hpp"
+#include "io/fluid_output_spec.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <optional>
+#include <vector>
+
+namespace skein {
+
+struct CoreTables;
+
+struct FluidTables {
+    std::optional<FluidSpec> fluid;
+    ImmersionSpec immersion;
+    std::vector<Obstacle> obstacles;
+    std::vector<FluidOutputSpec> fluid_outputs;
+
+    template <class Scene, class F> static void visit_tables(Scene& scene, F&& f) {
+        f("fluid", scene.fluid);
+        f("immersion", scene.immersion, has_immersed(scene));
+        f("obstacle", scene.obstacles);
+        f("fluid_output", scene.fluid_outputs);
+    }
+    /// Bodies are in a fluid.
+    template <class Scene> static bool has_immersed(const Scene& scene) {
+        return scene.fluid && (!scene.obstacles.empty() || !scene.rods.empty());
+    }
+};
+
+/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+void tidy_echo(nlohmann::json& table, const FluidSpec& spec, const CoreTables& scene, bool physics_only);
+
+} // namespace skein

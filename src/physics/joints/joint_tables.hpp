@@ -1,0 +1,28 @@
+// Tables of a scene about assemblies and joints.
+#pragma once
+
+#include "joints/joint_spec.hpp"
+#include "skein/placement/assembly.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <vector>
+
+namespace skein {
+
+struct CoreTables;
+
+struct JointTables {
+    std::vector<AssemblySpec> assemblies;
+    std::vector<JointSpec> joints;
+
+    template <class Scene, class F> static void visit_tables(Scene& scene, F&& f) {
+        f("assembly", scene.assemblies);
+        f("joint", scene.joints);
+    }
+};
+
+/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+void tidy_echo(nlohmann::json& table, const JointSpec& spec, const CoreTables& scene, bool physics_only);
+
+} // namespace skein

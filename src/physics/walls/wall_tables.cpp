@@ -1,0 +1,22 @@
+#include "physics/walls/wall_tables.hpp"
+
+#include "contact/law_echo.hpp"
+#include "physics/key_change.hpp"
+
+#include <algorithm>
+#include <array>
+
+namespace skein {
+
+void tidy_echo(nlohmann::json& table, const Wall& wall, const CoreTables&, bool) { tidy_law(table, wall.law); }
+
+bool state_survives(const Wall&, const KeyChange& change) {
+    constexpr std::array<std::string_view, 12> geometry = {"",       "name", "kind",  "point", "normal", "axis",
+                                                           "radius", "side", "lower", "upper", "open",   "rods"};
+    const bool other_wall = std::find(geometry.begin(), geometry.end(), change.part(2)) != geometry.end();
+    const bool other_drive =
+        change.part(2) == "servo" && change.last() == "speed" && (change.was == "0.0" || change.now == "0.0");
+    return !other_wall && !other_drive;
+}
+
+} // namespace skein

@@ -1,0 +1,27 @@
+// Tables of a scene about walls.
+#pragma once
+
+#include "contact/wall.hpp"
+
+#include <nlohmann/json_fwd.hpp>
+
+#include <vector>
+
+namespace skein {
+
+struct CoreTables;
+
+struct WallTables {
+    std::vector<Wall> walls;
+
+    template <class Scene, class F> static void visit_tables(Scene& scene, F&& f) { f("wall", scene.walls); }
+};
+
+/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+void tidy_echo(nlohmann::json& table, const Wall& spec, const CoreTables& scene, bool physics_only);
+
+struct KeyChange;
+/// True if a state keeps its meaning under a change of a wall's key.
+bool state_survives(const Wall& wall, const KeyChange& change);
+
+} // namespace skein
