@@ -73,7 +73,8 @@ template <int W> SKEIN_INLINE void set_lane(ContactNumbers<Pack<W>>& all, int i,
 
 struct ContactLaw {
     ContactNormal normal = ContactNormal::hertz;
-    double stiffness = 0; ///< k, N/m or N/m^1.5; below 0: automatic, which scene/contact_estimate.hpp makes a number
+    double stiffness =
+        0; ///< k, N/m or N/m^1.5; below 0: automatic, which physics/contact/contact_estimate.hpp makes a number
     double accepted_overlap = 0.05; ///< over the diameter, of the contact that bears most; of an automatic stiffness
     double damping = 0;             ///< c, N s/m or N s/m^1.5
     ContactFriction friction = ContactFriction::none;

@@ -17,6 +17,7 @@ inline constexpr std::string_view moving_walls_names[] = {"auto", "x", "y", "z"}
 /// [fluid]: a box of fluid around everything.
 struct FluidSpec {
     static constexpr bool presence_decides = false; ///< the meaning of a state
+    static constexpr bool stands_alone = true;      ///< as a scene without rods
 
     std::vector<long> cells;
     double spacing = 0;                              ///< edge of a cell, m
@@ -44,7 +45,7 @@ struct FluidSpec {
     ColumnExchange pressure_exchange = ColumnExchange::transposes;
     double pressure_tolerance = 1e-10; ///< residual of multigrid over the right side
     long ranks_across = 0;             ///< ranks that share the rows of a slab; 0: as few as the planes allow
-    std::string ranks_across_at;       ///< "file:line" of this key in the scene
+    std::string source;       ///< "file:line" of this key in the scene
 
     bool fitted() const { return margin_lower || margin_upper; }
     FlowConstants constants() const;

@@ -4,6 +4,7 @@
 #include "skein/core/fields.hpp"
 
 #include <cstdint>
+#include <utility>
 
 namespace skein {
 
@@ -48,6 +49,11 @@ struct OutputSpec {
     static constexpr std::int64_t most_nodes_of_vtp = 100000;
 
     bool observes(std::string_view set) const;
+    /// Keys and intervals of outputs by simulated time, s; the checkpoint comes last.
+    std::vector<std::pair<const char*, double>> intervals() const {
+        return {{"trajectory", trajectory}, {"tips", tips},         {"series", series},
+                {"fields", fluid_fields},   {"contacts", contacts}, {"checkpoint", checkpoint}};
+    }
 
     void fields(FieldVisitor& f);
 };

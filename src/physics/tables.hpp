@@ -1,21 +1,57 @@
 // The physics that bring tables to a scene. A new one: its header among these #includes, and its name in the list.
 #pragma once
 
+#include "physics/audit/audit_tables.hpp"
 #include "physics/contact/contact_tables.hpp"
 #include "physics/fluid/fluid_tables.hpp"
 #include "physics/joints/joint_tables.hpp"
 #include "physics/loads/load_tables.hpp"
+#include "physics/relaxation/relaxation_tables.hpp"
 #include "physics/walls/wall_tables.hpp"
+#include "skein/core/objections.hpp"
+
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace skein {
 
-/// Members of all, and one function that names their tables in order.
+struct SceneSpec;
+struct Refinement;
+
+/// Members of all, and the calls that go to all in order.
 template <class... Physics> struct TablesOf : Physics... {
     template <class Scene, class F> static void visit_tables(Scene& scene, F&& f) {
         (Physics::visit_tables(scene, f), ...);
     }
+    static void check(const SceneSpec& scene, Objections& objections) { (Physics::check(scene, objections), ...); }
+    /// Carries over to other numbers of elements what tables give by element, node or vertex.
+    static void refine(SceneSpec& out, const SceneSpec& scene, const Refinement& by) {
+        const auto one = [&]<class P>(P*) {
+            if constexpr (requires { P::refine(out, scene, by); }) P::refine(out, scene, by);
+        };
+        (one(static_cast<Physics*>(nullptr)), ...);
+    }
+    /// Decisions of refine() that the author of a scene should know.
+    static void note_refinement(const SceneSpec& scene, std::vector<std::string>& notes) {
+        const auto one = [&]<class P>(P*) {
+            if constexpr (requires { P::note_refinement(scene, notes); }) P::note_refinement(scene, notes);
+        };
+        (one(static_cast<Physics*>(nullptr)), ...);
+    }
+    /// Remark above the keys of a table on the reference page; empty: none.
+    static std::string_view remark(std::string_view table) {
+        std::string_view found;
+        const auto one = [&]<class P>(P*) {
+            if constexpr (requires { P::remark(table); })
+                if (found.empty()) found = P::remark(table);
+        };
+        (one(static_cast<Physics*>(nullptr)), ...);
+        return found;
+    }
 };
 
-using PhysicsTables = TablesOf<LoadTables, ContactTables, WallTables, JointTables, FluidTables>;
+using PhysicsTables =
+    TablesOf<LoadTables, ContactTables, WallTables, JointTables, FluidTables, RelaxationTables, AuditTables>;
 
 } // namespace skein

@@ -2,9 +2,9 @@
 
 #include "contact/contact_limits.hpp"
 #include "core/field_looker.hpp"
+#include "physics/loads/formula_doubts.hpp"
 #include "physics/scene_spec.hpp"
 #include "rod/cell_turn.hpp"
-#include "scene/formula_doubts.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>

@@ -2,7 +2,7 @@
 // wrong.
 #pragma once
 
-#include "scene/contact_estimate.hpp"
+#include "physics/contact/contact_estimate.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <span>

@@ -8,13 +8,13 @@
 #include "joints/joint_list.hpp"
 #include "mechanics/kick.hpp"
 #include "mechanics/step_watch.hpp"
+#include "physics/contact/contact_estimate.hpp"
+#include "physics/contact/speed_estimate.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 #include "physics/scene_spec.hpp"
 #include "relaxation/relaxation_estimate.hpp"
 #include "rod/time_limits.hpp"
-#include "scene/contact_estimate.hpp"
-#include "scene/fluid_plan.hpp"
 #include "scene/program.hpp"
-#include "scene/speed_estimate.hpp"
 #include "tiles/tiling.hpp"
 
 #include <cstdint>

@@ -5,8 +5,8 @@
 #include "joints/junction.hpp"
 #include "loads/plane_friction.hpp"
 #include "neighbourhood/exposure.hpp"
-#include "scene/fluid_plan_text.hpp"
-#include "scene/plan_words.hpp"
+#include "physics/fluid/fluid_plan_text.hpp"
+#include "physics/plan_words.hpp"
 #include "skein/core/index.hpp"
 
 #include <fmt/format.h>

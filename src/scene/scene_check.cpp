@@ -3,14 +3,9 @@
 #include "core/nearest.hpp"
 #include "formula/formula.hpp"
 #include "physics/group_names.hpp"
-#include "physics/loads/loads_with_formulas.hpp"
+#include "physics/rods/rods_check.hpp"
 #include "physics/table_objections.hpp"
 #include "rod/formulas_along.hpp"
-#include "scene/assembly_check.hpp"
-#include "scene/contact_check.hpp"
-#include "scene/fluid_check.hpp"
-#include "scene/relax_check.hpp"
-#include "scene/rods_check.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
 #include "skein/core/error.hpp"
@@ -41,22 +36,7 @@ public:
             motions(scene_.rods[i], table);
         }
         for (const auto& [path, message] : faults(names_for_formulas(scene_))) add(path, message);
-        const std::vector<Load> loads = loads_with_formulas(scene_);
-        for (std::size_t i = 0; i < loads.size(); ++i) {
-            TableObjections table(*this, fmt::format("load.{}", i));
-            const auto groups = acted_on(scene_, scene_.loads[i].rods, table);
-            loads[i].check(groups, table);
-        }
-        for (std::size_t i = 0; i < scene_.damping.size(); ++i) {
-            TableObjections table(*this, fmt::format("damping.{}", i));
-            damping(scene_.damping[i].damping, acted_on(scene_, scene_.damping[i].rods, table), table);
-        }
-        check_contact(scene_, *this);
-        check_walls(scene_, *this);
-        check_fluid(scene_, *this);
-        check_assemblies(scene_, *this);
-        check_joints(scene_, *this);
-        check_relax(scene_, loads, *this);
+        PhysicsTables::check(scene_, *this);
         return std::move(found_);
     }
 
@@ -121,8 +101,18 @@ private:
     }
 
     void groups() {
-        if (scene_.rods.empty() && !scene_.fluid)
-            add("", "the scene has neither rods nor a fluid: give at least one [[rods]], [[bodies]] or [fluid]");
+        std::string others;
+        bool stands_alone = false;
+        for_each_table(scene_, [&](const char* name, const auto& member, bool) {
+            using Member = std::remove_cvref_t<decltype(member)>;
+            if constexpr (is_optional_table<Member>) {
+                if (!Member::value_type::stands_alone) return;
+                others += fmt::format(" or [{}]", name);
+                stands_alone |= member.has_value();
+            }
+        });
+        if (scene_.rods.empty() && !stands_alone)
+            add("", "the scene has no bodies: give at least one [[rods]], [[bodies]]" + others);
         for (std::size_t i = 0; i < scene_.rods.size(); ++i) {
             const std::string& name = scene_.rods[i].name;
             const std::string path = path_of_group(scene_, i) + ".name";
@@ -158,26 +148,15 @@ private:
         if (scene_.time.dt > duration)
             add("time.dt", fmt::format("'dt' of {} s is longer than 'duration' of {} s", scene_.time.dt, duration));
         const OutputSpec& out = scene_.output;
-        const std::pair<const char*, double> intervals[] = {
-            {"trajectory", out.trajectory}, {"tips", out.tips},         {"series", out.series},
-            {"fields", out.fluid_fields},   {"contacts", out.contacts}, {"checkpoint", out.checkpoint}};
-        for (const auto& [key, interval] : intervals)
+        for (const auto& [key, interval] : out.intervals())
             if (interval > duration)
                 add(fmt::format("output.{}", key),
                     fmt::format("'{}' every {} s never comes due within 'duration' of {} s", key, interval, duration));
         if (scene_.start.from.empty()) TableObjections(*this, "start").unused({"time"}, "without 'from'");
         else start();
         if (out.trajectory == 0) TableObjections(*this, "output").unused({"paraview"}, "without 'trajectory' [s]");
-        if (out.contacts > 0 && !scene_.contact) add("output.contacts", "'contacts' has no use without [contact]");
         if (scene_.time.rest_speed > 0 && out.series == 0)
             add("time.rest_speed", "'rest_speed' is looked at in the rows of the series: give output.series [s]");
-        for (const RodSpec& rods : scene_.rods)
-            if (out.audit && rods.material.law == Law::elastica)
-                add("output.audit",
-                    fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
-        for (const RodSpec& rods : scene_.rods)
-            if (out.audit && rods.body)
-                add("output.audit", fmt::format("there is no audit of the rigid bodies of group '{}'", rods.name));
         for (std::size_t i = 0; i < out.observables.size(); ++i) {
             const std::string& set = out.observables[i];
             const std::string path = fmt::format("output.observables.{}", i);
@@ -204,36 +183,6 @@ private:
                     fmt::format("the ends of group '{}' are moved as functions of time: at time zero they would jump "
                                 "back; let time go on",
                                 rods.name));
-    }
-
-    void damping(const Damping& d, const std::vector<const RodSpec*>& groups, Objections& objections) {
-        if (d.kind == DampingKind::legacy || d.kind == DampingKind::laplacian)
-            object_to_rigid_bodies(fmt::format("a damping of kind \"{}\"", nth(damping_names, d.kind)), groups,
-                                   objections);
-        const std::string where = fmt::format("for a damping of kind \"{}\"", nth(damping_names, d.kind));
-        if (d.kind == DampingKind::laplacian) {
-            objections.unused({"translational", "rotational"}, where);
-            if (d.order == 0) objections.add("", fmt::format("'order', at least 1, is needed {}", where));
-            if (!objections.given("rate"))
-                objections.add(
-                    "rate",
-                    fmt::format("'rate' [1/s] is needed {}: that of motion which alternates from node to node", where));
-            if (scene_.time.integrator != Integrator::verlet)
-                objections.add(
-                    "kind", "a damping of kind \"laplacian\" needs integrator = \"verlet\": the kicks of \"pefrl\" go "
-                            "backwards too");
-            return;
-        }
-        objections.unused({"order"}, where);
-        if (d.kind == DampingKind::physical) {
-            objections.unused({"rate"}, where);
-            if (!objections.given("translational") && !objections.given("rotational"))
-                objections.add("translational",
-                               fmt::format("'translational' [kg/s] or 'rotational' [kg m^2/s] is needed {}", where));
-            return;
-        }
-        objections.unused({"translational", "rotational"}, where);
-        if (!objections.given("rate")) objections.add("rate", fmt::format("'rate' [1/s] is needed {}", where));
     }
 
     const SceneSpec& scene_;

@@ -175,8 +175,6 @@ SceneSpec parse_scene(const std::string& file, const std::string& text, const st
     // A value that could not be read is still the default, which would only contradict the others.
     if (problems.empty()) add_contradictions(scene, root, problems);
     problems.raise();
-    if (scene.fluid && scene.fluid->ranks_across > 0)
-        scene.fluid->ranks_across_at = nearest_place(root, "fluid.ranks_across").table_name();
     return scene;
 }
 

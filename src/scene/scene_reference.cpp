@@ -35,35 +35,14 @@ std::string_view note(const std::string& table) {
         {"constants", "Names that formulas may hold. A constant with a unit takes part in the checks of units; a plain "
                       "number fits any."},
         {"table", "A function of one value for formulas: straight lines from point to point."},
-        {"load.formula",
-         "A formula is a text of numbers, names, `+ - * / ^`, brackets and comparisons (`< <= > >= == !=`, which "
-         "are 1 or 0). Names are "
-         "the scene's `[constants]` and `[[table]]`s; `x y z` [m] and `vx vy vz` [m/s], lab position and velocity "
-         "of the node (for couples: of "
-         "the middle of the element); `X Y Z` [m], its position at the start; `s` [m], arc length at rest; `L` "
-         "[m], length of the rod; `rod`, its "
-         "number in the group from 0; `t` [s]; `pi`, `e`. Functions are `sin cos tan atan exp log sqrt abs floor "
-         "tanh sign`, `step(a)` (0 below 0, "
-         "else 1), `ramp(a, b)` (0 below 0, a/b, 1 from b on), `min max hypot` of two and more, `atan2 mod` and "
-         "`if(condition, then, else)`. Units are "
-         "checked where all parts have one; a plain number fits any. Values must be finite at the start of the "
-         "rods, at 16 times of the run."},
         {"rods.start_motion",
          "Tables, sinusoids and formulas add up. Formulas are as in `[[load]]` of kind `formula`, of `t` "
          "alone; the velocity of the end "
          "is their derivative. Values and rates must be finite at 65 times of the run."},
-        {"load.magnetic_formula", "Formulas as in `[[load]]` of kind `formula`; places are the middles of elements. "
-                                  "Rods need `[rods.magnetisation]`."},
-        {"load.muscle_formula",
-         "Formulas as in `[[load]]` of kind `formula`. A vertex is where two elements meet, where a ring closes, and "
-         "a clamped end; what acts on the elements beside it is equal and opposite."},
-        {"contact", "Without this table rods do not feel each other, and nothing is searched, kept or sent."},
-        {"contact_pair", "Another law between two groups than `[contact]` says."},
         {"start", "Without this table rods begin in their start shapes, at time 0. See docs/files.md, *Branches*."},
-        {"damping", "Rates of several `[[damping]]` on one group add up."},
     };
     const auto at = notes.find(table);
-    return at == notes.end() ? "" : at->second;
+    return at == notes.end() ? PhysicsTables::remark(table) : at->second;
 }
 
 std::string default_text(const KeyEntry& key) {

@@ -1,7 +1,6 @@
 #include "scene/scene_refine.hpp"
 
 #include "io/rod_file.hpp"
-#include "physics/group_names.hpp"
 #include "rod/shape_places.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
@@ -17,10 +16,6 @@
 namespace skein {
 
 namespace {
-
-[[noreturn]] void refuse(const std::string& source, const std::string& what) {
-    throw InputError(source + (source.empty() ? "" : ": ") + what);
-}
 
 std::vector<double> shared_lengths(const std::vector<double>& lengths, const Refinement& by) {
     std::vector<double> out;
@@ -38,10 +33,11 @@ void refuse_nodes_of_file(const RodSpec& rods, const std::string& directory) {
     if (rods.placement.kind != PlacementKind::file) return;
     const auto source = open_rod_file((std::filesystem::path(directory) / rods.placement.file).string(), rods.source);
     if (source->elements() > 0)
-        refuse(rods.source,
-               fmt::format("placement.file: '{}' gives the rods of '{}' node by node, so their number of elements "
-                           "cannot be changed; a file of places, with a shape of the scene, can be refined",
-                           rods.placement.file, rods.name));
+        refuse_refinement(
+            rods.source,
+            fmt::format("placement.file: '{}' gives the rods of '{}' node by node, so their number of elements "
+                        "cannot be changed; a file of places, with a shape of the scene, can be refined",
+                        rods.placement.file, rods.name));
 }
 
 void refine_hold(RodSpec& rods, long was, const Refinement& by) {
@@ -49,9 +45,9 @@ void refine_hold(RodSpec& rods, long was, const Refinement& by) {
     for (const long given : rods.hold.nodes) {
         const long node = by.of(given < 0 ? given + was + 1 : given);
         if (node < 0)
-            refuse(rods.source,
-                   fmt::format("hold.nodes: node {} of '{}' falls between two nodes of half as many elements", given,
-                               rods.name));
+            refuse_refinement(
+                rods.source, fmt::format("hold.nodes: node {} of '{}' falls between two nodes of half as many elements",
+                                         given, rods.name));
         nodes.push_back(node);
     }
     for (const long given : rods.hold.elements) held.push_back(given < 0 ? given + was : given);
@@ -62,20 +58,22 @@ void refine_hold(RodSpec& rods, long was, const Refinement& by) {
         if (end - i > 1) { // a stretch of the rod
             const long first = by.of(held[i]), past = by.of(held[end - 1] + 1);
             if (first < 0 || past < 0)
-                refuse(rods.source,
-                       fmt::format("hold.elements: elements {} to {} of '{}' are no whole number of elements twice as "
-                                   "long",
-                                   held[i], held[end - 1], rods.name));
+                refuse_refinement(
+                    rods.source,
+                    fmt::format("hold.elements: elements {} to {} of '{}' are no whole number of elements twice as "
+                                "long",
+                                held[i], held[end - 1], rods.name));
             for (long k = first; k < past; ++k) elements.push_back(k);
         } else if (held[i] == 0) {
             elements.push_back(0);
         } else if (held[i] == was - 1) {
             elements.push_back(-1);
         } else {
-            refuse(rods.source,
-                   fmt::format("hold.elements: element {} of '{}' is held alone inside the rod, which means something "
-                               "else with other elements; hold two or more side by side, or one at an end",
-                               held[i], rods.name));
+            refuse_refinement(
+                rods.source,
+                fmt::format("hold.elements: element {} of '{}' is held alone inside the rod, which means something "
+                            "else with other elements; hold two or more side by side, or one at an end",
+                            held[i], rods.name));
         }
         i = end;
     }
@@ -96,7 +94,7 @@ void keep_inertia(RodSpec& rods) {
     const double middle = j[j.size() / 2];
     for (std::size_t k = 1; k + 1 < j.size(); ++k)
         if (std::abs(j[k] - middle) > 0.02 * middle)
-            refuse(
+            refuse_refinement(
                 rods.source,
                 fmt::format("material.rotary_inertia_for_dt: it scales the elements of '{}' differently, {:.4g} times "
                             "element {} and {:.4g} times another; give one 'rotary_inertia_scale' for all of them",
@@ -111,10 +109,11 @@ void refine_rods(RodSpec& rods, const Refinement& by) {
     const auto& given = was.length_profile;
     shape.elements = by.of(was.elements);
     if (shape.elements < 0)
-        refuse(rods.source, fmt::format("shape.elements: {} elements of '{}' cannot be halved: give an even number",
-                                        was.elements, rods.name));
+        refuse_refinement(rods.source,
+                          fmt::format("shape.elements: {} elements of '{}' cannot be halved: give an even number",
+                                      was.elements, rods.name));
     if (shape.elements < 2)
-        refuse(rods.source, fmt::format("shape.elements: '{}' has too few to be halved", rods.name));
+        refuse_refinement(rods.source, fmt::format("shape.elements: '{}' has too few to be halved", rods.name));
     if (!given.empty()) shape.length_profile = shared_lengths(given, by);
     for (auto* profile : {&rods.section.profile, &rods.section.profile_2}) {
         if (profile->empty()) continue;
@@ -127,37 +126,15 @@ void refine_rods(RodSpec& rods, const Refinement& by) {
     refine_hold(rods, was.elements, by);
 }
 
-/// Places of what a load gives along the first of the groups that it acts on.
-const Shape* shape_of(const SceneSpec& scene, const LoadSpec& load) {
-    for (const RodSpec& rods : scene.rods)
-        if (!rods.body && names_group(load.rods, rods.name)) return &rods.shape;
-    return nullptr;
-}
-
-/// Coefficients per node and per element; a body has one of each.
-void refine_damping(DampingSpec& spec, const SceneSpec& scene, const Refinement& by) {
-    if (spec.damping.kind != DampingKind::physical) return;
-    bool bodies = false, rods = false;
-    for (const RodSpec& group : scene.rods)
-        if (names_group(spec.rods, group.name)) (group.body ? bodies : rods) = true;
-    if (bodies && rods)
-        refuse(spec.source,
-               "damping.rods: coefficients of a damping of kind \"physical\" are shared among more nodes of rods, but "
-               "not of bodies: give it once for rods and once for bodies");
-    if (bodies) return;
-    const double share = static_cast<double>(by.over) / static_cast<double>(by.times);
-    spec.damping.translational *= share;
-    spec.damping.rotational *= share;
-}
-
 } // namespace
 
 SceneSpec refined(const SceneSpec& scene, const Refinement& by) {
     if (!scene.start.from.empty())
-        refuse(scene.file,
-               fmt::format("start.from: the state of '{}' has its own elements; a scene that begins with shapes of its "
-                           "own can be refined",
-                           scene.start.from));
+        refuse_refinement(
+            scene.file,
+            fmt::format("start.from: the state of '{}' has its own elements; a scene that begins with shapes of its "
+                        "own can be refined",
+                        scene.start.from));
     SceneSpec out = scene;
     const std::string directory = std::filesystem::path(scene.file).parent_path().string();
     for (RodSpec& rods : out.rods) {
@@ -165,9 +142,7 @@ SceneSpec refined(const SceneSpec& scene, const Refinement& by) {
         refuse_nodes_of_file(rods, directory);
         refine_rods(rods, by);
     }
-    for (LoadSpec& load : out.loads)
-        if (const Shape* shape = shape_of(out, load)) load.load.refine(*shape_of(scene, load), *shape);
-    for (DampingSpec& spec : out.damping) refine_damping(spec, scene, by);
+    PhysicsTables::refine(out, scene, by);
     check_scene(out);
     return out;
 }
@@ -193,26 +168,7 @@ std::vector<std::string> refinement_notes(const SceneSpec& scene) {
                 "one, an error of first order",
                 rods.name));
     }
-    for (const LoadSpec& spec : scene.loads) {
-        const Shape* shape = shape_of(scene, spec);
-        if (!shape) continue;
-        Load load = spec.load;
-        if (std::string note = load.refine(*shape, *shape); !note.empty())
-            notes.push_back(fmt::format("{}: {}", load.kind(), note));
-    }
-    for (const DampingSpec& spec : scene.damping) {
-        if (spec.damping.kind == DampingKind::physical)
-            notes.emplace_back(
-                "damping of kind \"physical\": its coefficients, per node and element, are shared among more of them");
-        if (is_filter(spec.damping))
-            notes.emplace_back(
-                "damping of kind \"laplacian\": its rate stays, so that what it takes from long waves counts as an "
-                "error that more elements lessen");
-    }
-    if (scene.contact || !scene.walls.empty())
-        notes.emplace_back(
-            "laws of contacts and walls stay as they are, per pair of elements and per node: rods that lie against "
-            "something along their length meet it harder with more elements");
+    PhysicsTables::note_refinement(scene, notes);
     return notes;
 }
 

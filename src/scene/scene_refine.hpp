@@ -2,19 +2,13 @@
 // along.
 #pragma once
 
+#include "physics/refinement.hpp"
 #include "physics/scene_spec.hpp"
 
 #include <string>
 #include <vector>
 
 namespace skein {
-
-/// times/over elements for each one: 2/1 or 4/1, 1/2 for fewer.
-struct Refinement {
-    long times = 1, over = 1;
-    /// Of a number that counts elements or nodes; -1 where it is no whole one.
-    long of(long count) const { return count * times % over == 0 ? count * times / over : -1; }
-};
 
 /// Lengths of elements share or add up; radii, curvatures and amplitudes are taken as linear between the places that
 /// they are given at, middles of elements or vertices; held nodes stay where they are, an element held alone at an end

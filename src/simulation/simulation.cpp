@@ -3,7 +3,7 @@
 #include "core/stop.hpp"
 #include "io/disk.hpp"
 #include "io/end_record.hpp"
-#include "scene/plane_numbers.hpp"
+#include "physics/loads/plane_numbers.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/branch.hpp"
 #include "simulation/contact_interaction.hpp"

@@ -2,15 +2,19 @@
 #pragma once
 
 #include "contact/contact_spec.hpp"
+#include "skein/core/objections.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
 #include <optional>
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
 
 struct CoreTables;
+struct SceneSpec;
 
 struct ContactTables {
     std::optional<ContactSpec> contact; ///< absent: rods do not interact
@@ -20,6 +24,10 @@ struct ContactTables {
         f("contact", scene.contact);
         f("contact_pair", scene.contact_pairs);
     }
+    /// Objects to contradictions in them.
+    static void check(const SceneSpec& scene, Objections& objections);
+    static void note_refinement(const SceneSpec& scene, std::vector<std::string>& notes);
+    static std::string_view remark(std::string_view table);
 };
 
 /// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.

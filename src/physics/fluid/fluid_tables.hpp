@@ -5,6 +5,7 @@
 #include "immersion/immersion_spec.hpp"
 #include "immersion/obstacle.hpp"
 #include "io/fluid_output_spec.hpp"
+#include "skein/core/objections.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -14,6 +15,7 @@
 namespace skein {
 
 struct CoreTables;
+struct SceneSpec;
 
 struct FluidTables {
     std::optional<FluidSpec> fluid;
@@ -31,6 +33,8 @@ struct FluidTables {
     template <class Scene> static bool has_immersed(const Scene& scene) {
         return scene.fluid && (!scene.obstacles.empty() || !scene.rods.empty());
     }
+    /// Objects to contradictions in them.
+    static void check(const SceneSpec& scene, Objections& objections);
 };
 
 /// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "joints/joint_spec.hpp"
+#include "skein/core/objections.hpp"
 #include "skein/placement/assembly.hpp"
 
 #include <nlohmann/json_fwd.hpp>
@@ -11,6 +12,7 @@
 namespace skein {
 
 struct CoreTables;
+struct SceneSpec;
 
 struct JointTables {
     std::vector<AssemblySpec> assemblies;
@@ -20,6 +22,8 @@ struct JointTables {
         f("assembly", scene.assemblies);
         f("joint", scene.joints);
     }
+    /// Objects to contradictions in them.
+    static void check(const SceneSpec& scene, Objections& objections);
 };
 
 /// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.

@@ -4,6 +4,8 @@
 
 #include <nlohmann/json.hpp>
 
+#include <map>
+
 namespace skein {
 
 namespace {
@@ -27,6 +29,32 @@ void tidy_echo(nlohmann::json& table, const LoadSpec& spec, const CoreTables&, b
     LoadSpec copy = spec; // fields() takes what it may change
     AutoWords words(table);
     copy.fields(words);
+}
+
+std::string_view LoadTables::remark(std::string_view table) {
+    static const std::map<std::string_view, std::string_view> remarks = {
+        {"load.formula",
+         "A formula is a text of numbers, names, `+ - * / ^`, brackets and comparisons (`< <= > >= == !=`, which "
+         "are 1 or 0). Names are "
+         "the scene's `[constants]` and `[[table]]`s; `x y z` [m] and `vx vy vz` [m/s], lab position and velocity "
+         "of the node (for couples: of "
+         "the middle of the element); `X Y Z` [m], its position at the start; `s` [m], arc length at rest; `L` "
+         "[m], length of the rod; `rod`, its "
+         "number in the group from 0; `t` [s]; `pi`, `e`. Functions are `sin cos tan atan exp log sqrt abs floor "
+         "tanh sign`, `step(a)` (0 below 0, "
+         "else 1), `ramp(a, b)` (0 below 0, a/b, 1 from b on), `min max hypot` of two and more, `atan2 mod` and "
+         "`if(condition, then, else)`. Units are "
+         "checked where all parts have one; a plain number fits any. Values must be finite at the start of the "
+         "rods, at 16 times of the run."},
+        {"load.magnetic_formula", "Formulas as in `[[load]]` of kind `formula`; places are the middles of elements. "
+                                  "Rods need `[rods.magnetisation]`."},
+        {"load.muscle_formula",
+         "Formulas as in `[[load]]` of kind `formula`. A vertex is where two elements meet, where a ring closes, and "
+         "a clamped end; what acts on the elements beside it is equal and opposite."},
+        {"damping", "Rates of several `[[damping]]` on one group add up."},
+    };
+    const auto at = remarks.find(table);
+    return at == remarks.end() ? "" : at->second;
 }
 
 } // namespace skein

@@ -2,14 +2,19 @@
 #pragma once
 
 #include "loads/load_spec.hpp"
+#include "skein/core/objections.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
 
 struct CoreTables;
+struct SceneSpec;
+struct Refinement;
 
 struct LoadTables {
     std::vector<LoadSpec> loads;
@@ -19,6 +24,11 @@ struct LoadTables {
         f("load", scene.loads);
         f("damping", scene.damping);
     }
+    /// Objects to contradictions in them.
+    static void check(const SceneSpec& scene, Objections& objections);
+    static void refine(SceneSpec& out, const SceneSpec& scene, const Refinement& by);
+    static void note_refinement(const SceneSpec& scene, std::vector<std::string>& notes);
+    static std::string_view remark(std::string_view table);
 };
 
 /// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "contact/wall.hpp"
+#include "skein/core/objections.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -10,11 +11,14 @@
 namespace skein {
 
 struct CoreTables;
+struct SceneSpec;
 
 struct WallTables {
     std::vector<Wall> walls;
 
     template <class Scene, class F> static void visit_tables(Scene& scene, F&& f) { f("wall", scene.walls); }
+    /// Objects to contradictions in them.
+    static void check(const SceneSpec& scene, Objections& objections);
 };
 
 /// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.

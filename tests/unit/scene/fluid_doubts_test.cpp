@@ -1,5 +1,5 @@
 // Errors to expect of bodies that a fluid does not resolve, against those that were measured (apps/flow/README.md).
-#include "scene/fluid_doubts.hpp"
+#include "physics/fluid/fluid_doubts.hpp"
 #include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>

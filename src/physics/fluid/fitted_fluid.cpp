@@ -1,4 +1,4 @@
-#include "scene/fitted_fluid.hpp"
+#include "physics/fluid/fitted_fluid.hpp"
 
 #include "skein/placement/places.hpp"
 

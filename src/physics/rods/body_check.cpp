@@ -1,7 +1,7 @@
-#include "scene/body_check.hpp"
+#include "physics/rods/body_check.hpp"
 
+#include "physics/rods/placement_check.hpp"
 #include "physics/table_objections.hpp"
-#include "scene/placement_check.hpp"
 
 #include <algorithm>
 

@@ -1,7 +1,7 @@
 // Bodies that a grid of a fluid does not resolve, and how far off their drag will be.
 #pragma once
 
-#include "scene/fluid_plan.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 
 #include <string>
 #include <vector>

@@ -1,7 +1,7 @@
 // Test for whether a run writes the pressure of its fluid.
 #pragma once
 
-#include "scene/fluid_plan.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 
 #include <algorithm>
 

@@ -1,4 +1,4 @@
-#include "scene/stated_speeds.hpp"
+#include "physics/fluid/stated_speeds.hpp"
 
 #include "loads/gravity.hpp"
 #include "loads/muscle_formula.hpp"

@@ -1,4 +1,4 @@
-#include "scene/formula_doubts.hpp"
+#include "physics/loads/formula_doubts.hpp"
 
 #include "core/field_looker.hpp"
 #include "formula/formula.hpp"

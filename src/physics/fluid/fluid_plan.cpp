@@ -1,12 +1,12 @@
-#include "scene/fluid_plan.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 
 #include "fluid/slab_coupling.hpp"
 #include "fluid/start_velocity.hpp"
 #include "immersion/plate_markers.hpp"
+#include "physics/fluid/fitted_fluid.hpp"
+#include "physics/fluid/fluid_pressure.hpp"
+#include "physics/fluid/stated_speeds.hpp"
 #include "physics/scene_spec.hpp"
-#include "scene/fitted_fluid.hpp"
-#include "scene/fluid_pressure.hpp"
-#include "scene/stated_speeds.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -233,7 +233,7 @@ FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups, s
                    .coupling = scene.immersion.coupling,
                    .inner_inertia = scene.immersion.inner_inertia,
                    .follows_rods = scene.fluid->follows_rods,
-                   .ranks_across_at = scene.fluid->ranks_across_at};
+                   .source = scene.fluid->source};
     plan.outputs = outputs_of(scene, plan.constants.grid);
     const std::vector<StatedSpeed> stated = stated_speeds(scene, groups, loads);
     for (const StatedSpeed& one : stated) plan.stated = std::max(plan.stated, one.value);

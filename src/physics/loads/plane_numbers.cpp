@@ -1,4 +1,4 @@
-#include "scene/plane_numbers.hpp"
+#include "physics/loads/plane_numbers.hpp"
 
 #include "loads/gravity.hpp"
 #include "loads/plane_friction.hpp"

@@ -1,14 +1,12 @@
-#include "scene/fluid_check.hpp"
-
 #include "core/nearest.hpp"
 #include "fluid/cell_fields.hpp"
 #include "fluid/start_velocity.hpp"
 #include "formula/formula.hpp"
+#include "physics/fluid/fitted_fluid.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 #include "physics/group_names.hpp"
 #include "physics/scene_spec.hpp"
 #include "physics/table_objections.hpp"
-#include "scene/fitted_fluid.hpp"
-#include "scene/fluid_plan.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -249,7 +247,7 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
 
 } // namespace
 
-void check_fluid(const SceneSpec& given, Objections& objections) {
+void FluidTables::check(const SceneSpec& given, Objections& objections) {
     SceneSpec fitted;
     if (given.fluid && given.fluid->fitted()) {
         TableObjections table(objections, "fluid");

@@ -1,7 +1,7 @@
-#include "scene/fluid_plan_text.hpp"
+#include "physics/fluid/fluid_plan_text.hpp"
 
 #include "fluid/slab_coupling.hpp"
-#include "scene/plan_words.hpp"
+#include "physics/plan_words.hpp"
 #include "skein/core/index.hpp"
 
 #include <cmath>

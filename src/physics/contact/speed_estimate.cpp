@@ -1,4 +1,4 @@
-#include "scene/speed_estimate.hpp"
+#include "physics/contact/speed_estimate.hpp"
 
 #include "contact/contact_limits.hpp"
 #include "rod/body_shape.hpp"

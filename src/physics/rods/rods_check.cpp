@@ -1,10 +1,10 @@
-#include "scene/rods_check.hpp"
+#include "physics/rods/rods_check.hpp"
 
+#include "physics/rods/body_check.hpp"
+#include "physics/rods/placement_check.hpp"
 #include "physics/table_objections.hpp"
 #include "rod/cell_turn.hpp"
 #include "rod/end_weights.hpp"
-#include "scene/body_check.hpp"
-#include "scene/placement_check.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>

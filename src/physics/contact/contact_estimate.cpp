@@ -1,4 +1,4 @@
-#include "scene/contact_estimate.hpp"
+#include "physics/contact/contact_estimate.hpp"
 
 #include "contact/contact_limits.hpp"
 #include "contact/pressing.hpp"

@@ -1,4 +1,4 @@
-#include "scene/fluid_doubts.hpp"
+#include "physics/fluid/fluid_doubts.hpp"
 
 #include "skein/core/index.hpp"
 

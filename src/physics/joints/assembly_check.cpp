@@ -1,11 +1,11 @@
-#include "scene/assembly_check.hpp"
+#include "physics/joints/assembly_check.hpp"
 
 #include "core/nearest.hpp"
 #include "joints/junction.hpp"
 #include "physics/group_names.hpp"
+#include "physics/rods/placement_check.hpp"
 #include "physics/scene_spec.hpp"
 #include "physics/table_objections.hpp"
-#include "scene/placement_check.hpp"
 #include "skein/core/index.hpp"
 
 #include <fmt/format.h>
@@ -89,8 +89,6 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
         objections.add("between", fmt::format("bodies have no elements side by side {}", where));
 }
 
-} // namespace
-
 void check_assemblies(const SceneSpec& scene, Objections& objections) {
     for (std::size_t a = 0; a < scene.assemblies.size(); ++a) {
         const AssemblySpec& spec = scene.assemblies[a];
@@ -128,6 +126,13 @@ void check_joints(const SceneSpec& scene, Objections& objections) {
     }
     if (scene.joints.empty()) return;
     if (scene.time.relax) objections.add("joint.0", "time.relax is not for rods that are joined yet");
+}
+
+} // namespace
+
+void JointTables::check(const SceneSpec& scene, Objections& objections) {
+    check_assemblies(scene, objections);
+    check_joints(scene, objections);
 }
 
 std::vector<int> assembly_of_groups(const SceneSpec& scene) {

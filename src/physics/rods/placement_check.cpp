@@ -1,4 +1,4 @@
-#include "scene/placement_check.hpp"
+#include "physics/rods/placement_check.hpp"
 
 #include "physics/table_objections.hpp"
 #include "skein/core/index.hpp"

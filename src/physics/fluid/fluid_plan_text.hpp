@@ -1,7 +1,7 @@
 // What a printed plan says of the fluid.
 #pragma once
 
-#include "scene/fluid_plan.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 

@@ -1,9 +1,8 @@
-#include "scene/relax_check.hpp"
-
 #include "core/field_looker.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/magnetic_formula.hpp"
 #include "loads/muscle_formula.hpp"
+#include "physics/loads/loads_with_formulas.hpp"
 #include "physics/scene_spec.hpp"
 #include "physics/table_objections.hpp"
 
@@ -59,7 +58,7 @@ void contact_law(const ContactLaw& law, Objections& table) {
 
 } // namespace
 
-void check_relax(const SceneSpec& scene, std::span<const Load> loads, Objections& objections) {
+void RelaxationTables::check(const SceneSpec& scene, Objections& objections) {
     const TimeSpec& time = scene.time;
     TableObjections of_time(objections, "time");
     if (!time.relax) {
@@ -79,6 +78,7 @@ void check_relax(const SceneSpec& scene, std::span<const Load> loads, Objections
     }
     for (std::size_t i = 0; i < scene.damping.size(); ++i)
         objections.add(fmt::format("damping.{}", i), "time.relax chooses damping: give none");
+    const std::vector<Load> loads = loads_with_formulas(scene);
     for (std::size_t i = 0; i < loads.size(); ++i) {
         const std::string table = fmt::format("load.{}", i);
         const Load& load = loads[i];

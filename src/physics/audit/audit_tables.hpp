@@ -1,0 +1,15 @@
+// Energy audit of a scene: a key of [output], no table.
+#pragma once
+
+#include "skein/core/objections.hpp"
+
+namespace skein {
+
+struct SceneSpec;
+
+struct AuditTables {
+    template <class Scene, class F> static void visit_tables(Scene&, F&&) {}
+    static void check(const SceneSpec& scene, Objections& objections);
+};
+
+} // namespace skein

@@ -1,0 +1,15 @@
+// Relaxation of a scene: keys of [time], no table.
+#pragma once
+
+#include "skein/core/objections.hpp"
+
+namespace skein {
+
+struct SceneSpec;
+
+struct RelaxationTables {
+    template <class Scene, class F> static void visit_tables(Scene&, F&&) {}
+    static void check(const SceneSpec& scene, Objections& objections);
+};
+
+} // namespace skein

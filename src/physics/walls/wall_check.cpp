@@ -1,0 +1,48 @@
+#include "core/nearest.hpp"
+#include "physics/contact/law_check.hpp"
+#include "physics/group_names.hpp"
+#include "physics/scene_spec.hpp"
+#include "physics/table_objections.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace skein {
+
+namespace {
+
+/// A wall or a side of a box.
+void watched(const SceneSpec& scene, const std::string& name, Objections& objections) {
+    std::vector<std::string> names;
+    for (const Wall& wall : scene.walls) {
+        if (wall.kind != WallKind::box) names.push_back(wall.name);
+        else
+            for (const std::string_view side : box_side_names)
+                if (has_side(wall, side)) names.push_back(fmt::format("{} {}", wall.name, side));
+    }
+    if (std::find(names.begin(), names.end(), name) != names.end()) return;
+    const std::vector<std::string_view> known(names.begin(), names.end());
+    objections.add("servo.watch",
+                   fmt::format("there is no wall '{}' to watch{}", name, suggestion(name, known, "the walls are")));
+}
+
+} // namespace
+
+void WallTables::check(const SceneSpec& scene, Objections& objections) {
+    for (std::size_t i = 0; i < scene.walls.size(); ++i) {
+        const Wall& wall = scene.walls[i];
+        TableObjections table(objections, fmt::format("wall.{}", i));
+        if (!good_name(wall.name))
+            table.add("name", fmt::format("'{}' cannot name a wall: use letters, digits, _ and -", wall.name));
+        for (std::size_t j = 0; j < i; ++j)
+            if (scene.walls[j].name == wall.name) table.add("name", fmt::format("two walls are named '{}'", wall.name));
+        acted_on(scene, wall.rods, table);
+        check_law(wall.law, ContactSpec{}.overlap, table);
+        if (wall.servo.drives()) watched(scene, wall.servo.watch, table);
+    }
+    if (!scene.walls.empty() && scene.time.integrator != Integrator::verlet)
+        objections.add("wall.0", "walls need integrator = \"verlet\"");
+}
+
+} // namespace skein
