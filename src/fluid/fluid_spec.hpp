@@ -4,6 +4,7 @@
 #include "fluid/flow.hpp"
 #include "skein/core/fields.hpp"
 
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,7 +46,7 @@ struct FluidSpec {
     ColumnExchange pressure_exchange = ColumnExchange::transposes;
     double pressure_tolerance = 1e-10; ///< residual of multigrid over the right side
     long ranks_across = 0;             ///< ranks that share the rows of a slab; 0: as few as the planes allow
-    std::string source;       ///< "file:line" of this key in the scene
+    std::map<std::string, std::string> key_source; ///< file:line by key that the scene gives, for messages
 
     bool fitted() const { return margin_lower || margin_upper; }
     FlowConstants constants() const;

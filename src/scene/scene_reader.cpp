@@ -246,7 +246,8 @@ void read_table(TomlReader& reader, Problems& problems, const char* name, Spec& 
         problems.add(entry->place, fmt::format("'{0}' is one table [{0}], found {1}", name, found(entry->value)));
         return;
     }
-    if constexpr (requires { spec.source; }) spec.source = entry->place.table_name();
+    if constexpr (requires { spec.key_source; })
+        for (const TomlEntry& key : *entry->value.as<TomlTable>()) spec.key_source[key.key] = key.place.table_name();
     reader.begin(entry->value, name, fmt::format("[{}]", name), entry->place);
     spec.fields(reader);
     reader.leave();

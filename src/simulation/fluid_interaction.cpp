@@ -65,7 +65,7 @@ std::vector<int> shares_of(FlowScheme scheme) {
 std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts) {
     const FluidPlan& plan = *parts.plan.fluid;
     if (const std::string fault = unshared(plan.constants, parts.comm.size()); !fault.empty())
-        throw InputError(plan.source.empty() ? fault : plan.source + ": 'ranks_across': " + fault);
+        throw InputError(plan.ranks_across_at.empty() ? fault : plan.ranks_across_at + ": 'ranks_across': " + fault);
     return kernels(parts.plan.machine.lanes).make_flow(parts.comm, parts.threads, plan.constants);
 }
 

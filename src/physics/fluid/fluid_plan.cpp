@@ -233,7 +233,9 @@ FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups, s
                    .coupling = scene.immersion.coupling,
                    .inner_inertia = scene.immersion.inner_inertia,
                    .follows_rods = scene.fluid->follows_rods,
-                   .source = scene.fluid->source};
+                   .ranks_across_at = {}};
+    if (const auto at = scene.fluid->key_source.find("ranks_across"); at != scene.fluid->key_source.end())
+        plan.ranks_across_at = at->second;
     plan.outputs = outputs_of(scene, plan.constants.grid);
     const std::vector<StatedSpeed> stated = stated_speeds(scene, groups, loads);
     for (const StatedSpeed& one : stated) plan.stated = std::max(plan.stated, one.value);

@@ -75,7 +75,7 @@ struct FluidPlan {
     RodCoupling coupling = RodCoupling::two_way;
     bool inner_inertia = true;        ///< see ImmersionSpec
     bool follows_rods = false;        ///< the box
-    std::string source = {}; ///< "file:line" where the scene says how many share the rows of a slab
+    std::string ranks_across_at = {}; ///< file:line of that key, for messages
     std::int64_t every =
         0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
     std::vector<RodsInFluid> rods; ///< by group
