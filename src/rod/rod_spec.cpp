@@ -53,7 +53,7 @@ void Section::fields(FieldVisitor& f) {
         profile);
     f.visit({.name = "profile_2",
              .unit = "-",
-             .text = "not circular: semi-axis along d2 of every element over `radius_2`; default: `profile`",
+             .text = "not circular: semi-axis along d2 of every element over `radius_2`; default: the scale along d1",
              .above = 0},
             profile_2);
     f.visit({.name = "radius_formula",
