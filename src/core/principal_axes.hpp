@@ -1,6 +1,6 @@
 // Eigenvalues and eigenvectors of a symmetric 3x3 matrix by Jacobi's rotations, to round-off.
-// Eigen's SelfAdjointEigenSolver gives other last bits, for 1 in 10 diagonal matrices and 9 in 10 corners of boxes.
-// They would change the digests of scenes with bodies.
+// Eigen's SelfAdjointEigenSolver is not used: its last bits differ, and with them the digest of `skein check --self`,
+// which has a body of spheres, capsules and boxes.
 #pragma once
 
 #include "skein/core/vec3.hpp"
