@@ -75,18 +75,20 @@ public:
                           static_cast<int>(std::min<std::uint32_t>(W, area_.count - i))};
         assert(eight.count > 0 && i + W <= area_.pair.size());
         const P s = area_.pack(A::s, i), t = area_.pack(A::t, i), share = area_.pack(A::weight_of_all, i);
-        ContactMemory<P> memory = memory_of(eight);
-        const State now = state(i, eight, s, t);
+        ContactMemory<P> memory;
+        load(memory, eight);
+        ContactState<P> now;
+        const P inverse_radius = set_state(now, i, eight, s, t);
         const ContactForce<P> force =
-            contact_force<W>(contacts_.kinds_, contacts_.numbers<W>(work_.bodies, eight.pair), now.contact, work_.h,
-                             memory, {area_.pack(A::weight, i), share}, area_.pack(A::elsewhere, i));
+            contact_force<W>(contacts_.kinds_, contacts_.numbers<W>(work_.bodies, eight.pair), now, work_.h, memory,
+                             {area_.pack(A::weight, i), share}, area_.pack(A::elsewhere, i));
         Rows rows;
         fill(rows, force, s, t);
         const unsigned shared = bits_of(share > P(0.0)); // near-parallel pairs may have no share
         if (contacts_.remembers_) store(memory, eight, shared);
         const unsigned mine = add_loads(rows, eight, shared);
-        const P overlap = now.contact.radius_1 + now.contact.radius_2 - now.contact.distance;
-        sums.add(force, P(0.5) * overlap * now.inverse_radius, share, mine);
+        const P overlap = now.radius_1 + now.radius_2 - now.distance;
+        sums.add(force, P(0.5) * overlap * inverse_radius, share, mine);
         work_.figures.active += std::popcount(mine & shared);
     }
 
@@ -101,25 +103,22 @@ private:
         const Pair* pair;
         int count;
     };
-    struct State {
-        ContactState<P> contact;
-        P inverse_radius; ///< of the thinner element, 1/m
-    };
     /// Loads by pair, and factors with which they act on nodes and elements.
     struct Rows {
         alignas(64) LoadRow row[W];
         alignas(64) double first_1[W], second_1[W], arm_1[W], first_2[W];
     };
 
-    SKEIN_INLINE ContactMemory<P> memory_of(const Eight& eight) const {
+    SKEIN_INLINE void load(ContactMemory<P>& memory, const Eight& eight) const {
         const P none(0.0);
-        if (!contacts_.remembers_) return {{{none, none, none}, none}, {none, none, none}, none};
+        memory = {{{none, none, none}, none}, {none, none, none}, none};
+        if (!contacts_.remembers_) return;
         const auto spring = load_transposed<W>([&](int l) { return &memory_[eight.index[l]].spring.x.x; }),
                    viscous = load_transposed<W>([&](int l) { return &memory_[eight.index[l]].viscous_part.x; });
-        return {{spring.vector, spring.behind}, viscous.vector, viscous.behind};
+        memory = {{spring.vector, spring.behind}, viscous.vector, viscous.behind};
     }
 
-    SKEIN_INLINE State state(std::uint32_t i, const Eight& eight, const P& s, const P& t) const {
+    SKEIN_INLINE P set_state(ContactState<P>& to, std::uint32_t i, const Eight& eight, const P& s, const P& t) const {
         const P radius_1 = area_.pack(A::radius_1, i), radius_2 = area_.pack(A::radius_2, i);
         const P distance = sqrt(area_.pack(A::squared, i)), smaller = min(radius_1, radius_2),
                 some = max(distance, P(1e-150)), inverse = P(1.0) / (some * smaller); // one division for two
@@ -127,9 +126,15 @@ private:
         if (const auto met = distance < P(1e-150); any(met)) set_normal_of_crossed(eight, met, normal);
         const auto first = [](Pair p) { return p.a; };
         const auto second = [](Pair p) { return p.b; };
-        return {{normal, distance, radius_1, radius_2, velocity(eight, first, s), spin(eight, first),
-                 velocity(eight, second, t), spin(eight, second)},
-                some * inverse};
+        to.normal = normal;
+        to.distance = distance;
+        to.radius_1 = radius_1;
+        to.radius_2 = radius_2;
+        to.velocity_1 = velocity(eight, first, s);
+        to.spin_1 = spin(eight, first);
+        to.velocity_2 = velocity(eight, second, t);
+        to.spin_2 = spin(eight, second);
+        return some * inverse;
     }
     template <class Slot> SKEIN_INLINE Vec3<P> velocity(const Eight& eight, Slot&& slot, const P& share) const {
         const auto of_node = [&](int next) {

@@ -35,7 +35,8 @@ public:
 
     SKEIN_INLINE void add(std::size_t k, const CapsuleTile& capsules, const ExposedMotion* motion) {
         assert(k < candidates_ && touching_ + W <= area_.pair.size());
-        const Tile tile = closest(k, capsules);
+        Tile tile;
+        find_closest(tile, k, capsules);
         if constexpr (prune) keep_within_margin(k, tile);
         note_deep(k, tile);
         note_ended(k, tile);
@@ -85,12 +86,14 @@ private:
         return candidate(k + static_cast<std::size_t>(std::countr_zero(bits)));
     }
 
-    SKEIN_INLINE Tile closest(std::size_t k, const CapsuleTile& capsules) const {
-        const auto points = closest_points(capsules.p, capsules.d1, capsules.q, capsules.d2);
-        const P reach = capsules.radius_1 + capsules.radius_2, squared = dot(points.apart, points.apart);
-        const P within_reach = reach * reach;
-        const unsigned valid = valid_of(k);
-        return {points, reach, within_reach, squared, valid, before(k, valid), bits_of(squared < within_reach) & valid};
+    SKEIN_INLINE void find_closest(Tile& tile, std::size_t k, const CapsuleTile& capsules) const {
+        tile.closest = closest_points(capsules.p, capsules.d1, capsules.q, capsules.d2);
+        tile.squared = dot(tile.closest.apart, tile.closest.apart);
+        tile.reach = capsules.radius_1 + capsules.radius_2;
+        tile.within_reach = tile.reach * tile.reach;
+        tile.valid = valid_of(k);
+        tile.before = before(k, tile.valid);
+        tile.touch = bits_of(tile.squared < tile.within_reach) & tile.valid;
     }
 
     /// Candidates up to the end of the list; push_boxes() evaluates those with boxes.

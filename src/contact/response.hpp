@@ -152,9 +152,8 @@ template <class P> SKEIN_INLINE void add_normal_force(const ContactNumbers<P>& l
 }
 
 /// Spring and dashpot of `memory`: they stick, or slide at mu_k N without a dashpot.
-template <int W> SKEIN_INLINE Friction<W> friction_of_memory(bool hertz, const ContactNumbers<Pack<W>>& law,
-                                                             const Sliding<W>& in,
-                                                             const FrictionSpring<Pack<W>>& last) {
+template <int W> SKEIN_INLINE void friction_of_memory(Friction<W>& out, bool hertz, const ContactNumbers<Pack<W>>& law,
+                                                      const Sliding<W>& in, const FrictionSpring<Pack<W>>& last) {
     using P = Pack<W>;
     const P zero(0.0), one(1.0), tiny(1e-150), stiffness = law.tangential_stiffness * in.root;
     const Vec3<P> none{zero, zero, zero},
@@ -172,15 +171,16 @@ template <int W> SKEIN_INLINE Friction<W> friction_of_memory(bool hertz, const C
         after = select(sticks, x, -slides);
         viscous_part = select(sticks, viscous_part, none);
     }
-    return {
-        in.if_touching(force),
-        {{in.if_touching(after), in.if_touching(stiffness)}, in.if_touching(viscous_part), in.if_touching(in.weight)}};
+    out.force = in.if_touching(force);
+    out.memory.spring = {in.if_touching(after), in.if_touching(stiffness)};
+    out.memory.viscous_part = in.if_touching(viscous_part);
+    out.memory.weight = in.if_touching(in.weight);
 }
 
 /// One step of regularised or anisotropic friction through its spring.
-template <int W> SKEIN_INLINE Friction<W> regularised_friction(const ContactNumbers<Pack<W>>& law, const Sliding<W>& in,
-                                                               const FrictionSpring<Pack<W>>& last,
-                                                               const Lie<Pack<W>>* lie) {
+template <int W> SKEIN_INLINE void regularised_friction(Friction<W>& out, const ContactNumbers<Pack<W>>& law,
+                                                        const Sliding<W>& in, const FrictionSpring<Pack<W>>& last,
+                                                        const Lie<Pack<W>>* lie) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150);
     const Vec3<P> x = in.in_plane(last.x), y = fma(law.twice_step, in.tangential, x);
@@ -190,20 +190,21 @@ template <int W> SKEIN_INLINE Friction<W> regularised_friction(const ContactNumb
     const P stiffness = select(law.compliance > zero, one / max(law.compliance, tiny), zero);
     const Vec3<P> after = half * fma(give / max(in.weight, tiny), against, x),
                   force = in.if_touching(-(most * against));
-    return {force,
-            {{in.if_touching(after), in.if_touching(stiffness)},
-             in.if_touching(fma(in.weight * stiffness, after, force)),
-             in.if_touching(in.weight)}};
+    out.force = force;
+    out.memory.spring = {in.if_touching(after), in.if_touching(stiffness)};
+    out.memory.viscous_part = in.if_touching(fma(in.weight * stiffness, after, force));
+    out.memory.weight = in.if_touching(in.weight);
 }
 
 /// Friction that rises from the slip speed to 1.5 times that, as published.
-template <int W> SKEIN_INLINE Friction<W> published_friction(const ContactNumbers<Pack<W>>& law, const Sliding<W>& in) {
+template <int W>
+SKEIN_INLINE void published_friction(Friction<W>& out, const ContactNumbers<Pack<W>>& law, const Sliding<W>& in) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150),
         speed = norm(in.tangential), rise = (speed - law.slip_speed) / max(half * law.slip_speed, tiny),
         share = law.kinetic_friction * in.pressed / max(speed, tiny) * min(max(rise, zero), one);
-    const Vec3<P> none{zero, zero, zero}, force = -(share * in.tangential);
-    return {force, {{none, zero}, force, zero}};
+    const Vec3<P> force = -(share * in.tangential);
+    out.force = out.memory.viscous_part = force;
 }
 
 /// Energy that friction dissipates in a step: the work of its force, less what springs store and `dashpot` takes.
@@ -253,17 +254,17 @@ contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const Cont
     detail::Friction<W> friction{{zero, zero, zero}, {{{zero, zero, zero}, zero}, {zero, zero, zero}, zero}};
     ContactMemory<P>& now = friction.memory;
     if (kinds.friction == ContactFriction::memory) {
-        friction = detail::friction_of_memory<W>(hertz, law, sliding, memory.spring);
+        detail::friction_of_memory<W>(friction, hertz, law, sliding, memory.spring);
         const P dashpot = -dot(memory.viscous_part + now.viscous_part, sliding.half_way);
         out.friction_work = detail::work_of_friction(memory, now, friction.force, sliding.half_way, dashpot);
         out.viscous_work += dashpot;
         out.elastic_energy += now.energy();
     } else if (has_spring(kinds.friction)) {
-        friction = detail::regularised_friction<W>(law, sliding, memory.spring, lie);
+        detail::regularised_friction<W>(friction, law, sliding, memory.spring, lie);
         out.friction_work = detail::work_of_friction(memory, now, friction.force, sliding.half_way, zero);
         out.elastic_energy += now.energy();
     } else if (kinds.friction == ContactFriction::published) {
-        friction = detail::published_friction<W>(law, sliding);
+        detail::published_friction<W>(friction, law, sliding);
         out.friction_work = -dot(memory.viscous_part + friction.force, sliding.half_way);
     }
     now.viscous_part = now.viscous_part - viscous_normal * n;
