@@ -44,7 +44,7 @@ endfunction()
 
 set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAKE_SOURCE_DIR}/src/contact/contact_boxes.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/contact_vertices.cpp ${CMAKE_SOURCE_DIR}/src/contact/contact_push.cpp
-                          ${CMAKE_SOURCE_DIR}/src/contact/contact_sides.cpp ${CMAKE_SOURCE_DIR}/src/contact/contact_touching.cpp
+                          ${CMAKE_SOURCE_DIR}/src/contact/near_parallel.cpp ${CMAKE_SOURCE_DIR}/src/contact/touching_scan.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/side_changes.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp ${CMAKE_SOURCE_DIR}/src/core/rotation.cpp)
 set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/kernels/load_passes_at.cpp

@@ -254,7 +254,7 @@ void Contacts::push(const Work& work, WorkArea& area) {
     for (const std::uint32_t pair : area.ended) end_contact(work, pair);
     Sums sums{bins_};
     push_vertices(work, area, sums);
-    if (area.sides > 0) push_sides(work, area, sums);
+    if (area.near_parallel_count > 0) push_near_parallel(work, area, sums);
     area.fill_up();
     push_touching(work, area, sums);
     sums.give(work.figures);

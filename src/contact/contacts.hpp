@@ -6,9 +6,9 @@
 //   that stays in the second cache:
 //     find_touching     the candidates that touch, packed
 //     follow_springs    contacts that begin near vertices go on from the springs of others
-//     push_vertices     what vertices take from them vertex_terms.hpp push_sides        near-parallel ones: at the ends
-//     of their overlap                                        overlap.hpp push_touching     forces eight at a time;
-//     loads of both elements in order of pairs                        rows.hpp
+//     push_vertices     what vertices take from them vertex_terms.hpp push_near_parallel        near-parallel ones: at
+//     the ends of their overlap                                        overlap.hpp push_touching     forces eight at a
+//     time; loads of both elements in order of pairs                        rows.hpp
 //   blocks from the last to the first, loads on other strips of blocks deferred (drawing: deferred_loads.hpp)
 // No atomic, no order among threads: the bits of a body's loads depend on the bodies alone. Memory of a contact is kept
 // by pair, a line of the cache, in place: what is read of other pairs' is read before any of a block's changes. Cost:
@@ -122,7 +122,7 @@ private:
     template <bool prune> void find_touching(const Work& work, WorkArea& area);
     void follow_springs(const Work& work, const WorkArea& area);
     void push_vertices(const Work& work, WorkArea& area, Sums& sums);
-    void push_sides(const Work& work, WorkArea& area, Sums& sums);
+    void push_near_parallel(const Work& work, WorkArea& area, Sums& sums);
     class TouchingForces;
     void push_touching(const Work& work, const WorkArea& area, Sums& sums);
     void push_boxes(const Work& work, WorkArea& area);

@@ -56,9 +56,9 @@ struct Contacts::WorkArea {
     UnsetArray<std::uint32_t> index; ///< of pairs
     UnsetArray<Pair> pair;
     std::uint32_t count = 0;
-    bool begins = false;            ///< some did not touch in the step before
-    UnsetArray<std::uint32_t> side; ///< which of them are near-parallel
-    std::uint32_t sides = 0;
+    bool begins = false;                     ///< some did not touch in the step before
+    UnsetArray<std::uint32_t> near_parallel; ///< pairs at a shallow angle, by place in these columns
+    std::uint32_t near_parallel_count = 0;
     std::vector<std::uint32_t> ended;    ///< pairs that touch no more
     std::vector<std::uint32_t> deep;     ///< pairs whose axes are nearer than half the sum of radii
     std::vector<BoxContact> box_contact; ///< of the block's pairs with a box
@@ -84,10 +84,10 @@ struct Contacts::WorkArea {
     /// Room for this many pairs, of which none is there.
     void clear(std::size_t pairs) {
         for (UnsetArray<double>& of : number) of.need(pairs + 2 * W);
-        for (UnsetArray<std::uint32_t>* of : {&index, &side}) of->need(pairs + 2 * W);
+        for (UnsetArray<std::uint32_t>* of : {&index, &near_parallel}) of->need(pairs + 2 * W);
         for (Near* of : {&near_one, &near_two}) of->need(pairs + 2 * W);
         pair.need(pairs + 2 * W);
-        count = ones = twos = sides = 0;
+        count = ones = twos = near_parallel_count = 0;
         begins = false;
         ended.clear();
         deep.clear();

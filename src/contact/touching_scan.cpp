@@ -28,8 +28,8 @@ public:
           vertices_(prune ? &contacts.list_.vertices[begin] : pruned.vertices), status_(contacts.status_.data()),
           has_box_(contacts.has_box_.empty() ? nullptr : &contacts.has_box_[begin]),
           memory_(contacts.remembers_ ? contacts.memory_.data() : nullptr), margin_(contacts.margin_), pruned_(pruned),
-          area_(area), index_(area.index.data()), near_parallel_(area.side.data()), touching_pair_(area.pair.data()),
-          near_one_(area.near_one.columns()), near_two_(area.near_two.columns()) {
+          area_(area), index_(area.index.data()), near_parallel_(area.near_parallel.data()),
+          touching_pair_(area.pair.data()), near_one_(area.near_one.columns()), near_two_(area.near_two.columns()) {
         for (int i = 0; i < A::numbers; ++i) number_[i] = area.number[i].data();
     }
 
@@ -58,7 +58,7 @@ public:
             PrunedList::pad(pruned_);
         }
         area_.count = touching_;
-        area_.sides = near_parallels_;
+        area_.near_parallel_count = near_parallels_;
         area_.ones = ones_;
         area_.twos = twos_;
         area_.begins = begins_ != 0;

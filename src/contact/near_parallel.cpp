@@ -175,19 +175,19 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
     return out;
 }
 
-void Contacts::push_sides(const Work& work, WorkArea& area, Sums& sums) {
+void Contacts::push_near_parallel(const Work& work, WorkArea& area, Sums& sums) {
     using A = WorkArea;
     constexpr int W = A::W;
     using P = Pack<W>;
-    for (std::uint32_t i = 0; i < area.sides; i += W) {
-        const std::uint32_t valid = std::min<std::uint32_t>(W, area.sides - i);
+    for (std::uint32_t i = 0; i < area.near_parallel_count; i += W) {
+        const std::uint32_t valid = std::min<std::uint32_t>(W, area.near_parallel_count - i);
         std::uint32_t at[W];
         Pair pair[W];
         std::uint8_t vertices[W];
         P sine_squared, weight, vertex_energy, distance;
         unsigned mine = 0;
         for (std::uint32_t l = 0; l < W; ++l) {
-            at[l] = area.side[i + (l < valid ? l : 0)];
+            at[l] = area.near_parallel[i + (l < valid ? l : 0)];
             pair[l] = area.pair[at[l]];
             vertices[l] = list_.vertices[area.index[at[l]]];
             const int to = static_cast<int>(l);
