@@ -37,8 +37,8 @@ SKEIN_INLINE void for_capsule_tiles(std::size_t count, PairAt&& pair, Ahead&& ah
                     [&](int l) { return &pair(i + static_cast<std::size_t>(l)).second[next].position.x; });
             };
             const auto p = first(0), p_end = first(1), q = second(0), q_end = second(1);
-            tile[(i - begin) / W] = {p.vector, p_end.vector - p.vector, q.vector, q_end.vector - q.vector, p.behind,
-                                     q.behind};
+            tile[(i - begin) / W] = {p.vector, p_end.vector - p.vector, q.vector, q_end.vector - q.vector, p.fourth,
+                                     q.fourth};
         }
         for (std::size_t i = begin; i < end; i += W) work(i, tile[(i - begin) / W]);
     }

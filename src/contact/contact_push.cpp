@@ -115,7 +115,7 @@ private:
         if (!contacts_.remembers_) return;
         const auto spring = load_transposed<W>([&](int l) { return &memory_[eight.index[l]].spring.x.x; }),
                    viscous = load_transposed<W>([&](int l) { return &memory_[eight.index[l]].viscous_part.x; });
-        memory = {{spring.vector, spring.behind}, viscous.vector, viscous.behind};
+        memory = {{spring.vector, spring.fourth}, viscous.vector, viscous.fourth};
     }
 
     SKEIN_INLINE P set_state(ContactState<P>& to, std::uint32_t i, const Eight& eight, const P& s, const P& t) const {

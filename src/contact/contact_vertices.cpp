@@ -32,7 +32,7 @@ VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVer
         const std::uint32_t* const slot = pairs.slot[i];
         const auto at_start = load([&](int l) { return node + slot[l]; });
         e.node[1] = at_start.vector;
-        radii += at_start.behind;
+        radii += at_start.fourth;
         e.node[2] = load([&](int l) { return node + slot[l] + 1; }).vector;
         e.share = pairs.share[i];
         if (i == 1 && !both) continue;

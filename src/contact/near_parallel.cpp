@@ -34,7 +34,7 @@ elements_at(const Exposure& bodies, const std::uint8_t* vertices, int first_bit,
     PairElements<N> e;
     const auto start = load_transposed<N>([&](int l) { return &bodies.node[slot(l)].position.x; });
     e.node[0] = start.vector;
-    e.radius = start.behind;
+    e.radius = start.fourth;
     e.node[1] = load_transposed<N>([&](int l) { return &bodies.node[slot(l) + 1].position.x; }).vector;
     e.edge = e.node[1] - e.node[0];
     e.squared = max(dot(e.edge, e.edge), Pack<N>(1e-300));

@@ -259,7 +259,7 @@ private:
         state.distance = select(lanes, one.distance, state.radius_1);
         const auto spring = load_transposed<W>([&](int l) { return &one.memory[l]->spring.x.x; }),
                    viscous_part = load_transposed<W>([&](int l) { return &one.memory[l]->viscous_part.x; });
-        ContactMemory<P> memory{{spring.vector, spring.behind}, viscous_part.vector, viscous_part.behind};
+        ContactMemory<P> memory{{spring.vector, spring.fourth}, viscous_part.vector, viscous_part.fourth};
         const Lie<P> lie{points_.axis(rod, point), one.backward, one.sideways};
         const ContactForce<P> out =
             contact_force<W>(one.kinds, one.law, state, h, memory, {}, P(0.0),

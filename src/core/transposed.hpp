@@ -12,7 +12,7 @@ namespace skein {
 
 template <int W> struct LoadedVectors {
     Vec3<Pack<W>> vector;
-    Pack<W> behind;
+    Pack<W> fourth;
 };
 
 namespace detail {
@@ -25,7 +25,7 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
         const LoadedVectors<W / 2> low = load_transposed<W / 2>(at),
                                    high = load_transposed<W / 2>([&](int i) { return at(i + W / 2); });
         return {{{low.vector.x, high.vector.x}, {low.vector.y, high.vector.y}, {low.vector.z, high.vector.z}},
-                {low.behind, high.behind}};
+                {low.fourth, high.fourth}};
     } else if constexpr (W == 4) {
         const auto row = [&](int i) __attribute__((always_inline)) { return *reinterpret_cast<const Four*>(at(i)); };
         const auto r0 = row(0), r1 = row(1), r2 = row(2), r3 = row(3);
@@ -67,17 +67,17 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
 }
 
 template <int W, class At>
-SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& behind, At&& at) {
+SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& fourth, At&& at) {
     using Four [[maybe_unused]] = detail::FourDoubles;
     if constexpr (Wide<W> && W > 2) {
-        store_transposed<W / 2>({vector.x.low, vector.y.low, vector.z.low}, behind.low, at);
-        store_transposed<W / 2>({vector.x.high, vector.y.high, vector.z.high}, behind.high,
+        store_transposed<W / 2>({vector.x.low, vector.y.low, vector.z.low}, fourth.low, at);
+        store_transposed<W / 2>({vector.x.high, vector.y.high, vector.z.high}, fourth.high,
                                 [&](int i) { return at(i + W / 2); });
     } else if constexpr (W == 4) {
         const auto xy_even = __builtin_shufflevector(vector.x.v, vector.y.v, 0, 4, 2, 6), // records 0 and 2
             xy_odd = __builtin_shufflevector(vector.x.v, vector.y.v, 1, 5, 3, 7);         // records 1 and 3
-        const auto zw_even = __builtin_shufflevector(vector.z.v, behind.v, 0, 4, 2, 6),
-                   zw_odd = __builtin_shufflevector(vector.z.v, behind.v, 1, 5, 3, 7);
+        const auto zw_even = __builtin_shufflevector(vector.z.v, fourth.v, 0, 4, 2, 6),
+                   zw_odd = __builtin_shufflevector(vector.z.v, fourth.v, 1, 5, 3, 7);
         const auto put = [&](int first, auto xy, auto zw) __attribute__((always_inline)) {
             *reinterpret_cast<Four*>(at(first)) = __builtin_shufflevector(xy, zw, 0, 1, 4, 5);
             *reinterpret_cast<Four*>(at(first + 2)) = __builtin_shufflevector(xy, zw, 2, 3, 6, 7);
@@ -93,7 +93,7 @@ SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& b
         };
         const auto xy_even = even(vector.x.v, vector.y.v),
                    xy_odd = odd(vector.x.v, vector.y.v); // records 0 2 4 6, and 1 3 5 7
-        const auto zw_even = even(vector.z.v, behind.v), zw_odd = odd(vector.z.v, behind.v);
+        const auto zw_even = even(vector.z.v, fourth.v), zw_odd = odd(vector.z.v, fourth.v);
         const auto put = [&](int first, auto xy, auto zw) __attribute__((always_inline)) {
             *reinterpret_cast<Four*>(at(first)) = __builtin_shufflevector(xy, zw, 0, 1, 8, 9);
             *reinterpret_cast<Four*>(at(first + 2)) = __builtin_shufflevector(xy, zw, 2, 3, 10, 11);
@@ -108,7 +108,7 @@ SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& b
             to[0] = vector.x[i];
             to[1] = vector.y[i];
             to[2] = vector.z[i];
-            to[3] = behind[i];
+            to[3] = fourth[i];
         }
     }
 }
