@@ -157,9 +157,9 @@ Contacts::Followed Contacts::spring_at_vertex(const Exposure& bodies, std::uint3
         const std::uint32_t at = n.is_candidate ? n.pair : pair;
         return n.is_candidate & ((status_[at] & touching) != 0) ? at : else_;
     };
-    std::uint32_t from = take(list_.beyond(pair, db == 0 ? 0 : da, db), own);
-    from = take(list_.beside(pair, db), from);
-    from = take(list_.beyond(pair, da, 0), from);
+    std::uint32_t from = take(list_.along_first(pair, db == 0 ? 0 : da, db), own);
+    from = take(list_.along_second(pair, db), from);
+    from = take(list_.along_first(pair, da, 0), from);
     return has_rings_ ? spring_at_seam(bodies, pair, da, db, {from}) : Followed{from};
 }
 

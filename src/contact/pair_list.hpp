@@ -28,13 +28,13 @@ struct PairList {
         std::uint32_t pair;
         bool is_candidate;
     };
-    Neighbour beside(std::uint32_t i, int db) const { // a + 0
+    Neighbour along_second(std::uint32_t i, int db) const { // a + 0
         const std::uint32_t j = i + static_cast<std::uint32_t>(db);
         const bool is_candidate = (j < count()) & (db != 0);
         const std::uint32_t at = is_candidate ? j : i;
         return {at, is_candidate && pair[at] == Pair{pair[i].a, pair[i].b + static_cast<std::uint32_t>(db)}};
     }
-    Neighbour beyond(std::uint32_t i, int da, int db) const { // da not 0, or none
+    Neighbour along_first(std::uint32_t i, int da, int db) const { // da not 0, or none
         const std::uint32_t word = da == 0 ? 0 : beyond_[i][da > 0], bit = 1u << (db + 1), before = word & (bit - 1);
         return {(word >> 3) + (before & 1) + (before >> 1), (word & bit) != 0};
     }

@@ -182,7 +182,7 @@ struct Contacts::Sums {
 
 /// The neighbour of an element at a vertex.
 SKEIN_INLINE std::uint32_t Contacts::neighbour(const Exposure& bodies, std::uint32_t slot, bool at_end) const {
-    return edge_[slot + at_end] == 0 ? slot + (at_end ? 1u : ~0u) : bodies.beside(slot, at_end ? 1 : -1);
+    return edge_[slot + at_end] == 0 ? slot + (at_end ? 1u : ~0u) : bodies.neighbour(slot, at_end ? 1 : -1);
 }
 
 template <int N>

@@ -87,12 +87,12 @@ public:
     std::int64_t element(std::size_t slot) const { return in_scene(slot) - scene_.first_slot(at(slot).gid); }
     /// The slot of the element before (step -1) or behind (1) that of a slot, at a vertex; whoever has a pair has its
     /// neighbours.
-    std::uint32_t beside(std::size_t slot, int step) const;
+    std::uint32_t neighbour(std::size_t slot, int step) const;
     /// f(slot) for an element and those that are joined to it.
     template <class F> void with_neighbours(std::uint32_t slot, F&& f) const {
         f(slot);
-        if (vertices[slot] & at_start) f(beside(slot, -1));
-        if (vertices[slot] & at_end) f(beside(slot, 1));
+        if (vertices[slot] & at_start) f(neighbour(slot, -1));
+        if (vertices[slot] & at_end) f(neighbour(slot, 1));
     }
     /// The slot here of one of the scene's, if it is here.
     std::optional<std::uint32_t> find(std::int64_t in_scene) const;
