@@ -44,9 +44,9 @@ template <int W> SKEIN_INLINE Overlap<Pack<W>> overlap_on(const Vec3<Pack<W>>& s
     o.share = select(some, select(at_vertex, x, one - x * x * (one - x)), one);
     const P slope = select(some, select(at_vertex, one, x * fms(P(3.0), x, P(2.0))) / shorter, zero),
             by_span = select(span < one, x, zero);
-    const auto beside = x > zero;
-    o.change[0] = select(beside, slope * (by_span - select(by_foot[0], one, zero)), zero);
-    o.change[1] = select(beside, slope * (select(by_foot[1], one, zero) - by_span), zero);
+    const auto overlaps = x > zero;
+    o.change[0] = select(overlaps, slope * (by_span - select(by_foot[0], one, zero)), zero);
+    o.change[1] = select(overlaps, slope * (select(by_foot[1], one, zero) - by_span), zero);
     return o;
 }
 

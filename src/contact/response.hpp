@@ -112,8 +112,8 @@ SKEIN_INLINE Vec3<P> against_slip(const Vec3<P>& y, P weight, P length, P give, 
     const Vec3<P> flat = lie->axis - dot(lie->axis, n) * n;
     const P along = dot(y, flat) / max(dot(flat, flat), tiny), forward = select(along > P(0.0), one, lie->backward);
     const P a = along / max(fma(give, forward, length), tiny), b = one / max(fma(give, lie->sideways, length), tiny);
-    const Vec3<P> beside = b * (y - along * flat), z = fma(a, flat, beside);
-    return (one / max(norm(z), one)) * fma(forward * a, flat, lie->sideways * beside);
+    const Vec3<P> transverse = b * (y - along * flat), z = fma(a, flat, transverse);
+    return (one / max(norm(z), one)) * fma(forward * a, flat, lie->sideways * transverse);
 }
 
 namespace detail {
