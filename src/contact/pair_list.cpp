@@ -38,13 +38,12 @@ void PairList::find_neighbours(const Threads& threads) {
             for (const int side : {0, 1}) {
                 const std::size_t other =
                     side ? a + 1 : a - 1; // of another rod only if that slot has no element, and no pairs
-                std::uint32_t at = other < slots ? first[other] : 0, behind = other < slots ? first[other + 1] : 0;
+                std::uint32_t at = other < slots ? first[other] : 0, end = other < slots ? first[other + 1] : 0;
                 for (std::uint32_t i = first[a]; i < first[a + 1]; ++i) {
                     const std::uint32_t from = pair[i].b - 1;
-                    while (at < behind && pair[at].b < from) ++at;
+                    while (at < end && pair[at].b < from) ++at;
                     std::uint32_t word = at << 3;
-                    for (std::uint32_t j = at; j < behind && pair[j].b <= from + 2; ++j)
-                        word |= 1u << (pair[j].b - from);
+                    for (std::uint32_t j = at; j < end && pair[j].b <= from + 2; ++j) word |= 1u << (pair[j].b - from);
                     nth(beyond_[i], side) = word;
                 }
             }

@@ -116,8 +116,8 @@ private:
         std::size_t table;
         JointLaw law;
         Kernel across, within;
-        std::size_t first = 0, behind = 0;           ///< of joints
-        std::size_t first_pack = 0, behind_pack = 0; ///< of packs of W of them
+        std::size_t first = 0, end = 0;           ///< of joints
+        std::size_t first_pack = 0, end_pack = 0; ///< of packs of W of them
     };
     /// Slots of a joint's elements: their nodes, of a body twice the same.
     struct Slots {
@@ -186,17 +186,17 @@ private:
             return Run{table, spec.law, &JointsOfCluster::template run_across<Turn, Damped, Repels>,
                        &JointsOfCluster::template run_within<Turn, Damped, Repels>};
         }));
-        runs_.back().first = runs_.back().behind = slots_across_.size();
-        runs_.back().first_pack = runs_.back().behind_pack = gathered_.size();
+        runs_.back().first = runs_.back().end = slots_across_.size();
+        runs_.back().first_pack = runs_.back().end_pack = gathered_.size();
     }
     void add(const Joint& joint) {
         Run& run = runs_.back();
         slots_across_.push_back(slots(joint, across_, 1));
         constants_.push_back(constants_of(joint));
-        run.behind = slots_across_.size();
-        if (run.behind_pack == run.first_pack || gathered_.back().count == W) {
+        run.end = slots_across_.size();
+        if (run.end_pack == run.first_pack || gathered_.back().count == W) {
             gathered_.emplace_back();
-            ++run.behind_pack;
+            ++run.end_pack;
         }
         Gathered& pack = gathered_.back();
         for (int l = pack.count; l < W; ++l) {
@@ -266,7 +266,7 @@ private:
 
     template <JointTurn Turn, bool Damped, bool Repels>
     void run_across(const Run& run, const Slot<W>* slot, JoinedLoad<W>* load) const {
-        for (std::size_t j = run.first; j < run.behind; ++j) {
+        for (std::size_t j = run.first; j < run.end; ++j) {
             const Slots& s = slots_across_[j];
             const JointConstants<double>& c = constants_[j];
             const auto read = [&](std::uint32_t Slots::*at, auto field) -> const auto& { return slot[s.*at].*field; };
@@ -309,7 +309,7 @@ private:
 
     template <JointTurn Turn, bool Damped, bool Repels>
     void run_within(const Run& run, const Slot<W>* slot, JoinedLoad<W>* load) const {
-        for (std::size_t i = run.first_pack; i < run.behind_pack; ++i) {
+        for (std::size_t i = run.first_pack; i < run.end_pack; ++i) {
             const Gathered& g = gathered_[i];
             const JointConstants<P>& c = g.constants;
             const auto read_by = [&](const Lanes& lane) {

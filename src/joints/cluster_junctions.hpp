@@ -19,9 +19,9 @@ namespace skein {
 
 /// Where a slot of a group's rod is in a cluster.
 struct ClusterPlace {
-    std::size_t across;       ///< slot, in a block of copies
-    std::size_t within;       ///< slot, in a copy by itself
-    int lane = 0, behind = 1; ///< there; and behind the last of the lanes that repeat it
+    std::size_t across;         ///< slot, in a block of copies
+    std::size_t within;         ///< slot, in a copy by itself
+    int lane = 0, end_lane = 1; ///< there; and behind the last of the lanes that repeat it
     std::size_t tile_across = 0, tile_within = 0;
 };
 using PlaceInCluster = std::function<ClusterPlace(int group, std::int64_t rod, int slot)>;
@@ -117,7 +117,7 @@ private:
         void velocity(const Vec3<Pack<1>>& v) const { set(slot.velocity, v); }
         void spin(const Vec3<Pack<1>>& w) const { set(slot.spin, w); }
         void set(Vec3<Pack<W>>& all, const Vec3<Pack<1>>& one) const {
-            for (int l = at.lane; l < at.behind; ++l) set_lane(all, l, lane(one, 0));
+            for (int l = at.lane; l < at.end_lane; ++l) set_lane(all, l, lane(one, 0));
         }
     };
 

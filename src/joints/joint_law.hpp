@@ -43,8 +43,8 @@ inline JointTurn turn_of(const JointSpec& spec) {
 template <class P> struct JointFigures { P energy, gap; };
 
 namespace detail {
-template <class P> SKEIN_INLINE Vec3<P> between(P before, P behind, const Vec3<P>& a, const Vec3<P>& b) {
-    return before * a + behind * b;
+template <class P> SKEIN_INLINE Vec3<P> between(P before, P after, const Vec3<P>& a, const Vec3<P>& b) {
+    return before * a + after * b;
 }
 } // namespace detail
 

@@ -42,8 +42,8 @@ void Exposure::lay_out(bool rates) {
                            last_element = scene_.slots_of(w.gid) - 2;
         for (std::int64_t k = first; k < first + w.slots; ++k) {
             const bool before = chain == Chain::ring || (chain == Chain::open && k > 0),
-                       behind = chain == Chain::ring || (chain == Chain::open && k < last_element);
-            vertices.push_back(static_cast<std::uint8_t>((before ? at_start : 0) | (behind ? at_end : 0)));
+                       after = chain == Chain::ring || (chain == Chain::open && k < last_element);
+            vertices.push_back(static_cast<std::uint8_t>((before ? at_start : 0) | (after ? at_end : 0)));
         }
     }
     if (scene_.has_kin()) {
@@ -74,10 +74,10 @@ std::uint32_t Exposure::neighbour(std::size_t slot, int step) const {
 std::optional<std::uint32_t> Exposure::find(std::int64_t in_scene) const {
     if (slots() == static_cast<std::size_t>(scene_.count()))
         return static_cast<std::uint32_t>(in_scene); // all of the scene is here
-    const auto behind = std::upper_bound(window.begin(), window.end(), in_scene,
-                                         [](std::int64_t slot, const Window& w) { return slot < w.first_in_scene; });
-    if (behind == window.begin()) return {};
-    const Window& w = *(behind - 1);
+    const auto after = std::upper_bound(window.begin(), window.end(), in_scene,
+                                        [](std::int64_t slot, const Window& w) { return slot < w.first_in_scene; });
+    if (after == window.begin()) return {};
+    const Window& w = *(after - 1);
     const std::int64_t k = in_scene - w.first_in_scene;
     if (k >= w.slots) return {};
     return w.first_slot + static_cast<std::uint32_t>(k);
