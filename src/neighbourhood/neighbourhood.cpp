@@ -217,7 +217,7 @@ Neighbourhood::~Neighbourhood() {
     if (comm_.size() > 1) channel_.free();
 }
 
-void Neighbourhood::follow(std::shared_ptr<Exposure> exposure) {
+void Neighbourhood::rebind(std::shared_ptr<Exposure> exposure) {
     exposure_ = std::move(exposure);
     rank_of_.assign(exposure_->window.size(), comm_.rank());
 }

@@ -35,7 +35,7 @@ public:
     ~Neighbourhood();
 
     /// Other own bodies, in this exposure; a rebuild of ghosts must follow.
-    void follow(std::shared_ptr<Exposure> exposure);
+    void rebind(std::shared_ptr<Exposure> exposure);
 
     /// Exposure of own elements starts on its way to the ranks whose ghosts they are, and so does a vote: whether lists
     /// of partners still hold on all ranks. Loops until arrive() let both move on (Threads::poll).

@@ -81,7 +81,7 @@ void World::move_bodies(const Step& step) {
         for (std::size_t i = 0; i < migration.owned().size(); ++i)
             around.exposure->show(i, migration.state(i), nth(groups, migration.owned()[i].group).body());
         exposure_ = around.exposure;
-        neighbourhood_->follow(around.exposure);
+        neighbourhood_->rebind(around.exposure);
         for (const auto& interaction : interactions_)
             interaction->rebind({comm, threads, plan, groups, *rods_, around});
         restore(interactions_, numbers);

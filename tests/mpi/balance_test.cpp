@@ -173,7 +173,7 @@ TEST(Migration, takes_all_along_that_steps_depend_on) {
         field.make(migration.owned());
         migration.put_into(*field.rods);
         for (std::size_t i = 0; i < migration.owned().size(); ++i) field.around.exposure->show(i, migration.state(i));
-        field.neighbourhood->follow(field.around.exposure);
+        field.neighbourhood->rebind(field.around.exposure);
         for (const auto& one : field.interactions) one->follow(field.parts());
         restore(field.interactions, kept_before);
         EXPECT_EQ(field.comm.sum_wrapping(field.rods->digest()), state);
