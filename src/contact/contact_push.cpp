@@ -224,7 +224,7 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
 }
 
 /// What these pairs remember, for a step that may begin anew: pairs that do not touch remember nothing.
-void Contacts::keep_aside(std::uint32_t begin, std::uint32_t end) {
+void Contacts::save_memory(std::uint32_t begin, std::uint32_t end) {
     std::copy(status_.data() + begin, status_.data() + end, status_before_.data() + begin);
     for (std::uint32_t first = begin; first < end; first += 8)
         for (unsigned bits = bits_of_bytes(&status_[first]); bits != 0; bits &= bits - 1)
@@ -232,7 +232,7 @@ void Contacts::keep_aside(std::uint32_t begin, std::uint32_t end) {
                 memory_before_[pair] = memory_[pair];
 }
 
-void Contacts::take_back(std::uint32_t begin, std::uint32_t end) {
+void Contacts::restore_memory(std::uint32_t begin, std::uint32_t end) {
     for (std::uint32_t pair = begin; pair < end; ++pair) {
         if (status_before_[pair] & touching) memory_[pair] = memory_before_[pair];
         else if (status_[pair] & touching) memory_[pair] = {};
@@ -248,7 +248,7 @@ void Contacts::push(const Work& work, WorkArea& area) {
     std::fill(work.load + block.first_slot, work.load + block.last_slot, ExertedLoad{});
     const std::uint32_t begin = list_.first[block.first_slot], end = list_.first[block.last_slot];
     if (begin == end) return;
-    if (may_repeat_) keep_aside(begin, end);
+    if (may_repeat_) save_memory(begin, end);
     work.prune ? find_touching<true>(work, area) : find_touching<false>(work, area);
     follow_springs(work, area);
     for (const std::uint32_t pair : area.ended) end_contact(work, pair);

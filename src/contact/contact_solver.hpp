@@ -64,7 +64,7 @@ struct SideChange {
 };
 
 /// Memory of a contact from step to step, wherever it is kept.
-struct KeptContact {
+struct SavedContact {
     std::int64_t a, b;            ///< slots of the scene
     std::uint32_t status;         ///< bits of Contacts
     ContactMemory<double> memory; ///< lab
@@ -110,12 +110,12 @@ public:
     virtual void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) = 0;
 
     /// Memory and work that an earlier run left, before the first search. May hold pairs that are not of this rank.
-    virtual void restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work,
+    virtual void restore(std::span<const SavedContact> kept, const BinnedTotal& friction_work,
                          const BinnedTotal& viscous_work) = 0;
     /// Units of the sums of energies and works, the same on all ranks.
     virtual const SumBins& energy_bins() const = 0;
     /// Memory of contacts whose first body is own, in order of pairs.
-    virtual std::vector<KeptContact> saved(const Exposure& bodies) const = 0;
+    virtual std::vector<SavedContact> saved(const Exposure& bodies) const = 0;
 
     /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s. `may_repeat`: other ranks may
     /// still ask for a rebuild, after which the step begins anew.

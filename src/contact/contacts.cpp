@@ -160,10 +160,10 @@ double Contacts::next_skin() {
 }
 
 /// Pairs that touch, by slots of the scene, in order.
-std::vector<KeptContact> Contacts::touching_pairs(const Exposure& bodies, bool of_own) const {
+std::vector<SavedContact> Contacts::touching_pairs(const Exposure& bodies, bool of_own) const {
     if (list_.first.empty()) return {}; // nothing has been evaluated
     const std::size_t slots = list_.first.size() - 1;
-    std::vector<std::vector<KeptContact>> parts(blocks_of(slots));
+    std::vector<std::vector<SavedContact>> parts(blocks_of(slots));
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t block) {
         for (std::uint32_t i = list_.first[begin]; i < list_.first[end]; ++i) {
             const auto [a, b] = list_.pair[i];
@@ -171,7 +171,7 @@ std::vector<KeptContact> Contacts::touching_pairs(const Exposure& bodies, bool o
                 parts[block].push_back({bodies.in_scene(a), bodies.in_scene(b), status_[i], memory_[i]});
         }
     });
-    std::vector<KeptContact> all;
+    std::vector<SavedContact> all;
     for (const auto& part : parts) all.insert(all.end(), part.begin(), part.end());
     return all;
 }
@@ -179,9 +179,9 @@ std::vector<KeptContact> Contacts::touching_pairs(const Exposure& bodies, bool o
 void Contacts::let_go(const Exposure& bodies) {
     if (std::exchange(may_repeat_, false))
         for (const std::uint32_t strip : now_)
-            take_back(list_.first[deferred_.strips()[strip].first_slot],
-                      list_.first[deferred_.strips()[strip].last_slot]);
-    if (!list_.first.empty()) kept_ = touching_pairs(bodies, false);
+            restore_memory(list_.first[deferred_.strips()[strip].first_slot],
+                           list_.first[deferred_.strips()[strip].last_slot]);
+    if (!list_.first.empty()) saved_ = touching_pairs(bodies, false);
 }
 
 std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> wanted) {
@@ -197,14 +197,14 @@ std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> want
 }
 
 /// Memory of earlier steps finds its places in the list.
-void Contacts::place_kept(const Exposure& bodies) {
+void Contacts::place_saved(const Exposure& bodies) {
     memory_.assign(list_.count(), ContactMemory<double>{});
     status_.assign(list_.count() + PairList::padding, 0);
-    std::vector<BinnedSum<double>> lost(blocks_of(kept_.size()));
-    recall_overlapping(bodies);
-    for_blocks(threads_, kept_.size(), [&](std::size_t begin, std::size_t end, std::size_t block) {
+    std::vector<BinnedSum<double>> lost(blocks_of(saved_.size()));
+    restore_overlapping(bodies);
+    for_blocks(threads_, saved_.size(), [&](std::size_t begin, std::size_t end, std::size_t block) {
         for (std::size_t i = begin; i < end; ++i) {
-            const KeptContact& kept = kept_[i];
+            const SavedContact& kept = saved_[i];
             const auto a = bodies.find(kept.a), b = bodies.find(kept.b);
             if (!a && !b) continue; // of other ranks
             if (a && b) {
@@ -222,7 +222,7 @@ void Contacts::place_kept(const Exposure& bodies) {
         }
     });
     for (const BinnedSum<double>& energy : lost) figures_.friction_work.add(energy);
-    kept_.clear();
+    saved_.clear();
 }
 
 void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) {
@@ -241,7 +241,7 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     }
     list_ = PairList(std::exchange(found_, {}), bodies, threads_, has_spring(kinds_.friction));
     find_boxes(bodies);
-    place_kept(bodies);
+    place_saved(bodies);
     deferred_.make_room(list_, bodies, threads_);
     block_figures_.resize(deferred_.blocks().size());
     touched_.assign(bodies.window.size(), 0);
@@ -268,29 +268,29 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
             figures_.candidates += list_.first[bodies.end_of(w)] - list_.first[bodies.window[w].first_slot];
 }
 
-void Contacts::restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work,
+void Contacts::restore(std::span<const SavedContact> kept, const BinnedTotal& friction_work,
                        const BinnedTotal& viscous_work) {
     figures_.friction_work = friction_work;
     figures_.viscous_work = viscous_work;
-    kept_.assign(kept.begin(), kept.end());
-    std::sort(kept_.begin(), kept_.end(),
-              [](const KeptContact& x, const KeptContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
+    saved_.assign(kept.begin(), kept.end());
+    std::sort(saved_.begin(), saved_.end(),
+              [](const SavedContact& x, const SavedContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); });
     list_ = {};
     status_.clear();
     memory_.clear();
     may_repeat_ = false;
     search_.forget_sizes();
-    begins_ = kept_.empty(); // bodies in each other touch from their first step on
+    begins_ = saved_.empty(); // bodies in each other touch from their first step on
     overlapping_.clear();
 }
 
-std::vector<KeptContact> Contacts::saved(const Exposure& bodies) const {
-    std::vector<KeptContact> mine;
+std::vector<SavedContact> Contacts::saved(const Exposure& bodies) const {
+    std::vector<SavedContact> mine;
     if (!list_.first.empty()) mine = touching_pairs(bodies, true);
     else // not yet gone on from
-        for (const KeptContact& kept : kept_)
+        for (const SavedContact& kept : saved_)
             if (const auto a = bodies.find(kept.a); a && bodies.owns_slot(*a)) mine.push_back(kept);
-    for (KeptContact& contact : mine)
+    for (SavedContact& contact : mine)
         if (is_overlapping(bodies_of(bodies.scene(), contact.a, contact.b))) contact.status |= began_deep;
     return mine;
 }
@@ -338,7 +338,7 @@ void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> l
     work_through(bodies, h, later_, std::exchange(prunes_[1], false), loads);
     add_deferred(bodies, loads);
     if (!far_.empty() || !passed_.empty()) note_far_ways(bodies);
-    follow_overlapping();
+    update_overlapping();
     if (side_changes_.size() > 1)
         std::sort(side_changes_.begin(), side_changes_.end(),
                   [](const SideChange& x, const SideChange& y) { return x.pair < y.pair; });

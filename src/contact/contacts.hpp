@@ -42,10 +42,10 @@ public:
     std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) override;
     const Candidates& found() const override { return found_; }
     void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) override;
-    void restore(std::span<const KeptContact> kept, const BinnedTotal& friction_work,
+    void restore(std::span<const SavedContact> kept, const BinnedTotal& friction_work,
                  const BinnedTotal& viscous_work) override;
     const SumBins& energy_bins() const override { return bins_; }
-    std::vector<KeptContact> saved(const Exposure& bodies) const override;
+    std::vector<SavedContact> saved(const Exposure& bodies) const override;
     void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) override;
     void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) override;
     std::span<const std::uint8_t> touched() const override { return touched_; }
@@ -96,8 +96,8 @@ private:
     void prune_anew(const Exposure& bodies);
     double idle_share() const;
     bool rebuild_pays() const;
-    std::vector<KeptContact> touching_pairs(const Exposure& bodies, bool of_own) const;
-    void place_kept(const Exposure& bodies);
+    std::vector<SavedContact> touching_pairs(const Exposure& bodies, bool of_own) const;
+    void place_saved(const Exposure& bodies);
     void set_springs(double h);
 
     void work_through(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, bool prune,
@@ -116,8 +116,8 @@ private:
         bool prune;         ///< all candidates are looked at
     };
     void push(const Work& work, WorkArea& area);
-    void keep_aside(std::uint32_t begin, std::uint32_t end);
-    void take_back(std::uint32_t begin, std::uint32_t end);
+    void save_memory(std::uint32_t begin, std::uint32_t end);
+    void restore_memory(std::uint32_t begin, std::uint32_t end);
     template <bool prune> class TouchingScan;
     template <bool prune> void find_touching(const Work& work, WorkArea& area);
     void follow_springs(const Work& work, const WorkArea& area);
@@ -167,8 +167,8 @@ private:
     using BodyPair = std::array<std::int64_t, 2>; ///< gids, the lower one first
     static BodyPair bodies_of(const SceneSlots& scene, std::int64_t a, std::int64_t b);
     bool is_overlapping(const BodyPair& bodies) const;
-    void follow_overlapping();
-    void recall_overlapping(const Exposure& bodies);
+    void update_overlapping();
+    void restore_overlapping(const Exposure& bodies);
     std::optional<SideChange> side_change(const Exposure& bodies, Pair pair);
     void note_side_changes(const Exposure& bodies, std::span<const std::uint32_t> pairs);
     bool goes_far(const Exposure& bodies, std::size_t slot) const;
@@ -217,7 +217,7 @@ private:
     AlignedVector<ContactMemory<double>> memory_;         ///< by pair, a cache line each; zeros where it does not touch
     std::vector<std::uint32_t> box_pairs_;                ///< pairs with a box, rising
     std::vector<std::uint8_t> has_box_;                   ///< by pair, padded; empty where no pair has one
-    std::vector<KeptContact> kept_;                       ///< until they have their places in a list; rising
+    std::vector<SavedContact> saved_;                     ///< until they have their places in a list; rising
     std::vector<BlockFigures> block_figures_;             ///< by block
     std::vector<std::uint32_t> now_, later_;              ///< strips that need no ghosts, and those that do
     std::vector<std::vector<std::size_t>> next_;          ///< by thread, of DeferredLoads::Deferring

@@ -75,7 +75,7 @@ bool Contacts::is_overlapping(const BodyPair& bodies) const {
     return !overlapping_.empty() && std::binary_search(overlapping_.begin(), overlapping_.end(), bodies);
 }
 
-void Contacts::follow_overlapping() {
+void Contacts::update_overlapping() {
     if (!watches_) return;
     begins_ = false;
     std::sort(overlap_now_.begin(), overlap_now_.end());
@@ -84,8 +84,8 @@ void Contacts::follow_overlapping() {
 }
 
 /// Bodies whose contacts were kept as of those that began so.
-void Contacts::recall_overlapping(const Exposure& bodies) {
-    for (const KeptContact& kept : kept_)
+void Contacts::restore_overlapping(const Exposure& bodies) {
+    for (const SavedContact& kept : saved_)
         if (kept.status & began_deep) overlapping_.push_back(bodies_of(bodies.scene(), kept.a, kept.b));
     std::sort(overlapping_.begin(), overlapping_.end());
 }

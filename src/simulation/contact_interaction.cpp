@@ -301,7 +301,7 @@ SavedNumbers ContactInteraction::saved() const {
     const ContactFigures f = contacts_->figures();
     std::vector<Row> mine;
     std::vector<std::int64_t> first_body;
-    for (const KeptContact& c : contacts_->saved(*exposure_)) {
+    for (const SavedContact& c : contacts_->saved(*exposure_)) {
         const ContactMemory<double>& m = c.memory;
         mine.push_back({double(c.a), double(c.b), double(c.status), m.spring.x.x, m.spring.x.y, m.spring.x.z,
                         m.spring.stiffness, m.viscous_part.x, m.viscous_part.y, m.viscous_part.z, m.weight});
@@ -338,7 +338,7 @@ void ContactInteraction::restore(const SavedNumbers& kept) {
     std::vector<Row> rows = rows_of<Row>(directory().to_owners(std::as_bytes(std::span(mine)), sizeof(Row), body));
     std::sort(rows.begin(), rows.end());
     rows.erase(std::unique(rows.begin(), rows.end()), rows.end());
-    std::vector<KeptContact> contacts;
+    std::vector<SavedContact> contacts;
     for (const Row& n : rows)
         contacts.push_back({static_cast<std::int64_t>(n[0]),
                             static_cast<std::int64_t>(n[1]),

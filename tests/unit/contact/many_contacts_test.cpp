@@ -205,7 +205,7 @@ TEST(ManyContacts, GoOnFromWhatWasKept) {
         crowd.move(1e-4);
         whole.evaluate(bodies, 0, 1e-4, x);
     }
-    const std::vector<KeptContact> kept = whole.saved(bodies);
+    const std::vector<SavedContact> kept = whole.saved(bodies);
     EXPECT_EQ(static_cast<std::int64_t>(kept.size()), whole.figures().active);
     Contacts resumed(scene, one);
     resumed.restore(kept, whole.figures().friction_work, whole.figures().viscous_work);
