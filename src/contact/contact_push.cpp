@@ -259,7 +259,7 @@ void Contacts::push(const Work& work, WorkArea& area) {
     push_touching(work, area, sums);
     sums.give(work.figures);
     if (!box_pairs_.empty()) push_boxes(work, area);
-    if (watches_ && !area.deep.empty()) note_side_changes(work.bodies, area.deep);
+    if (watches_ && !area.deep.empty()) check_side_changes(work.bodies, area.deep);
 }
 
 /// Each strip from its last block to its first.

@@ -142,9 +142,9 @@ public:
     /// known, and nothing is looked for.
     virtual void arrived_in(double drift) = 0;
     /// The longest way of an own element in that time, m, and which of them have to be followed in the next search().
-    virtual double longest_way(const Exposure& bodies) = 0;
+    virtual double largest_displacement(const Exposure& bodies) = 0;
     /// The longest way of any rank's: the next search() also finds what such elements may have passed.
-    virtual void look_back(double way) = 0;
+    virtual void set_largest_displacement(double way) = 0;
     /// Pairs of the last step that changed sides, in order.
     virtual std::span<const SideChange> side_changes() const = 0;
 

@@ -126,7 +126,7 @@ void Contacts::prune_anew(const Exposure& bodies) {
 bool Contacts::holds(const Exposure& bodies) {
     if (!lasts()) return false;
     const Holding holding = survey(bodies, all_tiles_);
-    way_ = moved_ + holding.moved;
+    displacement_ = moved_ + holding.moved;
     moved_ = holding.pruned ? holding.moved : 0;
     if (holding.list && !holding.pruned) prune_anew(bodies);
     return holding.list;
@@ -192,7 +192,7 @@ std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> want
             for (std::uint32_t i = found_.first[a]; i < found_.first[a + 1]; ++i)
                 for (const std::uint32_t slot : {static_cast<std::uint32_t>(a), found_.partner[i]})
                     if (!near.owns_slot(slot)) near.with_neighbours(slot, [&](std::uint32_t one) { wanted[one] = 1; });
-    if (way_of_all_ > 0) find_passed(near, wanted);
+    if (largest_displacement_ > 0) find_passed(near, wanted);
     return found_.inactive;
 }
 
@@ -257,7 +257,7 @@ void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slo
     });
     prune_anew(bodies);
     moved_ = 0;
-    way_ = HUGE_VAL;
+    displacement_ = HUGE_VAL;
     pruned_.make_room(list_, deferred_.blocks().size());
     edge_.assign(place_.size() * places_at_once, 0);
     for (std::size_t w = 0; w < bodies.window.size(); ++w)
@@ -323,7 +323,7 @@ void Contacts::begin(const Exposure& bodies, double time, double h, std::span<Ex
     time_ = time;
     side_changes_.clear();
     overlap_now_.clear();
-    look_for_far_ways(bodies);
+    mark_far_moves(bodies);
     may_repeat_ = may_repeat;
     if (may_repeat_ && !now_.empty()) { // on the way, while all is in cache
         status_before_.resize(status_.size());
@@ -337,7 +337,7 @@ void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> l
     if (!later_.empty() && !survey(bodies, ghosts_tiles_).pruned) prune_anew(bodies); // their owners vouch for the list
     work_through(bodies, h, later_, std::exchange(prunes_[1], false), loads);
     add_deferred(bodies, loads);
-    if (!far_.empty() || !passed_.empty()) note_far_ways(bodies);
+    if (!far_.empty() || !passed_.empty()) check_far_moves(bodies);
     update_overlapping();
     if (side_changes_.size() > 1)
         std::sort(side_changes_.begin(), side_changes_.end(),

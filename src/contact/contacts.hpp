@@ -54,8 +54,8 @@ public:
     std::vector<double> normal_energies(const Exposure& bodies) const override;
     std::vector<Contact> active(const Exposure& bodies) const override;
     void arrived_in(double drift) override { drift_ = drift; }
-    double longest_way(const Exposure& bodies) override;
-    void look_back(double way) override { way_of_all_ = way; }
+    double largest_displacement(const Exposure& bodies) override;
+    void set_largest_displacement(double way) override { largest_displacement_ = way; }
     std::span<const SideChange> side_changes() const override { return side_changes_; }
 
 private:
@@ -170,11 +170,11 @@ private:
     void update_overlapping();
     void restore_overlapping(const Exposure& bodies);
     std::optional<SideChange> side_change(const Exposure& bodies, Pair pair);
-    void note_side_changes(const Exposure& bodies, std::span<const std::uint32_t> pairs);
-    bool goes_far(const Exposure& bodies, std::size_t slot) const;
-    void look_for_far_ways(const Exposure& bodies);
+    void check_side_changes(const Exposure& bodies, std::span<const std::uint32_t> pairs);
+    bool moves_far(const Exposure& bodies, std::size_t slot) const;
+    void mark_far_moves(const Exposure& bodies);
     void find_passed(const Exposure& near, std::span<std::uint8_t> wanted);
-    void note_far_ways(const Exposure& bodies);
+    void check_far_moves(const Exposure& bodies);
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
     void find_boxes(const Exposure& bodies);
     class BoxPair;
@@ -229,9 +229,9 @@ private:
     AlignedVector<ContactMemory<double>> memory_before_; ///< likewise, of those that touched
     double drift_ = 0, time_ = 0;                        ///< s; of the step that is under way
     bool watches_ = false;                               ///< for changes of sides, in that step
-    double moved_ = 0;      ///< Holding::moved of the step before, 0 where pruning was due in it
-    double way_ = HUGE_VAL; ///< within that step no element in pairs has moved farther, m
-    double way_of_all_ =
+    double moved_ = 0;               ///< Holding::moved of the step before, 0 where pruning was due in it
+    double displacement_ = HUGE_VAL; ///< within that step no element in pairs has moved farther, m
+    double largest_displacement_ =
         0; ///< largest displacement of an element within that step, over all ranks, m; set before a search
     std::vector<std::uint8_t> far_;          ///< by slot: own elements that have moved far in it; empty: none has
     std::vector<std::int64_t> far_in_scene_; ///< these as slots of the scene, for a search

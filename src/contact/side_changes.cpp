@@ -129,7 +129,7 @@ std::optional<SideChange> Contacts::side_change(const Exposure& bodies, Pair pai
     return SideChange{pair, nearest, speed, half * mass * speed * speed + energy_at(law.at(time_), overlap)};
 }
 
-void Contacts::note_side_changes(const Exposure& bodies, std::span<const std::uint32_t> pairs) {
+void Contacts::check_side_changes(const Exposure& bodies, std::span<const std::uint32_t> pairs) {
     for (const std::uint32_t pair : pairs)
         if (const auto change = side_change(bodies, list_.pair[pair])) {
             const std::lock_guard lock(noting_);
@@ -138,20 +138,20 @@ void Contacts::note_side_changes(const Exposure& bodies, std::span<const std::ui
 }
 
 /// True where an own element has moved so far in this step that it may have passed another unseen.
-bool Contacts::goes_far(const Exposure& bodies, std::size_t slot) const {
+bool Contacts::moves_far(const Exposure& bodies, std::size_t slot) const {
     if (!bodies.has_element(slot)) return false;
     const Vec3d &one = bodies.motion[slot].velocity, &other = bodies.motion[slot + 1].velocity;
     const double way = drift_ * std::sqrt(std::max(dot(one, one), dot(other, other)));
     return way >= far * (bodies.node[slot].radius + scene_.thinnest);
 }
 
-double Contacts::longest_way(const Exposure& bodies) {
+double Contacts::largest_displacement(const Exposure& bodies) {
     far_in_scene_.clear();
     double most = 0;
     for (const Window& w : bodies.window) {
         if (!w.own) continue;
         for (std::uint32_t slot = w.first_slot; slot + 1 < w.first_slot + w.slots; ++slot) {
-            if (!goes_far(bodies, slot)) continue;
+            if (!moves_far(bodies, slot)) continue;
             far_in_scene_.push_back(bodies.in_scene(slot));
             for (const std::uint32_t end : {slot, slot + 1})
                 if (const double way = drift_ * norm(bodies.motion[end].velocity); std::isfinite(way))
@@ -162,14 +162,14 @@ double Contacts::longest_way(const Exposure& bodies) {
 }
 
 /// Marks elements that have moved far, where some may have.
-void Contacts::look_for_far_ways(const Exposure& bodies) {
+void Contacts::mark_far_moves(const Exposure& bodies) {
     watches_ = drift_ > 0;
     far_.clear();
-    if (!watches_ || way_ < 2 * far * scene_.thinnest || !passed_.empty()) return;
+    if (!watches_ || displacement_ < 2 * far * scene_.thinnest || !passed_.empty()) return;
     for (const Window& w : bodies.window) {
         if (!w.own) continue;
         for (std::uint32_t slot = w.first_slot; slot + 1 < w.first_slot + w.slots; ++slot)
-            if (goes_far(bodies, slot)) {
+            if (moves_far(bodies, slot)) {
                 far_.resize(bodies.slots(), 0);
                 far_[slot] = 1;
             }
@@ -200,7 +200,7 @@ void Contacts::find_passed(const Exposure& near, std::span<std::uint8_t> wanted)
         const auto slot = near.find(in_scene);
         if (!slot) continue;
         const Vec3d here = middle(*slot);
-        const double own = reach(*slot) + 2 * way_of_all_, window = own + largest;
+        const double own = reach(*slot) + 2 * largest_displacement_, window = own + largest;
         auto other = std::lower_bound(elements.begin(), elements.end(), here.x - window,
                                       [](const Element& e, double x) { return e.x < x; });
         for (; other != elements.end() && other->x <= here.x + window; ++other) {
@@ -219,7 +219,7 @@ void Contacts::find_passed(const Exposure& near, std::span<std::uint8_t> wanted)
 }
 
 /// Looks at all pairs whose elements have moved far.
-void Contacts::note_far_ways(const Exposure& bodies) {
+void Contacts::check_far_moves(const Exposure& bodies) {
     const auto note = [&](Pair pair) {
         if (const auto change = side_change(bodies, pair);
             change && std::find(side_changes_.begin(), side_changes_.end(), *change) == side_changes_.end())

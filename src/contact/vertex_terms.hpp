@@ -59,7 +59,7 @@ public:
             length_[i] = sqrt(squared_[i]);
             inverse_length_[i] = length_[i] * inverse_squared_[i];
             along_[i] = inverse_length_[i] * edge_[i];
-            way_[i] = zero;
+            displacement_[i] = zero;
             goes_[i] = select((element[i].share > zero) & (element[i].share < one), one, zero);
         }
         sine_squared_ = select(min(squared_[0], squared_[1]) > none, sine_squared_of_both, one); // a point: across all
@@ -87,7 +87,7 @@ public:
                 out_.force[1 - i][2] -= c.foot * force;
                 slope_[i][j] = -half * s.energy;
                 const P beyond = max(min(dot(c.inwards, c.apart), dot(c.outwards, c.apart)), zero);
-                way_[i] += c.here * c.share * (j ? beyond : -beyond);
+                displacement_[i] += c.here * c.share * (j ? beyond : -beyond);
                 goes_[i] += c.here;
             }
     }
@@ -139,7 +139,7 @@ public:
         const P zero(0.0);
         out_.apart = from_first;
         for (const int i : {0, 1}) out_.share[i] = element_[i].share;
-        const auto goes_on = (abs(way_[0]) > zero) | (abs(way_[1]) > zero);
+        const auto goes_on = (abs(displacement_[0]) > zero) | (abs(displacement_[1]) > zero);
         if (!any(goes_on)) return distance;
         P there[2];
         shares_beyond(there);
@@ -253,7 +253,8 @@ private:
                 both_go = goes_[0] * goes_[1], per_straight = one / (P(straight) * radii_);
         P bends(one); // length of the tangents over that of bent rods beside them, to the fourth power
         for (const int i : {0, 1}) {
-            there[i] = goes_[i] * select(both_go > zero, (way_[i] + cosine * way_[1 - i]) * inverse, way_[i]);
+            there[i] = goes_[i] * select(both_go > zero, (displacement_[i] + cosine * displacement_[1 - i]) * inverse,
+                                         displacement_[i]);
             P curvature(0.0); // of the rod beyond its vertex, squared
             for (const int j : {0, 1})
                 if (i < elements) {
@@ -287,9 +288,9 @@ private:
     P squared_[2], inverse_squared_[2], length_[2], inverse_length_[2];
     P sine_squared_, inverse_sine_, crossing_, per_sine_; ///< S, 1/S, p (2 - p), its derivative by S
     Corner corner_[2][2];
-    P slope_[2][2]; ///< dE/dc of each corner, J
-    P way_[2];      ///< how far the neighbour goes on towards the other element, along the edge, m
-    P goes_[2];     ///< 1 where the nearest point may go on along the edge
+    P slope_[2][2];     ///< dE/dc of each corner, J
+    P displacement_[2]; ///< how far the neighbour goes on towards the other element, along the edge, m
+    P goes_[2];         ///< 1 where the nearest point may go on along the edge
 };
 
 } // namespace detail

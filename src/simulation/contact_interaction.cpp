@@ -49,8 +49,8 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts)
 
 double ContactInteraction::begin_rebuild() {
     contacts_->let_go(*exposure_);
-    const double way = comm_.max(contacts_->longest_way(*exposure_));
-    contacts_->look_back(way);
+    const double way = comm_.max(contacts_->largest_displacement(*exposure_));
+    contacts_->set_largest_displacement(way);
     return std::max(contacts_->next_skin(), 2 * way);
 }
 
