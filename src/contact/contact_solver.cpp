@@ -63,11 +63,11 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
 void ContactSolver::evaluate(const Exposure& bodies, double time, double h, SlotLoads& loads) {
     loads.load.resize(bodies.slots());
     if (!holds(bodies)) {
-        let_go(bodies);
+        prepare_rebuild(bodies);
         std::vector<std::uint8_t> wanted(bodies.slots());
         std::vector<std::uint32_t> same(bodies.slots());
         std::iota(same.begin(), same.end(), 0u);
-        settle(bodies, same, search(bodies, wanted));
+        finish_rebuild(bodies, same, search(bodies, wanted));
     }
     begin(bodies, time, h, loads.load, false);
     finish(bodies, h, loads.load);

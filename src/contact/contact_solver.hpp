@@ -85,8 +85,8 @@ struct ContactScene {
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
 
 /// One per rank, of the bodies that it sees; bits of the loads on its own depend on the scene alone. A step: `holds`,
-/// else a rebuild; then `begin`, and `finish` when ghosts have arrived. A rebuild: `let_go`, `search` among all that
-/// may be near, `settle`.
+/// else a rebuild; then `begin`, and `finish` when ghosts have arrived. A rebuild: `prepare_rebuild`, `search` among
+/// all that may be near, `finish_rebuild`.
 class ContactSolver {
 public:
     virtual ~ContactSolver() = default;
@@ -99,7 +99,7 @@ public:
     virtual double next_skin() = 0;
     /// The numbers of these bodies' slots are about to change: forgets what `begin` did of a step that is to begin
     /// anew.
-    virtual void let_go(const Exposure& bodies) = 0;
+    virtual void prepare_rebuild(const Exposure& bodies) = 0;
     /// Pairs of all that may be near. Marks slots of ghosts that are in some pair. Returns the number of pairs whose
     /// first body is own and that do not touch.
     virtual std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) = 0;
@@ -107,7 +107,7 @@ public:
     virtual const Candidates& found() const = 0;
     /// The list is that of the search; `slot`: by slot of `near`, where it is among `bodies` now. `inactive`: sum of
     /// search() over ranks.
-    virtual void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) = 0;
+    virtual void finish_rebuild(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) = 0;
 
     /// Memory and work that an earlier run left, before the first search. May hold pairs that are not of this rank.
     virtual void restore(std::span<const SavedContact> kept, const BinnedTotal& friction_work,

@@ -176,7 +176,7 @@ std::vector<SavedContact> Contacts::touching_pairs(const Exposure& bodies, bool 
     return all;
 }
 
-void Contacts::let_go(const Exposure& bodies) {
+void Contacts::prepare_rebuild(const Exposure& bodies) {
     if (std::exchange(may_repeat_, false))
         for (const std::uint32_t strip : now_)
             restore_memory(list_.first[deferred_.strips()[strip].first_slot],
@@ -225,7 +225,7 @@ void Contacts::place_saved(const Exposure& bodies) {
     saved_.clear();
 }
 
-void Contacts::settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) {
+void Contacts::finish_rebuild(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) {
     const Timers::Guard timing(figures_.search_s);
     ++figures_.rebuilds;
     age_ = 0;

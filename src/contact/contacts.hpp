@@ -38,10 +38,10 @@ public:
     bool lasts() const override { return !list_.first.empty() && !rebuild_pays(); }
     bool holds(const Exposure& bodies) override;
     double next_skin() override;
-    void let_go(const Exposure& bodies) override;
+    void prepare_rebuild(const Exposure& bodies) override;
     std::int64_t search(const Exposure& near, std::span<std::uint8_t> wanted) override;
     const Candidates& found() const override { return found_; }
-    void settle(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) override;
+    void finish_rebuild(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) override;
     void restore(std::span<const SavedContact> kept, const BinnedTotal& friction_work,
                  const BinnedTotal& viscous_work) override;
     const SumBins& energy_bins() const override { return bins_; }

@@ -48,7 +48,7 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts)
 }
 
 double ContactInteraction::begin_rebuild() {
-    contacts_->let_go(*exposure_);
+    contacts_->prepare_rebuild(*exposure_);
     const double way = comm_.max(contacts_->largest_displacement(*exposure_));
     contacts_->set_largest_displacement(way);
     return std::max(contacts_->next_skin(), 2 * way);
@@ -60,7 +60,7 @@ void ContactInteraction::find_partners(const Exposure& near, std::span<std::uint
 
 void ContactInteraction::settle(std::span<const std::uint32_t> slot) {
     loads_->load.resize(exposure_->slots());
-    contacts_->settle(*exposure_, slot, comm_.sum(inactive_));
+    contacts_->finish_rebuild(*exposure_, slot, comm_.sum(inactive_));
 }
 
 void ContactInteraction::rebind(const InteractionParts& parts) {

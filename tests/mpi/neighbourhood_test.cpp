@@ -77,13 +77,13 @@ struct Share {
         if (hold) contacts.begin(*bodies, 0, h, loads.load, true);
         rebuilt = !neighbourhood.arrive();
         if (rebuilt) {
-            contacts.let_go(*bodies);
+            contacts.prepare_rebuild(*bodies);
             const Exposure& near = neighbourhood.widen(contacts.next_skin());
             std::vector<std::uint8_t> wanted(near.slots());
             const std::int64_t inactive = contacts.search(near, wanted);
             const auto slot = neighbourhood.narrow(wanted);
             loads.load.resize(bodies->slots());
-            contacts.settle(*bodies, slot, comm.sum(inactive));
+            contacts.finish_rebuild(*bodies, slot, comm.sum(inactive));
             contacts.begin(*bodies, 0, h, loads.load, true);
         }
         contacts.finish(*bodies, h, loads.load);

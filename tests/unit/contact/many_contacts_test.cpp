@@ -96,14 +96,14 @@ void step_together(std::span<Rank* const> ranks, double h, bool again = false) {
     if (again || !std::all_of(ranks.begin(), ranks.end(), [](Rank* r) { return r->contacts.holds(r->bodies); })) {
         std::int64_t inactive = 0;
         for (Rank* r : ranks) {
-            r->contacts.let_go(r->bodies);
+            r->contacts.prepare_rebuild(r->bodies);
             std::vector<std::uint8_t> wanted(r->bodies.slots());
             inactive += r->contacts.search(r->bodies, wanted);
         }
         for (Rank* r : ranks) {
             std::vector<std::uint32_t> same(r->bodies.slots());
             std::iota(same.begin(), same.end(), 0u);
-            r->contacts.settle(r->bodies, same, inactive);
+            r->contacts.finish_rebuild(r->bodies, same, inactive);
             r->loads.load.resize(r->bodies.slots());
         }
     }
