@@ -137,7 +137,7 @@ ContactMemory<double> Contacts::memory_before(const Exposure& bodies, std::uint3
     if (!remembers_) return {};
     const ContactMemory<double>& last = memory_[pair];
     if (status_[pair] & touching) return last;
-    return {followed_spring(bodies, pair, box_first ? 0.5 : s, box_first ? s : 0.5), last.viscous_part, last.weight};
+    return {inherited_spring(bodies, pair, box_first ? 0.5 : s, box_first ? s : 0.5), last.viscous_part, last.weight};
 }
 
 /// `now`: the memory of the contact, in place of the one that a step moves on.

@@ -250,7 +250,7 @@ void Contacts::push(const Work& work, WorkArea& area) {
     if (begin == end) return;
     if (may_repeat_) save_memory(begin, end);
     work.prune ? find_touching<true>(work, area) : find_touching<false>(work, area);
-    follow_springs(work, area);
+    inherit_springs(work, area);
     for (const std::uint32_t pair : area.ended) end_contact(work, pair);
     Sums sums{bins_};
     push_vertices(work, area, sums);

@@ -151,8 +151,8 @@ VertexTerms<Pack<1>> Contacts::at_vertices(const Exposure& bodies, std::uint32_t
 
 /// Of a pair that did not touch: the spring of the pair at the neighbour that it shares its contact with, if that
 /// touched; else the pair's own.
-Contacts::Followed Contacts::spring_at_vertex(const Exposure& bodies, std::uint32_t pair, int da, int db,
-                                              std::uint32_t own) const {
+Contacts::Inherited Contacts::spring_at_vertex(const Exposure& bodies, std::uint32_t pair, int da, int db,
+                                               std::uint32_t own) const {
     const auto take = [&](PairList::Neighbour n, std::uint32_t else_) {
         const std::uint32_t at = n.is_candidate ? n.pair : pair;
         return n.is_candidate & ((status_[at] & touching) != 0) ? at : else_;
@@ -160,7 +160,7 @@ Contacts::Followed Contacts::spring_at_vertex(const Exposure& bodies, std::uint3
     std::uint32_t from = take(list_.along_first(pair, db == 0 ? 0 : da, db), own);
     from = take(list_.along_second(pair, db), from);
     from = take(list_.along_first(pair, da, 0), from);
-    return has_rings_ ? spring_at_seam(bodies, pair, da, db, {from}) : Followed{from};
+    return has_rings_ ? spring_at_seam(bodies, pair, da, db, {from}) : Inherited{from};
 }
 
 /// The element before or behind (step -1, 1) that of a slot, where a ring closes between them.
@@ -172,12 +172,12 @@ std::optional<std::uint32_t> Contacts::beyond_seam(const Exposure& bodies, std::
 
 /// The same where a ring closes at the vertex: neighbours are then no neighbours by number. Elements of one ring may
 /// stand in the other order beyond, where what is 1 in the law is 2 here. `otherwise`: where none closes.
-Contacts::Followed Contacts::spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db,
-                                            Followed otherwise) const {
+Contacts::Inherited Contacts::spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db,
+                                             Inherited otherwise) const {
     const auto [a, b] = list_.pair[pair];
     const auto next_a = beyond_seam(bodies, a, da), next_b = beyond_seam(bodies, b, db);
     if (!next_a && !next_b) return otherwise;
-    Followed from = otherwise;
+    Inherited from = otherwise;
     const auto take = [&](int step_a, int step_b) {
         const std::uint32_t on_a = step_a != 0 && next_a ? *next_a : a + static_cast<std::uint32_t>(step_a),
                             on_b = step_b != 0 && next_b ? *next_b : b + static_cast<std::uint32_t>(step_b);
@@ -191,26 +191,27 @@ Contacts::Followed Contacts::spring_at_seam(const Exposure& bodies, std::uint32_
 }
 
 /// The spring that a contact goes on from as it begins: where it begins near a vertex, that of the pair it follows.
-FrictionSpring<double> Contacts::followed_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const {
+FrictionSpring<double> Contacts::inherited_spring(const Exposure& bodies, std::uint32_t pair, double s,
+                                                  double t) const {
     constexpr FrictionSpring<double> none{{0, 0, 0}, 0};
     const unsigned vertices = list_.vertices[pair];
     const double reach = bodies.scene().vertex_reach();
     const int da = vertex_side(s, vertices, reach), db = vertex_side(t, vertices >> 2, reach);
     if ((da | db) == 0 || !has_spring(kinds_.friction)) return none;
     const auto nothing = static_cast<std::uint32_t>(list_.count());
-    const Followed followed = spring_at_vertex(bodies, pair, da, db, nothing);
-    if (followed.pair == nothing) return none;
-    FrictionSpring<double> spring = memory_[followed.pair].spring;
-    if (followed.turned) spring.x = -spring.x;
+    const Inherited inherited = spring_at_vertex(bodies, pair, da, db, nothing);
+    if (inherited.pair == nothing) return none;
+    FrictionSpring<double> spring = memory_[inherited.pair].spring;
+    if (inherited.turned) spring.x = -spring.x;
     return spring;
 }
 
 /// Before any memory or status of the block's pairs changes.
-void Contacts::follow_springs(const Work& work, const WorkArea& area) {
+void Contacts::inherit_springs(const Work& work, const WorkArea& area) {
     if (!area.begins || !has_spring(kinds_.friction)) return;
     for (std::uint32_t n = 0; n < area.count; ++n)
         if (const std::uint32_t pair = area.index[n]; !(status_[pair] & touching))
-            memory_[pair].spring = followed_spring(work.bodies, pair, area[WorkArea::s][n], area[WorkArea::t][n]);
+            memory_[pair].spring = inherited_spring(work.bodies, pair, area[WorkArea::s][n], area[WorkArea::t][n]);
 }
 
 } // namespace skein

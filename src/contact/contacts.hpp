@@ -5,7 +5,7 @@
 //   until elements have moved half of that push, for a block of bodies, with what the stages hand on in a work area
 //   that stays in the second cache:
 //     find_touching     the candidates that touch, packed
-//     follow_springs    contacts that begin near vertices go on from the springs of others
+//     inherit_springs    contacts that begin near vertices go on from the springs of others
 //     push_vertices     what vertices take from them vertex_terms.hpp push_near_parallel        near-parallel ones: at
 //     the ends of their overlap                                        overlap.hpp push_touching     forces eight at a
 //     time; loads of both elements in order of pairs                        rows.hpp
@@ -120,7 +120,7 @@ private:
     void restore_memory(std::uint32_t begin, std::uint32_t end);
     template <bool prune> class TouchingScan;
     template <bool prune> void find_touching(const Work& work, WorkArea& area);
-    void follow_springs(const Work& work, const WorkArea& area);
+    void inherit_springs(const Work& work, const WorkArea& area);
     void push_vertices(const Work& work, WorkArea& area, Sums& sums);
     void push_near_parallel(const Work& work, WorkArea& area, Sums& sums);
     class TouchingForces;
@@ -149,14 +149,14 @@ private:
     void push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid);
     std::uint32_t neighbour(const Exposure& bodies, std::uint32_t slot, bool at_end) const;
     void end_contact(const Work& work, std::uint32_t pair);
-    FrictionSpring<double> followed_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const;
+    FrictionSpring<double> inherited_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const;
     /// A pair whose spring another one follows; `turned`: its first element is on the body of the other's second.
-    struct Followed {
+    struct Inherited {
         std::uint32_t pair;
         bool turned = false;
     };
-    Followed spring_at_vertex(const Exposure& bodies, std::uint32_t pair, int da, int db, std::uint32_t own) const;
-    Followed spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db, Followed otherwise) const;
+    Inherited spring_at_vertex(const Exposure& bodies, std::uint32_t pair, int da, int db, std::uint32_t own) const;
+    Inherited spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db, Inherited otherwise) const;
     std::optional<std::uint32_t> beyond_seam(const Exposure& bodies, std::uint32_t slot, int step) const;
     template <int W> struct Ends;
     template <int W> Ends<W> at_ends(const Exposure& bodies, double h, const Pair* pair, const std::uint8_t* vertices,
