@@ -274,8 +274,8 @@ void BroadPhase::add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std
 }
 
 /// Spheres of some that meet the one at place i.
-SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, const Spheres& others, Range range, float margin,
-                                   Found& found) const {
+SKEIN_INLINE void BroadPhase::collect_overlaps(std::uint32_t i, const Spheres& others, Range range, float margin,
+                                               Found& found) const {
     const std::uint32_t slot = slot_[i];
     const float x = x_[i], y = y_[i], z = z_[i], reach = reach_[i] + margin;
     const std::int32_t body = body_[i];
@@ -311,7 +311,8 @@ SKEIN_INLINE void BroadPhase::meet(std::uint32_t i, const Spheres& others, Range
     found.count = count;
 }
 
-void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const {
+void BroadPhase::search_cells(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin,
+                              Found& found) const {
     const Spheres all = spheres();
     Copies copies;
     for (std::uint32_t c = begin; c < end; ++c) {
@@ -329,10 +330,10 @@ void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, 
         const bool copied = copies.take(all, ranges);
         for (std::uint32_t i = cell[0]; i < cell[1]; ++i) {
             if (copied) {
-                meet(i, copies.spheres(), {i - cell[0] + 1, copies.count}, margin, found);
+                collect_overlaps(i, copies.spheres(), {i - cell[0] + 1, copies.count}, margin, found);
             } else {
                 ranges.range[0].begin = i + 1;
-                for (int r = 0; r < ranges.count; ++r) meet(i, all, ranges.range[r], margin, found);
+                for (int r = 0; r < ranges.count; ++r) collect_overlaps(i, all, ranges.range[r], margin, found);
             }
             for (const Grid* coarser = &grid + 1; coarser < grids_.data() + grids_.size(); ++coarser) {
                 Ranges around;
@@ -340,7 +341,7 @@ void BroadPhase::look(const Grid& grid, std::uint32_t begin, std::uint32_t end, 
                     for (const std::uint32_t dy : {~0u, 0u, 1u})
                         add_row(*coarser, coarser->cell_at(x_[i]), coarser->cell_at(y_[i]) + dy,
                                 coarser->cell_at(z_[i]) + dz, around);
-                for (int r = 0; r < around.count; ++r) meet(i, all, around.range[r], margin, found);
+                for (int r = 0; r < around.count; ++r) collect_overlaps(i, all, around.range[r], margin, found);
             }
         }
     }
@@ -367,7 +368,7 @@ void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin
         near_[t].pairs.clear();
         near_[t].inactive = 0;
         Found found{.bodies = bodies, .gaps = gaps, .skin = skin, .near = near_[t]};
-        look(*tasks[t].grid, tasks[t].begin, tasks[t].end, static_cast<float>(skin) + slack_, found);
+        search_cells(*tasks[t].grid, tasks[t].begin, tasks[t].end, static_cast<float>(skin) + slack_, found);
     });
     const auto visit = [&](auto&& body) {
         threads_.for_each(near_.size(), [&](std::size_t t, int) {

@@ -101,8 +101,8 @@ private:
     void measure(const Exposure& bodies, double skin);
     void fill_grids(const Exposure& bodies, const SelfGaps& gaps);
     void add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const;
-    void look(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const;
-    void meet(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const;
+    void search_cells(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const;
+    void collect_overlaps(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const;
 
     const Threads& threads_;
     double smallest_ = 0; ///< element of the first search of these bodies, m: half its length and its radius

@@ -263,8 +263,8 @@ void Contacts::push(const Work& work, WorkArea& area) {
 }
 
 /// Each strip from its last block to its first.
-void Contacts::work_through(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, bool prune,
-                            std::span<ExertedLoad> loads) {
+void Contacts::run_strips(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, bool prune,
+                          std::span<ExertedLoad> loads) {
     threads_.for_each(strips.size(), [&](std::size_t i, int thread) {
         const ContactStrip& strip = deferred_.strips()[strips[i]];
         std::unique_ptr<WorkArea>& area = nth(area_, thread);

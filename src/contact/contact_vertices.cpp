@@ -52,7 +52,7 @@ VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVer
 
 /// Takes from pairs near vertices what these have of them: of so many pairs, up to W, from the i-th on.
 template <bool both, int W>
-void Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid) {
+void Contacts::push_pack_near_vertices(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid) {
     using A = WorkArea;
     using P = Pack<W>;
     const A::NearColumns near = (both ? area.near_two : area.near_one).columns();
@@ -109,13 +109,13 @@ void Contacts::push_some(const Work& work, WorkArea& area, Sums& sums, std::uint
 }
 
 /// Packs of a block are short, so the rest goes into one of half the lanes where that is enough.
-template <bool both> void Contacts::push_those(const Work& work, WorkArea& area, Sums& sums) {
+template <bool both> void Contacts::push_near_vertices(const Work& work, WorkArea& area, Sums& sums) {
     constexpr int W = WorkArea::W;
     const std::uint32_t count = both ? area.twos : area.ones;
     for (std::uint32_t i = 0; i < count; i += W) {
         const int left = static_cast<int>(std::min<std::uint32_t>(W, count - i));
-        if (left > W / 2) push_some<both, W>(work, area, sums, i, left);
-        else push_some<both, W / 2>(work, area, sums, i, left);
+        if (left > W / 2) push_pack_near_vertices<both, W>(work, area, sums, i, left);
+        else push_pack_near_vertices<both, W / 2>(work, area, sums, i, left);
     }
 }
 
@@ -124,8 +124,8 @@ void Contacts::push_vertices(const Work& work, WorkArea& area, Sums& sums) {
     using A = WorkArea;
     for (const A::Number whole : {A::weight, A::weight_of_all}) std::fill_n(area[whole], area.count, 1.0);
     for (const A::Number none : {A::elsewhere, A::vertex_energy}) std::fill_n(area[none], area.count, 0.0);
-    push_those<false>(work, area, sums);
-    push_those<true>(work, area, sums);
+    push_near_vertices<false>(work, area, sums);
+    push_near_vertices<true>(work, area, sums);
 }
 
 /// Energies and forces of shared vertices, of one pair.

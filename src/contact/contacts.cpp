@@ -79,7 +79,7 @@ void Contacts::cut_tiles(const Exposure& bodies) {
 }
 
 /// Finds which lists still hold all pairs that may touch.
-Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileRun> runs) {
+Contacts::Holding Contacts::check_lists(const Exposure& bodies, std::span<const TileRun> runs) {
     constexpr int W = places_at_once;
     using P = Pack<W>;
     const P from_list(farthest_squared(bodies, figures_.skin)), from_pruned(farthest_squared(bodies, margin_));
@@ -114,7 +114,7 @@ Contacts::Holding Contacts::survey(const Exposure& bodies, std::span<const TileR
 }
 
 /// All candidates are looked at in the next step.
-void Contacts::prune_anew(const Exposure& bodies) {
+void Contacts::request_pruning(const Exposure& bodies) {
     threads_.for_each(all_tiles_.size(), [&](std::size_t run, int) {
         const auto [begin, end, paired] = all_tiles_[run];
         if (!paired) return;
@@ -125,10 +125,10 @@ void Contacts::prune_anew(const Exposure& bodies) {
 
 bool Contacts::holds(const Exposure& bodies) {
     if (!lasts()) return false;
-    const Holding holding = survey(bodies, all_tiles_);
+    const Holding holding = check_lists(bodies, all_tiles_);
     displacement_ = moved_ + holding.moved;
     moved_ = holding.pruned ? holding.moved : 0;
-    if (holding.list && !holding.pruned) prune_anew(bodies);
+    if (holding.list && !holding.pruned) request_pruning(bodies);
     return holding.list;
 }
 
@@ -255,7 +255,7 @@ void Contacts::finish_rebuild(const Exposure& bodies, std::span<const std::uint3
     for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t tile = begin; tile < end; ++tile) place_[tile] = places(bodies, tile * places_at_once);
     });
-    prune_anew(bodies);
+    request_pruning(bodies);
     moved_ = 0;
     displacement_ = HUGE_VAL;
     pruned_.make_room(list_, deferred_.blocks().size());
@@ -329,13 +329,14 @@ void Contacts::begin(const Exposure& bodies, double time, double h, std::span<Ex
         status_before_.resize(status_.size());
         memory_before_.resize(memory_.size());
     }
-    work_through(bodies, h, now_, std::exchange(prunes_[0], false), loads);
+    run_strips(bodies, h, now_, std::exchange(prunes_[0], false), loads);
 }
 
 void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) {
     may_repeat_ = false;
-    if (!later_.empty() && !survey(bodies, ghosts_tiles_).pruned) prune_anew(bodies); // their owners vouch for the list
-    work_through(bodies, h, later_, std::exchange(prunes_[1], false), loads);
+    if (!later_.empty() && !check_lists(bodies, ghosts_tiles_).pruned)
+        request_pruning(bodies); // their owners vouch for the list
+    run_strips(bodies, h, later_, std::exchange(prunes_[1], false), loads);
     add_deferred(bodies, loads);
     if (!far_.empty() || !passed_.empty()) check_far_moves(bodies);
     update_overlapping();

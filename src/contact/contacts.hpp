@@ -91,17 +91,17 @@ private:
         std::size_t begin, end;
         bool paired; ///< some pair may have an element of them
     };
-    Holding survey(const Exposure& bodies, std::span<const TileRun> runs);
+    Holding check_lists(const Exposure& bodies, std::span<const TileRun> runs);
     void cut_tiles(const Exposure& bodies);
-    void prune_anew(const Exposure& bodies);
+    void request_pruning(const Exposure& bodies);
     double idle_share() const;
     bool rebuild_pays() const;
     std::vector<SavedContact> touching_pairs(const Exposure& bodies, bool of_own) const;
     void place_saved(const Exposure& bodies);
     void set_springs(double h);
 
-    void work_through(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, bool prune,
-                      std::span<ExertedLoad> loads);
+    void run_strips(const Exposure& bodies, double h, std::span<const std::uint32_t> strips, bool prune,
+                    std::span<ExertedLoad> loads);
     void add_deferred(const Exposure& bodies, std::span<ExertedLoad> loads);
     /// A block, as the stages of its contacts see it.
     struct Work {
@@ -144,9 +144,9 @@ private:
     VertexTerms<Pack<W>> at_vertices(const Exposure& bodies, const NearVertex<W>& pairs) const;
     VertexTerms<Pack<1>> at_vertices(const Exposure& bodies, std::uint32_t pair,
                                      const ClosestPoints<Pack<1>>& at) const;
-    template <bool both> void push_those(const Work& work, WorkArea& area, Sums& sums);
+    template <bool both> void push_near_vertices(const Work& work, WorkArea& area, Sums& sums);
     template <bool both, int W>
-    void push_some(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid);
+    void push_pack_near_vertices(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid);
     std::uint32_t neighbour(const Exposure& bodies, std::uint32_t slot, bool at_end) const;
     void end_contact(const Work& work, std::uint32_t pair);
     FrictionSpring<double> inherited_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const;

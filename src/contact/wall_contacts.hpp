@@ -72,7 +72,7 @@ public:
             return memory[(static_cast<std::size_t>(point) * entry.size() + wall) * W + static_cast<std::size_t>(lane)];
         }
         /// The energy of its spring counts as friction work when a point leaves a wall.
-        void let_go(int point, std::size_t wall, int lane) {
+        void end_contact(int point, std::size_t wall, int lane) {
             ContactMemory<double>& left = memory_at(point, wall, lane);
             work[wall].friction.set(lane, work[wall].friction[lane] + left.energy());
             left = {};

@@ -86,25 +86,25 @@ public:
         TileContacts& contacts = contacts_->of_tile(rod.number);
         const Box box = box_of(rod);
         find_near(wall, box, contacts);
-        contacts.looked_at.clear();
+        contacts.checked.clear();
         for (std::size_t w = 0; w < acting(); ++w) {
             if (!contacts.near[w] && !contacts.held[w]) continue;
-            contacts.looked_at.push_back(w);
+            contacts.checked.push_back(w);
             if (contacts.held[w]) contacts.entry[w] = Entry{};
             contacts.held[w] = 0;
         }
-        if (contacts.looked_at.empty()) return;
+        if (contacts.checked.empty()) return;
 
         for (int i = 0; i < points_.count(rod); ++i) {
             const Vec3<P> at = points_.position(rod, i);
             const double radius = points_.radius(rod, i);
             unsigned some = 0;
-            for (const std::size_t w : contacts.looked_at) {
+            for (const std::size_t w : contacts.checked) {
                 std::uint8_t& touched = contacts.touched[static_cast<std::size_t>(i) * acting() + w];
                 unsigned now = 0;
                 if (contacts.near[w]) now = bits_of(P(wall[w].width * radius) > surface(wall[w], at).distance);
                 for (unsigned gone = touched & ~now; gone != 0; gone &= gone - 1)
-                    contacts.let_go(i, w, std::countr_zero(gone));
+                    contacts.end_contact(i, w, std::countr_zero(gone));
                 touched = contacts.left[w] = static_cast<std::uint8_t>(now);
                 contacts.held[w] = static_cast<std::uint8_t>(contacts.held[w] | (now != 0));
                 some |= now;
@@ -131,7 +131,7 @@ private:
         return numbers;
     }
 
-    static bool alike(const WallNow& x, const WallNow& y) {
+    static bool same_kinds(const WallNow& x, const WallNow& y) {
         return x.kinds.normal == y.kinds.normal && x.kinds.friction == y.kinds.friction;
     }
 
@@ -226,12 +226,12 @@ private:
         none = {};
         std::fill_n(one.memory, W, &none);
         const WallNow* first = nullptr;
-        for (const std::size_t w : contacts.looked_at) {
+        for (const std::size_t w : contacts.checked) {
             const unsigned left = contacts.left[w];
             contacts.taken[w] = 0;
             if (left == 0) continue;
             if (!first) first = &wall[w];
-            const unsigned now = alike(*first, wall[w]) ? left & ~(one.lanes | one.more) : 0;
+            const unsigned now = same_kinds(*first, wall[w]) ? left & ~(one.lanes | one.more) : 0;
             one.more |= left & ~now;
             contacts.left[w] = static_cast<std::uint8_t>(left & ~now);
             contacts.taken[w] = static_cast<std::uint8_t>(now);
@@ -272,7 +272,7 @@ private:
         store_transposed<W>(select(lanes, memory.viscous_part, nowhere), select(lanes, memory.weight, none),
                             [&](int l) { return &one.memory[l]->viscous_part.x; });
         const P overlap = max(state.radius_1 - state.distance, none) / P(radius + radius);
-        for (const std::size_t w : contacts.looked_at) {
+        for (const std::size_t w : contacts.checked) {
             if (contacts.taken[w] == 0) continue;
             const Mask<W> these = where_set<W>(contacts.taken[w], 1.0) > none;
             const auto raise = [&](P& to, const P& other) { to = select(these, max(to, other), to); };
