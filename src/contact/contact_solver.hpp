@@ -92,7 +92,7 @@ public:
     virtual ~ContactSolver() = default;
 
     /// Whether there is a list, and it is worth being kept: the same on all ranks.
-    virtual bool lasts() const = 0;
+    virtual bool worth_keeping() const = 0;
     /// Whether it lasts, and has all pairs that may touch where bodies are now.
     virtual bool holds(const Exposure& bodies) = 0;
     /// Distance between elements up to which pairs go into the next list, m: the same on all ranks.

@@ -124,7 +124,7 @@ void Contacts::request_pruning(const Exposure& bodies) {
 }
 
 bool Contacts::holds(const Exposure& bodies) {
-    if (!lasts()) return false;
+    if (!worth_keeping()) return false;
     const Holding holding = check_lists(bodies, all_tiles_);
     displacement_ = moved_ + holding.moved;
     moved_ = holding.pruned ? holding.moved : 0;

@@ -35,7 +35,7 @@ public:
     Contacts(ContactScene scene, const Threads& threads);
     ~Contacts() override;
 
-    bool lasts() const override { return !list_.first.empty() && !rebuild_pays(); }
+    bool worth_keeping() const override { return !list_.first.empty() && !rebuild_pays(); }
     bool holds(const Exposure& bodies) override;
     double next_skin() override;
     void prepare_rebuild(const Exposure& bodies) override;
