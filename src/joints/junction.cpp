@@ -85,7 +85,7 @@ public:
             const std::vector<Side>& sides = stars_[s].sides;
             for (std::size_t i = 0; i + 1 < sides.size(); ++i)
                 if (sides[i].inner && sides[i + 1].inner && sides[i].key() == sides[i + 1].key() && sides[i].side > 0)
-                    all.stars.push_back(taken_off(finished_star({{sides[i], sides[i + 1]}, stars_[s].table})));
+                    all.stars.push_back(negated(finished_star({{sides[i], sides[i + 1]}, stars_[s].table})));
         }
         return all;
     }
@@ -232,7 +232,7 @@ private:
     }
 
     /// The sides of a set, first the one that is a body or held, which the others follow; two such are refused.
-    std::vector<Side> led_by(const Set& set, bool Side::*held, const char* fault) {
+    std::vector<Side> with_leader_first(const Set& set, bool Side::*held, const char* fault) {
         table_ = set.table;
         std::vector<Side> sides = set.sides;
         const auto leads = [held](const Side& s) { return s.body || s.*held; };
@@ -245,7 +245,7 @@ private:
 
     Hub finished_hub(const Set& set) {
         const std::vector<Side> sides =
-            led_by(set, &Side::node_held, "makes one node of places that two bodies or two holds have");
+            with_leader_first(set, &Side::node_held, "makes one node of places that two bodies or two holds have");
         Hub hub{.members = {}, .body = sides.front().body, .held = sides.front().node_held};
         // Nodes that reach a body through other nodes stand where those do.
         Vec3d arm{0, 0, 0};
@@ -263,7 +263,7 @@ private:
 
     Star finished_star(const Set& set) {
         const std::vector<Side> sides =
-            led_by(set, &Side::element_held, "makes half cells meet where two bodies or holds are");
+            with_leader_first(set, &Side::element_held, "makes half cells meet where two bodies or holds are");
         Star star{.members = {}, .rigid = sides.front().body || sides.front().element_held};
         const Quaterniond first = start_frame(sides.front());
         Mat3d sum{{0, 0, 0}, {0, 0, 0}, {0, 0, 0}};
@@ -312,7 +312,7 @@ private:
         }
         return star;
     }
-    static Star taken_off(Star star) {
+    static Star negated(Star star) {
         for (Star::Member& m : star.members) {
             m.stiffness = -1.0 * m.stiffness;
             m.compliance = -1.0 * m.compliance;
