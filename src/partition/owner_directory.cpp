@@ -52,10 +52,12 @@ OwnerDirectory::OwnerDirectory(const Communicator& comm, std::span<const std::in
         mine.push_back({gid, comm_.rank()});
         block.push_back(block_of(gid));
     }
-    const std::vector<std::int64_t> told = numbers(send(comm_, std::as_bytes(std::span(mine)), sizeof(Owned), block));
+    const std::vector<std::int64_t> received =
+        numbers(send(comm_, std::as_bytes(std::span(mine)), sizeof(Owned), block));
     const std::int64_t first = block_begin(bodies_, comm_.rank(), comm_.size());
     owner_.resize(static_cast<std::size_t>(block_begin(bodies_, comm_.rank() + 1, comm_.size()) - first));
-    for (std::size_t i = 0; i < told.size(); i += 2) nth(owner_, told[i] - first) = static_cast<int>(told[i + 1]);
+    for (std::size_t i = 0; i < received.size(); i += 2)
+        nth(owner_, received[i] - first) = static_cast<int>(received[i + 1]);
 }
 
 std::vector<std::byte> OwnerDirectory::to_blocks(std::span<const std::byte> records, std::size_t record_bytes,
