@@ -63,7 +63,7 @@ public:
         std::vector<std::uint8_t> touched;  ///< [point][wall]: lanes whose springs may be other than zero, as bits
         std::vector<std::uint8_t> near;     ///< [wall]: the tile's box is within reach at this step
         std::vector<std::uint8_t> held;     ///< [wall]: some point touched at the last step
-        std::vector<std::size_t> looked_at; ///< walls, in this step
+        std::vector<std::size_t> checked; ///< walls, in this step
         std::vector<std::uint8_t> left,
             taken;     ///< [wall]: lanes of a point that touch it, to be worked on and under work
         int lanes = 0; ///< that have rods of their own
