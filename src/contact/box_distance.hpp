@@ -1,10 +1,9 @@
-// The nearest points of a segment p + s d, s in [0, 1], and a box |x_i| <= h_i, in the box's own axes.     theory.md
-// (59d)
-//   c_i(s) = x_i - clamp(x_i, -h_i, h_i),  |c|^2 is convex, and quadratic between the s at which the segment passes a
-//   face's plane; its slope d.c rises: it is 0 at the nearest point, or all along an interval, whose middle is taken
-//   then.
-// Beside a face or an edge the same components of c are other than 0; sine: of the angle between segment and that face
-// or edge. Within the box the way out is the shortest one. Exact but for round-off; cost: some 100 flop.
+// Nearest points of a segment and a box in the box's own axes.                                     theory.md (59d)
+//   x(s) = p + s d, s in [0, 1];  box |x_i| <= h_i;  c_i(s) = x_i - clamp(x_i, -h_i, h_i)
+// |c|^2 is convex, and quadratic between the s at which the segment crosses a face's plane. Its slope d.c rises. It is
+// 0 at the nearest point, or all along an interval, of which the middle is taken. Beside a face or an edge the same
+// components of c differ from 0. The sine is that of the angle to this face or edge. Within the box the shortest way
+// leads out. The result is exact but for round-off; cost: some 100 flop.
 #pragma once
 
 #include "skein/core/vec3.hpp"

@@ -17,7 +17,7 @@ namespace skein {
 namespace {
 
 Vec3d middle(const Exposure& c, std::size_t slot) { return 0.5 * (c.node[slot].position + c.node[slot + 1].position); }
-/// With what reaches beyond a vertex, at both ends if at one.
+/// Half length, m, with the reach beyond vertices at both ends even if only one has a vertex.
 double half_length(const Exposure& c, std::size_t slot) {
     const double half = c.vertices[slot] ? 0.5 + c.scene().searched_reach() : 0.5;
     return half * norm(c.node[slot + 1].position - c.node[slot].position);
@@ -27,9 +27,9 @@ Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std:
 
 } // namespace
 
-/// Of pairs (a[i], b[i]) those that may touch, whose capsules are less than `skin` apart, and one of which is own. a
-/// and b have room for a tile more. The lower slot is put first before any arithmetic, so all ranks that see a pair
-/// come to the same bits.
+/// Appends the pairs (a[i], b[i]) that may touch, with capsules less than `skin` apart and one element of an own body.
+/// Both arrays have room for a tile more. The lower slot comes first before any arithmetic, so all ranks find the same
+/// bits.
 void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double skin, std::uint32_t* a, std::uint32_t* b,
                              std::size_t count, Near& near) {
     constexpr std::size_t W = CapsuleTile::width;
@@ -131,7 +131,7 @@ std::uint32_t BroadPhase::Grid::cell_at(float x) const {
 BroadPhase::BroadPhase(const Threads& threads) : threads_(threads) {}
 BroadPhase::~BroadPhase() = default;
 
-/// Once: what later searches are measured by.
+/// Sizes of the first search, by which later ones are measured.
 void BroadPhase::find_sizes(const Exposure& bodies) {
     smallest_ = std::numeric_limits<double>::infinity();
     Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most = -least;
@@ -146,7 +146,7 @@ void BroadPhase::find_sizes(const Exposure& bodies) {
     if (std::isfinite(dot(centre, centre))) next_origin_ = centre;
 }
 
-/// Where elements are, from origin_, m, and how large and how many those of each size are.
+/// Extent of all elements from origin_, m, with the reach and the number of those of each size.
 struct BroadPhase::Extent {
     static constexpr std::size_t sizes = 32; ///< powers of two
     Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
@@ -228,7 +228,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
     const std::size_t slots = bodies.slots();
     const bool single_thread = threads_.count() == 1;
     cell_of_.resize(slots);
-    place_.resize(slots); // of an element among those of its cell
+    place_.resize(slots); // place of an element within its cell
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t s = begin; s < end; ++s) {
             if (!bodies.has_element(s)) continue;
@@ -349,7 +349,7 @@ void BroadPhase::search_cells(const Grid& grid, std::uint32_t begin, std::uint32
 }
 
 void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates) {
-    if (bodies.slots() == 0) { // of a rank without bodies
+    if (bodies.slots() == 0) { // a rank without bodies
         candidates = {.first = {0}, .partner = {}};
         return;
     }

@@ -1,10 +1,10 @@
 // Candidate pairs: elements nearer to each other than their radii and a skin.
 //   1. spheres round the elements, in single precision, sorted into cells by counting
-//   2. each against those of half its neighbouring cells, sixteen at a time
-//   3. of those that meet, capsules against capsules, eight pairs at a time
-// There is a grid per size of elements, each twice as coarse as the one before; an element looks into its own grid and
-// all coarser ones. Cells wrap round, so space has no bounds. Pairs are put in order at the end: the list is the same
-// for any number of threads. Cost per element at nest density: see docs/performance.md.
+//   2. each sphere against those of half its neighbouring cells, sixteen at a time
+//   3. capsules against capsules where spheres overlap, eight pairs at a time
+// Each size of elements has a grid, twice as coarse as the one before. An element searches its own grid and all coarser
+// ones. Cells wrap round, so space has no bounds. Pairs are sorted at the end, so any number of threads finds the same
+// list. docs/performance.md gives the cost per element at nest density.
 #pragma once
 
 #include "neighbourhood/exposure.hpp"
@@ -21,7 +21,7 @@ struct Pair {
     friend auto operator<=>(const Pair&, const Pair&) = default;
 };
 
-/// Which elements of one body may touch: those whose numbers differ by more than this, of a ring both ways round it.
+/// Rule for elements of one body: numbers must differ by more than `elements`, in a ring both ways round.
 struct SelfGap {
     std::int32_t elements = -1; ///< below 0: none may
     std::int32_t ring = 0;      ///< elements of a ring, the last of which joins the first; 0: not a ring
@@ -34,10 +34,10 @@ struct SelfGap {
 };
 using SelfGaps = std::vector<SelfGap>; ///< by group
 
-/// Elements that may touch, by what they are and not where.
+/// True where two elements may touch, wherever they are.
 inline bool may_touch(const Exposure& c, const SelfGaps& gaps, std::uint32_t a, std::uint32_t b) {
     if (c.window_of[a] != c.window_of[b])
-        return c.kin_of(a) != c.kin_of(b); // of two bodies, or ghosts both: one body has one owner
+        return c.kin_of(a) != c.kin_of(b); // bodies differ, even where both are ghosts, as a body has one owner
     return nth(gaps, c.at(a).group).may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
 }
 
@@ -60,10 +60,10 @@ public:
     /// largest element of a grid is at most twice its smallest.
     void build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
-    /// Other bodies come: what the first search told of their sizes no longer serves.
+    /// Forgets the sizes of the first search, as the bodies have changed.
     void forget_sizes() { smallest_ = 0; }
 
-    /// The same by looking at every pair, for tests of `build`.
+    /// Exhaustive search over every pair, for tests of `build`.
     static void build_exhaustively(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
     int grids() const { return static_cast<int>(grids_.size()); }
@@ -106,10 +106,10 @@ private:
 
     const Threads& threads_;
     double smallest_ = 0; ///< element of the first search of these bodies, m: half its length and its radius
-    std::vector<std::uint8_t> grid_of_; ///< of each slot
+    std::vector<std::uint8_t> grid_of_; ///< grid, by slot
     std::vector<Grid> grids_;
     Vec3d origin_{0, 0, 0}, next_origin_{0, 0, 0};
-    float slack_ = 0;              ///< what single precision may lose, m
+    float slack_ = 0;              ///< loss of single precision, m
     AlignedVector<Sphere> sphere_; ///< by slot
     // By cell.
     AlignedVector<float> x_, y_, z_, reach_;

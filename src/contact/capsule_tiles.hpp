@@ -1,6 +1,6 @@
-// Pairs of capsules eight at a time. Eight tiles are read before the first is worked on: what is done with one is a
-// chain of operations that wait for each other, and only with the reading out of the way do several of them fit into
-// what a core looks ahead.
+// Pairs of capsules eight at a time. Eight tiles are read before the first is worked on. The work on a tile is a chain
+// of operations that wait for each other. Only without the reading between them do several chains fit into the window
+// of a core.
 #pragma once
 
 #include "core/transposed.hpp"
@@ -17,8 +17,8 @@ struct CapsuleTile {
     Pack<width> radius_1, radius_2;
 };
 
-/// work(i, tile) for i = 0, 8, 16, ... below `count`; pair(i): nodes where the two elements of pair i begin, defined up
-/// to the end of the last tile; ahead(i) is called once for every such i, before.
+/// Calls work(i, tile) for i = 0, 8, 16, ... below `count`. ahead(i) is called once for every such i, before. pair(i):
+/// first nodes of both elements of pair i, defined up to the end of the last tile.
 template <class PairAt, class Ahead, class Work>
 SKEIN_INLINE void for_capsule_tiles(std::size_t count, PairAt&& pair, Ahead&& ahead, Work&& work) {
     constexpr int W = CapsuleTile::width;

@@ -17,7 +17,7 @@ inline unsigned bits_of_bytes(const std::uint8_t* bytes, int bit = 0) {
     return static_cast<unsigned>((eight >> bit & 0x0101010101010101u) * 0x0102040810204080u >> 56);
 }
 
-/// The other way round: 1 in the bytes whose bits are set.
+/// Bytes with 1 where the bit is set.
 inline std::uint64_t bytes_of_bits(unsigned bits) {
     const std::uint64_t spread = (bits & 0x7fu) * 0x0002040810204081u & 0x0101010101010101u;
     return spread | static_cast<std::uint64_t>(bits >> 7 & 1u) << 56;
@@ -37,7 +37,7 @@ template <int W> SKEIN_INLINE void compress_store(double* to, unsigned bits, con
     }
 }
 
-/// The same of eight numbers in memory; `to` may be before `from` in one array.
+/// Stores eight numbers in memory likewise; `to` may be before `from` in one array.
 template <class T>
 requires(sizeof(T) == sizeof(double) && std::is_trivially_copyable_v<T>) SKEIN_INLINE
     void compress_store(T* to, unsigned bits, const T* from) {

@@ -1,7 +1,7 @@
-// Contacts of elements with boxes, one by one, after those of the block's capsules: which of both comes first depends
-// on the scene alone. The candidate of a box is the ball around it; the law is that of capsules, and so are its points:
-// an element that lies near-parallel to a face or an edge pushes at both ends of what lies beside it, and at the
-// nearest point with the rest and all friction.
+// Contacts of elements with boxes, one by one, after those of the block's capsules. The order of both depends on the
+// scene alone. The candidate of a box is the ball around it. The law is that of capsules. An element that lies
+// near-parallel to a face or an edge pushes at both ends of what lies beside it. The nearest point has the rest of the
+// force and all friction.
 #include "contact/box_distance.hpp"
 #include "contact/work_area.hpp"
 
@@ -9,7 +9,7 @@
 
 namespace skein {
 
-/// The box that an exposed element is; null: it is none.
+/// Box that an exposed element is, or null.
 const PartBox* Contacts::box_at(const Exposure& bodies, std::uint32_t slot) const {
     const auto group = static_cast<std::size_t>(bodies.at(slot).group);
     if (group >= scene_.boxes.size() || scene_.boxes[group].empty()) return nullptr;
@@ -17,7 +17,7 @@ const PartBox* Contacts::box_at(const Exposure& bodies, std::uint32_t slot) cons
     return part.radius > 0 ? &part : nullptr;
 }
 
-/// Those among the pairs of the list.
+/// Finds the pairs of the list that have a box.
 void Contacts::find_boxes(const Exposure& bodies) {
     box_pairs_.clear();
     has_box_.clear();
@@ -65,10 +65,10 @@ public:
     const Exposure& bodies;
     const std::uint32_t element;
     const PartBox& box;
-    const ExposedNode* const node; ///< two of the element
+    const ExposedNode* const node; ///< start and end of the element
     const ExposedMotion *const motion, *const box_motion;
-    const Vec3d centre; ///< of the box
-    const Mat3d axes;   ///< of the box, as neighbourhood/surface.hpp exposes them
+    const Vec3d centre; ///< centre of the box, m
+    const Mat3d axes;   ///< axes of the box, as neighbourhood/surface.hpp exposes them
     const Vec3d start, edge;
     const unsigned vertices;
 };

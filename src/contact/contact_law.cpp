@@ -9,7 +9,8 @@ namespace skein {
 
 namespace {
 
-/// Of a linear contact that never pulls, by its share of critical damping; -ln e over w t_c is that share too.
+/// Restitution of a linear contact that never pulls, by its share of critical damping; -ln e over w t_c is that share
+/// too.
 double restitution_of_share(double z) {
     if (z < 1) return std::exp(-2 * z * std::acos(z) / std::sqrt(1 - z * z));
     return z > 1 ? std::exp(-2 * z * std::acosh(z) / std::sqrt(z * z - 1)) : std::exp(-2.0);
@@ -34,7 +35,7 @@ Bounce hertz_bounce(double d) {
     return {-v, t};
 }
 
-/// Where a falling function of a positive number takes a value.
+/// Argument at which a falling function of a positive number takes a value.
 template <class F> double falling_root(F&& f, double value) {
     double low = 0, high = 1;
     while (f(high) > value) {

@@ -1,13 +1,13 @@
-// The law of a contact, normal force and friction, as scenes state it; one law per pair of materials.        theory.md
-// section 18
-//   linear  N = max(0, k g + c u_n)        Hertz  N = max(0, sqrt(g) (k g + c u_n))        friction:
-//   contact/response.hpp
-// A law may begin softly, so that rods placed into each other part slowly, and its friction later. Instead of k and c a
-// restitution e and a time t_c may be given, for which bodies of a known effective mass m push each other:
-//   linear  e = exp(-2 z acos(z)/sqrt(1 - z^2)) with z = c/(2 sqrt(k m)), as a contact does not pull;  -ln e = z w t_c,
-//   k = m w^2 Hertz   x'' = -max(0, sqrt(x) (x + D x')), x(0) = 0, x'(0) = 1 leaves at -e after T; lengths in G = v
-//   t_c/T, times in t_c/T.
-//           e and t_c depend on the speed v: both are those at the one given.
+// Law of a contact, normal force and friction, as scenes state it; one law per pair of materials.  theory.md section 18
+//   linear    N = max(0, k g + c u_n)
+//   Hertz     N = max(0, sqrt(g) (k g + c u_n))
+//   friction  contact/response.hpp
+// A law may begin softly, so that rods placed into each other part slowly, and its friction later. A restitution e and
+// a time t_c may stand for k and c. They hold for bodies of a known effective mass m:
+//   linear    e = exp(-2 z acos(z)/sqrt(1 - z^2)),  z = c/(2 sqrt(k m)), as a contact does not pull
+//             -ln e = z w t_c,  k = m w^2
+//   Hertz     x'' = -max(0, sqrt(x) (x + D x')), x(0) = 0, x'(0) = 1 leaves at -e after T
+//             lengths in G = v t_c/T, times in t_c/T; e and t_c depend on the speed v, and are those at the one given
 // Source: Schwager, Poeschel 2007 (Granular Matter 9, 465) for the linear law.
 #pragma once
 
@@ -26,7 +26,7 @@ inline constexpr std::string_view contact_normal_names[] = {"linear", "hertz"};
 enum class ContactFriction { none, memory, regularised, published, anisotropic };
 inline constexpr std::string_view contact_friction_names[] = {"none", "memory", "regularised", "published",
                                                               "anisotropic"};
-/// Whether friction is a function of the speed of slip, below which it vanishes.
+/// True of friction that is a function of the speed of slip, below which it vanishes.
 inline bool slips_always(ContactFriction friction) {
     return friction != ContactFriction::none && friction != ContactFriction::memory;
 }
@@ -35,7 +35,7 @@ inline bool has_spring(ContactFriction friction) {
     return friction != ContactFriction::none && friction != ContactFriction::published;
 }
 
-/// What the forces of a contact are made of. P: double, or a pack where it differs from pair to pair.
+/// Numbers of the forces of a contact. P: double, or a pack where they differ from pair to pair.
 template <class P> struct ContactNumbers {
     P stiffness;            ///< k, N/m or N/m^1.5
     P damping;              ///< c, N s/m or N s/m^1.5
@@ -52,7 +52,7 @@ template <class P> struct ContactNumbers {
         compliance = step * step * mobility;
         twice_step = 2 * step;
     }
-    /// The same in all lanes.
+    /// Copies the numbers to all lanes.
     template <class Q> ContactNumbers<Q> as() const {
         return {stiffness,          damping,    static_friction, kinetic_friction, tangential_stiffness,
                 tangential_damping, slip_speed, compliance,      twice_step};
@@ -115,11 +115,12 @@ class ContactLaws {
 public:
     /// One for all.
     ContactLaws(const ContactLaw& law);
-    /// That of materials i and j at [i * materials + j], the same as at [j * materials + i]. Throws where kinds differ.
+    /// Laws by materials: that of i and j at [i * materials + j], equal to that at [j * materials + i]. Throws where
+    /// kinds differ.
     ContactLaws(std::size_t materials, std::vector<ContactLaw> laws);
 
     std::size_t materials() const { return materials_; }
-    /// Of materials i and j; where one law holds for all, of any two.
+    /// Law of materials i and j, or of any two where one law holds for all.
     const ContactLaw& between(std::size_t i, std::size_t j) const {
         if (materials_ == 1) return laws_[0];
         assert(i < materials_ && j < materials_);
@@ -127,7 +128,7 @@ public:
     }
     ContactNormal normal() const { return laws_[0].normal; }
     ContactFriction friction() const { return laws_[0].friction; }
-    /// Whether a contact has to know what it did a step before: all but elastic ones without friction.
+    /// True where a contact needs memory: all but elastic ones without friction.
     bool remember() const;
     /// Numbers of all laws at a time, in their order.
     std::vector<ContactNumbers<double>> numbers(double time) const;

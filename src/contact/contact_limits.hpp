@@ -1,16 +1,13 @@
-// The largest stable step that contacts leave.                                                                theory.md
-// (58)
-//   normal     the end node of a rod, squeezed between two others of its kind:  (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c
-//   and the
-//              reduced mass
-//   friction   the same for the tangential spring, which turns the element about its axis as well: 1/m + r^2/J3
-//   slip       friction that is published is a dashpot of 2 mu_k N/v_s where it rises from v_s to 1.5 v_s
-//   body       at the point of its surface that yields most, on a ball of radius r at c:  normal 1/m + A, A the largest
-//   eigenvalue of
-//              [c]x^T J^-1 [c]x; friction at most 1/m + (sqrt(A) + r/sqrt(J_min))^2, which is exact of a ball about the
-//              centre. Each part of a surface may be touched by more others than a node: balls stacked densely, 12
-//              around each, have eigenvalues up to (2/m) max(4 k + 8 k_t, 20 k_t), which six at once cover; of a box
-//              four on each face are allowed for
+// Largest stable step that contacts leave.                                                         theory.md (58)
+//   normal     end node of a rod, squeezed between two others of its kind:
+//              (sqrt(c^2 + 4 k m) - c)/k with 2 k, 2 c and the reduced mass
+//   friction   likewise of the tangential spring, which also turns the element about its axis: 1/m + r^2/J3
+//   slip       published friction is a dashpot of 2 mu_k N/v_s where it rises from v_s to 1.5 v_s
+//   body       point of its surface that yields most, on a ball of radius r at c:
+//              normal    1/m + A, A the largest eigenvalue of [c]x^T J^-1 [c]x
+//              friction  at most 1/m + (sqrt(A) + r/sqrt(J_min))^2, exact of a ball about the centre
+// A part of a surface may have more contacts than a node. Balls stacked densely, 12 around each, have eigenvalues up to
+// (2/m) max(4 k + 8 k_t, 20 k_t). Six contacts at once cover these; a box has four on each face.
 #pragma once
 
 #include "contact/response.hpp"
@@ -20,12 +17,12 @@
 
 namespace skein {
 
-/// How light a group's lightest node is to what touches it.
+/// Mobility of a group's lightest node under contact forces.
 struct ContactMobility {
     double normal = 0, tangential = 0; ///< 1/kg
     double diameter = 0;               ///< m
     int element = 0;
-    int touching = 4; ///< how many others there may be at once
+    int touching = 4; ///< number of contacts at once
 };
 ContactMobility contact_mobility(const RodGroup& group);
 
@@ -33,9 +30,9 @@ ContactMobility contact_mobility(const RodGroup& group);
 /// a wall. The largest tangential mobility that a slip sees, about any axis, times the number of contacts at once.
 double slip_mobility(const RodGroup& group);
 
-/// Masses that a restitution is meant for, kg: of a whole rod or body; of what meets a wall, which a rod does with an
-/// end, and a body with all of its points, or with four of them; and of two that collide with their middles or end by
-/// end.
+/// Effective masses of a restitution, kg: of a whole rod or body, at a wall, and of two that collide. A rod meets a
+/// wall with an end, a body with all of its points or with four of them. Two bodies collide with their middles or end
+/// by end.
 double body_mass(const RodGroup& group);
 double mass_at_wall(const RodGroup& group);
 double reduced_mass(const RodGroup& a, const RodGroup& b);
@@ -55,14 +52,14 @@ struct StifferLaw {
 };
 StifferLaw stiffer_law(const ContactLaw& given, const ContactLaw& law, double effective_mass, double times);
 
-/// s; `touching`: how many at once, at one node.
+/// Limit, s; `touching`: number of contacts at once at one node.
 double contact_limit(const ContactMobility& of, const ContactLaw& law, double stiffness, double damping, int touching);
 
-/// The slip speed, m/s, from which on published friction slows slip under a normal force, N, and does not turn it round
-/// within a step of `dt`, s: below it slip trembles. `bodies`: 2, or 1 against a wall. 0 of other friction.
+/// Slip speed, m/s, from which on published friction slows slip under a normal force, N, within a step of `dt`, s.
+/// Below it slip trembles. `bodies`: 2, or 1 against a wall. 0 of other friction.
 double least_slip_speed(const ContactMobility& of, const ContactLaw& law, double force, int bodies, double dt);
 
-/// Of a group under a law at overlaps up to a share of the diameter, as an entry of its plan.
+/// Time limit of a group under a law at overlaps up to a share of the diameter, as an entry of its plan.
 TimeLimit contact_time_limit(const RodGroup& group, const ContactLaw& law, double share);
 
 } // namespace skein

@@ -10,15 +10,15 @@ namespace skein {
 
 using detail::across, detail::between, detail::edge;
 
-/// A contact that touched in the step before does so no longer: the energy of its spring is lost.
+/// Ends a contact that touched in the step before. The energy of its spring is lost.
 void Contacts::end_contact(const Work& work, std::uint32_t pair) {
     if (work.bodies.owns_slot(list_.pair[pair].a)) work.figures.friction_work.add(memory_[pair].energy(), bins_);
     memory_[pair] = {};
     status_[pair] = 0;
 }
 
-/// Adds loads to the nodes of an element of an own body, or defers them: to the first with the couple on the element,
-/// to the second. Share and arm of these rows need not be set.
+/// Adds loads to the nodes of an element of an own body, or defers them. The couple goes to the first node's row. Share
+/// and arm of these rows need not be set.
 template <class Row> void Contacts::exert(const Work& work, std::uint32_t slot, const Row& first, const Row& second) {
     const std::int32_t window = work.bodies.window_of[slot];
     if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
@@ -46,7 +46,7 @@ void Contacts::exert(const Work& work, std::uint32_t slot, const ElementLoad<dou
 template void Contacts::exert(const Work& work, std::uint32_t slot, const LoadRow& first, const LoadRow& second);
 template void Contacts::exert(const Work& work, std::uint32_t slot, const ForceRow& first, const ForceRow& second);
 
-/// A force on a node of an element, its start or its end.
+/// Adds or defers a force on the start or the end of an element.
 void Contacts::exert_at(const Work& work, std::uint32_t slot, const ForceRow& row, bool at_end) {
     const std::int32_t window = work.bodies.window_of[slot];
     if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
@@ -215,7 +215,7 @@ private:
     std::uint8_t *const status_, *const touched_;
     ContactMemory<double>* const memory_;
     ExertedLoad* const load_;
-    const std::uint32_t last_slot_; ///< of the strip
+    const std::uint32_t last_slot_; ///< end of the strip
 };
 
 void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums) {
@@ -223,7 +223,7 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
     for (std::uint32_t i = 0; i < area.count; i += WorkArea::W) forces.push(i, sums);
 }
 
-/// What these pairs remember, for a step that may begin anew: pairs that do not touch remember nothing.
+/// Saves the memory of pairs for a step that may be repeated. Pairs that do not touch have none.
 void Contacts::save_memory(std::uint32_t begin, std::uint32_t end) {
     std::copy(status_.data() + begin, status_.data() + end, status_before_.data() + begin);
     for (std::uint32_t first = begin; first < end; first += 8)

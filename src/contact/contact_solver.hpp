@@ -1,4 +1,4 @@
-// The contact solver as the rest of a run sees it: loads of slots, figures, and what goes into checkpoints.
+// Interface of the contact solver to the rest of a run: loads of slots, figures, numbers of checkpoints.
 #pragma once
 
 #include "contact/broad_phase.hpp"
@@ -28,7 +28,7 @@ struct ContactFigures {
     std::int64_t candidates = 0, active = 0; ///< pairs; those that touch
     double weight = 0;          ///< sum over these of the pair's share in a contact of bodies: number of contacts
     double max_overlap = 0;     ///< largest overlap over the smaller diameter
-    std::int64_t rebuilds = 0;  ///< of the list of candidates, since the beginning
+    std::int64_t rebuilds = 0;  ///< rebuilds of the list of candidates, since the beginning
     double skin = 0;            ///< m
     double search_s = 0;        ///< wall time of rebuilds since the beginning
     double max_stiffness = 0;   ///< largest slope of the normal force over the overlap, N/m
@@ -44,7 +44,7 @@ struct ContactFigures {
 /// A pair in contact at the last evaluation, for tables and messages.
 struct Contact {
     Pair pair;
-    double s, t;         ///< where on its elements; 0 of a box
+    double s, t;         ///< share of the contact along each element; 0 on a box
     Vec3d force;         ///< on the first, lab, N
     double overlap;      ///< m
     double diameter;     ///< the smaller one of both, m
@@ -53,13 +53,13 @@ struct Contact {
     Vec3d slip;          ///< velocity of the first there against the second, m/s
 };
 
-/// Two elements that have changed sides within a step, or are about to: their axes have crossed, or a ball's centre has
+/// Two elements that have changed sides within a step, or are about to. Their axes have crossed, or a ball's centre has
 /// come within half the sum of radii. theory.md (58c)
 struct SideChange {
     Pair pair;      ///< the lower slot first
     double nearest; ///< distance of their axes within the step, over the sum of radii; 0 where these crossed
-    double speed;   ///< of one against the other, m/s
-    double energy;  ///< of that motion and in the contact before the step, J
+    double speed;   ///< relative speed, m/s
+    double energy;  ///< kinetic energy of that motion and energy of the contact before the step, J
     friend bool operator==(const SideChange&, const SideChange&) = default;
 };
 
@@ -78,9 +78,9 @@ struct ContactScene {
     std::int64_t slots;
     std::vector<std::vector<PartBox>> boxes; ///< by group and part; of groups without boxes none, without any no groups
     double thinnest = 0;                     ///< radius of the thinnest element, m
-    std::vector<double> masses;              ///< of a body, by group, kg
+    std::vector<double> masses;              ///< mass of a body, by group, kg
     std::vector<double> slip_mobility;       ///< by group, 1/kg: contact_limits.hpp
-    double largest_energy = 0; ///< of the stiffest normal spring, of the widest elements one in another, J
+    double largest_energy = 0; ///< energy of the stiffest normal spring between the widest elements one in another, J
 };
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
 
@@ -91,14 +91,13 @@ class ContactSolver {
 public:
     virtual ~ContactSolver() = default;
 
-    /// Whether there is a list, and it is worth being kept: the same on all ranks.
+    /// True where there is a list and it pays to keep it; the same on all ranks.
     virtual bool worth_keeping() const = 0;
-    /// Whether it lasts, and has all pairs that may touch where bodies are now.
+    /// True where the list is worth keeping and has all pairs that may touch where bodies are now.
     virtual bool holds(const Exposure& bodies) = 0;
     /// Distance between elements up to which pairs go into the next list, m: the same on all ranks.
     virtual double next_skin() = 0;
-    /// The numbers of these bodies' slots are about to change: forgets what `begin` did of a step that is to begin
-    /// anew.
+    /// Prepares for new numbers of slots. Forgets `begin` of a step that is to begin anew.
     virtual void prepare_rebuild(const Exposure& bodies) = 0;
     /// Pairs of all that may be near. Marks slots of ghosts that are in some pair. Returns the number of pairs whose
     /// first body is own and that do not touch.
@@ -128,18 +127,16 @@ public:
     virtual std::span<const std::uint8_t> touched() const = 0;
 
     virtual ContactFigures figures() const = 0;
-    /// Work in a step on the pairs of each window, by window, in pairs that touch; a pair counts for the body of its
-    /// first element.
+    /// Work of a step by window, in pairs that touch. A pair counts for the body of its first element.
     virtual std::vector<double> work(const Exposure& bodies) const = 0;
-    /// Energies of the normal springs of pairs whose first body is own, J, in order of pairs: by where these bodies
-    /// are, and by nothing that they have done. The bodies are those of the last evaluation, or have moved on by a part
-    /// of a step.
+    /// Energies of the normal springs of pairs whose first body is own, J, in order of pairs. They follow from places
+    /// alone. The bodies are those of the last evaluation, moved on by no more than a part of a step.
     virtual std::vector<double> normal_energies(const Exposure& bodies) const = 0;
     /// Contacts of the last evaluation, which was of these bodies, whose first body is own.
     virtual std::vector<Contact> active(const Exposure& bodies) const = 0;
 
-    /// Bodies have come to where they are at the rates that they show, for so long, s: said before holds(). 0: not
-    /// known, and nothing is looked for.
+    /// Time, s, for which bodies have moved at the rates that they show; set before holds(). 0: unknown, and no side
+    /// changes are searched.
     virtual void arrived_in(double drift) = 0;
     /// The longest way of an own element in that time, m, and which of them have to be followed in the next search().
     virtual double largest_displacement(const Exposure& bodies) = 0;

@@ -1,4 +1,4 @@
-// What a scene says about rods that touch each other.
+// Keys of a scene for rods that touch each other.
 #pragma once
 
 #include "contact/contact_law.hpp"

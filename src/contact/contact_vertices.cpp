@@ -1,4 +1,4 @@
-// Contacts near vertices: what these take from pairs; springs that contacts go on from.
+// Contacts near vertices: terms that vertices take from pairs, and springs that new contacts inherit.
 #include "contact/work_area.hpp"
 #include "skein/core/index.hpp"
 
@@ -17,7 +17,7 @@ template <int W> SKEIN_INLINE void Contacts::NearVertex<W>::put(int l, Pair pair
     at_end[second] |= (vertices >> 3 & 1) << l;
 }
 
-/// Energies and forces of vertices that pairs in touch share. The first element of each is near a vertex, the second
+/// Energies and forces of vertices that touching pairs share. The first element of each is near a vertex, the second
 /// where `both`.
 template <int N, bool both>
 VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVertex<N>& pairs) const {
@@ -50,7 +50,7 @@ VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVer
                                  pairs.sine_squared, element);
 }
 
-/// Takes from pairs near vertices what these have of them: of so many pairs, up to W, from the i-th on.
+/// Adds the terms of vertices to up to W pairs near them, from the i-th on.
 template <bool both, int W>
 void Contacts::push_pack_near_vertices(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid) {
     using A = WorkArea;
@@ -108,7 +108,7 @@ void Contacts::push_pack_near_vertices(const Work& work, WorkArea& area, Sums& s
     }
 }
 
-/// Packs of a block are short, so the rest goes into one of half the lanes where that is enough.
+/// Evaluates pairs near vertices in packs. Half the lanes serve the rest where they are enough.
 template <bool both> void Contacts::push_near_vertices(const Work& work, WorkArea& area, Sums& sums) {
     constexpr int W = WorkArea::W;
     const std::uint32_t count = both ? area.twos : area.ones;
@@ -149,8 +149,8 @@ VertexTerms<Pack<1>> Contacts::at_vertices(const Exposure& bodies, std::uint32_t
     return terms;
 }
 
-/// Of a pair that did not touch: the spring of the pair at the neighbour that it shares its contact with, if that
-/// touched; else the pair's own.
+/// Pair whose spring a new contact inherits: the pair of the neighbour that shares the contact, if that touched, else
+/// its own.
 Contacts::Inherited Contacts::spring_at_vertex(const Exposure& bodies, std::uint32_t pair, int da, int db,
                                                std::uint32_t own) const {
     const auto take = [&](PairList::Neighbour n, std::uint32_t else_) {
@@ -170,8 +170,8 @@ std::optional<std::uint32_t> Contacts::beyond_seam(const Exposure& bodies, std::
     return bodies.find(bodies.in_scene(slot) - step * (ring - 1));
 }
 
-/// The same where a ring closes at the vertex: neighbours are then no neighbours by number. Elements of one ring may
-/// stand in the other order beyond, where what is 1 in the law is 2 here. `otherwise`: where none closes.
+/// Pair at the seam of a ring, where neighbours have no consecutive numbers. Elements of one ring may stand in the
+/// other order beyond; then body 1 of the law is body 2 here. `otherwise`: the pair where no ring closes.
 Contacts::Inherited Contacts::spring_at_seam(const Exposure& bodies, std::uint32_t pair, int da, int db,
                                              Inherited otherwise) const {
     const auto [a, b] = list_.pair[pair];
@@ -206,7 +206,7 @@ FrictionSpring<double> Contacts::inherited_spring(const Exposure& bodies, std::u
     return spring;
 }
 
-/// Before any memory or status of the block's pairs changes.
+/// Inherits springs before any memory or status of the block's pairs changes.
 void Contacts::inherit_springs(const Work& work, const WorkArea& area) {
     if (!area.begins || !has_spring(kinds_.friction)) return;
     for (std::uint32_t n = 0; n < area.count; ++n)

@@ -12,11 +12,11 @@ namespace skein {
 
 namespace {
 
-// Skin and margin are such that searches, prunings and pairs that do not touch cost as little as may be, by figures
-// that all ranks know: all choose the same.
-constexpr double search_cost = 15;        // of an element, in such pairs
-constexpr double least_skin = 0.01;       // in diameters
-constexpr double inactive_work = 1.0 / 8; // of a pair that does not touch, in those that do
+// Skin and margin minimise the cost of searches, prunings and pairs that do not touch. All ranks know the same figures
+// and choose alike.
+constexpr double search_cost = 15;        // cost of searching an element, in pairs that do not touch
+constexpr double least_skin = 0.01;       // skin in diameters
+constexpr double inactive_work = 1.0 / 8; // cost of a pair that does not touch, in those that do
 
 } // namespace
 
@@ -31,7 +31,7 @@ Contacts::Contacts(ContactScene scene, const Threads& threads)
 
 Contacts::~Contacts() = default;
 
-/// Places of so many nodes; behind the last node that node again.
+/// Places of a tile of nodes; the last node repeats.
 SKEIN_INLINE Contacts::Places Contacts::places(const Exposure& bodies, std::size_t first) {
     const ExposedNode* const node = bodies.node.data();
     const std::size_t last = bodies.slots() - 1;
@@ -46,10 +46,10 @@ SKEIN_INLINE Contacts::Places Contacts::places(const Exposure& bodies, std::size
 
 namespace {
 
-/// The squared distance that elements may move while no two of them, a gap apart, meet, m^2.
+/// Squared distance, m^2, that elements may move before two of them, a gap apart, touch.
 double farthest_squared(const Exposure& bodies, double gap) {
     const double half_way =
-        0.5 * gap / (1 + 2 * bodies.scene().searched_reach()); // of each of two, beyond vertices too
+        0.5 * gap / (1 + 2 * bodies.scene().searched_reach()); // half for each of two elements, beyond vertices too
     return half_way * half_way;
 }
 
@@ -78,7 +78,7 @@ void Contacts::cut_tiles(const Exposure& bodies) {
     }
 }
 
-/// Finds which lists still hold all pairs that may touch.
+/// Checks that the lists still hold all pairs that may touch.
 Contacts::Holding Contacts::check_lists(const Exposure& bodies, std::span<const TileRun> runs) {
     constexpr int W = places_at_once;
     using P = Pack<W>;
@@ -113,7 +113,7 @@ Contacts::Holding Contacts::check_lists(const Exposure& bodies, std::span<const 
     return {list, pruned, std::sqrt(moved)};
 }
 
-/// All candidates are looked at in the next step.
+/// Requests that the next step checks all candidates.
 void Contacts::request_pruning(const Exposure& bodies) {
     threads_.for_each(all_tiles_.size(), [&](std::size_t run, int) {
         const auto [begin, end, paired] = all_tiles_[run];
@@ -132,8 +132,8 @@ bool Contacts::holds(const Exposure& bodies) {
     return holding.list;
 }
 
-/// Candidates that do not touch and are looked at in a step, over all that do not touch: those in the pruned list, and
-/// as many where lists are pruned so often as their margin is smaller than the skin.
+/// Share of inactive candidates that a step checks. The pruned list has as many, and pruning adds as many where it is
+/// due as often as the margin is smaller than the skin.
 double Contacts::idle_share() const { return 2 * margin_ / figures_.skin; }
 
 /// A list may last so long that its inactive pairs cost more than a new one with less skin.
@@ -145,9 +145,9 @@ bool Contacts::rebuild_pays() const {
 
 double Contacts::next_skin() {
     if (figures_.rebuilds > 0 && age_ > 0) {
-        // Elements move by half the skin in `age` steps, by half the margin in a part of these: pairs that are looked
-        // at in a step are least, 2 inactive / sqrt(age), with a margin of skin / sqrt(age). Age and inactive pairs
-        // grow with the skin.
+        // Elements move by half the skin in `age` steps, by half the margin in a part of these. The pairs that a step
+        // checks are fewest, 2 inactive / sqrt(age), with a margin of skin / sqrt(age). Age and inactive pairs grow
+        // with the skin.
         const auto age = static_cast<double>(age_),
                    inactive = static_cast<double>(std::max<std::int64_t>(inactive_, 1));
         const double search = search_cost * static_cast<double>(scene_.slots) / age,
@@ -196,7 +196,7 @@ std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> want
     return found_.inactive;
 }
 
-/// Memory of earlier steps finds its places in the list.
+/// Places the memory of earlier steps into the list.
 void Contacts::place_saved(const Exposure& bodies) {
     memory_.assign(list_.count(), ContactMemory<double>{});
     status_.assign(list_.count() + PairList::padding, 0);
@@ -206,7 +206,7 @@ void Contacts::place_saved(const Exposure& bodies) {
         for (std::size_t i = begin; i < end; ++i) {
             const SavedContact& kept = saved_[i];
             const auto a = bodies.find(kept.a), b = bodies.find(kept.b);
-            if (!a && !b) continue; // of other ranks
+            if (!a && !b) continue; // a contact of other ranks
             if (a && b) {
                 const auto first = list_.pair.begin() + list_.first[*a],
                            last = list_.pair.begin() + list_.first[*a + 1];
@@ -306,7 +306,7 @@ std::vector<double> Contacts::work(const Exposure& bodies) const {
     return work;
 }
 
-/// Springs of regularised friction, for a step of h.
+/// Sets the springs of regularised friction for a step h.
 void Contacts::set_springs(double h) {
     const std::vector<double>& mobility = scene_.slip_mobility;
     if (mobility.empty() || laws_.materials() == 1)

@@ -1,18 +1,16 @@
-// Contacts between rods: candidates, pairs in contact, their forces and memory.                              theory.md
-// section 18
-//   list of candidates, rebuilt when elements have moved half its skin
-//   pruned list: the candidates that are within a margin of each other, a fraction of the skin; steps look at no others
-//   until elements have moved half of that push, for a block of bodies, with what the stages hand on in a work area
-//   that stays in the second cache:
-//     find_touching     the candidates that touch, packed
-//     inherit_springs    contacts that begin near vertices go on from the springs of others
-//     push_vertices     what vertices take from them vertex_terms.hpp push_near_parallel        near-parallel ones: at
-//     the ends of their overlap                                        overlap.hpp push_touching     forces eight at a
-//     time; loads of both elements in order of pairs                        rows.hpp
-//   blocks from the last to the first, loads on other strips of blocks deferred (drawing: deferred_loads.hpp)
-// No atomic, no order among threads: the bits of a body's loads depend on the bodies alone. Memory of a contact is kept
-// by pair, a line of the cache, in place: what is read of other pairs' is read before any of a block's changes. Cost:
-// see docs/performance.md.
+// Contacts between rods: candidates, pairs in contact, their forces and memory.                 theory.md section 18
+//   list of candidates   rebuilt when elements have moved half its skin
+//   pruned list          candidates within a margin, a fraction of the skin; steps check no others until elements have
+//                        moved half of it
+//   push                 a block of bodies; its work area stays in the second cache:
+//     find_touching        candidates that touch, packed                            touching_scan.cpp
+//     inherit_springs      springs of contacts that begin near vertices             contact_vertices.cpp
+//     push_vertices        terms of vertices                                        vertex_terms.hpp
+//     push_near_parallel   forces at the ends of overlaps                           overlap.hpp
+//     push_touching        forces eight at a time, loads in the order of pairs      rows.hpp
+//   blocks run from the last to the first; loads on other strips are deferred       deferred_loads.hpp
+// Threads need no atomic and no order, so the bits of a body's loads depend on the bodies alone. Memory of a contact is
+// kept by pair, a cache line each, in place. Memory of other pairs is read before any of a block's changes.
 #pragma once
 
 #include "contact/contact_solver.hpp"
@@ -81,7 +79,7 @@ private:
     };
 
     static Places places(const Exposure& bodies, std::size_t first);
-    /// Whether the lists have all pairs that may touch where elements are now.
+    /// State of the lists: true where they have all pairs that may touch.
     struct Holding {
         bool list, pruned;
         double moved; ///< the longest way since pruning was last due, of elements in pairs, m
@@ -108,12 +106,12 @@ private:
         const Exposure& bodies;
         double h;
         const ContactBlock& block;
-        std::uint32_t last_slot; ///< of the strip: loads behind it are deferred
+        std::uint32_t last_slot; ///< end of the strip; loads beyond are deferred
         DeferredLoads::Deferring& deferring;
         BlockFigures& figures;
         ExertedLoad* load;
-        std::size_t number; ///< of the block
-        bool prune;         ///< all candidates are looked at
+        std::size_t number; ///< number of the block
+        bool prune;         ///< all candidates are checked
     };
     void push(const Work& work, WorkArea& area);
     void save_memory(std::uint32_t begin, std::uint32_t end);
@@ -132,7 +130,7 @@ private:
     /// Pairs whose first element is near a vertex; they are numbered so for as long as that matters.
     template <int W> struct NearVertex {
         std::uint32_t slot[2][W];
-        unsigned at_start[2] = {0, 0}, at_end[2] = {0, 0}; ///< where, as bits
+        unsigned at_start[2] = {0, 0}, at_end[2] = {0, 0}; ///< lanes near the start and near the end, as bits
         Pack<W> share[2], sine_squared{0.0};               ///< places on the elements; of the angle between them
         Vec3<Pack<W>> apart{};                             ///< from the first to the second
 
@@ -195,7 +193,7 @@ private:
 
     const ContactScene scene_;
     const ContactLaws& laws_ = scene_.laws;
-    const SumBins bins_{scene_.largest_energy}; ///< of energies and works
+    const SumBins bins_{scene_.largest_energy}; ///< bins of energies and works, J
     ContactKinds kinds_;
     bool remembers_;                              ///< contacts have memory to keep
     bool has_rings_;                              ///< among the groups
@@ -205,12 +203,12 @@ private:
     Candidates found_; ///< between search and settle
     PairList list_;
     DeferredLoads deferred_;
-    AlignedVector<Places> place_; ///< of nodes when the list was made, so many at once
+    AlignedVector<Places> place_; ///< places of nodes when the list was made, m
     std::vector<TileRun> all_tiles_, ghosts_tiles_;
     PrunedList pruned_;
     double margin_ = 0;               ///< m
-    AlignedVector<Places> pruned_at_; ///< of nodes when pruning was last due
-    bool prunes_[2] = {true, true};   ///< in the next step: strips in now_, in later_
+    AlignedVector<Places> pruned_at_; ///< places of nodes when pruning was last due, m
+    bool prunes_[2] = {true, true};   ///< strips in now_ and in later_ that prune in the next step
     /// Status of a pair, as bits.
     enum : std::uint8_t { touching = 1, began_deep = 2 }; // the latter only where contacts are kept
     std::vector<std::uint8_t> status_;                    ///< by pair; padded
@@ -225,8 +223,8 @@ private:
     std::vector<std::uint8_t> touched_;                   ///< by window
     std::vector<std::uint8_t> edge_;                      ///< by slot: an end of a window; padded
     bool may_repeat_ = false;                 ///< the step that is under way, on this rank alone until ghosts arrive
-    std::vector<std::uint8_t> status_before_; ///< of pairs in now_, as that step found them
-    AlignedVector<ContactMemory<double>> memory_before_; ///< likewise, of those that touched
+    std::vector<std::uint8_t> status_before_; ///< status of pairs in now_ before the step
+    AlignedVector<ContactMemory<double>> memory_before_; ///< memory of pairs in now_ that touched before the step
     double drift_ = 0, time_ = 0;                        ///< s; of the step that is under way
     bool watches_ = false;                               ///< for changes of sides, in that step
     double moved_ = 0;               ///< Holding::moved of the step before, 0 where pruning was due in it
@@ -237,11 +235,11 @@ private:
     std::vector<std::int64_t> far_in_scene_; ///< these as slots of the scene, for a search
     std::vector<std::array<std::int64_t, 2>>
         passed_;        ///< pairs that may have changed sides unseen, as slots of the scene
-    std::mutex noting_; ///< of what follows
+    std::mutex noting_; ///< guard of the members below
     std::vector<SideChange> side_changes_;
     bool begins_ = true;                ///< no step has been looked at: bodies that are in each other may be
     std::vector<BodyPair> overlapping_; ///< bodies deep in each other since they began so; rising
-    std::vector<BodyPair> overlap_now_; ///< those that still are, in the step that is under way
+    std::vector<BodyPair> overlap_now_; ///< bodies that still overlap in this step
     std::int64_t age_ = 0;              ///< steps since the list was made
     std::int64_t inactive_ = 0;         ///< pairs, of all ranks, that did not touch then
     ContactFigures figures_{bins_};

@@ -10,8 +10,8 @@ namespace skein {
 
 namespace {
 
-constexpr std::size_t strips_per_thread = 4, // of which some take longer than others
-    rows_per_pair = 7;                       // of near-parallel elements that are bent near vertices; most have one
+constexpr std::size_t strips_per_thread = 4, // strips differ in time
+    rows_per_pair = 7;                       // rows of near-parallel elements bent near vertices; most pairs have one
 
 } // namespace
 

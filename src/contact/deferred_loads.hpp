@@ -1,13 +1,14 @@
-// Bodies in blocks, blocks in strips, and loads that contacts of one strip exert on elements of strips behind it. A
-// strip is the work of one task, which goes through its blocks from the last to the first and adds to the bodies of all
-// of them; loads on bodies of other strips are deferred until all are done. So what is exerted on a slot is summed in
-// one order, wherever strips begin: what its own block exerts, then the block before, and so on, pairs rising in each.
-// Blocks are those of the scene (SceneSlots): these sums have the same bits for any threads, ranks and lists.
+// Blocks of bodies, strips of blocks, and loads of contacts of one strip on elements of later strips.
 //
 //   strip 1:  blocks A B        strip 2:  blocks C D        each pair (a, b), a < b, is the work of a's block
 //   task 1:   B: loads of B;  then A: loads of A and B        deferred B -> C, B -> D, A -> C, A -> D
 //   task 2:   D: loads of D;  then C: loads of C and D
 //   then:     deferred loads of C: those of B, then those of A; of D likewise
+//
+// A strip is the work of one task. The task goes through the blocks from the last to the first and adds to the bodies
+// of all of them. Loads on bodies of other strips are deferred until all strips are done. So a slot sums its loads in
+// one order wherever strips begin: its own block's, then those of the block before, and so on, pairs rising in each.
+// The scene defines the blocks (SceneSlots), so these sums have the same bits for any threads, ranks and lists.
 #pragma once
 
 #include "contact/pair_list.hpp"
@@ -71,7 +72,7 @@ private:
     /// Loads of a strip on a block behind it.
     struct Route {
         std::uint32_t from, to;
-        std::size_t begin, end; ///< of its loads; the latter as they are now
+        std::size_t begin, end; ///< range of its loads, which grows
     };
     void cut_blocks(const PairList& list, const Exposure& bodies, const Threads& threads);
     void cut_strips(const PairList& list, const Threads& threads);
@@ -83,7 +84,7 @@ private:
     std::vector<std::size_t> sent_, received_; ///< by strip and by block: where its routes begin in route_ and in to_
     std::vector<std::uint32_t> to_;            ///< routes by receiver, then sender from near to far
     UnsetArray<LoadRow> row_;
-    UnsetArray<std::uint32_t> slot_; ///< of each row
+    UnsetArray<std::uint32_t> slot_; ///< slot of each row
 };
 
 } // namespace skein

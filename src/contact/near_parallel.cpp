@@ -203,8 +203,8 @@ void Contacts::push_near_parallel(const Work& work, WorkArea& area, Sums& sums) 
         LoadRow first[2][W], second[2][W]{};
         for (const int body : {0, 1}) {
             const ElementLoad<P>& on = body ? ends.on_2 : ends.on_1;
-            // What is between the vectors is nobody's. (With a constant 0 there GCC 12 was seen to store the vector's z
-            // in its place.)
+            // Numbers between the vectors are unused. (With a constant 0 there GCC 12 stored the vector's z in its
+            // place.)
             store_transposed<W>(on.first, on.first.x, [&](int l) { return &first[body][l].number[0]; });
             store_transposed<W>(on.couple, on.couple.x, [&](int l) { return &first[body][l].number[4]; });
             store_transposed<W>(on.second, on.second.x, [&](int l) { return &second[body][l].number[0]; });
@@ -254,7 +254,7 @@ std::vector<double> Contacts::normal_energies(const Exposure& bodies) const {
             all.push_back(normal_energy_with_box(bodies, i));
             continue;
         }
-        const Vec3d apart = bodies.node[a].position - bodies.node[b].position; // of ends, farther than the sum of all
+        const Vec3d apart = bodies.node[a].position - bodies.node[b].position; // bound of the distance by ends
         const double radii = bodies.node[a].radius + bodies.node[b].radius;
         if (norm(apart) > radii + norm(edge(bodies, a)) + norm(edge(bodies, b))) continue;
         const Points p = points(bodies, i);

@@ -1,9 +1,9 @@
-// How much of an element lies beside a near-parallel other: the weight of their contact where vertices end it.
-// theory.md (56e)
-//   on the line of one element: the feet f1 < f2 of the other's ends;  the overlap from max(0, f1) to min(1, f2), over
-//   min(1, f2 - f1)
-// Where it is between two free ends, of bodies that go on beyond, this is smoothed from 1 of a contact end by end: 1 -
-// x^2 + x^3. Without vertices it is 1. So it has no jump, and no kink but where those of neighbours make up for it.
+// Share of an element that lies beside a near-parallel other.                                      theory.md (56e)
+//   f1 < f2: feet of the other's ends on the line of the element
+//   x = (min(1, f2) - max(0, f1))/min(1, f2 - f1)
+// The share weighs their contact where vertices end the overlap. Between two free ends of bodies that go on beyond, it
+// is smoothed to 1 - x^2 + x^3, from 1 of a contact end by end. Without vertices it is 1. So it has no jump, and its
+// kinks cancel with those of neighbours.
 #pragma once
 
 #include "contact/compress.hpp"
@@ -13,8 +13,7 @@ namespace skein {
 
 template <class P> struct Overlap {
     P share;
-    P foot[2], change[2]; ///< where the ends of the other have their feet, the lower one first; of the share as that
-                          ///< foot moves
+    P foot[2], change[2]; ///< feet of the other's ends, the lower one first; derivative of the share by that foot
 };
 
 /// Vertices of eight elements or of one, as masks: at the start and at the end.

@@ -36,8 +36,7 @@ void PairList::find_neighbours(const Threads& threads) {
     for_blocks(threads, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t a = begin; a < end; ++a)
             for (const int side : {0, 1}) {
-                const std::size_t other =
-                    side ? a + 1 : a - 1; // of another rod only if that slot has no element, and no pairs
+                const std::size_t other = side ? a + 1 : a - 1; // another rod's slot has no element there, and no pairs
                 std::uint32_t at = other < slots ? first[other] : 0, end = other < slots ? first[other + 1] : 0;
                 for (std::uint32_t i = first[a]; i < first[a + 1]; ++i) {
                     const std::uint32_t from = pair[i].b - 1;

@@ -1,5 +1,4 @@
-// Candidate pairs one by one, in order, as the steps go through them until the list is rebuilt, and which pairs lie
-// beyond the vertices of a pair.
+// Candidate pairs in order, as steps use them until the list is rebuilt, and the pairs beyond the vertices of each.
 #pragma once
 
 #include "contact/broad_phase.hpp"
@@ -9,10 +8,9 @@
 namespace skein {
 
 struct PairList {
-    static constexpr std::size_t padding =
-        72; ///< copies of a pair behind the last, for those who read in tiles and ahead
+    static constexpr std::size_t padding = 72; ///< copies of the last pair, for readers in tiles and ahead
 
-    std::vector<std::uint32_t> first;   ///< of the pairs whose first element is a slot's, and behind the last
+    std::vector<std::uint32_t> first;   ///< first pair of each slot, and the number of pairs
     AlignedVector<Pair> pair;           ///< rising; padded
     std::vector<std::uint8_t> vertices; ///< by pair, see vertices_of_pair; padded
 
@@ -42,8 +40,8 @@ struct PairList {
 private:
     void find_neighbours(const Threads& threads);
 
-    /// Neighbours of pair (a, b) at a - 1 and at a + 1: which of b - 1, b, b + 1 are its partners (three bits), and
-    /// where the first of these is.
+    /// Neighbours of pair (a, b) at a - 1 and at a + 1. Three bits mark the partners among b - 1, b, b + 1; the rest is
+    /// the number of the first.
     std::vector<std::array<std::uint32_t, 2>> beyond_;
 };
 

@@ -9,7 +9,7 @@ namespace skein {
 
 namespace {
 
-constexpr double coordination = 6;             // of a bed at rest: isostatic with friction 4, without 10
+constexpr double coordination = 6; // contacts per rod of a bed at rest: isostatic with friction 4, without 10
 constexpr double densest = 0.6, crowded = 5.4; // phi of short rods; phi L/d of long ones
 constexpr double sideways = 0.5;               // pressure at the sides over that from above, of a bed at rest
 constexpr double euler = 0.5772156649015329;
@@ -22,11 +22,11 @@ double volume(const RodGroup& group) {
     return sum;
 }
 
-/// Of all rods of a scene.
+/// Sums over all rods of a scene.
 struct Assembly {
     double rods = 0, volume = 0, diameter = 0; ///< the last: mean by volume, m
     Vec3d weight{0, 0, 0};                     ///< N
-    double heaviest = 0;                       ///< of one rod, N
+    double heaviest = 0;                       ///< weight of the heaviest rod, N
     double length() const { return volume / rods / (0.25 * M_PI * diameter * diameter); }
 };
 

@@ -17,7 +17,7 @@ struct Pressing {
     bool of_lid = false; ///< by the pressure that is put on; else by weight
 };
 
-/// Of the elements of a group's rods, m.
+/// Mean diameter of the elements of a group's rods, m.
 double mean_diameter(const RodGroup& group);
 
 /// `gravity`: of each group, m/s^2. `pressure`: that something puts on the assembly, Pa, over `area`, m^2.

@@ -1,6 +1,6 @@
-// Candidates that may touch before long: those of each block that were within a margin when all of them were last
-// looked at. In order, a block's own part of each array, which begins behind room for the padding of those before. As
-// GROMACS prunes its lists of pairs (docs/references.md).
+// Candidates that may touch before long: those of each block within a margin when all were last checked. Each block has
+// its own part of every array, with room for the padding of earlier blocks. GROMACS prunes its lists of pairs likewise
+// (docs/references.md).
 #pragma once
 
 #include "contact/pair_list.hpp"
@@ -27,7 +27,7 @@ public:
         vertices_.need(room);
         count_.assign(blocks, 0);
     }
-    /// Of a block, the first of whose candidates is this one in the list.
+    /// Part of a block, whose first candidate has the number `first` in the list.
     Part of(std::size_t block, std::uint32_t first) {
         const std::size_t begin = first + block * PairList::padding;
         return {candidate_.data() + begin, pair_.data() + begin, vertices_.data() + begin, count_[block]};

@@ -1,29 +1,26 @@
-// Forces of a contact, for W pairs at once.                                                                theory.md
-// (53)-(56)
-//   n from 1 to 2 at distance d, overlap g = r1 + r2 - d, contact midway in it: arms a1 = (r1 - g/2) n, a2 = -(r2 -
-//   g/2) n u = v1 + w1 x a1 - (v2 + w2 x a2),   u_n = u.n,   u_t = u - u_n n linear        N = max(0, k g + c u_n)
+// Forces of a contact, for W pairs at once.                                                    theory.md (53)-(56)
+//   n from 1 to 2 at distance d, overlap g = r1 + r2 - d, contact midway in it
+//   arms          a1 = (r1 - g/2) n, a2 = -(r2 - g/2) n
+//   slip          u = v1 + w1 x a1 - (v2 + w2 x a2),  u_n = u.n,  u_t = u - u_n n
+//   linear        N = max(0, k g + c u_n)
 //   Hertz         N = max(0, sqrt(g) (k g + c u_n))
 //   memory        k_t = kappa k (linear), kappa k sqrt(g) (Hertz);  x <- min(1, k_t before/k_t) x, in the tangent plane
 //                 x turned about n by h (w1 + w2).n/2, then x <- x + h u_t,  T* = -k_t x - c_t u_t
-//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t: a contact that slides has no
-//                 dashpot
-//   regularised   T = -mu_k N u_t/max(|u_t|, v_s), through a spring 1/k_h = h^2 sum(1/m) with the dashpot h k_h, of
-//   which one step
-//                 is solved:  y = x + 2 h u_t,  T = -mu_k N y/max(|y|, 2 h v_s + mu_k N/k_h),  x <- (x - T/k_h)/2
+//                 T = T* while |T*| <= mu_s N;  else T = mu_k N T*/|T*| and x = -T/k_t, without a dashpot
+//   regularised   T = -mu_k N u_t/max(|u_t|, v_s), through a spring 1/k_h = h^2 sum(1/m) with the dashpot h k_h:
+//                 one step: y = x + 2 h u_t,  T = -mu_k N y/max(|y|, 2 h v_s + mu_k N/k_h),  x <- (x - T/k_h)/2
 //   published     T = -(1 - f) mu_k N u_t/|u_t|,  f = 1 up to v_s, 0 from 1.5 v_s on, linear between
-//   anisotropic   T = -N (mu u_a a + mu_side u_b b)/max(|u_t|, v_s),  a: the rod's axis in the plane, b = n x a, u_a
-//   and u_b along
-//                 them, mu = mu_k where u_a > 0, else that backward; through the same spring, each part of y by itself:
-//                 z = y/(2 h max(|u_t|, v_s) + mu N/k_h),  T = -N mu z/max(|z|, 1)
-//   on 1: force -N n + T, couple a1 x T;  on 2: force N n - T, couple -a2 x T
+//   anisotropic   T = -N (mu u_a a + mu_side u_b b)/max(|u_t|, v_s),  a the rod's axis in the plane, b = n x a,
+//                 u_a and u_b along them, mu = mu_k where u_a > 0, else that backward; each part of y by itself in the
+//                 spring: z = y/(2 h max(|u_t|, v_s) + mu N/k_h),  T = -N mu z/max(|z|, 1)
+//   on 1          force -N n + T, couple a1 x T;  on 2 force N n - T, couple -a2 x T
 // A contact pushes, whatever its dashpot says. Where k_t rises with the overlap the pull of the spring stays and its
-// length falls, so that no energy comes from nowhere; where k_t falls the length stays. Energy: springs store k g^2/2
-// (Hertz 2 k g^2.5/5) and k_t x^2/2. Places and rates stand half a step apart, so over a step of rates u the mean of a
-// force and of that a step before works, exactly. The viscous work is that of N and T beyond their springs; the
-// friction work is the rest of what T takes: that of slip, and of springs that change otherwise than by motion. A
-// contact in which several elements share, or several points of one, has a weight at each: its force and energy there,
-// and its spring of friction, are that share of what is written above. Source: Cundall, Strack 1979 (Geotechnique 29,
-// 47). Cost: 190 flop, of which six divisions and roots.
+// length falls, so that no energy comes from nowhere; where k_t falls the length stays. Springs store k g^2/2
+// (Hertz 2 k g^2.5/5) and k_t x^2/2. Places and rates stand half a step apart. Over a step of rates u the mean of a
+// force now and a step before works, exactly. The viscous work is that of N and T beyond their springs. The friction
+// work is the rest of what T takes: slip, and springs that change otherwise than by motion. Elements or points that
+// share a contact have a weight each: force, energy and the spring of friction are that share of the above. Source:
+// Cundall, Strack 1979 (Geotechnique 29, 47). Cost: 190 flop, of which six divisions and roots.
 #pragma once
 
 #include "contact/contact_law.hpp"
@@ -33,7 +30,7 @@ namespace skein {
 template <class P> struct ContactState {
     Vec3<P> normal; ///< from 1 to 2
     P distance, radius_1, radius_2;
-    Vec3<P> velocity_1, spin_1, velocity_2, spin_2; ///< of the axes beside the contact; lab
+    Vec3<P> velocity_1, spin_1, velocity_2, spin_2; ///< rates of the axes at the contact; lab
 };
 
 /// The spring of friction.
@@ -47,10 +44,10 @@ template <class P> struct FrictionSpring {
 /// Memory of a contact from one step to the next.
 template <class P> struct ContactMemory {
     FrictionSpring<P> spring;
-    Vec3<P> viscous_part; ///< of the force on 1, beyond both springs, N
-    P weight;             ///< of the spring of friction
+    Vec3<P> viscous_part; ///< force on 1 beyond both springs, N
+    P weight;             ///< weight of the spring of friction
 
-    SKEIN_INLINE P energy() const { return weight * spring.energy(); } ///< of that spring, J
+    SKEIN_INLINE P energy() const { return weight * spring.energy(); } ///< energy of that spring, J
 };
 
 template <int W> SKEIN_INLINE ContactMemory<double> lane(const ContactMemory<Pack<W>>& m, int i) {
@@ -66,7 +63,7 @@ template <int W> SKEIN_INLINE void set_lane(ContactMemory<Pack<W>>& m, int i, co
 /// Shares of a contact.
 template <class P> struct ContactWeight {
     P normal = 1.0; ///< at this point
-    P all = 1.0;    ///< of the contact with all its points, where it is this one that has friction
+    P all = 1.0;    ///< share of the contact with all its points, where this point has the friction
 };
 
 template <class P> struct ContactForce {
@@ -74,14 +71,14 @@ template <class P> struct ContactForce {
     Vec3<P> moment;                ///< n x T, N: the couple on i is arm_i times this
     P arm_1, arm_2;                ///< m
     P normal;                      ///< N
-    P stiffness;                   ///< of the normal spring as it is, N/m
+    P stiffness;                   ///< slope of the normal force over the overlap, N/m
     P elastic_energy;              ///< J, now
     P friction_work, viscous_work; ///< J, in this step
 };
 
-/// How a rod lies on a wall whose friction depends on its direction.
+/// Direction of a rod on a wall with anisotropic friction.
 template <class P> struct Lie {
-    Vec3<P> axis;         ///< of the rod, lab
+    Vec3<P> axis;         ///< axis of the rod, lab
     P backward, sideways; ///< coefficients over that forward
 };
 
@@ -92,19 +89,20 @@ struct ContactKinds {
 
 /// A vector across the unit vector n, turned about it by an angle (Cayley's form, which keeps its length).
 template <class P> SKEIN_INLINE Vec3<P> turned(const Vec3<P>& x, const Vec3<P>& n, P angle) {
-    const P tangent = P(0.5) * angle, share = (tangent + tangent) / fma(tangent, tangent, P(1.0)); // of half the angle
+    const P tangent = P(0.5) * angle,
+            share =
+                (tangent + tangent) / fma(tangent, tangent, P(1.0)); // tangent of half the angle, and sine of the angle
     return x + share * (cross(n, x) - tangent * x);
 }
 
-/// Of the normal spring at an overlap, J; none where nothing touches.
+/// Energy of the normal spring at an overlap, J; 0 where nothing touches.
 template <class P> SKEIN_INLINE P normal_energy(ContactNormal normal, P stiffness, P overlap) {
     const P depth = max(overlap, P(0.0)), spring = stiffness * depth * depth;
     return normal == ContactNormal::hertz ? P(0.4) * (sqrt(depth) * spring) : P(0.5) * spring;
 }
 
-/// Direction of regularised friction times a number up to 1, against y; along with what friction has of it where it is
-/// anisotropic. `length`: 2 h v_s of the law, m. `give`: mu_k N/k_h, m. A wall's contact, which alone is anisotropic,
-/// has all of its weight.
+/// Direction of regularised friction times a number up to 1, along y. `length`: 2 h v_s of the law, m. `give`: mu_k
+/// N/k_h, m. Anisotropic friction is that of walls, whose contacts have all of their weight.
 template <class P>
 SKEIN_INLINE Vec3<P> against_slip(const Vec3<P>& y, P weight, P length, P give, const Vec3<P>& n, const Lie<P>* lie) {
     const P one(1.0), tiny(1e-300);
@@ -216,8 +214,8 @@ template <class P> SKEIN_INLINE P work_of_friction(const ContactMemory<P>& last,
 
 } // namespace detail
 
-/// `elsewhere`: normal force at the other points of the contact, N. `memory`: as the contact left it in the step
-/// before, or the spring that a new contact goes on from with weight 0; then as it is now, 0 where nothing touches.
+/// `elsewhere`: normal force at the other points of the contact, N. `memory` is that of the step before, or an
+/// inherited spring with weight 0 of a new contact. It becomes that of this step, 0 where nothing touches.
 template <int W> SKEIN_INLINE ContactForce<Pack<W>>
 contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const ContactState<Pack<W>>& in, double h,
               ContactMemory<Pack<W>>& memory, const ContactWeight<Pack<W>>& weight = {}, Pack<W> elsewhere = 0.0,

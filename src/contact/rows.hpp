@@ -57,9 +57,9 @@ SKEIN_INLINE LoadRow as_load(const ForceRow& row) { return {row.number[0], row.n
 
 } // namespace detail
 
-/// Adds `first` times a row's force and `arm` times its couple to a slot, and `second` times the force to the slot
-/// behind: whole lines, as what is written in parts has to reach the cache before it can be read as a whole. What the
-/// row has between its vectors is 0, or nobody reads what it is added to.
+/// Adds `first` times a row's force and `arm` times its couple to a slot, and `second` times the force to the next
+/// slot. Whole lines are written, as a line written in parts has to reach the cache before it can be read whole.
+/// Numbers between the vectors are 0, or nobody reads their sums.
 SKEIN_INLINE void add_row(ExertedLoad* at, const Pack<8>& row, double first, double second, double arm) {
     using namespace detail;
     put(at, fma(row, halves(first, arm), pack_at<8>(at)));

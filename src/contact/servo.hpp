@@ -23,8 +23,8 @@ public:
     void step(double force_on_watched, bool touched, double h);
 
     WallState wall_state() const { return {offset_ * forth_, (direction_ * speed_) * forth_}; }
-    double offset() const { return offset_; }                      ///< along the way forth, m
-    double height() const { return start_height_ - offset_; }      ///< of the wall's point against the way forth, m
+    double offset() const { return offset_; }                 ///< along the way forth, m
+    double height() const { return start_height_ - offset_; } ///< height of the wall's point against the way forth, m
     int direction() const { return static_cast<int>(direction_); } ///< 1 forth, -1 back, 0 not yet or no longer
     int turns() const { return static_cast<int>(turned_at_.size()); }
     const std::vector<double>& turned_at() const { return turned_at_; } ///< offsets, m: back, forth, back, ...

@@ -1,15 +1,12 @@
-// Elements that change sides within a step, which contact forces are to prevent.                            theory.md
-// (58c)
-//   way of a step: from x - h v to x, as rates have brought bodies there
-//   rods          the vector between nearest points turns round, and axes cross: both points inside before and after,
-//   or axes
-//                 nearer than half the sum of radii on the way
-//   balls         axes come nearer than half the sum of radii; of near-parallel rods, which pass like discs, than an
-//   eighth
-// A pair whose relative way is shorter than 0.4 of the sum of its radii ends such a step nearer than half:
-// find_touching() lists it at no cost. Elements that move farther are looked for only where they may be: the list of
-// candidates has all that they touch on the way as long as it holds, and a search finds the rest. Bodies that begin so
-// deep in each other, or whose law is still soft, have no sides: they are watched once they have come apart.
+// Elements that change sides within a step, which contact forces are to prevent.                 theory.md (58c)
+//   motion of a step   from x - h v to x, as rates have brought bodies there
+//   rods               the vector between nearest points turns round, and axes cross: both points inside before and
+//                      after, or axes nearer than half the sum of radii on the way
+//   balls              axes come nearer than half the sum of radii; near-parallel rods pass like discs, at an eighth
+// A pair that moves relatively by less than 0.4 of its radii ends such a step nearer than half: find_touching() lists
+// it at no cost. Elements that move farther are searched only where they may be. The list of candidates has all that
+// they touch on the way while it holds; a search finds the rest. Bodies that begin so deep in each other, or whose law
+// is still soft, have no sides. They are watched once they have come apart.
 #include "contact/contact_limits.hpp"
 #include "contact/work_area.hpp"
 #include "core/closest_points.hpp"
@@ -59,7 +56,7 @@ struct Passing {
     }
 };
 
-constexpr double half = 0.5, eighth = 0.125; ///< of the sum of radii
+constexpr double half = 0.5, eighth = 0.125; ///< shares of the sum of radii
 /// Share of the sum of radii: where neither of two moves so far, what passes within 0.45 of it ends nearer than half of
 /// it.
 constexpr double far = 0.2;
@@ -83,7 +80,7 @@ void Contacts::update_overlapping() {
     std::swap(overlapping_, overlap_now_);
 }
 
-/// Bodies whose contacts were kept as of those that began so.
+/// Restores the bodies whose saved contacts say that they began so.
 void Contacts::restore_overlapping(const Exposure& bodies) {
     for (const SavedContact& kept : saved_)
         if (kept.status & began_deep) overlapping_.push_back(bodies_of(bodies.scene(), kept.a, kept.b));
@@ -218,7 +215,7 @@ void Contacts::find_passed(const Exposure& near, std::span<std::uint8_t> wanted)
     passed_.erase(std::unique(passed_.begin(), passed_.end()), passed_.end());
 }
 
-/// Looks at all pairs whose elements have moved far.
+/// Checks all pairs with an element that has moved far.
 void Contacts::check_far_moves(const Exposure& bodies) {
     const auto note = [&](Pair pair) {
         if (const auto change = side_change(bodies, pair);

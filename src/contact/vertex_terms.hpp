@@ -1,12 +1,11 @@
-// Energies of vertices, less of contacts of the elements that share them.                                    theory.md
-// (56c), (56d)
-//   Of each pair, with the energy phi of its normal spring at the nearest points of two elements:
+// Terms of vertices in the energy of contacts that neighbouring elements share.         theory.md (56c), (56d), (56f)
 //   E = phi(e, f) - sum_v c_v phi(v, f)/2 - sum_w c_w phi(e, w)/2 + sum_vw c_v c_w phi(v, w)/4
-//   v, w: vertices of e and f, as balls of their radii; each belongs to two elements, which take half of it each
-// So a contact beside a vertex, which the neighbour sees at the vertex, is counted once: of both neighbours and the
-// vertex between them one is left. Forces are minus the gradient of E, with the derivatives of c. With the bend b of
-// both tangents at v, towards f, and x = (Q/S - 1/8)/(3/8) clamped to [0, 1]:
-//   c = p (2 - p) (1 - x^2 (3 - 2 x)),  p = min(1, S/0.25^2),  S = sin^2 of the angle of e and f,  Q = 2 b.A/(l + l')
+//   phi: energy of the normal spring at the nearest points of two elements;  v, w: vertices of e and f, as balls of
+//   their radii; each belongs to two elements, which take half of it each
+// So a contact at a vertex, which both neighbours see, is counted once: of both neighbours and the vertex one is left.
+// Forces are minus the gradient of E, with the derivatives of c:
+//   c = p (2 - p) (1 - x^2 (3 - 2 x)),  p = min(1, S/0.25^2),  S = sin^2 of the angle of e and f
+//   x = (Q/S - 1/8)/(3/8) clamped to [0, 1],  Q = 2 b.A/(l + l'),  b the bend of both tangents at v, towards f
 //   A from v to its foot on f;  Q/S = 1: the rod lies along the other one, and each of its elements pushes by itself
 // Cost: 60 flop for each vertex and each pair of them; 100 more where c changes.
 #pragma once
@@ -18,15 +17,14 @@ namespace skein {
 
 /// An element of a pair that touches.
 template <class P> struct ElementAtVertices {
-    Vec3<P>
-        node[4]; ///< of the neighbour before, its start, its end, of the neighbour behind; anywhere where there is none
-    P share;     ///< where on it the nearest point is
-    P joined[2]; ///< 1 where there is a vertex at its start, at its end, which may touch; else 0
+    Vec3<P> node[4]; ///< node of the neighbour before, start, end, node of the neighbour after; any where there is none
+    P share;         ///< share of the nearest point
+    P joined[2];     ///< 1 where there is a vertex at its start, at its end, which may touch; else 0
 };
 
 template <class P> struct VertexTerms {
     P weight{1.0};            ///< share of the nearest points, with which they act
-    P share[2] = {0.0, 0.0};  ///< where these are on both elements, beyond vertices where the contact is
+    P share[2] = {0.0, 0.0};  ///< shares of the nearest points, beyond vertices where the contact is
     Vec3<P> apart{};          ///< between them, from the first
     P energy{0.0};            ///< E beside that, J
     P normal{0.0};            ///< normal force of the pair beside that of the nearest points, N; scaled
@@ -36,7 +34,7 @@ template <class P> struct VertexTerms {
 };
 
 constexpr double least_lying = 0.125; ///< Q/S above which a rod begins to lie along the other one
-constexpr double most_lying = 0.5;    ///< and from where on it does: two rods wound round each other do from 1/2 on
+constexpr double most_lying = 0.5;    ///< Q/S from which it does; two rods wound round each other do from 1/2 on
 /// A bent rod is taken for straight beyond a vertex while it bends away by half of this, over the sum of radii.
 constexpr double straight = 1.0 / 1024;
 
@@ -152,7 +150,7 @@ public:
         return select(nearer, distance_there, distance);
     }
 
-    /// The nearest points act with the weight N/N*. What they take of E is given back.
+    /// Sets the weight N/N* of the nearest points, and gives back the energy that these take of E.
     SKEIN_INLINE void set_weight(const Vec3<P>& from_first, P distance, P beyond_distance) {
         const P zero(0.0), one(1.0);
         const P near = max(one - sine_squared_ * P(1 / (blend * blend)), zero);
@@ -169,7 +167,7 @@ public:
     }
 
 private:
-    static constexpr int elements = 1 + both; ///< those whose vertices count
+    static constexpr int elements = 1 + both; ///< number of elements whose vertices count
     static P tiny() { return P(1e-150); }
 
     struct Spring {
@@ -255,7 +253,7 @@ private:
         for (const int i : {0, 1}) {
             there[i] = goes_[i] * select(both_go > zero, (displacement_[i] + cosine * displacement_[1 - i]) * inverse,
                                          displacement_[i]);
-            P curvature(0.0); // of the rod beyond its vertex, squared
+            P curvature(0.0); // squared curvature of the rod beyond its vertex, 1/m^2
             for (const int j : {0, 1})
                 if (i < elements) {
                     const Corner& c = corner_[i][j];
@@ -289,7 +287,7 @@ private:
     P sine_squared_, inverse_sine_, crossing_, per_sine_; ///< S, 1/S, p (2 - p), its derivative by S
     Corner corner_[2][2];
     P slope_[2][2];     ///< dE/dc of each corner, J
-    P displacement_[2]; ///< how far the neighbour goes on towards the other element, along the edge, m
+    P displacement_[2]; ///< way of the neighbour towards the other element, along the edge, m
     P goes_[2];         ///< 1 where the nearest point may go on along the edge
 };
 

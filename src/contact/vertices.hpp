@@ -1,14 +1,13 @@
-// Contacts of elements with boxes near vertices, where neighbouring elements share them, and what else knows of
-// vertices. Contacts of elements with each other have energies at vertices instead (vertex_terms.hpp). theory.md (59e)
-//   An element reaches beyond its vertices by a share of its length, so that both neighbours see a contact at their
-//   vertex: w = u^2 (3 - 2 u),  u = (1 - x/D)/2 clamped to [0, 1],  D = that share of the shorter neighbour's length x:
-//   where the other element is nearest to the mean tangent of both neighbours, through the vertex; from there outwards
-// It is the same number for both neighbours, but for its sign, so shares sum to 1. A contact beyond the vertex is at s
-// = 1 + x/|e|: a straight neighbour sees it in the same place. At a corner that the other touches from outside both see
-// the vertex. Where elements are bent against each other by a fair part of the angle at which they cross the other, x
-// and s disagree; x is therefore held within D of (s - 1)|e|, s clamped to [0, 1]. Where they disagree by more, and
-// where elements cross at a shallow angle, sine below 0.25, a contact would go from one to the next within a step or
-// two; there w goes over to 1, and each pushes by itself.
+// Weights of contacts with boxes that neighbouring elements share at a vertex.                     theory.md (59e)
+//   w = u^2 (3 - 2 u),  u = (1 - x/D)/2 clamped to [0, 1]
+//   x: place nearest to the box on the mean tangent of both neighbours, through the vertex, outwards
+//   D: a share of the shorter neighbour's length, by which an element reaches beyond its vertices
+// Neighbours have the same x but for its sign, so their weights sum to 1. A contact beyond the vertex is at
+// s = 1 + x/|e|, where a straight neighbour sees it too. At a corner touched from outside both see the vertex. Where
+// neighbours are bent by a fair part of the angle at which they cross the other, x and s disagree. So x is held within
+// D of (s - 1)|e|, s clamped to [0, 1]. At a larger bend, or a sine below 0.25, a contact would go from one element to
+// the next within a step or two. There w goes over to 1, and each element pushes by itself. Contacts of elements with
+// each other have energies at vertices instead (vertex_terms.hpp).
 #pragma once
 
 #include "contact/broad_phase.hpp"
@@ -19,16 +18,14 @@ namespace skein {
 
 constexpr double shallow =
     0.25; ///< sine of the angle below which elements begin to push by themselves near their vertices
-constexpr double held =
-    0.25; ///< by so much of D what both neighbours say of a contact's place may differ, before shares fade
+constexpr double held = 0.25;  ///< share of D by which neighbours may disagree on a contact's place before shares fade
 constexpr double blend = 0.05; ///< sine of the angle below which elements meet at both ends of their overlap as well
 
-/// Elements see contacts beyond their vertices so far, over their length: there they have no share in them, whatever is
-/// rounded.
+/// Reach of an element beyond its vertices over its length. At its end shares are 0, whatever is rounded.
 constexpr double seen_beyond(double reach) { return (1 + held) * reach * (1 + 1e-6); }
 
-/// Where on an element a contact is: -1 and 1 near a vertex at its start and its end, 0 elsewhere, where no neighbour
-/// has a share.
+/// Side of a contact on its element: -1 near a vertex at the start, 1 near one at the end, 0 elsewhere, where no
+/// neighbour has a share.
 inline std::int8_t vertex_side(double s, unsigned vertices, double reach) {
     const double near = seen_beyond(reach);
     return static_cast<std::int8_t>(static_cast<int>((vertices & at_end) && s > 1 - near) -
@@ -42,7 +39,7 @@ inline std::uint8_t vertices_of_pair(const Exposure& bodies, Pair pair) {
 template <int W> ShareRange<Pack<W>> range_with_vertices(unsigned starts, unsigned ends, double reach) {
     return {where_set<W>(starts, -reach), Pack<W>(1.0) + where_set<W>(ends, reach)};
 }
-/// Of eight pairs.
+/// Ranges of eight first elements.
 SKEIN_INLINE ShareRange<Pack<8>> range_of_first(const std::uint8_t* vertices, double reach) {
     return range_with_vertices<8>(bits_of_bytes(vertices, 0), bits_of_bytes(vertices, 1), reach);
 }
@@ -58,13 +55,13 @@ template <int W> SKEIN_INLINE Pack<W> in_steps(Pack<W> weight) {
 
 template <class P> struct VertexShare {
     P weight;
-    P beyond; ///< the contact is so far beyond the vertex, over the element's length; at least 0
+    P beyond; ///< distance of the contact beyond the vertex over the element's length, at least 0
     P bend;   ///< sine of half the angle between both elements, over D, 1/m
 };
 
-/// `to_vertex`: way from the contact to the vertex, over the element's length, below 0 beyond; `edge`, `beyond`: of the
-/// element and of its neighbour there, both leading away from the vertex; `on_box`: the nearest point of the box. Cost:
-/// 60 flop, of which six divisions and roots.
+/// `to_vertex`: way from the contact to the vertex over the element's length, below 0 beyond. `edge`, `beyond`: of the
+/// element and of its neighbour, both leading away from the vertex. `on_box`: nearest point of the box. Cost: 60 flop,
+/// of which six divisions and roots.
 template <int W> SKEIN_INLINE VertexShare<Pack<W>> vertex_share(double reach, Pack<W> to_vertex,
                                                                 const Vec3<Pack<W>>& vertex, const Vec3<Pack<W>>& edge,
                                                                 const Vec3<Pack<W>>& beyond,

@@ -1,6 +1,5 @@
-// Walls that rods touch: planes, tubes, balls, and boxes, which are planes; at rest, moving steadily or driven by a
-// servo. What a scene says of them, and where they are. What they do to rods is in wall_pass.hpp. (A clamp's wall is
-// another thing: mechanics/elastic.hpp.)
+// Walls that rods touch: planes, tubes, balls, and boxes, which are planes. They are at rest, move steadily or are
+// driven by a servo. wall_pass.hpp has their forces on rods. (A clamp's wall is another thing: mechanics/elastic.hpp.)
 #pragma once
 
 #include "contact/contact_law.hpp"
@@ -14,7 +13,8 @@ enum class WallKind { plane, tube, ball, box };
 inline constexpr std::string_view wall_names[] = {"plane", "tube", "ball", "box"};
 enum class WallSide { inside, outside };
 inline constexpr std::string_view wall_side_names[] = {"inside", "outside"};
-/// What of a rod touches a wall: its surface, round at the ends, or its axis, as that of a leg which is cut off flat.
+/// Part of a rod that touches a wall: its surface, round at the ends, or its axis. A leg that is cut off flat touches
+/// with its axis.
 enum class WallTouch { surface, axis };
 inline constexpr std::string_view wall_touch_names[] = {"surface", "axis"};
 
@@ -41,9 +41,9 @@ struct Wall {
     std::string name;
     WallKind kind = WallKind::plane;
     Vec3d point{0, 0, 0};  ///< on a plane, on a tube's axis, a ball's centre; m
-    Vec3d normal{0, 0, 1}; ///< of a plane, towards the rods
-    Vec3d axis{0, 0, 1};   ///< of a tube
-    double radius = 0;     ///< of a tube or ball, m
+    Vec3d normal{0, 0, 1}; ///< normal of a plane, towards the rods
+    Vec3d axis{0, 0, 1};   ///< direction of a tube
+    double radius = 0;     ///< radius of a tube or ball, m
     WallSide side = WallSide::inside;
     Vec3d lower{0, 0, 0}, upper{0, 0, 0}; ///< corners of a box, m
     std::vector<std::string> open;        ///< sides that a box lacks
@@ -61,7 +61,7 @@ struct Wall {
     void fields(FieldVisitor& f);
 };
 
-/// Where a wall has gone to since the start.
+/// Displacement and velocity of a wall since the start.
 struct WallState {
     Vec3d offset{0, 0, 0};   ///< m
     Vec3d velocity{0, 0, 0}; ///< m/s
@@ -69,15 +69,15 @@ struct WallState {
 
 /// Sides that a box has, in order; open or not.
 inline constexpr std::string_view box_side_names[] = {"x-", "x+", "y-", "y+", "z-", "z+"};
-/// Whether a box has that side.
+/// True where a box has that side.
 bool has_side(const Wall& box, std::string_view side);
 
 /// The walls of a scene without boxes, directions of length 1: their planes, named after the box and the side ("box
 /// z-"). Throws InputError where numbers contradict each other.
 std::vector<Wall> expanded(const std::vector<Wall>& walls);
 
-/// Walls of a scene, shared by passes and the interaction of walls, which sets the states of driven ones after each
-/// step; steady walls have none.
+/// Walls of a scene, shared by passes and the interaction of walls. The latter sets the states of driven walls after
+/// each step.
 struct Walls {
     std::vector<Wall> wall;
     std::vector<WallState> state; ///< one per wall; of steady ones unused
@@ -86,7 +86,7 @@ struct Walls {
     explicit Walls(const std::vector<Wall>& scene) : wall(expanded(scene)), state(wall.size()) {}
 
     std::size_t count() const { return wall.size(); }
-    /// Where wall w is at `time`: a steady wall by its velocity, any other where its state says.
+    /// Place of wall w at `time`: by its velocity if it is steady, else by its state.
     WallState at(std::size_t w, double time) const;
     /// Number of the wall of that name, or -1.
     int find(const std::string& name) const;

@@ -1,6 +1,6 @@
-// Contacts of the rods of one group with walls, per tile, lane and wall: forces of the last step, sums since the start,
-// and the springs of friction. Sums run along the rod and in time, lane by lane: the same bits for any ranks, threads
-// and lanes.
+// Contacts of the rods of one group with walls, per tile, lane and wall. They hold forces of the last step, sums since
+// the start and springs of friction. Sums run along the rod and in time, lane by lane, so any ranks, threads and lanes
+// have the same bits.
 #pragma once
 
 #include "contact/wall.hpp"
@@ -19,7 +19,7 @@ namespace skein {
 
 /// Figures of one rod at one wall.
 struct WallFigures {
-    Vec3d force{0, 0, 0};                       ///< of the rod on the wall at the last step, N
+    Vec3d force{0, 0, 0};                       ///< force of the rod on the wall at the last step, N
     double normal = 0;                          ///< sum of normal forces, N
     double touching = 0;                        ///< nodes
     double max_overlap = 0;                     ///< overlap over diameter
@@ -59,14 +59,14 @@ public:
         AlignedVector<Entry> entry; ///< [wall], of those that act on the group
         AlignedVector<Work> work;   ///< [wall]
         AlignedVector<ContactMemory<double>>
-            memory;                         ///< [point][wall][lane]: a line of the cache each, as few of them touch
-        std::vector<std::uint8_t> touched;  ///< [point][wall]: lanes whose springs may be other than zero, as bits
-        std::vector<std::uint8_t> near;     ///< [wall]: the tile's box is within reach at this step
-        std::vector<std::uint8_t> held;     ///< [wall]: some point touched at the last step
-        std::vector<std::size_t> checked; ///< walls, in this step
+            memory;                        ///< [point][wall][lane]: a line of the cache each, as few of them touch
+        std::vector<std::uint8_t> touched; ///< [point][wall]: lanes whose springs may be other than zero, as bits
+        std::vector<std::uint8_t> near;    ///< [wall]: the tile's box is within reach at this step
+        std::vector<std::uint8_t> held;    ///< [wall]: some point touched at the last step
+        std::vector<std::size_t> checked;  ///< walls near enough to be checked in this step
         std::vector<std::uint8_t> left,
             taken;     ///< [wall]: lanes of a point that touch it, to be worked on and under work
-        int lanes = 0; ///< that have rods of their own
+        int lanes = 0; ///< lanes with rods of their own
 
         ContactMemory<double>& memory_at(int point, std::size_t wall, int lane) {
             return memory[(static_cast<std::size_t>(point) * entry.size() + wall) * W + static_cast<std::size_t>(lane)];
@@ -173,7 +173,7 @@ private:
         }
     }
 
-    std::size_t points_; ///< of a rod
+    std::size_t points_; ///< points of a rod
     std::vector<int> acting_, place_;
     std::vector<TileContacts> tiles_;
 };

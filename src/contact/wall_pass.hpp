@@ -1,11 +1,10 @@
-// Walls on the rods of one group.                                                                           theory.md
-// (53)-(56) Points of a rod touch walls, as balls: which they are, and what a load on one does, says `Points`
-// (wall_points.hpp). The wall is body 2 of the contact law: of infinite mass, its surface at distance d of the node,
-// overlap g = r - d, n towards it; so the arm is r - g/2, to the middle of the overlap, as between rods. The point's
-// surface moves at v + w x arm. A tile whose box is away from all walls costs no more than the box, a node no more than
-// looking at the walls that the box is near. Springs are kept by tile, node and wall, touched only where nodes touch.
-// Cost: 7 flop per element where nothing is near; per plane near 5, per tube 19, per ball 10; 250 per node and wall
-// that touch.
+// Forces of walls on the rods of one group.                                                    theory.md (53)-(56)
+// Points of a rod touch walls, as balls; `Points` (wall_points.hpp) defines them and the effect of loads on them. The
+// wall is body 2 of the contact law: of infinite mass, its surface at distance d of the node, overlap g = r - d, n
+// towards it. The arm is r - g/2, to the middle of the overlap, as between rods. The point's surface moves at v + w x
+// arm. A tile away from all walls costs no more than its box, a node no more than the distances to the walls that the
+// box is near. Springs are kept by tile, node and wall, touched only where nodes touch. Cost: 7 flop per element where
+// nothing is near; per plane near 5, per tube 19, per ball 10; 250 per node and wall that touch.
 #pragma once
 
 #include "contact/compress.hpp"
@@ -28,7 +27,7 @@ struct WallNow {
     Vec3d point, direction; ///< normal or axis
     double level;           ///< direction.point
     double radius;
-    double width; ///< of rods, over their own: 0 where their axis touches
+    double width; ///< width of rods over their own: 0 where their axis touches
     Vec3d velocity;
     ContactKinds kinds;
     ContactNumbers<double> law;
@@ -118,7 +117,7 @@ private:
     using Entry = typename WallContactTiles<W>::Entry;
     using TileContacts = typename WallContactTiles<W>::TileContacts;
 
-    /// Where the nodes of a tile are, and how far from a wall the thickest may be that touches it.
+    /// Bounds of a tile's nodes, and the largest distance from a wall at which one may touch.
     struct Box {
         Vec3<P> low, high;
         P reach;
@@ -165,13 +164,13 @@ private:
         }
     }
 
-    /// From the axis of a tube or the centre of a ball.
+    /// Vector from the axis of a tube or the centre of a ball, m.
     SKEIN_INLINE static Vec3<P> away(const WallNow& wall, const Vec3<P>& x) {
         const Vec3<P> y = x - broadcast<W>(wall.point), a = broadcast<W>(wall.direction);
         return wall.kind == WallKind::tube ? y - dot(y, a) * a : y;
     }
     struct Surface {
-        P distance;      ///< of the node's axis
+        P distance;      ///< distance of the node's axis, m
         Vec3<P> towards; ///< the wall
     };
     static Surface surface(const WallNow& wall, const Vec3<P>& x) {
@@ -190,7 +189,7 @@ private:
         ContactNumbers<P> law{};
         ContactMemory<double>* memory[W];
         ContactKinds kinds{};
-        unsigned lanes = 0, more = 0; ///< of them; and those that touch walls beside these
+        unsigned lanes = 0, more = 0; ///< lanes taken; lanes that touch further walls
 
         void take(const WallNow& wall, const Surface& s, unsigned some) {
             const Mask<W> there = where_set<W>(some, 1.0) > P(0.0);
@@ -218,8 +217,8 @@ private:
         }
     };
 
-    /// Takes for each lane the first wall left whose kind of law is that of the first one of all, if no other is to
-    /// come before it.
+    /// Takes for each lane the first wall left, if no other wall comes before it. All walls taken have the kind of law
+    /// of the first of all.
     WallOfLanes take_walls(const WallNow* wall, TileContacts& contacts, int point, const Vec3<P>& at) const {
         WallOfLanes one;
         static thread_local ContactMemory<double> none;

@@ -10,13 +10,12 @@
 
 namespace skein {
 
-/// Of one rod: its nodes, or the points of a body's surface.
+/// Number of points of one rod: its nodes, or the points of a body's surface.
 inline std::size_t wall_points(const RodGroup& group) {
     return group.strained() ? static_cast<std::size_t>(group.slots()) : group.body()->point.size();
 }
 
-/// Where nothing touches not even a zero is added: it would turn -0 into 0, and other lanes decide whether this is
-/// reached.
+/// Adds in some lanes only. Adding 0 elsewhere would turn -0 into 0, and other lanes decide whether this is reached.
 template <int W> SKEIN_INLINE void add_where(const Mask<W>& lanes, Pack<W>& to, const Pack<W>& more) {
     to = select(lanes, to + more, to);
 }
@@ -48,7 +47,7 @@ public:
         state.velocity_1 = rod.slot[i].velocity;
         state.spin_1 = P(0.5) * (transpose_times(one.director, one.spin) + transpose_times(other.director, other.spin));
     }
-    /// Of the rod there: the sum of its elements' tangents.
+    /// Axis of the rod at a node: the sum of its elements' tangents.
     SKEIN_INLINE Vec3<P> axis(const RodTile<W>& rod, int i) const {
         const auto [before, after] = around(rod, i);
         return third_director(rod.slot[before].director) + third_director(rod.slot[after].director);
@@ -99,7 +98,7 @@ public:
 
 private:
     SKEIN_INLINE Vec3<P> place(int i) const { return broadcast<W>(nth(body_.point, i).place); }
-    const BodyShape& body_; ///< of the group
+    const BodyShape& body_; ///< shape of the group's bodies
     double largest_radius_ = 0;
 };
 

@@ -1,4 +1,4 @@
-// What the stages of a block's contacts hand on to each other.
+// Numbers that the stages of a block's contacts hand on to each other.
 #pragma once
 
 #include "contact/compress.hpp"
@@ -53,7 +53,7 @@ struct Contacts::WorkArea {
         numbers
     };
     UnsetArray<double> number[numbers];
-    UnsetArray<std::uint32_t> index; ///< of pairs
+    UnsetArray<std::uint32_t> index; ///< number of the pair in the list
     UnsetArray<Pair> pair;
     std::uint32_t count = 0;
     bool begins = false;                     ///< some did not touch in the step before
@@ -61,8 +61,8 @@ struct Contacts::WorkArea {
     std::uint32_t near_parallel_count = 0;
     std::vector<std::uint32_t> ended;    ///< pairs that touch no more
     std::vector<std::uint32_t> deep;     ///< pairs whose axes are nearer than half the sum of radii
-    std::vector<BoxContact> box_contact; ///< of the block's pairs with a box
-    /// Those near vertices: starts and ends of their elements, as bits of vertices_of_pair().
+    std::vector<BoxContact> box_contact; ///< contacts of the block's pairs with a box
+    /// Pairs near vertices: starts and ends of their elements, as bits of vertices_of_pair().
     struct NearColumns {
         std::uint32_t* which;
         std::uint8_t* vertices;
@@ -77,8 +77,8 @@ struct Contacts::WorkArea {
         }
         NearColumns columns() { return {which.data(), vertices.data()}; }
     };
-    Near near_one; ///< of one element
-    Near near_two; ///< of both
+    Near near_one; ///< vertices of one element
+    Near near_two; ///< vertices of both
     std::uint32_t ones = 0, twos = 0;
 
     /// Room for this many pairs, of which none is there.
@@ -116,7 +116,7 @@ struct Contacts::PairContact {
     double s, t, distance, weight;
 };
 
-/// What near-parallel pairs do at the ends of their overlap, and what is left for the nearest points.
+/// Forces of near-parallel pairs at the ends of their overlap, and the weights left for the nearest points.
 template <int N> struct Contacts::Ends {
     Pack<N> normal_weight, weight_of_all; ///< see ContactWeight
     Pack<N> elsewhere{0.0};               ///< normal force at both ends, N
@@ -128,7 +128,7 @@ template <int N> struct Contacts::Ends {
 struct Contacts::Sums {
     static constexpr int W = WorkArea::W;
     using P = Pack<W>;
-    const SumBins& bins; ///< of energies
+    const SumBins& bins; ///< bins of energies
     P max_overlap{0.0}, max_stiffness{0.0}, weight{0.0};
     BinnedSum<P> elastic_energy, friction_work, viscous_work;
 
