@@ -66,7 +66,7 @@ void Exposure::find_own() {
 
 std::uint32_t Exposure::neighbour(std::size_t slot, int step) const {
     const std::int64_t k = element(slot), last = scene_.slots_of(at(slot).gid) - 2;
-    const bool seam = step < 0 ? k == 0 : k == last; // of a ring
+    const bool seam = step < 0 ? k == 0 : k == last; // a ring closes there
     return seam ? find(in_scene(slot) - step * last).value()
                 : static_cast<std::uint32_t>(static_cast<std::int64_t>(slot) + step);
 }

@@ -25,14 +25,14 @@ struct BodyShape;
 /// slots k and k + 1; the last slot of a window has no element.
 struct ExposedNode {
     Vec3d position; ///< lab, m
-    double radius;  ///< of the element at rest, m; below 0 where the slot has none
+    double radius;  ///< radius of the element at rest, m; below 0 where the slot has none
 };
 static_assert(sizeof(ExposedNode) == 32);
-/// Rates of a slot, which only contacts ask for.
+/// Rates of a slot, for contacts alone.
 struct ExposedMotion {
-    Vec3d velocity; ///< of the node, lab, m/s
+    Vec3d velocity; ///< velocity of the node, lab, m/s
     double unused = 0;
-    Vec3d spin; ///< of the element, lab, rad/s
+    Vec3d spin; ///< spin of the element, lab, rad/s
     double unused_too = 0;
 };
 static_assert(sizeof(ExposedMotion) == 64);
@@ -55,8 +55,8 @@ class Exposure {
 public:
     AlignedVector<ExposedNode> node;     ///< by slot
     AlignedVector<ExposedMotion> motion; ///< by slot
-    std::vector<std::int32_t> window_of; ///< of each slot
-    std::vector<std::uint8_t> vertices;  ///< of each slot's element, as bits of Vertex
+    std::vector<std::int32_t> window_of; ///< window of each slot
+    std::vector<std::uint8_t> vertices;  ///< vertices of each slot's element, as bits of Vertex
     std::vector<Window> window;          ///< in rising order of slots
     std::vector<std::uint8_t> own;       ///< by window; none where all are
     std::vector<std::int32_t>
@@ -96,7 +96,7 @@ public:
     }
     /// The slot here of one of the scene's, if it is here.
     std::optional<std::uint32_t> find(std::int64_t in_scene) const;
-    /// The window of local()[place_in_group of the group's] as rods have them.
+    /// Window of local()[place_in_group of the group's] in the order of rods.
     const Window& of_own(int group, std::size_t place_in_group) const {
         return window[own_window_[nth(first_of_group_, group) + place_in_group]];
     }
@@ -105,12 +105,12 @@ public:
     }
     /// The window of bodies[i].
     std::size_t number_of_own(std::size_t i) const { return own_window_[i]; }
-    /// What ExposePass, or ExposeSurfacePass of a body, would show of `bodies[i]`, to the bit, from its state.
+    /// Exposes `bodies[i]` from its state, to the bit as ExposePass, or ExposeSurfacePass of a body, would.
     void show(std::size_t i, std::span<const Slot<1>> state, const BodyShape* body = nullptr);
     /// Other windows, with the same own bodies among them: the own ones' slots keep what they show.
     void become(Exposure&& other);
 
-    static constexpr std::size_t sent_numbers_per_slot = 9; ///< of ghosts: place, velocity, spin
+    static constexpr std::size_t sent_numbers_per_slot = 9; ///< numbers of a ghost's slot: place, velocity, spin
     static constexpr double bytes_per_slot =
         sizeof(ExposedNode) + sizeof(ExposedMotion) + sizeof(std::int32_t) + sizeof(std::uint8_t);
 
@@ -121,7 +121,7 @@ private:
     SceneSlots scene_;
     std::vector<LocalRod> bodies_;            ///< own, as rods have them
     std::vector<std::size_t> first_of_group_; ///< in bodies_
-    std::vector<std::uint32_t> own_window_;   ///< of bodies_[i]
+    std::vector<std::uint32_t> own_window_;   ///< window of bodies_[i]
 };
 
 /// Load that interactions exert on a slot.
@@ -171,7 +171,7 @@ public:
         }
     }
 
-    /// Of a lane's rod among those of its group on this rank.
+    /// Place of a lane's rod among those of its group on this rank.
     static std::size_t place_in_group(const RodTile<W>& rod, int l) {
         return rod.first + static_cast<std::size_t>(std::min(l, rod.lanes - 1));
     }

@@ -291,7 +291,7 @@ const Exposure& Neighbourhood::widen(double reach) {
     std::vector<std::vector<SceneRun>> runs;
     std::vector<std::vector<ExposedNode>> nodes;
     for (std::size_t r = 0; r < static_cast<std::size_t>(comm_.size()); ++r) {
-        std::vector<Box> others; // of most ranks none
+        std::vector<Box> others; // none, for most ranks
         for (std::size_t i = r * boxes_of_rank; i < (r + 1) * boxes_of_rank; ++i)
             if (static_cast<int>(r) != comm_.rank() && whole.meets(all_boxes[i], margin))
                 others.push_back(all_boxes[i]);

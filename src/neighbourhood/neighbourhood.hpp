@@ -1,7 +1,6 @@
-// The boundary between ranks. A rank's ghosts are the elements of others' bodies that may touch its own: no halo of a
-// domain, so no shape of one can lose a contact. Both ranks work out what such a pair does, so no loads are sent back.
-// Which elements are ghosts changes at rebuilds of candidates only; in between the same messages go to the same ranks
-// in every step.
+// Boundary between ranks. Ghosts of a rank are the elements of others' bodies that may touch its own. They are no halo
+// of a domain, so no shape of one can lose a contact. Both ranks work out what such a pair does, so no loads are sent
+// back. Ghosts change at rebuilds of candidates only. In between, every step sends the same messages to the same ranks.
 #pragma once
 
 #include "neighbourhood/exposure.hpp"
@@ -16,7 +15,7 @@
 
 namespace skein {
 
-/// What this rank has of others, and sends them in a step.
+/// Figures of the ghosts of this rank, and of the messages it sends in a step.
 struct GhostFigures {
     std::int64_t bodies = 0, elements = 0; ///< ghosts here
     std::int64_t neighbours = 0;           ///< ranks that ghosts come from, or go to
@@ -34,11 +33,11 @@ public:
     Neighbourhood(const Neighbourhood&) = delete;
     ~Neighbourhood();
 
-    /// Other own bodies, in this exposure; a rebuild of ghosts must follow.
+    /// Binds the exposure of other own bodies. A rebuild of ghosts must follow.
     void rebind(std::shared_ptr<Exposure> exposure);
 
-    /// Exposure of own elements starts on its way to the ranks whose ghosts they are, and so does a vote: whether lists
-    /// of partners still hold on all ranks. Loops until arrive() let both move on (Threads::poll).
+    /// Starts to send the exposure of own elements to the ranks whose ghosts they are. Starts a vote on whether lists
+    /// of partners hold on all ranks. Loops until arrive() let both progress (Threads::poll).
     void publish(bool holds);
     /// Ghosts are as their owners have exposed them; true where lists hold on all ranks.
     bool arrive();
@@ -85,16 +84,16 @@ private:
     void set_up_messages();
 
     const Communicator comm_;
-    Communicator channel_; ///< of messages and votes
+    Communicator channel_; ///< communicator of messages and votes
     const Threads& threads_;
     std::shared_ptr<Exposure> exposure_;
     std::unique_ptr<Exposure> wide_; ///< between widen and narrow
-    std::vector<int> wide_rank_;     ///< of each of its windows
-    std::vector<int> rank_of_;       ///< of each window of exposure_
+    std::vector<int> wide_rank_;     ///< rank of each of its windows
+    std::vector<int> rank_of_;       ///< rank of each window of exposure_
     Route sent_, received_;
     RepeatedMessages messages_;
     Vote vote_;
-    bool holds_ = false; ///< of one rank
+    bool holds_ = false; ///< vote of one rank
     GhostFigures figures_;
 };
 

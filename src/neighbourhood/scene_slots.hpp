@@ -11,8 +11,7 @@
 
 namespace skein {
 
-/// How elements of a body with consecutive numbers are joined: as a rod's, as those of a ring, whose last joins the
-/// first, or not.
+/// Joining of a body's elements with consecutive numbers: open as a rod's, closed as a ring's, or none.
 enum class Chain : std::uint8_t { open, ring, none };
 
 class SceneSlots {
@@ -22,7 +21,7 @@ public:
         std::int64_t bodies, slots;
         Chain chain = Chain::open;
         std::int64_t first_kin = -1, kin_per_copy = 0,
-                     per_copy = 0; ///< of an assembly: its first body, see kin_of; bodies in a copy
+                     per_copy = 0; ///< first body of its assembly, see kin_of; bodies in a copy
     };
     explicit SceneSlots(std::span<const Alike> groups);
     explicit SceneSlots(std::span<const RodGroup> groups);
@@ -30,24 +29,24 @@ public:
     std::int64_t bodies() const { return bodies_; }
     std::int64_t count() const { return slots_; }
     int group_of(std::int64_t gid) const;
-    std::int64_t first_slot(std::int64_t gid) const; ///< of a body
+    std::int64_t first_slot(std::int64_t gid) const; ///< first slot of a body
     std::int64_t slots_of(std::int64_t gid) const;
     Chain chain_of(std::int64_t gid) const;
     std::int64_t gid_at(std::int64_t slot) const;
-    /// Whether some bodies belong to assemblies. Those of one copy do not touch each other.
+    /// True where some bodies belong to assemblies. Bodies of one copy do not touch each other.
     bool has_kin() const { return has_kin_; }
-    /// The same number for all bodies of a copy of an assembly: gid of its first one; of a body of none its own.
+    /// Number shared by all bodies of a copy of an assembly: gid of its first one. Any other body has its own gid.
     std::int64_t kin_of(std::int64_t gid) const;
-    /// Number of the body's block. Blocks are consecutive bodies with no more than block_slots() slots, or one body:
-    /// loads of a block are summed by one task, so sums depend on the scene alone. Rising with gid.
+    /// Number of the body's block, rising with gid. Blocks are consecutive bodies with no more than block_slots()
+    /// slots, or one body. One task sums the loads of a block, so sums depend on the scene alone.
     std::int64_t block_of(std::int64_t gid) const;
     /// Elements reach beyond their vertices by this share of their length, where they meet others. theory.md (56c)
     double vertex_reach() const { return vertex_reach_; }
-    /// The same where pairs are looked for: boxes alone meet elements beyond their vertices.
+    /// Reach beyond vertices in the search for pairs: boxes alone meet elements there.
     double searched_reach() const { return has_boxes_ ? vertex_reach_ : 0; }
 
-    /// A sixteenth of the scene, for threads to share, but no fewer than 256 slots, so that packs are full, and no more
-    /// than 1024, what contacts read and write of which fits the second cache.
+    /// Slots of a block: a sixteenth of the scene, for threads to share. At least 256 fill the packs. At most 1024 keep
+    /// what contacts read and write in the second cache.
     std::int64_t block_slots() const { return block_slots_; }
 
 private:

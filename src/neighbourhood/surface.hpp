@@ -1,9 +1,9 @@
-// The surface of rigid bodies among what interactions read: each part is an element of its own, between two slots, and
-// what is exerted on these comes together at the centre of mass. A box shows its centre, a radius that covers it, and
-// for the rates of the slot behind, which has no element, its first two axes. theory.md (59c)
-//   x_s = x_c + Q^T a,  v_s = v_c + Q^T (w x a)       F = sum f_s,  C = sum [a x Q f_s + Q c_s]       a: of slot s,
-//   along the axes
-// Cost: 60 flop per slot each way.
+// Surface of rigid bodies in the exposure.                                                              theory.md (59c)
+//   x_s = x_c + Q^T a,  v_s = v_c + Q^T (w x a)       a: of slot s, along the axes
+//   F = sum f_s,  C = sum [a x Q f_s + Q c_s]
+// Each part is an element of its own, between two slots. Loads on these come together at the centre of mass. A box
+// shows its centre and a radius that covers it. The rates of its second slot, which has no element, are its first two
+// axes. Cost: 60 flop per slot each way.
 #pragma once
 
 #include "neighbourhood/exposure.hpp"
@@ -58,7 +58,7 @@ public:
 
 private:
     std::shared_ptr<Exposure> exposure_;
-    const BodyShape& body_; ///< of the group
+    const BodyShape& body_; ///< shape of the group's bodies
 };
 
 template <int W> class TakeSurfaceLoadsPass final : public TilePass<W> {
