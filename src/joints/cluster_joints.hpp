@@ -1,6 +1,6 @@
-// The joints of an assembly over a cluster of tiles (tiles/clusters.hpp), table by table. In a block of copies a joint
-// is between the same slots in all lanes; in a copy by itself W joints are gathered from the lanes where their rods
-// are. Each slot takes its loads in the order of the joints either way, so the bits are the same.
+// Joints of an assembly over a cluster of tiles (tiles/clusters.hpp), table by table. In a block of copies a joint is
+// between the same slots in all lanes. In a copy by itself W joints are gathered from the lanes where their rods are.
+// Each slot takes its loads in the order of the joints either way, so the bits are the same.
 #pragma once
 
 #include "joints/cluster_junctions.hpp"
@@ -19,7 +19,7 @@
 
 namespace skein {
 
-/// Numbers of a joint that do not change.
+/// Constants of a joint.
 template <class P> struct JointConstants {
     P share_a, share_before_a, share_b, share_before_b;
     Vec3<P> arm_a, axis_a, arm_b, axis_b;
@@ -116,8 +116,8 @@ private:
         std::size_t table;
         JointLaw law;
         Kernel across, within;
-        std::size_t first = 0, end = 0;           ///< of joints
-        std::size_t first_pack = 0, end_pack = 0; ///< of packs of W of them
+        std::size_t first = 0, end = 0;           ///< range of joints
+        std::size_t first_pack = 0, end_pack = 0; ///< range of packs of W joints
     };
     /// Slots of a joint's elements: their nodes, of a body twice the same.
     struct Slots {
@@ -131,7 +131,7 @@ private:
         int count = 0;
         JointConstants<P> constants;
     };
-    /// Where the slots of a group's rods are in a cluster.
+    /// Layout of the slots of each group's rods in a cluster.
     struct Layout {
         std::vector<std::size_t> first; ///< slot, by group
         std::size_t slots = 0;
@@ -139,7 +139,7 @@ private:
         std::size_t tiles = 0;
     };
     struct Spare {
-        std::size_t first, slots; ///< of a tile
+        std::size_t first, slots; ///< range of a tile's slots
         int lanes;                ///< with rods of their own
     };
 

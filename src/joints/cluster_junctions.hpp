@@ -1,11 +1,9 @@
-// Junctions over a cluster of tiles (tiles/clusters.hpp): half cells that meet, and nodes that move as one. theory.md
-// (73a)-(73e)
-//   nodes       v = sum w_i v_i/sum w_i,  w_i = m_i/b_i of the kick: what all their loads together would have made of
-//   one node on a body   the impulses that give nodes the velocities V + w x r_i of its places, momentum and angular
-//   momentum kept;
-//               g_i = (h/2) w x (w x r_i) besides, so that a drift takes them to where the body's goes
-// In a block of copies a junction is between the same slots in all lanes; in a copy by itself it is worked out in one
-// lane.
+// Junctions over a cluster of tiles (tiles/clusters.hpp): half cells that meet, nodes that move as one.
+//                                                                                           theory.md (73a)-(73e)
+//   nodes           v = sum w_i v_i/sum w_i,  w_i = m_i/b_i of the kick: the velocity of one node with all their loads
+//   one on a body   impulses give nodes the velocities V + w x r_i of its places and keep both momenta;
+//                   besides g_i = (h/2) w x (w x r_i), so that a drift takes them to where the body's goes
+// In a block of copies a junction is between the same slots in all lanes. In a copy by itself it has one lane.
 #pragma once
 
 #include "joints/star_law.hpp"
@@ -17,16 +15,16 @@
 
 namespace skein {
 
-/// Where a slot of a group's rod is in a cluster.
+/// Place of a slot of a group's rod in a cluster.
 struct ClusterPlace {
     std::size_t across;         ///< slot, in a block of copies
     std::size_t within;         ///< slot, in a copy by itself
-    int lane = 0, end_lane = 1; ///< there; and behind the last of the lanes that repeat it
+    int lane = 0, end_lane = 1; ///< lane there; end of the lanes that repeat it
     std::size_t tile_across = 0, tile_within = 0;
 };
 using PlaceInCluster = std::function<ClusterPlace(int group, std::int64_t rod, int slot)>;
 
-/// Change of rates by a unit force or couple in a kick of the given length: (h/m) b of a node, (h/J) b of an element.
+/// Gains of rates by a unit force or couple in a kick of the given length: (h/m) b of a node, (h/J) b of an element.
 struct KickGains {
     std::function<double(int group, int node, std::size_t length)> node;
     std::function<Vec3d(int group, std::size_t length)> body;
@@ -35,8 +33,8 @@ struct KickGains {
 
 /// A hub for one length of kicks.
 struct HubShares {
-    std::vector<double> share; ///< of a member's velocity less the first's; on a body w_i
-    double inv_weight = 0;     ///< of a body: 1/sum w
+    std::vector<double> share; ///< weight of a member's velocity less the first's; w_i on a body
+    double inv_weight = 0;     ///< 1/sum w of a body
     Vec3d moment{0, 0, 0};     ///< sum w_i a_i
     Mat3d inv_inertia{};       ///< about the common centre, body axes
 };
@@ -99,7 +97,7 @@ private:
     };
     template <class F> static void with_star_law(const Star& star, F&& f) { with_energy_law(star.law, f); }
 
-    // A slot in all lanes, and in one.
+    // Access to a slot in all lanes, and in one.
     struct WholeSlot {
         static constexpr int width = W;
         Slot<W>& slot;

@@ -1,12 +1,11 @@
-// What a joint does to the two elements it joins, W at a time.                                            theory.md
-// (69)-(72)
-//   x = (1 - s) x_k + s x_{k+1} + r,  r = Q^T a     v = (1 - s) v_k + s v_{k+1} + w x r         a point of each; d = x2
-//   - x1 F = k d + nu u,  u = v2 - v1 - (w1 + w2) x d/2                 on 1 and -F on 2, both halfway between the
-//   points hinge   T = k_t n1 x n2 + nu_t (1 - n1 n1^T) (w2 - w1)         on 1 and -T on 2 fixed   T = k_t Q2^T phi +
-//   nu_t (w2 - w1),  phi = log(Q2 (C Q1)^T) R = -k_r (D - |c|)^1.5 c/|c|,  c between the elements' centres     on 1
-//   while |c| < D, and -R on 2
-// Forces and moments of both sides cancel, springs have the energies k d^2/2, k_t |n1 - n2|^2/2, k_t phi^2/2, 2/5 k_r
-// (D - |c|)^2.5, and dashpots only take: F acts where u is measured.
+// Law of a joint between two elements, W at a time.                                              theory.md (69)-(72)
+//   point   x = (1 - s) x_k + s x_{k+1} + r,  r = Q^T a;  v = (1 - s) v_k + s v_{k+1} + w x r;  d = x2 - x1
+//   spring  F = k d + nu u,  u = v2 - v1 - (w1 + w2) x d/2                  on 1, -F on 2, both midway between the
+//   points hinge   T = k_t n1 x n2 + nu_t (1 - n1 n1^T) (w2 - w1)                  on 1, -T on 2 fixed   T = k_t Q2^T
+//   phi + nu_t (w2 - w1),  phi = log(Q2 (C Q1)^T)      on 1, -T on 2 push    R = -k_r (D - |c|)^1.5 c/|c|,  c between
+//   the elements' centres  on 1 while |c| < D, -R on 2
+// Forces and moments of both sides cancel. Springs have the energies k d^2/2, k_t |n1 - n2|^2/2, k_t phi^2/2 and
+// 2/5 k_r (D - |c|)^2.5. Dashpots only take, as F acts where u is measured.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -15,13 +14,13 @@
 
 namespace skein {
 
-/// An element of a joint as it is, and its point in it.
+/// State of an element of a joint, and the joint's point in it.
 template <class P> struct JoinedElement {
     Vec3<P> node, next;              ///< m
     Vec3<P> velocity, next_velocity; ///< m/s; read where the joint is damped
     Quaternion<P> director;
     Vec3<P> spin;          ///< body, rad/s; read where the joint is damped
-    P share, share_before; ///< of the nodes in the point
+    P share, share_before; ///< shares of the next node and of the node in the point
     Vec3<P> arm, axis;     ///< body
 };
 

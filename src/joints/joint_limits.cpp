@@ -12,8 +12,8 @@ namespace skein {
 
 namespace {
 
-/// What a unit force at a joint's point does to its element, 1/kg, and a unit couple, 1/(kg m^2). A node's mass is that
-/// part of it which the element brings.
+/// Response of an element to a unit force at a joint's point, 1/kg, and to a unit couple, 1/(kg m^2). Nodes have the
+/// mass that the element brings.
 struct Mobility {
     double shift, turn;
 };
@@ -26,7 +26,7 @@ Mobility mobility(const RodGroup& group, const JointEnd& end) {
 }
 
 /// Bound of the stiffness beside junctions. A spring K between two elements of inertia J and J' holds each with at most
-/// K (1/J + 1/J'); of a star that of the others is the least.
+/// K (1/J + 1/J'). A star takes the least J' of the others.
 void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, std::vector<JointBounds>& bounds) {
     std::vector<std::map<std::pair<std::int64_t, int>, Vec3d>> held(groups.size());
     for (const Star& star : junctions.stars) {
@@ -87,7 +87,7 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
         for (const Joint& joint : assembly) {
             const JointSpec& table = tables[joint.table];
             const bool turns = turn_of(table) != JointTurn::none;
-            // Of a repulsion where elements are a tenth closer than they were.
+            // Stiffness of a repulsion where elements are a tenth closer than they were.
             const double repelling = 1.5 * table.law.repulsion * std::sqrt(0.1 * joint.rest_distance);
             for (const JointEnd* end : {&joint.first, &joint.second}) {
                 const RodGroup& group = nth(groups, end->group);

@@ -1,4 +1,4 @@
-// What joints do to the time step, and what they hold now.
+// Limits that joints set to the time step, and energies that they hold.
 #pragma once
 
 #include "joints/junction.hpp"
@@ -13,19 +13,19 @@ namespace skein {
 /// Bounds of the squares of frequencies that joints add to a group's, and of the rates at which they slow it down.
 /// theory.md (73)
 struct JointBounds {
-    double stiffness = 0; ///< 1/s^2
-    double drag = 0;      ///< 1/s
-    int element = 0;      ///< that has the largest stiffness
-    double eigenvalue =
-        0; ///< of an element that half cells hold beside a junction, with its own cells, 1/s^2; of a body theirs alone
-    int element_of_eigenvalue = 0; ///< that has it
+    double stiffness = 0;  ///< 1/s^2
+    double drag = 0;       ///< 1/s
+    int element = 0;       ///< element with the largest stiffness
+    double eigenvalue = 0; ///< eigenvalue of an element that half cells hold beside a junction, with its own cells,
+                           ///< 1/s^2; of a body theirs alone
+    int element_of_eigenvalue = 0; ///< element with that eigenvalue
 };
 /// By group. `joints`: of all assemblies of the scene.
 std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
                                       std::span<const RodGroup> groups);
 
-/// Energy of a joint's springs, and how far its points are apart, as its elements' slots are: node and next of the
-/// first, then of the second (of a body twice the same).
+/// Energy of a joint's springs, J, and distance of its points, m. Slots are node and next of the first element, then of
+/// the second; a body has one slot twice.
 struct JointState {
     double energy = 0, gap = 0;
 };

@@ -1,4 +1,4 @@
-// The joints of one copy of an assembly: which elements they join, and where.
+// Joints of one copy of an assembly: elements that they join, and places on these.
 #pragma once
 
 #include "joints/joint_spec.hpp"
@@ -15,16 +15,16 @@ struct JointEnd {
     int group;
     std::int64_t rod; ///< in the copy
     int element;
-    double share; ///< of the second node in the point's place; of a body 0
+    double share; ///< share of the second node in the point's place; 0 of a body
     Vec3d arm;    ///< from there to the point, body, m
-    Vec3d axis;   ///< of a hinge, body
+    Vec3d axis;   ///< axis of a hinge, body
 };
 
 struct Joint {
     std::size_t table; ///< number of its [[joint]]
     JointEnd first, second;
     Quaterniond rest;     ///< C of a fixed joint: Q2 = C Q1 at the start
-    double rest_distance; ///< of the elements' centres at the start, m
+    double rest_distance; ///< distance of the elements' centres at the start, m
 };
 
 /// Joints of an assembly by number, in the order of the scene's tables and within one by rods and elements. `groups`:

@@ -1,4 +1,4 @@
-// What a scene says of joints: which rods of an assembly are joined, where, and how.
+// Keys of a scene for joints: rods of an assembly that are joined, places and kinds.
 #pragma once
 
 #include "skein/core/fields.hpp"
@@ -9,13 +9,13 @@
 
 namespace skein {
 
-/// spherical: two points stay together. hinge: so do two directions. fixed: so do both frames. side_by_side: the sides
-/// of elements that lie beside each other. tip_to_side: an end of a rod and the side of another, and the direction of
-/// the end.
+/// Kinds of joints. spherical: two points stay together. hinge: so do two directions. fixed: so do both frames.
+/// side_by_side: the sides of elements that lie beside each other. tip_to_side: an end of a rod, its direction and the
+/// side of another rod.
 enum class JointKind { spherical, hinge, fixed, side_by_side, tip_to_side };
 inline constexpr std::string_view joint_names[] = {"spherical", "hinge", "fixed", "side_by_side", "tip_to_side"};
 
-/// Which rods of both groups are joined, by their numbers in a copy: same i and i, next i and i + 1, listed.
+/// Rods of both groups that are joined, by their numbers in a copy: same i and i, next i and i + 1, listed.
 enum class JointPairs { same, next, listed };
 inline constexpr std::string_view joint_pairs_names[] = {"same", "next", "listed"};
 
@@ -38,7 +38,7 @@ struct JointSpec {
     JointPairs pairs = JointPairs::same;
     std::vector<long> first, second; ///< listed: numbers of rods
     std::vector<double> at{1, 0};    ///< places on both, over the length; of a body unused
-    Vec3d axis{0, 0, 0};             ///< of a hinge, at the start, in the axes of the assembly
+    Vec3d axis{0, 0, 0};             ///< axis of a hinge, at the start, in the axes of the assembly
     double gap = 0; ///< m: elements whose surfaces are farther apart are not side by side; 0: 1 % of their radii
     JointLaw law;
     std::string source; ///< file:line of the table, for messages

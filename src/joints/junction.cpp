@@ -16,7 +16,7 @@ namespace skein {
 
 namespace {
 
-constexpr double same_place = 1e-6; // of an element's length: what is left of numbers that a scene rounds
+constexpr double same_place = 1e-6; // tolerance over an element's length, as scenes round numbers
 
 Quaterniond inverse(const Quaterniond& q) { return {q.w, -1.0 * q.v}; }
 
@@ -348,7 +348,7 @@ private:
     std::vector<Set> hubs_, stars_;
     std::map<std::tuple<int, std::int64_t, int>, std::size_t> place_of_hub_;
     std::map<std::tuple<int, std::int64_t, int, std::int64_t>, std::size_t> place_of_star_;
-    std::map<std::tuple<int, std::int64_t, int>, Vec3d> arm_; ///< of nodes on bodies
+    std::map<std::tuple<int, std::int64_t, int>, Vec3d> arm_; ///< arms of nodes on bodies, m
 };
 
 } // namespace

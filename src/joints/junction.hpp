@@ -1,5 +1,5 @@
-// Joints of kind fixed with stiffness = "auto" as what they are together: nodes that are one (hubs), and half cells
-// that meet in one turning frame (stars). theory.md (73a)-(73e)
+// Common nodes of joints of kind fixed with stiffness = "auto" (hubs), and half cells that meet in one turning frame
+// (stars). theory.md (73a)-(73e)
 #pragma once
 
 #include "joints/joint_list.hpp"
@@ -24,7 +24,7 @@ struct Hub {
     struct Member {
         int group;
         std::int64_t rod; ///< in the copy
-        int node;         ///< of a body 0
+        int node;         ///< node of a rod; 0 of a body
         Vec3d arm;        ///< from a body's centre to this node, body axes of the body, m
     };
     std::vector<Member> members;
@@ -32,9 +32,9 @@ struct Hub {
     bool held = false; ///< the first does not move by loads
 };
 
-/// Half cells that meet in a place. Element i turns against the first by log(Q_i (C_i Q_0)^T); moments of the half
-/// cells add up to none in a frame between them that has no inertia, unless the first is rigid: then that is the frame.
-/// A cell that a rod has itself is taken off by a star of negative stiffnesses.
+/// Half cells that meet in a place. Element i turns against the first by log(Q_i (C_i Q_0)^T). Moments of the half
+/// cells add up to none in a frame between them without inertia. If the first is rigid, it is the frame. A star of
+/// negative stiffnesses takes off the cell that a rod has there itself.
 struct Star {
     struct Member {
         int group;
@@ -46,16 +46,16 @@ struct Star {
         Mat3d turn;          ///< C_i as a matrix
         Vec3d stiffness;     ///< K_i = 2 B/l, N m/rad; 0 of a rigid first
         Vec3d compliance;    ///< l/2B
-        Vec3d rest_turn;     ///< of the half cell against that of the start, outwards, rad
+        Vec3d rest_turn;     ///< rest turn of the half cell since the start, outwards, rad
         Mat3d to_frame;      ///< A_i: what it turns the frame by
-        double length;       ///< of the element, m; 0 of a rigid first
+        double length;       ///< length of the element, m; 0 of a rigid first
         double share;        ///< in the dilatation of the joint
         double rest_stretch; ///< e0
     };
     std::vector<Member> members;
     bool rigid = false;      ///< the first is a body, or held
     bool along_axes = false; ///< C_i keep d3, so that bending and twist stay apart
-    Law law = Law::linear;   ///< of all members; linear where they differ
+    Law law = Law::linear;   ///< law of all members; linear where they differ
     double inv_cell = 0;     ///< 2/sum of lengths, 1/m
     double largest = 0;      ///< bound of K between two members, N m/rad
 };
@@ -68,8 +68,8 @@ struct Junctions {
 
 inline constexpr std::size_t most_members = 16;
 
-/// Junctions of a copy of an assembly, whose joints these are. Throws InputError, with the line of the table and a
-/// cure, where a place is between nodes or off a rod's axis, or where two things hold it.
+/// Junctions of a copy of an assembly with these joints. Throws InputError, with the line of the table and a cure,
+/// where a place is off nodes or axes, or two things hold it.
 Junctions junctions_of(std::span<const JointSpec> tables, std::span<const Joint> joints,
                        std::span<const RodGroup> groups);
 

@@ -1,10 +1,11 @@
-// Half cells of two or more elements that meet in a place, as one cell between them.                          theory.md
-// (73a)-(73c)
-//   phi_i = log(Q_i (C_i Q_0)^T), phi_0 = 0;  s_i = phi_i - psi_i - C_i theta;  tau_i = f(E) K_i s_i;  theta such that
-//   sum C_i^T tau_i = 0 on i        a/2 - b,  a = phi_i x tau_i,  b = tau_i + g(phi_i) phi_i x a;       on 0   C_i^T (b
-//   + a/2), as a cell's tension     of the law, from E = sum l_i e_i/sum l_i, on all elements muscles     m_i at the
-//   end of element i: -m_i - K_i C_i theta_m is added to tau_i, theta_m alike
-// psi_i: rest curvature of the half cell less that of the start; K_i = 2 B_i/l_i. A rigid first one has theta = 0.
+// Half cells of two or more elements that meet in a place, as one cell between them.           theory.md (73a)-(73c)
+//   phi_i = log(Q_i (C_i Q_0)^T), phi_0 = 0;  s_i = phi_i - psi_i - C_i theta;  tau_i = f(E) K_i s_i
+//   theta such that sum C_i^T tau_i = 0;  0 where the first is rigid
+//   on i      a/2 - b,  a = phi_i x tau_i,  b = tau_i + g(phi_i) phi_i x a
+//   on 0      C_i^T (b + a/2)
+//   tension   as a cell's, of the law, from E = sum l_i e_i/sum l_i, on all elements
+//   muscles   m_i at the end of element i: -m_i - K_i C_i theta_m is added to tau_i, theta_m alike
+// psi_i: rest curvature of the half cell less that of the start; K_i = 2 B_i/l_i.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -19,7 +20,7 @@ namespace skein {
 template <class P> struct StarElement {
     Quaternion<P> director;
     Vec3<P> edge;   ///< from node to node, m
-    Vec3<P> moment; ///< of muscles at its end, body, outwards, N m
+    Vec3<P> moment; ///< moment of muscles at its end, body, outwards, N m
 };
 template <class P> struct StarLoad {
     Vec3<P> couple;  ///< body, N m
