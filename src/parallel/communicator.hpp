@@ -17,7 +17,7 @@ public:
     /// This process by itself.
     static Communicator alone();
 
-    /// The same ranks, whose messages no others can take for theirs; free() ends it. Collective, both.
+    /// Copy of the communicator with messages of its own; free() ends it. Both are collective.
     Communicator duplicate() const;
     void free();
 
@@ -43,10 +43,10 @@ public:
     std::vector<std::string> all_gather(const std::string& text) const;
     /// Every rank's numbers, counts[r] of rank r, in rank order on all ranks.
     void all_gather(std::span<const double> mine, std::span<const std::int64_t> counts, std::span<double> all) const;
-    /// The same of records, bytes that stay together: `all` has room for those of all ranks.
+    /// Gathers records, bytes that stay together; `all` has room for those of all ranks.
     void all_gather(std::span<const std::byte> mine, std::size_t record_bytes, std::span<const std::int64_t> counts,
                     std::span<std::byte> all) const;
-    /// The same where only the rank itself knows how many it has.
+    /// Gathers numbers where only the rank itself knows how many it has.
     std::vector<double> all_gather(std::span<const double> mine) const;
     /// Sends send_counts[r] records of `record_bytes` each, packed in rank order, to every rank r; returns what
     /// arrived, in rank order, with its counts in `receive_counts`. At most 2^31 - 1 records each way; throws on all
@@ -61,8 +61,8 @@ public:
     /// For io, for the library of multigrid, and within this module: MPI_Comm_f2c(handle()) is the MPI_Comm.
     int handle() const { return handle_; }
 
-    /// Bytes that this rank has sent to single others so far, by all_to_all, all_gather and messages; the number of
-    /// collective calls of any kind; and the number of messages to single others.
+    /// Traffic of this rank so far: bytes and messages to single others, by all_to_all, all_gather and messages, and
+    /// the number of collective calls of any kind.
     struct Traffic {
         std::int64_t bytes = 0, calls = 0, messages = 0;
     };
@@ -75,15 +75,16 @@ private:
     int rank_ = 0, size_ = 1;
 };
 
-/// Initialises MPI for the life of the object. An MPI error, lack of memory, an exception that nobody catches, and
-/// unwinding past the object all end every rank through abort(): a rank that left alone would leave the others waiting.
+/// Session of MPI for the life of the object. An MPI error, lack of memory and an exception that nobody catches end
+/// every rank through abort(), as does unwinding past the object. A rank that left alone would leave the others
+/// waiting.
 class MpiSession {
 public:
     MpiSession(int& argc, char**& argv);
     ~MpiSession();
     MpiSession(const MpiSession&) = delete;
     MpiSession& operator=(const MpiSession&) = delete;
-    /// Whether MPI has been initialised and not yet ended, by whomever.
+    /// True while MPI is initialised, by whomever.
     static bool running();
     /// Prints rank and message to stderr and ends all ranks.
     [[noreturn]] static void abort(const std::string& message, int code);

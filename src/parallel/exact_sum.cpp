@@ -39,7 +39,7 @@ Fixed join(std::span<const std::int64_t> parts) {
     return value;
 }
 
-/// What a column holds on all ranks.
+/// Range of a column on all ranks.
 enum Property { largest, has_nan, has_plus_infinity, has_minus_infinity, properties };
 
 using Found = std::array<double, properties>;
@@ -54,7 +54,7 @@ int quantum_shift(double largest_term) { return largest_term > 0 ? term_bits - 1
 
 /// x 2^shift, |x| < 2^86 quanta, rounded to the nearest whole number, to even where two are as near.
 Fixed in_quanta(double x, int shift) {
-    constexpr int fraction_bits = 52, bias = 1075; // of the mantissa as a whole number
+    constexpr int fraction_bits = 52, bias = 1075; // mantissa as a whole number
     const auto bits = std::bit_cast<std::uint64_t>(x);
     const int exponent = static_cast<int>(bits >> fraction_bits & 0x7ff);
     const std::uint64_t fraction = bits & ((1ull << fraction_bits) - 1),

@@ -13,7 +13,7 @@
 
 namespace skein {
 
-/// Sum of every column over the terms of all ranks; all ranks pass the same number of columns, each with any number of
+/// Sum of every column over the terms of all ranks. All ranks pass the same number of columns, each with any number of
 /// terms (in all fewer than 2^40). A sum with NaN, or with infinities of both signs, is NaN; one with infinities of one
 /// sign is that.
 std::vector<double> exact_sums(const Communicator& comm, std::span<const std::vector<double>> columns);
@@ -28,7 +28,7 @@ struct Table {
     std::size_t groups = 1;
     const std::uint32_t* group = nullptr; ///< by row; null: of the first
 };
-/// The same of a table's columns by groups [group][column]; rows are shared out to threads.
+/// Sums of a table's columns by groups [group][column]; rows are shared out to threads.
 std::vector<double> exact_sums(const Communicator& comm, const Threads& threads, const Table& terms);
 
 } // namespace skein

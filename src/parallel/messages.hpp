@@ -22,9 +22,9 @@ public:
     RepeatedMessages& operator=(RepeatedMessages&&) noexcept;
     ~RepeatedMessages();
 
-    /// What is to be sent must not change, nor what is to come be read, until finish().
+    /// Starts all messages. Until finish(), sent memory must not change and received memory must not be read.
     void start();
-    /// Lets them move on.
+    /// Lets messages progress.
     void poll();
     void finish();
 
@@ -33,7 +33,7 @@ private:
     std::unique_ptr<Requests> requests_; ///< null where there are none
 };
 
-/// Whether all ranks say yes.
+/// Vote of all ranks: true where all say yes.
 class Vote {
 public:
     explicit Vote(const Communicator& comm);
@@ -42,7 +42,7 @@ public:
     ~Vote();
 
     void start(bool yes);
-    /// Lets it move on.
+    /// Lets the vote progress.
     void poll();
     bool finish();
 
@@ -51,8 +51,8 @@ private:
     std::unique_ptr<Ballot> ballot_;
 };
 
-/// From now on messages and votes take at least so long from start to finish, s; for studies of how much of it is
-/// hidden by work.
+/// Delays messages and votes from now on: they take at least so long from start to finish, s. Studies find with it how
+/// much of them work hides.
 void delay_messages(double seconds);
 
 } // namespace skein

@@ -65,8 +65,8 @@ void Threads::run(std::size_t n, const std::function<void(std::size_t i, int thr
         for (std::size_t i = 0; i < n; ++i) body(i, 0);
         return;
     }
-    // A task costs a tenth of a microsecond, a tile one or more: some tiles to a task where there are many, and a
-    // balanced end.
+    // A task costs a tenth of a microsecond, a tile one or more. Tasks have some tiles where there are many, and the
+    // end is balanced.
     const std::size_t grain = std::clamp<std::size_t>(n / (64 * static_cast<std::size_t>(count_)), 1, 16);
     arena_->arena.execute([n, grain, &body] {
         tbb::parallel_for(
