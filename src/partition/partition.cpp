@@ -48,7 +48,7 @@ struct Cube {
 
 Cube bounding_cube(const Communicator& comm, std::span<const Vec3d> centres) {
     constexpr double lowest = std::numeric_limits<double>::lowest();
-    double bounds[6] = {lowest, lowest, lowest, lowest, lowest, lowest}; // of x, y, z, -x, -y, -z
+    double bounds[6] = {lowest, lowest, lowest, lowest, lowest, lowest}; // bounds of x, y, z, -x, -y, -z
     for (const Vec3d& c : centres) {
         const double values[6] = {c.x, c.y, c.z, -c.x, -c.y, -c.z};
         for (int i = 0; i < 6; ++i) bounds[i] = std::max(bounds[i], values[i]);
@@ -86,9 +86,9 @@ public:
     }
     std::span<const Keyed> rods() const { return rods_; }
 
-    /// Where the pieces of ranks 1, 2, ... begin: piece r with the first rod that has at least r/P of the whole weight
-    /// before it. So each of `pieces` is within one rod of its share. All cuts are bisected at once, in the numbers
-    /// (key, gid). Collective.
+    /// First rods of the pieces of ranks 1, 2, ... Piece r begins with the first rod that has at least r/P of the whole
+    /// weight before it. So each of `pieces` is within one rod of its share. All cuts are bisected at once, in the
+    /// numbers (key, gid). Collective.
     std::vector<Keyed> cuts(int pieces) const {
         using Place = unsigned __int128;
         const int gid_bits = std::bit_width(static_cast<std::uint64_t>(last_gid_ + 1));

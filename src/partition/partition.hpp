@@ -1,6 +1,6 @@
-// Who owns which rod. A space-filling curve through the rods' centres, cut into one piece of equal weight per rank: of
-// the start shapes with their elements as weights, so that the scene alone decides, or of rods as they are now with
-// what they cost.
+// Owners of rods. A space-filling curve through the rods' centres is cut into one piece of equal weight per rank. At
+// the start the weights are numbers of elements, so the scene alone decides. Later they are the rods' costs at their
+// present places.
 #pragma once
 
 #include "parallel/communicator.hpp"
@@ -17,9 +17,9 @@
 
 namespace skein {
 
-/// Owned rods of this rank, ordered by group and, within a group, along the curve. Weight of a rod: its elements.
-/// O(N/P) memory and time per rank: each rank keys its index block of every group, the cuts are found by bisection on
-/// (key, gid) with collective weight sums, and owners receive their rods in one all_to_all. Collective.
+/// Owned rods of this rank, ordered by group and, within a group, along the curve. The weight of a rod is its number of
+/// elements. Memory and time per rank are O(N/P). Each rank keys its index block of every group. The cuts are found by
+/// bisection on (key, gid) with collective sums of weights. Owners receive their rods in one all_to_all. Collective.
 std::vector<LocalRod> partition(const Communicator& comm, std::span<const RodGroup> groups);
 /// Rank of each rod, by gid, that so many ranks would give it; worked out by this one alone.
 std::vector<int> owners(std::span<const RodGroup> groups, int ranks);
@@ -39,9 +39,9 @@ struct Assignment {
 /// `own`: the rods of this rank, in any distribution; the result is in their order. Collective.
 std::vector<Assignment> assign(const Communicator& comm, std::span<const WeighedRod> own);
 
-/// Reads what files say of the rods: each rank its index block of a group (see IndexBlocks), and all agree on what
-/// depends on every rod. Groups that have been read, or have no file, are left alone. Throws InputError on all ranks
-/// alike. Collective.
+/// Reads the files of rods. Each rank reads its index block of a group (see IndexBlocks), and all agree on what depends
+/// on every rod. Groups that have been read, or have no file, are left alone. Throws InputError on all ranks alike.
+/// Collective.
 void read_rods(const Communicator& comm, std::span<RodGroup> groups);
 
 /// From blocks to owners: what is known of single rods goes to the ranks that own them, and is forgotten elsewhere.
@@ -59,16 +59,16 @@ OwnedRods owned_rods(const Rods& rods, int group);
 /// parts).
 std::int64_t block_begin(std::int64_t count, int part, int parts);
 
-/// Moves fixed-size records between the owners of a group's rods and contiguous blocks of rod index, one block per rank
-/// (rank r holds indices [r N/P, (r+1) N/P)): the order in which files are written and read. Every index in [0, count)
-/// is owned by one rank. Collective calls.
+/// Moves fixed-size records between the owners of a group's rods and contiguous blocks of rod index, one per rank. Rank
+/// r holds indices [r N/P, (r+1) N/P), the order in which files are written and read. One rank owns each index in [0,
+/// count). Calls are collective.
 class IndexBlocks {
 public:
     IndexBlocks(const Communicator& comm, std::span<const std::int64_t> owned_indices, std::int64_t count);
 
     std::int64_t begin() const { return begin_; } ///< first index of this rank's block
     std::int64_t size() const { return size_; }
-    /// Where the record of an owned rod (by its place in owned_indices) goes: into this rank's block, or among those to
+    /// Destination of the record of an owned rod (by its place in owned_indices): this rank's block, or the records to
     /// send.
     struct Destination {
         bool own;
@@ -91,13 +91,13 @@ private:
     std::size_t sent_ = 0;
 };
 
-/// Records of a group's rods on their way from owners to blocks, in buffers that are kept from one group of them to the
-/// next. Those that stay on this rank are put where they belong at once.
+/// Records of a group's rods on their way from owners to blocks. Buffers are kept from one group of records to the
+/// next. Records that stay on this rank are stored in place at once.
 class RecordBuffers {
 public:
     /// Collective calls of `blocks` follow; it must outlive them.
     void begin(const IndexBlocks& blocks, std::size_t record_bytes);
-    /// Where the record of an owned rod is to be put. Any thread.
+    /// Memory of an owned rod's record. Any thread may call it.
     std::byte* record(std::size_t i) {
         const auto [own, place] = blocks_->destination(i);
         return (own ? block_.data() : sent_.data()) + place * record_bytes_;
@@ -121,7 +121,7 @@ public:
     /// Collective.
     std::vector<std::byte> to_blocks(std::span<const std::byte> records, std::size_t record_bytes,
                                      std::span<const std::int64_t> gids) const;
-    /// The same to the ranks that own the bodies. Collective.
+    /// Sends records to the ranks that own the bodies. Collective.
     std::vector<std::byte> to_owners(std::span<const std::byte> records, std::size_t record_bytes,
                                      std::span<const std::int64_t> gids) const;
 
@@ -130,11 +130,11 @@ private:
 
     Communicator comm_;
     std::int64_t bodies_;
-    std::vector<int> owner_; ///< of the gids of this rank's block
+    std::vector<int> owner_; ///< owners of the gids of this rank's block
 };
 
-/// Rows of numbers of this rank's block of a group, of what the owners of its rods alone may know: row(index, out) of
-/// each owned rod. Collective.
+/// Rows of this rank's block of a group, of numbers that only owners know. Calls row(index, out) for each owned rod.
+/// Collective.
 template <class Row> std::vector<double>
 rows_of_owners(const IndexBlocks& blocks, std::span<const std::int64_t> owned_indices, std::size_t width, Row row) {
     RecordBuffers buffers;
