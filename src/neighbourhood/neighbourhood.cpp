@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstring>
 #include <numeric>
 #include <set>
 
@@ -73,10 +72,7 @@ template <class T> std::vector<T> exchanged(const Communicator& comm, const std:
         counts.push_back(static_cast<std::int64_t>(to.size()));
         sent.insert(sent.end(), to.begin(), to.end());
     }
-    const auto bytes = comm.all_to_all(std::as_bytes(std::span(sent)), sizeof(T), counts, received);
-    std::vector<T> arrived(bytes.size() / sizeof(T));
-    if (!arrived.empty()) std::memcpy(static_cast<void*>(arrived.data()), bytes.data(), bytes.size());
-    return arrived;
+    return records_of<T>(comm.all_to_all(std::as_bytes(std::span(sent)), sizeof(T), counts, received));
 }
 
 /// Boxes of an exposure's own bodies, one by one.
@@ -222,38 +218,27 @@ void Neighbourhood::rebind(std::shared_ptr<Exposure> exposure) {
     rank_of_.assign(exposure_->window.size(), comm_.rank());
 }
 
-void Neighbourhood::pack() {
-    const auto tasks = (sent_.runs.size() + runs_of_task - 1) / runs_of_task;
+/// Calls copy(number of the message, number of the exposure) for all that travels along a route.
+template <class Copy> void Neighbourhood::for_numbers(Route& route, Copy&& copy) {
+    const auto tasks = (route.runs.size() + runs_of_task - 1) / runs_of_task;
     threads_.for_each(tasks, [&](std::size_t task, int) {
-        for (std::size_t r = task * runs_of_task; r < std::min(sent_.runs.size(), (task + 1) * runs_of_task); ++r) {
-            const Run& run = sent_.runs[r];
-            double* to = sent_.numbers.data() + run.at;
+        for (std::size_t r = task * runs_of_task; r < std::min(route.runs.size(), (task + 1) * runs_of_task); ++r) {
+            const Run& run = route.runs[r];
+            double* number = route.numbers.data() + run.at;
             for (std::uint32_t slot = run.first_slot; slot < run.first_slot + run.slots; ++slot)
-                for (const Vec3d& v :
-                     {exposure_->node[slot].position, exposure_->motion[slot].velocity, exposure_->motion[slot].spin}) {
-                    *to++ = v.x;
-                    *to++ = v.y;
-                    *to++ = v.z;
-                }
+                for (Vec3d* v : {&exposure_->node[slot].position, &exposure_->motion[slot].velocity,
+                                 &exposure_->motion[slot].spin})
+                    for (double* component : {&v->x, &v->y, &v->z}) copy(*number++, *component);
         }
     });
 }
 
+void Neighbourhood::pack() {
+    for_numbers(sent_, [](double& number, double component) { number = component; });
+}
+
 void Neighbourhood::unpack() {
-    const auto tasks = (received_.runs.size() + runs_of_task - 1) / runs_of_task;
-    threads_.for_each(tasks, [&](std::size_t task, int) {
-        for (std::size_t r = task * runs_of_task; r < std::min(received_.runs.size(), (task + 1) * runs_of_task); ++r) {
-            const Run& run = received_.runs[r];
-            const double* from = received_.numbers.data() + run.at;
-            for (std::uint32_t slot = run.first_slot; slot < run.first_slot + run.slots; ++slot)
-                for (Vec3d* v : {&exposure_->node[slot].position, &exposure_->motion[slot].velocity,
-                                 &exposure_->motion[slot].spin}) {
-                    v->x = *from++;
-                    v->y = *from++;
-                    v->z = *from++;
-                }
-        }
-    });
+    for_numbers(received_, [](double number, double& component) { component = number; });
 }
 
 void Neighbourhood::publish(bool holds) {
@@ -290,7 +275,7 @@ const Exposure& Neighbourhood::widen(double reach) {
     const double margin = reach * (1 + 1e-9) + 1e-12 * furthest; // a pair that rounding makes near is not to be missed
     std::vector<std::vector<SceneRun>> runs;
     std::vector<std::vector<ExposedNode>> nodes;
-    for (std::size_t r = 0; r < static_cast<std::size_t>(comm_.size()); ++r) {
+    for (std::size_t r = 0; r < to_index(comm_.size()); ++r) {
         std::vector<Box> others; // none, for most ranks
         for (std::size_t i = r * boxes_of_rank; i < (r + 1) * boxes_of_rank; ++i)
             if (static_cast<int>(r) != comm_.rank() && whole.meets(all_boxes[i], margin))
@@ -375,7 +360,7 @@ std::vector<std::uint32_t> Neighbourhood::narrow(std::span<const std::uint8_t> w
 }
 
 void Neighbourhood::set_up_messages() {
-    std::vector<std::vector<SceneRun>> asked(static_cast<std::size_t>(comm_.size()));
+    std::vector<std::vector<SceneRun>> asked(to_index(comm_.size()));
     std::set<std::int64_t> bodies;
     figures_ = {};
     std::vector<std::vector<const Window*>> ghosts(asked.size());
@@ -415,7 +400,7 @@ void Neighbourhood::set_up_messages() {
 }
 
 std::vector<GhostFigures> Neighbourhood::figures_of_ranks() const {
-    std::vector<GhostFigures> all(static_cast<std::size_t>(comm_.size()));
+    std::vector<GhostFigures> all(to_index(comm_.size()));
     for (const auto of : {&GhostFigures::bodies, &GhostFigures::elements, &GhostFigures::neighbours,
                           &GhostFigures::messages, &GhostFigures::bytes}) {
         const std::vector<std::int64_t> values = comm_.all_gather(figures_.*of);

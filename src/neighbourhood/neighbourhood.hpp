@@ -79,6 +79,7 @@ private:
         };
         std::vector<Length> lengths_;
     };
+    template <class Copy> void for_numbers(Route& route, Copy&& copy);
     void pack();
     void unpack();
     void set_up_messages();

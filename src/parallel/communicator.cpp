@@ -11,6 +11,7 @@
 #include <exception>
 #include <limits>
 #include <new>
+#include <numeric>
 
 namespace skein {
 
@@ -53,7 +54,7 @@ void send_from(int source, int handle, std::span<std::byte> bytes) {
 std::string text_from(int source, int handle, std::string text) {
     auto length = static_cast<std::int64_t>(text.size());
     send_from(source, handle, std::as_writable_bytes(std::span(&length, 1)));
-    text.resize(static_cast<std::size_t>(length));
+    text.resize(to_index(length));
     send_from(source, handle, std::as_writable_bytes(std::span(text)));
     return text;
 }
@@ -85,9 +86,7 @@ struct Record {
 };
 
 std::int64_t total(std::span<const std::int64_t> counts) {
-    std::int64_t sum = 0;
-    for (const auto count : counts) sum += count;
-    return sum;
+    return std::accumulate(counts.begin(), counts.end(), std::int64_t{0});
 }
 
 } // namespace
@@ -141,7 +140,7 @@ std::int64_t Communicator::broadcast(std::int64_t value) const {
 }
 
 std::vector<std::int64_t> Communicator::all_gather(std::int64_t value) const {
-    std::vector<std::int64_t> values(static_cast<std::size_t>(size_));
+    std::vector<std::int64_t> values(to_index(size_));
     MPI_Allgather(&value, 1, MPI_INT64_T, values.data(), 1, MPI_INT64_T, native(handle_));
     ++counted.calls;
     return values;
@@ -149,14 +148,13 @@ std::vector<std::int64_t> Communicator::all_gather(std::int64_t value) const {
 
 std::vector<std::string> Communicator::all_gather(const std::string& text) const {
     const Layout layout(all_gather(static_cast<std::int64_t>(text.size())));
-    std::string all(static_cast<std::size_t>(layout.offsets.back() + layout.counts.back()), '\0');
+    std::string all(to_index(layout.offsets.back() + layout.counts.back()), '\0');
     MPI_Allgatherv(text.data(), static_cast<int>(text.size()), MPI_CHAR, all.data(), layout.counts.data(),
                    layout.offsets.data(), MPI_CHAR, native(handle_));
     ++counted.calls;
     std::vector<std::string> texts;
     for (std::size_t r = 0; r < layout.counts.size(); ++r)
-        texts.push_back(
-            all.substr(static_cast<std::size_t>(layout.offsets[r]), static_cast<std::size_t>(layout.counts[r])));
+        texts.push_back(all.substr(to_index(layout.offsets[r]), to_index(layout.counts[r])));
     return texts;
 }
 
@@ -181,7 +179,7 @@ void Communicator::all_gather(std::span<const std::byte> mine, std::size_t recor
 
 std::vector<double> Communicator::all_gather(std::span<const double> mine) const {
     const auto counts = all_gather(static_cast<std::int64_t>(mine.size()));
-    std::vector<double> all(static_cast<std::size_t>(total(counts)));
+    std::vector<double> all(to_index(total(counts)));
     all_gather(mine, counts, all);
     return all;
 }
@@ -189,7 +187,7 @@ std::vector<double> Communicator::all_gather(std::span<const double> mine) const
 std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> records, std::size_t record_bytes,
                                                 std::span<const std::int64_t> send_counts,
                                                 std::vector<std::int64_t>& receive_counts) const {
-    receive_counts.resize(static_cast<std::size_t>(size_));
+    receive_counts.resize(to_index(size_));
     MPI_Alltoall(send_counts.data(), 1, MPI_INT64_T, receive_counts.data(), 1, MPI_INT64_T, native(handle_));
     ++counted.calls;
 
@@ -199,7 +197,7 @@ std::vector<std::byte> Communicator::all_to_all(std::span<const std::byte> recor
         throw Error(Exit::internal, "all_to_all: " + std::to_string(largest) +
                                         " records on one rank are more than MPI can count; use more ranks");
 
-    std::vector<std::byte> arrived(static_cast<std::size_t>(received) * record_bytes);
+    std::vector<std::byte> arrived(to_index(received) * record_bytes);
     const Layout out(send_counts), in(receive_counts);
     const Record record(record_bytes);
     MPI_Alltoallv(records.data(), out.counts.data(), out.offsets.data(), record.type, arrived.data(), in.counts.data(),
@@ -227,7 +225,7 @@ void on_mpi_error(MPI_Comm*, int* code, ...) {
     char text[MPI_MAX_ERROR_STRING];
     int length = 0;
     MPI_Error_string(*code, text, &length);
-    MpiSession::abort("MPI: " + std::string(text, static_cast<std::size_t>(length)), static_cast<int>(Exit::internal));
+    MpiSession::abort("MPI: " + std::string(text, to_index(length)), static_cast<int>(Exit::internal));
 }
 
 /// std::bad_alloc on one rank could be caught on the way to a collective call that the others are in.

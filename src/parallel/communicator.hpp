@@ -3,11 +3,19 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <cstring>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace skein {
+
+/// Records of one type out of the bytes that they arrived in.
+template <class T> std::vector<T> records_of(std::span<const std::byte> bytes) {
+    std::vector<T> records(bytes.size() / sizeof(T));
+    if (!records.empty()) std::memcpy(static_cast<void*>(records.data()), bytes.data(), bytes.size());
+    return records;
+}
 
 /// All ranks of the run. Cheap to copy; collective calls are made by the main thread only (MPI_THREAD_FUNNELED).
 class Communicator {

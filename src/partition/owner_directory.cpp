@@ -16,18 +16,12 @@ std::vector<std::byte> send(const Communicator& comm, std::span<const std::byte>
     std::iota(order.begin(), order.end(), std::size_t{0});
     std::stable_sort(order.begin(), order.end(), [&](std::size_t i, std::size_t j) { return rank[i] < rank[j]; });
     std::vector<std::byte> sorted(records.size());
-    std::vector<std::int64_t> counts(static_cast<std::size_t>(comm.size()), 0), received;
+    std::vector<std::int64_t> counts(to_index(comm.size()), 0), received;
     for (std::size_t i = 0; i < order.size(); ++i) {
         std::memcpy(sorted.data() + i * record_bytes, records.data() + order[i] * record_bytes, record_bytes);
         ++nth(counts, rank[order[i]]);
     }
     return comm.all_to_all(sorted, record_bytes, counts, received);
-}
-
-std::vector<std::int64_t> numbers(std::span<const std::byte> bytes) {
-    std::vector<std::int64_t> all(bytes.size() / sizeof(std::int64_t));
-    if (!all.empty()) std::memcpy(all.data(), bytes.data(), bytes.size());
-    return all;
 }
 
 } // namespace
@@ -53,9 +47,9 @@ OwnerDirectory::OwnerDirectory(const Communicator& comm, std::span<const std::in
         block.push_back(block_of(gid));
     }
     const std::vector<std::int64_t> received =
-        numbers(send(comm_, std::as_bytes(std::span(mine)), sizeof(Owned), block));
+        records_of<std::int64_t>(send(comm_, std::as_bytes(std::span(mine)), sizeof(Owned), block));
     const std::int64_t first = block_begin(bodies_, comm_.rank(), comm_.size());
-    owner_.resize(static_cast<std::size_t>(block_begin(bodies_, comm_.rank() + 1, comm_.size()) - first));
+    owner_.resize(to_index(block_begin(bodies_, comm_.rank() + 1, comm_.size()) - first));
     for (std::size_t i = 0; i < received.size(); i += 2)
         nth(owner_, received[i] - first) = static_cast<int>(received[i + 1]);
 }
@@ -72,7 +66,7 @@ std::vector<std::byte> OwnerDirectory::to_owners(std::span<const std::byte> reco
     const std::vector<std::byte> here = to_blocks(records, record_bytes, gids);
     const std::int64_t first = block_begin(bodies_, comm_.rank(), comm_.size());
     std::vector<int> owner;
-    for (const std::int64_t gid : numbers(to_blocks(std::as_bytes(gids), sizeof(std::int64_t), gids)))
+    for (const std::int64_t gid : records_of<std::int64_t>(to_blocks(std::as_bytes(gids), sizeof(std::int64_t), gids)))
         owner.push_back(nth(owner_, gid - first));
     return send(comm_, here, record_bytes, owner);
 }

@@ -96,7 +96,7 @@ public:
             const Place gid = place & ((Place(1) << gid_bits) - 1);
             return Keyed{static_cast<std::uint64_t>(place >> gid_bits), static_cast<std::int64_t>(gid)};
         };
-        const auto count = static_cast<std::size_t>(pieces - 1);
+        const auto count = to_index(pieces - 1);
         const std::int64_t whole = comm_.sum(before_.back());
         std::vector<Place> low(count, 0), high(count, Place(1) << (63 + gid_bits));
         std::vector<Keyed> middle(count);
@@ -177,9 +177,8 @@ std::vector<Keyed> send_to_owners(const Communicator& comm, std::span<const Keye
         begin = end;
     }
     send_counts.push_back(rods.end() - begin);
-    const auto bytes = comm.all_to_all(std::as_bytes(rods), sizeof(Keyed), send_counts, receive_counts);
-    std::vector<Keyed> owned(bytes.size() / sizeof(Keyed));
-    std::copy(bytes.begin(), bytes.end(), std::as_writable_bytes(std::span(owned)).begin());
+    std::vector<Keyed> owned =
+        records_of<Keyed>(comm.all_to_all(std::as_bytes(rods), sizeof(Keyed), send_counts, receive_counts));
     std::sort(owned.begin(), owned.end());
     return owned;
 }
@@ -264,7 +263,7 @@ std::vector<int> owners(std::span<const RodGroup> groups, int ranks) {
     const Communicator alone = Communicator::alone();
     const Curve curve(alone, index_block(alone, groups));
     const auto cuts = curve.cuts(ranks);
-    std::vector<int> owner(static_cast<std::size_t>(rods_of(groups)));
+    std::vector<int> owner(to_index(rods_of(groups)));
     const std::vector<AssemblyGroups> assemblies = assemblies_of(groups);
     for (const Keyed& rod : curve.rods())
         for_rods_of(groups, assemblies, rod.gid, [&](const RodGroup& group, std::int64_t i) {

@@ -144,10 +144,7 @@ rows_of_owners(const IndexBlocks& blocks, std::span<const std::int64_t> owned_in
         row(owned_indices[i], own.data());
         std::memcpy(buffers.record(i), own.data(), width * sizeof(double));
     }
-    const auto bytes = buffers.exchange();
-    std::vector<double> rows(bytes.size() / sizeof(double));
-    if (!rows.empty()) std::memcpy(rows.data(), bytes.data(), bytes.size());
-    return rows;
+    return records_of<double>(buffers.exchange());
 }
 
 } // namespace skein
