@@ -77,7 +77,7 @@ public:
         const std::int32_t number = window_of[slot];
         return kin.empty() ? number : nth(kin, number);
     }
-    bool owns_slot(std::size_t slot) const { return owns(static_cast<std::size_t>(window_of[slot])); }
+    bool owns_slot(std::size_t slot) const { return owns(to_index(window_of[slot])); }
     const SceneSlots& scene() const { return scene_; }
     std::int64_t in_scene(std::size_t slot) const {
         const Window& w = at(slot);
@@ -141,7 +141,34 @@ struct SlotLoads {
     static constexpr double bytes_per_slot = sizeof(ExertedLoad);
 };
 
-/// Last before rods feel each other: nodes and spins in the lab. Radii stay those of rest: were they to follow the
+/// Exposed slots of a tile's rods, lane by lane.
+template <int W> class ExposedLanes {
+public:
+    ExposedLanes(Exposure& exposure, const RodTile<W>& rod) {
+        for (int l = 0; l < W; ++l) {
+            const std::size_t first = exposure.of_own(rod.group->id(), place_in_group(rod, l)).first_slot;
+            node_[l] = &exposure.node[first];
+            motion_[l] = &exposure.motion[first];
+        }
+    }
+    SKEIN_INLINE void store(std::size_t k, const Vec3<Pack<W>>& position, const Pack<W>& radius,
+                            const Vec3<Pack<W>>& velocity, const Vec3<Pack<W>>& spin) const {
+        store_transposed<W>(position, radius, [&](int l) { return &node_[l][k].position.x; });
+        store_transposed<W>(velocity, Pack<W>(0.0), [&](int l) { return &motion_[l][k].velocity.x; });
+        store_transposed<W>(spin, Pack<W>(0.0), [&](int l) { return &motion_[l][k].spin.x; });
+    }
+
+    /// Place of a lane's rod among those of its group on this rank. Spare lanes repeat the last rod.
+    static std::size_t place_in_group(const RodTile<W>& rod, int l) {
+        return rod.first + to_index(std::min(l, rod.lanes - 1));
+    }
+
+private:
+    ExposedNode* node_[W];
+    ExposedMotion* motion_[W];
+};
+
+/// Last pass before interactions: nodes and spins in the lab. Radii stay those of rest: were they to follow the
 /// stretch, contact would do work on it that no force takes.
 template <int W> class ExposePass final : public TilePass<W> {
 public:
@@ -149,31 +176,17 @@ public:
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
         using P = Pack<W>;
-        ExposedNode* node[W];
-        ExposedMotion* motion[W];
-        for (int l = 0; l < W; ++l) { // spare lanes say again what the last rod does
-            const std::size_t first = exposure_->of_own(rod.group->id(), place_in_group(rod, l)).first_slot;
-            node[l] = &exposure_->node[first];
-            motion[l] = &exposure_->motion[first];
-        }
+        const ExposedLanes<W> lanes(*exposure_, rod);
         for (int k = 0; k <= rod.n; ++k) {
             const Slot<W>& s = rod.slot[k];
             P radius(-1.0);
             Vec3<P> turning{};
             if (k < rod.n) {
-                const ElementConstants& c = rod.element[k];
-                radius = P(c.radius);
+                radius = P(rod.element[k].radius);
                 turning = transpose_times(s.director, s.spin);
             }
-            store_transposed<W>(s.position, radius, [&](int l) { return &node[l][k].position.x; });
-            store_transposed<W>(s.velocity, P(0.0), [&](int l) { return &motion[l][k].velocity.x; });
-            store_transposed<W>(turning, P(0.0), [&](int l) { return &motion[l][k].spin.x; });
+            lanes.store(to_index(k), s.position, radius, s.velocity, turning);
         }
-    }
-
-    /// Place of a lane's rod among those of its group on this rank.
-    static std::size_t place_in_group(const RodTile<W>& rod, int l) {
-        return rod.first + static_cast<std::size_t>(std::min(l, rod.lanes - 1));
     }
 
 private:
@@ -186,7 +199,7 @@ public:
     LoadsOfLanes(const Exposure& exposure, const SlotLoads& loads, const RodTile<W>& rod) {
         static constexpr ExertedLoad none{};
         for (int l = 0; l < W; ++l) {
-            const std::size_t number = exposure.number_of_own(rod.group->id(), ExposePass<W>::place_in_group(rod, l));
+            const std::size_t number = exposure.number_of_own(rod.group->id(), ExposedLanes<W>::place_in_group(rod, l));
             const bool touched = loads.touched[number];
             taken_[l] = touched ? &loads.load[exposure.window[number].first_slot] : &none;
             step_[l] = touched;
@@ -218,7 +231,7 @@ public:
         const LoadsOfLanes<W> taken(*exposure_, *loads_, rod);
         if (!taken.any()) return;
         for (int k = 0; k <= rod.n; ++k) {
-            const auto slot = static_cast<std::size_t>(k);
+            const auto slot = to_index(k);
             load[k].force += taken.force(slot);
             if (k < rod.n) load[k].couple += rod.slot[k].director * taken.couple(slot);
         }

@@ -37,22 +37,11 @@ public:
         : exposure_(std::move(exposure)), body_(body) {}
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
-        using P = Pack<W>;
-        ExposedNode* node[W];
-        ExposedMotion* motion[W];
-        for (int l = 0; l < W; ++l) {
-            const std::size_t first =
-                exposure_->of_own(rod.group->id(), ExposePass<W>::place_in_group(rod, l)).first_slot;
-            node[l] = &exposure_->node[first];
-            motion[l] = &exposure_->motion[first];
-        }
+        const ExposedLanes<W> lanes(*exposure_, rod);
         std::size_t k = 0;
         for_surface_slots(body_, rod.slot[0],
-                          [&](const Vec3<P>& position, double radius, const Vec3<P>& velocity, const Vec3<P>& spin) {
-                              store_transposed<W>(position, P(radius), [&](int l) { return &node[l][k].position.x; });
-                              store_transposed<W>(velocity, P(0.0), [&](int l) { return &motion[l][k].velocity.x; });
-                              store_transposed<W>(spin, P(0.0), [&](int l) { return &motion[l][k].spin.x; });
-                              ++k;
+                          [&](const auto& position, double radius, const auto& velocity, const auto& spin) {
+                              lanes.store(k++, position, radius, velocity, spin);
                           });
     }
 
