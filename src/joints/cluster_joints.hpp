@@ -6,6 +6,7 @@
 #include "joints/cluster_junctions.hpp"
 #include "joints/joint_law.hpp"
 #include "joints/joint_list.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
 #include <array>
@@ -146,35 +147,32 @@ private:
     void lay_out(const AssemblyGroups& assembly, std::size_t groups) {
         slots_of_.assign(groups, 0);
         is_body_.assign(groups, false);
-        across_.first.assign(groups, 0);
-        within_.first.assign(groups, 0);
-        across_.first_tile.assign(groups, 0);
-        within_.first_tile.assign(groups, 0);
+        for (Layout* layout : {&across_, &within_}) {
+            layout->first.assign(groups, 0);
+            layout->first_tile.assign(groups, 0);
+        }
         for (const RodGroup* group : assembly.groups) {
-            const auto g = static_cast<std::size_t>(group->id());
-            const auto slots = static_cast<std::size_t>(group->slots());
+            const std::size_t g = to_index(group->id()), slots = to_index(group->slots());
             const std::int64_t rods = group->rods_per_copy(), tiles = tiles_within(rods, W);
             slots_of_[g] = slots;
             is_body_[g] = !group->strained();
-            across_.first[g] = across_.slots;
-            within_.first[g] = within_.slots;
-            across_.first_tile[g] = across_.tiles;
-            within_.first_tile[g] = within_.tiles;
-            across_.tiles += static_cast<std::size_t>(rods);
-            within_.tiles += static_cast<std::size_t>(tiles);
-            across_.slots += static_cast<std::size_t>(rods) * slots;
-            within_.slots += static_cast<std::size_t>(tiles) * slots;
+            for (const auto& [layout, count] : {std::pair(&across_, rods), std::pair(&within_, tiles)}) {
+                layout->first[g] = layout->slots;
+                layout->first_tile[g] = layout->tiles;
+                layout->tiles += to_index(count);
+                layout->slots += to_index(count) * slots;
+            }
             if (const int lanes = static_cast<int>(rods - (tiles - 1) * W); lanes < W)
                 spare_.push_back({within_.slots - slots, slots, lanes});
         }
     }
 
     ClusterPlace place(std::span<const RodGroup> groups, int group, std::int64_t rod, int slot) const {
-        const auto g = static_cast<std::size_t>(group), s = static_cast<std::size_t>(slot);
+        const auto g = to_index(group), s = to_index(slot);
         const auto at = [&](const Layout& layout, std::size_t tile) {
             return layout.first[g] + tile * slots_of_[g] + s;
         };
-        const auto alone = static_cast<std::size_t>(rod), shared = static_cast<std::size_t>(rod / W);
+        const auto alone = to_index(rod), shared = to_index(rod / W);
         const int l = static_cast<int>(rod % W);
         const bool last = rod + 1 == groups[g].rods_per_copy(); // spare lanes repeat it
         return {at(across_, alone), at(within_, shared),           l,
@@ -200,7 +198,7 @@ private:
         }
         Gathered& pack = gathered_.back();
         for (int l = pack.count; l < W; ++l) {
-            const auto at = static_cast<std::size_t>(l);
+            const auto at = to_index(l);
             pack.slots[at] = slots(joint, within_, W);
             pack.lane_a[at] = static_cast<std::uint8_t>(joint.first.rod % W);
             pack.lane_b[at] = static_cast<std::uint8_t>(joint.second.rod % W);
@@ -211,10 +209,9 @@ private:
 
     Slots slots(const Joint& joint, const Layout& layout, std::int64_t rods_of_tile) const {
         const auto node = [&](const JointEnd& end, int next) {
-            const auto g = static_cast<std::size_t>(end.group);
-            return static_cast<std::uint32_t>(
-                layout.first[g] + static_cast<std::size_t>(end.rod / rods_of_tile) * slots_of_[g] +
-                static_cast<std::size_t>(end.element) + (is_body_[g] ? 0u : static_cast<unsigned>(next)));
+            const auto g = to_index(end.group);
+            return static_cast<std::uint32_t>(layout.first[g] + to_index(end.rod / rods_of_tile) * slots_of_[g] +
+                                              to_index(end.element) + (is_body_[g] ? 0u : static_cast<unsigned>(next)));
         };
         return {node(joint.first, 0), node(joint.first, 1), node(joint.second, 0), node(joint.second, 1)};
     }

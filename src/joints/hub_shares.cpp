@@ -4,11 +4,6 @@ namespace skein {
 
 namespace {
 
-Mat3d inverse(const Mat3d& m) {
-    const Vec3d a = cross(m.d2, m.d3), b = cross(m.d3, m.d1), c = cross(m.d1, m.d2);
-    const double scale = 1 / dot(m.d1, a);
-    return {scale * Vec3d{a.x, b.x, c.x}, scale * Vec3d{a.y, b.y, c.y}, scale * Vec3d{a.z, b.z, c.z}};
-}
 /// w (|a|^2 - a a^T), added.
 void add_point(Mat3d& inertia, double w, const Vec3d& a) {
     const double squared = dot(a, a);

@@ -30,11 +30,6 @@ Mat3d product(const Mat3d& a, const Mat3d& b) {
     return {row(a.d1), row(a.d2), row(a.d3)};
 }
 Mat3d diagonal(const Vec3d& d) { return {{d.x, 0, 0}, {0, d.y, 0}, {0, 0, d.z}}; }
-Mat3d inverse(const Mat3d& m) {
-    const Vec3d a = cross(m.d2, m.d3), b = cross(m.d3, m.d1), c = cross(m.d1, m.d2);
-    const double scale = 1 / dot(m.d1, a);
-    return {scale * Vec3d{a.x, b.x, c.x}, scale * Vec3d{a.y, b.y, c.y}, scale * Vec3d{a.z, b.z, c.z}};
-}
 /// The largest row sum bounds the eigenvalues.
 double bound(const Mat3d& m) {
     const auto sum = [](const Vec3d& r) { return std::abs(r.x) + std::abs(r.y) + std::abs(r.z); };
@@ -324,7 +319,7 @@ private:
 
     Quaterniond start_frame(const Side& s) const {
         const RodGroup& g = group(s.group);
-        std::vector<Slot<1>> state(static_cast<std::size_t>(g.slots()));
+        std::vector<Slot<1>> state(to_index(g.slots()));
         g.start_state_in_assembly(s.rod, state);
         const auto at = [&](int k) { return lane(nth(state, k).director, 0); };
         return at(s.element);
@@ -333,7 +328,7 @@ private:
     /// By how much the rest curvature of the nearest cell differs from its curvature at the start, 1/m.
     static Vec3d curvature_since_start(const RodGroup& g, const Side& s) {
         if (g.voronoi.empty()) return g.spec().shape.rest_curvature;
-        const std::size_t cell = s.inner      ? static_cast<std::size_t>((s.node + g.elements() - 1) % g.elements())
+        const std::size_t cell = s.inner      ? to_index((s.node + g.elements() - 1) % g.elements())
                                  : s.side > 0 ? 0
                                               : g.voronoi.size() - 1;
         const auto frames = g.start_directors();

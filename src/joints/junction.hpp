@@ -9,6 +9,12 @@
 
 namespace skein {
 
+inline Mat3d inverse(const Mat3d& m) {
+    const Vec3d a = cross(m.d2, m.d3), b = cross(m.d3, m.d1), c = cross(m.d1, m.d2);
+    const double scale = 1 / dot(m.d1, a);
+    return {scale * Vec3d{a.x, b.x, c.x}, scale * Vec3d{a.y, b.y, c.y}, scale * Vec3d{a.z, b.z, c.z}};
+}
+
 /// Such a joint has one common node. It turns by half cells too, unless the scene gives it a torsional spring.
 inline bool shares_node(const JointSpec& spec) { return spec.kind == JointKind::fixed && spec.law.stiffness == 0; }
 inline bool turns_by_half_cells(const JointSpec& spec) {
