@@ -61,7 +61,7 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
             const unsigned touching = bits_of(squared < both * both);
             for (; bits != 0; bits &= bits - 1) {
                 const int lane = std::countr_zero(bits);
-                const std::size_t l = i + static_cast<std::size_t>(lane);
+                const std::size_t l = i + to_index(lane);
                 if (!may_touch(c, gaps, a[l], b[l])) continue;
                 const bool own = c.owns_slot(a[l]);
                 if (!own && !c.owns_slot(b[l])) continue;
@@ -299,7 +299,7 @@ SKEIN_INLINE void BroadPhase::collect_overlaps(std::uint32_t i, const Spheres& o
             _mm512_mask_cmpneq_epi32_mask(valid, _mm512_loadu_si512(others.body + j), _mm512_set1_epi32(body));
         const __mmask16 near = _mm512_mask_cmp_ps_mask(foreign, squared, _mm512_mul_ps(r, r), _CMP_LT_OQ);
         _mm512_storeu_si512(found.b + count, _mm512_maskz_compress_epi32(near, _mm512_loadu_si512(others.slot + j)));
-        count += static_cast<std::size_t>(std::popcount(static_cast<unsigned>(near)));
+        count += to_index(std::popcount(static_cast<unsigned>(near)));
 #else
         for (std::uint32_t k = j; k < std::min(j + 16, range.end); ++k) {
             const float dx = others.x[k] - x, dy = others.y[k] - y, dz = others.z[k] - z, r = others.reach[k] + reach;

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "core/transposed.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -29,12 +30,10 @@ SKEIN_INLINE void for_capsule_tiles(std::size_t count, PairAt&& pair, Ahead&& ah
         for (std::size_t i = begin; i < end; i += W) {
             for (std::size_t l = 0; l < W; ++l) ahead(i + l);
             const auto first = [&](int next) {
-                return load_transposed<W>(
-                    [&](int l) { return &pair(i + static_cast<std::size_t>(l)).first[next].position.x; });
+                return load_transposed<W>([&](int l) { return &pair(i + to_index(l)).first[next].position.x; });
             };
             const auto second = [&](int next) {
-                return load_transposed<W>(
-                    [&](int l) { return &pair(i + static_cast<std::size_t>(l)).second[next].position.x; });
+                return load_transposed<W>([&](int l) { return &pair(i + to_index(l)).second[next].position.x; });
             };
             const auto p = first(0), p_end = first(1), q = second(0), q_end = second(1);
             tile[(i - begin) / W] = {p.vector, p_end.vector - p.vector, q.vector, q_end.vector - q.vector, p.fourth,

@@ -4,6 +4,7 @@
 // force and all friction.
 #include "contact/box_distance.hpp"
 #include "contact/work_area.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 
@@ -11,9 +12,9 @@ namespace skein {
 
 /// Box that an exposed element is, or null.
 const PartBox* Contacts::box_at(const Exposure& bodies, std::uint32_t slot) const {
-    const auto group = static_cast<std::size_t>(bodies.at(slot).group);
+    const auto group = to_index(bodies.at(slot).group);
     if (group >= scene_.boxes.size() || scene_.boxes[group].empty()) return nullptr;
-    const PartBox& part = scene_.boxes[group][static_cast<std::size_t>(bodies.element(slot)) / 2];
+    const PartBox& part = scene_.boxes[group][to_index(bodies.element(slot)) / 2];
     return part.radius > 0 ? &part : nullptr;
 }
 

@@ -43,7 +43,7 @@ ContactMobility mobility_of_surface(const BodyShape& body) {
 
 /// Mass of the lighter node of an element, kg. A ring's last node has none: it is its first.
 double lighter_node(const RodGroup& group, int k) {
-    const auto at = static_cast<std::size_t>(k);
+    const auto at = to_index(k);
     return std::min(group.node_mass[at], group.node_mass[at + 1] > 0 ? group.node_mass[at + 1] : group.node_mass[0]);
 }
 

@@ -21,7 +21,7 @@ void Contacts::end_contact(const Work& work, std::uint32_t pair) {
 /// and arm of these rows need not be set.
 template <class Row> void Contacts::exert(const Work& work, std::uint32_t slot, const Row& first, const Row& second) {
     const std::int32_t window = work.bodies.window_of[slot];
-    if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
+    if (!work.bodies.owns(to_index(window))) return;
     if (slot >= work.last_slot) {
         const auto with = [](const Row& of, double share, double arm) {
             LoadRow row = detail::as_load(of);
@@ -49,7 +49,7 @@ template void Contacts::exert(const Work& work, std::uint32_t slot, const ForceR
 /// Adds or defers a force on the start or the end of an element.
 void Contacts::exert_at(const Work& work, std::uint32_t slot, const ForceRow& row, bool at_end) {
     const std::int32_t window = work.bodies.window_of[slot];
-    if (!work.bodies.owns(static_cast<std::size_t>(window))) return;
+    if (!work.bodies.owns(to_index(window))) return;
     if (slot >= work.last_slot) {
         LoadRow deferred = detail::as_load(row);
         deferred.number[3] = at_end;

@@ -2,6 +2,7 @@
 
 #include "core/timer.hpp"
 #include "parallel/blocks.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <atomic>
@@ -23,8 +24,7 @@ constexpr double inactive_work = 1.0 / 8; // cost of a pair that does not touch,
 Contacts::Contacts(ContactScene scene, const Threads& threads)
     : scene_(std::move(scene)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()),
       has_rings_(std::any_of(scene_.gaps.begin(), scene_.gaps.end(), [](const SelfGap& gap) { return gap.ring > 0; })),
-      threads_(threads), search_(threads), next_(static_cast<std::size_t>(threads.count())),
-      area_(static_cast<std::size_t>(threads.count())) {
+      threads_(threads), search_(threads), next_(to_index(threads.count())), area_(to_index(threads.count())) {
     figures_.skin = 0.25 * scene_.diameter;
     margin_ = 0.25 * figures_.skin;
 }
@@ -36,11 +36,8 @@ SKEIN_INLINE Contacts::Places Contacts::places(const Exposure& bodies, std::size
     const ExposedNode* const node = bodies.node.data();
     const std::size_t last = bodies.slots() - 1;
     if (first + places_at_once <= last + 1)
-        return load_transposed<places_at_once>(
-                   [&](int l) { return &node[first + static_cast<std::size_t>(l)].position.x; })
-            .vector;
-    return load_transposed<places_at_once>(
-               [&](int l) { return &node[std::min(first + static_cast<std::size_t>(l), last)].position.x; })
+        return load_transposed<places_at_once>([&](int l) { return &node[first + to_index(l)].position.x; }).vector;
+    return load_transposed<places_at_once>([&](int l) { return &node[std::min(first + to_index(l), last)].position.x; })
         .vector;
 }
 
@@ -212,7 +209,7 @@ void Contacts::place_saved(const Exposure& bodies) {
                            last = list_.pair.begin() + list_.first[*a + 1];
                 const auto at = std::lower_bound(first, last, Pair{*a, *b});
                 if (at != last && *at == Pair{*a, *b}) {
-                    const auto pair = static_cast<std::size_t>(at - list_.pair.begin());
+                    const auto pair = to_index(at - list_.pair.begin());
                     status_[pair] = static_cast<std::uint8_t>(kept.status & touching);
                     memory_[pair] = kept.memory;
                     continue;

@@ -43,7 +43,7 @@ void DeferredLoads::cut_blocks(const PairList& list, const Exposure& bodies, con
 /// Strips have about as many pairs each; where one thread does all, they are as long as they can be.
 void DeferredLoads::cut_strips(const PairList& list, const Threads& threads) {
     strips_.clear();
-    const std::size_t count = threads.count() == 1 ? 1 : strips_per_thread * static_cast<std::size_t>(threads.count()),
+    const std::size_t count = threads.count() == 1 ? 1 : strips_per_thread * to_index(threads.count()),
                       most = (list.count() + count - 1) / count;
     std::size_t pairs = 0;
     for (std::uint32_t b = 0; b < blocks_.size(); ++b) {
@@ -67,7 +67,7 @@ void DeferredLoads::make_room(const PairList& list, const Exposure& bodies, cons
         std::size_t rows;
     };
     std::vector<std::vector<Wanted>> wanted(strips_.size());
-    std::vector<std::vector<std::size_t>> rows_to(static_cast<std::size_t>(threads.count()),
+    std::vector<std::vector<std::size_t>> rows_to(to_index(threads.count()),
                                                   std::vector<std::size_t>(blocks_.size(), 0));
     threads.for_each(strips_.size(), [&](std::size_t from, int thread) {
         std::vector<std::size_t>& rows = nth(rows_to, thread);

@@ -10,6 +10,7 @@
 #include "contact/contact_limits.hpp"
 #include "contact/work_area.hpp"
 #include "core/closest_points.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -90,8 +91,7 @@ void Contacts::restore_overlapping(const Exposure& bodies) {
 std::optional<SideChange> Contacts::side_change(const Exposure& bodies, Pair pair) {
     const auto [a, b] = pair;
     if (box_at(bodies, a) || box_at(bodies, b)) return {};
-    const auto group_a = static_cast<std::size_t>(bodies.at(a).group),
-               group_b = static_cast<std::size_t>(bodies.at(b).group);
+    const auto group_a = to_index(bodies.at(a).group), group_b = to_index(bodies.at(b).group);
     const ContactLaw& law = laws_.between(group_a, group_b);
     Passing passing;
     const std::uint32_t slots[] = {a, a + 1, b, b + 1};

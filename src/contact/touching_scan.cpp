@@ -83,7 +83,7 @@ private:
         else return pruned_.candidate[k];
     }
     SKEIN_INLINE std::uint32_t candidate(std::size_t k, unsigned bits) const {
-        return candidate(k + static_cast<std::size_t>(std::countr_zero(bits)));
+        return candidate(k + to_index(std::countr_zero(bits)));
     }
 
     SKEIN_INLINE void find_closest(Tile& tile, std::size_t k, const CapsuleTile& capsules) const {

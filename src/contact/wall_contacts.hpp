@@ -69,7 +69,7 @@ public:
         int lanes = 0; ///< lanes with rods of their own
 
         ContactMemory<double>& memory_at(int point, std::size_t wall, int lane) {
-            return memory[(static_cast<std::size_t>(point) * entry.size() + wall) * W + static_cast<std::size_t>(lane)];
+            return memory[(to_index(point) * entry.size() + wall) * W + to_index(lane)];
         }
         /// The energy of its spring counts as friction work when a point leaves a wall.
         void end_contact(int point, std::size_t wall, int lane) {
@@ -81,7 +81,7 @@ public:
         /// For checkpoints: work by wall, memory by point and wall.
         void append_memory(int lane, std::vector<double>& numbers) const {
             for (const Work& w : work) numbers.insert(numbers.end(), {w.friction[lane], w.viscous[lane]});
-            for (std::size_t i = static_cast<std::size_t>(lane); i < memory.size(); i += W) {
+            for (std::size_t i = to_index(lane); i < memory.size(); i += W) {
                 const auto one = std::bit_cast<MemoryNumbers>(memory[i]);
                 numbers.insert(numbers.end(), one.begin(), one.end());
             }
@@ -93,7 +93,7 @@ public:
                 w.viscous.set(lane, numbers[at + 1]);
                 at += 2;
             }
-            for (std::size_t i = static_cast<std::size_t>(lane); i < memory.size(); i += W) {
+            for (std::size_t i = to_index(lane); i < memory.size(); i += W) {
                 MemoryNumbers one;
                 std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(at), one.size(), one.begin());
                 memory[i] = std::bit_cast<ContactMemory<double>>(one);

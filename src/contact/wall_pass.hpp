@@ -48,27 +48,26 @@ public:
 
     /// Walls at all steps of the batch: driven ones where their states say now.
     void prepare(std::span<const Step> steps) override {
-        now_.resize(std::max(now_.size(), static_cast<std::size_t>(steps.back().slot + 1) * acting()));
+        now_.resize(std::max(now_.size(), to_index(steps.back().slot + 1) * acting()));
         for (const Step& step : steps)
             for (std::size_t i = 0; i < acting(); ++i) {
-                const auto at = static_cast<std::size_t>(contacts_->acting()[i]);
+                const auto at = to_index(contacts_->acting()[i]);
                 const Wall& wall = walls_->wall[at];
                 const WallState state = walls_->at(at, step.time);
                 const Vec3d point = wall.point + state.offset,
                             direction = wall.kind == WallKind::tube ? wall.axis : wall.normal;
-                now_[static_cast<std::size_t>(step.slot) * acting() + i] = {
-                    wall.kind,
-                    wall.side,
-                    point,
-                    direction,
-                    dot(direction, point),
-                    wall.radius,
-                    wall.touches == WallTouch::axis ? 0.0 : 1.0,
-                    state.velocity,
-                    {wall.law.normal, wall.law.friction},
-                    numbers_at(law_[i], step),
-                    wall.law.over_forward(wall.law.kinetic_backward),
-                    wall.law.over_forward(wall.law.kinetic_sideways)};
+                now_[to_index(step.slot) * acting() + i] = {wall.kind,
+                                                            wall.side,
+                                                            point,
+                                                            direction,
+                                                            dot(direction, point),
+                                                            wall.radius,
+                                                            wall.touches == WallTouch::axis ? 0.0 : 1.0,
+                                                            state.velocity,
+                                                            {wall.law.normal, wall.law.friction},
+                                                            numbers_at(law_[i], step),
+                                                            wall.law.over_forward(wall.law.kinetic_backward),
+                                                            wall.law.over_forward(wall.law.kinetic_sideways)};
             }
     }
 
@@ -81,7 +80,7 @@ public:
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         if (acting() == 0) return;
-        const WallNow* wall = &now_[static_cast<std::size_t>(step.slot) * acting()];
+        const WallNow* wall = &now_[to_index(step.slot) * acting()];
         TileContacts& contacts = contacts_->of_tile(rod.number);
         const Box box = box_of(rod);
         find_near(wall, box, contacts);
@@ -99,7 +98,7 @@ public:
             const double radius = points_.radius(rod, i);
             unsigned some = 0;
             for (const std::size_t w : contacts.checked) {
-                std::uint8_t& touched = contacts.touched[static_cast<std::size_t>(i) * acting() + w];
+                std::uint8_t& touched = contacts.touched[to_index(i) * acting() + w];
                 unsigned now = 0;
                 if (contacts.near[w]) now = bits_of(P(wall[w].width * radius) > surface(wall[w], at).distance);
                 for (unsigned gone = touched & ~now; gone != 0; gone &= gone - 1)

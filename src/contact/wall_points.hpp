@@ -12,7 +12,7 @@ namespace skein {
 
 /// Number of points of one rod: its nodes, or the points of a body's surface.
 inline std::size_t wall_points(const RodGroup& group) {
-    return group.strained() ? static_cast<std::size_t>(group.slots()) : group.body()->point.size();
+    return group.strained() ? to_index(group.slots()) : group.body()->point.size();
 }
 
 /// Adds in some lanes only. Adding 0 elsewhere would turn -0 into 0, and other lanes decide whether this is reached.

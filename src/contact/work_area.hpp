@@ -4,6 +4,7 @@
 #include "contact/compress.hpp"
 #include "contact/contacts.hpp"
 #include "contact/response.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <array>
@@ -191,7 +192,7 @@ SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, c
     auto all = numbers_[0].as<Q>();
     if (laws_.materials() == 1) return all;
     for (int l = 0; l < N; ++l) {
-        const auto material = [&](std::uint32_t slot) { return static_cast<std::size_t>(bodies.at(slot).group); };
+        const auto material = [&](std::uint32_t slot) { return to_index(bodies.at(slot).group); };
         set_lane(all, l, numbers_[material(pair[l].a) * laws_.materials() + material(pair[l].b)]);
     }
     return all;

@@ -72,8 +72,7 @@ std::uint32_t Exposure::neighbour(std::size_t slot, int step) const {
 }
 
 std::optional<std::uint32_t> Exposure::find(std::int64_t in_scene) const {
-    if (slots() == static_cast<std::size_t>(scene_.count()))
-        return static_cast<std::uint32_t>(in_scene); // all of the scene is here
+    if (slots() == to_index(scene_.count())) return static_cast<std::uint32_t>(in_scene); // all of the scene is here
     const auto after = std::upper_bound(window.begin(), window.end(), in_scene,
                                         [](std::int64_t slot, const Window& w) { return slot < w.first_in_scene; });
     if (after == window.begin()) return {};

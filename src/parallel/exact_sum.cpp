@@ -124,11 +124,11 @@ std::vector<double> exact_sums(const Communicator& comm, const Threads& threads,
             for (std::size_t row = block * block_size; row < end; ++row) {
                 const std::size_t first = terms.group ? terms.group[row] * terms.columns : 0;
                 for (std::size_t c = 0; c < terms.columns; ++c)
-                    each(static_cast<std::size_t>(thread), first + c, terms.first[row * terms.stride + c]);
+                    each(to_index(thread), first + c, terms.first[row * terms.stride + c]);
             }
         });
     };
-    const auto count = static_cast<std::size_t>(threads.count());
+    const auto count = to_index(threads.count());
     std::vector<std::vector<Found>> found(count, std::vector<Found>(sums_in_all, Found{}));
     for_terms([&](std::size_t thread, std::size_t sum, double term) { inspect(found[thread][sum], term); });
     for (const auto& of_thread : found)

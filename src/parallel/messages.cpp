@@ -2,6 +2,7 @@
 
 #include "core/timer.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <mpi.h>
 
@@ -49,7 +50,7 @@ RepeatedMessages::RepeatedMessages(const Communicator& comm, std::span<const Par
     requests_ = std::make_unique<Requests>();
     for (const auto parts : {sent, received})
         for (const Part& part : parts)
-            if (part.bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max()))
+            if (part.bytes.size() > to_index(std::numeric_limits<int>::max()))
                 throw Error(Exit::internal, "a message of " + std::to_string(part.bytes.size()) + " bytes to rank " +
                                                 std::to_string(part.rank) +
                                                 " is longer than MPI can count; use more ranks");

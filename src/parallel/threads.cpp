@@ -1,5 +1,7 @@
 #include "parallel/threads.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <tbb/blocked_range.h>
 #include <tbb/global_control.h>
 #include <tbb/parallel_for.h>
@@ -16,8 +18,7 @@
 namespace skein {
 
 struct Threads::Arena {
-    explicit Arena(int count)
-        : limit(tbb::global_control::max_allowed_parallelism, static_cast<std::size_t>(count)), arena(count) {}
+    explicit Arena(int count) : limit(tbb::global_control::max_allowed_parallelism, to_index(count)), arena(count) {}
 
     tbb::global_control limit;
     tbb::task_arena arena;
@@ -67,7 +68,7 @@ void Threads::run(std::size_t n, const std::function<void(std::size_t i, int thr
     }
     // A task costs a tenth of a microsecond, a tile one or more. Tasks have some tiles where there are many, and the
     // end is balanced.
-    const std::size_t grain = std::clamp<std::size_t>(n / (64 * static_cast<std::size_t>(count_)), 1, 16);
+    const std::size_t grain = std::clamp<std::size_t>(n / (64 * to_index(count_)), 1, 16);
     arena_->arena.execute([n, grain, &body] {
         tbb::parallel_for(
             tbb::blocked_range<std::size_t>(0, n, grain),
