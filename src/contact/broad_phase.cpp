@@ -53,8 +53,8 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
             std::uint8_t vertices[W];
             for (std::size_t l = 0; l < W; ++l) vertices[l] = vertices_of_pair(c, {a[i + l], b[i + l]});
             const auto apart =
-                closest_points(tile.p, tile.d1, tile.q, tile.d2, range_of_first(vertices, c.scene().searched_reach()),
-                               range_of_second(vertices, c.scene().searched_reach()))
+                closest_points(tile.p, tile.d1, tile.q, tile.d2, range_of(vertices, 0, c.scene().searched_reach()),
+                               range_of(vertices, 1, c.scene().searched_reach()))
                     .apart;
             const auto both = tile.radius_1 + tile.radius_2, reach = both + Pack<W>(skin), squared = dot(apart, apart);
             unsigned bits = bits_of(squared < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);

@@ -38,8 +38,8 @@ public:
         Tile tile;
         find_closest(tile, k, capsules);
         if constexpr (prune) keep_within_margin(k, tile);
-        note_deep(k, tile);
-        note_ended(k, tile);
+        if (tile.touch != 0) append(area_.deep, k, bits_of(tile.squared < P(0.25) * tile.within_reach) & tile.touch);
+        append(area_.ended, k, tile.before & ~tile.touch);
         if (tile.touch == 0) return;
         begins_ |= tile.touch & ~tile.before;
         store_nearest_points(tile, capsules);
@@ -82,9 +82,6 @@ private:
         if constexpr (prune) return begin_ + static_cast<std::uint32_t>(k);
         else return pruned_.candidate[k];
     }
-    SKEIN_INLINE std::uint32_t candidate(std::size_t k, unsigned bits) const {
-        return candidate(k + to_index(std::countr_zero(bits)));
-    }
 
     SKEIN_INLINE void find_closest(Tile& tile, std::size_t k, const CapsuleTile& capsules) const {
         tile.closest = closest_points(capsules.p, capsules.d1, capsules.q, capsules.d2);
@@ -119,15 +116,8 @@ private:
         within_ += static_cast<std::uint32_t>(std::popcount(some));
     }
 
-    SKEIN_INLINE void note_deep(std::size_t k, const Tile& tile) const {
-        if (tile.touch == 0) return;
-        unsigned deep = bits_of(tile.squared < P(0.25) * tile.within_reach) & tile.touch;
-        for (; deep != 0; deep &= deep - 1) area_.deep.push_back(candidate(k, deep));
-    }
-
-    SKEIN_INLINE void note_ended(std::size_t k, const Tile& tile) const {
-        unsigned ended = tile.before & ~tile.touch;
-        for (; ended != 0; ended &= ended - 1) area_.ended.push_back(candidate(k, ended));
+    SKEIN_INLINE void append(std::vector<std::uint32_t>& numbers, std::size_t k, unsigned bits) const {
+        for (; bits != 0; bits &= bits - 1) numbers.push_back(candidate(k + to_index(std::countr_zero(bits))));
     }
 
     SKEIN_INLINE void store(typename A::Number which, const Tile& tile, const P& value) const {

@@ -36,15 +36,10 @@ inline std::int8_t vertex_side(double s, unsigned vertices, double reach) {
 inline std::uint8_t vertices_of_pair(const Exposure& bodies, Pair pair) {
     return static_cast<std::uint8_t>(bodies.vertices[pair.a] | bodies.vertices[pair.b] << 2);
 }
-template <int W> ShareRange<Pack<W>> range_with_vertices(unsigned starts, unsigned ends, double reach) {
-    return {where_set<W>(starts, -reach), Pack<W>(1.0) + where_set<W>(ends, reach)};
-}
-/// Ranges of eight first elements.
-SKEIN_INLINE ShareRange<Pack<8>> range_of_first(const std::uint8_t* vertices, double reach) {
-    return range_with_vertices<8>(bits_of_bytes(vertices, 0), bits_of_bytes(vertices, 1), reach);
-}
-SKEIN_INLINE ShareRange<Pack<8>> range_of_second(const std::uint8_t* vertices, double reach) {
-    return range_with_vertices<8>(bits_of_bytes(vertices, 2), bits_of_bytes(vertices, 3), reach);
+/// Shares of eight elements, the first or second of pairs, with what reaches beyond vertices.
+SKEIN_INLINE ShareRange<Pack<8>> range_of(const std::uint8_t* vertices, int second, double reach) {
+    const unsigned starts = bits_of_bytes(vertices, 2 * second), ends = bits_of_bytes(vertices, 2 * second + 1);
+    return {where_set<8>(starts, -reach), Pack<8>(1.0) + where_set<8>(ends, reach)};
 }
 
 /// A weight in steps of 2^-20, so that sums of them are the same in any order.

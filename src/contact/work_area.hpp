@@ -135,21 +135,18 @@ struct Contacts::Sums {
 
     /// Adds the lanes whose bits are set.
     SKEIN_INLINE void add(const ContactForce<P>& f, P depth, P share, unsigned bits) {
-        const P counts = where_set<W>(bits, 1.0);
-        const auto counted = counts > P(0.0);
-        const auto of = [&](P value) { return bits == 0xff ? value : select(counted, value, P(0.0)); };
-        weight += of(in_steps(share));
-        max_overlap = max(max_overlap, of(depth));
+        weight += counted(in_steps(share), bits);
+        max_overlap = max(max_overlap, counted(depth, bits));
         add(f.stiffness, f.elastic_energy, f.friction_work, f.viscous_work, bits);
     }
     SKEIN_INLINE void add(P stiffness, P energy, P friction, P viscous, unsigned bits) {
-        const P counts = where_set<W>(bits, 1.0);
-        const auto counted = counts > P(0.0);
-        const auto of = [&](P value) { return bits == 0xff ? value : select(counted, value, P(0.0)); };
-        max_stiffness = max(max_stiffness, of(stiffness));
-        elastic_energy.add(of(energy), bins);
-        friction_work.add(of(friction), bins);
-        viscous_work.add(of(viscous), bins);
+        max_stiffness = max(max_stiffness, counted(stiffness, bits));
+        elastic_energy.add(counted(energy, bits), bins);
+        friction_work.add(counted(friction, bits), bins);
+        viscous_work.add(counted(viscous, bits), bins);
+    }
+    SKEIN_INLINE static P counted(P value, unsigned bits) {
+        return bits == 0xff ? value : select(where_set<W>(bits, 1.0) > P(0.0), value, P(0.0));
     }
     template <int N> SKEIN_INLINE void add_energy(Pack<N> energy, unsigned bits) {
         alignas(64) double lane[W] = {};
