@@ -24,7 +24,8 @@ struct Field {
     double above = -std::numeric_limits<double>::infinity(); ///< value must be > above
     double at_least = -std::numeric_limits<double>::infinity();
     double at_most = std::numeric_limits<double>::infinity();
-    double automatic = std::numeric_limits<double>::quiet_NaN(); ///< value of the word "auto"; not a number: no such word
+    double automatic =
+        std::numeric_limits<double>::quiet_NaN(); ///< value of the word "auto"; not a number: no such word
 
     bool takes_auto() const { return !std::isnan(automatic); }
 };

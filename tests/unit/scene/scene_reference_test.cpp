@@ -1,6 +1,6 @@
+#include "physics/scene_spec.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
-#include "physics/scene_spec.hpp"
 
 #include <gtest/gtest.h>
 
