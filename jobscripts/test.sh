@@ -5,7 +5,7 @@
 #
 #   --no-install   install no packages; say which are missing
 #   --jobs N       compilers, then cores for tests, at a time; default: one per core, as far as memory goes
-#   -L LABEL       only these tests: unit, mpi, fault, validation, stress, architecture (may be repeated)
+#   -L LABEL       only these tests: fast, unit, mpi, fault, validation, stress, architecture (may be repeated)
 set -euo pipefail
 source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
