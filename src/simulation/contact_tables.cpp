@@ -9,9 +9,9 @@ namespace skein {
 
 namespace {
 
-class ContactTables final : public PeriodicOutput {
+class ContactTableOutput final : public PeriodicOutput {
 public:
-    explicit ContactTables(const OutputParts& parts)
+    explicit ContactTableOutput(const OutputParts& parts)
         : PeriodicOutput(parts.plan().cadence.contacts), world_(parts.world), directory_(parts.options.out) {}
 
     bool needs_state_alone() const override { return false; }
@@ -33,7 +33,7 @@ private:
 } // namespace
 
 std::unique_ptr<Output> make_contact_tables(const OutputParts& parts) {
-    return parts.plan().cadence.contacts > 0 ? std::make_unique<ContactTables>(parts) : nullptr;
+    return parts.plan().cadence.contacts > 0 ? std::make_unique<ContactTableOutput>(parts) : nullptr;
 }
 
 } // namespace skein
