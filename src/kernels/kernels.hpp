@@ -26,14 +26,14 @@ struct Kernels {
                                              const FlowConstants& constants);
 };
 
-/// Of the level with so many lanes, or of the widest that this processor runs where that is less.
+/// Kernels of the level with so many lanes, or of the widest that this processor runs where that is less.
 const Kernels& kernels(int lanes);
 
 /// Rods of the plan's lanes in their start state, put in the order of their tiles. `groups` and `threads` must outlive
 /// them. `around` becomes what they share with interactions; walls that are there go on.
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads, Surroundings& around);
-/// The same of rods by themselves.
+/// Rods without surroundings.
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads);
 

@@ -1,4 +1,4 @@
-// Where rods lie: tiles across and along, clusters of joined ones, the memory of all, and their start states.
+// Layout of rods: tiles across and along, clusters of joined ones, the memory of all, and their start states.
 #include "kernels/rod_tiles.hpp"
 
 #include "core/rotation.hpp"
@@ -11,14 +11,14 @@ namespace skein {
 
 namespace {
 
-/// Of the copies of an assembly that these rods have.
+/// Copies of an assembly that these rods have.
 template <int W> CopyTiling copy_tiling(const AssemblyGroups& assembly, std::span<const LocalRod> rods, int threads) {
     const int leader = assembly.groups.front()->id();
     const auto own = std::count_if(rods.begin(), rods.end(), [&](const LocalRod& rod) { return rod.group == leader; });
     return tile_copies(own / assembly.groups.front()->rods_per_copy(), assembly.members(), W, threads);
 }
 
-/// Of the tiles of each group that belongs to an assembly, in order; none of others.
+/// Tiles of each group that belongs to an assembly, in order; none of others.
 template <int W> std::vector<std::vector<int>> lanes_of_joined_tiles(std::span<const RodGroup> groups,
                                                                      std::span<const LocalRod> rods, int threads) {
     std::vector<std::vector<int>> lanes(groups.size());

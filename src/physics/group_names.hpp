@@ -16,7 +16,7 @@ bool good_name(const std::string& name);
 const RodSpec* group_named(const SceneSpec& scene, const std::string& name, Objections& objections,
                            const std::string& key);
 
-/// Whether a list of names, as of the key `rods`, means a group: all groups where it is empty.
+/// True if a list of names, as of the key `rods`, includes a group; an empty list includes all.
 bool names_group(const std::vector<std::string>& names, const std::string& group);
 
 /// The groups that the key `rods` of a table stands for: all where it names none.

@@ -1,4 +1,4 @@
-// How a printed plan spells numbers.
+// Spelling of numbers in a printed plan.
 #pragma once
 
 #include <fmt/format.h>

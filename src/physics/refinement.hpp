@@ -10,7 +10,7 @@ namespace skein {
 /// times/over elements for each one: 2/1 or 4/1, 1/2 for fewer.
 struct Refinement {
     long times = 1, over = 1;
-    /// Of a number that counts elements or nodes; -1 where it is no whole one.
+    /// Refined count of elements or nodes; -1: it is no whole number.
     long of(long count) const { return count * times % over == 0 ? count * times / over : -1; }
 };
 

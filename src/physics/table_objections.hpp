@@ -1,4 +1,4 @@
-// What is wrong within a table, told to who listens to the table around it.
+// Objections within a table, passed on to the table around it.
 #pragma once
 
 #include "skein/core/objections.hpp"

@@ -11,8 +11,8 @@ namespace skein {
 
 namespace {
 
-/// What loads do to the step together: the sum of their rates or stiffnesses, over the inertia that kicks feel, told of
-/// the load that has the largest.
+/// Combined effect of loads on the step: the sum of their rates or stiffnesses, over the inertia that kicks feel, told
+/// of the load that has the largest.
 struct Together {
     double sum = 0;
     DragRate largest;
@@ -74,7 +74,7 @@ void limit_by_joints(GroupPlan& p, const JointBounds& joints, const Scheme& sche
     limit(fastest * (std::sqrt(1 + half * half) - half));
 }
 
-/// Of all contacts that a group may have, the one that leaves the shortest step.
+/// The contact that leaves the shortest step, among all that a group may have.
 void limit_by_contact(GroupPlan& p, const RodGroup& group, const SceneSpec& scene) {
     TimeLimit least{"contact", HUGE_VAL, 0};
     with_contact_laws(scene, group, [&](const ContactLaw& law, double share, double mass) {

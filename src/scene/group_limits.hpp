@@ -1,4 +1,4 @@
-// How long a step rods of a group bear: by their own modes, by contacts, loads and joints, and by the inertia that a
+// Limits of the time step of a group: by their own modes, by contacts, loads and joints, and by the inertia that a
 // fluid leaves them.
 #pragma once
 

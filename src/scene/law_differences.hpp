@@ -1,4 +1,4 @@
-// How far rod laws lie apart where a rod is strongly curved.                                                theory.md
+// Differences of rod laws for strongly curved rods.                                                theory.md
 // (11a)
 #pragma once
 
@@ -9,7 +9,7 @@
 
 namespace skein {
 
-/// What to tell of a group whose curvature at rest or at the start makes r kappa larger than 5 % somewhere: what its
+/// Remark on a group whose curvature at rest or at the start makes r kappa larger than 5 % somewhere: what its
 /// rods lengthen by with each law. Nothing of others, of rods with shapes of their own, nor of the published law.
 std::optional<std::string> law_differences(const RodGroup& group);
 

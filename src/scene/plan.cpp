@@ -122,7 +122,7 @@ RelaxationContacts relaxation_contacts(const RodGroup& group, const SceneSpec& s
     return contacts;
 }
 
-/// What is wrong with the values of a group's loads at the start of the rods that this rank knows; empty: nothing.
+/// Fault in the values of a group's loads at the start of the rods that this rank knows; empty: none.
 std::string fault_at_start(const SceneSpec& scene, const GroupPlan& plan, const RodGroup& group) {
     for (std::size_t i = 0; i < plan.loads.size(); ++i) {
         const LoadSpec& load = scene.loads[plan.load_numbers[i]];
@@ -132,7 +132,7 @@ std::string fault_at_start(const SceneSpec& scene, const GroupPlan& plan, const 
     return {};
 }
 
-/// Of a fluid's velocities and pressure, and of rates where the scheme goes on with them.
+/// Bytes of a fluid's velocities and pressure, and of rates if the scheme continues with them.
 double kept_bytes(const FlowConstants& fluid) {
     return (keeps_rates(fluid.scheme) ? 7 : 4) * sizeof(double) * static_cast<double>(fluid.grid.count());
 }
@@ -200,7 +200,7 @@ bool can_lie_along(const GroupProgram& program) {
            std::all_of(program.after.begin(), program.after.end(), may_lie_along);
 }
 
-/// What has constants of a group where rods have their own.
+/// Refuses passes that need constants of the group if rods have their own.
 void refuse_in_heterogeneous(const GroupPlan& p, const RodGroup& group, bool can_lie_along) {
     const auto refuse = [&](const std::string& what) {
         throw InputError(
@@ -309,7 +309,7 @@ void list_absent(Plan& plan, const SceneSpec& scene) {
     need(plan.fluid.has_value(), "fluid");
 }
 
-/// Of frames that wait to be written together: as many as a rank's buffer holds of its share, but one at least.
+/// Bytes of frames that wait to be written together: as many as a rank's buffer holds of its share, but one at least.
 double waiting_bytes(double frames, double frame_bytes, int ranks) {
     if (frames == 0) return 0;
     const double most =
@@ -317,7 +317,7 @@ double waiting_bytes(double frames, double frame_bytes, int ranks) {
     return std::min(frames, most) * frame_bytes;
 }
 
-/// That between two groups: of a [[contact_pair]], or else that of all.
+/// Law between two groups: that of a [[contact_pair]], or the common one.
 const ContactLaw& law_between(const SceneSpec& scene, const std::string& a, const std::string& b) {
     for (const ContactPair& pair : scene.contact_pairs)
         if ((pair.between[0] == a && pair.between[1] == b) || (pair.between[0] == b && pair.between[1] == a))

@@ -26,7 +26,7 @@
 
 namespace skein {
 
-/// Where a run takes place.
+/// Ranks, threads and lanes of a run.
 struct Machine {
     int ranks = 1;
     int threads = 1;                      ///< per rank
@@ -87,7 +87,7 @@ struct Cadence {
     double frames_wall = 0;     ///< s of wall time; 0: with checkpoints
 };
 
-/// Of a rank's share: up to this a copy of the state is kept in memory, unless a run says otherwise.
+/// Largest copy of a rank's state that is kept in memory, unless a run says otherwise, bytes.
 inline constexpr double most_copied_bytes = 1 << 30;
 
 struct Plan {
@@ -140,13 +140,13 @@ struct Plan {
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine);
 
 bool has_rods_of_files(std::span<const RodGroup> groups);
-/// What is wrong with the values of loads at the start of those rods of files that this rank holds, which plans do not
+/// Fault in the values of loads at the start of rods of files that this rank holds, which plans do not
 /// look at; empty: nothing.
 std::string fault_of_read_rods(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups);
 
 StepWatch step_watch(const Plan& plan);
 
-/// Which of a rank's rods, counted by group, lie across and which along.
+/// Rods of a rank, counted by group, that lie across, and those that lie along.
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes);
 
 /// Rods must wait for each other in every step: they touch, or a wall reacts to their forces.
@@ -155,7 +155,7 @@ bool is_coupled(const Plan& plan);
 /// The groups of a scene with their constants worked out. What files say of single rods is not read yet, unless rods
 /// press.
 std::vector<RodGroup> make_groups(const SceneSpec& scene);
-/// The same, with all that files say of their rods.
+/// Groups with all rods that their files hold.
 std::vector<RodGroup> make_whole_groups(const SceneSpec& scene);
 
 std::string to_text(const Plan& plan);

@@ -126,7 +126,7 @@ void divide_step_of_fluid(Plan& plan, const SceneSpec& scene, double longest) {
     fluid.every = static_cast<std::int64_t>(unit) * parts;
 }
 
-/// Of a given step of rods: as many as a step of the fluid may last.
+/// Counts the given steps of rods in the longest step of the fluid.
 void count_steps_in_fluid(Plan& plan, const SceneSpec& scene) {
     FluidPlan& fluid = *plan.fluid;
     const int unit = stage_parts(fluid.constants.scheme).unit;

@@ -28,7 +28,7 @@ std::string checkpoint_text(const Plan& p) {
                               p.keeping.milestones ? ", and older ones at doubling ages" : "");
 }
 
-/// What is lost with a run that is killed at the worst moment.
+/// Work that is lost if the run is killed at the worst moment.
 std::string failure_text(const Plan& p) {
     const double steps = static_cast<double>(std::max<std::int64_t>(p.steps, 1));
     const double share = p.cadence.checkpoint > 0 ? static_cast<double>(p.cadence.checkpoint) / steps : 1;

@@ -1,4 +1,4 @@
-// Where something stands in a scene, and the list of what is wrong with it.
+// Places in the text of a scene, and a list of its faults.
 #pragma once
 
 #include <memory>
@@ -28,7 +28,7 @@ struct Place {
 /// override.
 std::string message_at(const Place& place, const std::string& message);
 
-/// What is wrong with a scene, gathered so that one run names it all.
+/// Faults of a scene, gathered so that one run names all.
 class Problems {
 public:
     void add(const Place& place, const std::string& message);

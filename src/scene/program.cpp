@@ -11,7 +11,7 @@ namespace {
 
 // Medians of bench/micro at 8 lanes on a 2.5 GHz Cascade Lake core, ns per element-step.
 constexpr double drift_ns = 3.2, elliptic_drift_ns = 9, elastic_ns = 5.6, kick_ns = 1, stretched_kick_ns = 1.6;
-// Those of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with
+// Medians of bench/scenes/nest: contacts at its density, half a candidate per element, with their exposure; a box with
 // floor and lid.
 constexpr double contact_ns = 40, walls_ns = 8;
 constexpr double joints_ns = 8;  // of the millipede: a joint to an element

@@ -39,7 +39,7 @@ struct Orthonormalise {
 struct Expose {
     static constexpr std::string_view name = "expose";
 };
-/// The same of all parts of a body's surface.
+/// Exposes all parts of a body's surface.
 struct ExposeSurface {
     static constexpr std::string_view name = "expose surface";
 };
@@ -65,7 +65,7 @@ struct ApplyLoad {
 struct Walls {
     static constexpr std::string_view name = "walls";
 };
-/// The same at all points of a body's surface.
+/// Walls at all points of a body's surface.
 struct SurfaceWalls {
     static constexpr std::string_view name = "walls (surface)";
 };
@@ -136,7 +136,7 @@ using PassSpec = std::variant<pass::Drift, pass::CloseRing, pass::AuditEnds, pas
                               pass::NoteForces, pass::Relax, pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
 
 std::string_view name_of(const PassSpec& pass);
-/// Whether the pass can run over rods cut into strands (rod/strands.hpp).
+/// True if the pass can run over rods cut into strands (rod/strands.hpp).
 bool may_lie_along(const PassSpec& pass);
 /// Expected time per element-step and core where all lanes carry a rod, ns: for predictions only.
 double predicted_ns(const PassSpec& pass);
@@ -172,7 +172,7 @@ struct Fluid {
 
 } // namespace interact
 
-/// What rods do to each other between `before` and `after`, or to walls; interactions are made from these, in this
+/// Effects of rods on each other between `before` and `after`, or to walls; interactions are made from these, in this
 /// order.
 using InteractionSpec = std::variant<interact::Joints, interact::Contacts, interact::Walls, interact::Fluid>;
 

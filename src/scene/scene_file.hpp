@@ -18,7 +18,7 @@ namespace skein {
 /// looked for once every key could be read.
 SceneSpec read_scene(const std::string& file, const std::vector<std::string>& overrides = {});
 
-/// The same in two halves, so that one rank reads the file and all have its text. `file` is for messages and relative
+/// Two halves of read_scene, so that one rank reads the file and all have its text. `file` is for messages and relative
 /// paths.
 std::string read_scene_text(const std::string& file);
 SceneSpec parse_scene(const std::string& file, const std::string& text, const std::vector<std::string>& overrides = {});
@@ -32,7 +32,7 @@ void check_scene(const SceneSpec& scene);
 /// keeps. `physics_only` leaves title and outputs out, which may change on resume.
 std::string scene_json(const SceneSpec& scene, bool physics_only);
 
-/// Which keys a scene is written with: those that it gives, or all, those at their defaults as comments.
+/// Keys that a scene is written with: those that it gives, or all, with defaults as comments.
 enum class Keys { given, all };
 
 /// The scene as TOML, which reads back as the same scene, to the last bit of its numbers. With all keys also their

@@ -39,7 +39,7 @@ TomlValue value_of(const std::string& text, const Place& place) {
     return value;
 }
 
-/// What a path calls an item of a list of tables: a group's name, a load's or damping's kind.
+/// Name of an item of a list of tables: a group's name, a load's or damping's kind.
 std::string_view name_of(const TomlValue& item) {
     for (const char* key : {"name", "kind"})
         if (const TomlEntry* entry = item.find(key))

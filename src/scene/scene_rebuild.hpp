@@ -11,11 +11,11 @@
 
 namespace skein {
 
-/// What decides the bits of a run: the scene's physics and the step, not how long it runs or what it writes. Canonical
-/// JSON. `groups`: of the scene, whose files of rods are known by their digests, wherever they lie.
+/// Keys that decide the bits of a run: the scene's physics and the step, not how long it runs or what it writes.
+/// Canonical JSON. `groups`: of the scene, whose files of rods are known by their digests, wherever they lie.
 std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, double dt);
 
-/// What it leaves out: title, times and outputs, and the name of the scene's file. JSON.
+/// Keys that it leaves out: title, times and outputs, and the name of the scene's file. JSON.
 std::string settings_json(const SceneSpec& scene);
 
 /// The scene of both, with its step as a number. `name`: of the file that they are from, for messages. Throws
@@ -23,15 +23,15 @@ std::string settings_json(const SceneSpec& scene);
 SceneSpec rebuilt_scene(const std::string& physics, const std::string& settings, const std::string& name);
 /// True where a step is automatic: then outputs enter it, and how often rods and fluid exchange momentum.
 bool has_automatic_step(const std::string& settings);
-/// The same with `overrides`, as for read_scene, and to begin with the state `from` and not with what it began with
-/// itself.
+/// The rebuilt scene with `overrides`, as for read_scene, and to begin with the state `from` and not with what it began
+/// with itself.
 SceneSpec branched_scene(const std::string& physics, const std::string& settings, const std::string& name,
                          const std::string& from, const std::vector<std::string>& overrides);
 
 /// Keys that differ between two scenes.
 std::vector<KeyChange> key_changes(const std::string& old_json, const std::string& new_json);
 
-/// Of changes from one physics to another those under which a state means nothing: of geometry, sections, elements,
+/// Changes from one physics to another under which a state means nothing: those of geometry, sections, elements,
 /// ends and groups, and of which walls and contacts there are.
 std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics);
 

@@ -82,7 +82,7 @@ void refine_hold(RodSpec& rods, long was, const Refinement& by) {
 }
 
 /// The rotary inertia stays that of the elements as given: what lifts the limit of others would make another rod of it.
-/// Those near ends, whose neighbours are fewer, follow the others.
+/// Elements near ends, whose neighbours are fewer, follow the others.
 void keep_inertia(RodSpec& rods) {
     Material& material = rods.material;
     if (material.rotary_inertia_for_dt == 0) return;

@@ -18,7 +18,7 @@ namespace skein {
 /// states and rods of given nodes, elements held one by one inside a rod, odd numbers that are to be halved.
 SceneSpec refined(const SceneSpec& scene, const Refinement& by);
 
-/// What `refined` has decided about this scene that its author should know, a line each.
+/// Decisions of `refined` that the author of the scene should know, a line each.
 std::vector<std::string> refinement_notes(const SceneSpec& scene);
 
 } // namespace skein

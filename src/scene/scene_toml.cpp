@@ -44,7 +44,7 @@ public:
     }
 
 private:
-    /// Where each character of a line begins, found once per line: a list of numbers may well be one line.
+    /// Byte at which each character of a line begins, found once per line: a list of numbers may well be one line.
     int byte_column(const toml::source_position& at) {
         if (at.line < 1 || at.line > source_->lines.size()) return static_cast<int>(at.column);
         const auto [entry, is_new] = starts_.try_emplace(at.line);
@@ -154,7 +154,7 @@ std::pair<std::string, std::size_t> key_at(const std::string& line, std::size_t 
     return {line.substr(begin, end - begin), begin};
 }
 
-/// Whether a table stands in the text under a [header], not in a line.
+/// True if a table stands in the text under a [header], not in a line.
 bool has_header(const TomlValue& table) {
     const auto& lines = table.place.text->lines;
     const auto line = static_cast<std::size_t>(table.place.line), column = static_cast<std::size_t>(table.place.column);

@@ -17,7 +17,7 @@ namespace skein {
 /// InputError where there are none. Collective.
 std::vector<std::string> checkpoints_of(const Communicator& comm, const std::string& name, const std::string& folder);
 
-/// Where steps of another length go on from a clock: at the step nearest to its time, which does not change.
+/// Clock with steps of another length, at the step nearest to the present time, which does not change.
 Clock continued(const Clock& clock, double dt, Integrator integrator);
 
 /// Throws InputError naming each key of a branch that may not differ from its parent's.

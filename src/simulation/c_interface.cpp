@@ -32,7 +32,7 @@ skein::Session& session() {
     return session;
 }
 
-/// What `work` returns; `failed`, and a word of why, where it throws.
+/// Result of `work`; `failed`, and a note of the reason, if it throws.
 template <class F, class T> T guarded(F&& work, T failed) {
     try {
         return work();

@@ -17,7 +17,7 @@ public:
     /// To be called where ranks meet.
     void update();
     bool due() const;
-    /// Whether a run that is to end `limit` seconds after it began must stop now: a last checkpoint takes twice the
+    /// True if a run that is to end `limit` seconds after it began must stop now: a last checkpoint takes twice the
     /// last one's time, and it may be as long as ever until ranks meet again.
     bool late(double limit) const;
     double every() const { return every_; }

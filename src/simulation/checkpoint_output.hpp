@@ -19,7 +19,7 @@ public:
     Phase phase() const override { return Phase::checkpoint; }
 
     void flush_others();
-    /// Whether a run with a time limit must write its last checkpoint now. Not collective.
+    /// True if a run with a time limit must write its last checkpoint now. Not collective.
     bool late();
     double every_wall() const { return clock_.every(); }
     /// Step and digest of the last checkpoint; -1: none.

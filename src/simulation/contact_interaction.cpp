@@ -189,7 +189,7 @@ void ContactInteraction::take_side_change(const SideChange& change, const Step& 
     }
 }
 
-/// How many times as stiff contacts would have to be to take up the energy of those that are too deep now, of whole
+/// Factor by which contacts would have to be stiffer to take up the energy of those that are too deep now, of whole
 /// bodies that approach each other, at the overlap that is allowed.
 double ContactInteraction::stiffening() const {
     double most = 1;

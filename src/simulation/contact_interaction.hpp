@@ -61,7 +61,7 @@ private:
     /// step.
     Bookings bookings(double after) const;
     OwnerDirectory directory() const;
-    /// Of a slot: the element of a rod, or the part of a body.
+    /// Element of a rod, or part of a body, at a slot.
     std::int64_t element(std::size_t slot) const;
     /// Body and element of a slot, in words.
     std::string place_of(std::size_t slot) const;

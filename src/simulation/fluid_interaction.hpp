@@ -37,7 +37,7 @@ public:
     SavedNumbers saved() const override;
     void restore(const SavedNumbers& kept) override;
 
-    /// Of this run: cells times steps of the fluid.
+    /// Cells times steps of the fluid in this run.
     double cell_steps() const;
     /// With rods: what fluid.expected_speed, m/s, would have spared this run all steps of the fluid that had to be
     /// shorter than planned; 0: none had to.
@@ -52,10 +52,10 @@ public:
         double slip = 0, share = 0, largest_share = 0, allowed = 0; ///< m/s; the others of the speed
     };
     std::optional<SlipFigures> slips() const;
-    /// Where slips are far larger than is allowed although steps are as short as they can be; empty: they are not.
+    /// Warning of slips far above the allowed share although steps are as short as they can be; empty: none.
     std::string warning() const;
     const FlowSolver& flow() const { return *flow_; }
-    /// How far the box has moved with the rods, m.
+    /// Displacement of the box with the rods, m.
     Vec3d box_shift() const { return {static_cast<double>(moved_) * plan_.constants.grid.h, 0, 0}; }
 
 private:

@@ -58,7 +58,7 @@ class Interaction {
 public:
     virtual ~Interaction() = default;
 
-    /// Whether its partners are still all that bodies may have where they are now. This rank alone.
+    /// True if its partners are still all that bodies may have at their present places. This rank alone.
     virtual bool holds() { return true; }
     /// A rebuild of partners, in three calls. First: slots are about to change their numbers; returns the reach, m,
     /// within which elements of others are to be seen. Second: finds partners among all elements near, and marks the
@@ -86,14 +86,14 @@ public:
     virtual bool couples() const { return false; }
     /// First step after `done` whose end it must see: the next drift waits for it. This rank alone.
     virtual std::int64_t next_coupling([[maybe_unused]] std::int64_t done) const { return Every::never; }
-    /// Whether end_step() sees every step, and not only those before a coupling.
+    /// True if end_step() must see every step, not only those before a coupling.
     virtual bool ends_every_step() const { return false; }
     /// After the kick: answers of walls and fluids. Collective where it couples.
     virtual void end_step([[maybe_unused]] const Step& step, [[maybe_unused]] Timers& timers) {}
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
     virtual void watch([[maybe_unused]] const Step& step) {}
 
-    /// Whether it ends runs, and has done so here. Not collective.
+    /// State of an interaction that may end runs. Not collective.
     enum class Ending { never, not_yet, now };
     virtual Ending ending() const { return Ending::never; }
     /// Reason why this rank cannot go on; empty: there is none. Not collective.
@@ -107,7 +107,7 @@ public:
     virtual std::string advice() const { return {}; }
     /// The longest step that it leaves this rank as bodies are now, s. Not collective.
     virtual double step_limit() const { return HUGE_VAL; }
-    /// What presses a body of this rank most, by this interaction. Not collective.
+    /// Strongest force of this interaction on a body of this rank. Not collective.
     virtual Touch strongest_touch(std::int64_t gid) const {
         static_cast<void>(gid);
         return Touch{};
@@ -126,7 +126,7 @@ public:
     /// False where the run ends without what it was made for.
     virtual bool fulfilled() const { return true; }
 
-    /// Of a state beyond that of bodies: what this rank adds to the digest of all. Collective.
+    /// Term of this rank in the digest, of a state beyond that of bodies. Collective.
     virtual std::uint64_t digest() const { return 0; }
     /// Name of its numbers in checkpoints.
     virtual std::string saved_name() const = 0;
@@ -153,7 +153,7 @@ class ContactInteraction;
 /// Contacts among them; null where rods do not feel each other.
 ContactInteraction* contacts_of(const Interactions& all);
 
-/// Whether some interaction ends the run, and all that do have come to their end.
+/// True if some interaction ends the run, and all that do have come to their end.
 bool finished(const Interactions& all);
 /// False where the run ends without what one of them was made for.
 bool fulfilled(const Interactions& all);
@@ -165,12 +165,12 @@ std::vector<std::string> remedies(const Interactions& all);
 std::string likely_cause(const Interactions& all);
 std::string advice(const Interactions& all);
 double step_limit(const Interactions& all);
-/// Whether one of them does.
+/// True if one of them does.
 bool couples(const Interactions& all);
 bool ends_every_step(const Interactions& all);
-/// That of any of them.
+/// First coupling of any of them.
 std::int64_t next_coupling(const Interactions& all, std::int64_t done);
-/// Of all that touch a body what presses it most, on any rank. Collective.
+/// Strongest force on a body, of any interaction and rank. Collective.
 Touch strongest_touch(const Communicator& comm, const Interactions& all, std::int64_t gid);
 
 /// Names and values of all columns of the time series; the values are collective.
@@ -181,10 +181,10 @@ std::vector<double> values_of_figures(const Communicator& comm, const Interactio
 bool has_new_overlaps(const Interactions& all);
 /// Warning of such overlaps, a line for rods and for each wall, each once. Collective.
 std::string new_overlaps(const Communicator& comm, const Interactions& all);
-/// Of contacts, then of each wall: the largest overlap of this run, but of times with soft_until to come. Collective.
+/// Largest overlaps of this run, of contacts, then of each wall, after their soft_until. Collective.
 std::vector<LargestOverlap> largest_overlaps(const Communicator& comm, const Interactions& all);
 
-/// Of all of them, on this rank. Collective.
+/// Sum of their terms on this rank. Collective.
 std::uint64_t digest_of(const Interactions& all);
 /// For checkpoints.
 std::vector<std::string> saved_names(const Interactions& all);

@@ -38,7 +38,7 @@ public:
     /// Measures what a step costs since the last look, and whether other owners would pay. `left`: steps of the run to
     /// come. Collective; called about once a second, it looks less often where looking takes long.
     void update(Timers& timers, const Rods& rods, const Interactions& all, std::int64_t step, std::int64_t left);
-    /// Whether bodies are to move at the next rebuild: the same on all ranks.
+    /// True if bodies move at the next rebuild: the same on all ranks.
     bool due() const { return due_; }
     /// New owners of this rank's rods. Collective.
     std::vector<Assignment> assign(std::span<const RodGroup> groups, const Rods& rods, const Interactions& all) const;

@@ -38,7 +38,7 @@ Machine machine_of(const Communicator& comm, int threads, int lanes_wanted, Mapp
             which += " | " + bindings[r].substr(bindings[r].rfind(':') + 1);
         if (bindings.size() > shown) which += " | ...";
     }
-    // The same on all ranks, those of an older processor too.
+    // Equal on all ranks, those of an older processor too.
     const auto lanes = static_cast<int>(comm.min(static_cast<std::int64_t>(lanes_for(lanes_wanted))));
     return {comm.size(), threads > 0 ? threads : own, own, lanes, which, mapping};
 }

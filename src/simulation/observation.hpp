@@ -19,7 +19,7 @@ public:
     std::vector<std::string> names() const;
     /// Values of the present state. Collective.
     std::vector<double> values() const;
-    /// The same, computed once per step. Collective.
+    /// Values of the present step, computed once. Collective.
     const std::vector<double>& sample();
     /// True where the last sample holds numbers.
     bool finite() const;

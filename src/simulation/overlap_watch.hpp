@@ -34,7 +34,7 @@ struct OverlapWatch {
 
     void take(double now, std::int64_t step);
     bool is_new() const { return passed >= 0 && !reported; }
-    /// Of all ranks. Collective.
+    /// Largest overlap on all ranks. Collective.
     LargestOverlap largest(const Communicator& comm) const;
 };
 

@@ -39,7 +39,7 @@ class Progress {
 public:
     Progress(bool shown, ProgressStyle style, std::int64_t first_step, std::int64_t last_step, double dt,
              double elements, std::vector<std::string> columns, std::optional<PlaceAmongRuns> place = {});
-    /// Whether a line of this step would be shown now.
+    /// True if a line of this step would be shown now.
     bool due(std::int64_t step) const;
     /// `values`: of the columns at this step; empty where they are not known. `more`: put behind.
     void show(std::int64_t step, std::span<const double> values, std::string_view more = {});

@@ -7,14 +7,14 @@
 
 namespace skein {
 
-/// Of one rank alone. Holds the lock of the directory.
+/// Lock on the directory, held by one rank alone.
 class ResultsDirectory {
 public:
     /// Makes and locks it. With `anew`, earlier results go to <path>/previous_1, _2, ... and the user is told; nothing
     /// is removed.
     ResultsDirectory(const std::string& path, bool anew);
 
-    /// Where there is no checkpoint to resume from: refuses to write among results, or files with names of results,
+    /// Without a checkpoint to resume from, refuses to write among results, or files with names of results,
     /// unless they are what a run of the same physics left unfinished. Then records the physics.
     void begin(const std::string& physics) const;
 

@@ -44,7 +44,7 @@ const PassEffect* worst_of(const std::vector<PassEffect>& effects) {
     return worst;
 }
 
-/// What it did to the rod; of numbers that are not finite more than of any other.
+/// Effect of the worst pass; numbers that are not finite count more than any other.
 double share_of(const std::vector<PassEffect>& effects) {
     const PassEffect* worst = worst_of(effects);
     return !worst ? 0 : worst->finite ? worst->share : std::numeric_limits<double>::max();

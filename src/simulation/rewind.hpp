@@ -19,7 +19,7 @@ enum class RewindMode {
     never
 };
 
-/// How a failure began, and what prevents it.
+/// Begin of a failure, and its cure.
 struct Failure {
     enum class Remedy { unknown, step, untried, none };
 

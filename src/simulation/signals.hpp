@@ -1,4 +1,4 @@
-// What a run does when it is signalled.
+// Reactions of a run to signals.
 #pragma once
 
 namespace skein {

@@ -20,7 +20,7 @@
 
 namespace skein {
 
-/// How a run ended.
+/// End of a run.
 struct RunResult {
     Exit code = Exit::done;
     std::int64_t step = 0;

@@ -1,4 +1,4 @@
-// How a run begins: with the scene, with a checkpoint of its own directory, or with the state of another run.
+// Begin of a run: with the scene, with a checkpoint of its own directory, or with the state of another run.
 #pragma once
 
 #include "io/checkpoint.hpp"

@@ -1,4 +1,4 @@
-// Where bodies stand when a run begins: none deep in another, behind a wall, in an obstacle or outside the fluid. A run
+// Places of bodies when a run begins: none deep in another, behind a wall, in an obstacle or outside the fluid. A run
 // that goes on from a checkpoint, its own or another's, is not looked at.
 #pragma once
 

@@ -16,11 +16,11 @@ public:
     /// Room for the rods that this rank owns. `owners`: number of the distribution of rods over ranks that they are of.
     StateCopy(std::span<const RodGroup> groups, const Rods& rods, std::int64_t owners);
 
-    /// Of the same rods. Collective where rods interact.
+    /// Copies the state of the same rods. Collective if rods interact.
     void take(const Rods& rods, const Interactions& interactions, std::int64_t step);
     /// Into rods of the same owners. Collective where rods interact.
     void put_back(Rods& rods, const Interactions& interactions) const;
-    /// What groups knew of the single rods of these owners.
+    /// Restores the places of single rods that groups knew with these owners.
     void put_back_places(std::span<RodGroup> groups) const;
     std::int64_t step() const { return step_; }
     std::int64_t owners() const { return owners_; }

@@ -1,4 +1,4 @@
-// What a run leaves behind in figures: summary.json for programs, a timing table for people.
+// Figures of a finished run: summary.json for programs, a timing table for people.
 #pragma once
 
 #include "neighbourhood/neighbourhood.hpp"
@@ -51,7 +51,7 @@ RunFigures figures_of(const World& world, const RunResult& result, RunEnd end);
 
 std::string summary_json(const RunFigures& figures);
 
-/// What an earlier run's summary says.
+/// Content of an earlier run's summary.
 struct EarlierSummary {
     bool ended = false;  ///< it tells of this digest as the end of a run
     std::string changes; ///< of [output] since, a line each: "  /output/series: was 0.1, now 0.2"

@@ -21,7 +21,7 @@ struct Bounds {
     }
 };
 
-/// What of a convex polygon lies on the side of a plane that its normal points to (Sutherland, Hodgman).
+/// Part of a convex polygon on the side of a plane that its normal points to (Sutherland, Hodgman).
 std::vector<Vec3d> cut(const std::vector<Vec3d>& polygon, const Vec3d& point, const Vec3d& normal, double tolerance) {
     std::vector<Vec3d> kept;
     for (std::size_t i = 0; i < polygon.size(); ++i) {

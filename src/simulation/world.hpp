@@ -23,7 +23,7 @@
 
 namespace skein {
 
-/// How steps, threads and ranks meet; the bits are the same.
+/// Synchronisation of steps, threads and ranks; the bits are the same.
 enum class Protocol {
     asynchronous, ///< tiles take many steps in a row, ranks meet at events: for rods that do not interact
     synchronous   ///< one step at a time, all threads and ranks meet after it: as interacting rods force

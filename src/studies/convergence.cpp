@@ -61,7 +61,7 @@ void judge(Convergence& c, const Values& first, const Values& second, double not
     c.order_used = c.smoothness == Smoothness::second ? 2 : std::min(c.order, most_order);
 }
 
-/// What differences do not tell smoothly is bounded by the run farthest from the given one, and the spread of the last
+/// Differences that are not smooth are bounded by the run farthest from the given one, and the spread of the last
 /// two on top.
 void bound(Convergence& c, const LevelValues& levels) {
     const auto apart = [&](std::span<const double> a, std::span<const double> b) {

@@ -1,4 +1,4 @@
-// How far a run is from the limit of many elements and short steps, by runs of other elements and steps. Pure numbers.
+// Distance of a run from the limit of many elements and short steps, by runs of other elements and steps. Pure numbers.
 //   u(n, h) = u + a n^-p + b h^q + ...                                     docs/numerics.md, "The error of a run"
 // Three numbers of elements, each twice the one before, show p; a run of half the step shows b.
 #pragma once
@@ -23,7 +23,7 @@ struct LevelValues {
     std::int64_t steps = 0; ///< of the longest run: each may add its round-off
 };
 
-/// What three numbers of elements show.
+/// Result of three numbers of elements.
 enum class Smoothness {
     exact,  ///< no difference beyond round-off
     second, ///< differences fall as those of order 2
@@ -31,7 +31,7 @@ enum class Smoothness {
     rough   ///< they do not fall evenly: no Richardson value
 };
 
-/// Of one quantity. Norms are Euclid's of components and the largest of samples, in its unit.
+/// Errors of one quantity. Norms are Euclid's of components and the largest of samples, in its unit.
 struct Convergence {
     Smoothness smoothness = Smoothness::exact;
     double order = 0;          ///< observed; NaN where exact, or where differences grow or turn round
@@ -60,7 +60,7 @@ struct ErrorModel {
     double at(double times, double dt_share) const;
 };
 
-/// What runs take, by their elements and steps.
+/// Cost of runs, by their elements and steps.
 struct CostModel {
     struct Level {
         double elements, dt_limit, core_seconds_per_step; ///< of the largest group; s; s

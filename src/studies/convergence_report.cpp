@@ -18,7 +18,7 @@ constexpr double least_share =
 constexpr double round_off = 1e-9; ///< of it: what changes less is not told at all
 constexpr double coarse_in_time = 0.1; ///< of its range, by which half a step changes what is not resolved
 
-/// Of motion, which is over where ends at rest are compared.
+/// Columns of motion, which is over if ends at rest are compared.
 bool of_motion(const std::string& name) {
     for (const char* stem : {"kinetic_", "momentum", "angular_momentum", "max_speed"})
         if (name.starts_with(stem)) return true;

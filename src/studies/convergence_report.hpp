@@ -1,4 +1,4 @@
-// What the runs of a study show: errors by observable, and the cheapest numbers for a tolerance.
+// Results of a study: errors by observable, and the cheapest numbers for a tolerance.
 #pragma once
 
 #include "studies/convergence.hpp"
@@ -35,7 +35,7 @@ struct StudyFigures {
 StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& samples,
                         const std::array<double, 4>& core_seconds);
 
-/// What `cheapest` says of observables that count, or of those named; the observables that cannot be told of by a rule
+/// Verdict of `cheapest` on observables that count, or of those named; the observables that cannot be told of by a rule
 /// are named.
 struct Advice {
     double tolerance = 0;

@@ -50,7 +50,7 @@ long most_elements(const SceneSpec& scene) {
     return most;
 }
 
-/// Of the error of a step: what reads velocities of before the kick is of first order.
+/// Orders of the error of a step: forces that read velocities before the kick are of first order.
 int time_order_of(const Plan& plan, std::span<const RodGroup> groups) {
     if (plan.contact || !plan.walls.empty()) return 1;
     for (std::size_t g = 0; g < plan.groups.size(); ++g) {

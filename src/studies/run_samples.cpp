@@ -19,7 +19,7 @@ namespace skein {
 
 namespace {
 
-/// Of the search, of round-off, and of the elements themselves.
+/// Columns of the search, of round-off, and of the elements themselves.
 constexpr std::array<std::string_view, 6> bookkeeping = {
     "max_director_defect", "energy_defect", "candidates", "rebuilds", "skin", "max_turn_per_cell"};
 

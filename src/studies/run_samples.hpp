@@ -1,4 +1,5 @@
-// What runs of one scene are compared by: the columns of the time series and ends of rods, as their files have them.
+// Quantities that runs of one scene are compared by: the columns of the time series and ends of rods, as their files
+// have them.
 #pragma once
 
 #include "skein/rod/rod_group.hpp"

@@ -27,7 +27,7 @@ struct SpeedEstimate {
     Meeting fastest; ///< that leaves the shortest step; speed 0: the scene states no speed of what may meet
     std::vector<std::string> doubts; ///< contacts that what meets would pass through
     double longest_step() const;     ///< s
-    /// Where a step is longer; empty: it is not.
+    /// Doubts about a longer step; empty: it is not longer.
     std::vector<std::string> doubts_of_step(double dt) const;
 };
 

@@ -57,7 +57,7 @@ void check_ranks(const FluidSpec& fluid, Objections& table) {
                               fluid.cells[1], fluid.ranks_across, most));
 }
 
-/// What moves, and whether it can.
+/// Checks the walls that move.
 void check_walls(const FluidSpec& fluid, Objections& table) {
     const std::array bounds = fluid.boundaries();
     const auto no_slip = [&](int d) { return nth(bounds, d) == FluidBoundary::no_slip; };

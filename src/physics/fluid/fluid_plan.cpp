@@ -17,7 +17,7 @@ namespace skein {
 
 namespace {
 
-/// Of an implicit step: solutions for three components of the velocity and the pressure.
+/// Number of solutions for three components of velocity and the pressure in an implicit step.
 double implicit_solves(const FluidPlan& plan) { return 1.0 + (plan.has_bodies() ? plan.forcing.sweeps : 0); }
 double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
 

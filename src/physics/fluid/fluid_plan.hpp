@@ -1,4 +1,4 @@
-// What a plan says of the fluid.
+// The fluid in a plan.
 #pragma once
 
 #include "fluid/cell_samples.hpp"
@@ -31,11 +31,11 @@ struct FluidOutput {
     double threshold = 0; ///< of blocks
 
     double bytes_per_cell() const;
-    /// Of a slice or a box; of one block.
+    /// Bytes of a frame of a slice or a box, or of one block.
     double frame_bytes() const;
     /// Blocks of a grid: how many there may be.
     double most_blocks(const FluidGrid& grid) const;
-    /// Of a frame, at most.
+    /// Most bytes of a frame.
     double most_bytes(const FluidGrid& grid) const;
 };
 
@@ -43,7 +43,7 @@ struct FluidOutput {
 /// and what does not fill a cube is left out.
 CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid);
 
-/// What steps are predicted from.
+/// Speed that steps are predicted from.
 struct FluidSpeed {
     double value = 0; ///< largest sum over directions, m/s; 0: not known
     std::string by;
@@ -85,7 +85,7 @@ struct FluidPlan {
     /// Steps of the fluid that may go between two meetings.
     std::int64_t most_parts() const { return every / stage_parts(constants.scheme).unit; }
 
-    /// Of a step of the fluid, at the speed that is known, s.
+    /// Longest step of the fluid at the known speed, s.
     double step_limit() const { return skein::step_limit(constants, speed.value, courant); }
     /// Steps of this length have a Courant number of 0.8; as long as they can be where no speed is known, s. theory.md
     /// (88a)
@@ -95,7 +95,7 @@ struct FluidPlan {
     /// one, twice that where ranks share rows, or what multigrid keeps, as measured.
     double bytes_per_cell(int ranks) const;
     static constexpr double multigrid_bytes_per_cell = 400;
-    /// Of so many ranks, those that share the rows of a slab; 1 where they cannot share the fluid at all.
+    /// Ranks that share the rows of a slab, of so many ranks; 1 if they cannot share the fluid at all.
     int across(int ranks) const { return unshared(constants, ranks).empty() ? ranks_across(constants, ranks) : 1; }
     /// Sent by a rank: in a direct solve for the pressure, and in all of a step; and rows and planes of ghosts in a
     /// step.
@@ -103,13 +103,13 @@ struct FluidPlan {
     double column_bytes(int ranks) const;
     double ghost_bytes(int ranks) const;
 
-    /// Of the fluid, in a run of so many steps of dt; where no speed is known, as viscosity
+    /// Steps of the fluid in a run of so many steps of dt; without a known speed, as viscosity
     /// alone asks for.
     double steps(std::int64_t run_steps, double dt) const;
     /// On one core, s.
     double step_seconds() const { return 1e-9 * ns_per_cell_step() * static_cast<double>(constants.grid.count()); }
 
-    /// Of a core, for predictions.
+    /// Time of one core, for predictions.
     double ns_per_cell_step() const;
 };
 

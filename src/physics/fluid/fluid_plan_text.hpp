@@ -1,4 +1,4 @@
-// What a printed plan says of the fluid.
+// The fluid in a printed plan.
 #pragma once
 
 #include "physics/fluid/fluid_plan.hpp"
@@ -12,13 +12,13 @@ namespace skein {
 
 /// Lines of the printed plan, without their labels.
 std::string fluid_text(const FluidPlan& fluid);
-/// What drives it besides inflow and obstacles; empty: nothing.
+/// Drives besides inflow and obstacles; empty: none.
 std::string drive_text(const FluidPlan& fluid);
 std::string pressure_text(const FluidPlan& fluid, int ranks);
 std::string sent_text(const FluidPlan& fluid, int ranks);
 std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid);
 std::string obstacle_text(const Obstacle& obstacle, const FluidPlan& fluid);
-/// Of a run of `steps` steps of dt, s.
+/// Output in a run of `steps` steps of dt, s.
 std::string output_text(const FluidOutput& output, const FluidGrid& grid, std::int64_t steps, double dt);
 std::string fluid_steps_text(const FluidPlan& fluid, std::int64_t steps, double dt);
 /// `cores`: that step it; `cores_per_node` 0: not known.

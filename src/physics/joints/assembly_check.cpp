@@ -22,7 +22,7 @@ int number_of(const SceneSpec& scene, const std::string& assembly) {
     return -1;
 }
 
-/// What has no place, or one of its own, in the copies of an assembly.
+/// Keys that have no use in the copies of an assembly.
 void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections) {
     std::vector<std::string_view> names;
     for (const AssemblySpec& assembly : scene.assemblies) names.push_back(assembly.name);

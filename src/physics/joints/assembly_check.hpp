@@ -8,7 +8,7 @@
 
 namespace skein {
 
-/// Of each group the number of its assembly, -1: none. Behind the scene's own assemblies come those that joints make of
+/// Number of each group's assembly, -1: none. After the scene's own assemblies come those that joints make of
 /// groups of none, which have one copy.
 std::vector<int> assembly_of_groups(const SceneSpec& scene);
 

@@ -40,7 +40,7 @@ void rods(const RodSpec& rods, Objections& group) {
            "begins at rest: give no velocities");
 }
 
-/// Of a load by formula: whether one names `v`; false of others.
+/// True if a formula of the load names `v`.
 bool by_formula(const Load& load, Variable v) {
     const auto* formula = load.get_if<FormulaLoad>();
     const auto* field = load.get_if<MagneticFormula>();

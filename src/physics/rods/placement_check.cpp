@@ -24,7 +24,7 @@ void counts_and_spacing(const Placement& p, Objections& objections, const std::s
                        fmt::format("'spacing' needs one value per count, {} in all, and has {}", n, p.spacing.size()));
 }
 
-/// Of a list whose rods have directions of their own.
+/// Faults of a list whose rods have directions of their own.
 void directions(const Placement& p, Objections& objections) {
     if (!p.tangents.empty()) {
         objections.unused({"tangent", "normal"}, "beside 'tangents'");
