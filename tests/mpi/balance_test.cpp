@@ -72,7 +72,7 @@ struct Field {
     void step() {
         const Step s = clock.next(clock.done() + 1, 1).front();
         rods->drift(s);
-        couple(interactions, *neighbourhood, s, timers);
+        add_loads(interactions, *neighbourhood, s, timers);
         rods->kick(s, false);
         clock.advance(std::span(&s, 1));
     }
@@ -110,7 +110,7 @@ double most_over_mean(const std::vector<double>& x) {
 /// Looks are left out where they take long.
 void look_until_done(LoadBalance& balance, Timers& timers, const Field& field, std::int64_t left) {
     for (int i = 0; i < 100 && balance.figures().imbalance == 0; ++i)
-        balance.look(timers, *field.rods, field.interactions, 1000, left);
+        balance.update(timers, *field.rods, field.interactions, 1000, left);
 }
 
 TEST(Assignment, gives_equal_weights_whoever_asks) {
@@ -174,7 +174,7 @@ TEST(Migration, takes_all_along_that_steps_depend_on) {
         migration.put_into(*field.rods);
         for (std::size_t i = 0; i < migration.owned().size(); ++i) field.around.exposure->show(i, migration.state(i));
         field.neighbourhood->rebind(field.around.exposure);
-        for (const auto& one : field.interactions) one->follow(field.parts());
+        for (const auto& one : field.interactions) one->rebind(field.parts());
         restore(field.interactions, kept_before);
         EXPECT_EQ(field.comm.sum_wrapping(field.rods->digest()), state);
         EXPECT_EQ(field.digest_of_memory(), memory);
@@ -220,7 +220,7 @@ TEST(LoadBalance, relieves_the_rank_that_has_the_heap) {
     LoadBalance balance(field.comm, field.plan, Balance::automatic);
     balance.expect(0.1);
     field.step();
-    balance.look(field.timers, *field.rods, field.interactions, 0, 1 << 20);
+    balance.update(field.timers, *field.rods, field.interactions, 0, 1 << 20);
     EXPECT_FALSE(balance.due()) << "nothing has been measured yet";
     const std::vector<double> pairs = work_of(field.interactions, field.rods->local());
     const double all_pairs = std::accumulate(pairs.begin(), pairs.end(), 0.0);
@@ -262,7 +262,7 @@ TEST(LoadBalance, leaves_owners_alone_where_nothing_is_gained) {
         LoadBalance balance(field.comm, field.plan, when);
         balance.expect(0.1);
         Timers timers;
-        balance.look(timers, *field.rods, field.interactions, 0, left);
+        balance.update(timers, *field.rods, field.interactions, 0, left);
         timers.add(Phase::rods, seconds);
         timers.add(Phase::contacts, 4 * seconds);
         look_until_done(balance, timers, field, left);

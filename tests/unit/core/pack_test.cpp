@@ -125,9 +125,9 @@ TYPED_TEST(PackOf, RecordsTransposedThereAndBack) {
         EXPECT_EQ(loaded.vector.x[l], 10 * l);
         EXPECT_EQ(loaded.vector.y[l], 10 * l + 1);
         EXPECT_EQ(loaded.vector.z[l], 10 * l + 2);
-        EXPECT_EQ(loaded.behind[l], 10 * l + 3);
+        EXPECT_EQ(loaded.fourth[l], 10 * l + 3);
     }
-    store_transposed<W>(loaded.vector, loaded.behind, [&](int l) { return copy[l]; });
+    store_transposed<W>(loaded.vector, loaded.fourth, [&](int l) { return copy[l]; });
     for (int l = 0; l < W; ++l)
         for (int n = 0; n < 8; ++n) EXPECT_EQ(copy[l][n], n < 4 ? record[l][n] : 0);
 }

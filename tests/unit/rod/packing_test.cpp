@@ -142,7 +142,8 @@ TEST(Packing, DependsOnTheSeedAlone) {
 /// Chi-square of values in [low, high] against an even law, 20 bins: 43.8 is passed once in a thousand.
 double chi_square(const std::vector<double>& values, double low, double high) {
     std::vector<double> bins(20, 0.0);
-    for (const double v : values) nth(bins, std::clamp(20 * (v - low) / (high - low), 0.0, 19.0)) += 1;
+    for (const double v : values)
+        ++bins[static_cast<std::size_t>(std::clamp(20 * (v - low) / (high - low), 0.0, 19.0))];
     const double expected = static_cast<double>(values.size()) / 20;
     double sum = 0;
     for (const double n : bins) sum += (n - expected) * (n - expected) / expected;
