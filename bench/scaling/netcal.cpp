@@ -102,7 +102,7 @@ std::array<std::vector<Link>, 2> measure_links(const std::vector<int>& nodes, in
             MPI_Comm_free(&pair);
         }
         MPI_Bcast(&link, sizeof link, MPI_BYTE, a, MPI_COMM_WORLD);
-        links[nth(nodes, a) == nth(nodes, b) ? 0 : 1].push_back(link);
+        links[skein::nth(nodes, a) == nth(nodes, b) ? 0 : 1].push_back(link);
     }
     return links;
 }
@@ -202,7 +202,7 @@ int main(int argc, char** argv) {
     const auto links = measure_links(nodes, most_pairs, batches);
     All all{
         .ranks = ranks, .nodes = 0, .ranks_per_node = per_node, .cores_per_node = cores_per_node, .threads = threads};
-    for (int r = 0; r < ranks; ++r) all.nodes += nth(nodes, r) == r;
+    for (int r = 0; r < ranks; ++r) all.nodes += skein::nth(nodes, r) == r;
     measure_all(all, batches);
     if (rank != 0) return leave(0, "");
 

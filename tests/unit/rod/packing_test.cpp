@@ -207,8 +207,8 @@ TEST(Packing, SaysHowManyFitted) {
 }
 
 TEST(Packing, SaysWhatNeverFits) {
-    EXPECT_NE(refusal(box(100, {0.05, 0.05, 0.02})).find("fit into the region to pack"), std::string::npos);
-    EXPECT_NE(refusal(cylinder(1, 0.01, 0.05)).find("fit into the region to pack"), std::string::npos);
+    EXPECT_NE(refusal(box(100, {0.05, 0.05, 0.02})).find("fit into the empty region"), std::string::npos);
+    EXPECT_NE(refusal(cylinder(1, 0.01, 0.05)).find("fit into the empty region"), std::string::npos);
 }
 
 TEST(Packing, DrawsDirectionsUntilOneFits) {

@@ -35,8 +35,8 @@ TEST(SceneReference, StatesUnitDefaultAndMeaning) {
     EXPECT_NE(page.find("| `duration` | number | s | required | time to simulate; above 0 |\n"), std::string::npos);
     EXPECT_NE(
         page.find(
-            "| `safety` | number | - | 0.9 | automatic step over the limit; rods without damping get 0.6 at most; "
-            "above 0 and at most 1 |\n"),
+            "| `safety` | number | - | 0.9 | ratio of the automatic step to the stability limit; at most 0.6 is used "
+            "for rods without damping; above 0 and at most 1 |\n"),
         std::string::npos);
     EXPECT_NE(page.find("| `start_curvature` | 3 numbers | 1/m | - | "), std::string::npos);
     EXPECT_NE(page.find("one of `\"free\"`, `\"pinned\"`, `\"clamped\"`, `\"clamped_frozen\"`"), std::string::npos);
@@ -45,7 +45,7 @@ TEST(SceneReference, StatesUnitDefaultAndMeaning) {
 
 TEST(DescribeKey, OneKey) {
     EXPECT_EQ(describe_key("load.end_force.ramp"),
-              "load.end_force.ramp [s]: rise from 0; at least 0 (number, default 0)\n");
+              "load.end_force.ramp [s]: time of the rise from 0; at least 0 (number, default 0)\n");
     EXPECT_EQ(describe_key("time.duration"), "time.duration [s]: time to simulate; above 0 (number, required)\n");
 }
 
