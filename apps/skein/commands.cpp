@@ -4,6 +4,7 @@
 #include "core/stop.hpp"
 #include "core/timer.hpp"
 #include "partition/partition.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/memory_check.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"

@@ -3,6 +3,7 @@
 #include "core/timer.hpp"
 #include "io/disk.hpp"
 #include "io/files.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/signals.hpp"

@@ -1,6 +1,7 @@
 #include "commands.hpp"
 
 #include "partition/partition.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/summary.hpp"

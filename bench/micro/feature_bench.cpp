@@ -8,6 +8,7 @@
 #include "loads/magnetic_field.hpp"
 #include "loads/muscle_wave.hpp"
 #include "measure.hpp"
+#include "scene/make_groups.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <CLI/CLI.hpp>

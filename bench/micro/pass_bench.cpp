@@ -13,6 +13,7 @@
 #include "micro/roof_table.hpp"
 #include "micro/roofs.hpp"
 #include "micro/working_set.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/scene_file.hpp"
 
 #include <cstring>

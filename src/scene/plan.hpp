@@ -152,12 +152,6 @@ Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lan
 /// Rods must wait for each other in every step: they touch, or a wall reacts to their forces.
 bool is_coupled(const Plan& plan);
 
-/// The groups of a scene with their constants worked out. What files say of single rods is not read yet, unless rods
-/// press.
-std::vector<RodGroup> make_groups(const SceneSpec& scene);
-/// Groups with all rods that their files hold.
-std::vector<RodGroup> make_whole_groups(const SceneSpec& scene);
-
 std::string to_text(const Plan& plan);
 std::string to_json(const Plan& plan);
 

@@ -3,6 +3,7 @@
 #include "mechanics/rod_copies.hpp"
 #include "parallel/communicator.hpp"
 #include "partition/partition.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/simulation.hpp"

@@ -1,6 +1,7 @@
 #include "studies/convergence_study.hpp"
 
 #include "partition/partition.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/scene_refine.hpp"
 #include "skein/core/error.hpp"
 

@@ -3,6 +3,7 @@
 #include "loads/gravity.hpp"
 #include "loads/magnetic_field.hpp"
 #include "partition/partition.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/interaction.hpp"
 #include "skein/time/clock.hpp"

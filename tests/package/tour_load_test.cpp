@@ -1,6 +1,7 @@
 // The load of docs/tour.md, in the tree as the page tells.
 #include "loads/load_pass.hpp"
 #include "loads/wind.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/plan.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"

@@ -2,6 +2,7 @@
 // (22)-(24)
 #include "loads/end_force.hpp"
 #include "loads/muscle_wave.hpp"
+#include "scene/make_groups.hpp"
 #include "skein/core/index.hpp"
 #include "stress/stress_support.hpp"
 #include "support/dampers.hpp"

@@ -1,4 +1,5 @@
 // A million undamped steps: clamped rods keep their energy, free ones their momenta, all of them their frames.
+#include "scene/make_groups.hpp"
 #include "stress/stress_support.hpp"
 
 #include <gtest/gtest.h>

@@ -3,6 +3,7 @@
 // motion: thick rods are lost after some 1e5 steps, though every step is within the limit of their strain. Strain of 7
 // % makes modes faster by as much and more, so at 0.69 one is lost too, after 3e6 steps; at 0.6 and below energy
 // settles. Damping that ends the motion first helps as well. (Thin rods, r = 0.01 L, have lived 5e5 steps at 0.855.)
+#include "scene/make_groups.hpp"
 #include "skein/core/error.hpp"
 #include "stress/stress_support.hpp"
 

@@ -1,4 +1,5 @@
 // The printed limit of the step is sharp, and a step beyond it is refused in words.            theory.md (26)-(29)
+#include "scene/make_groups.hpp"
 #include "skein/core/error.hpp"
 #include "stress/stress_support.hpp"
 

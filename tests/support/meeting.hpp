@@ -3,6 +3,7 @@
 
 #include "diagnostics/observables.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "scene/make_groups.hpp"
 #include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 

@@ -4,6 +4,7 @@
 #include "kernels/kernels.hpp"
 #include "loads/magnetic_field.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/plan.hpp"
 #include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"

@@ -6,6 +6,7 @@
 // `legacy` damps rotation at 89/s here, z = 0.53 in a step. The midpoint kick leaves slow motion its inertia; the exact
 // flow of the kick lends it 2.3 % more rotary inertia and is asserted to be the worse (theory.md (23)).
 #include "loads/magnetic_field.hpp"
+#include "scene/make_groups.hpp"
 #include "validation/study.hpp"
 
 namespace skein {

@@ -6,6 +6,7 @@
 #include "diagnostics/energy_audit.hpp"
 #include "loads/gravity.hpp"
 #include "loads/magnetic_field.hpp"
+#include "scene/make_groups.hpp"
 #include "validation/study.hpp"
 
 namespace skein {

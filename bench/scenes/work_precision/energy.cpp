@@ -1,4 +1,5 @@
 // Undamped rods in free motion, on ladders of the step at fixed n: what the step makes of energy and orientation.
+#include "scene/make_groups.hpp"
 #include "scenes/work_precision/cases.hpp"
 
 #include "support/energy.hpp"

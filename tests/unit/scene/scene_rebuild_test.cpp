@@ -1,6 +1,7 @@
 // Scenes come back from what a checkpoint keeps of them, and from the TOML that is written of them, with every bit of
 // every key.
 #include "loads/gravity.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/plan.hpp"
 #include "scene/scene_keys.hpp"
 #include "scene/scene_rebuild.hpp"

@@ -1,5 +1,6 @@
 // Text that `skein describe scene.toml` prints: a scene, and the same one.
 #include "scene/doubts.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/plan.hpp"
 #include "scene_fixture.hpp"
 

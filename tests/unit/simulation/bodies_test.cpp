@@ -9,6 +9,7 @@
 #include "loads/uniform_couple.hpp"
 #include "loads/uniform_force.hpp"
 #include "rod/body_shape.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
 #include "support/meeting.hpp"

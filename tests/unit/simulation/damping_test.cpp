@@ -1,6 +1,7 @@
 // What every kind of damping must do, on rods of every shape and ends: take energy in every step, at any step, converge
 // with the square of the step, and keep the momentum that it says it keeps. theory.md (22)-(24), (41)
 #include "diagnostics/energy_audit.hpp"
+#include "scene/make_groups.hpp"
 #include "skein/core/index.hpp"
 #include "support/dampers.hpp"
 #include "support/energy.hpp"

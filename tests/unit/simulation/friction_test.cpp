@@ -2,6 +2,7 @@
 #include "loads/gravity.hpp"
 #include "loads/plane_friction.hpp"
 #include "loads/uniform_force.hpp"
+#include "scene/make_groups.hpp"
 #include "support/meeting.hpp"
 
 #include <gtest/gtest.h>

@@ -1,6 +1,7 @@
 // What must hold of every kind of joint: it carries no momentum, springs keep energy and dashpots take it, the
 // automatic step bears any stiffness, and bits do not depend on lanes, threads or the protocol.
 #include "loads/muscle_formula.hpp"
+#include "scene/make_groups.hpp"
 #include "support/joint_examples.hpp"
 #include "support/meeting.hpp"
 

@@ -1,6 +1,7 @@
 // Packed rods of a whole scene: groups keep clear of each other, and lie in tiles as they were placed.
 #include "loads/magnetic_field.hpp"
 #include "placement/packing.hpp"
+#include "scene/make_groups.hpp"
 #include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 

@@ -3,6 +3,7 @@
 #include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
 #include "loads/slender_body_drag.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"

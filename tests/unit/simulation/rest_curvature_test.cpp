@@ -1,4 +1,5 @@
 // Rest curvature by formulas.
+#include "scene/make_groups.hpp"
 #include "scene/scene_refine.hpp"
 #include "support/scenes_for_tests.hpp"
 

@@ -2,6 +2,7 @@
 // theory.md (47a)
 #include "loads/gravity.hpp"
 #include "rod/time_limits.hpp"
+#include "scene/make_groups.hpp"
 #include "skein/core/index.hpp"
 #include "support/energy.hpp"
 

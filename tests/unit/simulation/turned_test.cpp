@@ -1,5 +1,6 @@
 // A scene that is turned and shifted, with all of its lab vectors, gives the same results: over loads, dampers, laws
 // and ends. And what couples do to the momentum and the energy of rods that tumble, and drag to the step.
+#include "scene/make_groups.hpp"
 #include "support/dampers.hpp"
 #include "support/energy.hpp"
 #include "support/free_rods.hpp"

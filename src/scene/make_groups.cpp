@@ -1,0 +1,73 @@
+#include "scene/make_groups.hpp"
+
+#include "io/rod_file.hpp"
+#include "physics/joints/assembly_check.hpp"
+#include "placement/packing.hpp"
+#include "rod/formulas_along.hpp"
+#include "scene/memory_check.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <memory>
+#include <string>
+
+namespace skein {
+
+std::vector<RodGroup> make_groups(const SceneSpec& scene) {
+    refuse_beyond_memory(scene);
+    const std::vector<int> assembly_of_group = assembly_of_groups(scene);
+    std::map<int, std::shared_ptr<const AssemblyCopies>> copies; // by assembly
+    std::vector<RodGroup> groups;
+    std::int64_t first = 0;
+    const std::string directory = std::filesystem::path(scene.file).parent_path().string();
+    std::vector<Capsule> occupied;
+    const FormulaScope names = names_for_formulas(scene);
+    for (std::size_t g = 0; g < scene.rods.size(); ++g) {
+        const auto packed = [](const RodSpec& spec) { return spec.placement.kind == PlacementKind::packing; };
+        RodSpec spec = scene.rods[g];
+        spec.start_motion.use(names);
+        spec.end_motion.use(names);
+        read_rest_curvature(spec.shape, names);
+        read_section(spec, names);
+        const bool in_file = spec.placement.kind == PlacementKind::file;
+        auto source =
+            in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source)
+                    : nullptr;
+        if (source && source->elements() > 0 && source->elements() != spec.shape.elements)
+            throw InputError(fmt::format("{}: file '{}' is of rods of {} elements, but shape.elements of '{}' is {}",
+                                         spec.source, spec.placement.file, source->elements(), spec.name,
+                                         spec.shape.elements));
+        groups.emplace_back(spec, static_cast<int>(g), first, directory, &occupied, std::move(source));
+        if (const int assembly = assembly_of_group[g]; assembly >= 0) {
+            auto& of_assembly = copies[assembly];
+            const bool named = assembly < static_cast<int>(scene.assemblies.size());
+            if (!of_assembly)
+                of_assembly = std::make_shared<AssemblyCopies>(
+                    named ? copies_of(nth(scene.assemblies, assembly), assembly, directory)
+                          : AssemblyCopies{.number = assembly});
+            groups.back().read_all(); // joints are found where rods are
+            groups.back().join(of_assembly);
+        }
+        first += groups.back().count();
+        if (scene.contact || !scene.walls.empty())
+            groups.back().read_all(); // how hard rods press is told from all of them
+        if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed))
+            continue;
+        groups.back().read_all(); // what is packed keeps clear of all of them
+        for (std::int64_t i = 0; i < groups.back().count(); ++i) groups.back().append_capsules(i, occupied);
+    }
+    return groups;
+}
+
+std::vector<RodGroup> make_whole_groups(const SceneSpec& scene) {
+    std::vector<RodGroup> groups = make_groups(scene);
+    for (RodGroup& group : groups) group.read_all();
+    return groups;
+}
+
+} // namespace skein
