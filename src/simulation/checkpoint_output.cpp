@@ -31,15 +31,15 @@ void CheckpointOutput::write(const Moment& now) {
     const bool only_flush = std::exchange(flush_now_, false) && !every_.due(now.step) && !save_now_;
     save_now_ = false;
     if (!only_flush && last_ == now.step) return;
+    const double began = wall_seconds();
     flush_others();
+    world_.timers.move(phase(), Phase::output, flushed_ - began);
     if (!only_flush) write_state(now);
 }
 
 void CheckpointOutput::flush_others() {
-    for (const auto& output : others_) {
-        const auto timing = world_.timers.time(Phase::output);
+    for (const auto& output : others_)
         if (output.get() != this) output->flush();
-    }
     flushed_ = wall_seconds();
 }
 

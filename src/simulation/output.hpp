@@ -14,6 +14,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -98,8 +99,9 @@ struct OutputParts {
     Outputs& outputs; ///< those before it in the list
     const SceneTexts& texts;
     const RunOptions& options;
-    double started;                ///< wall_seconds() from which the run's time counts
-    std::int64_t last_step;        ///< of the run
+    double started;                                ///< wall_seconds() from which the run's time counts
+    std::int64_t last_step;                        ///< of the run
+    std::span<const std::size_t> progress_columns; ///< columns of the series that the progress line shows
     const CheckpointInfo* resumed; ///< checkpoint of this directory that the run resumes from; null: none
 
     const Communicator& comm() const { return world.comm; }

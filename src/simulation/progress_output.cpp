@@ -10,7 +10,7 @@ class ProgressOutput final : public Output {
 public:
     explicit ProgressOutput(const OutputParts& parts)
         : world_(parts.world), observation_(parts.observation), last_step_(parts.last_step),
-          columns_(columns_of(parts.scene.output.progress, observation_.names())),
+          columns_(parts.progress_columns.begin(), parts.progress_columns.end()),
           line_(world_.comm.root() && (!parts.options.quiet || parts.options.place), parts.options.progress,
                 world_.clock.done(), last_step_, world_.plan.dt, static_cast<double>(world_.plan.elements),
                 parts.scene.output.progress, parts.options.place) {

@@ -196,9 +196,8 @@ Failure Rewind::find(const std::function<void()>& show) {
     Failure failure{.text = comm.first_text(world_.failure()),
                     .cause = comm.first_text(cause(world_.interactions())),
                     .settings = settings_of(world_)};
-    const std::string likely = failure.settings.empty() ? "" : likely_cause(world_.interactions()),
-                      cure = failure.settings;
-    failure.likely = likely;
+    if (!failure.settings.empty()) failure.likely = likely_cause(world_.interactions());
+    const std::string likely = failure.likely, cure = likely.empty() ? "" : failure.settings;
     if (!copy_) return failure;
     const auto timing = world_.timers.time(Phase::rods);
     const Found found = repeat_to_failure();
@@ -228,7 +227,7 @@ Failure Rewind::find(const std::function<void()>& show) {
         const double beyond = world_.clock.shift() + static_cast<double>(last) * plan.dt;
         try_shorter_steps(failure, *found.start, beyond, rounded_down(std::min(held * limit, 0.5 * plan.dt)));
     }
-    if (!failure.cause.empty()) failure.settings = settings_of(world_);
+    if (!failure.cause.empty() && likely.empty()) failure.settings = settings_of(world_);
     return failure;
 }
 

@@ -33,20 +33,22 @@ std::vector<RodGroup> checked(const Communicator& comm, const SceneSpec& scene, 
     return groups;
 }
 
+/// `groups`: with all of their rods, whose weight an automatic stiffness follows from.
+SceneTexts texts_of(const SceneSpec& scene, std::span<const RodGroup> groups, double dt) {
+    const SceneSpec resolved = with_plane_numbers(with_stiffnesses(scene, groups), groups);
+    return {physics_json(resolved, groups, dt), settings_json(scene), output_json(scene), {}};
+}
+
 } // namespace
 
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene,
                        std::vector<RodGroup> groups, Plan plan, RunOptions options)
     : options_(std::move(options)), started_(options_.began > 0 ? options_.began : wall_seconds()),
+      texts_(texts_of(scene, groups, plan.dt)),
       world_(comm, threads, checked(comm, scene, plan, std::move(groups)), plan, options_.protocol, options_.balance),
       observation_(world_, scene), warnings_(world_, options_.quiet), rewind_(world_, options_.rewind, options_.out) {
     const bool writes = !options_.out.empty();
     Plan& made = world_.plan;
-    texts_ = {
-        physics_json(with_plane_numbers(with_stiffnesses(scene, world_.groups), world_.groups), world_.groups, made.dt),
-        settings_json(scene),
-        output_json(scene),
-        {}};
     refuse_bad_start(world_, scene, options_);
     on_root(comm, [&] {
         if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);
@@ -73,11 +75,12 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
     last_step_ = Every{made.events_every()}.from(last_step_);
     if (writes && first_step_ > 0) test_for_rest();
+    const std::vector<std::size_t> progress_columns = columns_of(scene.output.progress, observation_.names());
     idle_ = writes && start.resumes && over() && has_record(found->digest);
     if (writes && !idle_) {
         on_root(comm, [&] { take_back_end(options_.out); });
         make_outputs({scene, world_, observation_, warnings_, outputs_, texts_, options_, started_, last_step_,
-                      start.resumes ? &*found : nullptr});
+                      progress_columns, start.resumes ? &*found : nullptr});
         for (const auto& output : outputs_)
             if (auto* one = dynamic_cast<CheckpointOutput*>(output.get())) checkpoints_ = one;
     }
@@ -108,9 +111,9 @@ RunResult Simulation::run() {
 }
 
 RunResult Simulation::step_to_the_end() {
-    if (begins_branch_) checkpoints_->write(now()); // from here on the parent is not needed
-    for (const auto& output : outputs_)             // an error may have kept a resumed state from being written
-        if ((first_step_ == 0 || output->needs_state_alone()) && output->due(now())) output->write(now());
+    if (begins_branch_) write(*checkpoints_); // from here on the parent is not needed
+    for (const auto& output : outputs_)       // an error may have kept a resumed state from being written
+        if ((first_step_ == 0 || output->needs_state_alone()) && output->due(now())) write(*output);
     Verdict verdict = Verdict::go_on;
     next_tick_ = world_.clock.done() + ticks.steps;
     setup_s_ = wall_seconds() - started_;
@@ -122,15 +125,23 @@ RunResult Simulation::step_to_the_end() {
     }
     warnings_.end_line();
     warnings_.warn_of_gain();
-    checkpoints_->write(now());
+    write(*checkpoints_);
     write_end(false);
 
-    const auto timing = world_.timers.time(Phase::observe);
-    observation_.sample();
-    const bool saved = checkpoints_->last() == world_.clock.done();
-    const RunResult result{exit_code(), world_.clock.done(), saved ? checkpoints_->last_digest() : world_.digest()};
+    const RunResult result{exit_code(), world_.clock.done(), digest_at_end()};
     write_summary(result);
     return result;
+}
+
+std::uint64_t Simulation::digest_at_end() {
+    const auto timing = world_.timers.time(Phase::observe);
+    observation_.sample();
+    return checkpoints_->last() == world_.clock.done() ? checkpoints_->last_digest() : world_.digest();
+}
+
+void Simulation::write(Output& output) {
+    const auto timing = world_.timers.time(output.phase());
+    output.write(now());
 }
 
 std::int64_t Simulation::next_event() const {
@@ -200,10 +211,8 @@ void Simulation::write_due() {
     if (outputs_owners_ != world_.owners())
         for (const auto& output : outputs_) output->rebind(world_.rods());
     outputs_owners_ = world_.owners();
-    for (const auto& output : outputs_) {
-        const auto timing = world_.timers.time(output->phase());
-        if (output->due(now())) output->write(now());
-    }
+    for (const auto& output : outputs_)
+        if (output->due(now())) write(*output);
     test_for_rest();
 }
 

@@ -68,7 +68,10 @@ private:
     void tick();
     [[noreturn]] void throw_failure();
     Moment now() const { return {world_.clock.done(), world_.clock.time(), world_.clock.lag()}; }
+    /// Writes and counts the time as that of its phase.
+    void write(Output& output);
     void write_due();
+    std::uint64_t digest_at_end();
     /// Writes the part of the last step, or of that at which a failure began, that no interval has asked for, and
     /// closes all files.
     void write_end(bool failed);
@@ -80,11 +83,11 @@ private:
 
     RunOptions options_;
     double started_, setup_s_ = 0;
+    SceneTexts texts_; ///< of all rods: the world keeps those of this rank
     World world_;
     Observation observation_;
     Warnings warnings_;
     Rewind rewind_;
-    SceneTexts texts_;
     std::unique_ptr<ResultsDirectory> directory_; ///< root only; null where nothing is written
     Outputs outputs_;                             ///< in the order in which they are written
     CheckpointOutput* checkpoints_ = nullptr;     ///< one of them

@@ -102,13 +102,19 @@ void World::advance(std::int64_t until) {
         const bool valid = step(steps, check);
         clock.advance(steps);
         if (check) {
-            if (near_limit_.empty()) near_limit_ = rods_->near_limit();
+            watch_limit();
             undamped_share_ = std::max(undamped_share_, rods_->undamped_share());
             for (const auto& interaction : interactions_) interaction->watch(steps.back());
         }
         if (!valid) failure_ = reason_of_failure(); // other ranks learn of it when they meet
         going = (synchronous_ ? all_ranks_valid() : failure_.empty()) && !ended();
     }
+}
+
+void World::watch_limit() {
+    if (!near_limit_.empty()) return;
+    near_limit_ = rods_->near_limit();
+    if (!near_limit_.empty()) near_limit_ += fmt::format(" at step {}", clock.done());
 }
 
 std::span<const Step> World::next_steps(std::int64_t until) {

@@ -85,6 +85,8 @@ public:
 private:
     bool step(std::span<const Step> steps, bool check);
     std::span<const Step> next_steps(std::int64_t until);
+    /// Notes the first body of this rank that is near the limit of its step.
+    void watch_limit();
     /// Meeting of all ranks after a batch: false on all as soon as one has failed.
     bool all_ranks_valid();
     void make_bodies(std::span<const LocalRod> owned);
