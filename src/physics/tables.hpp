@@ -12,6 +12,7 @@
 
 #include <string>
 #include <string_view>
+#include <type_traits>
 #include <vector>
 
 namespace skein {
@@ -27,28 +28,28 @@ template <class... Physics> struct TablesOf : Physics... {
     static void check(const SceneSpec& scene, Objections& objections) { (Physics::check(scene, objections), ...); }
     /// Carries over to other numbers of elements what tables give by element, node or vertex.
     static void refine(SceneSpec& out, const SceneSpec& scene, const Refinement& by) {
-        const auto one = [&]<class P>(P*) {
+        for_each([&]<class P>(std::type_identity<P>) {
             if constexpr (requires { P::refine(out, scene, by); }) P::refine(out, scene, by);
-        };
-        (one(static_cast<Physics*>(nullptr)), ...);
+        });
     }
     /// Decisions of refine() that the author of a scene should know.
     static void note_refinement(const SceneSpec& scene, std::vector<std::string>& notes) {
-        const auto one = [&]<class P>(P*) {
+        for_each([&]<class P>(std::type_identity<P>) {
             if constexpr (requires { P::note_refinement(scene, notes); }) P::note_refinement(scene, notes);
-        };
-        (one(static_cast<Physics*>(nullptr)), ...);
+        });
     }
     /// Remark above the keys of a table on the reference page; empty: none.
     static std::string_view remark(std::string_view table) {
         std::string_view found;
-        const auto one = [&]<class P>(P*) {
+        for_each([&]<class P>(std::type_identity<P>) {
             if constexpr (requires { P::remark(table); })
                 if (found.empty()) found = P::remark(table);
-        };
-        (one(static_cast<Physics*>(nullptr)), ...);
+        });
         return found;
     }
+
+private:
+    template <class F> static void for_each(F&& f) { (f(std::type_identity<Physics>{}), ...); }
 };
 
 using PhysicsTables =

@@ -30,10 +30,10 @@ struct ContactTables {
     static std::string_view remark(std::string_view table);
 };
 
-/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+/// Writes "auto" in place of the numbers that stand for it.
 void tidy_echo(nlohmann::json& table, const ContactSpec& spec, const CoreTables& scene, bool physics_only);
 
-/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+/// Writes "auto" in place of the numbers that stand for it.
 void tidy_echo(nlohmann::json& table, const ContactPair& spec, const CoreTables& scene, bool physics_only);
 
 } // namespace skein

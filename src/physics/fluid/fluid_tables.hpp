@@ -37,7 +37,7 @@ struct FluidTables {
     static void check(const SceneSpec& scene, Objections& objections);
 };
 
-/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+/// Leaves out keys that do not identify a run, if `physics_only`.
 void tidy_echo(nlohmann::json& table, const FluidSpec& spec, const CoreTables& scene, bool physics_only);
 
 } // namespace skein

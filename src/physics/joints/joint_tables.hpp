@@ -26,7 +26,7 @@ struct JointTables {
     static void check(const SceneSpec& scene, Objections& objections);
 };
 
-/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+/// Writes "auto" in place of the numbers that stand for it.
 void tidy_echo(nlohmann::json& table, const JointSpec& spec, const CoreTables& scene, bool physics_only);
 
 } // namespace skein

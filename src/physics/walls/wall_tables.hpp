@@ -21,7 +21,7 @@ struct WallTables {
     static void check(const SceneSpec& scene, Objections& objections);
 };
 
-/// Writes "auto" in place of the numbers that stand for it. `physics_only`: for what identifies a run.
+/// Writes "auto" in place of the numbers that stand for it.
 void tidy_echo(nlohmann::json& table, const Wall& spec, const CoreTables& scene, bool physics_only);
 
 struct KeyChange;
