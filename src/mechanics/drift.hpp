@@ -10,6 +10,7 @@
 
 #include "core/rotation.hpp"
 #include "skein/tiles/mapping.hpp"
+#include "time/every.hpp"
 
 namespace skein {
 
@@ -112,7 +113,7 @@ template <int W, class Map = Across<W>> class OrthonormalisePass final : public 
 public:
     static constexpr std::int64_t interval = 512; ///< steps; a steady top gains up to 1e-16 in each
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
-        if (step.index % interval != 0 || !step.completes) return;
+        if (!Every{interval}.due(step.index) || !step.completes) return;
         using P = Pack<W>;
         for (int k = 0; k < rod.n; ++k) {
             Quaternion<P>& q = rod.slot[k].director;
