@@ -102,7 +102,7 @@ std::array<std::vector<Link>, 2> measure_links(const std::vector<int>& nodes, in
             MPI_Comm_free(&pair);
         }
         MPI_Bcast(&link, sizeof link, MPI_BYTE, a, MPI_COMM_WORLD);
-        links[skein::nth(nodes, a) == nth(nodes, b) ? 0 : 1].push_back(link);
+        links[skein::nth(nodes, a) == skein::nth(nodes, b) ? 0 : 1].push_back(link);
     }
     return links;
 }
