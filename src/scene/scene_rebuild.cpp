@@ -222,6 +222,18 @@ SceneSpec scene_of(Json scene, const std::string& name, const std::vector<std::s
     return spec;
 }
 
+/// A scene without its physics: title, times and outputs.
+SceneSpec without_physics(SceneSpec scene) {
+    scene.rods.clear();
+    scene.constants.clear();
+    scene.start = {};
+    for_each_table(scene, [](const char*, auto& member, bool) { member = {}; });
+    for_each_list(scene, [](const char*, auto& specs) {
+        if (decides_state<typename std::decay_t<decltype(specs)>::value_type>) specs.clear();
+    });
+    return scene;
+}
+
 } // namespace
 
 std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, double dt) {
@@ -240,15 +252,11 @@ std::string physics_json(SceneSpec scene, std::span<const RodGroup> groups, doub
 }
 
 std::string settings_json(const SceneSpec& scene) {
-    SceneSpec rest;
-    rest.title = scene.title;
-    rest.time = scene.time;
-    rest.output = scene.output;
-    const Json all = Json::parse(scene_json(rest, false)), whole = Json::parse(scene_json(scene, false));
+    const Json all = Json::parse(scene_json(without_physics(scene), false));
     Json settings = {{"file", scene.file}, {"title", all["title"]}, {"time", all["time"]}, {"output", all["output"]}};
     for_each_list(scene, [&](const char* name, const auto& specs) {
         if (!decides_state<typename std::decay_t<decltype(specs)>::value_type> && !specs.empty())
-            settings[name] = whole[name];
+            settings[name] = all[name];
     });
     for (const RodSpec& rods : scene.rods)
         if (rods.placement.kind == PlacementKind::file) settings[files_of_rods][rods.name] = rods.placement.file;
