@@ -2,6 +2,7 @@
 
 #include "partition/partition.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/branch.hpp"
@@ -61,7 +62,7 @@ int branch_command(const BranchArguments& arguments, int& argc, char**& argv) {
         // All that a run of it would refuse is refused here, before anything is written.
         std::vector<RodGroup> groups = make_groups(scene);
         read_rods(comm, groups);
-        scene = with_stiffnesses(std::move(scene), groups);
+        scene = resolved(std::move(scene), groups);
         const Plan plan = make_plan(scene, groups, {});
         const std::string physics = physics_json(scene, groups, plan.dt);
         refuse_other_rods(parent, physics);

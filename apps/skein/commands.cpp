@@ -4,7 +4,9 @@
 #include "core/stop.hpp"
 #include "core/timer.hpp"
 #include "partition/partition.hpp"
+#include "physics/loads/load_plan.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/memory_check.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
@@ -144,7 +146,7 @@ Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
 
 /// Of rods of files, all of which this process holds.
 void refuse_faults(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups) {
-    if (const std::string fault = fault_of_read_rods(scene, plan, groups); !fault.empty()) throw InputError(fault);
+    if (const std::string fault = fault_of_read_rods(plan, groups); !fault.empty()) throw InputError(fault);
     refuse_start(scene, plan, groups);
 }
 
@@ -165,7 +167,7 @@ int run_command(RunArguments arguments, int& argc, char**& argv) {
         options.began = began;
         if (options.out.empty()) options.out = default_out(arguments.scene.file);
         if (comm.root() && !options.quiet) {
-            std::printf("%s", to_text(plan).c_str());
+            std::printf("%s", to_text(plan, arguments.verbose).c_str());
             std::fflush(stdout);
             advise_on_binding(machine);
         }
@@ -202,10 +204,10 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
         refuse_faults(scene, plan, groups);
         // Shares of a fluid are alike, and its plan tells all of them.
         if ((arguments.ranks == 0 && arguments.machine.empty()) || groups.empty()) {
-            std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan)).c_str());
+            std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan, arguments.verbose)).c_str());
             return;
         }
-        if (!arguments.json) std::printf("%s", to_text(plan).c_str());
+        if (!arguments.json) std::printf("%s", to_text(plan, arguments.verbose).c_str());
         std::fflush(stdout);
         if (environment_int("OMPI_COMM_WORLD_SIZE", 1) > 1)
             throw InputError("skein plan --ranks works shares out in one process: start it without mpirun");

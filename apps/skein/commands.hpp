@@ -17,14 +17,15 @@ struct SceneArguments {
 struct RunArguments {
     SceneArguments scene;
     RunOptions options;
-    int threads = 0; ///< 0: the cores this rank may use
+    bool verbose = false; ///< all lines of the plan
+    int threads = 0;      ///< 0: the cores this rank may use
     unsigned shuffle = 0;
     int lanes = 0; ///< 0: as many as the registers hold
     Mapping mapping = Mapping::automatic;
 };
 struct PlanArguments {
     SceneArguments scene;
-    bool json = false;
+    bool json = false, verbose = false;
     int ranks = 0, threads = 0, lanes = 0; ///< 0: those of this machine
     std::string machine;                   ///< file of netcal; empty: a common network
     Mapping mapping = Mapping::automatic;

@@ -4,6 +4,7 @@
 #include "io/disk.hpp"
 #include "io/files.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/signals.hpp"

@@ -128,6 +128,7 @@ int main(int argc, char** argv) {
                           "start anew; earlier results go to a folder previous_1, _2, ... in it");
     add_progress(*run_command, run.options.progress);
     run_command->add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
+    run_command->add_flag("-v,--verbose", run.verbose, "print the whole plan: passes, limits, physics, outputs");
 
     skein::BranchArguments branch;
     CLI::App* branch_command =
@@ -186,6 +187,7 @@ int main(int argc, char** argv) {
     CLI::App* plan_command = app.add_subcommand("plan", "print what a run would do");
     add_scene_options(*plan_command, plan.scene);
     plan_command->add_flag("--json", plan.json, "as JSON");
+    plan_command->add_flag("-v,--verbose", plan.verbose, "print the whole plan: passes, limits, physics, outputs");
     plan_command
         ->add_option("--ranks", plan.ranks,
                      "number of ranks to plan for: rods, ghosts, messages, memory and time of each")

@@ -2,6 +2,7 @@
 
 #include "partition/partition.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/summary.hpp"

@@ -9,6 +9,7 @@
 #include "loads/muscle_wave.hpp"
 #include "measure.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <CLI/CLI.hpp>

@@ -14,6 +14,7 @@
 #include "micro/roofs.hpp"
 #include "micro/working_set.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/scene_file.hpp"
 
 #include <cstring>

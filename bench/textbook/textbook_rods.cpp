@@ -1,5 +1,6 @@
 #include "textbook/textbook_rods.hpp"
 
+#include "kernels/physics_passes.hpp"
 #include "loads/magnetic_field.hpp"
 #include "skein/core/error.hpp"
 
@@ -93,15 +94,16 @@ TextbookRods::TextbookRods(const RodGroup& group, const GroupPlan& plan, double 
                            TextbookBuild build)
     : build_(build) {
     const RodSpec& spec = group.spec();
+    const auto* load = plan.program.find<pass::ApplyLoad>();
     const bool same_model = gyration_of(group) == Gyration::circular && spec.start == EndKind::clamped &&
                             spec.end == EndKind::free && !spec.ends_slide() && zero(spec.shape.rest_strain) &&
                             zero(spec.shape.rest_curvature) && spec.shape.rest_curvature_profile.empty() &&
-                            plan.damping.size() == 1 && plan.damping[0].kind == DampingKind::legacy &&
-                            plan.loads.size() == 1 && plan.loads[0].get_if<MagneticField>();
+                            plan.damping.size() == 1 && plan.damping[0].kind == DampingKind::legacy && load &&
+                            load->load.get_if<MagneticField>() && plan.program.size() == 5;
     if (!same_model)
         throw InputError("group '" + group.name() +
                          "' is not what bench/textbook is written for: see textbook_rods.hpp");
-    field_ = plan.loads[0].as<MagneticField>();
+    field_ = load->load.as<MagneticField>();
     for (std::int64_t i = 0; i < count; ++i) rods_.emplace_back(group, i, plan.damping, dt);
 }
 

@@ -9,7 +9,7 @@
 #pragma once
 
 #include "loads/magnetic_field.hpp"
-#include "scene/plan.hpp"
+#include "plan/plan.hpp"
 
 #include <vector>
 

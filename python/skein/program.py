@@ -138,9 +138,9 @@ def _tell(line, quiet):
 
 
 def plan(scene, **keys):
-    """What a run would do, as text. Raises RunFailed with what is wrong with the scene."""
+    """What a run would do, as text, with all of its lines. Raises RunFailed with what is wrong with the scene."""
     with as_file(scene) as path:
-        done = subprocess.run(command("plan", path, keys), capture_output=True, text=True, env=environment())
+        done = subprocess.run([*command("plan", path, keys), "--verbose"], capture_output=True, text=True, env=environment())
     if done.returncode:
         raise RunFailed(done.stderr.strip(), done.returncode)
     return done.stdout

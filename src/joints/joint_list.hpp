@@ -27,6 +27,12 @@ struct Joint {
     double rest_distance; ///< distance of the elements' centres at the start, m
 };
 
+/// Joints of a scene: its tables, and the joints of a copy of each assembly.
+struct JointLists {
+    std::vector<JointSpec> tables;
+    std::vector<std::vector<Joint>> of_assembly;
+};
+
 /// Joints of an assembly by number, in the order of the scene's tables and within one by rods and elements. `groups`:
 /// of the scene. Throws InputError, with the table's line, where nothing is joined, or rods have no element there.
 std::vector<Joint> joints_of(std::span<const JointSpec> tables, std::span<const RodGroup> groups, int assembly);

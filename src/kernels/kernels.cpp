@@ -41,13 +41,13 @@ namespace {
 Surroundings make_surroundings(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                std::shared_ptr<Walls> walls) {
     Surroundings around;
-    if (plan.contact) {
+    around.walls = std::move(walls);
+    if (plan.acts_between_rods()) {
         around.exposure = std::make_shared<Exposure>(groups, owned);
         around.loads = std::make_shared<SlotLoads>();
     }
-    if (plan.fluid && plan.fluid->two_way()) around.fluid = std::make_shared<FluidLoads>(groups, owned);
-    if (plan.relax) around.residual = std::make_shared<RelaxationResidual>(groups.size());
-    if (!plan.walls.empty()) around.walls = walls ? std::move(walls) : std::make_shared<Walls>(plan.walls);
+    for (const auto& physics : plan.physics)
+        if (const auto* one = dynamic_cast<const SharesWithPasses*>(physics.get())) one->share(around, groups, owned);
     return around;
 }
 

@@ -6,7 +6,7 @@
 #include "fluid/flow.hpp"
 #include "kernels/surroundings.hpp"
 #include "parallel/threads.hpp"
-#include "scene/plan.hpp"
+#include "plan/plan.hpp"
 #include "tiles/rods.hpp"
 
 #include <memory>

@@ -1,10 +1,11 @@
-// From a pass of the plan (scene/program.hpp) to one that runs over tiles, at one width: the one place where run-time
+// From a pass of the plan (plan/program.hpp) to one that runs over tiles, at one width: the one place where run-time
 // choices of the scene become template arguments.
 #pragma once
 
 #include "contact/wall_pass.hpp"
 #include "contact/wall_points.hpp"
 #include "immersion/fluid_load_pass.hpp"
+#include "kernels/physics_passes.hpp"
 #include "kernels/surroundings.hpp"
 #include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
@@ -16,6 +17,7 @@
 #include "mechanics/kick.hpp"
 #include "mechanics/slide.hpp"
 #include "neighbourhood/surface.hpp"
+#include "plan/plan.hpp"
 #include "relaxation/relaxation.hpp"
 #include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
@@ -94,7 +96,7 @@ public:
             return std::make_unique<AuditInnerPass<L, W>>(parts_.audit, ends_of(parts_.group), parts_.moving);
         });
     }
-    Made operator()(const pass::ApplyLoad& p) const { return make_pass<W>(parts_.plan.loads[p.number], parts_.group); }
+    Made operator()(const pass::ApplyLoad& p) const { return make_pass<W>(p.load, parts_.group); }
     Made operator()(pass::Walls) const { return walls<RodNodes<W>>(); }
     Made operator()(pass::SurfaceWalls) const { return walls<SurfacePoints<W>>(); }
     Made operator()(pass::TakeJoinedLoads) const { return std::make_unique<TakeJoinedLoadsPass<W>>(); }
@@ -105,8 +107,8 @@ public:
         return std::make_unique<TakeSurfaceLoadsPass<W>>(parts_.around.exposure, parts_.around.loads,
                                                          *parts_.group.body());
     }
-    Made operator()(pass::FeelFluid) const {
-        return std::make_unique<FluidLoadPass<W>>(parts_.around.fluid, parts_.group, *parts_.plan.inertia_in_fluid);
+    Made operator()(const pass::FeelFluid& p) const {
+        return std::make_unique<FluidLoadPass<W>>(parts_.around.fluid, parts_.group, *p.inertia);
     }
     Made operator()(pass::FoldRing) const { return std::make_unique<FoldRingPass<W>>(); }
     Made operator()(pass::AuditLoads) const { return std::make_unique<AuditLoadsPass<W>>(parts_.audit); }
@@ -119,7 +121,7 @@ public:
     Made operator()(pass::NoteForces) const { return std::make_unique<NoteForcesPass<W>>(); }
     Made operator()(const pass::Relax& p) const {
         return with_energy_law(p.law, [&]<class L>(L) -> Made {
-            return std::make_unique<RelaxPass<L, W>>(parts_.group, parts_.plan.relaxation, parts_.around.residual);
+            return std::make_unique<RelaxPass<L, W>>(parts_.group, p.contacts, parts_.around.residual);
         });
     }
     Made operator()(const pass::Filter& p) const {
@@ -164,9 +166,7 @@ public:
         return with_energy_law(p.law,
                                [&]<class L>(L) -> Made { return std::make_unique<ElasticPass<L, W, Map>>(ends); });
     }
-    Made operator()(const pass::ApplyLoad& p) const {
-        return make_pass<W, Map>(plan().loads[p.number], *family_.front());
-    }
+    Made operator()(const pass::ApplyLoad& p) const { return make_pass<W, Map>(p.load, *family_.front()); }
     Made operator()(const pass::Kick& p) const {
         const Scheme scheme = scheme_of(plan_.integrator);
         std::map<int, KicksOfGroup> kicks;

@@ -9,9 +9,9 @@
 namespace skein {
 
 template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of_plan, const Maker& maker) {
-    TileProgram<W> program{.passes = {}, .names = of_plan.names(), .before = of_plan.before.size()};
-    for (std::size_t i = 0; i < of_plan.size(); ++i) program.passes.push_back(std::visit(maker, of_plan[i]));
-    program.last = !of_plan.after.empty() && std::holds_alternative<pass::AuditBalance>(of_plan.after.back());
+    TileProgram<W> program{.passes = {}, .names = of_plan.names(), .before = of_plan.before()};
+    for (const PassSpec& pass : of_plan) program.passes.push_back(PassKinds::make(pass, maker));
+    program.last = of_plan.has(PassPlace::balance);
     return program;
 }
 
@@ -19,12 +19,8 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
 inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, std::vector<KicksOfGroup>& kicks) {
     const Scheme scheme = scheme_of(plan.integrator);
     for (std::size_t g = 0; g < groups.size(); ++g) {
-        const GroupProgram& program = plan.groups[g].program;
-        KicksOfGroup of_group;
-        for (std::size_t i = 0; i < program.size() && of_group.empty(); ++i)
-            if (const auto* kick = std::get_if<pass::Kick>(&program[i]))
-                of_group = kicks_of(*kick, plan.groups[g], groups[g], scheme, plan.dt);
-        kicks.push_back(std::move(of_group));
+        const auto* kick = plan.groups[g].program.find<pass::Kick>();
+        kicks.push_back(kick ? kicks_of(*kick, plan.groups[g], groups[g], scheme, plan.dt) : KicksOfGroup());
     }
     const auto of = [&kicks](int group, std::size_t length) -> const KickConstants& {
         return nth(kicks, group)[length];
@@ -32,6 +28,28 @@ inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, 
     return {.node = [of](int group, int node, std::size_t length) { return nth(of(group, length).node, node).gain; },
             .body = [of](int group, std::size_t length) { return of(group, length).element.front().gain; },
             .lengths = scheme.kicks.size()};
+}
+
+template <int W>
+JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std::span<const RodGroup> groups) {
+    JointsOfAssemblies<W> joints;
+    std::vector<KicksOfGroup> kicks;
+    for (std::size_t a = 0; a < lists.of_assembly.size(); ++a) {
+        const std::vector<Joint>& of_copy = lists.of_assembly[a];
+        if (of_copy.empty()) {
+            joints.push_back(nullptr);
+            continue;
+        }
+        const Junctions junctions = junctions_of(lists.tables, of_copy, groups);
+        KickGains gains;
+        if (!junctions.empty()) {
+            kicks.clear();
+            gains = kick_gains(plan, groups, kicks);
+        }
+        joints.push_back(
+            std::make_unique<JointsOfCluster<W>>(lists.tables, of_copy, groups, static_cast<int>(a), junctions, gains));
+    }
+    return joints;
 }
 
 template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups,
@@ -45,11 +63,14 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
                            .scheme = scheme_of(plan.integrator),
                            .dt = plan.dt,
                            .around = around};
-        if (plan.groups[g].walls) parts.walls = std::make_shared<WallContactTiles<W>>(*around.walls, groups[g]);
-        if (plan.audit) parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g]));
+        const GroupProgram& program = plan.groups[g].program;
+        if (program.has(PassPlace::boundaries))
+            parts.walls = std::make_shared<WallContactTiles<W>>(*around.walls, groups[g]);
+        if (program.has(PassPlace::balance))
+            parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g]));
         if (groups[g].spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(groups[g]);
         around.wall_contacts.push_back(parts.walls);
-        programs.push_back(make_program<W>(plan.groups[g].program, PassMaker<W>(parts)));
+        programs.push_back(make_program<W>(program, PassMaker<W>(parts)));
     }
     std::vector<std::int64_t> counts(groups.size(), 0);
     for (const LocalRod& rod : owned) ++nth(counts, rod.group);
@@ -60,22 +81,7 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
             programs.push_back(make_program<W>(maker.plan().program, maker));
         }
     JointsOfAssemblies<W> joints;
-    std::vector<KicksOfGroup> kicks;
-    for (std::size_t a = 0; a < plan.assemblies.size(); ++a) {
-        const std::vector<Joint>& of_copy = plan.assemblies[a].joints;
-        if (of_copy.empty()) {
-            joints.push_back(nullptr);
-            continue;
-        }
-        const Junctions junctions = junctions_of(plan.joints, of_copy, groups);
-        KickGains gains;
-        if (!junctions.empty()) {
-            kicks.clear();
-            gains = kick_gains(plan, groups, kicks);
-        }
-        joints.push_back(
-            std::make_unique<JointsOfCluster<W>>(plan.joints, of_copy, groups, static_cast<int>(a), junctions, gains));
-    }
+    if (around.joints) joints = make_joints<W>(plan, *around.joints, groups);
     return std::make_unique<RodTiles<W>>(groups, std::move(owned), tiling, std::move(programs), threads,
                                          std::move(audits), step_watch(plan), std::move(joints));
 }

@@ -3,11 +3,13 @@
 
 #include "contact/wall_contacts.hpp"
 #include "immersion/fluid_loads.hpp"
+#include "joints/joint_list.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "relaxation/relaxation_estimate.hpp"
-#include "scene/plan.hpp"
+#include "tiles/rods.hpp"
 
 #include <memory>
+#include <span>
 #include <vector>
 
 namespace skein {
@@ -19,8 +21,18 @@ struct Surroundings {
     std::shared_ptr<FluidLoads> fluid;  ///< where rods feel a fluid
     std::shared_ptr<Walls> walls;
     std::shared_ptr<RelaxationResidual> residual; ///< where rods relax
+    std::shared_ptr<const JointLists> joints;     ///< where rods are joined
     std::vector<std::shared_ptr<const WallContacts>>
         wall_contacts; ///< by group, once the rods are made; null where no wall acts
+};
+
+/// A physics of the plan whose passes share data with what runs it.
+class SharesWithPasses {
+public:
+    virtual ~SharesWithPasses() = default;
+    /// Adds these. `owned`: bodies of this rank, in the order of their tiles.
+    virtual void share(Surroundings& around, std::span<const RodGroup> groups,
+                       std::span<const LocalRod> owned) const = 0;
 };
 
 } // namespace skein

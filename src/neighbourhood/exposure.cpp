@@ -122,4 +122,24 @@ void Exposure::become(Exposure&& other) {
     find_own();
 }
 
+void SlotLoads::begin(const Exposure& bodies) {
+    load.resize(bodies.slots());
+    marks_.assign(bodies.window.size(), 0);
+    touched = marks_;
+}
+
+ExertedLoad& SlotLoads::at(const Exposure& bodies, std::size_t slot) {
+    if (touched.data() != marks_.data()) {
+        marks_.assign(touched.begin(), touched.end());
+        touched = marks_;
+    }
+    const std::size_t window = to_index(bodies.window_of[slot]);
+    if (marks_[window] == 0) {
+        const Window& all = bodies.window[window];
+        std::fill_n(load.begin() + all.first_slot, all.slots, ExertedLoad{});
+        marks_[window] = 1;
+    }
+    return load[slot];
+}
+
 } // namespace skein

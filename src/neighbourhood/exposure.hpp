@@ -138,7 +138,15 @@ struct SlotLoads {
     AlignedVector<ExertedLoad> load;       ///< only of bodies that are touched
     std::span<const std::uint8_t> touched; ///< by window; not 0 where there is a load
 
+    /// No body is touched yet: called before anything adds loads by at().
+    void begin(const Exposure& bodies);
+    /// Load of an own body's slot, to add to. What keeps marks of its own has set `touched` by then.
+    ExertedLoad& at(const Exposure& bodies, std::size_t slot);
+
     static constexpr double bytes_per_slot = sizeof(ExertedLoad);
+
+private:
+    std::vector<std::uint8_t> marks_; ///< `touched`, where something has called begin()
 };
 
 /// Exposed slots of a tile's rods, lane by lane.

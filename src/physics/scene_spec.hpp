@@ -2,12 +2,8 @@
 // it.
 #pragma once
 
-#include "formula/scope.hpp"
-#include "io/output_spec.hpp"
-#include "io/start_spec.hpp"
 #include "physics/tables.hpp"
-#include "skein/rod/rod_spec.hpp"
-#include "time/time_spec.hpp"
+#include "plan/core_tables.hpp"
 
 #include <concepts>
 #include <cstddef>
@@ -18,24 +14,8 @@
 
 namespace skein {
 
-/// Tables of every scene.
-struct CoreTables {
-    std::string title;
-    TimeSpec time;
-    std::vector<RodSpec> rods;              ///< and bodies, after them in files
-    std::vector<FormulaConstant> constants; ///< names for formulas
-    std::vector<FormulaTable> tables;
-    OutputSpec output;
-    StartSpec start;
-    std::string file; ///< origin of the scene; relative paths in it start there
-};
-
 struct SceneSpec : CoreTables, PhysicsTables {};
 
-/// Names that formulas of a scene may hold.
-inline FormulaScope names_for_formulas(const CoreTables& scene) {
-    return {scene.constants, scene.tables, scene.time.duration};
-}
 /// Path of the table of a group: "rods.0", "bodies.0"; each kind is counted by itself.
 std::string path_of_group(const CoreTables& scene, std::size_t group);
 /// A [[bodies]] with its defaults.

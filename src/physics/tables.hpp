@@ -10,6 +10,8 @@
 #include "physics/walls/wall_tables.hpp"
 #include "skein/core/objections.hpp"
 
+#include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 #include <type_traits>
@@ -22,10 +24,27 @@ struct Refinement;
 
 /// Members of all, and the calls that go to all in order.
 template <class... Physics> struct TablesOf : Physics... {
+    static constexpr std::size_t count = sizeof...(Physics);
     template <class Scene, class F> static void visit_tables(Scene& scene, F&& f) {
         (Physics::visit_tables(scene, f), ...);
     }
     static void check(const SceneSpec& scene, Objections& objections) { (Physics::check(scene, objections), ...); }
+    /// Plans of those that a scene has, in order.
+    static void plan(const PlanInput& input, PlannedPhysics& out) { (Physics::plan(input, out), ...); }
+    /// Writes numbers in place of those that stand for "auto".
+    static void resolve(SceneSpec& scene, std::span<const RodGroup> groups) {
+        for_each([&]<class P>(std::type_identity<P>) {
+            if constexpr (requires { P::resolve(scene, groups); }) P::resolve(scene, groups);
+        });
+    }
+    /// Plans and numbers follow from all rods of files, if true.
+    static bool needs_all_rods(const SceneSpec& scene) {
+        bool all = false;
+        for_each([&]<class P>(std::type_identity<P>) {
+            if constexpr (requires { P::needs_all_rods(scene); }) all = all || P::needs_all_rods(scene);
+        });
+        return all;
+    }
     /// Carries over to other numbers of elements what tables give by element, node or vertex.
     static void refine(SceneSpec& out, const SceneSpec& scene, const Refinement& by) {
         for_each([&]<class P>(std::type_identity<P>) {
@@ -53,6 +72,6 @@ private:
 };
 
 using PhysicsTables =
-    TablesOf<LoadTables, ContactTables, WallTables, JointTables, FluidTables, RelaxationTables, AuditTables>;
+    TablesOf<LoadTables, JointTables, ContactTables, WallTables, FluidTables, RelaxationTables, AuditTables>;
 
 } // namespace skein

@@ -1,7 +1,7 @@
 #include "scene/make_groups.hpp"
 
 #include "io/rod_file.hpp"
-#include "physics/joints/assembly_check.hpp"
+#include "physics/assemblies.hpp"
 #include "placement/packing.hpp"
 #include "rod/formulas_along.hpp"
 #include "scene/memory_check.hpp"
@@ -50,12 +50,11 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
                 of_assembly = std::make_shared<AssemblyCopies>(
                     named ? copies_of(nth(scene.assemblies, assembly), assembly, directory)
                           : AssemblyCopies{.number = assembly});
-            groups.back().read_all(); // joints are found where rods are
+            groups.back().read_all(); // copies of an assembly are rods in their places
             groups.back().join(of_assembly);
         }
         first += groups.back().count();
-        if (scene.contact || !scene.walls.empty())
-            groups.back().read_all(); // how hard rods press is told from all of them
+        if (PhysicsTables::needs_all_rods(scene)) groups.back().read_all();
         if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed))
             continue;
         groups.back().read_all(); // what is packed keeps clear of all of them

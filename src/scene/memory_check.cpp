@@ -3,7 +3,7 @@
 #include "core/memory.hpp"
 #include "core/share_text.hpp"
 #include "physics/scene_spec.hpp"
-#include "scene/plan.hpp"
+#include "plan/plan.hpp"
 #include "skein/core/error.hpp"
 #include "skein/rod/rod_group.hpp"
 
@@ -66,9 +66,9 @@ void refuse_run_beyond_memory(const SceneSpec& scene, const Plan& plan) {
     const double needed = plan.state_bytes + plan.frame_bytes, there = free_memory();
     if (!(needed > there)) return;
     throw InputError(fmt::format(
-        "{}: {} rods with {} elements{} need {} of memory to run, and {} are free here; fewer would do, or more "
+        "{}: {} rods with {} elements need {} of memory to run, and {} are free here; fewer would do, or more "
         "machines: skein plan --ranks tells how many",
-        scene.file, plan.rods, plan.elements, plan.fluid ? " in a fluid" : "", bytes_text(needed), bytes_text(there)));
+        scene.file, plan.rods, plan.elements, bytes_text(needed), bytes_text(there)));
 }
 
 } // namespace skein

@@ -12,10 +12,9 @@
 namespace skein {
 
 /// Reads and checks a scene. `overrides` are "path=value" pairs from --set, e.g. "time.duration=10",
-/// "rods.cilia.shape.elements=50", "rods.0.section.radius=0.1", "load.magnetic_field.period=3", with values in TOML
-/// syntax; text may go without quotes. Throws InputError with all that is wrong (up to ten messages), each as
-/// "file:line:column: message" and the line with carets below it, or as "--set path=value: message". Contradictions are
-/// looked for once every key could be read.
+/// "rods.cilia.shape.elements=50", "rods.0.section.radius=0.1", with values in TOML syntax; text may go without quotes.
+/// Throws InputError with all that is wrong (up to ten messages), each as "file:line:column: message" and the line with
+/// carets below it, or as "--set path=value: message". Contradictions are looked for once every key could be read.
 SceneSpec read_scene(const std::string& file, const std::vector<std::string>& overrides = {});
 
 /// Two halves of read_scene, so that one rank reads the file and all have its text. `file` is for messages and relative
@@ -42,7 +41,7 @@ std::string scene_toml(const SceneSpec& scene, Keys which);
 /// The reference page of all keys (docs/scene.md), in Markdown.
 std::string scene_reference();
 
-/// Lines of text for one key or the keys of a table, e.g. "load.magnetic_field.period" or "rods.material"; empty where
+/// Lines of text for one key or the keys of a table, e.g. "rods.shape.length" or "rods.material"; empty where
 /// there is none.
 std::string describe_key(const std::string& path);
 

@@ -23,7 +23,7 @@ inline constexpr Field title_field{
 bool is_list(std::string_view name);
 
 struct KeyEntry {
-    std::string table; ///< "time", "rods.material", "load.gravity"; "" at top level
+    std::string table; ///< "time", "rods.material", "load.<kind>"; "" at top level
     Field field;
     std::string_view type; ///< "number", "3 numbers", "table", ...
     std::string value;     ///< as a scene spells it; "-" where absent
@@ -38,7 +38,7 @@ std::vector<KeyEntry> all_keys();
 /// Paths such as "rods.0.section.taper" of the keys that differ from their defaults: what a scene made in C++ has set.
 std::set<std::string> changed_keys(const SceneSpec& scene);
 
-/// KeyEntry::table as a scene opens it: "[rods.shape]", "[[load]] of kind "gravity"".
+/// KeyEntry::table as a scene opens it: "[rods.shape]", "[[load]] of kind "<kind>"".
 std::string table_heading(const std::string& table);
 
 /// "above 0 and at most 1"; empty where every value is accepted.

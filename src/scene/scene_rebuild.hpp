@@ -21,7 +21,7 @@ std::string settings_json(const SceneSpec& scene);
 /// The scene of both, with its step as a number. `name`: of the file that they are from, for messages. Throws
 /// InputError where they make no scene of this program's.
 SceneSpec rebuilt_scene(const std::string& physics, const std::string& settings, const std::string& name);
-/// True where a step is automatic: then outputs enter it, and how often rods and fluid exchange momentum.
+/// True where a step is automatic: then outputs enter it.
 bool has_automatic_step(const std::string& settings);
 /// The rebuilt scene with `overrides`, as for read_scene, and to begin with the state `from` and not with what it began
 /// with itself.
@@ -32,7 +32,7 @@ SceneSpec branched_scene(const std::string& physics, const std::string& settings
 std::vector<KeyChange> key_changes(const std::string& old_json, const std::string& new_json);
 
 /// Changes from one physics to another under which a state means nothing: those of geometry, sections, elements,
-/// ends and groups, and of which walls and contacts there are.
+/// ends and groups, and of which physics there are.
 std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics);
 
 /// "\n  time.dt: was 0.01, now 0.005" for each of the first few.

@@ -13,8 +13,8 @@ namespace skein {
 /// Lengths of elements share or add up; radii, curvatures and amplitudes are taken as linear between the places that
 /// they are given at, middles of elements or vertices; held nodes stay where they are, an element held alone at an end
 /// stays the last one; what a plane or a damping does per element or per node is shared; a scaled rotary inertia stays
-/// that of the elements as given. The law of contacts stays, and so does a filter's rate: its damping of long waves is
-/// an error of the discretisation, which goes away with it. Throws InputError naming the key where there is no rule:
+/// that of the elements as given. A filter's rate stays: its damping of long waves is an error of the discretisation,
+/// which goes away with it. Throws InputError naming the key where there is no rule:
 /// states and rods of given nodes, elements held one by one inside a rod, odd numbers that are to be halved.
 SceneSpec refined(const SceneSpec& scene, const Refinement& by);
 

@@ -11,7 +11,7 @@ CheckpointOutput::CheckpointOutput(const OutputParts& parts)
     : world_(parts.world), observation_(parts.observation), others_(parts.outputs), texts_(parts.texts),
       options_(parts.options), clock_(parts.plan().cadence.checkpoint_wall, parts.started,
                                       parts.plan().state_bytes / parts.plan().machine.ranks),
-      every_{parts.plan().cadence.checkpoint}, frames_wall_(parts.plan().cadence.frames_wall) {
+      every_{parts.plan().cadence.of("checkpoint")}, frames_wall_(parts.plan().cadence.frames_wall) {
     if (!parts.resumed) return;
     last_ = parts.resumed->step;
     digest_ = parts.resumed->digest;

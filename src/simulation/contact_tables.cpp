@@ -1,6 +1,6 @@
 // Tables of all contacts, a file per step.
 #include "io/files.hpp"
-#include "simulation/contact_interaction.hpp"
+#include "physics/contact/contact_interaction.hpp"
 #include "simulation/output.hpp"
 
 #include <fmt/format.h>
@@ -12,7 +12,7 @@ namespace {
 class ContactTableOutput final : public PeriodicOutput {
 public:
     explicit ContactTableOutput(const OutputParts& parts)
-        : PeriodicOutput(parts.plan().cadence.contacts), world_(parts.world), directory_(parts.options.out) {}
+        : PeriodicOutput(parts.plan().cadence.of("contacts")), world_(parts.world), directory_(parts.options.out) {}
 
     bool needs_state_alone() const override { return false; }
     void write(const Moment& now) override {
@@ -33,7 +33,7 @@ private:
 } // namespace
 
 std::unique_ptr<Output> make_contact_tables(const OutputParts& parts) {
-    return parts.plan().cadence.contacts > 0 ? std::make_unique<ContactTableOutput>(parts) : nullptr;
+    return parts.plan().cadence.of("contacts") > 0 ? std::make_unique<ContactTableOutput>(parts) : nullptr;
 }
 
 } // namespace skein

@@ -1,7 +1,8 @@
 // Frames of a fluid, as a plan wants them: whole, slices, boxes of means, blocks.
 #include "fluid/cell_samples.hpp"
 #include "io/field_series.hpp"
-#include "simulation/fluid_interaction.hpp"
+#include "physics/fluid/fluid_interaction.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 #include "simulation/output.hpp"
 
 #include "skein/core/index.hpp"
@@ -135,7 +136,7 @@ private:
 
 FluidFrames::FluidFrames(const OutputParts& parts, const FluidInteraction& fluid)
     : fluid_(fluid), flow_(parts.comm(), fluid.flow()) {
-    const FluidPlan& plan = *parts.plan().fluid;
+    const FluidPlan& plan = *parts.plan().find<FluidPlan>();
     const FluidGrid& grid = plan.constants.grid;
     for (const FluidOutput& output : plan.outputs) {
         const EarlierFrames earlier{parts.resumed_step(), parts.last_frame(FieldSeries::name_of(output.name)),
@@ -178,7 +179,8 @@ void FluidFrames::write(std::int64_t step, bool due) {
 } // namespace
 
 std::unique_ptr<Output> make_fluid_frames(const OutputParts& parts) {
-    if (!parts.plan().fluid || parts.plan().fluid->outputs.empty()) return nullptr;
+    const auto* fluid = parts.plan().find<FluidPlan>();
+    if (!fluid || fluid->outputs.empty()) return nullptr;
     return std::make_unique<FluidFrames>(parts, *fluid_of(parts.world.interactions()));
 }
 

@@ -55,13 +55,13 @@ std::unique_ptr<Output> make_frames(const OutputParts& parts, FrameKind kind, st
 } // namespace
 
 std::unique_ptr<Output> make_trajectory(const OutputParts& parts) {
-    const std::int64_t every = parts.plan().cadence.trajectory;
-    if (every == 0 && !parts.plan().relax) return nullptr;
+    const std::int64_t every = parts.plan().cadence.of("trajectory");
+    if (every == 0 && !parts.plan().pseudo_time) return nullptr;
     return make_frames(parts, FrameKind::trajectory, every, &CheckpointInfo::last_trajectory);
 }
 
 std::unique_ptr<Output> make_tips(const OutputParts& parts) {
-    const std::int64_t every = parts.plan().cadence.tips;
+    const std::int64_t every = parts.plan().cadence.of("tips");
     return every > 0 ? make_frames(parts, FrameKind::tips, every, &CheckpointInfo::last_tips) : nullptr;
 }
 

@@ -1,6 +1,8 @@
 #include "simulation/load_balance.hpp"
 
 #include "core/memory.hpp"
+#include "physics/contact/contact_plan.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 #include "simulation/machine.hpp"
 #include "skein/core/index.hpp"
 
@@ -36,11 +38,16 @@ std::vector<double> of_ranks(const Communicator& comm, std::span<const double> m
     return all;
 }
 
+/// Rods feel each other, and no fluid that knows where they are.
+bool may_move_rods(const Plan& plan) {
+    const auto* fluid = plan.find<FluidPlan>();
+    return plan.has<ContactPlan>() && !(fluid && fluid->two_way());
+}
+
 } // namespace
 
 LoadBalance::LoadBalance(const Communicator& comm, const Plan& plan, Balance when)
-    : comm_(comm),
-      when_(comm.size() > 1 && plan.contact && !(plan.fluid && plan.fluid->two_way()) ? when : Balance::never),
+    : comm_(comm), when_(comm.size() > 1 && may_move_rods(plan) ? when : Balance::never),
       due_(when_ == Balance::always) {
     for (const GroupPlan& group : plan.groups) passes_.push_back(group.ns_per_element_step * group.elements);
     if (when_ == Balance::automatic) sharing_ = ranks_of_this_machine(comm_);

@@ -5,10 +5,10 @@
 #pragma once
 
 #include "core/timer.hpp"
+#include "coupling/interaction.hpp"
 #include "parallel/communicator.hpp"
 #include "partition/partition.hpp"
-#include "scene/plan.hpp"
-#include "simulation/interaction.hpp"
+#include "plan/plan.hpp"
 
 #include <cstdint>
 #include <vector>

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "parallel/communicator.hpp"
-#include "scene/plan.hpp"
+#include "plan/plan.hpp"
 
 namespace skein {
 

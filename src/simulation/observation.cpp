@@ -2,7 +2,9 @@
 
 #include "diagnostics/energy_audit.hpp"
 #include "diagnostics/observables.hpp"
-#include "simulation/contact_interaction.hpp"
+#include "physics/audit/audit_plan.hpp"
+#include "physics/contact/contact_interaction.hpp"
+#include "physics/contact/contact_plan.hpp"
 
 #include <cmath>
 
@@ -15,10 +17,11 @@ Observation::Observation(const World& world, const SceneSpec& scene)
 std::vector<std::string> Observation::names() const {
     if (world_.groups.empty()) return names_of_figures(world_.interactions());
     auto all = observable_names(sets_);
-    if (world_.plan.audit) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
+    if (world_.plan.has<AuditPlan>()) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
     for (std::string& name : names_of_figures(world_.interactions())) all.push_back(std::move(name));
-    if (world_.plan.gravity) all.emplace_back("potential[J]");
-    if (world_.plan.gravity && sets_.order) all.emplace_back("agitation[-]");
+    const auto* touch = world_.plan.find<TouchPlan>();
+    if (touch && touch->gravity) all.emplace_back("potential[J]");
+    if (touch && touch->gravity && sets_.order) all.emplace_back("agitation[-]");
     return all;
 }
 
@@ -27,7 +30,7 @@ std::vector<double> Observation::values() const {
     const Sample at{world_.clock.time(), world_.clock.lag()};
     if (world_.groups.empty()) return values_of_figures(world_.comm, world_.interactions(), at);
     auto values = observe(world_.comm, world_.threads, world_.groups, world_.rods(), at.time, at.lag, sets_);
-    if (plan.audit) {
+    if (plan.has<AuditPlan>()) {
         EnergyAudit a = audit_scene(world_.comm, world_.rods(), observed_energy(values));
         if (const ContactInteraction* contacts = contacts_of(world_.interactions()))
             a.contacts = contacts->booked(at.lag);
@@ -35,9 +38,10 @@ std::vector<double> Observation::values() const {
     }
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
     for (const double x : values_of_figures(world_.comm, world_.interactions(), at)) values.push_back(x);
-    if (plan.gravity) values.push_back(-plan.mass * dot(*plan.gravity, centre));
-    if (plan.gravity && sets_.order)
-        values.push_back(values[observed_translation] / (norm(*plan.gravity) * plan.mass_radius));
+    const auto* touch = plan.find<TouchPlan>();
+    if (!touch || !touch->gravity) return values;
+    values.push_back(-touch->mass * dot(*touch->gravity, centre));
+    if (sets_.order) values.push_back(values[observed_translation] / (norm(*touch->gravity) * touch->mass_radius));
     return values;
 }
 

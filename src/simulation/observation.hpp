@@ -2,6 +2,7 @@
 #pragma once
 
 #include "diagnostics/extra_observables.hpp"
+#include "physics/scene_spec.hpp"
 #include "simulation/world.hpp"
 
 #include <cstdint>

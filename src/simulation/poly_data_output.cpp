@@ -1,6 +1,6 @@
 // Frames for ParaView, with walls where these move or have not been written.
 #include "io/vtk_series.hpp"
-#include "simulation/contact_interaction.hpp"
+#include "physics/contact/contact_interaction.hpp"
 #include "simulation/output.hpp"
 #include "simulation/wall_meshes.hpp"
 
@@ -53,7 +53,7 @@ std::unique_ptr<Output> make_poly_data(const OutputParts& parts) {
     std::unique_ptr<WallMeshes> walls;
     if (world.walls())
         walls = std::make_unique<WallMeshes>(world.comm, *world.walls(), world.groups, world.rods().local());
-    return std::make_unique<PolyDataOutput>(parts.plan().cadence.trajectory, std::move(frames), std::move(walls));
+    return std::make_unique<PolyDataOutput>(parts.plan().cadence.of("trajectory"), std::move(frames), std::move(walls));
 }
 
 } // namespace skein

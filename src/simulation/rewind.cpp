@@ -4,6 +4,7 @@
 #include "core/two_digits.hpp"
 #include "io/trajectory.hpp"
 #include "mechanics/invalid_state.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "time/every.hpp"
@@ -131,10 +132,12 @@ Rewind::~Rewind() = default;
 
 void Rewind::keep_copy() {
     const Plan& plan = world_.plan;
-    if (plan.relax || mode_ == RewindMode::never || (mode_ == RewindMode::automatic && plan.copy_bytes == 0)) return;
-    const std::int64_t now = world_.clock.done(), events = plan.events_every();
+    if (plan.pseudo_time || mode_ == RewindMode::never || (mode_ == RewindMode::automatic && plan.copy_bytes == 0))
+        return;
+    const std::int64_t now = world_.clock.done(), events = plan.events_every;
     if (!Every{events}.due(now)) return; // within a step of the fluid
-    if (copy_ && now - copy_->step() < std::max(copy_every, plan.fluid ? copy_of_fluid_every * events : 0)) return;
+    if (copy_ && now - copy_->step() < std::max(copy_every, plan.has<FluidPlan>() ? copy_of_fluid_every * events : 0))
+        return;
     const auto timing = world_.timers.time(Phase::checkpoint);
     if (copy_ && copy_->owners() != world_.owners()) copy_.reset(); // before there is another
     if (copy_) world_.copy_to(*copy_);
@@ -222,7 +225,7 @@ Failure Rewind::find(const std::function<void()>& show) {
     show_failure(failure, show);
     double limit = found.gid == nobody || on_all(found.mine.limit) ? present_limit(world_) : HUGE_VAL;
     if (found.gid != nobody) trace(failure, found, limit);
-    if (plan.events_every() == 1) { // a fluid starts from ends of its own steps alone
+    if (plan.events_every == 1) { // a fluid starts from ends of its own steps alone
         const std::int64_t last = failure.step + std::max(searched.steps, failure.step / tried_beyond);
         const double beyond = world_.clock.shift() + static_cast<double>(last) * plan.dt;
         try_shorter_steps(failure, *found.start, beyond, rounded_down(std::min(held * limit, 0.5 * plan.dt)));

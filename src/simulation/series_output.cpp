@@ -11,7 +11,7 @@ class SeriesOutput final : public PeriodicOutput {
 public:
     /// `file`: root's.
     SeriesOutput(const OutputParts& parts, std::unique_ptr<SeriesFile> file)
-        : PeriodicOutput(parts.plan().cadence.series), comm_(parts.comm()), observation_(parts.observation),
+        : PeriodicOutput(parts.plan().cadence.of("series")), comm_(parts.comm()), observation_(parts.observation),
           warnings_(parts.warnings), file_(std::move(file)) {}
 
     bool needs_state_alone() const override { return false; }
@@ -51,7 +51,7 @@ void SeriesOutput::mark(CheckpointInfo& info) const {
 } // namespace
 
 std::unique_ptr<Output> make_series(const OutputParts& parts) {
-    if (parts.plan().cadence.series == 0 && !parts.plan().relax) return nullptr;
+    if (parts.plan().cadence.of("series") == 0 && !parts.plan().pseudo_time) return nullptr;
     std::unique_ptr<SeriesFile> file;
     on_root(parts.comm(), [&] {
         file = std::make_unique<SeriesFile>(

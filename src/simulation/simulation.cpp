@@ -3,10 +3,12 @@
 #include "core/stop.hpp"
 #include "io/disk.hpp"
 #include "io/end_record.hpp"
-#include "physics/loads/plane_numbers.hpp"
+#include "physics/audit/audit_plan.hpp"
+#include "physics/contact/contact_interaction.hpp"
+#include "physics/loads/load_plan.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "simulation/branch.hpp"
-#include "simulation/contact_interaction.hpp"
 #include "simulation/start.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/error.hpp"
@@ -25,18 +27,16 @@ constexpr double tick_seconds = 1; ///< wall time between two agreements of all 
 constexpr Every ticks{64};         ///< steps between them at least: fewer would cut batches short
 
 /// The groups, whose rods of files have values at the start that loads accept. Collective.
-std::vector<RodGroup> checked(const Communicator& comm, const SceneSpec& scene, const Plan& plan,
-                              std::vector<RodGroup> groups) {
+std::vector<RodGroup> checked(const Communicator& comm, const Plan& plan, std::vector<RodGroup> groups) {
     if (has_rods_of_files(groups))
-        if (const std::string fault = comm.first_text(fault_of_read_rods(scene, plan, groups)); !fault.empty())
+        if (const std::string fault = comm.first_text(fault_of_read_rods(plan, groups)); !fault.empty())
             throw InputError(fault);
     return groups;
 }
 
 /// `groups`: with all of their rods, whose weight an automatic stiffness follows from.
 SceneTexts texts_of(const SceneSpec& scene, std::span<const RodGroup> groups, double dt) {
-    const SceneSpec resolved = with_plane_numbers(with_stiffnesses(scene, groups), groups);
-    return {physics_json(resolved, groups, dt), settings_json(scene), output_json(scene), {}};
+    return {physics_json(resolved(scene, groups), groups, dt), settings_json(scene), output_json(scene), {}};
 }
 
 } // namespace
@@ -45,7 +45,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
                        std::vector<RodGroup> groups, Plan plan, RunOptions options)
     : options_(std::move(options)), started_(options_.began > 0 ? options_.began : wall_seconds()),
       texts_(texts_of(scene, groups, plan.dt)),
-      world_(comm, threads, checked(comm, scene, plan, std::move(groups)), plan, options_.protocol, options_.balance),
+      world_(comm, threads, checked(comm, plan, std::move(groups)), plan, options_.protocol, options_.balance),
       observation_(world_, scene), warnings_(world_, options_.quiet), rewind_(world_, options_.rewind, options_.out) {
     const bool writes = !options_.out.empty();
     Plan& made = world_.plan;
@@ -60,7 +60,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (start.resumes && comm.root() && writes)
         std::printf("Resuming from %s: step %lld, %s%s\n", found->file.c_str(), static_cast<long long>(found->step),
                     share_done(found->step, made.steps).c_str(),
-                    made.audit && !found->audited_from ? "; it has no audit, which begins here" : "");
+                    made.has<AuditPlan>() && !found->audited_from ? "; it has no audit, which begins here" : "");
     if (!start.resumes)
         on_root(comm, [&] {
             if (writes) directory_->begin(with_ancestry(texts_.physics, texts_.ancestry));
@@ -68,12 +68,12 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
                 std::printf("Beginning with %s: step %lld, t = %g s\n", found->file.c_str(),
                             static_cast<long long>(found->step), world_.clock.time());
         });
-    if (made.audit) observation_.begin_audit(world_, found ? found->audited_from : std::nullopt);
+    if (made.has<AuditPlan>()) observation_.begin_audit(world_, found ? found->audited_from : std::nullopt);
     first_step_ = world_.clock.done();
     last_step_ = made.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, world_.clock.step_at(options_.until));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
-    last_step_ = Every{made.events_every()}.from(last_step_);
+    last_step_ = Every{made.events_every}.from(last_step_);
     if (writes && first_step_ > 0) test_for_rest();
     const std::vector<std::size_t> progress_columns = columns_of(scene.output.progress, observation_.names());
     idle_ = writes && start.resumes && over() && has_record(found->digest);
@@ -147,7 +147,7 @@ void Simulation::write(Output& output) {
 std::int64_t Simulation::next_event() const {
     std::int64_t next = std::min(last_step_, next_tick_);
     for (const auto& output : outputs_) next = std::min(next, output->next(world_.clock.done()));
-    return Every{world_.plan.events_every()}.from(next);
+    return Every{world_.plan.events_every}.from(next);
 }
 
 Exit Simulation::exit_code() const {
@@ -217,7 +217,7 @@ void Simulation::write_due() {
 }
 
 void Simulation::test_for_rest() {
-    if (world_.plan.rest_speed == 0 || !Every{world_.plan.cadence.series}.due(world_.clock.done())) return;
+    if (world_.plan.rest_speed == 0 || !Every{world_.plan.cadence.of("series")}.due(world_.clock.done())) return;
     observation_.sample();
     at_rest_ = observation_.speed() < world_.plan.rest_speed;
 }

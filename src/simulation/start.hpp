@@ -2,6 +2,7 @@
 #pragma once
 
 #include "io/checkpoint.hpp"
+#include "physics/scene_spec.hpp"
 #include "simulation/run_options.hpp"
 
 #include <optional>

@@ -4,6 +4,10 @@
 #include "contact/contact_solver.hpp"
 #include "core/closest_points.hpp"
 #include "kernels/kernels.hpp"
+#include "physics/contact/contact_plan.hpp"
+#include "physics/fluid/fluid_plan.hpp"
+#include "physics/walls/wall_plan.hpp"
+#include "rod/body_name.hpp"
 #include "rod/body_shape.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
@@ -47,7 +51,7 @@ struct Deepest {
 
 class PairsAtStart {
 public:
-    PairsAtStart(const Plan& plan, std::span<const RodGroup> groups, const Exposure& near, const Exposure& own)
+    PairsAtStart(const ContactPlan& plan, std::span<const RodGroup> groups, const Exposure& near, const Exposure& own)
         : plan_(plan), groups_(groups), near_(near), own_(own) {}
 
     Deepest deepest(const Candidates& found) const {
@@ -55,10 +59,10 @@ public:
         for (std::uint32_t a = 0; a + 1 < found.first.size(); ++a)
             for (std::uint32_t i = found.first[a]; i < found.first[a + 1]; ++i) {
                 const std::uint32_t b = found.partner[i];
-                if (plan_.contact_laws->between(group(a), group(b)).soft_until > 0) continue;
+                if (plan_.laws.between(group(a), group(b)).soft_until > 0) continue;
                 const double diameter = 2 * std::min(radius(a), radius(b)),
                              share = (radius(a) + radius(b) - distance(a, b)) / diameter;
-                if (share > plan_.contact->overlap) deepest.take(share, near_.in_scene(a), near_.in_scene(b));
+                if (share > plan_.spec.overlap) deepest.take(share, near_.in_scene(a), near_.in_scene(b));
             }
         return deepest;
     }
@@ -94,7 +98,7 @@ private:
         return nearest_on_box(axes * (from + s * (to - from) - centre), half).distance;
     }
 
-    const Plan& plan_;
+    const ContactPlan& plan_;
     std::span<const RodGroup> groups_;
     const Exposure &near_, &own_;
 };
@@ -127,7 +131,9 @@ bool in_obstacle(const Obstacle& obstacle, const Vec3d& place) {
 std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::string& what, const Vec3d& place,
                            double radius) {
     constexpr double allowed = ContactSpec{}.overlap;
-    for (const Wall& wall : plan.walls) {
+    static const WallPlan without;
+    const auto* walls = plan.find<WallPlan>();
+    for (const Wall& wall : (walls ? *walls : without).walls) {
         if (!wall.acts_on(group.name()) || wall.allow_overlap || wall.law.soft_until > 0) continue;
         if (const double share = depth_in(wall, place, radius) / (2 * radius); share > allowed)
             return fmt::format(
@@ -135,12 +141,13 @@ std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::s
                 "let it start there with allow_overlap = true in that [[wall]]",
                 wall.source, what, share, wall.name, allowed);
     }
-    if (!plan.fluid) return {};
-    for (const Obstacle& obstacle : plan.fluid->obstacles)
+    const auto* fluid = plan.find<FluidPlan>();
+    if (!fluid) return {};
+    for (const Obstacle& obstacle : fluid->obstacles)
         if (in_obstacle(obstacle, place))
             return fmt::format("{}: {} is within the obstacle '{}' at the start: move one of them", obstacle.source,
                                what, obstacle.name);
-    const FluidGrid& grid = plan.fluid->constants.grid;
+    const FluidGrid& grid = fluid->constants.grid;
     const Vec3d nearest{std::clamp(place.x, grid.lower.x, grid.upper().x),
                         std::clamp(place.y, grid.lower.y, grid.upper().y),
                         std::clamp(place.z, grid.lower.z, grid.upper().z)};
@@ -157,7 +164,7 @@ std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::s
 std::pair<std::int64_t, std::string> fault_of_places(const Plan& plan, std::span<const RodGroup> groups,
                                                      std::span<const LocalRod> bodies) {
     std::pair<std::int64_t, std::string> first{std::numeric_limits<std::int64_t>::max(), ""};
-    if (plan.walls.empty() && !plan.fluid) return first;
+    if (!plan.has<WallPlan>() && !plan.has<FluidPlan>()) return first;
     for (const LocalRod& body : bodies) {
         if (body.gid >= first.first) continue;
         const RodGroup& group = nth(groups, body.group);
@@ -195,14 +202,15 @@ void refuse(const Communicator* comm, const Threads& threads, const Plan& plan, 
     const std::string mine_first = gid == least_of_all(gid) ? fault : std::string();
     if (const std::string text = comm ? comm->first_text(mine_first) : mine_first; !text.empty())
         throw InputError(text);
-    if (!exposure || !plan.contact || plan.contact->allow_overlap) return;
+    const auto* contact = plan.find<ContactPlan>();
+    if (!exposure || !contact || contact->spec.allow_overlap) return;
     show_all(groups, bodies, *exposure);
     const auto solver =
-        kernels(plan.machine.lanes).make_contacts(contact_scene(groups, *plan.contact, *plan.contact_laws), threads);
+        kernels(plan.machine.lanes).make_contacts(contact_scene(groups, contact->spec, contact->laws), threads);
     const Exposure& near = neighbourhood ? neighbourhood->widen(solver->next_skin()) : *exposure;
     std::vector<std::uint8_t> wanted(near.slots(), 0);
     solver->search(near, wanted);
-    const Deepest mine = PairsAtStart(plan, groups, near, *exposure).deepest(solver->found());
+    const Deepest mine = PairsAtStart(*contact, groups, near, *exposure).deepest(solver->found());
     if (neighbourhood) {
         std::fill(wanted.begin(), wanted.end(), std::uint8_t{0});
         neighbourhood->narrow(wanted);
@@ -217,18 +225,10 @@ void refuse(const Communicator* comm, const Threads& threads, const Plan& plan, 
             "move them apart, or let them "
             "start so with allow_overlap = true in [contact]",
             place_in_scene(exposure->scene(), groups, deepest.first),
-            place_in_scene(exposure->scene(), groups, deepest.second), deepest.overlap, plan.contact->overlap));
+            place_in_scene(exposure->scene(), groups, deepest.second), deepest.overlap, contact->spec.overlap));
 }
 
 } // namespace
-
-std::string name_of_body(std::span<const RodGroup> groups, std::int64_t gid) {
-    for (const RodGroup& group : groups)
-        if (gid < group.first_gid() + group.count())
-            return fmt::format("{} {} of '{}'", group.strained() ? "rod" : "body", gid - group.first_gid(),
-                               group.name());
-    return {};
-}
 
 void refuse_start(const Communicator& comm, const Threads& threads, const Plan& plan, std::span<const RodGroup> groups,
                   const Rods& rods, Exposure* exposure, Neighbourhood* neighbourhood) {
@@ -241,7 +241,7 @@ void refuse_start(const SceneSpec& scene, const Plan& plan, std::span<const RodG
     for (const RodGroup& group : groups)
         for (std::int64_t i = 0; i < group.count(); ++i) bodies.push_back({group.first_gid() + i, group.id(), i});
     std::unique_ptr<Exposure> exposure;
-    if (plan.contact) exposure = std::make_unique<Exposure>(groups, bodies);
+    if (plan.has<ContactPlan>()) exposure = std::make_unique<Exposure>(groups, bodies);
     refuse(nullptr, Threads(1), plan, groups, bodies, exposure.get(), nullptr);
 }
 

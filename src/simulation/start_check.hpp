@@ -4,16 +4,14 @@
 
 #include "neighbourhood/neighbourhood.hpp"
 #include "parallel/communicator.hpp"
-#include "scene/plan.hpp"
+#include "physics/scene_spec.hpp"
+#include "plan/plan.hpp"
 #include "tiles/rods.hpp"
 
 #include <span>
 #include <string>
 
 namespace skein {
-
-/// "rod 3 of 'cilia'": a body, by its number in the scene.
-std::string name_of_body(std::span<const RodGroup> groups, std::int64_t gid);
 
 /// Throws InputError on all ranks alike where bodies in their start state stand so. `exposure`, of own bodies, and
 /// `neighbourhood`: null where rods do not feel each other; they are left as they are. Collective.

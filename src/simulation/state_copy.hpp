@@ -2,7 +2,7 @@
 // at steps again.
 #pragma once
 
-#include "simulation/interaction.hpp"
+#include "coupling/interaction.hpp"
 
 #include <cstdint>
 #include <span>

@@ -2,8 +2,8 @@
 #pragma once
 
 #include "neighbourhood/neighbourhood.hpp"
-#include "scene/plan.hpp"
-#include "simulation/fluid_interaction.hpp"
+#include "physics/fluid/fluid_interaction.hpp"
+#include "plan/plan.hpp"
 #include "simulation/simulation.hpp"
 
 #include <optional>

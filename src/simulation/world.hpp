@@ -5,12 +5,12 @@
 #pragma once
 
 #include "core/timer.hpp"
+#include "coupling/interaction.hpp"
 #include "kernels/kernels.hpp"
 #include "neighbourhood/neighbourhood.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
-#include "scene/plan.hpp"
-#include "simulation/interaction.hpp"
+#include "plan/plan.hpp"
 #include "simulation/load_balance.hpp"
 #include "simulation/state_copy.hpp"
 #include "skein/time/clock.hpp"

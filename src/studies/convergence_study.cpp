@@ -1,7 +1,10 @@
 #include "studies/convergence_study.hpp"
 
 #include "partition/partition.hpp"
+#include "physics/contact/contact_plan.hpp"
+#include "physics/loads/load_plan.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/scene_refine.hpp"
 #include "skein/core/error.hpp"
 
@@ -33,8 +36,8 @@ SceneSpec with_samples_alone(SceneSpec scene, double interval) {
 
 /// Whole steps between samples: those of the scene's series, or else about a 32nd of the run.
 std::int64_t steps_between(const Plan& plan) {
-    if (plan.relax) return std::min(steps_to_settle, plan.steps);
-    if (plan.cadence.series > 0) return plan.cadence.series;
+    if (plan.pseudo_time) return std::min(steps_to_settle, plan.steps);
+    if (plan.cadence.of("series") > 0) return plan.cadence.of("series");
     std::int64_t count = std::min(samples_wanted, plan.steps);
     while (plan.steps % count != 0) --count;
     return plan.steps / count;
@@ -53,12 +56,14 @@ long most_elements(const SceneSpec& scene) {
 
 /// Orders of the error of a step: forces that read velocities before the kick are of first order.
 int time_order_of(const Plan& plan, std::span<const RodGroup> groups) {
-    if (plan.contact || !plan.walls.empty()) return 1;
+    if (plan.has<TouchPlan>()) return 1;
+    const auto* loads = plan.find<LoadPlan>();
     for (std::size_t g = 0; g < plan.groups.size(); ++g) {
         const GroupPlan& p = plan.groups[g];
         if (groups[g].law() == Law::elastica || (!p.undamped && p.damping_scheme == DampingScheme::after)) return 1;
-        for (const Load& load : p.loads)
-            if (load.acts_last() || load.largest_rate(groups[g]).value > 0) return 1;
+        for (const std::size_t i : loads->of_group[g])
+            if (const Load& load = loads->loads[i]; load.acts_last() || load.largest_rate(groups[g]).value > 0)
+                return 1;
     }
     return plan.integrator == Integrator::pefrl ? 4 : 2;
 }
@@ -68,9 +73,9 @@ StudyRun run_of(const Communicator& comm, const Machine& machine, SceneSpec scen
                 std::int64_t every, std::int64_t share) {
     StudyRun run;
     run.dt = given.dt / static_cast<double>(share);
-    if (!given.relax) scene.time.dt = run.dt;
+    if (!given.pseudo_time) scene.time.dt = run.dt;
     const Plan plan = plan_with(comm, machine, scene);
-    if (plan.steps != given.steps * share || plan.cadence.series != every * share)
+    if (plan.steps != given.steps * share || plan.cadence.of("series") != every * share)
         throw std::logic_error(
             fmt::format("samples of {} steps of {:g} s are not those of {} steps", plan.steps, plan.dt, given.steps));
     run.elements = most_elements(scene);

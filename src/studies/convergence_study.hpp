@@ -3,7 +3,8 @@
 #pragma once
 
 #include "parallel/communicator.hpp"
-#include "scene/plan.hpp"
+#include "physics/scene_spec.hpp"
+#include "plan/plan.hpp"
 
 #include <array>
 #include <cstdint>

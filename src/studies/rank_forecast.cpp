@@ -1,8 +1,9 @@
 #include "studies/rank_forecast.hpp"
 
 #include "core/memory.hpp"
+#include "coupling/interaction.hpp"
 #include "partition/partition.hpp"
-#include "simulation/interaction.hpp"
+#include "physics/contact/contact_plan.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "skein/time/clock.hpp"
@@ -46,8 +47,9 @@ public:
         if (!around_.exposure) return {};
         rods_->drift(clock_.next(1, 1).front());
         exposed_ = true;
-        const auto contacts = kernels(plan_.machine.lanes)
-                                  .make_contacts(contact_scene(groups, *plan_.contact, *plan_.contact_laws), threads_);
+        const ContactPlan& contact = *plan_.find<ContactPlan>();
+        const auto contacts =
+            kernels(plan_.machine.lanes).make_contacts(contact_scene(groups, contact.spec, contact.laws), threads_);
         std::vector<std::uint8_t> wanted(around_.exposure->slots());
         contacts->search(*around_.exposure, wanted);
         return contacts->found();
@@ -72,7 +74,7 @@ public:
 private:
     /// Steps that it makes: one of bodies that feel each other, else many. `exposed`: the first half of it is done.
     std::int64_t advance(Timers& timers, bool exposed) {
-        const bool coupled = is_coupled(plan_);
+        const bool coupled = plan_.coupling() != PhysicsPlan::Coupling::none;
         const auto batch = clock_.next(plan_.steps, coupled ? 1 : Clock::largest_batch);
         const Step& step = batch.front();
         const auto timed = [&](auto&& work) {
@@ -168,7 +170,7 @@ RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, 
     }
     Trial trial(plan, groups);
     std::int64_t pairs = 0;
-    if (plan.contact) {
+    if (plan.has<ContactPlan>()) {
         const Candidates candidates = trial.first_candidates(groups);
         pairs = static_cast<std::int64_t>(candidates.count());
         count_ghosts(trial.exposure(), candidates, owner, share);
@@ -178,13 +180,13 @@ RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, 
     const double alone = (forecast.rods_s + forecast.pairs_s) / forecast.threads;
     const double measured_rounds = std::max(1.0, std::log2(static_cast<double>(machine.machine.ranks)));
     const double vote =
-        ranks > 1 && plan.contact
+        ranks > 1 && plan.has<ContactPlan>()
             ? std::log2(ranks) * (network.allreduce > 0 ? network.allreduce / measured_rounds : 2 * network.latency)
             : 0;
     for (RankShare& s : share) {
         const double slots = static_cast<double>(s.elements + s.rods + s.ghost_slots);
         s.memory_bytes = static_cast<double>(s.elements) / all * plan.state_bytes;
-        if (plan.contact)
+        if (plan.has<ContactPlan>())
             s.memory_bytes +=
                 static_cast<double>(s.ghost_slots) * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot) +
                 static_cast<double>(s.pairs) * candidate_bytes + 3 * sizeof(double) * slots;

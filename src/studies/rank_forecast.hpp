@@ -3,8 +3,8 @@
 #pragma once
 
 #include "parallel/threads.hpp"
+#include "plan/plan.hpp"
 #include "scene/machine_file.hpp"
-#include "scene/plan.hpp"
 
 #include <cstdint>
 #include <span>

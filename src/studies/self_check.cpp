@@ -1,11 +1,12 @@
 #include "studies/self_check.hpp"
 
+#include "coupling/interaction.hpp"
 #include "loads/gravity.hpp"
 #include "loads/magnetic_field.hpp"
 #include "partition/partition.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/scene_file.hpp"
-#include "simulation/interaction.hpp"
 #include "skein/time/clock.hpp"
 
 namespace skein {

@@ -278,7 +278,7 @@ class DriverTest(unittest.TestCase):
         return done
 
     def plan_text(self, *options):
-        done = subprocess.run([SKEIN, "plan", str(self.scene), *options], capture_output=True, text=True, timeout=200)
+        done = subprocess.run([SKEIN, "plan", str(self.scene), "-v", *options], capture_output=True, text=True, timeout=200)
         self.assertEqual(done.returncode, 0, done.stderr)
         return done.stdout
 

@@ -313,7 +313,7 @@ precision = "double"
         while run.poll() is None and not (self.directory / "full" / first).exists():
             time.sleep(0.005)
         resource.prlimit(run.pid, resource.RLIMIT_FSIZE, (limit, limit))
-        told = run.communicate(timeout=100)[0].split("not here")[-1]
+        told = run.communicate(timeout=100)[0].split("of stepping")[-1]
         self.assertEqual(run.returncode, 5, told)
         self.assertIn("kept in a last checkpoint", told)
         self.assertRegex(told, "rods_[0-9]+.vtp.*ulimit -f")

@@ -1,6 +1,7 @@
 // Rods that gather in a corner: whoever owns them there gives some away when that pays, and all that rods depend on
 // goes along.
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "simulation/load_balance.hpp"
 
 #include "simulation/migration.hpp"

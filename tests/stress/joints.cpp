@@ -21,7 +21,9 @@ double energy(const test::Stage& stage) {
         const RodEnergy e = rod_energy(group, state);
         sum += e.translation + e.rotation + e.elastic();
     }
-    for (const double u : joints_now(stage.plan, stage.groups, *stage.rods, stage.clock.lag()).energies) sum += u;
+    for (const double u :
+         joints_now(*stage.plan.find<JointPlan>(), stage.groups, *stage.rods, stage.clock.lag()).energies)
+        sum += u;
     return sum;
 }
 

@@ -1,5 +1,6 @@
 // The printed limit of the step is sharp, and a step beyond it is refused in words.            theory.md (26)-(29)
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "skein/core/error.hpp"
 #include "stress/stress_support.hpp"
 

@@ -3,6 +3,7 @@
 
 #include "core/rotation.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "scene/make_plan.hpp"
 #include "support/energy.hpp"
 #include "support/scenes_for_tests.hpp"
 

@@ -3,7 +3,7 @@
 // not compile.
 #pragma once
 
-#include "scene/program.hpp"
+#include "physics/tables.hpp"
 #include "support/load_examples.hpp"
 #include "support/meeting.hpp"
 
@@ -23,10 +23,9 @@ struct InteractionExample {
     double lost = 2e-6;       ///< of the energy, at most, where nothing takes any
 };
 
-static_assert(std::variant_size_v<InteractionSpec> == 4,
-              "rods and bodies that touch, walls, joints (tests/unit/simulation/joints_test.cpp), and the fluid, which "
-              "no rod feels "
-              "(tests/mpi/fluid_test.cpp): a new interaction needs examples");
+static_assert(PhysicsTables::count == 7,
+              "contact and walls have examples here; loads, joints, the fluid, relaxation and the audit have tests of "
+              "their own: a new physics needs examples");
 static_assert(std::size(wall_names) == 4, "a new kind of wall needs an example");
 
 /// Half a metre long, its middle at `middle`, in motion.

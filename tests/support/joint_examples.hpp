@@ -1,7 +1,7 @@
 // A joint of every kind between two rods, or a rod and a body, that fly and turn.
 #pragma once
 
-#include "simulation/joint_interaction.hpp"
+#include "physics/joints/joint_interaction.hpp"
 #include "support/scenes_for_tests.hpp"
 
 #include <string>

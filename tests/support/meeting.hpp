@@ -3,7 +3,9 @@
 
 #include "diagnostics/observables.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "physics/contact/contact_plan.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 
@@ -19,8 +21,9 @@ public:
         : scene(std::move(s)), groups(make_groups(scene)),
           plan(make_plan(scene, groups, {1, thread_count, thread_count, lanes, {}, Mapping::automatic})),
           threads(thread_count), rods(make_rods(plan, groups, all_rods(groups), threads, around)), clock(plan.dt, 0) {
-        if (around.exposure)
-            contacts = kernels(lanes).make_contacts(contact_scene(groups, *plan.contact, *plan.contact_laws), threads);
+        const auto* contact = plan.find<ContactPlan>();
+        if (contact)
+            contacts = kernels(lanes).make_contacts(contact_scene(groups, contact->spec, contact->laws), threads);
     }
     void advance(std::int64_t steps) {
         for (std::int64_t until = clock.done() + steps; clock.done() < until;) {

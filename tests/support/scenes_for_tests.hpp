@@ -4,8 +4,9 @@
 #include "kernels/kernels.hpp"
 #include "loads/magnetic_field.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "plan/plan.hpp"
 #include "scene/make_groups.hpp"
-#include "scene/plan.hpp"
+#include "scene/make_plan.hpp"
 #include "skein/core/index.hpp"
 #include "support/rods_for_tests.hpp"
 

@@ -1,6 +1,7 @@
 // Elastic contacts keep the energy of all bodies together, whatever their radii, places and angles: their forces are
 // those of an energy, and an audit that closes on it shows one that is not.
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "support/meeting.hpp"
 
 #include <gtest/gtest.h>

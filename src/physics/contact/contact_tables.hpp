@@ -7,6 +7,7 @@
 #include <nlohmann/json_fwd.hpp>
 
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,6 +16,9 @@ namespace skein {
 
 struct CoreTables;
 struct SceneSpec;
+class RodGroup;
+struct PlanInput;
+class PlannedPhysics;
 
 struct ContactTables {
     std::optional<ContactSpec> contact; ///< absent: rods do not interact
@@ -26,6 +30,12 @@ struct ContactTables {
     }
     /// Objects to contradictions in them.
     static void check(const SceneSpec& scene, Objections& objections);
+    /// Adds its plan to those of a scene that has it.
+    static void plan(const PlanInput& input, PlannedPhysics& out);
+    /// Writes numbers in place of those that stand for "auto".
+    static void resolve(SceneSpec& scene, std::span<const RodGroup> groups);
+    /// Plans and numbers follow from all rods of files, if true.
+    static bool needs_all_rods(const SceneSpec& scene);
     static void note_refinement(const SceneSpec& scene, std::vector<std::string>& notes);
     static std::string_view remark(std::string_view table);
 };

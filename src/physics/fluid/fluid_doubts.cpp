@@ -1,5 +1,6 @@
 #include "physics/fluid/fluid_doubts.hpp"
 
+#include "physics/fluid/fluid_plan.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>

@@ -6,7 +6,8 @@
 #include "physics/fluid/fitted_fluid.hpp"
 #include "physics/fluid/fluid_pressure.hpp"
 #include "physics/fluid/stated_speeds.hpp"
-#include "physics/scene_spec.hpp"
+#include "physics/loads/loads_with_formulas.hpp"
+#include "physics/plan_input.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -220,7 +221,9 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
 
 } // namespace
 
-FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups, std::span<const Load> loads) {
+FluidPlan plan_fluid(const PlanInput& input) {
+    const SceneSpec& scene = input.scene;
+    const std::span<const RodGroup> groups = input.groups;
     FluidPlan plan{.constants = fitted_fluid(scene).constants(),
                    .courant = scene.fluid->courant,
                    .velocity_formula = scene.fluid->velocity_formula,
@@ -237,7 +240,7 @@ FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups, s
     if (const auto at = scene.fluid->key_source.find("ranks_across"); at != scene.fluid->key_source.end())
         plan.ranks_across_at = at->second;
     plan.outputs = outputs_of(scene, plan.constants.grid);
-    const std::vector<StatedSpeed> stated = stated_speeds(scene, groups, loads);
+    const std::vector<StatedSpeed> stated = stated_speeds(scene, groups, loads_with_formulas(scene));
     for (const StatedSpeed& one : stated) plan.stated = std::max(plan.stated, one.value);
     plan.speed = speed_of(plan, scene.fluid->expected_speed, stated);
     if (!groups.empty() && plan.coupling == RodCoupling::two_way && scene.immersion.forcing == ForcingKind::direct)

@@ -2,8 +2,13 @@
 #pragma once
 
 #include "fluid/cell_samples.hpp"
+#include "formula/scope.hpp"
+#include "immersion/immersion_spec.hpp"
 #include "immersion/inertia_in_fluid.hpp"
-#include "physics/scene_spec.hpp"
+#include "immersion/obstacle.hpp"
+#include "io/fluid_output_spec.hpp"
+#include "io/output_spec.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <algorithm>
 #include <memory>
@@ -113,7 +118,8 @@ struct FluidPlan {
     double ns_per_cell_step() const;
 };
 
-/// Speeds of a scene that has a fluid, with its groups of rods and its loads, whose formulas are read.
-FluidPlan plan_fluid(const SceneSpec& scene, std::span<const RodGroup> groups, std::span<const Load> loads);
+struct PlanInput;
+/// Plan of a scene that has a fluid.
+FluidPlan plan_fluid(const PlanInput& input);
 
 } // namespace skein

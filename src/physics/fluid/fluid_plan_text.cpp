@@ -1,7 +1,8 @@
 #include "physics/fluid/fluid_plan_text.hpp"
 
 #include "fluid/slab_coupling.hpp"
-#include "physics/plan_words.hpp"
+#include "physics/fluid/fluid_plan.hpp"
+#include "plan/plan_words.hpp"
 #include "skein/core/index.hpp"
 
 #include <cmath>

@@ -16,6 +16,8 @@ namespace skein {
 
 struct CoreTables;
 struct SceneSpec;
+struct PlanInput;
+class PlannedPhysics;
 
 struct FluidTables {
     std::optional<FluidSpec> fluid;
@@ -35,6 +37,8 @@ struct FluidTables {
     }
     /// Objects to contradictions in them.
     static void check(const SceneSpec& scene, Objections& objections);
+    /// Adds its plan to those of a scene that has it.
+    static void plan(const PlanInput& input, PlannedPhysics& out);
 };
 
 /// Leaves out keys that do not identify a run, if `physics_only`.

@@ -13,6 +13,8 @@ namespace skein {
 
 struct CoreTables;
 struct SceneSpec;
+struct PlanInput;
+class PlannedPhysics;
 
 struct JointTables {
     std::vector<AssemblySpec> assemblies;
@@ -24,6 +26,8 @@ struct JointTables {
     }
     /// Objects to contradictions in them.
     static void check(const SceneSpec& scene, Objections& objections);
+    /// Adds its plan to those of a scene that has it.
+    static void plan(const PlanInput& input, PlannedPhysics& out);
 };
 
 /// Writes "auto" in place of the numbers that stand for it.

@@ -6,6 +6,7 @@
 
 #include <nlohmann/json_fwd.hpp>
 
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,9 @@ namespace skein {
 
 struct CoreTables;
 struct SceneSpec;
+class RodGroup;
+struct PlanInput;
+class PlannedPhysics;
 struct Refinement;
 
 struct LoadTables {
@@ -26,6 +30,10 @@ struct LoadTables {
     }
     /// Objects to contradictions in them.
     static void check(const SceneSpec& scene, Objections& objections);
+    /// Adds its plan to those of a scene that has it.
+    static void plan(const PlanInput& input, PlannedPhysics& out);
+    /// Writes numbers in place of those that stand for "auto".
+    static void resolve(SceneSpec& scene, std::span<const RodGroup> groups);
     static void refine(SceneSpec& out, const SceneSpec& scene, const Refinement& by);
     static void note_refinement(const SceneSpec& scene, std::vector<std::string>& notes);
     static std::string_view remark(std::string_view table);

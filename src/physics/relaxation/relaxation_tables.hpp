@@ -6,10 +6,14 @@
 namespace skein {
 
 struct SceneSpec;
+struct PlanInput;
+class PlannedPhysics;
 
 struct RelaxationTables {
     template <class Scene, class F> static void visit_tables(Scene&, F&&) {}
     static void check(const SceneSpec& scene, Objections& objections);
+    /// Adds its plan to those of a scene that has it.
+    static void plan(const PlanInput& input, PlannedPhysics& out);
 };
 
 } // namespace skein

@@ -12,6 +12,8 @@ namespace skein {
 
 struct CoreTables;
 struct SceneSpec;
+struct PlanInput;
+class PlannedPhysics;
 
 struct WallTables {
     std::vector<Wall> walls;
@@ -19,6 +21,8 @@ struct WallTables {
     template <class Scene, class F> static void visit_tables(Scene& scene, F&& f) { f("wall", scene.walls); }
     /// Objects to contradictions in them.
     static void check(const SceneSpec& scene, Objections& objections);
+    /// Adds its plan to those of a scene that has it.
+    static void plan(const PlanInput& input, PlannedPhysics& out);
 };
 
 /// Writes "auto" in place of the numbers that stand for it.

@@ -1,5 +1,6 @@
 // Errors to expect of bodies that a fluid does not resolve, against those that were measured (apps/flow/README.md).
 #include "physics/fluid/fluid_doubts.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 #include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>

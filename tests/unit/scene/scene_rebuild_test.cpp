@@ -1,8 +1,9 @@
 // Scenes come back from what a checkpoint keeps of them, and from the TOML that is written of them, with every bit of
 // every key.
 #include "loads/gravity.hpp"
+#include "plan/plan.hpp"
 #include "scene/make_groups.hpp"
-#include "scene/plan.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/scene_keys.hpp"
 #include "scene/scene_rebuild.hpp"
 #include "scene_fixture.hpp"
@@ -48,7 +49,7 @@ TEST(SceneRebuild, OfAutomaticStiffnesses) {
         << scene_toml(scene, Keys::given);
     // A checkpoint keeps the number that it was run with.
     scene.loads = {{.load = Gravity{}}};
-    const SceneSpec numbers = with_stiffnesses(scene, make_groups(scene));
+    const SceneSpec numbers = resolved(scene, make_groups(scene));
     for (const ContactLaw& known : {numbers.contact->law, numbers.contact_pairs[0].law, numbers.walls[0].law})
         EXPECT_GT(known.stiffness, 0);
     const std::string physics = physics_json(numbers, {}, 1e-3);

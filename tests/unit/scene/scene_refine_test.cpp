@@ -6,8 +6,8 @@
 #include "loads/muscle_torques.hpp"
 #include "loads/muscle_wave.hpp"
 #include "loads/plane_friction.hpp"
+#include "plan/plan.hpp"
 #include "scene/make_groups.hpp"
-#include "scene/plan.hpp"
 #include "scene_fixture.hpp"
 
 #include <gtest/gtest.h>

@@ -1,7 +1,8 @@
 // Text that `skein describe scene.toml` prints: a scene, and the same one.
-#include "scene/doubts.hpp"
+#include "plan/doubts.hpp"
+#include "plan/plan.hpp"
 #include "scene/make_groups.hpp"
-#include "scene/plan.hpp"
+#include "scene/make_plan.hpp"
 #include "scene_fixture.hpp"
 
 #include <gtest/gtest.h>

@@ -3,6 +3,7 @@
 #include "loads/plane_friction.hpp"
 #include "loads/uniform_force.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "support/meeting.hpp"
 
 #include <gtest/gtest.h>
@@ -130,7 +131,7 @@ TEST(PlaneFriction, IsAPassAfterContactsAndWalls) {
     const auto place = [&](std::string_view name) {
         return std::find(passes.begin(), passes.end(), name) - passes.begin();
     };
-    EXPECT_GT(place("anisotropic_plane"), place("contact"));
+    EXPECT_GT(place("anisotropic_plane"), place("neighbour loads"));
     EXPECT_GT(place("anisotropic_plane"), place("walls"));
     EXPECT_LT(place("anisotropic_plane"), place("kick (damped)"));
 }

@@ -1,6 +1,7 @@
 // What must hold of everything that touches, under every law: no place and no direction is special, momentum stays with
 // what is free, elastic contacts keep energy and all others take some, stiffer ones ask for shorter steps.
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "skein/core/index.hpp"
 #include "support/interaction_examples.hpp"
 

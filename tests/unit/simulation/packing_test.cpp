@@ -2,6 +2,7 @@
 #include "loads/magnetic_field.hpp"
 #include "placement/packing.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "skein/core/index.hpp"
 #include "support/scenes_for_tests.hpp"
 

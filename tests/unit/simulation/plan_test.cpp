@@ -1,9 +1,14 @@
 // Plans are what they are printed to be: snapshots for every scene in apps/, absent physics absent, steps within
 // limits.
+#include "kernels/physics_passes.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/gravity.hpp"
 #include "loads/slender_body_drag.hpp"
+#include "physics/contact/contact_plan.hpp"
+#include "physics/fluid/fluid_plan.hpp"
+#include "physics/loads/load_plan.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/make_plan.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
 #include "support/scenes_for_tests.hpp"
@@ -18,6 +23,7 @@
 #include <fstream>
 #include <numbers>
 #include <sstream>
+#include <type_traits>
 
 namespace skein {
 namespace {
@@ -53,6 +59,18 @@ TEST(Plan, SnapshotOfEveryScene) {
     for (const fs::path& path : app_scenes()) compare_with_snapshot(path, {2, 1, 1, 8});
 }
 
+/// Without its notes, unless all lines are asked for.
+TEST(Plan, HasAtMostTenLines) {
+    for (const fs::path& path : app_scenes()) {
+        const SceneSpec scene = read_scene(path.string());
+        Plan plan = make_plan(scene, make_whole_groups(scene), {2, 1, 1, 8});
+        plan.notes.clear();
+        const std::string text = to_text(plan, false);
+        EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 10) << path << "\n" << text;
+        EXPECT_GT(to_text(plan).size(), text.size()) << path;
+    }
+}
+
 TEST(Plan, SnapshotOfALargeFluidOnNodes) {
     compare_with_snapshot(fs::path(SKEIN_SOURCE_DIR) / "tests/unit/simulation/large_fluid.toml",
                           {.ranks = 32, .threads = 16, .cores = 16, .cores_per_node = 128});
@@ -65,10 +83,10 @@ TEST(Plan, PredictsStepsOfAFluidFromWhatIsFastest) {
     scene.fluid = FluidSpec{.cells = {16, 16, 16}, .spacing = 0.125, .density = 1, .viscosity = 1e-6, .courant = 0.5};
     const auto expect = [&](double steps, double speed, const std::string& by) {
         const Plan plan = make_plan(scene, {}, {});
-        EXPECT_EQ(plan.fluid->steps(plan.steps, plan.dt), steps) << by;
-        EXPECT_NEAR(plan.fluid->speed.value, speed, 1e-12) << by;
-        EXPECT_EQ(plan.fluid->speed.by, by);
-        EXPECT_NEAR(plan.predicted_s, steps * plan.fluid->ns_per_cell_step() * 1e-9 * 4096, 1e-12);
+        EXPECT_EQ(plan.find<FluidPlan>()->steps(plan.steps, plan.dt), steps) << by;
+        EXPECT_NEAR(plan.find<FluidPlan>()->speed.value, speed, 1e-12) << by;
+        EXPECT_EQ(plan.find<FluidPlan>()->speed.by, by);
+        EXPECT_NEAR(plan.predicted_s, steps * plan.find<FluidPlan>()->ns_per_cell_step() * 1e-9 * 4096, 1e-12);
         EXPECT_EQ(to_text(plan).find("at least") == std::string::npos, speed > 0);
     };
     expect(4, 0, "");
@@ -117,7 +135,7 @@ TEST(Plan, TellsWhatRanksSendThatShareTheRowsOfSlabs) {
     expect(640, 16, "18.8 MB in transposes (18.8 MB a solve), 19.4 MB as ghosts");
     expect(1280, 0, "8.59 MB in transposes (8.59 MB a solve), 54.8 MB as ghosts");
     expect(1280, 32, "9.55 MB in transposes (9.55 MB a solve), 12.7 MB as ghosts");
-    expect(1280, 32, "(112 B per cell)");
+    expect(1280, 32, "112 B per cell");
     expect(641, 0, "too few for 641 ranks: expected at most 320 slabs of planes times at most 320 ranks of each");
     expect(640, 3, "640 ranks cannot form slabs of 3 ranks each: expected a divisor of 640");
 }
@@ -137,16 +155,14 @@ TEST(Plan, IsThatOfTheTour) {
 }
 
 /// Names of all kinds of passes, in the order of a step, without what tells variants apart.
-std::vector<std::string> kinds_of_passes() {
-    return []<std::size_t... i>(std::index_sequence<i...>) {
-        std::vector<std::string> names;
-        for (const PassSpec& pass : {PassSpec(std::in_place_index<i>)...}) {
-            const std::string name(name_of(pass));
-            names.push_back(name.empty() ? "each load" : name.substr(0, name.find(" (")));
-        }
-        return names;
-    }
-    (std::make_index_sequence<std::variant_size_v<PassSpec>>{});
+template <class... Kinds> std::vector<std::string> kinds_of_passes(PassKindList<Kinds...>) {
+    const auto name = []<class Kind>(std::type_identity<Kind>) -> std::string {
+        if constexpr (std::is_same_v<Kind, pass::ApplyLoad>) return "each load";
+        else return std::string(pass_of(PassPlace::drift, Kind{}).name);
+    };
+    std::vector<std::string> names = {name(std::type_identity<Kinds>{})...};
+    for (std::string& one : names) one = one.substr(0, one.find(" ("));
+    return names;
 }
 
 TEST(Plan, PassesStandInTheTableOfTheArchitecture) {
@@ -158,7 +174,7 @@ TEST(Plan, PassesStandInTheTableOfTheArchitecture) {
         else if (!line.starts_with("|")) in_table = false;
         else if (in_table && !line.starts_with("|---")) told.push_back(line.substr(2, line.find(" |", 2) - 2));
     }
-    EXPECT_EQ(told, kinds_of_passes());
+    EXPECT_EQ(told, kinds_of_passes(PassKinds{}));
 }
 
 /// The passes that rods run are those of the plan.
@@ -346,9 +362,7 @@ TEST(Plan, AbsentPhysicsHasNoPassAndNoArray) {
     const std::vector<std::string_view> expected = {"drift (circular)", "orthonormalise", "elastic (incompressible)",
                                                     "kick"};
     EXPECT_EQ(plan.groups[0].program.names(), expected);
-    EXPECT_EQ(plan.cadence.trajectory + plan.cadence.tips + plan.cadence.series + plan.cadence.checkpoint, 0);
-    for (const char* absent : {"damping", "gravity", "magnetics", "muscles", "trajectory", "tips", "time series"})
-        EXPECT_NE(std::find(plan.absent.begin(), plan.absent.end(), absent), plan.absent.end()) << absent;
+    for (const auto& [name, every] : plan.cadence.steps) EXPECT_EQ(every, 0) << name;
     EXPECT_EQ(plan.output_bytes, 0);
     expect_planned_passes(bare);
 }
@@ -360,9 +374,10 @@ TEST(Plan, ALoadActsOnlyOnTheGroupsItNames) {
     scene.rods.push_back(other);
     scene.loads.push_back({.load = Gravity{}, .rods = {"other"}});
     const Plan plan = make_plan(scene, make_groups(scene), {});
-    EXPECT_EQ(plan.groups[0].loads.size(), 1u);
-    EXPECT_EQ(plan.groups[1].loads.size(), 1u) << "gravity, but no couple on rods that are not magnetised";
-    EXPECT_EQ(plan.groups[1].loads[0].kind(), "gravity");
+    const LoadPlan& loads = *plan.find<LoadPlan>();
+    EXPECT_EQ(loads.of_group[0].size(), 1u);
+    ASSERT_EQ(loads.of_group[1].size(), 1u) << "gravity, but no couple on rods that are not magnetised";
+    EXPECT_EQ(loads.loads[loads.of_group[1][0]].kind(), "gravity");
 }
 
 TEST(Plan, AutomaticStepOfUndampedBodiesAndRodsIsShorter) {
@@ -474,9 +489,11 @@ TEST(Plan, ExpectsTheOverlapsThatWereSeenInTheNest) {
         for (Wall& wall : scene.walls)
             if (wall.servo.drives()) wall.servo.turn_back_above = seen.pressure;
         const Plan plan = make_plan(scene, groups, {});
-        EXPECT_EQ(plan.estimate.by, "pressure");
-        EXPECT_GT(plan.estimate.overlap, 0.6 * seen.overlap) << seen.stiffness << " at " << seen.pressure;
-        EXPECT_LT(plan.estimate.overlap, 1.25 * seen.overlap) << seen.stiffness << " at " << seen.pressure;
+        EXPECT_EQ(plan.find<TouchPlan>()->estimate.by, "pressure");
+        EXPECT_GT(plan.find<TouchPlan>()->estimate.overlap, 0.6 * seen.overlap)
+            << seen.stiffness << " at " << seen.pressure;
+        EXPECT_LT(plan.find<TouchPlan>()->estimate.overlap, 1.25 * seen.overlap)
+            << seen.stiffness << " at " << seen.pressure;
     }
 }
 
@@ -505,17 +522,20 @@ TEST(Plan, AutomaticStiffnessGivesTheAcceptedOverlapUnderTheForceExpected) {
             scene.walls = {{.name = "floor", .law = scene.contact->law}};
             const auto groups = make_groups(scene);
             const Plan plan = make_plan(scene, groups, {});
-            EXPECT_EQ(plan.estimate.by, "weight");
-            EXPECT_NEAR(plan.estimate.overlap, accepted, 1e-12);
-            EXPECT_NEAR(plan.estimate.wall_overlaps.at(0), accepted, 1e-12);
+            EXPECT_EQ(plan.find<TouchPlan>()->estimate.by, "weight");
+            EXPECT_NEAR(plan.find<TouchPlan>()->estimate.overlap, accepted, 1e-12);
+            EXPECT_NEAR(plan.find<TouchPlan>()->estimate.wall_overlaps.at(0), accepted, 1e-12);
             EXPECT_NE(to_text(plan).find("(auto)"), std::string::npos) << to_text(plan);
             EXPECT_NE(to_json(plan).find("\"expected_overlap\""), std::string::npos);
             // Weight, gravity and stiffness go together.
             scene.loads[0].load.as<Gravity>().acceleration = {0, 0, -98.1};
-            EXPECT_NEAR(make_plan(scene, groups, {}).contact->law.stiffness / plan.contact->law.stiffness, 10, 1e-9);
+            EXPECT_NEAR(make_plan(scene, groups, {}).find<ContactPlan>()->spec.law.stiffness /
+                            plan.find<ContactPlan>()->spec.law.stiffness,
+                        10, 1e-9);
             // What is given as a number stays, and is told of alike.
-            scene.contact->law.stiffness = 2 * plan.contact->law.stiffness;
-            EXPECT_EQ(make_plan(scene, groups, {}).contact->law.stiffness, 2 * plan.contact->law.stiffness);
+            scene.contact->law.stiffness = 2 * plan.find<ContactPlan>()->spec.law.stiffness;
+            EXPECT_EQ(make_plan(scene, groups, {}).find<ContactPlan>()->spec.law.stiffness,
+                      2 * plan.find<ContactPlan>()->spec.law.stiffness);
         }
 }
 
@@ -524,7 +544,7 @@ TEST(Plan, NamesAStiffnessOnlyWhereOneHoldsForAllContacts) {
     scene.loads = {{.load = Gravity{}}};
     scene.contact->law.normal = ContactNormal::linear;
     const auto groups = make_groups(scene);
-    const double firm = make_plan(scene, groups, {}).contact->law.stiffness,
+    const double firm = make_plan(scene, groups, {}).find<ContactPlan>()->spec.law.stiffness,
                  needed = 0.5 * firm; // accepted: half of what is allowed
     scene.contact->law.stiffness = 0.01 * firm;
     const std::string alone = to_text(make_plan(scene, groups, {}));
@@ -538,13 +558,13 @@ TEST(Plan, NamesAStiffnessOnlyWhereOneHoldsForAllContacts) {
 TEST(Plan, AutomaticStiffnessIsThatOfTheMaterialWhereNothingPresses) {
     SceneSpec scene = crossed_rods();
     const double own = 8.0 / 9 * 1e6 * std::sqrt(0.02); // Hertz, crossed cylinders, E* = E/1.5
-    EXPECT_NEAR(make_plan(scene, make_groups(scene), {}).contact->law.stiffness / own, 1, 1e-12);
+    EXPECT_NEAR(make_plan(scene, make_groups(scene), {}).find<ContactPlan>()->spec.law.stiffness / own, 1, 1e-12);
     // Ends that are moved may press by more than rods weigh.
     scene.loads = {{.load = Gravity{.acceleration = {0, 0, -1e-6}}}};
-    EXPECT_LT(make_plan(scene, make_groups(scene), {}).contact->law.stiffness, 1e-3 * own);
+    EXPECT_LT(make_plan(scene, make_groups(scene), {}).find<ContactPlan>()->spec.law.stiffness, 1e-3 * own);
     scene.rods[1].end = EndKind::clamped;
     scene.rods[1].end_motion = {.amplitude = {0, 0, 0.01}, .period = 1};
-    EXPECT_NEAR(make_plan(scene, make_groups(scene), {}).contact->law.stiffness / own, 1, 1e-12);
+    EXPECT_NEAR(make_plan(scene, make_groups(scene), {}).find<ContactPlan>()->spec.law.stiffness / own, 1, 1e-12);
 }
 
 TEST(Plan, AutomaticStiffnessOfBodiesThatNothingPressesIsRefused) {

@@ -1,0 +1,112 @@
+// Passes that physics add to programs. A new one is a structure here, which names and prices it, its place in the list
+// below, and a function of the same argument in kernels/make_pass.hpp.
+#pragma once
+
+#include "immersion/inertia_in_fluid.hpp"
+#include "plan/program.hpp"
+#include "relaxation/relaxation_estimate.hpp"
+#include "skein/loads/load.hpp"
+#include "skein/rod/rod_spec.hpp"
+
+#include <memory>
+#include <stdexcept>
+#include <string>
+#include <string_view>
+#include <utility>
+
+namespace skein {
+
+namespace pass {
+
+/// Adds a load of the scene.
+struct ApplyLoad {
+    Load load;
+    std::string family; ///< number of the load, and of the group where the load keeps tables of it
+    std::string_view name() const { return load.kind(); }
+    std::string_view cause = name();
+    double ns() const { return load.predicted_ns(); }
+    bool lies_along() const { return !load.needs_whole_rods(); }
+    std::string refuses_sizes() const {
+        if (!load.keeps_tables_of_group() && !load.needs_whole_rods()) return {};
+        return "a load of kind " + std::string(load.kind()) + " cannot act on them yet";
+    }
+};
+/// Adds the loads that joints have found. The time is that of the millipede: a joint to an element.
+struct TakeJoinedLoads {
+    static constexpr std::string_view name = "joints";
+    static constexpr double ns = 8;
+};
+/// Contacts of nodes with walls. The time is that of bench/scenes/nest: a box with floor and lid.
+struct Walls {
+    static constexpr std::string_view name = "walls";
+    static constexpr double ns = 8;
+};
+/// Contacts with walls at all points of a body's surface.
+struct SurfaceWalls {
+    static constexpr std::string_view name = "walls (surface)", cause = "walls";
+    static constexpr double ns = 8;
+};
+/// Adds loads of the fluid, and leaves kicks the inertia that is not the fluid's. The time is that of 256 rods of 50
+/// elements.
+struct FeelFluid {
+    std::shared_ptr<const InertiaInFluid> inertia;
+    static constexpr std::string_view name = "fluid";
+    static constexpr double ns = 9;
+    static std::string refuses_sizes() {
+        return "they do not feel a fluid yet; immersion.coupling = \"one_way\" has them move as if there were none";
+    }
+};
+/// Before walls and neighbours of rods that relax.
+struct NoteForces {
+    static constexpr std::string_view name = "note forces", cause = "time.relax";
+};
+/// In the place of the kick: inertia and damping of rods that relax. The time is that of 64 rods of 50 elements.
+struct Relax {
+    Law law;
+    RelaxationContacts contacts;
+    static constexpr std::string_view name = "relax", cause = "time.relax";
+    static constexpr double ns = 400;
+    static std::string refuses_sizes() {
+        return "time.relax solves along whole rods that are alike; give each size a group of its own";
+    }
+};
+/// Audit: kinetic energy of ends before they are moved.
+struct AuditEnds {
+    static constexpr std::string_view name = "audit ends", cause = "audits";
+};
+/// Audit: internal loads by themselves.
+struct AuditInner {
+    static constexpr std::string_view name = "audit inner", cause = "audits";
+};
+/// Audit: all loads.
+struct AuditLoads {
+    static constexpr std::string_view name = "audit loads", cause = "audits";
+};
+/// Audit: what the step has done.
+struct AuditBalance {
+    static constexpr std::string_view name = "audit balance", cause = "audits";
+};
+
+} // namespace pass
+
+/// All kinds of passes, in the order of a step.
+template <class... Kinds> struct PassKindList {
+    /// Calls make() with the structure of a pass.
+    template <class Maker> static auto make(const PassSpec& pass, const Maker& maker) {
+        decltype(maker(std::declval<pass::Orthonormalise>())) made;
+        const auto try_kind = [&]<class Kind>(const Kind* kind) {
+            if (kind) made = maker(*kind);
+            return kind != nullptr;
+        };
+        if (!(try_kind(pass.get<Kinds>()) || ...)) throw std::logic_error("a pass of no known kind");
+        return made;
+    }
+};
+using PassKinds =
+    PassKindList<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
+                 pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad,
+                 pass::NoteForces, pass::TakeJoinedLoads, pass::Walls, pass::SurfaceWalls, pass::TakeLoads,
+                 pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads, pass::FeelFluid, pass::Kick, pass::Relax,
+                 pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
+
+} // namespace skein

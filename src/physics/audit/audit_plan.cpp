@@ -1,0 +1,39 @@
+#include "physics/audit/audit_plan.hpp"
+
+#include "kernels/physics_passes.hpp"
+#include "mechanics/audit.hpp"
+#include "physics/audit/audit_tables.hpp"
+#include "physics/plan_input.hpp"
+#include "plan/plan.hpp"
+
+namespace skein {
+
+namespace {
+
+class PlannedAudit final : public PhysicsPlan, public AuditPlan {
+public:
+    std::string summary(const Plan&) const override { return "energy audit"; }
+    void add_passes(GroupPlan& p, const RodGroup& group) const override {
+        if (group.spec().ends_move()) p.program.add(PassPlace::before_ends, pass::AuditEnds{});
+        p.program.add(PassPlace::internal_done, pass::AuditInner{});
+        if (p.program.has(PassPlace::neighbours)) {
+            p.program.add(PassPlace::before_neighbours, pass::AuditLoads{});
+            p.program.add(PassPlace::neighbours_done, pass::AuditInner{});
+        }
+        p.program.add(PassPlace::sum_done, pass::AuditLoads{});
+        p.program.add(PassPlace::balance, pass::AuditBalance{});
+    }
+    void add_bytes(Plan& plan, std::span<const RodGroup>) override {
+        for (const GroupPlan& p : plan.groups)
+            plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) *
+                                (2 * sizeof(SlotLoad<1>) + sizeof(EnergyBudget<1>::Rates)) * plan.machine.lanes;
+    }
+};
+
+} // namespace
+
+void AuditTables::plan(const PlanInput& input, PlannedPhysics& out) {
+    if (input.scene.output.audit) out.add<PlannedAudit>();
+}
+
+} // namespace skein

@@ -1,0 +1,70 @@
+#include "physics/joints/joint_interaction.hpp"
+
+#include "joints/joint_limits.hpp"
+#include "physics/joints/joint_plan.hpp"
+#include "skein/core/index.hpp"
+
+#include <algorithm>
+#include <map>
+
+namespace skein {
+
+JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all, double lag) {
+    std::vector<std::size_t> rods;
+    std::map<std::pair<int, std::int64_t>, std::size_t> place; // in rods, by group and index
+    const auto local = all.local();
+    for (std::size_t i = 0; i < local.size(); ++i) {
+        const auto& assembly = nth(groups, local[i].group).assembly();
+        if (!assembly || nth(plan.joints->of_assembly, assembly->number).empty()) continue;
+        place[{local[i].group, local[i].index}] = rods.size();
+        rods.push_back(i);
+    }
+    std::vector<std::vector<Slot<1>>> state(rods.size());
+    all.read(rods, Copy::synchronised, lag,
+             [&](int, std::size_t i, const RodCopy& rod) { state[i].assign(rod.state.begin(), rod.state.end()); });
+    JointsNow found;
+    for (std::size_t a = 0; a < plan.assemblies.size(); ++a)
+        for (const Joint& joint : plan.joints->of_assembly[a]) {
+            const auto of_group = [&](int group) -> const RodGroup& { return nth(groups, group); };
+            const std::int64_t first_rods = of_group(joint.first.group).rods_per_copy(),
+                               second_rods = of_group(joint.second.group).rods_per_copy();
+            for (std::int64_t copy = 0; copy < plan.assemblies[a].copies; ++copy) {
+                const auto at = place.find({joint.first.group, copy * first_rods + joint.first.rod});
+                if (at == place.end()) continue;
+                const auto& first = state[at->second];
+                const auto& second = state[place.at({joint.second.group, copy * second_rods + joint.second.rod})];
+                const auto k = static_cast<std::size_t>(joint.first.element),
+                           l = static_cast<std::size_t>(joint.second.element);
+                const JointState now = joint_state(plan.joints->tables[joint.table], joint, first[k],
+                                                   first[std::min(k + 1, first.size() - 1)], second[l],
+                                                   second[std::min(l + 1, second.size() - 1)]);
+                found.energies.push_back(now.energy);
+                found.gap = std::max(found.gap, now.gap);
+            }
+        }
+    for (std::size_t a = 0; a < plan.assemblies.size(); ++a) {
+        const AssemblyPlan& assembly = plan.assemblies[a];
+        const Junctions junctions = junctions_of(plan.joints->tables, plan.joints->of_assembly[a], groups);
+        for (const Star& star : junctions.stars)
+            for (std::int64_t copy = 0; copy < assembly.copies; ++copy) {
+                const auto rod = [&](int group, std::int64_t number) {
+                    return place.find({group, copy * nth(groups, group).rods_per_copy() + number});
+                };
+                if (rod(star.members[0].group, star.members[0].rod) == place.end()) continue;
+                found.energies.push_back(star_energy(star, [&](int group, std::int64_t number, int k) {
+                    const auto& slots = state[rod(group, number)->second];
+                    const auto at = static_cast<std::size_t>(k);
+                    return std::pair(slots[at], slots[std::min(at + 1, slots.size() - 1)]);
+                }));
+            }
+    }
+    return found;
+}
+
+std::vector<Figure> JointInteraction::figures(const Sample& sample) const {
+    JointsNow now = joints_now(plan_, groups_, *rods_, sample.lag);
+    return {{"joint_energy[J]", Figure::Of::sum, std::move(now.energies)},
+            {"joint_gap[m]", Figure::Of::largest, {now.gap}}};
+}
+
+} // namespace skein

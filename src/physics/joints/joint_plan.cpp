@@ -1,0 +1,160 @@
+#include "physics/joints/joint_plan.hpp"
+
+#include "coupling/interaction.hpp"
+#include "joints/joint_limits.hpp"
+#include "joints/junction.hpp"
+#include "kernels/physics_passes.hpp"
+#include "kernels/surroundings.hpp"
+#include "physics/assemblies.hpp"
+#include "physics/joints/joint_interaction.hpp"
+#include "physics/plan_input.hpp"
+#include "plan/plan.hpp"
+#include "plan/plan_line.hpp"
+#include "plan/plan_words.hpp"
+#include "skein/core/index.hpp"
+#include "tiles/clusters.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+
+namespace skein {
+
+namespace {
+
+std::string joint_text(const JointSpec& joint, std::size_t count) {
+    const JointLaw& law = joint.law;
+    std::string text =
+        fmt::format("{} {}, '{}' to '{}', ", count, nth(joint_names, joint.kind), joint.between[0], joint.between[1]);
+    if (!shares_node(joint)) text += fmt::format("k {:.4g} N/m", law.stiffness);
+    else text += turns_by_half_cells(joint) ? "as within a rod" : "a common node";
+    if (law.damping > 0) text += fmt::format(", dashpot {:.4g} N s/m", law.damping);
+    if (law.torsional_stiffness > 0) text += fmt::format(", torsional {:.4g} N m/rad", law.torsional_stiffness);
+    if (law.torsional_damping > 0) text += fmt::format(", {:.4g} N m s/rad", law.torsional_damping);
+    if (law.repulsion > 0) text += fmt::format(", repulsion {:.4g} N/m^1.5", law.repulsion);
+    return text;
+}
+
+/// Rods that do not bend beside a joint, in the half cells at their ends.
+std::vector<std::string> rigid_joints(std::span<const JointSpec> joints, std::span<const RodGroup> groups) {
+    std::vector<std::string> found;
+    constexpr double much = 2; // times the half cells' stiffness
+    for (std::size_t j = 0; j < joints.size(); ++j) {
+        const JointSpec& joint = joints[j];
+        if (joint.kind != JointKind::fixed || !(joint.law.torsional_stiffness > 0)) continue;
+        double compliance = 0, rigid = 0; // rad/(N m), m
+        for (const RodGroup& group : groups)
+            for (std::size_t side = 0; side < joint.between.size(); ++side) {
+                const double at = joint.at[side];
+                if (group.name() != joint.between[side] || !group.strained() || group.heterogeneous() ||
+                    (at != 0 && at != 1))
+                    continue;
+                const ElementConstants& element = at == 0 ? group.element.front() : group.element.back();
+                compliance += 0.5 * element.rest_length / element.bending.x;
+                rigid += 0.5 * element.rest_length;
+            }
+        if (compliance * joint.law.torsional_stiffness > much)
+            found.push_back(fmt::format("joint.{}: torsional_stiffness = {:g} N m/rad is {:.2g} times that of the half "
+                                        "cells at the ends that it joins, in "
+                                        "which the rods do not bend themselves: they bend as if {:.2g} m of them were "
+                                        "rigid; stiffness = \"auto\" without "
+                                        "a torsional_stiffness bends there as within a rod",
+                                        j, joint.law.torsional_stiffness, compliance * joint.law.torsional_stiffness,
+                                        rigid));
+    }
+    return found;
+}
+
+class PlannedJoints final : public PhysicsPlan, public JointPlan, public StartsInteraction, public SharesWithPasses {
+public:
+    explicit PlannedJoints(const PlanInput& input) {
+        const SceneSpec& scene = input.scene;
+        auto lists = std::make_shared<JointLists>();
+        lists->tables = scene.joints;
+        for (const AssemblyGroups& of : assemblies_of(input.groups)) {
+            AssemblyPlan& p = assemblies.emplace_back();
+            p.name = assembly_name(scene, of.assembly);
+            p.copies = of.groups.front()->assembly()->count();
+            for (const RodGroup* group : of.groups) {
+                p.rods += group->rods_per_copy();
+                p.elements += group->rods_per_copy() * group->elements();
+            }
+            p.joints_of_table.assign(scene.joints.size(), 0);
+            lists->of_assembly.push_back(joints_of(scene.joints, input.groups, of.assembly));
+            for (const Joint& joint : lists->of_assembly.back()) ++p.joints_of_table[joint.table];
+        }
+        bounds_ = joint_bounds(lists->tables, lists->of_assembly, input.groups);
+        joints = std::move(lists);
+    }
+
+    std::string summary(const Plan&) const override {
+        std::int64_t count = 0;
+        for (std::size_t a = 0; a < assemblies.size(); ++a)
+            count += assemblies[a].copies * static_cast<std::int64_t>(joints->of_assembly[a].size());
+        return count > 0 ? counted(count, "joint") : "assemblies";
+    }
+    std::vector<PlanLine> describe(const Plan&) const override {
+        std::vector<PlanLine> lines;
+        nlohmann::ordered_json json = nlohmann::ordered_json::array();
+        for (std::size_t a = 0; a < assemblies.size(); ++a) {
+            const AssemblyPlan& p = assemblies[a];
+            const auto count = static_cast<std::int64_t>(joints->of_assembly[a].size());
+            lines.push_back({"assembly",
+                             fmt::format("'{}': {}, of {} with {} elements and {}", p.name,
+                                         p.copies == 1 ? "1 copy" : fmt::format("{} copies", p.copies),
+                                         counted(p.rods, "rod"), p.elements, counted(count, "joint")),
+                             "",
+                             {}});
+            for (std::size_t t = 0; t < p.joints_of_table.size(); ++t)
+                if (p.joints_of_table[t] > 0)
+                    lines.push_back({"  joints", joint_text(joints->tables[t], p.joints_of_table[t]), "", {}});
+            json.push_back({{"name", p.name}, {"copies", p.copies}, {"rods", p.rods}, {"joints", count}});
+        }
+        lines.push_back({"", "", "assemblies", json});
+        return lines;
+    }
+    std::vector<std::string> notes(const Plan&, std::span<const RodGroup> groups) const override {
+        return rigid_joints(joints->tables, groups);
+    }
+
+    void add_passes(GroupPlan& p, const RodGroup& group) const override {
+        if (is_joined(group)) p.program.add(PassPlace::connections, pass::TakeJoinedLoads{});
+    }
+    /// Stiffness and drag of joints add to those of rods.
+    void tighten_limits(GroupPlan& p, const RodGroup& group, const Scheme& scheme) const override {
+        if (!is_joined(group)) return;
+        const JointBounds& bounds = nth(bounds_, group.id());
+        if (bounds.eigenvalue > 0) // beside a junction elements have one cell more than at an end
+            p.limit("joints", 2 / std::sqrt(bounds.eigenvalue / p.effective_inertia()), bounds.element_of_eigenvalue);
+        if (bounds.stiffness > 0) {
+            const double rate = p.limits.empty() ? 0 : 2 / p.limits.front().dt;
+            p.limit("joints", 2 / std::sqrt(rate * rate + bounds.stiffness / p.effective_inertia()), bounds.element);
+        }
+        if (bounds.drag == 0) return;
+        const double fastest = p.limits.front().dt,
+                     half = 0.5 * fastest * scheme.stability * bounds.drag / (scheme.drag * p.effective_inertia());
+        p.limit("joints", fastest * (std::sqrt(1 + half * half) - half), bounds.element);
+    }
+
+    void share(Surroundings& around, std::span<const RodGroup>, std::span<const LocalRod>) const override {
+        around.joints = joints;
+    }
+    std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
+        return joints->tables.empty() ? nullptr : std::make_unique<JointInteraction>(parts, *this);
+    }
+
+private:
+    bool is_joined(const RodGroup& group) const {
+        return group.assembly() && !nth(joints->of_assembly, group.assembly()->number).empty();
+    }
+
+    std::vector<JointBounds> bounds_; ///< by group
+};
+
+} // namespace
+
+void JointTables::plan(const PlanInput& input, PlannedPhysics& out) {
+    if (!assemblies_of(input.groups).empty()) out.add<PlannedJoints>(input);
+}
+
+} // namespace skein

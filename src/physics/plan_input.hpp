@@ -1,0 +1,33 @@
+// What physics make their plans from.
+#pragma once
+
+#include "physics/scene_spec.hpp"
+#include "plan/physics_plan.hpp"
+#include "skein/rod/rod_group.hpp"
+
+#include <memory>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace skein {
+
+struct PlanInput {
+    const SceneSpec& scene;      ///< with numbers in place of those that stand for "auto"
+    const SceneSpec& as_written; ///< with these
+    std::span<const RodGroup> groups;
+};
+
+/// Plans of physics, in the order in which they act.
+class PlannedPhysics {
+public:
+    template <class Planned, class... Parts> void add(Parts&&... parts) {
+        all_.push_back(std::make_shared<Planned>(std::forward<Parts>(parts)...));
+    }
+    std::vector<std::shared_ptr<PhysicsPlan>> take() { return std::move(all_); }
+
+private:
+    std::vector<std::shared_ptr<PhysicsPlan>> all_;
+};
+
+} // namespace skein

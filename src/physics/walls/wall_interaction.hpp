@@ -1,0 +1,50 @@
+// Walls as an interaction: rods push them in a pass of their own (contact/wall_pass.hpp); here servos answer, and their
+// figures are read.
+#pragma once
+
+#include "contact/servo.hpp"
+#include "coupling/interaction.hpp"
+#include "skein/core/index.hpp"
+
+namespace skein {
+
+class WallInteraction final : public Interaction {
+public:
+    explicit WallInteraction(const InteractionParts& parts);
+
+    void rebind(const InteractionParts& parts) override;
+    bool couples() const override { return ends_every_step(); }
+    bool ends_every_step() const override { return !driven_.empty(); }
+    void end_step(const Step& step, Timers& timers) override;
+    void watch(const Step& step) override;
+    Ending ending() const override;
+    std::string invalid() const override;
+    Touch strongest_touch(std::int64_t gid) const override;
+    std::span<OverlapWatch> overlaps() override { return overlaps_; }
+    std::vector<Figure> figures(const Sample&) const override;
+    std::string saved_name() const override { return "walls"; }
+    /// Per driven wall its work, how many numbers its servo has, and these.
+    SavedNumbers saved() const override;
+    void restore(const SavedNumbers& kept) override;
+
+private:
+    struct DrivenWall {
+        int wall, watched;
+        Servo servo;
+    };
+
+    const Wall& wall(const DrivenWall& driven) const { return nth(walls_->wall, driven.wall); }
+
+    const Communicator comm_;
+    const std::span<const RodGroup> groups_;
+    const Rods* rods_;
+    std::shared_ptr<Walls> walls_;
+    std::vector<std::shared_ptr<const WallContacts>> wall_contacts_; ///< by group; null where no wall acts
+    std::vector<OverlapWatch> overlaps_;                             ///< by wall
+    std::vector<DrivenWall> driven_;
+    std::vector<double> work_; ///< of every wall on the rods since the start, J
+    std::vector<std::vector<double>>
+        pressing_; ///< scratch: per driven wall, forces on the watched one, then powers of its own
+};
+
+} // namespace skein

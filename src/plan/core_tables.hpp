@@ -1,0 +1,31 @@
+// The tables of every scene, whatever its physics.
+#pragma once
+
+#include "formula/scope.hpp"
+#include "io/output_spec.hpp"
+#include "io/start_spec.hpp"
+#include "skein/rod/rod_spec.hpp"
+#include "time/time_spec.hpp"
+
+#include <string>
+#include <vector>
+
+namespace skein {
+
+struct CoreTables {
+    std::string title;
+    TimeSpec time;
+    std::vector<RodSpec> rods;              ///< and bodies, after them in files
+    std::vector<FormulaConstant> constants; ///< names for formulas
+    std::vector<FormulaTable> tables;
+    OutputSpec output;
+    StartSpec start;
+    std::string file; ///< origin of the scene; relative paths in it start there
+};
+
+/// Names that formulas of a scene may hold.
+inline FormulaScope names_for_formulas(const CoreTables& scene) {
+    return {scene.constants, scene.tables, scene.time.duration};
+}
+
+} // namespace skein

@@ -1,0 +1,157 @@
+#include "plan/group_plan.hpp"
+
+#include "core/share_text.hpp"
+#include "mechanics/bending_shift.hpp"
+#include "mechanics/law.hpp"
+#include "plan/law_differences.hpp"
+#include "rod/body_shape.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+
+namespace {
+
+KickKind kick_of(const RodGroup& group, const DampingRates& rates, DampingScheme scheme) {
+    if (group.law() == Law::elastica) return KickKind::elastica;
+    if (rates.none()) return KickKind::undamped;
+    if (!rates.follow_stretch()) return KickKind::constant_rates;
+    switch (scheme) {
+    case DampingScheme::midpoint:
+        return KickKind::stretched_rates;
+    case DampingScheme::exponential:
+        return KickKind::stretched_exponential;
+    case DampingScheme::after:
+        break;
+    }
+    return KickKind::stretched_after;
+}
+
+/// The published law has the published order; kicks backwards need the exact flow.
+DampingScheme damping_scheme_of(const RodGroup& group, const TimeSpec& time) {
+    if (group.law() == Law::elastica) return DampingScheme::after;
+    return time.integrator == Integrator::pefrl && time.damping == DampingScheme::midpoint ? DampingScheme::exponential
+                                                                                           : time.damping;
+}
+
+std::vector<std::string> hints_for(const RodGroup& group) {
+    std::vector<std::string> hints;
+    if (!group.strained()) return hints;
+    const Shape& shape = group.spec().shape;
+    double length = group.element[0].rest_length, radius = group.element[0].radius;
+    for (const ElementConstants& c : group.element)
+        if (c.rest_length * radius < length * c.radius) {
+            length = c.rest_length;
+            radius = c.radius;
+        }
+    if (length < radius)
+        hints.push_back(fmt::format(
+            "elements are {:.2g} radii long; below 1 they cost time and gain little: elements = {} would do",
+            length / radius, std::max(2L, static_cast<long>(static_cast<double>(shape.elements) * length / radius))));
+    constexpr double longest_element = 1000; // radii; of hair in 20 elements 100
+    if (length > longest_element * radius)
+        hints.push_back(fmt::format(
+            "elements are {:.2g} radii long, so that bends shorter than that are not seen; if the radius is right, "
+            "elements = {:.2g} would have a hundred each",
+            length / radius, static_cast<double>(shape.elements) * length / (100 * radius)));
+    if (const auto told = law_differences(group)) hints.push_back(*told);
+    if (group.spec().start == EndKind::clamped_frozen || group.spec().end == EndKind::clamped_frozen)
+        hints.emplace_back(
+            "\"clamped_frozen\" is of first order, an error of about 1/elements; \"clamped\" is of second "
+            "order at the same cost");
+    return hints;
+}
+
+/// Numbers of a group that no physics decides on.
+void describe_rods(GroupPlan& p, const RodGroup& group) {
+    p.tension_limit = tension_limit(group);
+    if (const BodyShape* body = group.body())
+        p.body = fmt::format("{:.4g} kg, J = ({:.4g}, {:.4g}, {:.4g}) kg m^2, {} part{}", body->mass, body->inertia.x,
+                             body->inertia.y, body->inertia.z, body->part.size(), body->part.size() == 1 ? "" : "s");
+    if (const auto& j = group.rotary_inertia_scale; !j.empty()) {
+        const auto [least, largest] = std::minmax_element(j.begin(), j.end());
+        p.least_rotary_scale = *least;
+        p.largest_rotary_scale = *largest;
+        p.bending_shift = bending_shift(group);
+    }
+    if (group.spec().placement.kind == PlacementKind::packing) {
+        p.packed_fill = group.packed_fill();
+        p.packed_top = group.packed_top();
+    }
+    p.hints = hints_for(group);
+    const auto named = [](EndKind kind, const std::string& free) {
+        return fmt::format("{}{}{}", nth(end_names, kind), free.empty() ? "" : ", free along ", free);
+    };
+    p.start = named(group.spec().start, group.spec().start_free);
+    p.end = named(group.spec().end, group.spec().end_free);
+}
+
+/// Limits by the group's own modes, by what acts on it, and by how that changes the inertia and the modes.
+void find_limits(GroupPlan& p, const RodGroup& group, const Scheme& scheme, const PhysicsPlans& physics) {
+    p.limits = time_limits(group);
+    for (const auto& one : physics) one->add_limits(p, group);
+    for (TimeLimit& limit : p.limits) limit.dt *= std::sqrt(p.effective_inertia());
+    for (const auto& one : physics) one->tighten_limits(p, group, scheme);
+}
+
+/// Refuses passes that need constants of the group if rods have their own.
+void refuse_sizes(const GroupPlan& p, const RodGroup& group) {
+    const auto refuse = [&](const std::string& what) {
+        throw InputError(
+            fmt::format("{}: the rods of '{}' have lengths, radii or shapes of their own, by file '{}': {}",
+                        group.spec().source, group.name(), group.spec().placement.file, what));
+    };
+    for (const PassSpec& pass : p.program)
+        if (!pass.refuses_sizes.empty()) refuse(pass.refuses_sizes);
+    std::vector<std::string_view> causes;
+    for (const PassSpec& pass : p.program)
+        if (!pass.lies_along && std::find(causes.begin(), causes.end(), pass.cause) == causes.end())
+            causes.push_back(pass.cause);
+    if (!causes.empty()) refuse(fmt::format("{} need rods that are alike", fmt::join(causes, ", ")));
+    if (group.spec().material.rotary_inertia_for_dt > 0) refuse("'rotary_inertia_for_dt' needs rods that are alike");
+}
+
+} // namespace
+
+void GroupPlan::limit(std::string_view mode, double dt, int element) {
+    if (limits.empty() || dt < 0.99 * limits.front().dt) limits.insert(limits.begin(), {mode, dt, element});
+}
+
+GroupPlan plan_group(const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics) {
+    GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
+    for (const auto& one : physics) one->act_on(p, group);
+    p.damping_scheme = damping_scheme_of(group, time);
+    const DampingRates rates = damping_rates(group, p.damping);
+    p.kick = kick_of(group, rates, p.damping_scheme);
+    p.undamped = group.law() == Law::elastica ? p.damping.empty() : rates.none();
+    const auto acts_between = [](const auto& one) { return one->acts_between_rods(); };
+    p.program = program_of(group, p, std::any_of(physics.begin(), physics.end(), acts_between));
+    for (const auto& one : physics) one->add_passes(p, group);
+    for (const PassSpec& pass : p.program) p.ns_per_element_step += pass.ns;
+    find_limits(p, group, scheme_of(time.integrator), physics);
+    describe_rods(p, group);
+    p.heterogeneous = group.heterogeneous();
+    if (p.heterogeneous) refuse_sizes(p, group);
+    return p;
+}
+
+int find_families(std::span<GroupPlan> groups) {
+    std::vector<std::string> keys;
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        GroupPlan& p = groups[g];
+        if (!p.program.lies_along()) continue;
+        std::string key = p.heterogeneous ? fmt::format("{}", g) : std::string();
+        for (const PassSpec& pass : p.program) key += fmt::format("|{} {}", pass.name, pass.family);
+        const auto found = std::find(keys.begin(), keys.end(), key);
+        p.family = static_cast<int>(found - keys.begin());
+        if (found == keys.end()) keys.push_back(key);
+    }
+    return static_cast<int>(keys.size());
+}
+
+} // namespace skein

@@ -1,0 +1,189 @@
+#include "plan/plan.hpp"
+
+#include "core/share_text.hpp"
+#include "io/trajectory.hpp"
+#include "io/vtk_series.hpp"
+#include "neighbourhood/exposure.hpp"
+#include "plan/doubts.hpp"
+#include "plan/group_plan.hpp"
+#include "plan/plan_steps.hpp"
+#include "rod/body_shape.hpp"
+#include "skein/core/index.hpp"
+#include "skein/tiles/tile.hpp"
+#include "tiles/rods.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+
+namespace {
+
+/// Tiles of a rank's share, what they weigh, and how long its threads need for a step, ns.
+double lay_out(Plan& plan) {
+    const Machine& m = plan.machine;
+    std::vector<std::int64_t> share;
+    for (const GroupPlan& p : plan.groups) share.push_back((p.rods + m.ranks - 1) / m.ranks);
+    const Tiling tiling = tiling_of(plan, share, plan.machine.lanes);
+    double total = 0, longest = 0, slots = 0;
+    int most_rows = 0;
+    const auto add = [&](double tiles, int rows, double row_ns) {
+        if (tiles == 0) return;
+        total += tiles * rows * row_ns;
+        longest = std::max(longest, rows * row_ns);
+        most_rows = std::max(most_rows, rows);
+        slots += tiles * (rows + 1) * m.lanes;
+    };
+    for (std::size_t g = 0; g < plan.groups.size(); ++g) {
+        GroupPlan& p = plan.groups[g];
+        const std::int64_t along = share[g] - tiling.across[g];
+        p.along = std::min(p.rods, along * m.ranks);
+        p.tiles = Tiling::tiles(p.rods - p.along, m.lanes);
+        add(static_cast<double>(Tiling::tiles(tiling.across[g], m.lanes)), p.elements,
+            8 * p.ns_per_element_step); // narrow tiles take as long as wide ones
+        int least = m.lanes, most = 1;
+        for (const AlongTile& tile : tiling.along)
+            for (const AlongTile::Part& part : tile.parts)
+                if (part.group == static_cast<int>(g)) {
+                    least = std::min(least, part.pieces);
+                    most = std::max(most, part.pieces);
+                }
+        if (p.along > 0)
+            p.pieces = most == 1       ? "whole"
+                       : least == most ? fmt::format("in {} pieces each", most)
+                                       : fmt::format("in {} to {} pieces", least, most);
+    }
+    double constants = 0;
+    for (const AlongTile& tile : tiling.along) {
+        const GroupPlan& p = nth(plan.groups, tile.parts.front().group);
+        add(1, tile.rows, 8 * along_row * p.ns_per_element_step);
+        constants += tile.rows * m.lanes * sizeof(Strands<1>::Element); // where rows repeat far less
+    }
+    plan.state_bytes += m.ranks * (slots * sizeof(Slot<1>) + constants) +
+                        static_cast<double>(m.ranks) * m.threads * most_rows * sizeof(SlotLoad<1>) * m.lanes;
+    return std::max(total / std::min(m.threads, m.cores), longest);
+}
+
+/// Bytes of frames that wait to be written together: as many as a rank's buffer holds of its share, but one at least.
+double waiting_bytes(double frames, double frame_bytes, int ranks) {
+    if (frames == 0) return 0;
+    const double most =
+        std::max(1.0, std::floor(static_cast<double>(FrameWriter::default_buffer_bytes) * ranks / frame_bytes));
+    return std::min(frames, most) * frame_bytes;
+}
+
+/// Bytes of rods, and of their frames.
+void add_bytes(Plan& plan, const OutputSpec& output, std::span<const RodGroup> groups) {
+    double frame_values = 0, tip_values = 0, nodes = 0, lines = 0; // the last two of poly data
+    const bool exposed = plan.acts_between_rods();
+    for (const RodGroup& group : groups) {
+        const auto of_all = [&](auto of_one) {
+            return static_cast<double>(group.count()) * static_cast<double>(of_one);
+        };
+        plan.state_bytes += of_all(sizeof(LocalRod));
+        plan.copy_bytes += of_all(group.slots()) * sizeof(Slot<1>);
+        if (exposed)
+            plan.state_bytes += of_all(group.exposed_slots()) * (Exposure::bytes_per_slot + SlotLoads::bytes_per_slot);
+        frame_values += of_all(3 * group.slots() + (output.directors ? 9 * group.elements() + 3 * group.slots() : 0));
+        nodes += of_all(group.body() ? 2 * group.body()->line.size() : static_cast<std::size_t>(group.slots()));
+        lines += of_all(group.body() ? group.body()->line.size() : 1);
+        tip_values += of_all(output.both_ends ? 6 : 3);
+    }
+    const double value_bytes = output.precision == Precision::single ? 4 : 8,
+                 frames = plan.frames(plan.cadence.of("trajectory")), tips = plan.frames(plan.cadence.of("tips"));
+    plan.output_bytes = value_bytes * (frames * frame_values + tips * tip_values);
+    plan.frame_bytes = waiting_bytes(frames, value_bytes * frame_values, plan.machine.ranks) +
+                       waiting_bytes(tips, value_bytes * tip_values, plan.machine.ranks);
+    plan.vtp = output.writes_vtp(static_cast<std::int64_t>(nodes));
+    if (plan.vtp) plan.output_bytes += frames * VtkSeries::frame_bytes(output, lines, nodes, exposed);
+}
+
+/// Wall time of the steps, s; `tiles_ns`: time of the passes in a step, ns.
+double predicted_seconds(const Plan& plan, double tiles_ns) {
+    const double cores = plan.machine.ranks * std::min(plan.machine.threads, plan.machine.cores),
+                 stages = static_cast<double>(scheme_of(plan.integrator).stages.size());
+    double ns = tiles_ns, seconds = 0;
+    for (const auto& one : plan.physics) {
+        ns += one->ns_per_element() * static_cast<double>(plan.elements) / cores;
+        seconds += one->core_seconds(plan) / cores;
+    }
+    return ns * 1e-9 * stages * static_cast<double>(plan.steps) + seconds;
+}
+
+void note_doubts(Plan& plan, const CoreTables& scene, std::span<const RodGroup> groups) {
+    const auto note = [&](std::vector<std::string> all) {
+        std::move(all.begin(), all.end(), std::back_inserter(plan.notes));
+    };
+    note(uneven_outputs(plan, scene));
+    note(doubts(scene, groups, plan.dt));
+    if (plan.force_dt && !plan.pseudo_time && plan.dt > plan.limit)
+        note({fmt::format("time.force_dt lets a step pass that is {} of its limit: what sets the limit may gain energy "
+                          "without end, and a run is stopped only where rods break or pass through each other",
+                          share_text(plan.dt / plan.limit))});
+    for (const auto& one : plan.physics) note(one->notes(plan, groups));
+}
+
+} // namespace
+
+PhysicsPlan::Coupling Plan::coupling() const {
+    auto most = PhysicsPlan::Coupling::none;
+    for (const auto& one : physics) most = std::max(most, one->coupling());
+    return most;
+}
+
+bool Plan::acts_between_rods() const {
+    return std::any_of(physics.begin(), physics.end(), [](const auto& one) { return one->acts_between_rods(); });
+}
+
+StepWatch step_watch(const Plan& plan) {
+    if (plan.pseudo_time) return {};
+    double inertia = 1;
+    std::vector<char> undamped;
+    for (const GroupPlan& group : plan.groups) {
+        inertia = std::min(inertia, group.effective_inertia());
+        undamped.push_back(group.undamped && !group.inertia);
+    }
+    return {.dt = plan.dt,
+            .stability = std::sqrt(inertia) * scheme_of(plan.integrator).stability,
+            .stops = !plan.force_dt,
+            .undamped = std::move(undamped)};
+}
+
+Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes) {
+    std::vector<TilingGroup> groups;
+    for (std::size_t g = 0; g < plan.groups.size(); ++g)
+        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family, plan.groups[g].heterogeneous});
+    return choose_tiling(groups, lanes, plan.machine.threads, plan.machine.mapping);
+}
+
+bool has_rods_of_files(std::span<const RodGroup> groups) {
+    return std::any_of(groups.begin(), groups.end(), [](const RodGroup& group) { return group.places().from_file(); });
+}
+
+Plan make_plan(const CoreTables& scene, std::vector<std::shared_ptr<PhysicsPlan>> physics,
+               std::span<const RodGroup> groups, const Machine& machine) {
+    Plan plan{.title = scene.title, .machine = machine};
+    plan.physics = std::move(physics);
+    for (const RodGroup& group : groups) {
+        const GroupPlan& p = plan.groups.emplace_back(plan_group(scene.time, group, plan.physics));
+        plan.rods += p.rods;
+        plan.elements += p.rods * p.elements;
+    }
+    plan.families = find_families(plan.groups);
+    const double tiles_ns = lay_out(plan);
+    choose_step(plan, scene);
+    plan.cadence = cadence_of(scene.output, plan);
+    plan.keeping = {scene.output.keep, scene.output.milestones};
+    plan.observables = scene.output.observables;
+    add_bytes(plan, scene.output, groups);
+    plan.rod_bytes = plan.state_bytes;
+    for (const auto& one : plan.physics) one->add_bytes(plan, groups);
+    if (plan.copy_bytes > machine.ranks * most_copied_bytes) plan.copy_bytes = 0;
+    plan.predicted_s = predicted_seconds(plan, tiles_ns);
+    note_doubts(plan, scene, groups);
+    return plan;
+}
+
+} // namespace skein
