@@ -122,8 +122,9 @@ std::string step_text(const Plan& p) {
 }
 
 std::string steps_text(const Plan& p) {
-    return fmt::format("{}  ({:.4g} s, {:.3g} element-steps)", p.steps, static_cast<double>(p.steps) * p.dt,
-                       static_cast<double>(p.steps) * static_cast<double>(p.elements));
+    const double steps = static_cast<double>(p.steps), element_steps = steps * static_cast<double>(p.elements);
+    return fmt::format("{}  ({:.4g} s{})", p.steps, steps * p.dt,
+                       element_steps > 0 ? fmt::format(", {:.3g} element-steps", element_steps) : "");
 }
 
 Lines describe_step(const Plan& p) {

@@ -180,7 +180,7 @@ class Failure(BranchTest):
         self.assertEqual(first_line(done[1]), first_line(done["moved"]))
         for ranks in (1, 2, "moved"):
             self.assertRegex(done[ranks].stderr, "touched: at step \\d+ its element \\d and element \\d of rod 0 of '(bullet|target)' press each other")
-            self.assertIn("pass 'contact'", done[ranks].stderr)
+            self.assertIn("pass 'neighbour loads'", done[ranks].stderr)
             self.assertEqual(re.search("touched: .*", done[1].stderr)[0], re.search("touched: .*", done[ranks].stderr)[0])
 
     def test_a_copy_leaves_no_trace(self):

@@ -360,7 +360,7 @@ series = 0.1
         self.assertIn("kinetic_translation", done.stderr)
 
     def test_the_plan_says_what_a_failure_costs(self):
-        plan = lambda *keys: subprocess.run([SKEIN, "plan", str(self.scene), *keys], capture_output=True, text=True).stdout
+        plan = lambda *keys: subprocess.run([SKEIN, "plan", "-v", str(self.scene), *keys], capture_output=True, text=True).stdout
         self.assertIn("every 15 min of wall time", plan())
         self.assertIn("costs at most 15 min of work", plan("--set", "time.duration=7.2e7", "--set", "output.checkpoint=0"))
         self.assertIn("all there is to do", plan("--set", "time.duration=7.2e7", "--set", "output.checkpoint=0", "--set", "output.checkpoint_wall=0"))

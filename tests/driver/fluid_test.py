@@ -106,7 +106,7 @@ class Fluid(DriverTest):
 
         self.run_skein("one")
         self.run_skein("four_by_one", *across(4), ranks=4)
-        plan = self.run_skein("parts", "--steps", "4", *across(2), ranks=4).stdout
+        plan = self.run_skein("parts", "-v", "--steps", "4", *across(2), ranks=4).stdout
         self.assertRegex(plan, r"sent +2 slabs of planes, the rows of each on 2 ranks; by a rank in a step: ")
         self.assertIn("Resuming from", self.run_skein("parts", *across(3), ranks=3).stdout)
         for out in ("four_by_one", "parts"):
@@ -124,7 +124,7 @@ class Fluid(DriverTest):
         thin = FLUID.replace("[24, 20, 16]", "[24, 20, 2]").replace('"free_slip"', '"periodic"').replace('name = "ball"', 'name = "ball"\nkind = "cylinder"')
         self.scene.write_text(thin)
         self.run_skein("one")
-        self.assertIn("1 slab of planes, the rows of each on 4 ranks", self.run_skein("four", ranks=4).stdout)
+        self.assertIn("1 slab of planes, the rows of each on 4 ranks", self.run_skein("four", "-v", ranks=4).stdout)
         self.assertEqual(self.digest("four"), self.digest("one"))
         done = self.run_skein("low", "--set", "fluid.cells=[24, 4, 2]", expect=2, ranks=3)
         self.assertIn("the fluid has 4 rows of cells along y and 2 planes along z, too few for 3 ranks: expected at most 1 slabs of planes times at most 2 ranks of each", done.stderr)
@@ -140,7 +140,7 @@ class Fluid(DriverTest):
 
     def test_rods_stir_a_fluid_alike_on_any_ranks_threads_and_lanes_and_however_often_one_looks(self):
         self.scene.write_text(RODS_IN_FLUID)
-        plan = self.run_skein("one").stdout
+        plan = self.run_skein("one", "-v").stdout
         self.assertRegex(plan, r"'thick', half axes of 2 to 3 cells, \d+ markers a rod, on rings")
         self.assertIn("'threads', half axes of 0.4 to 0.4 cells", plan)
         runs = {"two": {"ranks": 2}, "three": {"ranks": 3}, "threads": {"threads": 2}}
@@ -248,7 +248,7 @@ class Fluid(DriverTest):
     def test_columns_slab_by_slab_find_the_flow_of_whole_ones_and_repeat_their_bits(self):
         self.run_skein("whole", ranks=3)
         self.scene.write_text(FLUID.replace(WALLS, WALLS + 'pressure_exchange = "interfaces"'))
-        plan = self.run_skein("slabs", ranks=3).stdout
+        plan = self.run_skein("slabs", "-v", ranks=3).stdout
         self.assertRegex(plan, r"direct, by numbers at interfaces of slabs, 100 % of columns through all slabs; other numbers of ranks agree to about 1e-12")
         self.assertRegex(plan, r"sent +by a rank in a step: 17.9 kB at interfaces \(17.9 kB a solve\)")
         for name, frame in self.fields("slabs").items():

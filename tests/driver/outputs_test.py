@@ -58,7 +58,7 @@ def tables(plan, text, dt, steps, others):
     nothing = {"series": whole, "checkpoint": 0}
     if plan["rods"] > 0: nothing |= {"tips": whole, "trajectory": whole}
     if "[contact]" in text: made[4]["contacts"] = part(100)
-    if plan["fluid"]: made[4]["fields"] = part(90)
+    if plan.get("fluid"): made[4]["fields"] = part(90)
     for i, table in enumerate(made):
         yield [*(f"output.{key}={steps * dt!r}" for key, steps in {**nothing, **table}.items() if key in {*nothing, "contacts", "fields"}),
                *(f"fluid_output.{name}.every={(whole if i == 0 else part(13 * i)) * dt!r}" for name in others)]
@@ -85,12 +85,12 @@ class Outputs(unittest.TestCase):
         keys = SMALLER.get(scene.stem, [])
         if scene.stem in MASKED: keys = [f"{MASKED[scene.stem]}='{self.mask}'"]
         plan = plan_of(scene, keys)
-        if plan["fluid"]:
+        if plan.get("fluid"):
             keys = coarser(text, plan, keys)
             plan = plan_of(scene, keys)
         dt, steps = plan["dt"], 500
-        if plan["fluid"] and plan["rods"]: steps = 20 * plan["fluid"]["meets_rods_every"]
-        elif plan["fluid"]:
+        if plan.get("fluid") and plan["rods"]: steps = 20 * plan["fluid"]["meets_rods_every"]
+        elif plan.get("fluid"):
             per_step = max(1.0, plan["fluid"]["steps"] / plan["steps"])
             dt, steps = dt / per_step, 20
         keys = [*keys, f"time.dt={dt!r}" if given == "dt" else f"time.divide={40 * dt!r}"]

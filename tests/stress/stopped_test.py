@@ -48,7 +48,7 @@ class Stopped(DriverTest):
         for stretch, code in ((1.005, 0), (1.05, 4)):
             self.scene_of(f'[[load]]\nkind = "end_force"\nend = [0.0, 0.0, {axial * (1 - 1 / stretch)!r}]\nramp = 1.0\n'
                           '[[load]]\nkind = "gravity"\nacceleration = [1e-3, 0.0, 0.0]\n', duration=4.0, shear=1e4, radius=0.02, rate=2.0)
-            done = self.run_skein(f"pull_{stretch}", expect=code)
+            done = self.run_skein(f"pull_{stretch}", "-v", expect=code)
             self.assertIn("directors flip beyond dilatation e_c = 1.01", done.stdout)
             if code:
                 for part in ("'rope'", "element", "step", "tension instability", "e_c = 1.01", "likely cause"):

@@ -245,40 +245,31 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
     }
 }
 
-} // namespace
+/// Checks the margins that stand in place of a box.
+void check_margins(const SceneSpec& scene, Objections& table) {
+    const std::string key = scene.fluid->margin_lower ? "margin_lower" : "margin_upper";
+    if (const std::string fault = unfitted(scene); !fault.empty()) table.add(key, fault);
+    table.unused({"cells", "lower"}, "beside margins, which say the box");
+}
 
-void FluidTables::check(const SceneSpec& given, Objections& objections) {
-    SceneSpec fitted;
-    if (given.fluid && given.fluid->fitted()) {
-        TableObjections table(objections, "fluid");
-        const std::string key = given.fluid->margin_lower ? "margin_lower" : "margin_upper";
-        if (const std::string fault = unfitted(given); !fault.empty()) table.add(key, fault);
-        table.unused({"cells", "lower"}, "beside margins, which say the box");
-        fitted = given;
-        fitted.fluid = fitted_fluid(given);
-    }
-    const SceneSpec& scene = fitted.fluid ? fitted : given;
-    if (scene.output.fluid_fields > 0 && !scene.fluid)
-        objections.add("output.fields", "'fields' has no use without [fluid]");
-    TableObjections immersion(objections, "immersion");
+/// Objects to keys of bodies in a fluid that nothing uses.
+void check_immersion(const SceneSpec& scene, Objections& table) {
     if (!FluidTables::has_immersed(scene))
-        immersion.unused({"delta", "forcing", "sweeps", "slip"}, "without [[obstacle]] or rods in a [fluid]");
+        table.unused({"delta", "forcing", "sweeps", "slip"}, "without [[obstacle]] or rods in a [fluid]");
     if (!scene.fluid || scene.rods.empty())
-        immersion.unused({"retraction", "coupling", "inner_inertia"}, "without rods in a [fluid]");
+        table.unused({"retraction", "coupling", "inner_inertia"}, "without rods in a [fluid]");
     if (scene.immersion.coupling == RodCoupling::one_way)
-        immersion.unused({"inner_inertia"}, "with coupling = \"one_way\"");
-    if (!scene.fluid) {
-        for (std::size_t i = 0; i < scene.obstacles.size(); ++i)
-            objections.add(fmt::format("obstacle.{}", i), "[[obstacle]] has no use without [fluid]");
-        for (std::size_t i = 0; i < scene.fluid_outputs.size(); ++i)
-            objections.add(fmt::format("fluid_output.{}", i), "[[fluid_output]] has no use without [fluid]");
-        return;
-    }
-    const FluidSpec& fluid = *scene.fluid;
-    TableObjections table(objections, "fluid");
-    check_rods(scene, objections);
-    check_forcing(scene, immersion);
-    check_cells(fluid, table);
+        table.unused({"inner_inertia"}, "with coupling = \"one_way\"");
+}
+
+/// Objects to each table of a list that nothing uses.
+void check_unused(const char* name, const auto& list, const char* without, Objections& objections) {
+    for (std::size_t i = 0; i < list.size(); ++i)
+        objections.add(fmt::format("{}.{}", name, i), fmt::format("[[{}]] has no use without {}", name, without));
+}
+
+/// Checks the faces that the fluid flows through.
+void check_inflow(const FluidSpec& fluid, Objections& table) {
     for (const auto& [key, bound] : {std::pair{"along_y", fluid.along_y}, std::pair{"along_z", fluid.along_z}})
         if (bound == FluidBoundary::through)
             table.add(key, fmt::format("'{}': the fluid flows through along x alone", key));
@@ -289,22 +280,66 @@ void FluidTables::check(const SceneSpec& given, Objections& objections) {
     else if (fluid.inflow_profile == InflowProfile::parabolic && fluid.along_y != FluidBoundary::no_slip &&
              fluid.along_z != FluidBoundary::no_slip)
         table.add("inflow_profile", "a parabolic inflow needs \"no_slip\" walls across y or z");
+}
+
+/// Checks implicit viscosity.
+void check_scheme(const FluidSpec& fluid, Objections& table) {
+    if (fluid.scheme != FlowScheme::crank_nicolson) return;
+    if (fluid.along_x == FluidBoundary::through)
+        table.add("scheme",
+                  "'crank_nicolson' solves for viscosity between walls and periods, not where the fluid flows through: "
+                  "use another scheme or another 'along_x'");
+    if (fluid.pressure == PressureMethod::multigrid)
+        table.add("scheme",
+                  "'crank_nicolson' solves for viscosity by transforms alone: it needs pressure = \"direct\"");
+}
+
+/// Objects to keys and tables that a scene without rods does not use.
+void check_without_rods(const SceneSpec& scene, Objections& objections) {
+    TableObjections(objections, "output").unused({"trajectory", "tips", "audit", "observables"}, "without rods");
+    TableObjections(objections, "time")
+        .unused({"safety", "e_min", "integrator", "damping", "rest_speed", "relax", "relax_tolerance", "force_dt"},
+                "without rods");
+    check_unused("load", scene.loads, "rods", objections);
+    check_unused("damping", scene.damping, "rods", objections);
+    check_unused("wall", scene.walls, "rods", objections);
+    check_unused("joint", scene.joints, "rods", objections);
+    check_unused("assembly", scene.assemblies, "rods", objections);
+    if (scene.contact) objections.add("contact", "[contact] has no use without rods");
+    if (!scene.start.from.empty()) objections.add("start.from", "a scene of a fluid begins with its own start");
+}
+
+} // namespace
+
+void FluidTables::check(const SceneSpec& given, Objections& objections) {
+    TableObjections table(objections, "fluid"), immersion(objections, "immersion");
+    SceneSpec fitted;
+    if (given.fluid && given.fluid->fitted()) {
+        check_margins(given, table);
+        fitted = given;
+        fitted.fluid = fitted_fluid(given);
+    }
+    const SceneSpec& scene = fitted.fluid ? fitted : given;
+    if (scene.output.fluid_fields > 0 && !scene.fluid)
+        objections.add("output.fields", "'fields' has no use without [fluid]");
+    check_immersion(scene, immersion);
+    if (!scene.fluid) {
+        check_unused("obstacle", scene.obstacles, "[fluid]", objections);
+        check_unused("fluid_output", scene.fluid_outputs, "[fluid]", objections);
+        return;
+    }
+    const FluidSpec& fluid = *scene.fluid;
+    check_rods(scene, objections);
+    check_forcing(scene, immersion);
+    check_cells(fluid, table);
+    check_inflow(fluid, table);
     if (fluid.pressure != PressureMethod::multigrid)
         table.unused({"pressure_tolerance"}, "without pressure = \"multigrid\"");
     else table.unused({"pressure_exchange"}, "with pressure = \"multigrid\"");
     check_ranks(fluid, table);
     check_walls(fluid, table);
     check_motion(scene, table);
-    if (fluid.scheme == FlowScheme::crank_nicolson) {
-        if (fluid.along_x == FluidBoundary::through)
-            table.add(
-                "scheme",
-                "'crank_nicolson' solves for viscosity between walls and periods, not where the fluid flows through: "
-                "use another scheme or another 'along_x'");
-        if (fluid.pressure == PressureMethod::multigrid)
-            table.add("scheme",
-                      "'crank_nicolson' solves for viscosity by transforms alone: it needs pressure = \"direct\"");
-    }
+    check_scheme(fluid, table);
     check_obstacles(scene, objections);
     const auto& cells = fluid.cells;
     check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0,
@@ -313,22 +348,7 @@ void FluidTables::check(const SceneSpec& given, Objections& objections) {
         const StartVelocity start(fluid.velocity_formula, names_for_formulas(scene));
         add_faults("velocity_formula", start.faults(), table);
     }
-    if (!scene.rods.empty()) return;
-    TableObjections(objections, "output").unused({"trajectory", "tips", "audit", "observables"}, "without rods");
-    TableObjections(objections, "time")
-        .unused({"safety", "e_min", "integrator", "damping", "rest_speed", "relax", "relax_tolerance", "force_dt"},
-                "without rods");
-    const auto no_use = [&](const char* name, const auto& list) {
-        for (std::size_t i = 0; i < list.size(); ++i)
-            objections.add(fmt::format("{}.{}", name, i), fmt::format("[[{}]] has no use without rods", name));
-    };
-    no_use("load", scene.loads);
-    no_use("damping", scene.damping);
-    no_use("wall", scene.walls);
-    no_use("joint", scene.joints);
-    no_use("assembly", scene.assemblies);
-    if (scene.contact) objections.add("contact", "[contact] has no use without rods");
-    if (!scene.start.from.empty()) objections.add("start.from", "a scene of a fluid begins with its own start");
+    if (scene.rods.empty()) check_without_rods(scene, objections);
 }
 
 } // namespace skein

@@ -47,8 +47,11 @@ public:
 
     std::string summary(const Plan& p) const override {
         const auto& cells = constants.grid.cells;
-        return fmt::format("fluid of {} x {} x {} cells, {}", cells[0], cells[1], cells[2],
-                           fluid_steps_text(*this, p.steps, p.dt));
+        const bool same =
+            constants.pressure == PressureMethod::direct && constants.exchange == ColumnExchange::transposes;
+        return fmt::format("fluid of {} x {} x {} cells, {:.0f} steps{}{}", cells[0], cells[1], cells[2],
+                           steps(p.steps, p.dt), speed.value > 0 ? "" : " at least",
+                           same ? "" : "; bits depend on the number of ranks");
     }
     std::vector<PlanLine> describe(const Plan& p) const override {
         const Machine& machine = p.machine;
