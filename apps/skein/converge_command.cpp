@@ -73,6 +73,57 @@ RunResult make_run(const Communicator& comm, const Threads& threads, const Machi
     }
 }
 
+/// Makes the runs of a study, up to the first that is stopped; its code.
+Exit make_runs(const Communicator& comm, const Machine& machine, const Study& study, const std::string& out,
+               ProgressStyle style) {
+    const Threads threads(machine.threads);
+    const std::vector<std::size_t> order = order_of(study);
+    for (std::size_t number = 0; number < order.size(); ++number) {
+        const StudyRun& run = study.runs[order[number]];
+        const double began = wall_seconds();
+        const RunResult result = make_run(comm, threads, machine, run, out, style, place_of(study, order, number));
+        if (result.code == Exit::unsettled)
+            throw Error(result.code, "run " + run.name + ": its rods have not settled; raise time.duration");
+        if (result.code != Exit::done) {
+            if (comm.root())
+                std::printf("Stopped in the run %s at step %lld; the same command goes on.\n", run.name.c_str(),
+                            static_cast<long long>(result.step));
+            return result.code;
+        }
+        if (comm.root()) {
+            std::printf("  %s: %.3g s\n", run.name.c_str(), wall_seconds() - began);
+            std::fflush(stdout);
+        }
+    }
+    return Exit::done;
+}
+
+/// Writes and prints the figures of all runs; text of a name that no observable has, or none.
+std::string tell_figures(const Study& study, const ConvergeArguments& arguments, const std::string& out) {
+    std::array<RunSamples, 4> samples;
+    std::array<double, 4> core_seconds{};
+    const std::vector<RodGroup> groups = make_groups(study.runs[study.given].scene);
+    for (std::size_t k = 0; k < samples.size(); ++k) {
+        const std::string directory = out + "/" + study.runs[k].name;
+        samples[k] = read_samples(directory, groups, study.at_rest);
+        core_seconds[k] = core_seconds_of(directory, study.runs[k].predicted);
+    }
+    const StudyFigures figures = figures_of(study, samples, core_seconds);
+    std::optional<Advice> advice;
+    std::string unknown;
+    try {
+        if (arguments.tolerance > 0) advice = advice_for(study, figures, arguments.tolerance, arguments.observables);
+    } catch (const InputError& error) {
+        unknown = error.what();
+    }
+    write_file(out + "/" + figures_name, to_json(study, figures, advice ? &*advice : nullptr));
+    write_file(out + "/" + table_name, to_csv(study, figures));
+    std::printf("%s%s", to_text(study, figures).c_str(), advice ? to_text(study, *advice).c_str() : "");
+    std::printf("Figures: %s/%s, %s; a plot of error against core-seconds: apps/figures/converge.py %s\n", out.c_str(),
+                figures_name.c_str(), table_name.c_str(), out.c_str());
+    return unknown;
+}
+
 } // namespace
 
 int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
@@ -95,52 +146,10 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
         }
         if (arguments.dry_run) return static_cast<int>(Exit::done);
         on_root(comm, [&] { require_own(out); });
-
-        const Threads threads(machine.threads);
-        const std::vector<std::size_t> order = order_of(study);
-        for (std::size_t number = 0; number < order.size(); ++number) {
-            const std::size_t k = order[number];
-            const double began = wall_seconds();
-            const RunResult result = make_run(comm, threads, machine, study.runs[k], out, arguments.progress,
-                                              place_of(study, order, number));
-            if (result.code == Exit::unsettled)
-                throw Error(result.code,
-                            "run " + study.runs[k].name + ": its rods have not settled; raise time.duration");
-            if (result.code != Exit::done) {
-                if (comm.root())
-                    std::printf("Stopped in the run %s at step %lld; the same command goes on.\n",
-                                study.runs[k].name.c_str(), static_cast<long long>(result.step));
-                return static_cast<int>(result.code);
-            }
-            if (comm.root()) {
-                std::printf("  %s: %.3g s\n", study.runs[k].name.c_str(), wall_seconds() - began);
-                std::fflush(stdout);
-            }
-        }
+        const Exit code = make_runs(comm, machine, study, out, arguments.progress);
+        if (code != Exit::done) return static_cast<int>(code);
         std::string unknown; // of a name that no observable has, told beside the table of those that there are
-        on_root(comm, [&] {
-            std::array<RunSamples, 4> samples;
-            std::array<double, 4> core_seconds{};
-            const std::vector<RodGroup> groups = make_groups(study.runs[study.given].scene);
-            for (std::size_t k = 0; k < samples.size(); ++k) {
-                const std::string directory = out + "/" + study.runs[k].name;
-                samples[k] = read_samples(directory, groups, study.at_rest);
-                core_seconds[k] = core_seconds_of(directory, study.runs[k].predicted);
-            }
-            const StudyFigures figures = figures_of(study, samples, core_seconds);
-            std::optional<Advice> advice;
-            try {
-                if (arguments.tolerance > 0)
-                    advice = advice_for(study, figures, arguments.tolerance, arguments.observables);
-            } catch (const InputError& error) {
-                unknown = error.what();
-            }
-            write_file(out + "/" + figures_name, to_json(study, figures, advice ? &*advice : nullptr));
-            write_file(out + "/" + table_name, to_csv(study, figures));
-            std::printf("%s%s", to_text(study, figures).c_str(), advice ? to_text(study, *advice).c_str() : "");
-            std::printf("Figures: %s/%s, %s; a plot of error against core-seconds: apps/figures/converge.py %s\n",
-                        out.c_str(), figures_name.c_str(), table_name.c_str(), out.c_str());
-        });
+        on_root(comm, [&] { unknown = tell_figures(study, arguments, out); });
         unknown = comm.broadcast(unknown);
         if (!unknown.empty()) throw InputError(unknown);
         return static_cast<int>(Exit::done);

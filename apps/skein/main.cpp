@@ -80,6 +80,163 @@ void add_lanes(CLI::App& command, int& lanes) {
         ->check(CLI::IsMember({1, 2, 4, 8}));
 }
 
+struct CheckArguments {
+    skein::SceneArguments scene;
+    bool self = false; ///< this build instead of a scene
+    int threads = 0, lanes = 0;
+};
+
+/// Adds the command with its options; so do the functions below.
+CLI::App* add_run(CLI::App& app, skein::RunArguments& run) {
+    CLI::App& command = *app.add_subcommand("run", "run a scene, or resume it from its last checkpoint");
+    add_scene_options(command, run.scene);
+    command.add_option("-o,--out", run.options.out, "directory of results; default out/<scene name>");
+    command.add_option("-t,--threads", run.threads, "threads per rank; default: the cores this rank may use")
+        ->check(CLI::PositiveNumber);
+    command
+        .add_option("--shuffle", run.shuffle,
+                    "seed of a random order in which threads take their work; the same bits, for checks")
+        ->option_text("SEED");
+    add_lanes(command, run.lanes);
+    add_mapping(command, run.mapping);
+    command.add_option("--steps", run.options.steps, "stop after this step")->check(CLI::PositiveNumber);
+    command.add_option("--until", run.options.until, "stop at this time [s]")->check(CLI::PositiveNumber);
+    command.add_option("--walltime", run.options.walltime, "end with a checkpoint within this many seconds")
+        ->check(CLI::PositiveNumber);
+    command
+        .add_option("--protocol", run.options.protocol,
+                    "synchronous: all threads and ranks meet after every step; the same bits, for scaling studies")
+        ->transform(CLI::CheckedTransformer(protocols))
+        ->option_text("{asynchronous,synchronous}=asynchronous");
+    command.add_flag_callback(
+        "--no-checkpoint", [&run] { run.options.checkpoint = false; }, "write none, not even at the end; for timing");
+    command
+        .add_option("--rewind", run.options.rewind,
+                    "keep a copy of the state in memory, to find out where a failure began; auto: up to 1 GiB per rank")
+        ->transform(CLI::CheckedTransformer(rewinds))
+        ->option_text("{auto,always,never}=auto");
+    command
+        .add_option("--balance", run.options.balance,
+                    "whether rods that touch may go to other ranks while the run goes on; auto: where the time that "
+                    "it saves pays "
+                    "for it; always: at every list of candidates, for checks; the same bits")
+        ->transform(CLI::CheckedTransformer(balances))
+        ->option_text("{auto,always,never}=auto");
+    command.add_flag("--overwrite", run.options.overwrite,
+                     "start anew; earlier results go to a folder previous_1, _2, ... in it");
+    add_progress(command, run.options.progress);
+    command.add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
+    command.add_flag("-v,--verbose", run.verbose, "print the whole plan: passes, limits, physics, outputs");
+    return &command;
+}
+
+CLI::App* add_branch(CLI::App& app, skein::BranchArguments& branch) {
+    CLI::App& command =
+        *app.add_subcommand("branch", "begin a new directory with the state of a checkpoint, under changed keys");
+    command.add_option("FROM", branch.from, "directory of a run, for its newest checkpoint, or DIRECTORY@STEP")
+        ->required();
+    command.add_option("NEW", branch.to, "directory to begin; `skein run NEW` goes on there")->required();
+    command
+        .add_option("--set", branch.overrides,
+                    "change a key, e.g. --set time.dt=1e-4 (may be repeated): times, loads, damping, contact laws, "
+                    "material, how "
+                    "walls move, outputs")
+        ->type_name("KEY=VALUE")
+        ->allow_extra_args(false);
+    return &command;
+}
+
+CLI::App* add_verify(CLI::App& app, skein::VerifyArguments& verify) {
+    CLI::App& command =
+        *app.add_subcommand("verify", "compute a segment between two checkpoints again, and compare every bit");
+    command.add_option("DIRECTORY", verify.directory, "of a run")->required();
+    command.add_option("--segment", verify.segment, "which segment, from 0, or random; default: the last")
+        ->type_name("NUMBER");
+    command.add_option("-t,--threads", verify.layout.threads, "threads per rank; default: the cores this rank may use")
+        ->check(CLI::PositiveNumber);
+    add_lanes(command, verify.layout.lanes);
+    add_mapping(command, verify.layout.mapping);
+    return &command;
+}
+
+CLI::App* add_converge(CLI::App& app, skein::ConvergeArguments& converge) {
+    CLI::App& command = *app.add_subcommand(
+        "converge",
+        "how large is the error of a scene: runs n, 2n and 4n elements and half the step, and tells orders, Richardson "
+        "values and error bars of every observable");
+    add_scene_options(command, converge.scene);
+    command.add_option("-o,--out", converge.out, "directory of all runs; default out/<scene name>_converge");
+    command
+        .add_option("--tolerance", converge.tolerance,
+                    "also the cheapest elements and dt for this error of every observable, over its range, e.g. 1e-3")
+        ->check(CLI::PositiveNumber);
+    command
+        .add_option("--observable", converge.observables,
+                    "for the tolerance look at this one alone, by its name in the table (may be repeated)")
+        ->type_name("NAME")
+        ->allow_extra_args(false);
+    command.add_flag("--coarser", converge.coarser,
+                     "n/2, n and 2n elements: a third of the cost, and a less certain error bar");
+    command.add_flag("--dry-run", converge.dry_run, "print the runs with their predicted cost, and make none");
+    command.add_option("-t,--threads", converge.threads, "threads per rank; default: the cores this rank may use")
+        ->check(CLI::PositiveNumber);
+    add_lanes(command, converge.lanes);
+    add_mapping(command, converge.mapping);
+    add_progress(command, converge.progress);
+    return &command;
+}
+
+CLI::App* add_plan(CLI::App& app, skein::PlanArguments& plan) {
+    CLI::App& command = *app.add_subcommand("plan", "print what a run would do");
+    add_scene_options(command, plan.scene);
+    command.add_flag("--json", plan.json, "as JSON");
+    command.add_flag("-v,--verbose", plan.verbose, "print the whole plan: passes, limits, physics, outputs");
+    command
+        .add_option("--ranks", plan.ranks,
+                    "number of ranks to plan for: rods, ghosts, messages, memory and time of each")
+        ->check(CLI::PositiveNumber);
+    command
+        .add_option("--machine", plan.machine, "what messages cost there: a file that bench/scaling/netcal has written")
+        ->type_name("FILE");
+    command.add_option("-t,--threads", plan.threads, "threads per rank")->check(CLI::PositiveNumber);
+    add_lanes(command, plan.lanes);
+    add_mapping(command, plan.mapping);
+    return &command;
+}
+
+CLI::App* add_check(CLI::App& app, CheckArguments& check) {
+    CLI::App& command =
+        *app.add_subcommand("check", "read and check a scene, run nothing; or check this build (--self)");
+    command.add_option("SCENE", check.scene.file, "scene file (TOML), or a directory that a branch began in");
+    add_overrides(command, check.scene);
+    command.add_flag("--self", check.self,
+                     "check this build instead: step a known scene, on all ranks, and compare its digest");
+    command.add_option("-t,--threads", check.threads, "of the self-check")->check(CLI::PositiveNumber);
+    add_lanes(command, check.lanes);
+    command.callback([&check] {
+        if (check.self == !check.scene.file.empty()) throw CLI::RequiredError("check: SCENE, or --self,");
+    });
+    return &command;
+}
+
+CLI::App* add_describe(CLI::App& app, skein::DescribeArguments& describe) {
+    CLI::App& command = *app.add_subcommand(
+        "describe", "a scene as TOML with all keys and what they mean, or the keys that scenes know");
+    command.add_option("SCENE_OR_KEY", describe.what,
+                       "scene file, directory of a run's results, or a key such as rods.material; default: all keys");
+    command.add_flag("--json", describe.json, "keys as JSON: paths, units, types, bounds, defaults");
+    return &command;
+}
+
+CLI::App* add_info(CLI::App& app, skein::SceneArguments& info, std::string& out) {
+    CLI::App& command =
+        *app.add_subcommand("info", "build and machine; with a scene or a directory of results, how far the run is");
+    command.add_option("SCENE", info.file, "scene file (TOML), or the directory of a run's results");
+    command.add_option("-o,--out", out, "directory of the scene's results; default out/<scene name>");
+    add_overrides(command, info);
+    return &command;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -89,148 +246,22 @@ int main(int argc, char** argv) {
     app.require_subcommand(1);
 
     skein::RunArguments run;
-    CLI::App* run_command = app.add_subcommand("run", "run a scene, or resume it from its last checkpoint");
-    add_scene_options(*run_command, run.scene);
-    run_command->add_option("-o,--out", run.options.out, "directory of results; default out/<scene name>");
-    run_command->add_option("-t,--threads", run.threads, "threads per rank; default: the cores this rank may use")
-        ->check(CLI::PositiveNumber);
-    run_command
-        ->add_option("--shuffle", run.shuffle,
-                     "seed of a random order in which threads take their work; the same bits, for checks")
-        ->option_text("SEED");
-    add_lanes(*run_command, run.lanes);
-    add_mapping(*run_command, run.mapping);
-    run_command->add_option("--steps", run.options.steps, "stop after this step")->check(CLI::PositiveNumber);
-    run_command->add_option("--until", run.options.until, "stop at this time [s]")->check(CLI::PositiveNumber);
-    run_command->add_option("--walltime", run.options.walltime, "end with a checkpoint within this many seconds")
-        ->check(CLI::PositiveNumber);
-    run_command
-        ->add_option("--protocol", run.options.protocol,
-                     "synchronous: all threads and ranks meet after every step; the same bits, for scaling studies")
-        ->transform(CLI::CheckedTransformer(protocols))
-        ->option_text("{asynchronous,synchronous}=asynchronous");
-    run_command->add_flag_callback(
-        "--no-checkpoint", [&] { run.options.checkpoint = false; }, "write none, not even at the end; for timing");
-    run_command
-        ->add_option(
-            "--rewind", run.options.rewind,
-            "keep a copy of the state in memory, to find out where a failure began; auto: up to 1 GiB per rank")
-        ->transform(CLI::CheckedTransformer(rewinds))
-        ->option_text("{auto,always,never}=auto");
-    run_command
-        ->add_option("--balance", run.options.balance,
-                     "whether rods that touch may go to other ranks while the run goes on; auto: where the time that "
-                     "it saves pays "
-                     "for it; always: at every list of candidates, for checks; the same bits")
-        ->transform(CLI::CheckedTransformer(balances))
-        ->option_text("{auto,always,never}=auto");
-    run_command->add_flag("--overwrite", run.options.overwrite,
-                          "start anew; earlier results go to a folder previous_1, _2, ... in it");
-    add_progress(*run_command, run.options.progress);
-    run_command->add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
-    run_command->add_flag("-v,--verbose", run.verbose, "print the whole plan: passes, limits, physics, outputs");
-
     skein::BranchArguments branch;
-    CLI::App* branch_command =
-        app.add_subcommand("branch", "begin a new directory with the state of a checkpoint, under changed keys");
-    branch_command->add_option("FROM", branch.from, "directory of a run, for its newest checkpoint, or DIRECTORY@STEP")
-        ->required();
-    branch_command->add_option("NEW", branch.to, "directory to begin; `skein run NEW` goes on there")->required();
-    branch_command
-        ->add_option("--set", branch.overrides,
-                     "change a key, e.g. --set time.dt=1e-4 (may be repeated): times, loads, damping, contact laws, "
-                     "material, how "
-                     "walls move, outputs")
-        ->type_name("KEY=VALUE")
-        ->allow_extra_args(false);
-
     skein::VerifyArguments verify;
-    CLI::App* verify_command =
-        app.add_subcommand("verify", "compute a segment between two checkpoints again, and compare every bit");
-    verify_command->add_option("DIRECTORY", verify.directory, "of a run")->required();
-    verify_command->add_option("--segment", verify.segment, "which segment, from 0, or random; default: the last")
-        ->type_name("NUMBER");
-    verify_command
-        ->add_option("-t,--threads", verify.layout.threads, "threads per rank; default: the cores this rank may use")
-        ->check(CLI::PositiveNumber);
-    add_lanes(*verify_command, verify.layout.lanes);
-    add_mapping(*verify_command, verify.layout.mapping);
-
     skein::ConvergeArguments converge;
-    CLI::App* converge_command = app.add_subcommand(
-        "converge",
-        "how large is the error of a scene: runs n, 2n and 4n elements and half the step, and tells orders, Richardson "
-        "values and error bars of every observable");
-    add_scene_options(*converge_command, converge.scene);
-    converge_command->add_option("-o,--out", converge.out, "directory of all runs; default out/<scene name>_converge");
-    converge_command
-        ->add_option("--tolerance", converge.tolerance,
-                     "also the cheapest elements and dt for this error of every observable, over its range, e.g. 1e-3")
-        ->check(CLI::PositiveNumber);
-    converge_command
-        ->add_option("--observable", converge.observables,
-                     "for the tolerance look at this one alone, by its name in the table (may be repeated)")
-        ->type_name("NAME")
-        ->allow_extra_args(false);
-    converge_command->add_flag("--coarser", converge.coarser,
-                               "n/2, n and 2n elements: a third of the cost, and a less certain error bar");
-    converge_command->add_flag("--dry-run", converge.dry_run,
-                               "print the runs with their predicted cost, and make none");
-    converge_command
-        ->add_option("-t,--threads", converge.threads, "threads per rank; default: the cores this rank may use")
-        ->check(CLI::PositiveNumber);
-    add_lanes(*converge_command, converge.lanes);
-    add_mapping(*converge_command, converge.mapping);
-    add_progress(*converge_command, converge.progress);
-
     skein::PlanArguments plan;
-    CLI::App* plan_command = app.add_subcommand("plan", "print what a run would do");
-    add_scene_options(*plan_command, plan.scene);
-    plan_command->add_flag("--json", plan.json, "as JSON");
-    plan_command->add_flag("-v,--verbose", plan.verbose, "print the whole plan: passes, limits, physics, outputs");
-    plan_command
-        ->add_option("--ranks", plan.ranks,
-                     "number of ranks to plan for: rods, ghosts, messages, memory and time of each")
-        ->check(CLI::PositiveNumber);
-    plan_command
-        ->add_option("--machine", plan.machine,
-                     "what messages cost there: a file that bench/scaling/netcal has written")
-        ->type_name("FILE");
-    plan_command->add_option("-t,--threads", plan.threads, "threads per rank")->check(CLI::PositiveNumber);
-    add_lanes(*plan_command, plan.lanes);
-    add_mapping(*plan_command, plan.mapping);
-
-    skein::SceneArguments check;
-    CLI::App* check_command =
-        app.add_subcommand("check", "read and check a scene, run nothing; or check this build (--self)");
-    check_command->add_option("SCENE", check.file, "scene file (TOML), or a directory that a branch began in");
-    add_overrides(*check_command, check);
-    bool self = false;
-    int self_threads = 0, self_lanes = 0;
-    check_command->add_flag("--self", self,
-                            "check this build instead: step a known scene, on all ranks, and compare its digest");
-    check_command->add_option("-t,--threads", self_threads, "of the self-check")->check(CLI::PositiveNumber);
-    add_lanes(*check_command, self_lanes);
-    check_command->callback([&] {
-        if (self == !check.file.empty()) throw CLI::RequiredError("check: SCENE, or --self,");
-    });
-
+    CheckArguments check;
     skein::DescribeArguments describe;
-    CLI::App* describe_command = app.add_subcommand(
-        "describe", "a scene as TOML with all keys and what they mean, or the keys that scenes know");
-    describe_command->add_option(
-        "SCENE_OR_KEY", describe.what,
-        "scene file, directory of a run's results, or a key such as rods.material; default: all keys");
-    describe_command->add_flag("--json", describe.json, "keys as JSON: paths, units, types, bounds, defaults");
-
     skein::SceneArguments info;
     std::string info_out;
-    CLI::App* info_command =
-        app.add_subcommand("info", "build and machine; with a scene or a directory of results, how far the run is");
-    info_command->add_option("SCENE", info.file, "scene file (TOML), or the directory of a run's results");
-    info_command->add_option("-o,--out", info_out, "directory of the scene's results; default out/<scene name>");
-    add_overrides(*info_command, info);
-
+    const CLI::App* run_command = add_run(app, run);
+    const CLI::App* branch_command = add_branch(app, branch);
+    const CLI::App* verify_command = add_verify(app, verify);
+    const CLI::App* converge_command = add_converge(app, converge);
+    const CLI::App* plan_command = add_plan(app, plan);
+    const CLI::App* check_command = add_check(app, check);
+    const CLI::App* describe_command = add_describe(app, describe);
+    const CLI::App* info_command = add_info(app, info, info_out);
     app.add_subcommand("draw", "pictures, movies and pages of a run's results; draw --help");
     if (argc > 1 && std::string_view(argv[1]) == "draw") return first_process() ? skein::draw_command(argc, argv) : 0;
 
@@ -248,10 +279,10 @@ int main(int argc, char** argv) {
     if (branch_command->parsed()) return skein::branch_command(branch, argc, argv);
     if (verify_command->parsed()) return skein::verify_command(verify, argc, argv);
     if (converge_command->parsed()) return skein::converge_command(converge, argc, argv);
-    if (check_command->parsed() && self) return skein::self_check_command(self_threads, self_lanes, argc, argv);
+    if (check_command->parsed() && check.self) return skein::self_check_command(check.threads, check.lanes, argc, argv);
     if (!first_process()) return 0;
     if (plan_command->parsed()) return skein::plan_command(plan, argc, argv);
-    if (check_command->parsed()) return skein::check_command(check);
+    if (check_command->parsed()) return skein::check_command(check.scene);
     if (describe_command->parsed()) return skein::describe_command(describe, argc, argv);
     if (info_command->parsed()) return skein::info_command(info, info_out, argc, argv);
     return static_cast<int>(skein::Exit::internal);

@@ -52,6 +52,19 @@ template <class F> double falling_root(F&& f, double value) {
 } // namespace
 
 void ContactLaw::fields(FieldVisitor& f) {
+    normal_fields(f);
+    friction_fields(f);
+    f.visit(
+        {.name = "soft_until", .unit = "s", .text = "until then soft_stiffness and soft_damping hold", .at_least = 0},
+        soft_until);
+    f.visit({.name = "soft_stiffness", .unit = "N/m, N/m^1.5", .text = "k at the beginning", .at_least = 0},
+            soft_stiffness);
+    f.visit({.name = "soft_damping", .unit = "N s/m, N s/m^1.5", .text = "c at the beginning", .at_least = 0},
+            soft_damping);
+    f.visit({.name = "friction_from", .unit = "s", .text = "no friction before", .at_least = 0}, friction_from);
+}
+
+void ContactLaw::normal_fields(FieldVisitor& f) {
     f.choice({.name = "law",
               .unit = "",
               .text = "linear: k g + c u_n; hertz: sqrt(g) times that; g: overlap, u_n: speed of approach"},
@@ -89,6 +102,9 @@ void ContactLaw::fields(FieldVisitor& f) {
              .text = "hertz: the speed of approach of which these two are meant",
              .at_least = 0},
             collision_speed);
+}
+
+void ContactLaw::friction_fields(FieldVisitor& f) {
     f.choice(
         {.name = "friction",
          .unit = "",
@@ -121,14 +137,6 @@ void ContactLaw::fields(FieldVisitor& f) {
             tangential_damping);
     f.visit({.name = "slip_speed", .unit = "m/s", .text = "regularised, published, anisotropic", .at_least = 0},
             slip_speed);
-    f.visit(
-        {.name = "soft_until", .unit = "s", .text = "until then soft_stiffness and soft_damping hold", .at_least = 0},
-        soft_until);
-    f.visit({.name = "soft_stiffness", .unit = "N/m, N/m^1.5", .text = "k at the beginning", .at_least = 0},
-            soft_stiffness);
-    f.visit({.name = "soft_damping", .unit = "N s/m, N s/m^1.5", .text = "c at the beginning", .at_least = 0},
-            soft_damping);
-    f.visit({.name = "friction_from", .unit = "s", .text = "no friction before", .at_least = 0}, friction_from);
 }
 
 ContactLaw ContactLaw::resolved(double effective_mass) const {

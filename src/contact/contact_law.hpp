@@ -108,6 +108,10 @@ struct ContactLaw {
     /// The law at a time: soft or final stiffness, with or without friction; mu_k always a number.
     ContactLaw at(double time) const;
     ContactNumbers<double> numbers() const;
+
+private:
+    void normal_fields(FieldVisitor& f);
+    void friction_fields(FieldVisitor& f);
 };
 
 /// A law per pair of materials; all of one kind of normal force and one kind of friction.

@@ -7,6 +7,23 @@
 namespace skein {
 
 void FluidSpec::fields(FieldVisitor& f) {
+    box_fields(f);
+    f.visit({.name = "density", .unit = "kg/m^3", .text = "density", .required = true, .above = 0}, density);
+    f.visit({.name = "viscosity", .unit = "Pa s", .text = "dynamic viscosity", .required = true, .at_least = 0},
+            viscosity);
+    boundary_fields(f);
+    drive_fields(f);
+    f.visit({.name = "velocity_formula",
+             .unit = "m/s",
+             .text = "three formulas of x, y and z: velocity at the start, of which the part without divergence is "
+                     "taken; empty: at rest, "
+                     "or the inflow"},
+            velocity_formula);
+    scheme_fields(f);
+    pressure_fields(f);
+}
+
+void FluidSpec::box_fields(FieldVisitor& f) {
     f.visit({.name = "cells",
              .unit = "-",
              .text = "numbers of cells along x, y and z: products of 2, 3, 5 and 7 where the pressure is direct; "
@@ -32,9 +49,9 @@ void FluidSpec::fields(FieldVisitor& f) {
                      "side, and "
                      "what leaves on the other is gone. Needs along_x = \"free_slip\" or \"no_slip\""},
             follows_rods);
-    f.visit({.name = "density", .unit = "kg/m^3", .text = "density", .required = true, .above = 0}, density);
-    f.visit({.name = "viscosity", .unit = "Pa s", .text = "dynamic viscosity", .required = true, .at_least = 0},
-            viscosity);
+}
+
+void FluidSpec::boundary_fields(FieldVisitor& f) {
     const auto boundary = [&](std::string_view name, std::string_view text, FluidBoundary& value) {
         f.choice({.name = name, .unit = "", .text = text}, value, fluid_boundary_names);
     };
@@ -53,6 +70,9 @@ void FluidSpec::fields(FieldVisitor& f) {
                       "which forms on "
                       "the way"},
              inflow_profile, inflow_profile_names);
+}
+
+void FluidSpec::drive_fields(FieldVisitor& f) {
     f.visit({.name = "acceleration", .unit = "m/s^2", .text = "of all of the fluid, by what drives it"}, acceleration);
     f.visit({.name = "lower_wall_velocity",
              .unit = "m/s",
@@ -72,12 +92,9 @@ void FluidSpec::fields(FieldVisitor& f) {
                      "a period; 0: they are steady",
              .at_least = 0},
             frequency);
-    f.visit({.name = "velocity_formula",
-             .unit = "m/s",
-             .text = "three formulas of x, y and z: velocity at the start, of which the part without divergence is "
-                     "taken; empty: at rest, "
-                     "or the inflow"},
-            velocity_formula);
+}
+
+void FluidSpec::scheme_fields(FieldVisitor& f) {
     f.choice({.name = "scheme",
               .unit = "",
               .text =
@@ -113,6 +130,9 @@ void FluidSpec::fields(FieldVisitor& f) {
                      "they do not",
              .at_least = 0},
             largest_slip);
+}
+
+void FluidSpec::pressure_fields(FieldVisitor& f) {
     f.choice({.name = "pressure",
               .unit = "",
               .text = "direct: Poisson's equation by transforms; multigrid: by iterations, for any numbers of cells, "

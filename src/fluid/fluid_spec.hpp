@@ -54,6 +54,14 @@ struct FluidSpec {
     /// Direction across which walls move: moving_walls, or the only direction with no_slip walls; -1: none.
     int moving_direction() const;
     void fields(FieldVisitor& f);
+
+private:
+    /// Keys by topic, which fields() visits in this order.
+    void box_fields(FieldVisitor& f);
+    void boundary_fields(FieldVisitor& f);
+    void drive_fields(FieldVisitor& f);
+    void scheme_fields(FieldVisitor& f);
+    void pressure_fields(FieldVisitor& f);
 };
 
 } // namespace skein

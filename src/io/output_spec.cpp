@@ -5,26 +5,7 @@
 namespace skein {
 
 void OutputSpec::fields(FieldVisitor& f) {
-    f.visit(
-        {.name = "trajectory",
-         .unit = "s",
-         .text = "interval of whole-rod frames (HDF5), beside one at the end; 0: none, but for the end of a relaxation",
-         .at_least = 0},
-        trajectory);
-    f.visit({.name = "directors", .unit = "", .text = "trajectory frames hold directors"}, directors);
-    f.choice({.name = "precision", .unit = "", .text = "of trajectory and tip frames"}, precision, precision_names);
-    f.choice({.name = "paraview",
-              .unit = "",
-              .text = "frames of the trajectory for ParaView; vtp: as poly data (rods.pvd, walls.pvd) and XDMF; xdmf: "
-                      "a side-car of the "
-                      "HDF5 files alone; none: neither; auto: vtp up to 100000 nodes, xdmf beyond"},
-             paraview, paraview_names);
-    f.visit({.name = "tips",
-             .unit = "s",
-             .text = "interval of frames of every rod's last node, beside one at the end; 0: none",
-             .at_least = 0},
-            tips);
-    f.visit({.name = "both_ends", .unit = "", .text = "frames of tips hold every rod's first node too"}, both_ends);
+    frame_fields(f);
     f.visit({.name = "series",
              .unit = "s",
              .text = "interval of the time series of observables, beside a row at the end; 0: none, but for the end of "
@@ -54,6 +35,38 @@ void OutputSpec::fields(FieldVisitor& f) {
              .text = "adds an energy audit to the series: work of loads and moving walls, dissipation, and the defect "
                      "of the balance"},
             audit);
+    checkpoint_fields(f);
+    f.visit({.name = "progress",
+             .unit = "",
+             .text = "columns of the series that the progress line shows, without units, e.g. "
+                     "[\"kinetic_translation\", \"max_speed\"]"},
+            progress);
+}
+
+void OutputSpec::frame_fields(FieldVisitor& f) {
+    f.visit(
+        {.name = "trajectory",
+         .unit = "s",
+         .text = "interval of whole-rod frames (HDF5), beside one at the end; 0: none, but for the end of a relaxation",
+         .at_least = 0},
+        trajectory);
+    f.visit({.name = "directors", .unit = "", .text = "trajectory frames hold directors"}, directors);
+    f.choice({.name = "precision", .unit = "", .text = "of trajectory and tip frames"}, precision, precision_names);
+    f.choice({.name = "paraview",
+              .unit = "",
+              .text = "frames of the trajectory for ParaView; vtp: as poly data (rods.pvd, walls.pvd) and XDMF; xdmf: "
+                      "a side-car of the "
+                      "HDF5 files alone; none: neither; auto: vtp up to 100000 nodes, xdmf beyond"},
+             paraview, paraview_names);
+    f.visit({.name = "tips",
+             .unit = "s",
+             .text = "interval of frames of every rod's last node, beside one at the end; 0: none",
+             .at_least = 0},
+            tips);
+    f.visit({.name = "both_ends", .unit = "", .text = "frames of tips hold every rod's first node too"}, both_ends);
+}
+
+void OutputSpec::checkpoint_fields(FieldVisitor& f) {
     f.visit(
         {.name = "checkpoint",
          .unit = "s",
@@ -77,11 +90,6 @@ void OutputSpec::fields(FieldVisitor& f) {
     f.visit({.name = "keep", .unit = "-", .text = "how many of the newest checkpoints stay", .at_least = 1}, keep);
     f.visit({.name = "milestones", .unit = "", .text = "older checkpoints stay at doubling ages, a dozen in a month"},
             milestones);
-    f.visit({.name = "progress",
-             .unit = "",
-             .text = "columns of the series that the progress line shows, without units, e.g. "
-                     "[\"kinetic_translation\", \"max_speed\"]"},
-            progress);
 }
 
 bool OutputSpec::writes_vtp(std::int64_t nodes) const {

@@ -56,6 +56,10 @@ struct OutputSpec {
     }
 
     void fields(FieldVisitor& f);
+
+private:
+    void frame_fields(FieldVisitor& f);
+    void checkpoint_fields(FieldVisitor& f);
 };
 
 } // namespace skein

@@ -40,6 +40,10 @@ void JointSpec::fields(FieldVisitor& f) {
                      "of their radii",
              .at_least = 0},
             gap);
+    law.fields(f);
+}
+
+void JointLaw::fields(FieldVisitor& f) {
     f.visit(
         {.name = "stiffness",
          .unit = "N/m",
@@ -50,27 +54,27 @@ void JointSpec::fields(FieldVisitor& f) {
              "22)",
          .above = 0,
          .automatic = 0},
-        law.stiffness);
-    f.visit({.name = "damping", .unit = "N s/m", .text = "of their relative velocity", .at_least = 0}, law.damping);
+        stiffness);
+    f.visit({.name = "damping", .unit = "N s/m", .text = "of their relative velocity", .at_least = 0}, damping);
     f.visit({.name = "torsional_stiffness",
              .unit = "N m/rad",
              .text = "hinge, fixed, tip_to_side: of the spring that turns back; a fixed joint with stiffness = "
                      "\"auto\" has it only "
                      "where it is given, in the place of the half elements",
              .at_least = 0},
-            law.torsional_stiffness);
+            torsional_stiffness);
     f.visit({.name = "torsional_damping",
              .unit = "N m s/rad",
              .text = "hinge, fixed, tip_to_side: of the relative spin",
              .at_least = 0},
-            law.torsional_damping);
+            torsional_damping);
     f.visit({.name = "repulsion",
              .unit = "N/m^1.5",
              .text = "side_by_side, tip_to_side: k_r of a force k_r d^1.5 that parts elements whose centres are by d "
                      "closer than "
                      "at the start",
              .at_least = 0},
-            law.repulsion);
+            repulsion);
 }
 
 } // namespace skein

@@ -30,6 +30,7 @@ struct JointLaw {
 
     bool damped() const { return damping > 0 || torsional_damping > 0; }
     bool turns() const { return torsional_stiffness > 0 || torsional_damping > 0; }
+    void fields(FieldVisitor& f);
 };
 
 struct JointSpec {

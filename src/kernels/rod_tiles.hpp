@@ -87,6 +87,13 @@ private:
         std::vector<std::size_t> rods; ///< places in local()
     };
     std::vector<AlongLayout> lay_out(const Tiling& tiling);
+    /// Adds a tile, and counts it among those of its program.
+    RodTile<W>& open(RodTile<W> tile, std::size_t program, std::vector<std::size_t>& tiles_of_program);
+    /// Fills tiles across with the first rods of each group, as many as given; the others lie along.
+    void fill_across(std::vector<std::int64_t> across, std::vector<std::size_t>& tiles_of_program);
+    std::vector<AlongLayout> fill_along(std::span<const AlongTile> tiles, std::vector<std::size_t>& tiles_of_program);
+    /// Memory of all tiles, those of a cluster side by side.
+    void give_slots();
     /// Tiles of a cluster, and their joints.
     struct Cluster {
         const ClusterJoints<W>* joints;

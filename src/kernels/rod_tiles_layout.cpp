@@ -41,21 +41,32 @@ template <int W> std::vector<std::vector<int>> lanes_of_joined_tiles(std::span<c
 
 template <int W> std::vector<typename RodTiles<W>::AlongLayout> RodTiles<W>::lay_out(const Tiling& tiling) {
     std::vector<std::size_t> tiles_of_program(programs_.size(), 0);
-    const auto open = [&](RodTile<W> tile, std::size_t program) -> RodTile<W>& {
-        tile.program = program;
-        tile.number = tiles_of_program[program]++;
-        return tiles_.emplace_back(tile);
-    };
-
     place_.resize(local_.size());
+    fill_across(tiling.across, tiles_of_program);
+    std::vector<AlongLayout> layouts = fill_along(tiling.along, tiles_of_program);
+    for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
+        if (tiles_of_program[p] == 0) programs_[p] = {};
+    for (std::size_t p = 0; p < programs_.size(); ++p)
+        for (auto& pass : programs_[p].passes) pass->expect(tiles_of_program[p]);
+    find_clusters();
+    give_slots();
+    return layouts;
+}
+
+template <int W>
+RodTile<W>& RodTiles<W>::open(RodTile<W> tile, std::size_t program, std::vector<std::size_t>& tiles_of_program) {
+    tile.program = program;
+    tile.number = tiles_of_program[program]++;
+    return tiles_.emplace_back(tile);
+}
+
+template <int W>
+void RodTiles<W>::fill_across(std::vector<std::int64_t> across, std::vector<std::size_t>& tiles_of_program) {
     std::vector<std::size_t> place_in_group(groups_.size(), 0);
-    std::vector<std::vector<std::size_t>> pool(groups_.size()); // rods that lie along, by group
-    std::vector<std::int64_t> across = tiling.across;
     std::vector<std::vector<int>> lanes_of_tiles = lanes_of_joined_tiles<W>(groups_, local_, threads_.count());
     for (std::size_t i = 0; i < local_.size(); ++i) {
         const auto g = static_cast<std::size_t>(local_[i].group);
         if (across[g]-- <= 0) {
-            pool[g].push_back(i);
             along_.push_back(i);
             continue;
         }
@@ -70,7 +81,7 @@ template <int W> std::vector<typename RodTiles<W>::AlongLayout> RodTiles<W>::lay
                                          .n = group.elements(),
                                          .last = group.slots() - 1,
                                          .first = place_in_group[g]},
-                                        g)
+                                        g, tiles_of_program)
                                  : tiles_.back();
         if (opens) first_rod_.push_back(i);
         place_[i] = {tiles_.size() - 1, tile.lanes};
@@ -78,9 +89,15 @@ template <int W> std::vector<typename RodTiles<W>::AlongLayout> RodTiles<W>::lay
         std::fill(tile.index + tile.lanes, tile.index + W, local_[i].index); // spare lanes repeat the last rod
         ++tile.lanes;
     }
+}
+
+template <int W> std::vector<typename RodTiles<W>::AlongLayout>
+RodTiles<W>::fill_along(std::span<const AlongTile> tiles, std::vector<std::size_t>& tiles_of_program) {
+    std::vector<std::vector<std::size_t>> pool(groups_.size()); // rods that lie along, by group
+    for (const std::size_t i : along_) nth(pool, local_[i].group).push_back(i);
     std::vector<std::size_t> next(groups_.size(), 0);
     std::vector<AlongLayout> layouts;
-    for (const AlongTile& along : tiling.along) {
+    for (const AlongTile& along : tiles) {
         auto& [ranges, rods] = layouts.emplace_back();
         int l = 0;
         for (const auto& [g, pieces] : along.parts) {
@@ -92,23 +109,21 @@ template <int W> std::vector<typename RodTiles<W>::AlongLayout> RodTiles<W>::lay
             l += pieces;
         }
         open({.n = along.rows, .lanes = static_cast<int>(ranges.size())},
-             groups_.size() + static_cast<std::size_t>(along.family));
+             groups_.size() + static_cast<std::size_t>(along.family), tiles_of_program);
     }
-    for (std::size_t p = 0; p < programs_.size(); ++p) // of groups that all lie along, or that have no rod here
-        if (tiles_of_program[p] == 0) programs_[p] = {};
-    for (std::size_t p = 0; p < programs_.size(); ++p)
-        for (auto& pass : programs_[p].passes) pass->expect(tiles_of_program[p]);
-    find_clusters();
+    return layouts;
+}
+
+template <int W> void RodTiles<W>::give_slots() {
     const auto slots_of = [&](std::size_t t) { return static_cast<std::size_t>(tiles_[t].last) + 1; };
     std::size_t slots = 0;
     for (std::size_t t = 0; t < tiles_.size(); ++t) slots += slots_of(t);
     slots_ = UnsetArray<Slot<W>>(slots);
     Slot<W>* next_slot = slots_.data();
-    const auto give_slots = [&](std::size_t t) { tiles_[t].slot = std::exchange(next_slot, next_slot + slots_of(t)); };
+    const auto give = [&](std::size_t t) { tiles_[t].slot = std::exchange(next_slot, next_slot + slots_of(t)); };
     for (const Cluster& cluster : clusters_)
-        for (const std::size_t t : cluster.tiles) give_slots(t);
-    for (const std::size_t t : alone_) give_slots(t);
-    return layouts;
+        for (const std::size_t t : cluster.tiles) give(t);
+    for (const std::size_t t : alone_) give(t);
 }
 
 template <int W> void RodTiles<W>::find_clusters() {

@@ -41,6 +41,19 @@ double ns_per_cell_step(const RunFigures& f) {
     return seconds * cores * 1e9 / f.cell_steps;
 }
 
+nlohmann::ordered_json ghosts_json(const std::vector<GhostFigures>& ghosts) {
+    const auto of_ranks = [&](std::int64_t GhostFigures::*of) {
+        std::vector<std::int64_t> values;
+        for (const GhostFigures& rank : ghosts) values.push_back(rank.*of);
+        return values;
+    };
+    return {{"rods", of_ranks(&GhostFigures::bodies)},
+            {"elements", of_ranks(&GhostFigures::elements)},
+            {"neighbours", of_ranks(&GhostFigures::neighbours)},
+            {"messages", of_ranks(&GhostFigures::messages)},
+            {"bytes", of_ranks(&GhostFigures::bytes)}};
+}
+
 } // namespace
 
 std::string digest_text(std::uint64_t digest) { return fmt::format("{:016x}", digest); }
@@ -99,16 +112,7 @@ std::string summary_json(const RunFigures& f) {
                         {"allowed", f.slips->allowed},
                         {"warning", f.slip_warning}};
     if (!f.ghosts.empty()) {
-        const auto of_ranks = [&](std::int64_t GhostFigures::*of) {
-            std::vector<std::int64_t> values;
-            for (const GhostFigures& rank : f.ghosts) values.push_back(rank.*of);
-            return values;
-        };
-        json["ghosts"] = {{"rods", of_ranks(&GhostFigures::bodies)},
-                          {"elements", of_ranks(&GhostFigures::elements)},
-                          {"neighbours", of_ranks(&GhostFigures::neighbours)},
-                          {"messages", of_ranks(&GhostFigures::messages)},
-                          {"bytes", of_ranks(&GhostFigures::bytes)}};
+        json["ghosts"] = ghosts_json(f.ghosts);
         json["balance"] = {
             {"migrations", f.balance.migrations}, {"rods", f.balance.bodies}, {"imbalance", f.balance.imbalance}};
     }

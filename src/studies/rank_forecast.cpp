@@ -147,6 +147,19 @@ void count_ghosts(const Exposure& bodies, const Candidates& pairs, std::span<con
     }
 }
 
+/// Time of messages of ghosts in a step, s.
+double exchange_time(const RankShare& share, const MachineFile& machine, int threads) {
+    if (share.neighbours == 0) return 0;
+    const MachineFile::Network& network = machine.network;
+    const auto received =
+        static_cast<double>(share.ghost_slots * static_cast<std::int64_t>(Exposure::sent_numbers_per_slot) * 8);
+    const auto sent = static_cast<double>(share.bytes);
+    const double copiers = std::clamp(static_cast<double>(share.ghost_rods) / Neighbourhood::runs_of_task, 1.0,
+                                      static_cast<double>(threads));
+    return network.latency + network.overhead * static_cast<double>(std::max<std::int64_t>(0, share.neighbours - 1)) +
+           std::max(sent, received) / network.bandwidth_all + (sent + received) / (copiers * machine.machine.copy);
+}
+
 } // namespace
 
 RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, int ranks, const MachineFile& machine,
@@ -195,16 +208,7 @@ RankForecast forecast_ranks(const Plan& plan, std::span<const RodGroup> groups, 
             (own * forecast.rods_s +
              (pairs > 0 ? static_cast<double>(s.pairs) / static_cast<double>(pairs) : own) * forecast.pairs_s) /
             forecast.threads;
-        const auto received =
-            static_cast<double>(s.ghost_slots * static_cast<std::int64_t>(Exposure::sent_numbers_per_slot) * 8);
-        const auto sent = static_cast<double>(s.bytes);
-        const double copiers = std::clamp(static_cast<double>(s.ghost_rods) / Neighbourhood::runs_of_task, 1.0,
-                                          static_cast<double>(forecast.threads));
-        if (s.neighbours > 0)
-            s.exchange_s =
-                network.latency + network.overhead * static_cast<double>(std::max<std::int64_t>(0, s.neighbours - 1)) +
-                std::max(sent, received) / network.bandwidth_all + (sent + received) / (copiers * machine.machine.copy);
-        s.exchange_s += vote;
+        s.exchange_s = exchange_time(s, machine, forecast.threads) + vote;
         s.step_s = work + s.exchange_s; // messages may hide behind contacts of own rods; here none does
         forecast.step_s = std::max(forecast.step_s, s.step_s);
     }
