@@ -1,5 +1,6 @@
 """Digests of all shipped scenes after some steps, at every level of instructions that this processor runs, against those kept in
-tests/data/digests.csv, which hold for all processors. SKEIN_UPDATE_DIGESTS=1 in the environment writes them anew."""
+tests/data/digests.csv, which hold for all processors. Bits are those of commit fde2bc51: `git diff fde2bc51 -- tests/data/digests.csv` shows which
+have changed since. SKEIN_UPDATE_DIGESTS=1 in the environment writes all."""
 
 import csv
 import json
