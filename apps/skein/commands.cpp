@@ -202,12 +202,13 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
                                      arguments.mapping,
                                      per_node});
         refuse_faults(scene, plan, groups);
-        // Shares of a fluid are alike, and its plan tells all of them.
+        const bool all = arguments.verbose || arguments.ranks > 0 || !arguments.machine.empty();
+        // Shares of a fluid are alike, and its plan holds all of them.
         if ((arguments.ranks == 0 && arguments.machine.empty()) || groups.empty()) {
-            std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan, arguments.verbose)).c_str());
+            std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan, all)).c_str());
             return;
         }
-        if (!arguments.json) std::printf("%s", to_text(plan, arguments.verbose).c_str());
+        if (!arguments.json) std::printf("%s", to_text(plan, all).c_str());
         std::fflush(stdout);
         if (environment_int("OMPI_COMM_WORLD_SIZE", 1) > 1)
             throw InputError("skein plan --ranks works shares out in one process: start it without mpirun");

@@ -20,7 +20,7 @@ constexpr const char* examples = R"(Examples:
   skein verify out/farm                           compute the segment between two checkpoints again and compare the bits
   skein converge carpet_8x8.toml --tolerance 1e-3 runs of other elements and steps: how large the errors are, and what would do
   skein draw out/carpet_8x8 --movie carpet.mp4    a picture, a movie or a page of any run
-  skein plan carpet_8x8.toml                      what will run: passes, time-step limits, memory, predicted cost
+  skein plan carpet_8x8.toml                      what will run: step, memory, predicted cost; -v: passes, limits
   skein describe rods.material                    the keys of a table; skein describe: all of them
 Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle.
 )";

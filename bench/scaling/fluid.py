@@ -34,9 +34,11 @@ class Box(study.Configuration):
 
 def sent_bytes(args, box):
     """What a rank sends in a step for columns of coefficients and as ghosts, by the plan; nothing where there is one rank."""
-    command = [args.skein, "plan", args.scene, "--ranks", str(box.ranks), "--threads", str(box.threads), *box.settings(args.exchange)]
+    command = [args.skein, "plan", "-v", args.scene, "--ranks", str(box.ranks), "--threads", str(box.threads), *box.settings(args.exchange)]
     plan = subprocess.run(command, check=True, capture_output=True, text=True).stdout
-    found = re.search(r"sent +by a rank in a step: ([\d.]+) (\w+) (?:in transposes|at interfaces) \([^)]*\), ([\d.]+) (\w+) as ghosts", plan)
+    found = re.search(r"by a rank in a step: ([\d.]+) (\w+) (?:in transposes|at interfaces) \([^)]*\), ([\d.]+) (\w+) as ghosts", plan)
+    if box.ranks > 1 and not found:
+        raise RuntimeError(f"skein plan does not print what {box.ranks} ranks send:\n{plan}")
     return (float(found[1]) * UNITS[found[2]], float(found[3]) * UNITS[found[4]]) if found else (0.0, 0.0)
 
 

@@ -87,7 +87,7 @@ public:
     Run(Run&&) noexcept;
     Run& operator=(Run&&) noexcept;
 
-    /// Plan of the run, as `skein plan` prints it.
+    /// Plan of the run, as `skein plan -v` prints it.
     std::string plan() const;
     double dt() const;          ///< step, s
     std::int64_t steps() const; ///< steps of the whole scene

@@ -183,7 +183,7 @@ public:
     }
     Made operator()(pass::Slide) const { return std::make_unique<SlidePass<W, Map>>(); }
     template <class Other> Made operator()(const Other&) const {
-        throw std::logic_error("a pass that looks at whole rods, in a family"); // see may_lie_along
+        throw std::logic_error("a pass that looks at whole rods, in a family"); // see GroupProgram::lies_along
     }
 
 private:

@@ -6,12 +6,15 @@
 #include "kernels/rod_tiles.hpp"
 #include "skein/core/index.hpp"
 
+#include <algorithm>
+
 namespace skein {
 
 template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of_plan, const Maker& maker) {
     TileProgram<W> program{.passes = {}, .names = of_plan.names(), .before = of_plan.before()};
     for (const PassSpec& pass : of_plan) program.passes.push_back(PassKinds::make(pass, maker));
-    program.last = of_plan.has(PassPlace::balance);
+    program.last = static_cast<std::size_t>(std::count_if(
+        of_plan.begin(), of_plan.end(), [](const PassSpec& pass) { return pass.place == PassPlace::balance; }));
     return program;
 }
 
@@ -64,9 +67,9 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
                            .dt = plan.dt,
                            .around = around};
         const GroupProgram& program = plan.groups[g].program;
-        if (program.has(PassPlace::boundaries))
+        if (program.find<pass::Walls>() || program.find<pass::SurfaceWalls>())
             parts.walls = std::make_shared<WallContactTiles<W>>(*around.walls, groups[g]);
-        if (program.has(PassPlace::balance))
+        if (program.find<pass::AuditBalance>())
             parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g]));
         if (groups[g].spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(groups[g]);
         around.wall_contacts.push_back(parts.walls);

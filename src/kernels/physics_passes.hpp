@@ -23,7 +23,6 @@ struct ApplyLoad {
     Load load;
     std::string family; ///< number of the load, and of the group where the load keeps tables of it
     std::string_view name() const { return load.kind(); }
-    std::string_view cause = name();
     double ns() const { return load.predicted_ns(); }
     bool lies_along() const { return !load.needs_whole_rods(); }
     std::string refuses_sizes() const {
@@ -89,7 +88,8 @@ struct AuditBalance {
 
 } // namespace pass
 
-/// All kinds of passes, in the order of a step.
+/// All kinds of passes, in the order of a step as docs/design.md has them. Kernels of a level find a kind by the name
+/// of its type, which is the same in all of them.
 template <class... Kinds> struct PassKindList {
     /// Calls make() with the structure of a pass.
     template <class Maker> static auto make(const PassSpec& pass, const Maker& maker) {

@@ -135,6 +135,10 @@ static_assert(sizeof(ExertedLoad) == 64);
 
 /// Sums of all interactions, by slot of the exposure.
 struct SlotLoads {
+    SlotLoads() = default;
+    SlotLoads(const SlotLoads&) = delete; ///< `touched` may be a view of its own marks
+    SlotLoads& operator=(const SlotLoads&) = delete;
+
     AlignedVector<ExertedLoad> load;       ///< only of bodies that are touched
     std::span<const std::uint8_t> touched; ///< by window; not 0 where there is a load
 
@@ -146,7 +150,7 @@ struct SlotLoads {
     static constexpr double bytes_per_slot = sizeof(ExertedLoad);
 
 private:
-    std::vector<std::uint8_t> marks_; ///< `touched`, where something has called begin()
+    std::vector<std::uint8_t> marks_; ///< `touched`, where begin() or at() has been called
 };
 
 /// Exposed slots of a tile's rods, lane by lane.

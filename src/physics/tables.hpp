@@ -37,7 +37,7 @@ template <class... Physics> struct TablesOf : Physics... {
             if constexpr (requires { P::resolve(scene, groups); }) P::resolve(scene, groups);
         });
     }
-    /// Plans and numbers follow from all rods of files, if true.
+    /// True if a plan needs all rods of files on every rank.
     static bool needs_all_rods(const SceneSpec& scene) {
         bool all = false;
         for_each([&]<class P>(std::type_identity<P>) {

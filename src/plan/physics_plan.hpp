@@ -8,6 +8,7 @@
 #include <cmath>
 #include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -27,6 +28,8 @@ public:
     virtual std::string summary(const Plan&) const { return {}; }
     /// Its lines, in the order in which they are printed.
     virtual std::vector<PlanLine> describe(const Plan&) const;
+    /// True if its lines include an output of the scene's [output].
+    virtual bool describes([[maybe_unused]] std::string_view output) const { return false; }
     /// Doubts about what the scene asks for.
     virtual std::vector<std::string> notes(const Plan&, std::span<const RodGroup>) const { return {}; }
 
@@ -37,7 +40,8 @@ public:
     virtual void add_limits(GroupPlan&, const RodGroup&) const {}
     virtual void tighten_limits(GroupPlan&, const RodGroup&, const Scheme&) const {}
 
-    /// True if rods get loads from others by slot, for which they show themselves.
+    /// True if rods get loads from others by slot, for which they show themselves. Several may add them
+    /// (SlotLoads::at); one that marks slots by itself, as contact does, comes first in the list.
     virtual bool acts_between_rods() const { return false; }
     /// Times at which rods of all ranks wait for it.
     enum class Coupling { none, at_events, every_step };

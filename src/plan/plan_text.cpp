@@ -153,9 +153,8 @@ Lines describe_step(const Plan& p) {
 /// Intervals of an output; empty: the run has none of it.
 std::string output_text(const Plan& p, std::string_view name) {
     const std::int64_t steps = p.cadence.of(name);
-    std::string text = steps > 0 ? every(steps, p.dt) : p.pseudo_time ? "at the end" : "";
-    if (steps == 0 && name != "trajectory" && name != "series") return {};
-    if (text.empty()) return {};
+    if (steps == 0) return p.pseudo_time && (name == "trajectory" || name == "series") ? "at the end" : "";
+    std::string text = every(steps, p.dt);
     if (name == "trajectory" && p.vtp) text += ", as poly data (rods.pvd) too";
     if (name == "series" && !p.observables.empty()) text += ", with " + joined(p.observables, ", ");
     return text;
@@ -166,7 +165,9 @@ Lines describe_outputs(const Plan& p) {
     Json cadence;
     for (const auto& [name, steps] : p.cadence.steps) {
         cadence[name] = steps;
-        if (name != "checkpoint") lines.push_back({name, output_text(p, name), "", {}});
+        const auto describes = [&, of = name](const auto& one) { return one->describes(of); };
+        if (name != "checkpoint" && std::none_of(p.physics.begin(), p.physics.end(), describes))
+            lines.push_back({name, output_text(p, name), "", {}});
     }
     cadence["checkpoint_wall_s"] = p.cadence.checkpoint_wall;
     lines.push_back({"", "", "cadence", cadence});
@@ -226,21 +227,25 @@ Lines describe(const Plan& p) {
     return lines;
 }
 
-/// The plan in brief.
+/// The plan in brief, with hints as notes.
 Lines outline(const Plan& p) {
     std::vector<std::string> outputs;
     for (const auto& [name, steps] : p.cadence.steps)
         if (const std::string text = output_text(p, name); name != "checkpoint" && !text.empty())
             outputs.push_back(fmt::format("{} {}", name, text));
-    return {{"rods", p.groups.empty() ? "" : rods_text(p), "", {}},
-            {"physics", physics_text(p), "", {}},
-            {"runs on", machine_text(p.machine), "", {}},
-            {"dt", step_text(p), "", {}},
-            {"steps", steps_text(p), "", {}},
-            {"output", joined(outputs, "; "), "", {}},
-            {"checkpoint", checkpoint_text(p), "", {}},
-            {"memory", memory_text(p), "", {}},
-            {"predicted", duration_text(p.predicted_s) + " of stepping", "", {}}};
+    Lines lines = {{"rods", p.groups.empty() ? "" : rods_text(p), "", {}},
+                   {"physics", physics_text(p), "", {}},
+                   {"runs on", machine_text(p.machine), "", {}},
+                   {"dt", step_text(p), "", {}},
+                   {"steps", steps_text(p), "", {}},
+                   {"output", joined(outputs, "; "), "", {}},
+                   {"checkpoint", checkpoint_text(p), "", {}},
+                   {"memory", memory_text(p), "", {}},
+                   {"predicted", duration_text(p.predicted_s) + " of stepping", "", {}}};
+    for (const GroupPlan& g : p.groups)
+        for (const std::string& hint : g.hints)
+            lines.push_back({"hint", fmt::format("'{}': {}", g.name, hint), "", {}});
+    return lines;
 }
 
 } // namespace

@@ -27,6 +27,7 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
     const std::string directory = std::filesystem::path(scene.file).parent_path().string();
     std::vector<Capsule> occupied;
     const FormulaScope names = names_for_formulas(scene);
+    const bool needs_all = PhysicsTables::needs_all_rods(scene);
     for (std::size_t g = 0; g < scene.rods.size(); ++g) {
         const auto packed = [](const RodSpec& spec) { return spec.placement.kind == PlacementKind::packing; };
         RodSpec spec = scene.rods[g];
@@ -50,11 +51,11 @@ std::vector<RodGroup> make_groups(const SceneSpec& scene) {
                 of_assembly = std::make_shared<AssemblyCopies>(
                     named ? copies_of(nth(scene.assemblies, assembly), assembly, directory)
                           : AssemblyCopies{.number = assembly});
-            groups.back().read_all(); // copies of an assembly are rods in their places
+            groups.back().read_all(); // which rods are connected follows from the places of all
             groups.back().join(of_assembly);
         }
         first += groups.back().count();
-        if (PhysicsTables::needs_all_rods(scene)) groups.back().read_all();
+        if (needs_all) groups.back().read_all();
         if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed))
             continue;
         groups.back().read_all(); // what is packed keeps clear of all of them

@@ -131,9 +131,8 @@ bool in_obstacle(const Obstacle& obstacle, const Vec3d& place) {
 std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::string& what, const Vec3d& place,
                            double radius) {
     constexpr double allowed = ContactSpec{}.overlap;
-    static const WallPlan without;
     const auto* walls = plan.find<WallPlan>();
-    for (const Wall& wall : (walls ? *walls : without).walls) {
+    for (const Wall& wall : walls ? std::span<const Wall>(walls->walls) : std::span<const Wall>()) {
         if (!wall.acts_on(group.name()) || wall.allow_overlap || wall.law.soft_until > 0) continue;
         if (const double share = depth_in(wall, place, radius) / (2 * radius); share > allowed)
             return fmt::format(

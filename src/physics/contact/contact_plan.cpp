@@ -170,12 +170,12 @@ private:
 
 class PlannedContact final : public PhysicsPlan, public ContactPlan, public StartsInteraction {
 public:
-    PlannedContact(const PlanInput& input, const ContactLaws& by_pair, const ContactEstimate& estimate)
-        : ContactPlan{*input.scene.contact, by_pair, input.as_written.contact->law.stiffness_is_automatic()},
-          estimate_(estimate) {}
+    PlannedContact(const PlanInput& input, const ContactLaws& by_pair)
+        : ContactPlan{*input.scene.contact, by_pair, input.as_written.contact->law.stiffness_is_automatic()} {}
 
     std::string summary(const Plan&) const override { return "contact"; }
     std::vector<PlanLine> describe(const Plan& p) const override {
+        const ContactEstimate& expected = estimate(p);
         const std::string ghosts =
             p.machine.ranks > 1 ? fmt::format("ghosts, {} B each; ", Exposure::sent_numbers_per_slot * sizeof(double))
                                 : "";
@@ -185,15 +185,19 @@ public:
                  "contact",
                  {}},
                 {"  overlap",
-                 overlap_text(estimate_, spec.law, laws.materials() == 1, spec.overlap),
+                 overlap_text(expected, spec.law, laws.materials() == 1, spec.overlap),
                  "contact_estimate",
                  {{"stiffness", spec.law.stiffness},
                   {"automatic", automatic_stiffness},
-                  {"force_N", estimate_.force},
-                  {"by", estimate_.by},
-                  {"expected_overlap", estimate_.overlap},
+                  {"force_N", expected.force},
+                  {"by", expected.by},
+                  {"expected_overlap", expected.overlap},
                   {"overlap_of_step", spec.overlap}}},
                 {"  cost", fmt::format("{}{:g} ns an element", ghosts, ns_per_element()), "", {}}};
+    }
+    std::vector<std::string> notes(const Plan& p, std::span<const RodGroup>) const override {
+        if (!(estimate(p).overlap > spec.overlap)) return {};
+        return {"contact: overlap of " + overlap_text(estimate(p), spec.law, laws.materials() == 1, spec.overlap)};
     }
     bool acts_between_rods() const override { return true; }
     Coupling coupling() const override { return Coupling::every_step; }
@@ -205,7 +209,7 @@ public:
     }
 
 private:
-    ContactEstimate estimate_;
+    static const ContactEstimate& estimate(const Plan& p) { return p.find<TouchPlan>()->estimate; }
 };
 
 } // namespace
@@ -240,7 +244,7 @@ void ContactTables::plan(const PlanInput& input, PlannedPhysics& out) {
     out.add<PlannedTouch>(input, laws);
     if (!scene.contact) return;
     refuse_boxes_that_meet(scene, input.groups);
-    out.add<PlannedContact>(input, *laws, contact_estimate(scene, &*laws, input.groups));
+    out.add<PlannedContact>(input, *laws);
 }
 
 } // namespace skein

@@ -34,7 +34,7 @@ struct ContactTables {
     static void plan(const PlanInput& input, PlannedPhysics& out);
     /// Writes numbers in place of those that stand for "auto".
     static void resolve(SceneSpec& scene, std::span<const RodGroup> groups);
-    /// Plans and numbers follow from all rods of files, if true.
+    /// True if a plan needs all rods of files on every rank: how hard rods press follows from all of them.
     static bool needs_all_rods(const SceneSpec& scene);
     static void note_refinement(const SceneSpec& scene, std::vector<std::string>& notes);
     static std::string_view remark(std::string_view table);

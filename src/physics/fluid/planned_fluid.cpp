@@ -72,6 +72,7 @@ public:
         lines.push_back({"  cost", fluid_cost_text(*this, p.steps, p.dt, cores, machine.cores_per_node), "", {}});
         return lines;
     }
+    bool describes(std::string_view output) const override { return output == "fields"; }
     std::vector<std::string> notes(const Plan& p, std::span<const RodGroup>) const override {
         std::vector<std::string> all = doubts_;
         if (std::string fault = unshared(constants, p.machine.ranks); !fault.empty()) all.push_back(std::move(fault));
@@ -90,16 +91,19 @@ public:
     bool sets_step(Plan& plan, const CoreTables& scene) override {
         if (!rods.empty()) return false;
         choose_step_of_fluid(*this, plan, scene);
+        count_output_steps(plan);
         return true;
     }
     bool divides_interval(Plan& plan, const CoreTables& scene, double longest) override {
         divide_step_of_fluid(*this, plan, scene, longest);
         plan.events_every = std::max<std::int64_t>(1, every);
+        count_output_steps(plan);
         return true;
     }
     void take_given_step(Plan& plan, const CoreTables& scene) override {
         count_steps_in_fluid(*this, plan, scene);
         plan.events_every = std::max<std::int64_t>(1, every);
+        count_output_steps(plan);
     }
     std::vector<std::pair<std::string, double>> output_intervals() const override {
         std::vector<std::pair<std::string, double>> intervals;
@@ -116,11 +120,9 @@ public:
             if (two_way())
                 plan.state_bytes += static_cast<double>(group.count() * group.slots()) * FluidLoads::bytes_per_slot;
         plan.state_bytes += cells * bytes_per_cell(plan.machine.ranks);
-        for (FluidOutput& output : outputs) {
-            output.every = whole_steps(output.interval, plan);
+        for (const FluidOutput& output : outputs)
             (output.kind == FluidOutputKind::blocks ? plan.output_bytes_most : plan.output_bytes) +=
                 plan.frames(output.every) * output.most_bytes(grid);
-        }
     }
     double core_seconds(const Plan& plan) const override { return steps(plan.steps, plan.dt) * step_seconds(); }
 
@@ -132,6 +134,10 @@ public:
     }
 
 private:
+    void count_output_steps(const Plan& plan) {
+        for (FluidOutput& output : outputs) output.every = whole_steps(output.interval, plan);
+    }
+
     std::vector<std::string> doubts_;
 };
 

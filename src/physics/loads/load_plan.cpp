@@ -31,12 +31,11 @@ struct Together {
     DragRate largest;
     std::string_view label;
 };
-Together together(const GroupPlan& p, const RodGroup& group, DragRate (Load::*of)(const RodGroup&) const) {
+Together together(const LoadPlan& plan, const GroupPlan& p, const RodGroup& group,
+                  DragRate (Load::*of)(const RodGroup&) const) {
     Together all;
-    for (const PassSpec& pass : p.program) {
-        const auto* apply = pass.get<pass::ApplyLoad>();
-        if (!apply) continue;
-        const Load& load = apply->load;
+    for (const std::size_t i : nth(plan.of_group, group.id())) {
+        const Load& load = plan.loads[i];
         const DragRate one = (load.*of)(group);
         if (one.value > all.largest.value) {
             all.largest = one;
@@ -49,16 +48,16 @@ Together together(const GroupPlan& p, const RodGroup& group, DragRate (Load::*of
 
 /// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h
 /// nu/2 < 1, with the scheme's own figures for 2. theory.md (38)
-void limit_by_drag(GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
-    const Together drag = together(p, group, &Load::largest_rate);
+void limit_by_drag(const LoadPlan& plan, GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
+    const Together drag = together(plan, p, group, &Load::largest_rate);
     const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * drag.sum / scheme.drag;
     p.limit(drag.label, fastest * (std::sqrt(1 + half * half) - half), drag.largest.element);
 }
 
 /// The stiffness of loads adds to that of the rod: w^2 grows by at most what all of them have over mass. theory.md
 /// (40c)
-void limit_by_stiffness(GroupPlan& p, const RodGroup& group) {
-    const Together stiff = together(p, group, &Load::largest_stiffness);
+void limit_by_stiffness(const LoadPlan& plan, GroupPlan& p, const RodGroup& group) {
+    const Together stiff = together(plan, p, group, &Load::largest_stiffness);
     const double rate = 2 / p.limits.front().dt;
     p.limit(stiff.label, 2 / std::sqrt(rate * rate + stiff.sum), stiff.largest.element);
 }
@@ -133,8 +132,8 @@ public:
         }
     }
     void tighten_limits(GroupPlan& p, const RodGroup& group, const Scheme& scheme) const override {
-        limit_by_stiffness(p, group);
-        limit_by_drag(p, group, scheme);
+        limit_by_stiffness(*this, p, group);
+        limit_by_drag(*this, p, group, scheme);
     }
 
 private:

@@ -6,6 +6,7 @@
 #include "physics/contact/contact_plan.hpp"
 #include "physics/plan_input.hpp"
 #include "physics/walls/wall_interaction.hpp"
+#include "plan/doubts.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
 #include "plan/plan_words.hpp"
@@ -30,27 +31,32 @@ std::string wall_text(const Wall& wall, double overlap) {
 
 class PlannedWalls final : public PhysicsPlan, public WallPlan, public StartsInteraction, public SharesWithPasses {
 public:
-    explicit PlannedWalls(const PlanInput& input)
-        : WallPlan{expanded(input.scene.walls)},
-          overlaps_(contact_estimate(input.scene, nullptr, input.groups).wall_overlaps) {}
+    explicit PlannedWalls(const PlanInput& input) : WallPlan{expanded(input.scene.walls)} {
+        ScaleDoubts scales(input.scene.time.duration, input.groups);
+        for (Wall wall : input.scene.walls) // copies: fields() hands out references to change
+            scales.look_at("wall." + wall.name, [&](FieldVisitor& f) { wall.fields(f); });
+        doubts_ = scales.take();
+    }
 
     std::string summary(const Plan&) const override { return counted(static_cast<std::int64_t>(walls.size()), "wall"); }
-    std::vector<PlanLine> describe(const Plan&) const override {
+    std::vector<PlanLine> describe(const Plan& p) const override {
+        const std::vector<double>& overlaps = p.find<TouchPlan>()->estimate.wall_overlaps;
         std::vector<PlanLine> lines;
         nlohmann::ordered_json json = nlohmann::ordered_json::array();
         for (std::size_t w = 0; w < walls.size(); ++w) {
             const Wall& wall = walls[w];
-            lines.push_back({"wall", wall_text(wall, overlaps_[w]), "", {}});
+            lines.push_back({"wall", wall_text(wall, overlaps[w]), "", {}});
             json.push_back({{"name", wall.name},
                             {"kind", nth(wall_names, wall.kind)},
                             {"law", law_text(wall.law)},
                             {"driven", wall.servo.drives()},
                             {"moves", wall.moves_steadily()},
-                            {"expected_overlap", overlaps_[w]}});
+                            {"expected_overlap", overlaps[w]}});
         }
         lines.push_back({"", "", "walls", json});
         return lines;
     }
+    std::vector<std::string> notes(const Plan&, std::span<const RodGroup>) const override { return doubts_; }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         if (!act_on_group(group)) return;
         if (group.strained()) p.program.add(PassPlace::boundaries, pass::Walls{});
@@ -80,7 +86,7 @@ private:
         return std::any_of(walls.begin(), walls.end(), [&](const Wall& wall) { return wall.acts_on(group.name()); });
     }
 
-    std::vector<double> overlaps_;
+    std::vector<std::string> doubts_;
 };
 
 } // namespace

@@ -54,7 +54,7 @@ double distance_between(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b
 struct Found {
     Vec3d force{0, 0, 0}; ///< on the second
     double weight = 0, energy = 0;
-    SlotLoads loads = {};
+    AlignedVector<ExertedLoad> load; ///< by slot
 };
 Found push(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b, ContactNormal normal = ContactNormal::hertz,
            double damping = 0) {
@@ -63,9 +63,11 @@ Found push(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b, ContactNorm
     rods.add(a, radius);
     rods.add(b, radius);
     Contacts contacts(rods.scene(ContactLaw{.normal = normal, .stiffness = stiffness, .damping = damping}), one);
+    SlotLoads loads;
+    contacts.evaluate(rods.exposure(), 0, 1e-6, loads);
     Found found;
-    contacts.evaluate(rods.exposure(), 0, 1e-6, found.loads);
-    for (std::size_t i = a.size(); i < a.size() + b.size(); ++i) found.force += found.loads.load[i].force;
+    found.load = loads.load;
+    for (std::size_t i = a.size(); i < a.size() + b.size(); ++i) found.force += found.load[i].force;
     found.weight = contacts.figures().weight;
     found.energy = contacts.figures().elastic_energy.value();
     return found;

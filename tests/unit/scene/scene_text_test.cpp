@@ -39,13 +39,14 @@ TEST(SceneText, NamesEveryKeyWithItsUnit) {
         EXPECT_NE(text.find(line), std::string::npos) << line << "\n" << text;
 }
 
-/// Of rods, and of tables of loads and joints.
+/// Of rods, and of tables of loads, joints and walls.
 std::vector<std::string> all_doubts(const SceneSpec& scene) {
     const std::vector<RodGroup> groups = make_groups(scene);
     std::vector<std::string> all = doubts(scene, groups, 1e-3);
     PlannedPhysics physics;
     LoadTables::plan({scene, scene, groups}, physics);
     JointTables::plan({scene, scene, groups}, physics);
+    WallTables::plan({scene, scene, groups}, physics);
     for (const auto& one : physics.take())
         for (std::string& doubt : one->notes({}, groups)) all.push_back(std::move(doubt));
     return all;
@@ -78,6 +79,14 @@ TEST(Doubts, OfNumbersFarFromTheirNeighbours) {
            "cells follow a "
            "bend: elements = 8 would do");
     expect("time.duration=1e13", "time.duration = 1e+13 s is 1e+16 steps");
+}
+
+TEST(Doubts, OfWallsThatAreTooFast) {
+    SceneSpec scene = read_scene(good_scene);
+    scene.walls = {{.name = "floor", .velocity = {1e20, 0, 0}}};
+    const std::vector<std::string> found = all_doubts(scene);
+    ASSERT_EQ(found.size(), 1u);
+    EXPECT_NE(found[0].find("wall.floor.velocity = 1e+20 m/s is"), std::string::npos) << found[0];
 }
 
 TEST(Doubts, OfEndsThatJumpAsTheirMotionBegins) {
