@@ -41,7 +41,7 @@ public:
     virtual void tighten_limits(GroupPlan&, const RodGroup&, const Scheme&) const {}
 
     /// True if rods get loads from others by slot, for which they show themselves. Several may add them
-    /// (SlotLoads::at); one that marks slots by itself, as contact does, comes first in the list.
+    /// (SlotLoads::at); one that marks slots by itself comes first in the list.
     virtual bool acts_between_rods() const { return false; }
     /// Times at which rods of all ranks wait for it.
     enum class Coupling { none, at_events, every_step };
