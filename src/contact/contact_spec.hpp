@@ -11,7 +11,6 @@ namespace skein {
 /// [contact]: every rod against every other, and against itself where `self` says so.
 struct ContactSpec {
     static constexpr bool presence_decides = true; ///< the meaning of a state
-    static constexpr bool stands_alone = false;    ///< as a scene without rods
 
     ContactLaw law;
     bool self = false;

@@ -105,11 +105,11 @@ private:
         bool stands_alone = false;
         for_each_table(scene_, [&](const char* name, const auto& member, bool) {
             using Member = std::remove_cvref_t<decltype(member)>;
-            if constexpr (is_optional_table<Member>) {
-                if (!Member::value_type::stands_alone) return;
-                others += fmt::format(" or [{}]", name);
-                stands_alone |= member.has_value();
-            }
+            if constexpr (is_optional_table<Member>)
+                if constexpr (requires { requires Member::value_type::stands_alone; }) {
+                    others += fmt::format(" or [{}]", name);
+                    stands_alone |= member.has_value();
+                }
         });
         if (scene_.rods.empty() && !stands_alone)
             add("", "the scene has no bodies: give at least one [[rods]], [[bodies]]" + others);
