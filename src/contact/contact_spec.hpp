@@ -10,8 +10,6 @@ namespace skein {
 
 /// [contact]: every rod against every other, and against itself where `self` says so.
 struct ContactSpec {
-    static constexpr bool presence_decides = true; ///< the meaning of a state
-
     ContactLaw law;
     bool self = false;
     double self_gap = 0; ///< m along the rod; nearer elements of one rod never touch; 0: half the way round its section

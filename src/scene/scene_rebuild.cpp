@@ -301,9 +301,11 @@ std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const s
     const auto presence = [](bool there) { return there ? "present" : "absent"; };
     for_each_table(SceneSpec{}, [&](const std::string& name, const auto& member, bool) {
         using Member = std::remove_cvref_t<decltype(member)>;
-        if constexpr (is_optional_table<Member>)
-            if (Member::value_type::presence_decides && was.contains(name) != now.contains(name))
+        if constexpr (is_optional_table<Member>) {
+            constexpr bool decides = !requires { requires !Member::value_type::presence_decides; };
+            if (decides && was.contains(name) != now.contains(name))
                 forbidden.push_back({name, presence(was.contains(name)), presence(now.contains(name))});
+        }
     });
     for (KeyChange& change : key_changes(old_physics, new_physics))
         if (!may_change(change)) forbidden.push_back(std::move(change));
