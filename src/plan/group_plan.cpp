@@ -122,15 +122,14 @@ void GroupPlan::limit(std::string_view mode, double dt, int element) {
     if (limits.empty() || dt < 0.99 * limits.front().dt) limits.insert(limits.begin(), {mode, dt, element});
 }
 
-GroupPlan plan_group(const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics) {
+GroupPlan plan_group(const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics, bool acts_between) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     for (const auto& one : physics) one->act_on(p, group);
     p.damping_scheme = damping_scheme_of(group, time);
     const DampingRates rates = damping_rates(group, p.damping);
     p.kick = kick_of(group, rates, p.damping_scheme);
     p.undamped = group.law() == Law::elastica ? p.damping.empty() : rates.none();
-    const auto acts_between = [](const auto& one) { return one->acts_between_rods(); };
-    p.program = program_of(group, p, std::any_of(physics.begin(), physics.end(), acts_between));
+    p.program = program_of(group, p, acts_between);
     for (const auto& one : physics) one->add_passes(p, group);
     for (const PassSpec& pass : p.program) p.ns_per_element_step += pass.ns;
     find_limits(p, group, scheme_of(time.integrator), physics);

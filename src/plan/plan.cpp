@@ -167,7 +167,8 @@ Plan make_plan(const CoreTables& scene, std::vector<std::shared_ptr<PhysicsPlan>
     Plan plan{.title = scene.title, .machine = machine};
     plan.physics = std::move(physics);
     for (const RodGroup& group : groups) {
-        const GroupPlan& p = plan.groups.emplace_back(plan_group(scene.time, group, plan.physics));
+        const GroupPlan& p =
+            plan.groups.emplace_back(plan_group(scene.time, group, plan.physics, plan.acts_between_rods()));
         plan.rods += p.rods;
         plan.elements += p.rods * p.elements;
     }
