@@ -1,6 +1,7 @@
-// What physics make their plans from.
+// Input of the plans of physics, and the list of these.
 #pragma once
 
+#include "physics/loads/loads_with_formulas.hpp"
 #include "physics/scene_spec.hpp"
 #include "plan/physics_plan.hpp"
 #include "skein/rod/rod_group.hpp"
@@ -13,9 +14,13 @@
 namespace skein {
 
 struct PlanInput {
+    PlanInput(const SceneSpec& resolved, const SceneSpec& written, std::span<const RodGroup> of)
+        : scene(resolved), as_written(written), groups(of), loads(loads_with_formulas(resolved)) {}
+
     const SceneSpec& scene;      ///< with numbers in place of those that stand for "auto"
     const SceneSpec& as_written; ///< with these
     std::span<const RodGroup> groups;
+    std::vector<Load> loads; ///< of the scene, with their formulas read
 };
 
 /// Plans of physics, in the order in which they act.

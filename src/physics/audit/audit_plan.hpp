@@ -3,6 +3,7 @@
 
 namespace skein {
 
+/// Mark of the plan of an audit, which has nothing to tell besides.
 struct AuditPlan {};
 
 } // namespace skein

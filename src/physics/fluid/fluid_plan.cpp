@@ -6,7 +6,6 @@
 #include "physics/fluid/fitted_fluid.hpp"
 #include "physics/fluid/fluid_pressure.hpp"
 #include "physics/fluid/stated_speeds.hpp"
-#include "physics/loads/loads_with_formulas.hpp"
 #include "physics/plan_input.hpp"
 #include "skein/core/index.hpp"
 
@@ -240,7 +239,7 @@ FluidPlan plan_fluid(const PlanInput& input) {
     if (const auto at = scene.fluid->key_source.find("ranks_across"); at != scene.fluid->key_source.end())
         plan.ranks_across_at = at->second;
     plan.outputs = outputs_of(scene, plan.constants.grid);
-    const std::vector<StatedSpeed> stated = stated_speeds(scene, groups, loads_with_formulas(scene));
+    const std::vector<StatedSpeed> stated = stated_speeds(scene, groups, input.loads);
     for (const StatedSpeed& one : stated) plan.stated = std::max(plan.stated, one.value);
     plan.speed = speed_of(plan, scene.fluid->expected_speed, stated);
     if (!groups.empty() && plan.coupling == RodCoupling::two_way && scene.immersion.forcing == ForcingKind::direct)

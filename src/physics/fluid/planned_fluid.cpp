@@ -9,7 +9,6 @@
 #include "physics/fluid/fluid_pressure.hpp"
 #include "physics/fluid/fluid_steps.hpp"
 #include "physics/fluid/stated_speeds.hpp"
-#include "physics/loads/loads_with_formulas.hpp"
 #include "physics/plan_input.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
@@ -41,7 +40,7 @@ class PlannedFluid final : public PhysicsPlan, public FluidPlan, public StartsIn
 public:
     explicit PlannedFluid(const PlanInput& input) : FluidPlan(plan_fluid(input)) {
         doubts_ = fluid_doubts(*this, input.groups);
-        for (std::string& doubt : abrupt_starts(input.scene, input.groups, loads_with_formulas(input.scene)))
+        for (std::string& doubt : abrupt_starts(input.scene, input.groups, input.loads))
             doubts_.push_back(std::move(doubt));
     }
 

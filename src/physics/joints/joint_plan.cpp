@@ -8,6 +8,7 @@
 #include "physics/assemblies.hpp"
 #include "physics/joints/joint_interaction.hpp"
 #include "physics/plan_input.hpp"
+#include "physics/tightened.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
 #include "plan/plan_words.hpp"
@@ -128,12 +129,12 @@ public:
             p.limit("joints", 2 / std::sqrt(bounds.eigenvalue / p.effective_inertia()), bounds.element_of_eigenvalue);
         if (bounds.stiffness > 0) {
             const double rate = p.limits.empty() ? 0 : 2 / p.limits.front().dt;
-            p.limit("joints", 2 / std::sqrt(rate * rate + bounds.stiffness / p.effective_inertia()), bounds.element);
+            p.limit("joints", stiffened(rate, bounds.stiffness / p.effective_inertia()), bounds.element);
         }
         if (bounds.drag == 0) return;
         const double fastest = p.limits.front().dt,
                      half = 0.5 * fastest * scheme.stability * bounds.drag / (scheme.drag * p.effective_inertia());
-        p.limit("joints", fastest * (std::sqrt(1 + half * half) - half), bounds.element);
+        p.limit("joints", slowed(fastest, half), bounds.element);
     }
 
     void share(Surroundings& around, std::span<const RodGroup>, std::span<const LocalRod>) const override {

@@ -5,9 +5,9 @@
 #include "loads/plane_friction.hpp"
 #include "physics/group_names.hpp"
 #include "physics/loads/formula_doubts.hpp"
-#include "physics/loads/loads_with_formulas.hpp"
 #include "physics/loads/plane_numbers.hpp"
 #include "physics/plan_input.hpp"
+#include "physics/tightened.hpp"
 #include "plan/doubts.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
@@ -17,8 +17,6 @@
 #include "skein/time/integrator.hpp"
 
 #include <fmt/format.h>
-
-#include <cmath>
 
 namespace skein {
 
@@ -46,20 +44,15 @@ Together together(const LoadPlan& plan, const GroupPlan& p, const RodGroup& grou
     return all;
 }
 
-/// Drag at the velocity before the kick takes from the stable step: a mode of frequency w is stable while (h w/2)^2 + h
-/// nu/2 < 1, with the scheme's own figures for 2. theory.md (38)
 void limit_by_drag(const LoadPlan& plan, GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
     const Together drag = together(plan, p, group, &Load::largest_rate);
     const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * drag.sum / scheme.drag;
-    p.limit(drag.label, fastest * (std::sqrt(1 + half * half) - half), drag.largest.element);
+    p.limit(drag.label, slowed(fastest, half), drag.largest.element);
 }
 
-/// The stiffness of loads adds to that of the rod: w^2 grows by at most what all of them have over mass. theory.md
-/// (40c)
 void limit_by_stiffness(const LoadPlan& plan, GroupPlan& p, const RodGroup& group) {
     const Together stiff = together(plan, p, group, &Load::largest_stiffness);
-    const double rate = 2 / p.limits.front().dt;
-    p.limit(stiff.label, 2 / std::sqrt(rate * rate + stiff.sum), stiff.largest.element);
+    p.limit(stiff.label, stiffened(2 / p.limits.front().dt, stiff.sum), stiff.largest.element);
 }
 
 /// Doubts about the tables of loads.
@@ -87,7 +80,7 @@ std::vector<std::string> doubts_of(const PlanInput& input, std::span<const Load>
 class PlannedLoads final : public PhysicsPlan, public LoadPlan {
 public:
     explicit PlannedLoads(const PlanInput& input) : damping_(input.scene.damping) {
-        loads = loads_with_formulas(input.scene);
+        loads = input.loads;
         for (const LoadSpec& load : input.scene.loads)
             sources.push_back(load.source.empty() ? input.scene.file : load.source);
         for (const RodGroup& group : input.groups) {

@@ -1,4 +1,4 @@
-#include "physics/relaxation/relaxation_plan.hpp"
+#include "physics/relaxation/relaxation_tables.hpp"
 
 #include "coupling/interaction.hpp"
 #include "kernels/physics_passes.hpp"
@@ -44,18 +44,15 @@ void refuse_drag(const GroupPlan& p, const RodGroup& group) {
                             group.spec().source, apply->load.kind(), group.name()));
 }
 
-class PlannedRelaxation final : public PhysicsPlan,
-                                public RelaxationPlan,
-                                public StartsInteraction,
-                                public SharesWithPasses {
+class PlannedRelaxation final : public PhysicsPlan, public StartsInteraction, public SharesWithPasses {
 public:
     explicit PlannedRelaxation(const PlanInput& input)
-        : RelaxationPlan{input.scene.time.relax_tolerance}, contact_(input.scene), walls_(input.scene) {}
+        : tolerance_(input.scene.time.relax_tolerance), contact_(input.scene), walls_(input.scene) {}
 
     std::string summary(const Plan&) const override { return "relaxation"; }
     std::vector<PlanLine> describe(const Plan&) const override {
-        return {{"relaxation", fmt::format("rods have settled when none wants a correction beyond {:g}", tolerance),
-                 "relax_tolerance", tolerance}};
+        return {{"relaxation", fmt::format("rods have settled when none wants a correction beyond {:g}", tolerance_),
+                 "relax_tolerance", tolerance_}};
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         refuse_drag(p, group);
@@ -76,10 +73,11 @@ public:
         around.residual = std::make_shared<RelaxationResidual>(groups.size());
     }
     std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
-        return std::make_unique<RelaxationInteraction>(parts, tolerance);
+        return std::make_unique<RelaxationInteraction>(parts, tolerance_);
     }
 
 private:
+    double tolerance_; ///< correction at which rods have settled
     ContactTables contact_;
     WallTables walls_;
 };
