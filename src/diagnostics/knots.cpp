@@ -7,7 +7,7 @@ namespace skein {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 std::size_t segments(std::span<const Vec3d> node, Curve curve) {
     return curve == Curve::closed ? node.size() : node.size() - 1;

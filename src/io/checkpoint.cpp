@@ -23,7 +23,7 @@ namespace skein {
 
 namespace {
 
-const std::string format_name = "skein-checkpoint";
+const std::string checkpoint_format = "skein-checkpoint";
 /// Version 2 has directors as quaternions, and the sums of an audit. Springs at walls have weights since 4 and no works
 /// of their own since 5. Fluids have no gained velocities of rods since 6, and slips since 7. Works of contacts have
 /// several numbers since 8.
@@ -339,7 +339,7 @@ void write_state(const Communicator& comm, const std::string& path, std::span<co
                  const CheckpointInfo& info, std::uint64_t bytes) {
     H5File file(comm, path, H5File::Mode::create);
     file.reserve(bytes);
-    file.set("/", "format", format_name);
+    file.set("/", "format", checkpoint_format);
     file.set("/", "version", format_version);
     file.set("/", "step", info.step);
     file.set("/", "dt", info.dt);
@@ -409,7 +409,7 @@ void thin(const std::string& directory, std::int64_t step, const Keeping& keepin
     const auto kept = kept_steps(steps, keeping);
     for (const NumberedFile& file : files) {
         const std::string path = directory + "/" + file.name;
-        if (std::binary_search(kept.begin(), kept.end(), file.number) || h5_format(path) != format_name) continue;
+        if (std::binary_search(kept.begin(), kept.end(), file.number) || h5_format(path) != checkpoint_format) continue;
         if (file.number > step) set_aside(path, path + ".damaged");
         else remove_file(path);
     }
@@ -425,16 +425,16 @@ void write_checkpoint(const Communicator& comm, const std::string& directory, st
         const std::uint64_t bytes = file_bytes(comm, groups, rods, info);
         on_root(comm, [&] {
             require_space(directory, bytes);
-            make_way(temporary, format_name);
+            make_way(temporary, checkpoint_format);
         });
         write_state(comm, temporary, groups, rods, info, bytes);
         verify(comm, temporary, groups, info, rods);
         on_root(comm, [&] {
-            make_way(path, format_name);
+            make_way(path, checkpoint_format);
             publish(temporary, path);
         });
     } catch (const IoError&) {
-        if (comm.root() && is_unfinished(temporary, format_name)) ::unlink(temporary.c_str());
+        if (comm.root() && is_unfinished(temporary, checkpoint_format)) ::unlink(temporary.c_str());
         throw;
     }
     on_root(comm, [&] { thin(directory, info.step, keeping); });
@@ -465,7 +465,7 @@ std::string scene_differences(const std::string& old_text, const std::string& ne
 
 CheckpointInfo read_info(const H5File& file, const std::string& path) {
     const auto format = file.get<std::string>("/", "format");
-    if (format != format_name) throw IoError(path + ": is not a checkpoint (format \"" + format + "\")");
+    if (format != checkpoint_format) throw IoError(path + ": is not a checkpoint (format \"" + format + "\")");
     CheckpointInfo info;
     info.file = path;
     info.version = file.get<std::int64_t>("/", "version");
@@ -531,7 +531,7 @@ namespace {
 std::vector<std::string> list_checkpoints(const Communicator& comm, const std::string& directory) {
     on_root(comm, [&] {
         for (const auto& file : numbered_files(directory, "checkpoint_", ".h5.tmp"))
-            if (is_unfinished(directory + "/" + file.name, format_name)) remove_file(directory + "/" + file.name);
+            if (is_unfinished(directory + "/" + file.name, checkpoint_format)) remove_file(directory + "/" + file.name);
     });
     std::vector<std::string> list = checkpoint_files(comm, directory);
     std::reverse(list.begin(), list.end());

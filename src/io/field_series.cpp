@@ -17,7 +17,7 @@ namespace skein {
 
 namespace {
 
-constexpr std::string_view format_name = "skein fields";
+constexpr std::string_view fields_format = "skein fields";
 constexpr const char *frames = ".h5", *documents = ".xdmf";
 
 std::uint64_t product(const std::vector<std::uint64_t>& shape) {
@@ -55,7 +55,7 @@ std::uint64_t box_digest(const void* numbers, std::size_t word, const std::vecto
 
 bool is_sound_frame(const FrameFile& frame) {
     const H5File file(Communicator::alone(), frame.path, H5File::Mode::read);
-    if (file.get<std::string>("/", "format") != format_name || file.get<std::int64_t>("/", "step") != frame.step)
+    if (file.get<std::string>("/", "format") != fields_format || file.get<std::int64_t>("/", "step") != frame.step)
         return false;
     for (const char* name : {"/lower", "/velocity", "/vorticity", "/q", "/pressure"}) {
         if (!file.has(name) || !file.has(name, "digest")) continue; // earlier programs wrote no digest
@@ -154,7 +154,7 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
     const std::int64_t before = step_before(step);
     if (before == step) return;
     const std::string path = names_.directory + "/" + file_of(step, frames), temporary = path + ".tmp",
-                      format(format_name);
+                      format(fields_format);
     std::uint64_t bytes = 0;
     for (const FieldName& field : names_.fields)
         bytes += static_cast<std::uint64_t>(field.components) * bytes_of(type_) * product(shape);
@@ -182,7 +182,7 @@ void FieldSeries::write(std::int64_t step, const Vec3d& lower, FieldFrame& frame
 }
 
 void FieldSeries::write_attributes(H5File& file, std::int64_t step, std::int64_t before, const Vec3d& lower) const {
-    file.set("/", "format", std::string(format_name));
+    file.set("/", "format", std::string(fields_format));
     file.set("/", "step", step);
     file.set("/", "time", shift_ + static_cast<double>(step) * dt_);
     file.set("/", "spacing", grid_.spacing);

@@ -14,8 +14,6 @@ namespace skein {
 
 namespace {
 
-Quaterniond inverse(const Quaterniond& q) { return {q.w, -1.0 * q.v}; }
-
 /// A group's rods in a copy, where they start, in the axes of the assembly.
 class Member {
 public:

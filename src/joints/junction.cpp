@@ -18,8 +18,6 @@ namespace {
 
 constexpr double same_place = 1e-6; // tolerance over an element's length, as scenes round numbers
 
-Quaterniond inverse(const Quaterniond& q) { return {q.w, -1.0 * q.v}; }
-
 Mat3d operator+(const Mat3d& a, const Mat3d& b) { return {a.d1 + b.d1, a.d2 + b.d2, a.d3 + b.d3}; }
 Mat3d transposed(const Mat3d& m) {
     return {{m.d1.x, m.d2.x, m.d3.x}, {m.d1.y, m.d2.y, m.d3.y}, {m.d1.z, m.d2.z, m.d3.z}};

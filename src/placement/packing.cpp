@@ -21,7 +21,7 @@ namespace skein {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 class Random {
 public:

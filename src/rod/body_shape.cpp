@@ -14,7 +14,7 @@ namespace skein {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// One part by itself.
 struct Solid {
@@ -155,7 +155,7 @@ void BodyShape::add_surface() {
         p.to = axes * (p.to - centre);
         const int slot = 2 * static_cast<int>(&p - part.data());
         if (p.box) {
-            p.axes = {axes.w, -axes.v}; // the frame of the parts
+            p.axes = inverse(axes); // the frame of the parts
             add_corners_and_edges(p, slot);
             continue;
         }

@@ -24,7 +24,7 @@ namespace skein {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// The spec with what a scene leaves out: a ring without curvatures is a circle, and a body is one element, whose
 /// length is twice its reach.

@@ -8,7 +8,7 @@ namespace skein {
 
 namespace {
 
-constexpr double pi = std::numbers::pi;
+using std::numbers::pi;
 
 /// Scale of the section of element k along d1.
 double first_factor(const Section& section, std::size_t k, const ElementShare& share) {

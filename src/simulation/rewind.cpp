@@ -18,6 +18,17 @@
 
 namespace skein {
 
+constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
+
+/// The invalid rod of lowest number on a rank.
+struct InvalidRod {
+    std::int64_t gid = nobody;
+    std::size_t rod = 0; ///< place in local()
+    bool finite = true;
+    bool limit = false;     ///< by its step alone
+    std::string text, hint; ///< its fault, and a line on its law or none
+};
+
 namespace {
 
 constexpr Every searched{64};             ///< steps of a first coarse search
@@ -33,7 +44,6 @@ constexpr double repeated_seconds = 2;           ///< of a run that a shorter st
 constexpr double repeated_bytes = 1 << 24;       ///< of the copy of that beginning
 constexpr double shortest_proposed = 1e-4;       ///< of the step of the run
 constexpr double telling_seconds = 0.5;          ///< of it, after which their pace is known
-constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
 
 /// The worst of the passes, and what it did.
 const PassEffect* worst_of(const std::vector<PassEffect>& effects) {
@@ -68,15 +78,6 @@ std::string story_of(const std::vector<PassEffect>& effects) {
         if (&e != worst && e.share > 0 && (!next || e.share > next->share)) next = &e;
     return next ? fmt::format("{} (next: '{}', {:.3g})", text, next->pass, next->share) : text;
 }
-
-/// The invalid rod of lowest number on a rank.
-struct InvalidRod {
-    std::int64_t gid = nobody;
-    std::size_t rod = 0; ///< place in local()
-    bool finite = true;
-    bool limit = false;     ///< by its step alone
-    std::string text, hint; ///< its fault, and a line on its law or none
-};
 
 InvalidRod first_invalid_rod(const World& world) {
     InvalidRod first;

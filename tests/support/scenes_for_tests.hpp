@@ -12,6 +12,16 @@
 
 namespace skein::test {
 
+inline constexpr double gravity = 9.81; ///< m/s2
+
+/// Largest distance between nodes of two states of a rod, m.
+inline double distance(const std::vector<Slot<1>>& a, const std::vector<Slot<1>>& b) {
+    double most = 0;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        most = std::max(most, norm(lane(a[i].position, 0) - lane(b[i].position, 0)));
+    return most;
+}
+
 /// A cilium of the paper's carpet, `count` of them in a row: clamped, magnetised in a wave, legacy damping.
 inline SceneSpec cilia_scene(long count, long elements = 25, EndKind start = EndKind::clamped) {
     SceneSpec scene;

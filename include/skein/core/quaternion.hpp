@@ -27,6 +27,9 @@ template <class P> struct Quaternion {
     }
 };
 
+/// The opposite turn, of a unit quaternion.
+template <class P> SKEIN_INLINE Quaternion<P> inverse(const Quaternion<P>& q) { return {q.w, -q.v}; }
+
 /// Q^T a, from body to lab components.
 template <class P> SKEIN_INLINE Vec3<P> transpose_times(const Quaternion<P>& q, const Vec3<P>& a) {
     const Vec3<P> t = cross(q.v + q.v, a);

@@ -18,7 +18,7 @@ namespace {
 
 constexpr int looks = 2048;               ///< over the run
 constexpr int halvings = 100;             ///< of the interval between two
-constexpr double nothing = 1e-6;          ///< of the largest denominator: 0, but for rounding
+constexpr double vanishing = 1e-6;        ///< of the largest denominator: 0, but for rounding
 constexpr double near = 1e-8, far = 1e-4; ///< of the run, from the pole
 constexpr double steep = 100;             ///< times that a formula is larger near than far; of a simple pole 1e4
 
@@ -77,7 +77,7 @@ std::optional<double> pole(OfTime& value, int node, int below, double duration) 
         const double at = (before < 0) != (here < 0) ? zero_between(value, below, time(i - 1), time(i))
                           : changes                  ? zero_between(value, below, time(i), time(i + 1))
                                                      : zero_between(value, below, time(i - 1), time(i + 1));
-        if (std::abs(value(below, at)) > nothing * largest) continue; // it jumps over 0, or does not come so far
+        if (std::abs(value(below, at)) > vanishing * largest) continue; // it jumps over 0, or does not come so far
         const auto size = [&](double away) {
             return std::max(std::abs(value(node, at - away * duration)), std::abs(value(node, at + away * duration)));
         };

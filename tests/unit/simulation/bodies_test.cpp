@@ -23,7 +23,7 @@ namespace {
 
 using test::Meeting;
 
-constexpr double radius = 0.02, gravity = 9.81;
+constexpr double radius = 0.02;
 
 /// Of a ball its centre stands at `origin`.
 RodSpec ball(const std::string& name, Vec3d origin, Vec3d velocity, double r = radius) {
@@ -45,7 +45,7 @@ Wall floor_of(const ContactLaw& law) {
 Meeting rolling(double slope, double friction) {
     SceneSpec scene;
     const double k = 1e5, mass = 1000 * 4.0 / 3 * M_PI * radius * radius * radius,
-                 overlap = 0.5 * mass * gravity * std::cos(slope) / k;
+                 overlap = 0.5 * mass * test::gravity * std::cos(slope) / k;
     scene.rods = {ball("ball", {0, 0, radius - overlap}, {0, 0, 0})};
     scene.walls = {floor_of({.normal = ContactNormal::linear,
                              .stiffness = k,
@@ -53,7 +53,7 @@ Meeting rolling(double slope, double friction) {
                              .friction = ContactFriction::memory,
                              .static_friction = friction,
                              .tangential_damping = 10})};
-    scene.loads = {{.load = Gravity{{gravity * std::sin(slope), 0, -gravity * std::cos(slope)}}}};
+    scene.loads = {{.load = Gravity{{test::gravity * std::sin(slope), 0, -test::gravity * std::cos(slope)}}}};
     scene.time = {.duration = 1, .dt = 5e-5};
     return Meeting(scene);
 }
@@ -62,7 +62,7 @@ TEST(Ball, RollsDownAnIncline) {
     const double slope = 0.4, time = 0.5;
     Meeting stage = rolling(slope, 0.3);
     stage.advance(10000);
-    const double v = 5.0 / 7 * gravity * std::sin(slope) * time;
+    const double v = 5.0 / 7 * test::gravity * std::sin(slope) * time;
     EXPECT_NEAR(stage.velocity(0).x, v, 1e-3 * v);
     EXPECT_NEAR(stage.spin(0).y * radius, v, 1e-3 * v);
     EXPECT_NEAR(lane(stage.state(0)[0].position, 0).x, 0.5 * v * time, 1e-3 * v * time);
@@ -75,8 +75,8 @@ TEST(Ball, SlipsWhereFrictionIsTooWeak) {
         stage.advance(10000);
         const bool slips = share < 1;
         const double mu = slips ? share * limit : limit;
-        const double v = gravity * (std::sin(slope) - mu * std::cos(slope)) * time,
-                     rim = 2.5 * mu * gravity * std::cos(slope) * time;
+        const double v = test::gravity * (std::sin(slope) - mu * std::cos(slope)) * time,
+                     rim = 2.5 * mu * test::gravity * std::cos(slope) * time;
         EXPECT_NEAR(stage.velocity(0).x, v, 1e-3 * v) << share;
         EXPECT_NEAR(stage.spin(0).y * radius, rim, 1e-3 * rim) << share;
     }
@@ -197,11 +197,11 @@ TEST(Body, PressesTheFloorWithItsWeightAtAllItsPoints) {
     scene.rods = {table};
     const double k = 1e4;
     scene.walls = {floor_of({.normal = ContactNormal::linear, .stiffness = k, .damping = 20})};
-    scene.loads = {{.load = Gravity{{0, 0, -gravity}}}};
+    scene.loads = {{.load = Gravity{{0, 0, -test::gravity}}}};
     scene.time = {.duration = 1, .dt = 2e-5};
     Meeting stage(scene);
     stage.advance(50000);
-    const double weight = stage.groups[0].node_mass[0] * gravity;
+    const double weight = stage.groups[0].node_mass[0] * test::gravity;
     const WallFigures account = stage.around.wall_contacts[0]->figures({0, 0}, 0);
     EXPECT_EQ(account.touching, 3);
     EXPECT_NEAR(account.normal, weight, 1e-6 * weight);
@@ -230,7 +230,7 @@ Meeting block(double slope, double friction, double b, double h) {
                              .friction = ContactFriction::memory,
                              .static_friction = friction,
                              .tangential_damping = 30})};
-    scene.loads = {{.load = Gravity{{gravity * std::sin(slope), 0, -gravity * std::cos(slope)}}}};
+    scene.loads = {{.load = Gravity{{test::gravity * std::sin(slope), 0, -test::gravity * std::cos(slope)}}}};
     scene.time = {.duration = 1, .dt = 5e-6};
     return Meeting(scene);
 }
@@ -240,7 +240,7 @@ TEST(Body, SlidesOnAPlaneSteeperThanItsFriction) {
     for (const double share : {0.9, 1.1}) {
         Meeting stage = block(slope, share * std::tan(slope), 0.1, 0.04);
         stage.advance(40000);
-        const double v = stage.velocity(0).x, free = gravity * std::sin(slope) * time;
+        const double v = stage.velocity(0).x, free = test::gravity * std::sin(slope) * time;
         if (share < 1) EXPECT_NEAR(v, (1 - share) * free, 0.01 * (1 - share) * free);
         else EXPECT_LT(std::abs(v), 1e-4 * free);
         EXPECT_LT(norm(stage.spin(0)), 0.05) << "it does not tip: its base is wide";
@@ -328,7 +328,7 @@ TEST(Body, ABoxBearsARodThatLiesOnIt) {
                                         .friction = ContactFriction::memory,
                                         .static_friction = 0.3}};
     scene.walls = {floor_of({.normal = ContactNormal::linear, .stiffness = 1e5, .damping = 100})};
-    scene.loads = {{.load = Gravity{{0, 0, -gravity}}}};
+    scene.loads = {{.load = Gravity{{0, 0, -test::gravity}}}};
     scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 20}}};
     scene.time = {.duration = 1, .dt = 5e-6};
     scene.time.force_dt = true;
@@ -336,7 +336,7 @@ TEST(Body, ABoxBearsARodThatLiesOnIt) {
     stage.advance(200000);
     double rod_mass = 0;
     for (const double m : stage.groups[0].node_mass) rod_mass += m;
-    const double weight = rod_mass * gravity, all = weight + stage.groups[1].node_mass[0] * gravity;
+    const double weight = rod_mass * test::gravity, all = weight + stage.groups[1].node_mass[0] * test::gravity;
     Vec3d on_rod{0, 0, 0}, on_box{0, 0, 0};
     for (std::size_t k_ = 0; k_ < 9; ++k_) on_rod += stage.around.loads->load[k_].force;
     for (std::size_t k_ = 9; k_ < 11; ++k_) on_box += stage.around.loads->load[k_].force;

@@ -178,13 +178,6 @@ TEST(Damping, KeepsTheMomentumThatItSaysItKeeps) {
     }
 }
 
-double distance(const std::vector<Slot<1>>& a, const std::vector<Slot<1>>& b) {
-    double most = 0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        most = std::max(most, norm(lane(a[i].position, 0) - lane(b[i].position, 0)));
-    return most;
-}
-
 /// A bent rod let go, after so many steps to one time.
 std::vector<Slot<1>> released(const Case& c, std::int64_t steps) {
     test::Stage plan = stage_of(c, false);
@@ -206,7 +199,7 @@ TEST(Damping, ConvergesWithTheSquareOfTheStep) {
             const Case c{damper, form, start, 0.5, form == Form::tapered ? "y" : ""};
             const std::int64_t steps = 24 * static_cast<std::int64_t>(0.05 / stage_of(c, false).plan.limit);
             const auto coarse = released(c, steps), middle = released(c, 2 * steps), fine = released(c, 4 * steps);
-            EXPECT_NEAR(distance(coarse, middle) / distance(middle, fine), 4, 0.3) << text(c);
+            EXPECT_NEAR(test::distance(coarse, middle) / test::distance(middle, fine), 4, 0.3) << text(c);
         }
 }
 

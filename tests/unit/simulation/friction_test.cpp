@@ -15,7 +15,7 @@
 namespace skein {
 namespace {
 
-constexpr double radius = 0.02, gravity = 9.81, friction = 0.3, rate = 40;
+constexpr double rod_radius = 0.02, friction = 0.3, rate = 40;
 constexpr std::size_t elements = 6;
 
 /// Along x, its axis at a height above the plane z = 0.
@@ -23,7 +23,7 @@ RodSpec lying(const std::string& name, double height) {
     RodSpec spec = test::simple_rod(elements);
     spec.name = name;
     spec.material.youngs_modulus = 1e7;
-    spec.section.radius = radius;
+    spec.section.radius = rod_radius;
     spec.placement.tangent = {1, 0, 0};
     spec.placement.normal = Vec3d{0, 0, 1};
     spec.placement.origin = {0, 0, height};
@@ -42,12 +42,12 @@ SceneSpec pulled(double pressure) {
     plane.kinetic_forward = plane.kinetic_backward = friction;
     plane.slip_speed = 1e-6;
     SceneSpec scene;
-    scene.rods = {lying("lower", radius)};
+    scene.rods = {lying("lower", rod_radius)};
     scene.rods[0].shape.velocity = {speed, 0, 0};
     const double drag = rate * speed * mass(RodGroup(scene.rods[0], 0, 0, ""));
     // The plane stands first: where a load stands does not matter to what it feels.
     scene.loads = {{.load = plane, .rods = {"lower"}},
-                   {.load = Gravity{.acceleration = {0, 0, -gravity}}},
+                   {.load = Gravity{.acceleration = {0, 0, -test::gravity}}},
                    {.load = UniformForce{.force = {friction * pressure + drag, 0, 0}}, .rods = {"lower"}}};
     scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = rate}}};
     scene.time = {.duration = 0.3};
@@ -67,14 +67,14 @@ Sliding slide(const SceneSpec& scene) {
     stage.advance(stage.plan.steps - 1);
     double lowest = HUGE_VAL;
     for (const Slot<1>& node : stage.state(0)) lowest = std::min(lowest, lane(node.position, 0).z);
-    return {pull - 0.5 * rate * (before + after) - (after - before) / h, lowest / radius};
+    return {pull - 0.5 * rate * (before + after) - (after - before) / h, lowest / rod_radius};
 }
 
 constexpr double stack_stiffness = 2000;
 /// The scene with a second rod on the first, pulled along so that it stays where it lies.
 SceneSpec stack(double overlap, double pressure) {
     SceneSpec scene = pulled(pressure);
-    scene.rods.push_back(lying("upper", 3 * radius - overlap));
+    scene.rods.push_back(lying("upper", 3 * rod_radius - overlap));
     scene.rods[1].shape.velocity = {speed, 0, 0};
     const double drag = rate * speed * mass(RodGroup(scene.rods[1], 0, 0, ""));
     scene.loads.push_back({.load = UniformForce{.force = {drag, 0, 0}}, .rods = {"upper"}});
@@ -83,7 +83,7 @@ SceneSpec stack(double overlap, double pressure) {
 }
 
 TEST(PlaneFriction, OfAStackIsThatOfItsWholeWeight) {
-    const double alone = gravity * mass(RodGroup(lying("lower", radius), 0, 0, "")), weight = 2 * alone;
+    const double alone = test::gravity * mass(RodGroup(lying("lower", rod_radius), 0, 0, "")), weight = 2 * alone;
     // The overlap at which the lower rod carries the upper one, from that of a first guess: the law is linear.
     constexpr double guess = 1e-3;
     test::Meeting first(stack(guess, weight));
@@ -105,13 +105,13 @@ TEST(PlaneFriction, OfAStackIsThatOfItsWholeWeight) {
 }
 
 TEST(PlaneFriction, CountsWhatWallsPress) {
-    const RodGroup rod(lying("lower", radius), 0, 0, "");
-    const double overlap = 1e-3, k = 300, weight = gravity * mass(rod);
+    const RodGroup rod(lying("lower", rod_radius), 0, 0, "");
+    const double overlap = 1e-3, k = 300, weight = test::gravity * mass(rod);
     const double pressed = weight + 7 * k * overlap; // every node
     SceneSpec scene = pulled(pressed);
     Wall lid;
     lid.name = "lid";
-    lid.point = {0, 0, 2 * radius - overlap};
+    lid.point = {0, 0, 2 * rod_radius - overlap};
     lid.normal = {0, 0, -1};
     lid.law = {.normal = ContactNormal::linear, .stiffness = k};
     scene.walls = {lid};

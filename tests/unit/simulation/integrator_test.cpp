@@ -26,13 +26,6 @@ SceneSpec bent_rod(Integrator integrator, double dt, Law law = Law::incompressib
     return scene;
 }
 
-double distance(const std::vector<Slot<1>>& a, const std::vector<Slot<1>>& b) {
-    double most = 0;
-    for (std::size_t i = 0; i < a.size(); ++i)
-        most = std::max(most, norm(lane(a[i].position, 0) - lane(b[i].position, 0)));
-    return most;
-}
-
 /// State after time T in so many steps.
 std::vector<Slot<1>> after(SceneSpec scene, double time, std::int64_t steps) {
     scene.time.dt = time / static_cast<double>(steps);
@@ -44,7 +37,7 @@ std::vector<Slot<1>> after(SceneSpec scene, double time, std::int64_t steps) {
 /// Error ratio on halving the step, against a much finer run.
 double ratio(const SceneSpec& scene, double time, std::int64_t steps, std::int64_t finest) {
     const auto exact = after(scene, time, finest);
-    return distance(after(scene, time, steps), exact) / distance(after(scene, time, 2 * steps), exact);
+    return test::distance(after(scene, time, steps), exact) / test::distance(after(scene, time, 2 * steps), exact);
 }
 
 TEST(Integrators, HaveTheirOrder) {
@@ -111,7 +104,7 @@ TEST(Ring, CircleAtRestStays) {
     test::Stage stage(scene);
     const auto before = stage.state(0);
     stage.advance(2000);
-    EXPECT_LT(distance(before, stage.state(0)), 1e-13);
+    EXPECT_LT(test::distance(before, stage.state(0)), 1e-13);
 }
 
 /// Both ends moved and turned smoothly: energy less the walls' work is conserved to second order, here seen in the end
@@ -167,9 +160,9 @@ TEST(MovingEnds, AreTheSameAsFormulas) {
         const auto named = after(scene, 0.15, 3000);
         rod.start_motion = motion.written;
         const auto written = after(scene, 0.15, 3000);
-        EXPECT_LT(distance(named, written), 1e-13);
+        EXPECT_LT(test::distance(named, written), 1e-13);
         rod.start_motion = {};
-        EXPECT_GT(distance(named, after(scene, 0.15, 3000)), 1e-3);
+        EXPECT_GT(test::distance(named, after(scene, 0.15, 3000)), 1e-3);
     }
 }
 
