@@ -31,6 +31,12 @@ function(skein_common_headers name)
   endif()
 endfunction()
 
+# skein_unity(<target>): eight sources in one translation unit, where SKEIN_UNITY asks for it. Names of a file, in an unnamed
+# namespace or static, have to differ within a target. Kernels are never joined.
+function(skein_unity name)
+  set_target_properties(${name} PROPERTIES UNITY_BUILD ${SKEIN_UNITY} UNITY_BUILD_BATCH_SIZE 8)
+endfunction()
+
 function(skein_module name)
   cmake_parse_arguments(ARG "" "" "EXCEPT;OBJECTS;DEPENDS" ${ARGN})
   file(GLOB sources RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} CONFIGURE_DEPENDS *.cpp */*.cpp)
@@ -39,6 +45,7 @@ function(skein_module name)
     add_library(skein_${name} STATIC ${sources} ${ARG_OBJECTS})
     target_link_libraries(skein_${name} PUBLIC skein_flags ${ARG_DEPENDS})
     skein_common_headers(skein_${name})
+    skein_unity(skein_${name})
   else()
     add_library(skein_${name} INTERFACE)
     target_link_libraries(skein_${name} INTERFACE skein_flags ${ARG_DEPENDS})

@@ -32,12 +32,14 @@ take_option() {
     [[ $jobs =~ ^[1-9][0-9]*$ ]] || die "--jobs needs a positive number"
 }
 
-# build <target> <jobs> [cmake options]: Release, in build/. A build/ that is there already keeps its other options.
+# build <target> <jobs> [cmake options]: Release, in build/. A build/ that is there already keeps its other options; a new one joins
+# sources for the compiler, as most users build once.
 build() {
     local target=$1 jobs=$2
     shift 2
     command -v cmake >/dev/null || die "cmake is missing; run without --no-install, or see jobscripts/install.sh --no-install"
     [[ $root != *[[:space:]]* ]] || die "'$root' has a space in it, and HDF5 is not found from there; move the checkout"
+    [[ -f $root/build/CMakeCache.txt ]] || set -- -DSKEIN_UNITY=ON "$@"
     say "Configuring build/"
     cmake -S "$root" -B "$root/build" -DCMAKE_BUILD_TYPE=Release "$@"
     say "Building $target with $jobs job$([[ $jobs == 1 ]] || echo s)"
