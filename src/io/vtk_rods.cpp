@@ -12,11 +12,11 @@ namespace {
 
 std::string_view text_of(const void* numbers, std::size_t bytes) { return {static_cast<const char*>(numbers), bytes}; }
 
-double* put(double* out, double x) {
+double* append(double* out, double x) {
     *out = x;
     return out + 1;
 }
-double* put(double* out, const Vec3d& v) { return put(put(put(out, v.x), v.y), v.z); }
+double* append(double* out, const Vec3d& v) { return append(append(append(out, v.x), v.y), v.z); }
 
 /// Converts numbers to the type in the file.
 void convert(std::span<const double> numbers, VtkType real, std::byte* out) {
@@ -77,7 +77,7 @@ VtkRods::VtkRods(const Communicator& comm, const RodGroup& group, const Rods& ro
     before.nodes += to_index(group.count() * nodes());
     if (is_magnetised(group))
         magnetisation_ = rows_of_owners(blocks_, owned_.indices, 3,
-                                        [&](std::int64_t i, double* out) { put(out, group.magnetisation(i)); });
+                                        [&](std::int64_t i, double* out) { append(out, group.magnetisation(i)); });
     before.magnetised |= is_magnetised(group);
 }
 
@@ -93,17 +93,17 @@ void VtkRods::describe_body(const RodCopy& body, const VtkContent& content, Scra
     double* out = scratch.numbers.data();
     const auto each = [&](auto&& number) {
         for (const BodyShape::Line& line : group_.body()->line)
-            for (const Vec3d& place : {line.from, line.to}) out = put(out, number(place));
+            for (const Vec3d& place : {line.from, line.to}) out = append(out, number(place));
     };
     each([&](const Vec3d& place) { return centre + transpose_times(axes, place); });
-    for (const double radius : radius_) out = put(out, radius);
+    for (const double radius : radius_) out = append(out, radius);
     each([&](const Vec3d& place) { return velocity + transpose_times(axes, cross(spin, place)); });
     for (int strain = 0; strain < 3; ++strain) each([](const Vec3d&) { return 0.0; }); // strain, curvature, energy
     if (content.normals) each([&](const Vec3d&) { return body.frames[0].d1; });
     if (!content.forces) return;
     for (const BodyShape::Line& line : group_.body()->line)
         for (const int end : {0, 1})
-            out = put(out, line.slot < 0 ? Vec3d{0, 0, 0} : nth(scratch.force, line.slot + end));
+            out = append(out, line.slot < 0 ? Vec3d{0, 0, 0} : nth(scratch.force, line.slot + end));
 }
 
 void VtkRods::find_radii() {
@@ -128,7 +128,7 @@ void VtkRods::describe(std::size_t place, const RodCopy& rod, const VtkContent& 
     const std::size_t nodes = rod.state.size();
     double* out = scratch.numbers.data();
     const auto each = [&](auto&& number) {
-        for (std::size_t i = 0; i < nodes; ++i) out = put(out, number(i));
+        for (std::size_t i = 0; i < nodes; ++i) out = append(out, number(i));
     };
     const double* radius = radius_.data() + (group_.heterogeneous() ? place * nodes : 0);
     each([&](std::size_t i) { return lane(rod.state[i].position, 0); });

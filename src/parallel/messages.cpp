@@ -17,7 +17,7 @@ namespace {
 constexpr int tag = 1;
 double least_delay = 0; // s
 
-MPI_Comm native(const Communicator& comm) { return MPI_Comm_f2c(comm.handle()); }
+MPI_Comm native_of(const Communicator& comm) { return MPI_Comm_f2c(comm.handle()); }
 
 /// Waits for requests until they are done, and not before the delay of a study is over.
 void wait(std::span<MPI_Request> requests, double started) {
@@ -55,10 +55,10 @@ RepeatedMessages::RepeatedMessages(const Communicator& comm, std::span<const Par
                                                 std::to_string(part.rank) +
                                                 " is longer than MPI can count; use more ranks");
     for (const Part& part : received)
-        MPI_Recv_init(part.bytes.data(), static_cast<int>(part.bytes.size()), MPI_BYTE, part.rank, tag, native(comm),
+        MPI_Recv_init(part.bytes.data(), static_cast<int>(part.bytes.size()), MPI_BYTE, part.rank, tag, native_of(comm),
                       &requests_->all.emplace_back());
     for (const Part& part : sent) {
-        MPI_Send_init(part.bytes.data(), static_cast<int>(part.bytes.size()), MPI_BYTE, part.rank, tag, native(comm),
+        MPI_Send_init(part.bytes.data(), static_cast<int>(part.bytes.size()), MPI_BYTE, part.rank, tag, native_of(comm),
                       &requests_->all.emplace_back());
         if (part.rank == comm.rank()) continue;
         requests_->bytes += static_cast<std::int64_t>(part.bytes.size());
@@ -90,7 +90,7 @@ struct Vote::Ballot {
     double started = 0;
 };
 
-Vote::Vote(const Communicator& comm) : ballot_(std::make_unique<Ballot>()) { ballot_->comm = native(comm); }
+Vote::Vote(const Communicator& comm) : ballot_(std::make_unique<Ballot>()) { ballot_->comm = native_of(comm); }
 Vote::~Vote() = default;
 
 void Vote::start(bool yes) {

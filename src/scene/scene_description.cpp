@@ -23,7 +23,7 @@ bool is_within(const KeyEntry& key, const std::string& path) {
     return path.empty() || key.path() == path || key.table == path || key.table.starts_with(path + ".");
 }
 
-Json json_of(const KeyEntry& key) {
+Json json_of_key(const KeyEntry& key) {
     Json json = {{"path", key.path()},    {"table", key.table},     {"key", key.field.name},
                  {"type", key.type},      {"unit", key.field.unit}, {"required", key.field.required},
                  {"text", key.field.text}};
@@ -42,7 +42,7 @@ std::string description_json(const std::string& path) {
     std::vector<std::string> named;
     for (const KeyEntry& key : all_keys()) {
         if (!is_within(key, path)) continue;
-        keys.push_back(json_of(key));
+        keys.push_back(json_of_key(key));
         const std::string table =
             key.table.empty() && key.field.name == "constants" ? "constants" : key.table.substr(0, key.table.find('.'));
         if (table.empty() || std::find(named.begin(), named.end(), table) != named.end()) continue;

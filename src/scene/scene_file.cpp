@@ -109,7 +109,7 @@ void include_files(TomlValue& root, const std::string& file) {
 }
 
 /// Throws IoError naming the file and what is wrong with it.
-void read_table(const std::string& path, FormulaTable& table) {
+void read_table_file(const std::string& path, FormulaTable& table) {
     CsvTable file = read_csv(path);
     if (file.names.size() != 2)
         throw IoError(fmt::format("{}: has {} columns; a table has two, points and values", path, file.names.size()));
@@ -139,7 +139,7 @@ void read_tables_of_files(SceneSpec& scene, const TomlValue& root, Problems& pro
             continue;
         }
         try {
-            read_table((directory / table.file).string(), table);
+            read_table_file((directory / table.file).string(), table);
         } catch (const IoError& error) {
             refuse(fmt::format("'file': {}", error.what()));
         }

@@ -21,10 +21,8 @@ namespace {
 double implicit_solves(const FluidPlan& plan) { return 1.0 + (plan.has_bodies() ? plan.forcing.sweeps : 0); }
 double projections(FlowScheme scheme) { return scheme == FlowScheme::rk3_projected ? 3 : 1; }
 
-double sum_of(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
-
 /// The largest sum of components at the start, at up to `most` places along each direction.
-double speed_at_start(const FluidPlan& plan) {
+double fluid_speed_at_start(const FluidPlan& plan) {
     constexpr int most = 64;
     const FluidGrid& grid = plan.constants.grid;
     const StartVelocity velocity(plan.velocity_formula, plan.names);
@@ -61,7 +59,7 @@ FluidSpeed speed_of(const FluidPlan& plan, double expected, std::span<const Stat
     if (plan.constants.frequency > 0)
         take(sum_of(plan.constants.acceleration) / (2 * std::numbers::pi * plan.constants.frequency),
              "the acceleration");
-    if (!plan.velocity_formula.empty()) take(speed_at_start(plan), "the velocity at the start");
+    if (!plan.velocity_formula.empty()) take(fluid_speed_at_start(plan), "the velocity at the start");
     for (const Obstacle& o : plan.obstacles)
         take(sum_of(o.velocity) + 2 * std::numbers::pi * o.frequency * sum_of(o.amplitude), "an obstacle");
     return speed;

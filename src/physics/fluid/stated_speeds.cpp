@@ -20,8 +20,6 @@ namespace skein {
 
 namespace {
 
-double sum_of(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
-
 /// Times of a run that follow no beat, the start first.
 std::vector<double> some_times(double duration) {
     constexpr int count = 64;

@@ -5,11 +5,15 @@
 #include "physics/scene_spec.hpp"
 #include "skein/rod/rod_group.hpp"
 
+#include <cmath>
 #include <span>
 #include <string>
 #include <vector>
 
 namespace skein {
+
+/// Sum of the sizes of components: how a speed counts for a grid.
+inline double sum_of(const Vec3d& v) { return std::abs(v.x) + std::abs(v.y) + std::abs(v.z); }
 
 struct StatedSpeed {
     double value = 0;     ///< m/s, a sum of components where the direction is known

@@ -1,0 +1,65 @@
+#!/usr/bin/env python3
+"""Functions of one file, in an unnamed namespace or static, have names that no other file of their target uses so.
+
+Sources of a target may be compiled together (SKEIN_UNITY): two such functions with other arguments would become overloads, and a call
+might find the wrong one without a word.
+
+    unity_test.py ROOT
+"""
+import re
+import sys
+from collections import defaultdict
+from pathlib import Path
+
+from functions_test import NOT_A_FUNCTION, without_texts
+
+NAME = re.compile(r"(operator\s*[^\s\w(]+|\w+)\s*\(")
+
+
+def file_functions(text):
+    """Names of functions that only their file sees."""
+    open_heads, head = [], ""
+    for c in without_texts(text):
+        if c == "{":
+            of = " ".join(head.split())
+            outside = all(h.startswith("namespace") for h in open_heads)
+            bare = re.sub(r"^template\s*<.*?>\s*(?=\w)", "", of)
+            if outside and "(" in bare and not NOT_A_FUNCTION.match(bare) and "=" not in bare.split("(")[0].replace("operator=", ""):
+                name = NAME.search(bare)
+                qualified = "::" in bare[: name.end()].split()[-1] if name else True
+                if name and not qualified and ("namespace" in open_heads or bare.startswith("static ")):
+                    yield name[1]
+            open_heads.append(of)
+        elif c == "}" and open_heads:
+            open_heads.pop()
+        if c in "{};":
+            head = ""
+        elif head or not c.isspace():
+            head += c
+
+
+def try_the_rules():
+    text = "namespace a {\nnamespace {\nint f(int x) { if (x) { g(); } return 1; }\nstruct S { int h() { return 1; } };\n}\nint k() {}\nint S::m() {}\nstatic int n() {}\n}\n"
+    assert list(file_functions(text)) == ["f", "n"], list(file_functions(text))
+
+
+def main():
+    try_the_rules()
+    root = Path(sys.argv[1])
+    targets = [*(root / "src").iterdir(), root / "apps/skein"]
+    count, problems = 0, []
+    for target in (folder for folder in targets if folder.is_dir()):
+        files = defaultdict(set)
+        for path in sorted(target.rglob("*.cpp")):
+            for name in file_functions(path.read_text()):
+                files[name].add(str(path.relative_to(target)))
+                count += 1
+        problems += [f"{target.relative_to(root)}: {name}() is a function of its file in {', '.join(sorted(paths))}"
+                     for name, paths in sorted(files.items()) if len(paths) > 1]
+    assert count > 300, count
+    print("\n".join(problems) or f"{count} functions of files")
+    return 1 if problems else 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())
