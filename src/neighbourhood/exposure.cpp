@@ -4,6 +4,7 @@
 #include "skein/core/index.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <unordered_map>
 
 namespace skein {
@@ -52,6 +53,7 @@ void Exposure::lay_out(bool rates) {
             kin.push_back(first.emplace(scene_.kin_of(window[i].gid), static_cast<std::int32_t>(i)).first->second);
     }
     node.assign(window_of.size(), {{}, -1});
+    pace.assign(window_of.size(), 1);
     if (rates) motion.assign(window_of.size(), {});
 }
 
@@ -110,16 +112,45 @@ void Exposure::become(Exposure&& other) {
         while (!from->own) ++from;
         std::copy_n(node.begin() + from->first_slot, w.slots, other.node.begin() + w.first_slot);
         std::copy_n(motion.begin() + from->first_slot, w.slots, other.motion.begin() + w.first_slot);
+        std::copy_n(pace.begin() + from->first_slot, w.slots, other.pace.begin() + w.first_slot);
         ++from;
     }
     node.swap(other.node);
     motion.swap(other.motion);
+    pace.swap(other.pace);
     window_of.swap(other.window_of);
     vertices.swap(other.vertices);
     window.swap(other.window);
     own.swap(other.own);
     kin.swap(other.kin);
     find_own();
+}
+
+/// Balls and boxes have one place in two slots, and a box its axes in the rates of the second.
+double Exposure::speed(std::size_t slot) const {
+    const bool same_place = !has_element(slot) && slot > 0 && norm(node[slot].position - node[slot - 1].position) == 0;
+    return norm(motion[same_place ? slot - 1 : slot].velocity);
+}
+
+double Exposure::largest_speed() const {
+    double largest = 0;
+    for (std::size_t w = 0; w < window.size(); ++w) {
+        if (!owns(w)) continue;
+        for (std::size_t slot = window[w].first_slot; slot < end_of(w); ++slot)
+            largest = std::max(largest, speed(slot));
+    }
+    return largest;
+}
+
+void Exposure::set_paces(double largest_speed) {
+    constexpr double least = 0.25;
+    for (std::size_t w = 0; w < window.size(); ++w) {
+        if (!owns(w)) continue;
+        for (std::size_t slot = window[w].first_slot; slot < end_of(w); ++slot) {
+            const double share = speed(slot) / largest_speed; // of a rod that is lost no number
+            pace[slot] = largest_speed > 0 ? static_cast<float>(share > least ? std::min(share, 1.0) : least) : 1.0f;
+        }
+    }
 }
 
 void SlotLoads::begin(const Exposure& bodies) {

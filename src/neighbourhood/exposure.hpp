@@ -57,8 +57,10 @@ public:
     AlignedVector<ExposedMotion> motion; ///< by slot
     std::vector<std::int32_t> window_of; ///< window of each slot
     std::vector<std::uint8_t> vertices;  ///< vertices of each slot's element, as bits of Vertex
-    std::vector<Window> window;          ///< in rising order of slots
-    std::vector<std::uint8_t> own;       ///< by window; none where all are
+    /// By slot: share of the way of the fastest node that this one may go until partners are searched again.
+    std::vector<float> pace;
+    std::vector<Window> window;    ///< in rising order of slots
+    std::vector<std::uint8_t> own; ///< by window; none where all are
     std::vector<std::int32_t>
         kin; ///< by window: the first of its copy of an assembly here; none where there are no assemblies
 
@@ -69,6 +71,13 @@ public:
 
     std::size_t slots() const { return node.size(); }
     bool has_element(std::size_t slot) const { return node[slot].radius >= 0; }
+    /// Pace of the faster end of an element, so of all its points.
+    double pace_of(std::size_t slot) const { return std::max(pace[slot], pace[slot + 1]); }
+    /// Speed of the fastest own node, m/s.
+    double largest_speed() const;
+    /// Sets the paces of own nodes from their speeds, over the largest of all ranks; of slow ones no less than a
+    /// quarter, as they may be pushed. All are alike where nothing moves.
+    void set_paces(double largest_speed);
     const Window& at(std::size_t slot) const { return nth(window, window_of[slot]); }
     std::uint32_t end_of(std::size_t number) const { return window[number].first_slot + window[number].slots; }
     bool owns(std::size_t number) const { return own.empty() || own[number] != 0; }
@@ -112,9 +121,10 @@ public:
 
     static constexpr std::size_t sent_numbers_per_slot = 9; ///< numbers of a ghost's slot: place, velocity, spin
     static constexpr double bytes_per_slot =
-        sizeof(ExposedNode) + sizeof(ExposedMotion) + sizeof(std::int32_t) + sizeof(std::uint8_t);
+        sizeof(ExposedNode) + sizeof(ExposedMotion) + sizeof(std::int32_t) + sizeof(std::uint8_t) + sizeof(float);
 
 private:
+    double speed(std::size_t slot) const;
     void lay_out(bool rates);
     void find_own();
 

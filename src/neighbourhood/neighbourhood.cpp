@@ -9,6 +9,23 @@
 
 namespace skein {
 
+/// Slots [first, first + count) of the scene.
+struct SceneRun {
+    std::int64_t first, count;
+};
+
+/// A node on its way to another rank.
+struct VisitingNode {
+    ExposedNode node;
+    double pace;
+};
+
+struct Neighbourhood::Visits {
+    std::vector<SceneRun> runs;
+    std::vector<VisitingNode> nodes;
+    std::vector<std::int64_t> runs_of_rank;
+};
+
 namespace {
 
 /// Sides along the axes; least > most where it holds nothing.
@@ -47,11 +64,6 @@ Box box_of(const Exposure& bodies, std::size_t slot) {
 
 constexpr std::size_t boxes_of_rank =
     16; // a power of two: enough that a rod that has gone astray makes one of them large, and not all
-
-/// Slots [first, first + count) of the scene.
-struct SceneRun {
-    std::int64_t first, count;
-};
 
 /// Calls f(first, count) for runs of elements of a window that are asked for, with the node behind the last.
 template <class Asked, class F> void for_runs(const Exposure& bodies, const Window& window, Asked&& asked, F&& f) {
@@ -142,7 +154,7 @@ std::vector<Box> gathered(const Communicator& comm, std::span<const Box> mine) {
 /// Runs of elements on their way to another rank, and their nodes.
 struct Visitors {
     std::vector<SceneRun> runs;
-    std::vector<ExposedNode> nodes;
+    std::vector<VisitingNode> nodes;
 };
 
 /// Own elements that come within `margin` of any of these boxes, and their neighbours along the body, which contacts at
@@ -170,9 +182,9 @@ Visitors visitors_to(std::span<const Box> boxes, const Exposure& bodies, std::sp
             bodies, w, [&](std::uint32_t slot) { return asked[slot - w.first_slot] != 0; },
             [&](std::uint32_t first, std::uint32_t count) {
                 visitors.runs.push_back({w.first_in_scene + (first - w.first_slot), count});
-                visitors.nodes.insert(visitors.nodes.end(), bodies.node.begin() + first,
-                                      bodies.node.begin() + first + count);
-                visitors.nodes.back().radius = -1;
+                for (std::uint32_t slot = first; slot < first + count; ++slot)
+                    visitors.nodes.push_back({bodies.node[slot], bodies.pace[slot]});
+                visitors.nodes.back().node.radius = -1;
             });
     }
     return visitors;
@@ -263,6 +275,7 @@ bool Neighbourhood::arrive() {
 }
 
 const Exposure& Neighbourhood::widen(double reach) {
+    exposure_->set_paces(comm_.max(exposure_->largest_speed()));
     if (comm_.size() == 1) return *exposure_;
     const std::vector<OwnBody> own = own_bodies(*exposure_);
     const std::vector<Box> mine = boxes_of_parts(own), all_boxes = gathered(comm_, mine);
@@ -274,7 +287,7 @@ const Exposure& Neighbourhood::widen(double reach) {
             if (std::isfinite(side)) furthest = std::max(furthest, std::abs(side));
     const double margin = reach * (1 + 1e-9) + 1e-12 * furthest; // a pair that rounding makes near is not to be missed
     std::vector<std::vector<SceneRun>> runs;
-    std::vector<std::vector<ExposedNode>> nodes;
+    std::vector<std::vector<VisitingNode>> nodes;
     for (std::size_t r = 0; r < to_index(comm_.size()); ++r) {
         std::vector<Box> others; // none, for most ranks
         for (std::size_t i = r * boxes_of_rank; i < (r + 1) * boxes_of_rank; ++i)
@@ -284,23 +297,28 @@ const Exposure& Neighbourhood::widen(double reach) {
         runs.push_back(std::move(visitors.runs));
         nodes.push_back(std::move(visitors.nodes));
     }
-    std::vector<std::int64_t> run_counts, node_counts;
-    const std::vector<SceneRun> visitors = exchanged(comm_, runs, run_counts);
-    const std::vector<ExposedNode> visiting = exchanged(comm_, nodes, node_counts);
+    Visits visits;
+    std::vector<std::int64_t> node_counts;
+    visits.runs = exchanged(comm_, runs, visits.runs_of_rank);
+    visits.nodes = exchanged(comm_, nodes, node_counts);
+    make_wide(visits);
+    return *wide_;
+}
 
+void Neighbourhood::make_wide(const Visits& visits) {
     struct Source {
         Window window;
         int rank;
-        const ExposedNode* node;
+        const VisitingNode* node; ///< null of own bodies
     };
     std::vector<Source> all;
     for (const Window& w : exposure_->window)
-        if (w.own) all.push_back({w, comm_.rank(), &exposure_->node[w.first_slot]});
+        if (w.own) all.push_back({w, comm_.rank(), nullptr});
     std::size_t at = 0;
-    const ExposedNode* node = visiting.data();
+    const VisitingNode* node = visits.nodes.data();
     for (int r = 0; r < comm_.size(); ++r)
-        for (std::int64_t i = 0; i < nth(run_counts, r); ++i) {
-            const auto [first, count] = visitors[at++];
+        for (std::int64_t i = 0; i < nth(visits.runs_of_rank, r); ++i) {
+            const auto [first, count] = visits.runs[at++];
             const SceneSlots& scene = exposure_->scene();
             const std::int64_t gid = scene.gid_at(first);
             all.push_back({{gid, first, 0, static_cast<std::uint32_t>(count), scene.group_of(gid), false}, r, node});
@@ -315,9 +333,13 @@ const Exposure& Neighbourhood::widen(double reach) {
         wide_rank_.push_back(s.rank);
     }
     wide_ = std::make_unique<Exposure>(exposure_->scene(), std::move(windows), false);
-    for (std::size_t i = 0; i < all.size(); ++i)
-        std::copy_n(all[i].node, all[i].window.slots, wide_->node.begin() + wide_->window[i].first_slot);
-    return *wide_;
+    for (std::size_t i = 0; i < all.size(); ++i) {
+        const std::uint32_t first = wide_->window[i].first_slot, here = all[i].window.first_slot;
+        for (std::uint32_t k = 0; k < all[i].window.slots; ++k) {
+            wide_->node[first + k] = all[i].node ? all[i].node[k].node : exposure_->node[here + k];
+            wide_->pace[first + k] = all[i].node ? static_cast<float>(all[i].node[k].pace) : exposure_->pace[here + k];
+        }
+    }
 }
 
 std::vector<std::uint32_t> Neighbourhood::narrow(std::span<const std::uint8_t> wanted) {
@@ -330,12 +352,14 @@ std::vector<std::uint32_t> Neighbourhood::narrow(std::span<const std::uint8_t> w
     std::vector<Window> windows;
     std::vector<int> ranks;
     std::vector<double> radius;
+    std::vector<float> pace;
     const auto keep = [&](const Window& of, int rank, std::uint32_t first, std::uint32_t count) {
         windows.push_back({of.gid, of.first_in_scene + (first - of.first_slot), 0, count, of.group, of.own});
         ranks.push_back(rank);
         for (std::uint32_t slot = first; slot < first + count; ++slot) {
             now[slot] = static_cast<std::uint32_t>(radius.size());
             radius.push_back(slot + 1 < first + count ? wide_->node[slot].radius : -1);
+            pace.push_back(wide_->pace[slot]);
         }
     };
     for (std::size_t w = 0; w < wide_->window.size(); ++w) {
@@ -348,6 +372,7 @@ std::vector<std::uint32_t> Neighbourhood::narrow(std::span<const std::uint8_t> w
     }
     Exposure narrowed(exposure_->scene(), std::move(windows));
     for (std::size_t slot = 0; slot < radius.size(); ++slot) narrowed.node[slot].radius = radius[slot];
+    narrowed.pace = std::move(pace);
     exposure_->become(std::move(narrowed));
     rank_of_ = std::move(ranks);
     wide_.reset();

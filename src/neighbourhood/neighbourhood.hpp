@@ -42,7 +42,8 @@ public:
     /// Ghosts are as their owners have exposed them; true where lists hold on all ranks.
     bool arrive();
 
-    /// Own bodies, and all elements of others that may be within `reach` of them, m: places and radii. Collective.
+    /// Own bodies, and all elements of others that may be within `reach` of them, m: places, radii and paces, which are
+    /// set from the speeds now. Collective.
     const Exposure& widen(double reach);
     /// Keeps the elements that are wanted, by slot of widen(), as ghosts, and lets them arrive. Returns where each of
     /// its slots is now, or `gone`. Collective.
@@ -82,6 +83,9 @@ private:
     template <class Copy> void for_numbers(Route& route, Copy&& copy);
     void pack();
     void unpack();
+    /// An exposure of own bodies and visitors: runs of elements and their nodes, by rank.
+    struct Visits;
+    void make_wide(const Visits& visits);
     void set_up_messages();
 
     const Communicator comm_;

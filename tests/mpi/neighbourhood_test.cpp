@@ -124,6 +124,7 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
     const Crowd crowd(3);
     Exposure whole = crowd.bodies.exposure();
     std::copy(crowd.motion.begin(), crowd.motion.end(), whole.motion.begin());
+    whole.set_paces(whole.largest_speed());
     Contacts of_whole(crowd.bodies.scene(law()), one);
     SlotLoads expected;
     Share share(comm, comm.rank() % 2 ? two : one, crowd, owners(crowd, GetParam(), comm.size()));
@@ -172,6 +173,7 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
                                   in_scene = static_cast<std::size_t>(window.first_in_scene) + k;
                 ASSERT_EQ(norm(share.bodies->node[slot].position - whole.node[in_scene].position), 0)
                     << "step " << step;
+                ASSERT_EQ(share.bodies->pace[slot], whole.pace[in_scene]) << "step " << step;
                 if (!window.own) continue;
                 ASSERT_EQ(share.loads.touched[w], expected.touched[body]) << "step " << step << " body " << body;
                 if (!expected.touched[body]) continue;
