@@ -1,9 +1,10 @@
 // Contact at the density of a nest: rods of 20 elements, 31 times as long as thick, at random places and directions,
 // 138 to a cube of one length. Candidates by the grids and by looking at all pairs; then all that contacts cost a step
-// while the list lasts.
-//   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>],  contacts/N<rods>/threads<T>
+// while the list lasts. Then candidates in ten beds of other shapes (tests/support/beds.hpp).
+//   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>],  contacts/N<rods>/threads<T>,  bed/<name>/N<rods>
 #include "contact/contacts.hpp"
 #include "skein/core/index.hpp"
+#include "support/beds.hpp"
 #include "support/exposed_bodies.hpp"
 
 #include <benchmark/benchmark.h>
@@ -98,6 +99,26 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
     state.counters["contacts per rod"] = 2 * static_cast<double>(figures.active) / rods;
 }
 
+void bed(benchmark::State& state, std::string_view name, int rods) {
+    const Threads threads(1);
+    const test::Bed rods_of_bed(name, rods);
+    const Exposure c = rods_of_bed.exposure();
+    BroadPhase search(threads);
+    Candidates found;
+    for (auto _ : state) {
+        search.build(c, rods_of_bed.gaps(), 0.5, found);
+        benchmark::DoNotOptimize(found.partner.data());
+    }
+    const auto per = [&](double count) {
+        return benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    };
+    const auto kept = static_cast<double>(found.count());
+    state.counters["per candidate"] = per(kept);
+    state.counters["per element"] = per(static_cast<double>(rods) * test::Bed::elements);
+    state.counters["tested per candidate"] = static_cast<double>(search.tested()) / kept;
+    state.counters["pairs per element"] = kept / rods / test::Bed::elements;
+}
+
 } // namespace
 
 int main(int argc, char** argv) {
@@ -115,6 +136,8 @@ int main(int argc, char** argv) {
             benchmark::RegisterBenchmark(fmt::format("contacts/N{}/threads{}", rods, threads).c_str(), contacts, rods,
                                          threads)
                 ->UseRealTime();
+    for (const std::string_view name : test::bed_names)
+        benchmark::RegisterBenchmark(fmt::format("bed/{}/N2000", name).c_str(), bed, name, 2000);
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
     benchmark::RunSpecifiedBenchmarks();

@@ -1,6 +1,7 @@
 #include "contact/broad_phase.hpp"
 
 #include "contact/capsule_tiles.hpp"
+#include "contact/floats.hpp"
 #include "contact/group.hpp"
 #include "contact/vertices.hpp"
 #include "core/closest_points.hpp"
@@ -17,23 +18,24 @@ namespace skein {
 namespace {
 
 Vec3d middle(const Exposure& c, std::size_t slot) { return 0.5 * (c.node[slot].position + c.node[slot + 1].position); }
-/// Half length, m, with the reach beyond vertices at both ends even if only one has a vertex.
-double half_length(const Exposure& c, std::size_t slot) {
+/// Half of the axis, m, with the reach beyond vertices at both ends even if only one has a vertex.
+Vec3d half_axis(const Exposure& c, std::size_t slot) {
     const double half = c.vertices[slot] ? 0.5 + c.scene().searched_reach() : 0.5;
-    return half * norm(c.node[slot + 1].position - c.node[slot].position);
+    return half * (c.node[slot + 1].position - c.node[slot].position);
 }
 Vec3d least_of(const Vec3d& a, const Vec3d& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
 
 } // namespace
 
-/// Appends the pairs (a[i], b[i]) that may touch, with capsules less than `skin` apart and one element of an own body.
-/// Both arrays have room for a tile more. The lower slot comes first before any arithmetic, so all ranks find the same
-/// bits.
+/// Appends the pairs (a[i], b[i]) that may touch, with capsules less than their share of `skin` apart and one element
+/// of an own body. Both arrays have room for a tile more. The lower slot comes first before any arithmetic, so all
+/// ranks find the same bits.
 void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double skin, std::uint32_t* a, std::uint32_t* b,
                              std::size_t count, Near& near) {
     constexpr std::size_t W = CapsuleTile::width;
     if (count == 0) return;
+    near.tested += static_cast<std::int64_t>(count);
     std::fill(a + count, a + count + W, a[0]);
     std::fill(b + count, b + count + W, b[0]);
     for (std::size_t i = 0; i < count + W; ++i) {
@@ -51,12 +53,19 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
         },
         [&](std::size_t i, const CapsuleTile& tile) {
             std::uint8_t vertices[W];
-            for (std::size_t l = 0; l < W; ++l) vertices[l] = vertices_of_pair(c, {a[i + l], b[i + l]});
+            alignas(64) double pace[W];
+            for (std::size_t l = 0; l < W; ++l) {
+                vertices[l] = vertices_of_pair(c, {a[i + l], b[i + l]});
+                pace[l] = c.pace_of(a[i + l]) + c.pace_of(b[i + l]);
+            }
+            Pack<W> paces;
+            std::memcpy(&paces, pace, sizeof paces);
             const auto apart =
                 closest_points(tile.p, tile.d1, tile.q, tile.d2, range_of(vertices, 0, c.scene().searched_reach()),
                                range_of(vertices, 1, c.scene().searched_reach()))
                     .apart;
-            const auto both = tile.radius_1 + tile.radius_2, reach = both + Pack<W>(skin), squared = dot(apart, apart);
+            const auto both = tile.radius_1 + tile.radius_2, reach = both + Pack<W>(0.5 * skin) * paces,
+                       squared = dot(apart, apart);
             unsigned bits = bits_of(squared < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
             const unsigned touching = bits_of(squared < both * both);
             for (; bits != 0; bits &= bits - 1) {
@@ -71,44 +80,59 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
         });
 }
 
-/// Ranges of elements, in order of cells, that a search looks at.
+/// An element that looks for others, in all lanes.
+struct BroadPhase::Element {
+    Floats3 middle, half;
+    Floats radius; ///< with the loss of single precision
+    std::int32_t body;
+    std::uint32_t slot;
+    float at[3], side[3]; ///< middle, and half of the box
+
+    Element(const Columns& all, std::uint32_t i, float slack) : body(all.body[i]), slot(all.slot[i]) {
+        const auto& [x, y, z, half_x, half_y, half_z, thick] = all.number;
+        const float wide = thick[i] + slack;
+        middle = {x[i], y[i], z[i]};
+        half = {half_x[i], half_y[i], half_z[i]};
+        radius = wide;
+        for (int axis = 0; axis < 3; ++axis) {
+            nth(at, axis) = nth(all.number, axis)[i];
+            nth(side, axis) = std::abs(nth(all.number, axis + 3)[i]) + wide;
+        }
+    }
+    /// Cells with all elements whose boxes may overlap its own.
+    Cells reached(const Grid& grid, int axis) const {
+        const float reach = nth(side, axis) + nth(grid.most, axis);
+        return {grid.cell_at(nth(at, axis) - reach), grid.cell_at(nth(at, axis) + reach)};
+    }
+};
+
+/// Ranges of elements in order of cells. Those that follow each other become one.
 struct BroadPhase::Ranges {
-    Range range[27];
+    static constexpr int most = 2 * 5 * 5; ///< rows that an element reaches, which may wrap round
+    Range range[most];
     int count = 0;
     void add(std::uint32_t begin, std::uint32_t end) {
-        if (begin < end) range[count++] = {begin, end};
+        if (begin >= end) return;
+        if (count > 0 && range[count - 1].end == begin) range[count - 1].end = end;
+        else range[count++] = {begin, end};
     }
 };
 
-/// The elements of ranges side by side, if they are few: ranges are short, and each costs as much as sixteen spheres.
-struct BroadPhase::Copies {
-    static constexpr std::uint32_t most = 512;
-    float x[most + 16], y[most + 16], z[most + 16], reach[most + 16];
-    std::int32_t body[most + 16];
-    std::uint32_t slot[most + 16];
-    std::uint32_t count = 0;
+/// Elements whose boxes overlap that of another.
+struct BroadPhase::Neighbours {
+    static constexpr std::size_t most = 256;
+    alignas(64) float number[Columns::numbers][most + 32];
+    std::uint32_t slot[most + 32];
+    std::size_t count = 0;
 
-    bool take(const Spheres& from, const Ranges& ranges) {
-        count = 0;
-        for (int r = 0; r < ranges.count; ++r) {
-            const auto [begin, end] = ranges.range[r];
-            if (count + (end - begin) > most) return false;
-            for (std::uint32_t i = begin, to = count; i < end; i += 16, to += 16) { // in sixteens, beyond the end
-                std::memcpy(x + to, from.x + i, 64);
-                std::memcpy(y + to, from.y + i, 64);
-                std::memcpy(z + to, from.z + i, 64);
-                std::memcpy(reach + to, from.reach + i, 64);
-                std::memcpy(body + to, from.body + i, 64);
-                std::memcpy(slot + to, from.slot + i, 64);
-            }
-            count += end - begin;
-        }
-        return true;
+    SKEIN_INLINE void add(const Columns& from, std::uint32_t first, unsigned bits) {
+        for (int n = 0; n < Columns::numbers; ++n) compress_floats(number[n] + count, bits, from.number[n] + first);
+        compress_floats(slot + count, bits, from.slot + first);
+        count += to_index(std::popcount(bits));
     }
-    Spheres spheres() const { return {x, y, z, reach, body, slot}; }
 };
 
-/// Pairs whose spheres meet, on their way to those whose capsules do.
+/// Pairs that come near in single precision, on their way to those that do in double precision.
 struct BroadPhase::Found {
     static constexpr std::size_t most = 1024;
     const Exposure& bodies;
@@ -116,7 +140,7 @@ struct BroadPhase::Found {
     double skin;
     Near& near;
     std::size_t count = 0;
-    std::uint32_t a[most + 32], b[most + 32];
+    std::uint32_t a[most + 64], b[most + 64];
 
     void flush() {
         append_near(bodies, gaps, skin, a, b, count, near);
@@ -124,8 +148,15 @@ struct BroadPhase::Found {
     }
 };
 
-std::uint32_t BroadPhase::Grid::cell_at(float x) const {
-    return static_cast<std::uint32_t>(static_cast<std::int32_t>(std::floor(x * cells_per_metre)));
+std::int32_t BroadPhase::Grid::cell_at(float x) const {
+    constexpr float farthest = 1 << 30; // of rods that are lost
+    const float cell = std::floor(x * cells_per_unit);
+    return static_cast<std::int32_t>(cell > -farthest ? std::min(cell, farthest) : -farthest);
+}
+/// First cell of a row along x, in cell_begin_.
+std::uint32_t BroadPhase::Grid::row(std::int32_t y, std::int32_t z) const {
+    const auto wrapped = [&](std::int32_t at, int axis) { return static_cast<std::uint32_t>(at) & (size[axis] - 1); };
+    return first_cell + (wrapped(z, 2) * size[1] + wrapped(y, 1)) * size[0];
 }
 
 BroadPhase::BroadPhase(const Threads& threads) : threads_(threads) {}
@@ -140,17 +171,18 @@ void BroadPhase::find_sizes(const Exposure& bodies) {
         const Vec3d m = middle(bodies, s);
         least = least_of(least, m);
         most = most_of(most, m);
-        smallest_ = std::min(smallest_, half_length(bodies, s) + bodies.node[s].radius);
+        smallest_ = std::min(smallest_, norm(half_axis(bodies, s)) + bodies.node[s].radius);
     }
     const Vec3d centre = 0.5 * (least + most);
     if (std::isfinite(dot(centre, centre))) next_origin_ = centre;
 }
 
-/// Extent of all elements from origin_, m, with the reach and the number of those of each size.
+/// Extent of all elements from origin_, in unit_, with the reach and the number of those of each size.
 struct BroadPhase::Extent {
     static constexpr std::size_t sizes = 32; ///< powers of two
     Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
     double reach[sizes] = {};
+    Vec3d side[sizes] = {}; ///< half of the largest box
     std::size_t count[sizes] = {};
 
     void add(const Extent& other) {
@@ -158,26 +190,31 @@ struct BroadPhase::Extent {
         most = most_of(other.most, most);
         for (std::size_t g = 0; g < sizes; ++g) {
             reach[g] = std::max(reach[g], other.reach[g]);
+            side[g] = most_of(side[g], other.side[g]);
             count[g] += other.count[g];
         }
     }
 };
 
-/// Sets the spheres round elements and the grids that these belong to.
-BroadPhase::Extent BroadPhase::set_spheres(const Exposure& bodies) {
+/// Sets the bounds of elements and the grids that these belong to.
+BroadPhase::Extent BroadPhase::set_bounds(const Exposure& bodies, double skin) {
     std::vector<Extent> parts(blocks_of(bodies.slots()));
     for_blocks(threads_, bodies.slots(), [&](std::size_t begin, std::size_t end, std::size_t block) {
         Extent& e = parts[block];
         for (std::size_t s = begin; s < end; ++s) {
             if (!bodies.has_element(s)) continue;
-            const Vec3d m = middle(bodies, s) - origin_;
-            const double reach = half_length(bodies, s) + bodies.node[s].radius;
-            grid_of_[s] = static_cast<std::uint8_t>(std::clamp(std::ilogb(reach / smallest_), 0, 31));
-            sphere_[s] = {static_cast<float>(m.x), static_cast<float>(m.y), static_cast<float>(m.z),
-                          static_cast<float>(reach)};
+            const Vec3d m = (1 / unit_) * (middle(bodies, s) - origin_), half = (1 / unit_) * half_axis(bodies, s);
+            const double radius = (bodies.node[s].radius + 0.5 * skin * bodies.pace_of(s)) / unit_,
+                         reach = norm(half) + radius;
+            grid_of_[s] = static_cast<std::uint8_t>(std::clamp(std::ilogb(reach * (unit_ / smallest_)), 0, 31));
+            bound_[s] = {static_cast<float>(m.x),    static_cast<float>(m.y),    static_cast<float>(m.z),
+                         static_cast<float>(half.x), static_cast<float>(half.y), static_cast<float>(half.z),
+                         static_cast<float>(radius)};
             e.least = least_of(e.least, m);
             e.most = most_of(e.most, m);
             e.reach[grid_of_[s]] = std::max(e.reach[grid_of_[s]], reach);
+            e.side[grid_of_[s]] = most_of(
+                e.side[grid_of_[s]], {std::abs(half.x) + radius, std::abs(half.y) + radius, std::abs(half.z) + radius});
             ++e.count[grid_of_[s]];
         }
     });
@@ -186,21 +223,29 @@ BroadPhase::Extent BroadPhase::set_spheres(const Exposure& bodies) {
     return all;
 }
 
-/// Cells as wide as two of the largest elements reach, and no more than four to an element.
-void BroadPhase::size_grids(const Extent& all, double skin) {
+/// Cells are at least as wide as the largest element reaches, and wider where rows of them would have few elements: a
+/// register is to be full. There are no more than four to an element.
+void BroadPhase::size_grids(const Extent& all) {
+    constexpr double full_row = 12; // elements
     const Vec3d extent = all.most - all.least;
     std::uint32_t cells = 0;
     double reach = 0;
     for (std::size_t g = 0; g < grids_.size(); ++g) {
         Grid& grid = grids_[g];
         reach = std::max(reach, all.reach[g]);
-        const double cell = 2 * (reach + 0.5 * skin + slack_);
-        grid.cells_per_metre = static_cast<float>(1 / cell);
-        const double sides[3] = {extent.x, extent.y, extent.z};
-        for (int i = 0; i < 3; ++i)
-            grid.size[i] = std::bit_ceil(static_cast<std::uint32_t>(std::clamp(sides[i] / cell + 2, 4.0, 1048576.0)));
-        const std::uint64_t most = std::max<std::uint64_t>(64, 4 * all.count[g]);
-        while (std::uint64_t{grid.size[0]} * grid.size[1] * grid.size[2] > most)
+        const double sides[3] = {extent.x, extent.y, extent.z}, most[3] = {all.side[g].x, all.side[g].y, all.side[g].z};
+        double cell = reach + 2 * slack_;
+        const double in_row = static_cast<double>(all.count[g]) * std::min(1.0, 4 * reach / sides[0]);
+        for (int i = 0; i < 4; ++i)
+            if (in_row * std::min(1.0, cell / sides[1]) * std::min(1.0, cell / sides[2]) < full_row)
+                cell *= std::sqrt(2.0);
+        grid.cells_per_unit = static_cast<float>(1 / cell);
+        for (int i = 0; i < 3; ++i) {
+            grid.most[i] = static_cast<float>(most[i]) + slack_;
+            grid.size[i] = std::bit_ceil(static_cast<std::uint32_t>(std::clamp(sides[i] / cell + 4, 8.0, 1048576.0)));
+        }
+        const std::uint64_t room = std::max<std::uint64_t>(512, 4 * all.count[g]);
+        while (std::uint64_t{grid.size[0]} * grid.size[1] * grid.size[2] > room)
             *std::max_element(grid.size, grid.size + 3) /= 2;
         grid.first_cell = cells;
         cells += grid.cells();
@@ -211,17 +256,19 @@ void BroadPhase::size_grids(const Extent& all, double skin) {
 void BroadPhase::measure(const Exposure& bodies, double skin) {
     if (smallest_ == 0) find_sizes(bodies);
     origin_ = next_origin_;
-    sphere_.resize(bodies.slots());
+    unit_ = std::ldexp(1.0, std::ilogb(smallest_));
+    bound_.resize(bodies.slots());
     grid_of_.resize(bodies.slots());
-    const Extent all = set_spheres(bodies);
+    const Extent all = set_bounds(bodies, skin);
     std::size_t coarsest = Extent::sizes - 1;
     while (coarsest > 0 && all.count[coarsest] == 0) --coarsest;
     grids_.resize(coarsest + 1);
-    next_origin_ = origin_ + 0.5 * (all.least + all.most); // next time; what moves meanwhile counts in the slack
+    next_origin_ =
+        origin_ + 0.5 * unit_ * (all.least + all.most); // next time; what moves meanwhile counts in the slack
     const Vec3d outermost = most_of(-all.least, all.most);
     const double reach = *std::max_element(std::begin(all.reach), std::end(all.reach));
     slack_ = static_cast<float>(1e-6 * (std::max({outermost.x, outermost.y, outermost.z}) + reach));
-    size_grids(all, skin);
+    size_grids(all);
 }
 
 void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
@@ -233,26 +280,23 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
         for (std::size_t s = begin; s < end; ++s) {
             if (!bodies.has_element(s)) continue;
             const Grid& grid = grids_[grid_of_[s]];
-            const Sphere& sphere = sphere_[s];
-            const auto cell = [&](float x, int i) { return grid.cell_at(x) & (grid.size[i] - 1); };
-            cell_of_[s] = grid.first_cell + (cell(sphere.z, 2) * grid.size[1] + cell(sphere.y, 1)) * grid.size[0] +
-                          cell(sphere.x, 0);
+            const Bound& bound = bound_[s];
+            cell_of_[s] = grid.row(grid.cell_at(bound.y), grid.cell_at(bound.z)) +
+                          (static_cast<std::uint32_t>(grid.cell_at(bound.x)) & (grid.size[0] - 1));
             place_[s] = count_one(cell_begin_[cell_of_[s]], single_thread);
         }
     });
     const std::size_t room = begins_from_counts(threads_, cell_begin_) + 16; // read in sixteens
-    for (auto* component : {&x_, &y_, &z_, &reach_}) component->resize(room);
+    for (auto& column : number_) column.resize(room);
     body_.resize(room);
     slot_.resize(room);
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t s = begin; s < end; ++s) {
             if (!bodies.has_element(s)) continue;
             const std::size_t i = cell_begin_[cell_of_[s]] + place_[s];
-            const Sphere& sphere = sphere_[s];
-            x_[i] = sphere.x;
-            y_[i] = sphere.y;
-            z_[i] = sphere.z;
-            reach_[i] = sphere.reach;
+            const Bound& bound = bound_[s];
+            const float numbers[] = {bound.x, bound.y, bound.z, bound.half_x, bound.half_y, bound.half_z, bound.radius};
+            for (int n = 0; n < Columns::numbers; ++n) nth(number_, n)[i] = nth(numbers, n);
             slot_[i] = static_cast<std::uint32_t>(s);
             const bool touches_itself = nth(gaps, bodies.at(s).group).touches_itself();
             body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.kin_of(s);
@@ -260,92 +304,123 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
     });
 }
 
-/// The elements of a cell and those east and west of it.
-void BroadPhase::add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const {
-    const std::uint32_t mask = grid.size[0] - 1, west = (x - 1) & mask, here = x & mask, east = (x + 1) & mask;
-    const std::uint32_t* row =
-        &cell_begin_[grid.first_cell +
-                     ((z & (grid.size[2] - 1)) * grid.size[1] + (y & (grid.size[1] - 1))) * grid.size[0]];
-    if (west < here && here < east) {
-        ranges.add(row[west], row[east + 1]);
-    } else {
-        for (const std::uint32_t c : {west, here, east}) ranges.add(row[c], row[c + 1]);
+BroadPhase::Columns BroadPhase::columns() const {
+    Columns all{{}, body_.data(), slot_.data()};
+    for (int n = 0; n < Columns::numbers; ++n) all.number[n] = number_[n].data();
+    return all;
+}
+
+/// Elements of ranges whose boxes overlap that of one.
+void BroadPhase::collect_overlaps(const Element& one, const Columns& others, const Ranges& ranges, Neighbours& near,
+                                  Found& found) const {
+    constexpr std::uint32_t W = Floats::lanes;
+    const Floats side_x(one.side[0]), side_y(one.side[1]), side_z(one.side[2]), x = one.middle.x, y = one.middle.y,
+                                                                                z = one.middle.z;
+    const float *const at_x = others.number[0], *const at_y = others.number[1], *const at_z = others.number[2],
+                       *const half_x = others.number[3], *const half_y = others.number[4],
+                       *const half_z = others.number[5], *const radius = others.number[6];
+    const std::int32_t *const body = others.body, own_body = one.body;
+    for (int r = 0; r < ranges.count; ++r) {
+        const auto [begin, end] = ranges.range[r];
+        for (std::uint32_t j = begin; j < end; j += W) {
+            const Floats reach = Floats::at(radius + j);
+            const auto beside = [&](const float* at, const float* half, Floats middle, Floats side) {
+                return abs(Floats::at(at + j) - middle) < abs(Floats::at(half + j)) + (reach + side);
+            };
+            const Floats::Integers overlap = beside(at_x, half_x, x, side_x) & beside(at_y, half_y, y, side_y) &
+                                             beside(at_z, half_z, z, side_z) & Floats::differ(body + j, own_body);
+            const unsigned bits = Floats::bits_of(overlap) & ((2u << (std::min(end - j, W) - 1)) - 1);
+            if (bits == 0) continue;
+            near.add(others, j, bits);
+            if (near.count > Neighbours::most) find_near(one, near, found);
+        }
     }
 }
 
-/// Spheres of some that meet the one at place i.
-SKEIN_INLINE void BroadPhase::collect_overlaps(std::uint32_t i, const Spheres& others, Range range, float margin,
-                                               Found& found) const {
-    const std::uint32_t slot = slot_[i];
-    const float x = x_[i], y = y_[i], z = z_[i], reach = reach_[i] + margin;
-    const std::int32_t body = body_[i];
-    std::size_t count = found.count;
-    for (std::uint32_t j = range.begin; j < range.end; j += 16) {
-        if (count > Found::most) {
-            found.count = count;
-            found.flush();
-            count = 0;
-        }
-        std::fill_n(found.a + count, 16, slot); // all sixteen, as it costs less than to know how many
-#if defined(__AVX512F__)
-        const auto less = [j](const float* v, float by) {
-            return _mm512_sub_ps(_mm512_loadu_ps(v + j), _mm512_set1_ps(by));
-        };
-        const __m512 dx = less(others.x, x), dy = less(others.y, y), dz = less(others.z, z),
-                     r = less(others.reach, -reach);
-        const __m512 squared = _mm512_fmadd_ps(dx, dx, _mm512_fmadd_ps(dy, dy, _mm512_mul_ps(dz, dz)));
-        const auto valid = static_cast<__mmask16>((1u << std::min(range.end - j, 16u)) - 1);
-        const __mmask16 foreign =
-            _mm512_mask_cmpneq_epi32_mask(valid, _mm512_loadu_si512(others.body + j), _mm512_set1_epi32(body));
-        const __mmask16 near = _mm512_mask_cmp_ps_mask(foreign, squared, _mm512_mul_ps(r, r), _CMP_LT_OQ);
-        _mm512_storeu_si512(found.b + count, _mm512_maskz_compress_epi32(near, _mm512_loadu_si512(others.slot + j)));
-        count += to_index(std::popcount(static_cast<unsigned>(near)));
-#else
-        for (std::uint32_t k = j; k < std::min(j + 16, range.end); ++k) {
-            const float dx = others.x[k] - x, dy = others.y[k] - y, dz = others.z[k] - z, r = others.reach[k] + reach;
-            found.b[count] = others.slot[k];
-            count += (dx * dx + dy * dy + dz * dz < r * r) & (others.body[k] != body);
-        }
-#endif
+/// Closest points of the axes, from their middles by shares s and t of their halves. Where they are near-parallel,
+/// rounding moves s along them: squared distances are off by no more than 4e-6 of squared lengths.
+SKEIN_INLINE void BroadPhase::find_near(const Element& one, Neighbours& near, Found& found) const {
+    constexpr std::uint32_t W = Floats::lanes;
+    constexpr float loss = 4e-6f, tiny = 1e-30f;
+    const Floats most(1.0f), none(0.0f);
+    const auto within = [&](Floats x) { return min(max(x, none - most), most); };
+    const auto& [x, y, z, half_x, half_y, half_z, radius] = near.number;
+    for (std::size_t j = 0; j < near.count; j += W) {
+        const Floats3 apart = Floats3::at(x + j, y + j, z + j) - one.middle,
+                      half = Floats3::at(half_x + j, half_y + j, half_z + j);
+        const Floats a = dot(one.half, one.half), e = dot(half, half), b = dot(one.half, half),
+                     c = dot(one.half, apart), f = dot(half, apart), some_a = max(a, Floats(tiny)),
+                     some_e = max(e, Floats(tiny)), both = some_a * some_e,
+                     denominator = max(a * e - b * b, Floats(1e-7f) * both);
+        const Floats free = within((c * e - b * f) / denominator), t = within((free * b - f) / some_e),
+                     s = within((c + t * b) / some_a);
+        const Floats3 between = apart + t * half - s * one.half;
+        const Floats reach = Floats::at(radius + j) + one.radius, squared = reach * reach;
+        const std::size_t left = near.count - j;
+        const unsigned bits = Floats::bits_of(dot(between, between) < squared + Floats(loss) * (a + e + squared)) &
+                              ((2u << (std::min<std::size_t>(left, W) - 1)) - 1);
+        std::fill_n(found.a + found.count, W, one.slot); // all, as it costs less than to know how many
+        compress_floats(found.b + found.count, bits, near.slot + j);
+        found.count += to_index(std::popcount(bits));
+        if (found.count > Found::most) found.flush();
     }
-    found.count = count;
+    near.count = 0;
 }
 
-void BroadPhase::search_cells(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin,
-                              Found& found) const {
-    const Spheres all = spheres();
-    Copies copies;
-    for (std::uint32_t c = begin; c < end; ++c) {
-        const std::uint32_t* cell = &cell_begin_[grid.first_cell + c];
-        if (cell[0] == cell[1]) continue;
-        const std::uint32_t x = c & (grid.size[0] - 1), y = c / grid.size[0] & (grid.size[1] - 1),
-                            z = c / grid.size[0] / grid.size[1];
-        // Its own elements and half of the neighbours; the others look here.
-        const bool edge = x + 1 == grid.size[0];
-        Ranges ranges;
-        ranges.add(cell[0], edge ? cell[1] : cell[2]);
-        if (edge) ranges.add(cell[-static_cast<std::ptrdiff_t>(x)], cell[1 - static_cast<std::ptrdiff_t>(x)]);
-        add_row(grid, x, y + 1, z, ranges);
-        for (const std::uint32_t dy : {~0u, 0u, 1u}) add_row(grid, x, y + dy, z + 1, ranges);
-        const bool copied = copies.take(all, ranges);
-        for (std::uint32_t i = cell[0]; i < cell[1]; ++i) {
-            if (copied) {
-                collect_overlaps(i, copies.spheres(), {i - cell[0] + 1, copies.count}, margin, found);
-            } else {
-                ranges.range[0].begin = i + 1;
-                for (int r = 0; r < ranges.count; ++r) collect_overlaps(i, all, ranges.range[r], margin, found);
-            }
-            for (const Grid* coarser = &grid + 1; coarser < grids_.data() + grids_.size(); ++coarser) {
-                Ranges around;
-                for (const std::uint32_t dz : {~0u, 0u, 1u})
-                    for (const std::uint32_t dy : {~0u, 0u, 1u})
-                        add_row(*coarser, coarser->cell_at(x_[i]), coarser->cell_at(y_[i]) + dy,
-                                coarser->cell_at(z_[i]) + dz, around);
-                for (int r = 0; r < around.count; ++r) collect_overlaps(i, all, around.range[r], margin, found);
-            }
+/// Some cells of a row, which may wrap round.
+SKEIN_INLINE void BroadPhase::add_row(const Grid& grid, std::uint32_t row, Cells cells, Ranges& ranges) const {
+    const std::uint32_t* const begin = &cell_begin_[row];
+    const std::uint32_t size = grid.size[0], first = static_cast<std::uint32_t>(cells.first) & (size - 1),
+                        behind = first + static_cast<std::uint32_t>(cells.last - cells.first) + 1;
+    ranges.add(begin[first], begin[std::min(behind, size)]);
+    if (behind > size) ranges.add(begin[0], begin[behind - size]);
+}
+
+/// Elements of the same grid that come after the one at place i: in its cell, its row and the rows beyond. Those before
+/// it find it.
+void BroadPhase::add_ahead(const Element& one, std::uint32_t i, const Grid& grid, Ranges& ranges) const {
+    const Cells x = one.reached(grid, 0), y = one.reached(grid, 1), z = one.reached(grid, 2);
+    const std::int32_t own_x = grid.cell_at(one.at[0]), own_y = grid.cell_at(one.at[1]),
+                       own_z = grid.cell_at(one.at[2]);
+    const std::uint32_t own_row = grid.row(own_y, own_z),
+                        own_cell = own_row + (static_cast<std::uint32_t>(own_x) & (grid.size[0] - 1));
+    ranges.add(i + 1, cell_begin_[own_cell + 1]);
+    if (x.last > own_x) add_row(grid, own_row, {own_x + 1, x.last}, ranges);
+    for (std::int32_t row = own_y + 1; row <= y.last; ++row) add_row(grid, grid.row(row, own_z), x, ranges);
+    for (std::int32_t layer = own_z + 1; layer <= z.last; ++layer)
+        for (std::int32_t row = y.first; row <= y.last; ++row) add_row(grid, grid.row(row, layer), x, ranges);
+}
+
+/// Elements of a coarser grid.
+void BroadPhase::add_around(const Element& one, const Grid& grid, Ranges& ranges) const {
+    const Cells x = one.reached(grid, 0), y = one.reached(grid, 1), z = one.reached(grid, 2);
+    for (std::int32_t layer = z.first; layer <= z.last; ++layer)
+        for (std::int32_t row = y.first; row <= y.last; ++row) add_row(grid, grid.row(row, layer), x, ranges);
+}
+
+void BroadPhase::search_elements(const Grid& grid, Range elements, Found& found) const {
+    const Columns all = columns();
+    Neighbours near;
+    Ranges ranges;
+    for (std::uint32_t i = elements.begin; i < elements.end; ++i) {
+        const Element one(all, i, slack_);
+        ranges.count = 0;
+        add_ahead(one, i, grid, ranges);
+        collect_overlaps(one, all, ranges, near, found);
+        for (const Grid* coarser = &grid + 1; coarser < grids_.data() + grids_.size(); ++coarser) {
+            ranges.count = 0;
+            add_around(one, *coarser, ranges);
+            collect_overlaps(one, all, ranges, near, found);
         }
+        find_near(one, near, found);
     }
     found.flush();
+}
+
+std::int64_t BroadPhase::tested() const {
+    std::int64_t all = 0;
+    for (const Near& near : near_) all += near.tested;
+    return all;
 }
 
 void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates) {
@@ -357,18 +432,21 @@ void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin
     fill_grids(bodies, gaps);
     struct Task {
         const Grid* grid;
-        std::uint32_t begin, end; ///< cells
+        Range elements;
     };
+    constexpr std::uint32_t elements_of_task = 256;
     std::vector<Task> tasks;
-    for (const Grid& grid : grids_)
-        for (std::uint32_t c = 0; c < grid.cells(); c += block_size)
-            tasks.push_back({&grid, c, std::min<std::uint32_t>(grid.cells(), c + block_size)});
+    for (const Grid& grid : grids_) {
+        const std::uint32_t end = cell_begin_[grid.first_cell + grid.cells()];
+        for (std::uint32_t i = cell_begin_[grid.first_cell]; i < end; i += elements_of_task)
+            tasks.push_back({&grid, {i, std::min(end, i + elements_of_task)}});
+    }
     near_.resize(tasks.size());
     threads_.for_each(tasks.size(), [&](std::size_t t, int) {
         near_[t].pairs.clear();
-        near_[t].inactive = 0;
+        near_[t].inactive = near_[t].tested = 0;
         Found found{.bodies = bodies, .gaps = gaps, .skin = skin, .near = near_[t]};
-        search_cells(*tasks[t].grid, tasks[t].begin, tasks[t].end, static_cast<float>(skin) + slack_, found);
+        search_elements(*tasks[t].grid, tasks[t].elements, found);
     });
     const auto visit = [&](auto&& body) {
         threads_.for_each(near_.size(), [&](std::size_t t, int) {

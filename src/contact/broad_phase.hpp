@@ -1,7 +1,8 @@
 // Candidate pairs: elements nearer to each other than their radii and a skin.
-//   1. spheres round the elements, in single precision, sorted into cells by counting
-//   2. each sphere against those of half its neighbouring cells, sixteen at a time
-//   3. capsules against capsules where spheres overlap, eight pairs at a time
+//   1. elements, in single precision, sorted into cells by counting
+//   2. box of each element against those in cells that it may reach and that come after its own, a register at a time
+//   3. capsules where boxes overlap, in single precision with a margin for its rounding
+//   4. capsules in double precision where these come near, eight pairs at a time
 // Each size of elements has a grid, twice as coarse as the one before. An element searches its own grid and all coarser
 // ones. Cells wrap round, so space has no bounds. Pairs are sorted at the end, so any number of threads finds the same
 // list. docs/performance.md gives the cost per element at nest density.
@@ -56,8 +57,8 @@ public:
     explicit BroadPhase(const Threads& threads);
     ~BroadPhase();
 
-    /// All pairs whose capsules are less than `skin` apart, m, that may touch, and of which one is of an own body. The
-    /// largest element of a grid is at most twice its smallest.
+    /// All pairs whose capsules are less than half of `skin`, m, times the paces of both apart, that may touch, and of
+    /// which one is of an own body. The largest element of a grid is at most twice its smallest.
     void build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
     /// Forgets the sizes of the first search, as the bodies have changed.
@@ -66,60 +67,77 @@ public:
     /// Exhaustive search over every pair, for tests of `build`.
     static void build_exhaustively(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
 
+    /// Pairs of the last search whose capsules were tested in double precision.
+    std::int64_t tested() const;
+
     int grids() const { return static_cast<int>(grids_.size()); }
 
 private:
+    /// Elements of one size by cells as wide as the largest of them reaches.
     struct Grid {
-        float cells_per_metre = 0;
-        std::uint32_t size[3] = {4, 4, 4}; ///< powers of two
+        float cells_per_unit = 0;
+        std::uint32_t size[3] = {8, 8, 8}; ///< powers of two, so wide that no cell is on both sides of an element
+        float most[3] = {0, 0, 0};         ///< half of the largest box
         std::uint32_t first_cell = 0;      ///< in cell_begin_
         std::uint32_t cells() const { return size[0] * size[1] * size[2]; }
-        std::uint32_t cell_at(float x) const;
+        std::int32_t cell_at(float x) const;
+        std::uint32_t row(std::int32_t y, std::int32_t z) const;
     };
     /// In cells' order: begin and behind.
     struct Range {
         std::uint32_t begin, end;
     };
-    struct Sphere {
-        float x, y, z; ///< from origin_, m
-        float reach;   ///< m
+    /// Cells, before they wrap round.
+    struct Cells {
+        std::int32_t first, last;
+    };
+    /// An element: middle from origin_, half of its axis, and radius with its share of the skin, in unit_.
+    struct Bound {
+        float x, y, z, half_x, half_y, half_z, radius, unused = 0;
     };
     /// Elements side by side, as vector instructions want them.
-    struct Spheres {
-        const float *x, *y, *z, *reach;
+    struct Columns {
+        static constexpr int numbers = 7;
+        const float* number[numbers]; ///< as in Bound
         const std::int32_t* body;
         const std::uint32_t* slot;
     };
     struct Ranges;
-    struct Copies;
     struct Found;
-    Spheres spheres() const { return {x_.data(), y_.data(), z_.data(), reach_.data(), body_.data(), slot_.data()}; }
+    struct Element;
+    struct Neighbours;
+    Columns columns() const;
     void find_sizes(const Exposure& bodies);
     struct Extent;
-    Extent set_spheres(const Exposure& bodies);
-    void size_grids(const Extent& all, double skin);
+    Extent set_bounds(const Exposure& bodies, double skin);
+    void size_grids(const Extent& all);
     void measure(const Exposure& bodies, double skin);
     void fill_grids(const Exposure& bodies, const SelfGaps& gaps);
-    void add_row(const Grid& grid, std::uint32_t x, std::uint32_t y, std::uint32_t z, Ranges& ranges) const;
-    void search_cells(const Grid& grid, std::uint32_t begin, std::uint32_t end, float margin, Found& found) const;
-    void collect_overlaps(std::uint32_t i, const Spheres& others, Range range, float margin, Found& found) const;
+    void search_elements(const Grid& grid, Range elements, Found& found) const;
+    void add_ahead(const Element& one, std::uint32_t i, const Grid& grid, Ranges& ranges) const;
+    void add_around(const Element& one, const Grid& grid, Ranges& ranges) const;
+    void add_row(const Grid& grid, std::uint32_t row, Cells cells, Ranges& ranges) const;
+    void collect_overlaps(const Element& one, const Columns& others, const Ranges& ranges, Neighbours& near,
+                          Found& found) const;
+    void find_near(const Element& one, Neighbours& near, Found& found) const;
 
     const Threads& threads_;
     double smallest_ = 0; ///< element of the first search of these bodies, m: half its length and its radius
     std::vector<std::uint8_t> grid_of_; ///< grid, by slot
     std::vector<Grid> grids_;
     Vec3d origin_{0, 0, 0}, next_origin_{0, 0, 0};
-    float slack_ = 0;              ///< loss of single precision, m
-    AlignedVector<Sphere> sphere_; ///< by slot
+    double unit_ = 1;            ///< m: that power of two below smallest_ keeps squares of squares in range
+    float slack_ = 0;            ///< loss of single precision, in unit_
+    AlignedVector<Bound> bound_; ///< by slot
     // By cell.
-    AlignedVector<float> x_, y_, z_, reach_;
+    AlignedVector<float> number_[Columns::numbers];
     AlignedVector<std::int32_t>
         body_; ///< elements with the same one do not touch: Exposure::kin_of, or slots where a body touches itself
     AlignedVector<std::uint32_t> slot_;
     std::vector<std::uint32_t> cell_of_, place_, cell_begin_;
     struct Near {
         std::vector<Pair> pairs;
-        std::int64_t inactive = 0;
+        std::int64_t inactive = 0, tested = 0;
     };
     std::vector<Near> near_; ///< by task
     static void append_near(const Exposure& bodies, const SelfGaps& gaps, double skin, std::uint32_t* a,

@@ -15,9 +15,9 @@ namespace {
 
 // Skin and margin minimise the cost of searches, prunings and pairs that do not touch. All ranks know the same figures
 // and choose alike.
-constexpr double search_cost = 15;        // cost of searching an element, in pairs that do not touch
-constexpr double least_skin = 0.01;       // skin in diameters
-constexpr double inactive_work = 1.0 / 8; // cost of a pair that does not touch, in those that do
+constexpr double search_cost = 15;                 // cost of searching an element, in pairs that do not touch
+constexpr double least_skin = 0.01, most_skin = 4; // skin in diameters
+constexpr double inactive_work = 1.0 / 8;          // cost of a pair that does not touch, in those that do
 
 } // namespace
 
@@ -41,16 +41,17 @@ SKEIN_INLINE Contacts::Places Contacts::places(const Exposure& bodies, std::size
         .vector;
 }
 
-namespace {
-
-/// Squared distance, m^2, that elements may move before two of them, a gap apart, touch.
-double farthest_squared(const Exposure& bodies, double gap) {
-    const double half_way =
-        0.5 * gap / (1 + 2 * bodies.scene().searched_reach()); // half for each of two elements, beyond vertices too
-    return half_way * half_way;
+/// Squared distances, m^2, that a tile of nodes may go: half the skin by their paces, and less where the contacts of an
+/// element lie beyond its ends.
+Pack<Contacts::places_at_once> Contacts::farthest_squared(const Exposure& bodies, std::size_t first, double skin) {
+    const double half_way = 0.5 * skin / (1 + 2 * bodies.scene().searched_reach());
+    alignas(64) double squared[places_at_once];
+    for (int l = 0; l < places_at_once; ++l) {
+        const double way = half_way * bodies.pace[std::min(first + to_index(l), bodies.slots() - 1)];
+        nth(squared, l) = way * way;
+    }
+    return detail::pack_at<places_at_once>(squared);
 }
-
-} // namespace
 
 /// Runs of tiles of places: all of them, and those in which ghosts are.
 void Contacts::cut_tiles(const Exposure& bodies) {
@@ -79,31 +80,35 @@ void Contacts::cut_tiles(const Exposure& bodies) {
 Contacts::Holding Contacts::check_lists(const Exposure& bodies, std::span<const TileRun> runs) {
     constexpr int W = places_at_once;
     using P = Pack<W>;
-    const P from_list(farthest_squared(bodies, figures_.skin)), from_pruned(farthest_squared(bodies, margin_));
+    const double share = margin_ / figures_.skin;
+    const P pruned_share(share * share);
     std::atomic<bool> list = true, pruned = true;
     std::atomic<double> moved = 0; // squared
     threads_.for_each(runs.size(), [&](std::size_t run, int) {
         const auto [begin, end, paired] = runs[run];
         if (!paired) {
-            P farthest(0.0);
+            bool within = true;
             for (std::size_t tile = begin; tile < end; ++tile) {
                 const Vec3<P> way = places(bodies, tile * W) - place_[tile];
-                farthest = max(farthest, dot(way, way));
+                within &= !any(!(dot(way, way) < farthest_squared_[tile]));
             }
-            if (any(!(farthest < from_list))) list.store(false, std::memory_order_relaxed);
+            if (!within) list.store(false, std::memory_order_relaxed);
             return;
         }
-        P since_list(0.0), since_pruned(0.0);
+        bool in_list = true, in_pruned = true;
+        P farthest(0.0);
         for (std::size_t tile = begin; tile < end; ++tile) {
             const Vec3<P> here = places(bodies, tile * W), way = here - place_[tile],
                           last_way = here - pruned_at_[tile];
-            since_list = max(since_list, dot(way, way));
-            since_pruned = max(since_pruned, dot(last_way, last_way));
+            const P squared = dot(last_way, last_way);
+            in_list &= !any(!(dot(way, way) < farthest_squared_[tile]));
+            in_pruned &= !any(!(squared < pruned_share * farthest_squared_[tile]));
+            farthest = max(farthest, squared);
         }
-        if (any(!(since_list < from_list))) list.store(false, std::memory_order_relaxed);
-        if (any(!(since_pruned < from_pruned))) pruned.store(false, std::memory_order_relaxed);
+        if (!in_list) list.store(false, std::memory_order_relaxed);
+        if (!in_pruned) pruned.store(false, std::memory_order_relaxed);
         double most = 0;
-        for (int l = 0; l < W; ++l) most = std::max(most, since_pruned[l]);
+        for (int l = 0; l < W; ++l) most = std::max(most, farthest[l]);
         for (double before = moved.load(); most > before && !moved.compare_exchange_weak(before, most);) {
         }
     });
@@ -149,7 +154,7 @@ double Contacts::next_skin() {
                    inactive = static_cast<double>(std::max<std::int64_t>(inactive_, 1));
         const double search = search_cost * static_cast<double>(scene_.slots) / age,
                      change = std::clamp(std::pow(search * std::sqrt(age) / inactive, 2.0 / 3), 0.5, 1.5);
-        figures_.skin = std::clamp(figures_.skin * change, least_skin * scene_.diameter, scene_.diameter);
+        figures_.skin = std::clamp(figures_.skin * change, least_skin * scene_.diameter, most_skin * scene_.diameter);
         margin_ = figures_.skin * std::min(0.5, 1 / std::sqrt(change * age));
         age_ = 0;
     }
@@ -248,9 +253,13 @@ void Contacts::finish_rebuild(const Exposure& bodies, std::span<const std::uint3
         (deferred_.strips()[i].needs_ghosts ? later_ : now_).push_back(i);
     place_.resize((bodies.slots() + places_at_once - 1) / places_at_once);
     pruned_at_.resize(place_.size());
+    farthest_squared_.resize(place_.size());
     cut_tiles(bodies);
     for_blocks(threads_, place_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
-        for (std::size_t tile = begin; tile < end; ++tile) place_[tile] = places(bodies, tile * places_at_once);
+        for (std::size_t tile = begin; tile < end; ++tile) {
+            place_[tile] = places(bodies, tile * places_at_once);
+            farthest_squared_[tile] = farthest_squared(bodies, tile * places_at_once, figures_.skin);
+        }
     });
     request_pruning(bodies);
     moved_ = 0;

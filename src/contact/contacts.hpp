@@ -79,6 +79,7 @@ private:
     };
 
     static Places places(const Exposure& bodies, std::size_t first);
+    static Pack<places_at_once> farthest_squared(const Exposure& bodies, std::size_t first, double skin);
     /// State of the lists: true where they have all pairs that may touch.
     struct Holding {
         bool list, pruned;
@@ -204,9 +205,11 @@ private:
     PairList list_;
     DeferredLoads deferred_;
     AlignedVector<Places> place_; ///< places of nodes when the list was made, m
+    /// By tile of nodes: squares of how far they may go, m^2, before two that are not in the list touch.
+    AlignedVector<Pack<places_at_once>> farthest_squared_;
     std::vector<TileRun> all_tiles_, ghosts_tiles_;
     PrunedList pruned_;
-    double margin_ = 0;               ///< m
+    double margin_ = 0;               ///< of the pruned list, as the skin is of the list, m
     AlignedVector<Places> pruned_at_; ///< places of nodes when pruning was last due, m
     bool prunes_[2] = {true, true};   ///< strips in now_ and in later_ that prune in the next step
     /// Status of a pair, as bits.

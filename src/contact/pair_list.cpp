@@ -12,11 +12,13 @@ PairList::PairList(Candidates&& candidates, const Exposure& bodies, const Thread
     : first(std::move(candidates.first)) {
     pair.resize(count() + padding);
     vertices.assign(count() + padding, 0);
+    paces.assign(count() + padding, 0);
     for_blocks(threads, first.size() - 1, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t a = begin; a < end; ++a)
             for (std::size_t i = first[a]; i < first[a + 1]; ++i) {
                 pair[i] = {static_cast<std::uint32_t>(a), candidates.partner[i]};
                 vertices[i] = vertices_of_pair(bodies, pair[i]);
+                paces[i] = bodies.pace_of(pair[i].a) + bodies.pace_of(pair[i].b);
             }
     });
     if (count() > 0) std::fill_n(pair.begin() + static_cast<std::ptrdiff_t>(count()), padding, pair[count() - 1]);

@@ -13,6 +13,7 @@ struct PairList {
     std::vector<std::uint32_t> first;   ///< first pair of each slot, and the number of pairs
     AlignedVector<Pair> pair;           ///< rising; padded
     std::vector<std::uint8_t> vertices; ///< by pair, see vertices_of_pair; padded
+    std::vector<double> paces;          ///< by pair: sum of both elements' (Exposure::pace_of); padded
 
     PairList() = default;
     PairList(Candidates&& candidates, const Exposure& bodies, const Threads& threads, bool with_neighbours);

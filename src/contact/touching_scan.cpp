@@ -2,7 +2,7 @@
 //
 //   eight candidates     a b c d e f g h
 //   closest points       squared distance d^2 of both axes, theory.md (52)
-//   prune                a b . d e f . h    d < r1 + r2 + margin, kept in the pruned list
+//   prune                a b . d e f . h    d < r1 + r2 + margin by the paces of both, kept in the pruned list
 //   touch                . b . d . . . h    d < r1 + r2, stored in the columns of the work area
 //   ended                . . . . e . . .    touched in the step before and no longer
 //   deep                 . . . d . . . .    d < (r1 + r2)/2, watched by side_changes.cpp
@@ -15,6 +15,7 @@
 
 #include <bit>
 #include <cassert>
+#include <cstring>
 
 namespace skein {
 
@@ -27,7 +28,8 @@ public:
         : begin_(begin), candidates_(candidates), pair_(prune ? &contacts.list_.pair[begin] : pruned.pair),
           vertices_(prune ? &contacts.list_.vertices[begin] : pruned.vertices), status_(contacts.status_.data()),
           has_box_(contacts.has_box_.empty() ? nullptr : &contacts.has_box_[begin]),
-          memory_(contacts.remembers_ ? contacts.memory_.data() : nullptr), margin_(contacts.margin_), pruned_(pruned),
+          memory_(contacts.remembers_ ? contacts.memory_.data() : nullptr),
+          paces_(prune ? &contacts.list_.paces[begin] : nullptr), half_margin_(0.5 * contacts.margin_), pruned_(pruned),
           area_(area), index_(area.index.data()), near_parallel_(area.near_parallel.data()),
           touching_pair_(area.pair.data()), near_one_(area.near_one.columns()), near_two_(area.near_two.columns()) {
         for (int i = 0; i < A::numbers; ++i) number_[i] = area.number[i].data();
@@ -108,7 +110,9 @@ private:
     }
 
     SKEIN_INLINE void keep_within_margin(std::size_t k, const Tile& tile) {
-        const P wide = tile.reach + margin_;
+        P paces;
+        std::memcpy(&paces, paces_ + k, sizeof paces);
+        const P wide = tile.reach + half_margin_ * paces;
         const unsigned some = bits_of(tile.squared < wide * wide) & tile.valid;
         store_places(pruned_.candidate + within_, some, candidate(k));
         compress_store(pruned_.pair + within_, some, pair_ + k);
@@ -183,7 +187,8 @@ private:
     const Pair* const pair_;
     const std::uint8_t *const vertices_, *const status_, *const has_box_;
     const ContactMemory<double>* const memory_;
-    const P margin_; ///< m
+    const double* const paces_;
+    const P half_margin_; ///< m
     const PrunedList::Part pruned_;
     WorkArea& area_;
     double* number_[A::numbers];

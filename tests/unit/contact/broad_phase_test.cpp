@@ -2,7 +2,7 @@
 #include "contact/broad_phase.hpp"
 
 #include "core/closest_points.hpp"
-#include "support/exposed_bodies.hpp"
+#include "support/beds.hpp"
 
 #include <gtest/gtest.h>
 
@@ -50,7 +50,10 @@ TEST(BroadPhase, FindsWhatASearchThroughAllPairsFinds) {
         const BodiesByHand bodies = random_rods(seed, rods, seed % 2 ? 20 : 1, seed % 5 == 0);
         std::vector<std::uint8_t> own;
         for (int r = 0; seed % 4 == 3 && r < rods; ++r) own.push_back(r % 3 == 0);
-        const Exposure c = bodies.exposure(own);
+        Exposure c = bodies.exposure(own);
+        std::mt19937 random(seed);
+        for (float& pace : c.pace)
+            if (seed % 2 == 0) pace = std::uniform_real_distribution<float>(0.25f, 1)(random);
         const double skin = seed % 3 ? 0.02 : 0;
         BroadPhase search(one), parallel(three);
         Candidates found, by_three, all;
@@ -67,6 +70,29 @@ TEST(BroadPhase, FindsWhatASearchThroughAllPairsFinds) {
     }
     EXPECT_GT(pairs, 10000u);
     EXPECT_GE(grids, 4);
+}
+
+/// Far from the origin as near it, and in any unit of length, as single precision comes first.
+TEST(BroadPhase, MissesNoPairInTenBeds) {
+    const Threads one(1);
+    for (const std::string_view name : test::bed_names)
+        for (const Vec3d& origin : {Vec3d{0, 0, 0}, Vec3d{3e5, -2e5, 1e5}})
+            for (const double unit : {1.0, std::ldexp(1.0, -20), std::ldexp(1.0, 20)}) {
+                const test::Bed bed(name, 150);
+                Exposure c = bed.exposure();
+                for (ExposedNode& n : c.node) n = {unit * (n.position + origin), unit * n.radius};
+                for (const double skin : {0.0, 0.25, 1.0}) {
+                    BroadPhase search(one);
+                    Candidates found, all;
+                    search.build(c, bed.gaps(), unit * skin, found);
+                    BroadPhase::build_exhaustively(c, bed.gaps(), unit * skin, all);
+                    ASSERT_EQ(found.first, all.first) << name << " skin " << skin << " unit " << unit;
+                    ASSERT_EQ(found.partner, all.partner) << name << " skin " << skin << " unit " << unit;
+                    EXPECT_GE(found.count(), name == "dilute" || skin == 0 ? 0u : 50u) << name;
+                    EXPECT_GE(search.tested(), static_cast<std::int64_t>(found.count()));
+                    EXPECT_LE(search.tested(), 2 * static_cast<std::int64_t>(found.count()) + 50) << name;
+                }
+            }
 }
 
 TEST(BroadPhase, NeedsNoBounds) {
