@@ -87,26 +87,25 @@ Contacts::Holding Contacts::check_lists(const Exposure& bodies, std::span<const 
     threads_.for_each(runs.size(), [&](std::size_t run, int) {
         const auto [begin, end, paired] = runs[run];
         if (!paired) {
-            bool within = true;
+            P beyond(-HUGE_VAL);
             for (std::size_t tile = begin; tile < end; ++tile) {
                 const Vec3<P> way = places(bodies, tile * W) - place_[tile];
-                within &= !any(!(dot(way, way) < farthest_squared_[tile]));
+                beyond = max(beyond, dot(way, way) - farthest_squared_[tile]);
             }
-            if (!within) list.store(false, std::memory_order_relaxed);
+            if (any(!(beyond < P(0.0)))) list.store(false, std::memory_order_relaxed);
             return;
         }
-        bool in_list = true, in_pruned = true;
-        P farthest(0.0);
+        P beyond_list(-HUGE_VAL), beyond_pruned(-HUGE_VAL), farthest(0.0);
         for (std::size_t tile = begin; tile < end; ++tile) {
             const Vec3<P> here = places(bodies, tile * W), way = here - place_[tile],
                           last_way = here - pruned_at_[tile];
             const P squared = dot(last_way, last_way);
-            in_list &= !any(!(dot(way, way) < farthest_squared_[tile]));
-            in_pruned &= !any(!(squared < pruned_share * farthest_squared_[tile]));
+            beyond_list = max(beyond_list, dot(way, way) - farthest_squared_[tile]);
+            beyond_pruned = max(beyond_pruned, squared - pruned_share * farthest_squared_[tile]);
             farthest = max(farthest, squared);
         }
-        if (!in_list) list.store(false, std::memory_order_relaxed);
-        if (!in_pruned) pruned.store(false, std::memory_order_relaxed);
+        if (any(!(beyond_list < P(0.0)))) list.store(false, std::memory_order_relaxed);
+        if (any(!(beyond_pruned < P(0.0)))) pruned.store(false, std::memory_order_relaxed);
         double most = 0;
         for (int l = 0; l < W; ++l) most = std::max(most, farthest[l]);
         for (double before = moved.load(); most > before && !moved.compare_exchange_weak(before, most);) {
