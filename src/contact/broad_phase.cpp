@@ -3,14 +3,15 @@
 #include "contact/capsule_tiles.hpp"
 #include "contact/floats.hpp"
 #include "contact/group.hpp"
+#include "contact/rows.hpp"
 #include "contact/vertices.hpp"
 #include "core/closest_points.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <bit>
+#include <cassert>
 #include <cmath>
-#include <cstring>
 #include <limits>
 
 namespace skein {
@@ -58,14 +59,12 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
                 vertices[l] = vertices_of_pair(c, {a[i + l], b[i + l]});
                 pace[l] = c.pace_of(a[i + l]) + c.pace_of(b[i + l]);
             }
-            Pack<W> paces;
-            std::memcpy(&paces, pace, sizeof paces);
             const auto apart =
                 closest_points(tile.p, tile.d1, tile.q, tile.d2, range_of(vertices, 0, c.scene().searched_reach()),
                                range_of(vertices, 1, c.scene().searched_reach()))
                     .apart;
-            const auto both = tile.radius_1 + tile.radius_2, reach = both + Pack<W>(0.5 * skin) * paces,
-                       squared = dot(apart, apart);
+            const auto both = tile.radius_1 + tile.radius_2,
+                       reach = both + Pack<W>(0.5 * skin) * detail::pack_at<W>(pace), squared = dot(apart, apart);
             unsigned bits = bits_of(squared < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);
             const unsigned touching = bits_of(squared < both * both);
             for (; bits != 0; bits &= bits - 1) {
@@ -113,6 +112,7 @@ struct BroadPhase::Ranges {
     int count = 0;
     void add(std::uint32_t begin, std::uint32_t end) {
         if (begin >= end) return;
+        assert(count < most);
         if (count > 0 && range[count - 1].end == begin) range[count - 1].end = end;
         else range[count++] = {begin, end};
     }
@@ -121,12 +121,12 @@ struct BroadPhase::Ranges {
 /// Elements whose boxes overlap that of another.
 struct BroadPhase::Neighbours {
     static constexpr std::size_t most = 256;
-    alignas(64) float number[Columns::numbers][most + 32];
+    alignas(64) float number[numbers][most + 32];
     std::uint32_t slot[most + 32];
     std::size_t count = 0;
 
     SKEIN_INLINE void add(const Columns& from, std::uint32_t first, unsigned bits) {
-        for (int n = 0; n < Columns::numbers; ++n) compress_floats(number[n] + count, bits, from.number[n] + first);
+        for (int n = 0; n < numbers; ++n) compress_floats(number[n] + count, bits, from.number[n] + first);
         compress_floats(slot + count, bits, from.slot + first);
         count += to_index(std::popcount(bits));
     }
@@ -207,9 +207,9 @@ BroadPhase::Extent BroadPhase::set_bounds(const Exposure& bodies, double skin) {
             const double radius = (bodies.node[s].radius + 0.5 * skin * bodies.pace_of(s)) / unit_,
                          reach = norm(half) + radius;
             grid_of_[s] = static_cast<std::uint8_t>(std::clamp(std::ilogb(reach * (unit_ / smallest_)), 0, 31));
-            bound_[s] = {static_cast<float>(m.x),    static_cast<float>(m.y),    static_cast<float>(m.z),
-                         static_cast<float>(half.x), static_cast<float>(half.y), static_cast<float>(half.z),
-                         static_cast<float>(radius)};
+            bound_[s] = {{static_cast<float>(m.x), static_cast<float>(m.y), static_cast<float>(m.z),
+                          static_cast<float>(half.x), static_cast<float>(half.y), static_cast<float>(half.z),
+                          static_cast<float>(radius)}};
             e.least = least_of(e.least, m);
             e.most = most_of(e.most, m);
             e.reach[grid_of_[s]] = std::max(e.reach[grid_of_[s]], reach);
@@ -280,9 +280,9 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
         for (std::size_t s = begin; s < end; ++s) {
             if (!bodies.has_element(s)) continue;
             const Grid& grid = grids_[grid_of_[s]];
-            const Bound& bound = bound_[s];
-            cell_of_[s] = grid.row(grid.cell_at(bound.y), grid.cell_at(bound.z)) +
-                          (static_cast<std::uint32_t>(grid.cell_at(bound.x)) & (grid.size[0] - 1));
+            const auto& [x, y, z, half_x, half_y, half_z, radius] = bound_[s].number;
+            cell_of_[s] = grid.row(grid.cell_at(y), grid.cell_at(z)) +
+                          (static_cast<std::uint32_t>(grid.cell_at(x)) & (grid.size[0] - 1));
             place_[s] = count_one(cell_begin_[cell_of_[s]], single_thread);
         }
     });
@@ -294,9 +294,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
         for (std::size_t s = begin; s < end; ++s) {
             if (!bodies.has_element(s)) continue;
             const std::size_t i = cell_begin_[cell_of_[s]] + place_[s];
-            const Bound& bound = bound_[s];
-            const float numbers[] = {bound.x, bound.y, bound.z, bound.half_x, bound.half_y, bound.half_z, bound.radius};
-            for (int n = 0; n < Columns::numbers; ++n) nth(number_, n)[i] = nth(numbers, n);
+            for (int n = 0; n < numbers; ++n) nth(number_, n)[i] = nth(bound_[s].number, n);
             slot_[i] = static_cast<std::uint32_t>(s);
             const bool touches_itself = nth(gaps, bodies.at(s).group).touches_itself();
             body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.kin_of(s);
@@ -306,7 +304,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
 
 BroadPhase::Columns BroadPhase::columns() const {
     Columns all{{}, body_.data(), slot_.data()};
-    for (int n = 0; n < Columns::numbers; ++n) all.number[n] = number_[n].data();
+    for (int n = 0; n < numbers; ++n) all.number[n] = number_[n].data();
     return all;
 }
 
@@ -342,8 +340,7 @@ void BroadPhase::collect_overlaps(const Element& one, const Columns& others, con
 SKEIN_INLINE void BroadPhase::find_near(const Element& one, Neighbours& near, Found& found) const {
     constexpr std::uint32_t W = Floats::lanes;
     constexpr float loss = 4e-6f, tiny = 1e-30f;
-    const Floats most(1.0f), none(0.0f);
-    const auto within = [&](Floats x) { return min(max(x, none - most), most); };
+    const auto within = [](Floats x) { return min(max(x, Floats(-1.0f)), Floats(1.0f)); };
     const auto& [x, y, z, half_x, half_y, half_z, radius] = near.number;
     for (std::size_t j = 0; j < near.count; j += W) {
         const Floats3 apart = Floats3::at(x + j, y + j, z + j) - one.middle,

@@ -73,7 +73,7 @@ public:
     int grids() const { return static_cast<int>(grids_.size()); }
 
 private:
-    /// Elements of one size by cells as wide as the largest of them reaches.
+    /// Elements of one size by cells at least as wide as the largest of them reaches.
     struct Grid {
         float cells_per_unit = 0;
         std::uint32_t size[3] = {8, 8, 8}; ///< powers of two, so wide that no cell is on both sides of an element
@@ -91,13 +91,14 @@ private:
     struct Cells {
         std::int32_t first, last;
     };
-    /// An element: middle from origin_, half of its axis, and radius with its share of the skin, in unit_.
+    /// Numbers of an element: middle from origin_, half of its axis, and radius with its share of the skin, in unit_.
+    static constexpr int numbers = 7;
     struct Bound {
-        float x, y, z, half_x, half_y, half_z, radius, unused = 0;
+        float number[numbers];
+        float unused = 0;
     };
     /// Elements side by side, as vector instructions want them.
     struct Columns {
-        static constexpr int numbers = 7;
         const float* number[numbers]; ///< as in Bound
         const std::int32_t* body;
         const std::uint32_t* slot;
@@ -130,7 +131,7 @@ private:
     float slack_ = 0;            ///< loss of single precision, in unit_
     AlignedVector<Bound> bound_; ///< by slot
     // By cell.
-    AlignedVector<float> number_[Columns::numbers];
+    AlignedVector<float> number_[numbers];
     AlignedVector<std::int32_t>
         body_; ///< elements with the same one do not touch: Exposure::kin_of, or slots where a body touches itself
     AlignedVector<std::uint32_t> slot_;
