@@ -20,10 +20,10 @@ struct VisitingNode {
     double pace;
 };
 
-struct Neighbourhood::Visits {
+/// Runs of elements on their way to another rank, and their nodes.
+struct Visitors {
     std::vector<SceneRun> runs;
     std::vector<VisitingNode> nodes;
-    std::vector<std::int64_t> runs_of_rank;
 };
 
 namespace {
@@ -150,12 +150,6 @@ std::vector<Box> gathered(const Communicator& comm, std::span<const Box> mine) {
     }
     return all;
 }
-
-/// Runs of elements on their way to another rank, and their nodes.
-struct Visitors {
-    std::vector<SceneRun> runs;
-    std::vector<VisitingNode> nodes;
-};
 
 /// Own elements that come within `margin` of any of these boxes, and their neighbours along the body, which contacts at
 /// vertices ask for.
@@ -297,15 +291,14 @@ const Exposure& Neighbourhood::widen(double reach) {
         runs.push_back(std::move(visitors.runs));
         nodes.push_back(std::move(visitors.nodes));
     }
-    Visits visits;
-    std::vector<std::int64_t> node_counts;
-    visits.runs = exchanged(comm_, runs, visits.runs_of_rank);
-    visits.nodes = exchanged(comm_, nodes, node_counts);
-    make_wide(visits);
+    std::vector<std::int64_t> run_counts, node_counts;
+    const Visitors visitors{exchanged(comm_, runs, run_counts), exchanged(comm_, nodes, node_counts)};
+    make_wide(visitors, run_counts);
     return *wide_;
 }
 
-void Neighbourhood::make_wide(const Visits& visits) {
+/// The exposure of own bodies and of visitors, which stand rank by rank.
+void Neighbourhood::make_wide(const Visitors& visitors, std::span<const std::int64_t> runs_of_rank) {
     struct Source {
         Window window;
         int rank;
@@ -315,10 +308,10 @@ void Neighbourhood::make_wide(const Visits& visits) {
     for (const Window& w : exposure_->window)
         if (w.own) all.push_back({w, comm_.rank(), nullptr});
     std::size_t at = 0;
-    const VisitingNode* node = visits.nodes.data();
+    const VisitingNode* node = visitors.nodes.data();
     for (int r = 0; r < comm_.size(); ++r)
-        for (std::int64_t i = 0; i < nth(visits.runs_of_rank, r); ++i) {
-            const auto [first, count] = visits.runs[at++];
+        for (std::int64_t i = 0; i < nth(runs_of_rank, r); ++i) {
+            const auto [first, count] = visitors.runs[at++];
             const SceneSlots& scene = exposure_->scene();
             const std::int64_t gid = scene.gid_at(first);
             all.push_back({{gid, first, 0, static_cast<std::uint32_t>(count), scene.group_of(gid), false}, r, node});

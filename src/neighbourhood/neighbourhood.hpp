@@ -22,6 +22,8 @@ struct GhostFigures {
     std::int64_t messages = 0, bytes = 0;  ///< sent a step
 };
 
+struct Visitors; ///< elements on their way to another rank
+
 class Neighbourhood {
 public:
     static constexpr std::uint32_t gone = UINT32_MAX;
@@ -83,9 +85,7 @@ private:
     template <class Copy> void for_numbers(Route& route, Copy&& copy);
     void pack();
     void unpack();
-    /// An exposure of own bodies and visitors: runs of elements and their nodes, by rank.
-    struct Visits;
-    void make_wide(const Visits& visits);
+    void make_wide(const Visitors& visitors, std::span<const std::int64_t> runs_of_rank);
     void set_up_messages();
 
     const Communicator comm_;
