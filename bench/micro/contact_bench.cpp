@@ -50,6 +50,11 @@ test::BodiesByHand nest(int rods) {
     return bodies;
 }
 
+/// Time of an iteration over a number of things.
+benchmark::Counter per(double count) {
+    return {count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert};
+}
+
 void candidates(benchmark::State& state, int rods, int thread_count, bool exhaustively) {
     const Threads threads(thread_count);
     const test::BodiesByHand bodies = nest(rods);
@@ -63,8 +68,7 @@ void candidates(benchmark::State& state, int rods, int thread_count, bool exhaus
         benchmark::DoNotOptimize(found.partner.data());
     }
     const double count = static_cast<double>(rods) * elements;
-    state.counters["per element"] =
-        benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
+    state.counters["per element"] = per(count);
     state.counters["pairs per element"] = static_cast<double>(found.count()) / count;
 }
 
@@ -90,9 +94,6 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
         benchmark::DoNotOptimize(loads.load.data());
     }
     const ContactFigures figures = all.figures();
-    const auto per = [&](double count) {
-        return benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
-    };
     state.counters["per candidate"] = per(static_cast<double>(figures.candidates));
     state.counters["per contact"] = per(static_cast<double>(figures.active));
     state.counters["per element"] = per(static_cast<double>(rods) * elements);
@@ -109,9 +110,6 @@ void bed(benchmark::State& state, std::string_view name, int rods) {
         search.build(c, rods_of_bed.gaps(), 0.5, found);
         benchmark::DoNotOptimize(found.partner.data());
     }
-    const auto per = [&](double count) {
-        return benchmark::Counter(count, benchmark::Counter::kIsIterationInvariantRate | benchmark::Counter::kInvert);
-    };
     const auto kept = static_cast<double>(found.count());
     state.counters["per candidate"] = per(kept);
     state.counters["per element"] = per(static_cast<double>(rods) * test::Bed::elements);
