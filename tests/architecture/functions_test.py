@@ -22,7 +22,7 @@ def without_texts(text):
 
 
 def functions(text):
-    """(first line, lines, head) of each."""
+    """(first line, lines, head, heads of the blocks around it) of each."""
     open_heads, head, line, first = [], "", 1, 1
     for c in without_texts(text):
         line += c == "\n"
@@ -32,7 +32,7 @@ def functions(text):
             of, begins = open_heads.pop()
             of = re.sub(r"^(?:public|private|protected)\s*:\s*|^template\s*<.*?>\s*(?=\w)", "", of)
             if "(" in of and not NOT_A_FUNCTION.match(of) and not LAMBDA.search(of) and "=" not in of.split("(")[0]:
-                yield begins, line - begins + 1, of
+                yield begins, line - begins + 1, of, [around for around, _ in open_heads]
         if c in "{};":
             head = ""
         elif head or not c.isspace():
@@ -44,7 +44,7 @@ def functions(text):
 def try_the_rules():
     body = "    ++i;\n"
     found = list(functions("namespace a {\nvoid f(int i) {\n" + 3 * body + "}\nstruct S {\n    int g() const { return 1; }\n};\n}\n"))
-    assert [(lines, head) for _, lines, head in found] == [(5, "void f(int i)"), (1, "int g() const")], found
+    assert [(lines, head) for _, lines, head, _ in found] == [(5, "void f(int i)"), (1, "int g() const")], found
     assert not list(functions("const auto f = [&](int i) {\n" + body + "};\n// void g() {\nconst char* s = \"void h() {\";\n"))
 
 
@@ -56,7 +56,7 @@ def main():
         for path in sorted((root / folder).rglob("*")):
             if path.suffix not in (".cpp", ".hpp"):
                 continue
-            for line, lines, head in functions(path.read_text()):
+            for line, lines, head, _ in functions(path.read_text()):
                 count += 1
                 if lines > MOST:
                     problems.append(f"{path.relative_to(root)}:{line}: {lines} lines, expected at most {MOST}: {head[:80]}")

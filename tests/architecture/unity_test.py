@@ -11,31 +11,19 @@ import sys
 from collections import defaultdict
 from pathlib import Path
 
-from functions_test import NOT_A_FUNCTION, without_texts
+from functions_test import functions
 
 NAME = re.compile(r"(operator\s*[^\s\w(]+|\w+)\s*\(")
 
 
 def file_functions(text):
     """Names of functions that only their file sees."""
-    open_heads, head = [], ""
-    for c in without_texts(text):
-        if c == "{":
-            of = " ".join(head.split())
-            outside = all(h.startswith("namespace") for h in open_heads)
-            bare = re.sub(r"^template\s*<.*?>\s*(?=\w)", "", of)
-            if outside and "(" in bare and not NOT_A_FUNCTION.match(bare) and "=" not in bare.split("(")[0].replace("operator=", ""):
-                name = NAME.search(bare)
-                qualified = "::" in bare[: name.end()].split()[-1] if name else True
-                if name and not qualified and ("namespace" in open_heads or bare.startswith("static ")):
-                    yield name[1]
-            open_heads.append(of)
-        elif c == "}" and open_heads:
-            open_heads.pop()
-        if c in "{};":
-            head = ""
-        elif head or not c.isspace():
-            head += c
+    for _, _, head, around in functions(text):
+        name = NAME.search(head)
+        qualified = name and "::" in head[: name.end()].split()[-1]
+        of_file = "namespace" in around or head.startswith("static ")
+        if name and not qualified and of_file and all(one.startswith("namespace") for one in around):
+            yield name[1]
 
 
 def try_the_rules():
