@@ -149,9 +149,7 @@ struct BroadPhase::Found {
 };
 
 std::int32_t BroadPhase::Grid::cell_at(float x) const {
-    constexpr float farthest = 1 << 30; // of rods that are lost
-    const float cell = std::floor(x * cells_per_unit);
-    return static_cast<std::int32_t>(cell > -farthest ? std::min(cell, farthest) : -farthest);
+    return static_cast<std::int32_t>(std::floor(x * cells_per_unit));
 }
 /// First cell of a row along x, in cell_begin_.
 std::uint32_t BroadPhase::Grid::row(std::int32_t y, std::int32_t z) const {
@@ -162,18 +160,30 @@ std::uint32_t BroadPhase::Grid::row(std::int32_t y, std::int32_t z) const {
 BroadPhase::BroadPhase(const Threads& threads) : threads_(threads) {}
 BroadPhase::~BroadPhase() = default;
 
+/// False of elements so far away that double precision does not resolve the smallest: those of rods that have become
+/// invalid.
+bool BroadPhase::resolves(const Exposure& bodies, std::size_t slot) const {
+    return norm(middle(bodies, slot)) + norm(half_axis(bodies, slot)) <
+           smallest_ / std::numeric_limits<double>::epsilon();
+}
+
 /// Sizes of the first search, by which later ones are measured.
 void BroadPhase::find_sizes(const Exposure& bodies) {
     smallest_ = std::numeric_limits<double>::infinity();
+    for (std::size_t s = 0; s < bodies.slots(); ++s)
+        if (bodies.has_element(s)) smallest_ = std::min(smallest_, norm(half_axis(bodies, s)) + bodies.node[s].radius);
     Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most = -least;
     for (std::size_t s = 0; s < bodies.slots(); ++s) {
-        if (!bodies.has_element(s)) continue;
+        if (!bodies.has_element(s) || !resolves(bodies, s)) continue;
         const Vec3d m = middle(bodies, s);
         least = least_of(least, m);
         most = most_of(most, m);
-        smallest_ = std::min(smallest_, norm(half_axis(bodies, s)) + bodies.node[s].radius);
     }
-    const Vec3d centre = 0.5 * (least + most);
+    set_next_origin(0.5 * (least + most));
+}
+
+/// What moves until the next search counts in its slack. The origin stays where there are no elements.
+void BroadPhase::set_next_origin(const Vec3d& centre) {
     if (std::isfinite(dot(centre, centre))) next_origin_ = centre;
 }
 
@@ -196,13 +206,15 @@ struct BroadPhase::Extent {
     }
 };
 
-/// Sets the bounds of elements and the grids that these belong to.
+/// Sets the bounds of elements and the grids that these belong to. Elements that are not resolved belong to none:
+/// nothing is near them.
 BroadPhase::Extent BroadPhase::set_bounds(const Exposure& bodies, double skin) {
     std::vector<Extent> parts(blocks_of(bodies.slots()));
     for_blocks(threads_, bodies.slots(), [&](std::size_t begin, std::size_t end, std::size_t block) {
         Extent& e = parts[block];
         for (std::size_t s = begin; s < end; ++s) {
-            if (!bodies.has_element(s)) continue;
+            grid_of_[s] = no_grid;
+            if (!bodies.has_element(s) || !resolves(bodies, s)) continue;
             const Vec3d m = (1 / unit_) * (middle(bodies, s) - origin_), half = (1 / unit_) * half_axis(bodies, s);
             const double radius = (bodies.node[s].radius + 0.5 * skin * bodies.pace_of(s)) / unit_,
                          reach = norm(half) + radius;
@@ -263,8 +275,7 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
     std::size_t coarsest = Extent::sizes - 1;
     while (coarsest > 0 && all.count[coarsest] == 0) --coarsest;
     grids_.resize(coarsest + 1);
-    next_origin_ =
-        origin_ + 0.5 * unit_ * (all.least + all.most); // next time; what moves meanwhile counts in the slack
+    set_next_origin(origin_ + 0.5 * unit_ * (all.least + all.most));
     const Vec3d outermost = most_of(-all.least, all.most);
     const double reach = *std::max_element(std::begin(all.reach), std::end(all.reach));
     slack_ = static_cast<float>(1e-6 * (std::max({outermost.x, outermost.y, outermost.z}) + reach));
@@ -278,7 +289,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
     place_.resize(slots); // place of an element within its cell
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t s = begin; s < end; ++s) {
-            if (!bodies.has_element(s)) continue;
+            if (grid_of_[s] == no_grid) continue;
             const Grid& grid = grids_[grid_of_[s]];
             const auto& [x, y, z, half_x, half_y, half_z, radius] = bound_[s].number;
             cell_of_[s] = grid.row(grid.cell_at(y), grid.cell_at(z)) +
@@ -292,7 +303,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
     slot_.resize(room);
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t s = begin; s < end; ++s) {
-            if (!bodies.has_element(s)) continue;
+            if (grid_of_[s] == no_grid) continue;
             const std::size_t i = cell_begin_[cell_of_[s]] + place_[s];
             for (int n = 0; n < numbers; ++n) nth(number_, n)[i] = nth(bound_[s].number, n);
             slot_[i] = static_cast<std::uint32_t>(s);

@@ -108,7 +108,9 @@ private:
     struct Element;
     struct Neighbours;
     Columns columns() const;
+    bool resolves(const Exposure& bodies, std::size_t slot) const;
     void find_sizes(const Exposure& bodies);
+    void set_next_origin(const Vec3d& centre);
     struct Extent;
     Extent set_bounds(const Exposure& bodies, double skin);
     void size_grids(const Extent& all);
@@ -124,6 +126,7 @@ private:
 
     const Threads& threads_;
     double smallest_ = 0; ///< element of the first search of these bodies, m: half its length and its radius
+    static constexpr std::uint8_t no_grid = 255;
     std::vector<std::uint8_t> grid_of_; ///< grid, by slot
     std::vector<Grid> grids_;
     Vec3d origin_{0, 0, 0}, next_origin_{0, 0, 0};

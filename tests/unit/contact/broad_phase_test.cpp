@@ -113,6 +113,37 @@ TEST(BroadPhase, NeedsNoBounds) {
     EXPECT_LT(far.count(), near.count());
 }
 
+/// Nodes that have become invalid cost no time and hide no pair of others, in the first search and after one.
+TEST(BroadPhase, LeavesOutInvalidElements) {
+    const Threads one(1);
+    const BodiesByHand bodies = random_rods(5, 30, 5, false);
+    for (const double lost : {std::nan(""), HUGE_VAL, 1e300, 1e150, 1e39, 1e25, 1e12})
+        for (const int axes : {1, 2, 4, 7})
+            for (const bool first : {true, false})
+                for (const std::uint32_t wrong : {0u, 7u, 8u}) {
+                    Exposure c = bodies.exposure();
+                    BroadPhase search(one);
+                    Candidates found, all;
+                    if (!first) search.build(c, bodies.gaps, 0.02, found);
+                    Vec3d& x = c.node[wrong].position;
+                    if (axes & 1) x.x = lost;
+                    if (axes & 2) x.y = -lost;
+                    if (axes & 4) x.z = lost;
+                    search.build(c, bodies.gaps, 0.02, found);
+                    BroadPhase::build_exhaustively(c, bodies.gaps, 0.02, all);
+                    const auto valid = [&](const Candidates& candidates) {
+                        std::vector<Pair> pairs;
+                        for (std::uint32_t a = 0; a < c.slots(); ++a)
+                            for (std::uint32_t i = candidates.first[a]; i < candidates.first[a + 1]; ++i)
+                                if (const std::uint32_t b = candidates.partner[i]; a != wrong && a + 1 != wrong)
+                                    if (b != wrong && b + 1 != wrong) pairs.push_back({a, b});
+                        return pairs;
+                    };
+                    ASSERT_EQ(valid(found), valid(all)) << lost << " along " << axes;
+                    ASSERT_GT(valid(found).size(), 20u);
+                }
+}
+
 /// The least distance by looking: the square of it is convex in s for the best t.
 double distance_by_search(const Vec3d& p1, const Vec3d& d1, const Vec3d& p2, const Vec3d& d2) {
     const auto from_s = [&](double s) {
