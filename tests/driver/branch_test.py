@@ -3,14 +3,13 @@
 import json
 import re
 import shutil
-import subprocess
 import unittest
 
 import h5py
 import numpy
 
 from contact_test import SCENE as CONTACT_SCENE
-from driver import MPIRUN, SCENE, SKEIN, DriverTest
+from driver import SCENE, DriverTest
 
 # Held at one end, curved, let go under its weight; its fastest modes, which no step resolves, die out.
 SWING = """
@@ -47,16 +46,10 @@ checkpoint = 0.08
 
 class BranchTest(DriverTest):
     def branch(self, start, new, *arguments, ranks=1, expect=0):
-        done = subprocess.run([MPIRUN, "-n", str(ranks), SKEIN, "branch", str(self.directory / start), str(self.directory / new), *arguments],
-                              capture_output=True, text=True, timeout=60)
-        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
-        return done
+        return self.skein_says("branch", self.directory / start, self.directory / new, *arguments, ranks=ranks, expect=expect)
 
     def go_on(self, directory, *arguments, ranks=1, expect=0):
-        done = subprocess.run([MPIRUN, "-n", str(ranks), SKEIN, "run", str(self.directory / directory), "--threads", "1", *arguments],
-                              capture_output=True, text=True, timeout=200)
-        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
-        return done
+        return self.skein_says("run", self.directory / directory, "--threads", "1", *arguments, ranks=ranks, expect=expect)
 
     def newest(self, directory):
         return sorted((self.directory / directory).glob("checkpoint_*.h5"))[-1]

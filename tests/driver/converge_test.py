@@ -12,7 +12,7 @@ import numpy
 
 sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "package"))
 import pages  # noqa: E402  (from tests/package)
-from driver import MPIRUN, SCENE, SKEIN, STICKS, DriverTest, table
+from driver import SCENE, SKEIN, STICKS, DriverTest, table
 
 APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 SHORT = ("--set", "time.duration=3.6", "--set", "rods.cilia.placement.counts=[2, 1]")
@@ -29,10 +29,7 @@ HEAP = (table("[time]", {"duration": 0.24}) + STICKS
 
 class Converge(DriverTest):
     def converge(self, out, *arguments, ranks=1, expect=0, sets=SHORT):
-        done = subprocess.run([MPIRUN, "-n", str(ranks), SKEIN, "converge", str(self.scene), "-t", "1", "--out", str(self.directory / out), *sets,
-                               *arguments], capture_output=True, text=True, timeout=200)
-        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
-        return done
+        return self.skein_says("converge", self.scene, "-t", "1", "--out", self.directory / out, *sets, *arguments, ranks=ranks, expect=expect)
 
     def figures(self, out):
         return json.loads((self.directory / out / "converge.json").read_text())

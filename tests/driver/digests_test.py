@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 import unittest
 
-from driver import SKEIN
+from driver import ALONE, SKEIN
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 KEPT = ROOT / "tests/data/digests.csv"
@@ -32,7 +32,7 @@ class Digests(unittest.TestCase):
         with tempfile.TemporaryDirectory() as out:
             subprocess.run([SKEIN, "run", scene, "-q", "--no-checkpoint", "--steps", str(steps), "--lanes", str(lanes), "--out", out,
                             "--set=output.trajectory=0", "--set=output.tips=0", "--set=output.series=0"],
-                           stdout=subprocess.DEVNULL, check=False)
+                           stdout=subprocess.DEVNULL, check=False, env=ALONE)
             summary = json.loads(pathlib.Path(out, "summary.json").read_text())
             self.touched |= any(summary["observables"].get(f"contact_{kind}[J]", 0) != 0 for kind in ("energy", "friction_work", "viscous_work"))
             return summary["digest"]

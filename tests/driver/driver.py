@@ -1,6 +1,7 @@
 """Runs of the skein driver for tests: a small scene, mpirun, results."""
 
 import json
+import os
 import pathlib
 import subprocess
 import sys
@@ -12,6 +13,13 @@ import numpy
 
 SKEIN, MPIRUN = sys.argv[1:3]
 del sys.argv[1:3]
+
+# For a rank by itself: Open MPI starts no daemon for it, which takes longer than most of these runs. Such ranks all have one job number, and with
+# it one directory for the session, which the first to end would take from the others; so they have none, nor shared file pointers, kept there.
+ALONE = os.environ | {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0", "OMPI_MCA_sharedfp": "individual"}
+# For a command that all ranks are to end by themselves with another exit code than 0: mpirun then sleeps for 2 s before it kills those that
+# are left, and does so even where none is.
+REFUSED = os.environ | {"OMPI_MCA_odls_base_sigkill_timeout": "0"}
 
 SCENE = """
 title = "Driver test"
@@ -256,6 +264,14 @@ SUMMED_PER_RANK = ("contact_energyJ", "contact_friction_workJ", "contact_viscous
 SEARCH = ("candidates", "rebuilds", "skinm")  # which a restart begins anew
 
 
+def launch(*words, ranks=1, refused=False, timeout=200):
+    """A rank by itself without mpirun, which would take longer than most of these runs."""
+    command, environment = [SKEIN, *map(str, words)], ALONE
+    if ranks > 1:
+        command, environment = [MPIRUN, "-n", str(ranks), *command], REFUSED if refused else None
+    return subprocess.run(command, capture_output=True, text=True, timeout=timeout, env=environment)
+
+
 class DriverTest(unittest.TestCase):
     def setUp(self):
         self._directory = tempfile.TemporaryDirectory()
@@ -271,9 +287,10 @@ class DriverTest(unittest.TestCase):
                 "--threads", str(threads), *arguments]
 
     def run_skein(self, out, *arguments, expect=0, ranks=1, **layout):
-        """A rank by itself without mpirun, which would take longer than most of these runs."""
-        command = self.command(out, *arguments, ranks=ranks, **layout)
-        done = subprocess.run(command[3:] if ranks == 1 else command, capture_output=True, text=True, timeout=200)
+        return self.skein_says(*self.command(out, *arguments, **layout)[4:], ranks=ranks, expect=expect)
+
+    def skein_says(self, *words, ranks=1, expect=0):
+        done = launch(*words, ranks=ranks, refused=expect != 0)
         self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
         return done
 

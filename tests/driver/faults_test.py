@@ -14,7 +14,7 @@ import unittest
 import h5py
 import numpy
 
-from driver import MPIRUN, SKEIN, STICKS, DriverTest
+from driver import SKEIN, STICKS, DriverTest, launch
 from restart_test import ranks_of
 
 LONG = ("--set", "time.duration=360", "--set", "output.checkpoint=0")
@@ -297,7 +297,7 @@ series = 0.1
         self.assertIn("previous", done.stderr + "previous")
         self.assertEqual({path: digest for path, digest in self.contents("out").items() if path.name != ".lock"}, before, "a refused run changed files")
         for arguments in self.commands("out"):
-            subprocess.run(self.command("out", *arguments), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=200)
+            launch(*self.command("out", *arguments)[4:])
             after = self.contents("out")
             for name, digest in others.items():
                 self.assertEqual(after.get(self.path("out") / name), digest, f"{name} after {arguments}")
@@ -310,7 +310,7 @@ series = 0.1
         used = ("summary.json", "physics.json", self.checkpoints("out")[-1].name)
         foreign = self.foreign(self.path("out"), [name for name in OWN_NAMES if name not in used and not name.startswith("observables.csv")] + list(OTHER_NAMES))
         for arguments in (("--until", "7.2"), (), ("--overwrite",)):
-            subprocess.run(self.command("out", *arguments), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, timeout=200)
+            launch(*self.command("out", *arguments)[4:])
             after = self.contents("out")
             for name, digest in foreign.items():
                 self.assertIn(digest, after.values(), f"{name} after {arguments}")

@@ -7,7 +7,6 @@ groups go into it), with which the same scene has to hold: to its end, or beyond
 
 import pathlib
 import re
-import subprocess
 import tomllib
 import unittest
 from dataclasses import dataclass, field
@@ -15,7 +14,7 @@ from dataclasses import dataclass, field
 import h5py
 import numpy
 
-from driver import SKEIN, DriverTest
+from driver import DriverTest, launch
 
 SCENES = pathlib.Path(__file__).resolve().parents[1] / "data/found"
 ELEMENTS, STIFFER = "twice the elements", "ten times youngs_modulus"  # in all rods
@@ -173,8 +172,7 @@ FOUND = {
 class Found(DriverTest):
     def run_scene(self, name, out, settings, flags=()):
         words = [word for setting in settings for word in ("--set", setting)]
-        return subprocess.run([SKEIN, "run", str(SCENES / f"{name.split()[0]}.toml"), "--out", str(self.directory / out.replace(" ", "_")), "--threads", "1", *flags, *words],
-                              capture_output=True, text=True, timeout=250)
+        return launch("run", SCENES / f"{name.split()[0]}.toml", "--out", self.directory / out.replace(" ", "_"), "--threads", "1", *flags, *words, timeout=250)
 
     def check(self, name):
         """A scene whose cure shows another fault has a second row for that, whose cure comes on top."""

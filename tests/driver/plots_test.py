@@ -2,12 +2,17 @@
 
 import os
 import pathlib
+import runpy
 import subprocess
 import sys
 import tempfile
+import traceback
 import unittest
 
-from driver import MPIRUN, SKEIN
+import h5py  # noqa: F401  (as the next one for plot_at_once)
+import matplotlib.pyplot  # noqa: F401
+
+from driver import launch
 
 APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 # Case: scene, options that make a run of a second, picture (none where the run ends before there is something to measure).
@@ -26,8 +31,7 @@ class Plots(unittest.TestCase):
         cls._directory = tempfile.TemporaryDirectory()
         cls.directory = pathlib.Path(cls._directory.name)
         for case, (scene, options, _) in CASES.items():
-            command = [MPIRUN, "-n", "1", SKEIN, "run", str(APPS / case / scene), "--out", str(cls.directory / case), "-q", *options]
-            done = subprocess.run(command, capture_output=True, text=True, timeout=200)
+            done = launch("run", APPS / case / scene, "--out", cls.directory / case, "-q", *options)
             assert done.returncode in (0, 3), done.stdout + done.stderr
 
     @classmethod
@@ -37,6 +41,39 @@ class Plots(unittest.TestCase):
     def plot(self, program, out, **environment):
         return subprocess.run([sys.executable, str(APPS / program), str(out)], capture_output=True, text=True, timeout=100,
                               env=dict(os.environ, **environment))
+
+    @staticmethod
+    def plot_at_once(program, out):
+        """As plot(), in a copy of this process, which has the packages that a program reads for most of a second before it looks at its results."""
+        program = APPS / program
+        with tempfile.TemporaryFile("w+") as told, tempfile.TemporaryFile("w+") as errors:
+            sys.stdout.flush()
+            sys.stderr.flush()
+            copy = os.fork()
+            if copy == 0:
+                code = 1
+                try:
+                    os.dup2(told.fileno(), 1)
+                    os.dup2(errors.fileno(), 2)
+                    sys.stdout, sys.stderr = (open(number, "w", closefd=False) for number in (1, 2))
+                    sys.argv, sys.path[0] = [str(program), str(out)], str(program.parent)
+                    runpy.run_path(str(program), run_name="__main__")
+                    code = 0
+                except SystemExit as end:
+                    if isinstance(end.code, str):
+                        print(end.code, file=sys.stderr)
+                    else:
+                        code = end.code or 0
+                except BaseException:
+                    traceback.print_exc()
+                finally:
+                    sys.stdout.flush()
+                    sys.stderr.flush()
+                    os._exit(code)
+            code = os.waitstatus_to_exitcode(os.waitpid(copy, 0)[1])
+            told.seek(0)
+            errors.seek(0)
+            return subprocess.CompletedProcess([str(program), str(out)], code, told.read(), errors.read())
 
     def assert_sentence(self, done, *words):
         """One line, which has these words, and an exit code that scripts notice."""
@@ -61,8 +98,7 @@ class Plots(unittest.TestCase):
                  "--set=rods.sticks.placement.count=30", "--set=output.trajectory=0.02", "--set=output.contacts=0.02"]
         runs = {"4": self.directory / "nest_4us", "2": self.directory / "nest_2us"}
         for step, out in runs.items():
-            command = [MPIRUN, "-n", "1", SKEIN, "run", str(APPS / "nest/nest_110.toml"), "--out", str(out), "-q", f"--set=time.dt={step}e-6", *small]
-            subprocess.run(command, check=True, capture_output=True, timeout=200)
+            launch("run", APPS / "nest/nest_110.toml", "--out", out, "-q", f"--set=time.dt={step}e-6", *small).check_returncode()
         one, other = (str(out) for out in runs.values())
         done = subprocess.run([sys.executable, str(APPS / "nest/plot.py"), one, "--beside", other, "--before", other], capture_output=True, text=True, timeout=100)
         self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
@@ -81,14 +117,14 @@ class Plots(unittest.TestCase):
         for case in CASES:
             for other in set(CASES) - {case}:
                 with self.subTest(case=case, results=other):
-                    self.assert_sentence(self.plot(f"{case}/plot.py", self.directory / other), str(self.directory / other))
+                    self.assert_sentence(self.plot_at_once(f"{case}/plot.py", self.directory / other), str(self.directory / other))
 
     def test_no_results(self):
         (self.directory / "empty").mkdir(exist_ok=True)
         for case in CASES:
             for out in ("empty", "absent"):
                 with self.subTest(case=case, results=out):
-                    self.assert_sentence(self.plot(f"{case}/plot.py", self.directory / out), str(self.directory / out))
+                    self.assert_sentence(self.plot_at_once(f"{case}/plot.py", self.directory / out), str(self.directory / out))
 
     def test_python_without_a_package(self):
         for name in ("numpy", "h5py", "matplotlib"):

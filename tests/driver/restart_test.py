@@ -64,7 +64,7 @@ class Restart(DriverTest):
         self.assert_same_results("killed", "whole")
 
     def test_kill_9_before_the_first_checkpoint(self):
-        late = ("--set", "time.duration=720", "--set", "output.checkpoint=0")
+        late = ("--set", "time.duration=300", "--set", "output.checkpoint=0")  # 2 s on one core, of which the killed one has 0.1 s
         self.run_skein("whole", *late)
         killed = self.start("killed", *late, ranks=2)
         while not (self.directory / "killed/observables.csv").exists() and killed.poll() is None:

@@ -9,7 +9,7 @@ import unittest
 import h5py
 import numpy
 
-from driver import MPIRUN, SKEIN, DriverTest
+from driver import SKEIN, DriverTest, launch
 
 RODS = 37
 HEAD = """
@@ -277,38 +277,33 @@ class RodFiles(DriverTest):
             for ranks in (1, 2, 3):
                 self.assertIn("divides by 0", self.run_skein("none", ranks=ranks, expect=2).stderr)
                 self.assertFalse((self.directory / "none").exists())
-            self.assertIn(f"of rod {rod} of 'traced'", self.skein("check", self.scene, expect=2).stderr)
+            self.assertIn(f"of rod {rod} of 'traced'", self.skein_says("check", self.scene, expect=2).stderr)
         self.write_file(options={"more": load.format(-5)})
         self.run_skein("sound", "--until", "0.001", ranks=2)
-
-    def skein(self, *words, ranks=1, expect=0):
-        done = subprocess.run([MPIRUN, "-n", str(ranks), SKEIN, *map(str, words)], capture_output=True, text=True, timeout=120)
-        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
-        return done
 
     def test_branches_and_verification(self):
         length = numpy.linspace(0.3, 0.9, RODS)
         self.write_file(length=length)
         self.run_skein("whole", ranks=2)
         whole = self.directory / "whole"
-        self.assertIn("the same bits", self.skein("verify", whole, ranks=3).stdout)
+        self.assertIn("the same bits", self.skein_says("verify", whole, ranks=3).stdout)
         step = min(int(path.stem.split("_")[1]) for path in whole.glob("checkpoint_*.h5") if not path.stem.endswith("_0"))
-        self.skein("branch", f"{whole}@{step}", self.directory / "deep/er/same")  # the file is found from there
-        self.skein("run", self.directory / "deep/er/same", ranks=2)
+        self.skein_says("branch", f"{whole}@{step}", self.directory / "deep/er/same")  # the file is found from there
+        self.skein_says("run", self.directory / "deep/er/same", ranks=2)
         self.assertEqual(self.digest("deep/er/same"), self.digest("whole"))
-        self.skein("branch", f"{whole}@{step}", self.directory / "light", "--set", "load.gravity.acceleration=[0,0,-1]")
-        self.skein("run", self.directory / "light")
+        self.skein_says("branch", f"{whole}@{step}", self.directory / "light", "--set", "load.gravity.acceleration=[0,0,-1]")
+        self.skein_says("run", self.directory / "light")
         self.assertNotEqual(self.digest("light"), self.digest("whole"))
         (self.directory / "rods.h5").rename(self.directory / "same.h5")
         text = self.scene.read_text().replace('"rods.h5"', '"same.h5"')
         self.scene.write_text(text + f'[start]\nfrom = "whole@{step}"\n')
         self.run_skein("started", ranks=2)
         self.assertEqual(self.digest("started"), self.digest("whole"))
-        self.assertIn("there is no rod file", self.skein("verify", whole, expect=2).stderr)
+        self.assertIn("there is no rod file", self.skein_says("verify", whole, expect=2).stderr)
         # Another geometry under the same name has no such state.
         self.write_file(length=numpy.nextafter(length, 1))
-        self.assertIn("placement.digest", self.skein("verify", whole, expect=2).stderr)
-        self.assertIn("placement.digest", self.skein("branch", whole, self.directory / "other", expect=2).stderr)
+        self.assertIn("placement.digest", self.skein_says("verify", whole, expect=2).stderr)
+        self.assertIn("placement.digest", self.skein_says("branch", whole, self.directory / "other", expect=2).stderr)
         self.assertFalse((self.directory / "other").exists())
         self.scene.write_text(self.scene.read_text() + f'[start]\nfrom = "whole@{step}"\n')
         self.assertIn("placement.digest", self.run_skein("other", expect=2).stderr)
@@ -318,8 +313,7 @@ class RodFiles(DriverTest):
         done = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60)
         self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
         self.assertIn(said, done.stderr)
-        done = subprocess.run([MPIRUN, "-n", "3", SKEIN, "run", str(self.scene), "--out", str(self.directory / "none")],
-                              capture_output=True, text=True, timeout=60)
+        done = launch("run", self.scene, "--out", self.directory / "none", ranks=3, refused=True, timeout=60)
         self.assertEqual(done.returncode, 2, done.stdout + done.stderr)
         self.assertEqual(done.stderr.count(said), 1, done.stderr)
         self.assertFalse((self.directory / "none").exists())

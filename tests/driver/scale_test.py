@@ -17,7 +17,7 @@ import unittest
 
 import h5py
 import numpy
-from driver import SKEIN
+from driver import ALONE, SKEIN
 from scale_scenes import CSV, FILES, NODES, SCENES
 
 BASE = {"m": (1, 0, 0, 0), "s": (0, 1, 0, 0), "kg": (0, 0, 1, 0), "A": (0, 0, 0, 1), "N": (1, -2, 1, 0), "Pa": (-1, -2, 1, 0), "J": (2, -2, 1, 0), "W": (2, -3, 1, 0), "Hz": (0, -1, 0, 0),
@@ -196,7 +196,7 @@ def run(directory, scaled, steps):
         file["nodes"] = scaled.factor("m") * numpy.array(NODES)
     (directory / "scene.toml").write_text(scene_text(scaled.scene))
     command = [SKEIN, "run", str(directory / "scene.toml"), "--out", str(directory / "out"), "--threads", "1", "--quiet", *(["--steps", str(steps)] if steps else [])]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=200)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=200, env=ALONE)
     if done.returncode:
         raise RuntimeError(done.stdout + done.stderr)
     found = {}

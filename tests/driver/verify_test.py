@@ -1,7 +1,6 @@
 """`skein verify`: a segment between two checkpoints computed again, on any ranks; a changed number is found."""
 
 import re
-import subprocess
 import unittest
 
 import h5py
@@ -9,15 +8,12 @@ import numpy
 
 from branch_test import BranchTest
 from contact_test import SCENE as CONTACT_SCENE
-from driver import MPIRUN, SKEIN, digest_of
+from driver import digest_of
 
 
 class Verify(BranchTest):
     def verify(self, out, *arguments, ranks=1, expect=0):
-        done = subprocess.run([MPIRUN, "-n", str(ranks), SKEIN, "verify", str(self.directory / out), "--threads", "1", *arguments],
-                              capture_output=True, text=True, timeout=200)
-        self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
-        return done
+        return self.skein_says("verify", self.directory / out, "--threads", "1", *arguments, ranks=ranks, expect=expect)
 
     def alter(self, out, first_gid):
         """One number of the newest checkpoint, with digests that fit."""

@@ -5,7 +5,7 @@ import random
 import subprocess
 
 from contact_test import SCENE as TOUCHING
-from driver import SCENE as FREE, DriverTest
+from driver import ALONE, REFUSED, SCENE as FREE, DriverTest
 
 ALL = os.environ.get("SKEIN_LONG") == "1"  # all trials, as jobscripts/faults.sh asks; otherwise some of them
 SEED = os.environ.get("SKEIN_SEED", "1")
@@ -50,9 +50,10 @@ class FaultTest(DriverTest):
             self.fail(f"{' '.join(map(str, process.args))} hangs\n{told}\n" + "\n".join(line for line in states.splitlines() if str(self.directory) in line))
         return process.returncode, out, err
 
-    def run_to_end(self, out, *arguments, expect=0, **keys):
-        """Output and errors."""
-        code, told, errors = self.end_of(self.start(out, *arguments, **keys))
+    def run_to_end(self, out, *arguments, expect=0, ranks=1, **keys):
+        """Output and errors. Nothing befalls it but what it finds."""
+        environment = ALONE if ranks == 1 else REFUSED if expect else None
+        code, told, errors = self.end_of(self.start(out, *arguments, ranks=ranks, **{"env": environment, **keys}))
         self.assertEqual(code, expect, told + errors)
         return told, errors
 
