@@ -2,7 +2,6 @@
 
 #include "contact/capsule_tiles.hpp"
 #include "contact/floats.hpp"
-#include "contact/group.hpp"
 #include "contact/rows.hpp"
 #include "contact/vertices.hpp"
 #include "core/closest_points.hpp"
@@ -262,7 +261,6 @@ void BroadPhase::size_grids(const Extent& all) {
         grid.first_cell = cells;
         cells += grid.cells();
     }
-    cell_begin_.assign(cells + 1, 0);
 }
 
 void BroadPhase::measure(const Exposure& bodies, double skin) {
@@ -283,30 +281,33 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
 }
 
 void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
+    constexpr std::uint32_t no_cell = UINT32_MAX;
     const std::size_t slots = bodies.slots();
-    const bool single_thread = threads_.count() == 1;
     cell_of_.resize(slots);
-    place_.resize(slots); // place of an element within its cell
     for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
         for (std::size_t s = begin; s < end; ++s) {
+            cell_of_[s] = no_cell;
             if (grid_of_[s] == no_grid) continue;
             const Grid& grid = grids_[grid_of_[s]];
             const auto& [x, y, z, half_x, half_y, half_z, radius] = bound_[s].number;
             cell_of_[s] = grid.row(grid.cell_at(y), grid.cell_at(z)) +
                           (static_cast<std::uint32_t>(grid.cell_at(x)) & (grid.size[0] - 1));
-            place_[s] = count_one(cell_begin_[cell_of_[s]], single_thread);
         }
     });
-    const std::size_t room = begins_from_counts(threads_, cell_begin_) + 16; // read in sixteens
+    const auto visit = [&](std::size_t block, auto&& body) {
+        for (std::size_t s = block * block_size; s < std::min(slots, (block + 1) * block_size); ++s)
+            if (cell_of_[s] != no_cell) body(cell_of_[s], static_cast<std::uint32_t>(s));
+    };
+    cells_.group(threads_, grids_.back().first_cell + grids_.back().cells(), blocks_of(slots), visit, cell_begin_,
+                 slot_);
+    const std::size_t count = slot_.size(), room = count + 16; // read in sixteens
     for (auto& column : number_) column.resize(room);
     body_.resize(room);
     slot_.resize(room);
-    for_blocks(threads_, slots, [&](std::size_t begin, std::size_t end, std::size_t) {
-        for (std::size_t s = begin; s < end; ++s) {
-            if (grid_of_[s] == no_grid) continue;
-            const std::size_t i = cell_begin_[cell_of_[s]] + place_[s];
+    for_blocks(threads_, count, [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t i = begin; i < end; ++i) {
+            const std::uint32_t s = slot_[i];
             for (int n = 0; n < numbers; ++n) nth(number_, n)[i] = nth(bound_[s].number, n);
-            slot_[i] = static_cast<std::uint32_t>(s);
             const bool touches_itself = nth(gaps, bodies.at(s).group).touches_itself();
             body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.kin_of(s);
         }
@@ -456,14 +457,12 @@ void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin
         Found found{.bodies = bodies, .gaps = gaps, .skin = skin, .near = near_[t]};
         search_elements(*tasks[t].grid, tasks[t].elements, found);
     });
-    const auto visit = [&](auto&& body) {
-        threads_.for_each(near_.size(), [&](std::size_t t, int) {
-            for (const Pair& pair : near_[t].pairs) body(pair.a, pair.b);
-        });
+    const auto visit = [&](std::size_t task, auto&& body) {
+        for (const Pair& pair : near_[task].pairs) body(pair.a, pair.b);
     };
     candidates.inactive = 0;
     for (const Near& near : near_) candidates.inactive += near.inactive;
-    group(threads_, bodies.slots(), visit, candidates.first, candidates.partner);
+    pairs_.group(threads_, bodies.slots(), near_.size(), visit, candidates.first, candidates.partner);
 }
 
 void BroadPhase::build_exhaustively(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates) {

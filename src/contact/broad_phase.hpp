@@ -8,6 +8,7 @@
 // list. docs/performance.md gives the cost per element at nest density.
 #pragma once
 
+#include "contact/grouping.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "parallel/threads.hpp"
 #include "skein/core/index.hpp"
@@ -138,7 +139,8 @@ private:
     AlignedVector<std::int32_t>
         body_; ///< elements with the same one do not touch: Exposure::kin_of, or slots where a body touches itself
     AlignedVector<std::uint32_t> slot_;
-    std::vector<std::uint32_t> cell_of_, place_, cell_begin_;
+    std::vector<std::uint32_t> cell_of_, cell_begin_;
+    Grouping cells_, pairs_;
     struct Near {
         std::vector<Pair> pairs;
         std::int64_t inactive = 0, tested = 0;

@@ -199,8 +199,11 @@ std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> want
 
 /// Places the memory of earlier steps into the list.
 void Contacts::place_saved(const Exposure& bodies) {
-    memory_.assign(list_.count(), ContactMemory<double>{});
+    memory_.resize(list_.count());
     status_.assign(list_.count() + PairList::padding, 0);
+    for_blocks(threads_, memory_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        std::fill(memory_.data() + begin, memory_.data() + end, ContactMemory<double>{});
+    });
     std::vector<BinnedSum<double>> lost(blocks_of(saved_.size()));
     restore_overlapping(bodies);
     for_blocks(threads_, saved_.size(), [&](std::size_t begin, std::size_t end, std::size_t block) {

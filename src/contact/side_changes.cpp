@@ -13,6 +13,7 @@
 #include "skein/core/index.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 namespace skein {
@@ -163,14 +164,15 @@ void Contacts::mark_far_moves(const Exposure& bodies) {
     watches_ = drift_ > 0;
     far_.clear();
     if (!watches_ || displacement_ < 2 * far * scene_.thinnest || !passed_.empty()) return;
-    for (const Window& w : bodies.window) {
-        if (!w.own) continue;
-        for (std::uint32_t slot = w.first_slot; slot + 1 < w.first_slot + w.slots; ++slot)
-            if (moves_far(bodies, slot)) {
-                far_.resize(bodies.slots(), 0);
-                far_[slot] = 1;
-            }
-    }
+    far_.resize(bodies.slots());
+    std::atomic<bool> some = false;
+    for_blocks(threads_, far_.size(), [&](std::size_t begin, std::size_t end, std::size_t) {
+        for (std::size_t slot = begin; slot < end; ++slot) {
+            far_[slot] = bodies.has_element(slot) && bodies.owns_slot(slot) && moves_far(bodies, slot);
+            if (far_[slot] != 0) some.store(true, std::memory_order_relaxed);
+        }
+    });
+    if (!some) far_.clear();
 }
 
 /// Pairs that are no candidates, of which one has moved far and may have passed the other.

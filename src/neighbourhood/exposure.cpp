@@ -1,6 +1,7 @@
 #include "neighbourhood/exposure.hpp"
 
 #include "neighbourhood/surface.hpp"
+#include "parallel/blocks.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -132,25 +133,27 @@ double Exposure::speed(std::size_t slot) const {
     return norm(motion[same_place ? slot - 1 : slot].velocity);
 }
 
-double Exposure::largest_speed() const {
-    double largest = 0;
-    for (std::size_t w = 0; w < window.size(); ++w) {
-        if (!owns(w)) continue;
-        for (std::size_t slot = window[w].first_slot; slot < end_of(w); ++slot)
-            largest = std::max(largest, speed(slot));
-    }
-    return largest;
+/// f(slot, block) for the slots of own bodies.
+template <class F> void Exposure::for_own_slots(const Threads& threads, F&& f) const {
+    for_blocks(threads, slots(), [&](std::size_t begin, std::size_t end, std::size_t block) {
+        for (std::size_t slot = begin; slot < end; ++slot)
+            if (owns_slot(slot)) f(slot, block);
+    });
 }
 
-void Exposure::set_paces(double largest_speed) {
+double Exposure::largest_speed(const Threads& threads) const {
+    std::vector<double> largest(blocks_of(slots()));
+    for_own_slots(threads,
+                  [&](std::size_t slot, std::size_t block) { largest[block] = std::max(largest[block], speed(slot)); });
+    return largest.empty() ? 0 : *std::max_element(largest.begin(), largest.end());
+}
+
+void Exposure::set_paces(const Threads& threads, double largest_speed) {
     constexpr double least = 0.25;
-    for (std::size_t w = 0; w < window.size(); ++w) {
-        if (!owns(w)) continue;
-        for (std::size_t slot = window[w].first_slot; slot < end_of(w); ++slot) {
-            const double share = speed(slot) / largest_speed; // of a rod that is lost no number
-            pace[slot] = largest_speed > 0 ? static_cast<float>(share > least ? std::min(share, 1.0) : least) : 1.0f;
-        }
-    }
+    for_own_slots(threads, [&](std::size_t slot, std::size_t) {
+        const double share = speed(slot) / largest_speed; // of a rod that is lost no number
+        pace[slot] = largest_speed > 0 ? static_cast<float>(share > least ? std::min(share, 1.0) : least) : 1.0f;
+    });
 }
 
 void SlotLoads::begin(const Exposure& bodies) {

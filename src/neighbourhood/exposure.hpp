@@ -5,6 +5,7 @@
 
 #include "core/transposed.hpp"
 #include "neighbourhood/scene_slots.hpp"
+#include "parallel/threads.hpp"
 #include "skein/core/aligned.hpp"
 #include "skein/core/index.hpp"
 #include "skein/tiles/mapping.hpp"
@@ -74,10 +75,10 @@ public:
     /// Pace of the faster end of an element, so of all its points.
     double pace_of(std::size_t slot) const { return std::max(pace[slot], pace[slot + 1]); }
     /// Speed of the fastest own node, m/s.
-    double largest_speed() const;
+    double largest_speed(const Threads& threads) const;
     /// Sets the paces of own nodes from their speeds, over the largest of all ranks; of slow ones no less than a
     /// quarter, as they may be pushed. All are alike where nothing moves.
-    void set_paces(double largest_speed);
+    void set_paces(const Threads& threads, double largest_speed);
     const Window& at(std::size_t slot) const { return nth(window, window_of[slot]); }
     std::uint32_t end_of(std::size_t number) const { return window[number].first_slot + window[number].slots; }
     bool owns(std::size_t number) const { return own.empty() || own[number] != 0; }
@@ -125,6 +126,7 @@ public:
 
 private:
     double speed(std::size_t slot) const;
+    template <class F> void for_own_slots(const Threads& threads, F&& f) const;
     void lay_out(bool rates);
     void find_own();
 

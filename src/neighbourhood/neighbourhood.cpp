@@ -269,7 +269,7 @@ bool Neighbourhood::arrive() {
 }
 
 const Exposure& Neighbourhood::widen(double reach) {
-    exposure_->set_paces(comm_.max(exposure_->largest_speed()));
+    exposure_->set_paces(threads_, comm_.max(exposure_->largest_speed(threads_)));
     if (comm_.size() == 1) return *exposure_;
     const std::vector<OwnBody> own = own_bodies(*exposure_);
     const std::vector<Box> mine = boxes_of_parts(own), all_boxes = gathered(comm_, mine);

@@ -50,7 +50,7 @@ public:
         const ContactPlan& contact = *plan_.find<ContactPlan>();
         const auto contacts =
             kernels(plan_.machine.lanes).make_contacts(contact_scene(groups, contact.spec, contact.laws), threads_);
-        around_.exposure->set_paces(around_.exposure->largest_speed());
+        around_.exposure->set_paces(threads_, around_.exposure->largest_speed(threads_));
         std::vector<std::uint8_t> wanted(around_.exposure->slots());
         contacts->search(*around_.exposure, wanted);
         return contacts->found();

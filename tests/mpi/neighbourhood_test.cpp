@@ -124,7 +124,7 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
     const Crowd crowd(3);
     Exposure whole = crowd.bodies.exposure();
     std::copy(crowd.motion.begin(), crowd.motion.end(), whole.motion.begin());
-    whole.set_paces(whole.largest_speed());
+    whole.set_paces(one, whole.largest_speed(one));
     Contacts of_whole(crowd.bodies.scene(law()), one);
     SlotLoads expected;
     Share share(comm, comm.rank() % 2 ? two : one, crowd, owners(crowd, GetParam(), comm.size()));

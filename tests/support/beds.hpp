@@ -38,7 +38,8 @@ public:
     Exposure exposure() const {
         Exposure bodies = bodies_.exposure();
         for (std::size_t s = 0; s < bodies.slots(); ++s) bodies.motion[s].velocity = {0, 0, -speed_[s]};
-        bodies.set_paces(bodies.largest_speed());
+        const Threads one(1);
+        bodies.set_paces(one, bodies.largest_speed(one));
         return bodies;
     }
     const SelfGaps& gaps() const { return bodies_.gaps; }
