@@ -13,6 +13,7 @@
 #include "simulation/signals.hpp"
 #include "simulation/start_check.hpp"
 #include "simulation/summary.hpp"
+#include "studies/cost_trial.hpp"
 #include "studies/rank_forecast.hpp"
 #include "studies/self_check.hpp"
 
@@ -183,8 +184,7 @@ int run_command(RunArguments arguments, int& argc, char**& argv) {
 }
 
 int plan_command(PlanArguments arguments, int& argc, char**& argv) {
-    std::string out;
-    look_into_directory(arguments.scene, out);
+    look_into_directory(arguments.scene, arguments.out);
     return alone([&] {
         const SceneSpec scene = read_scene(arguments.scene.file, arguments.scene.overrides);
         const int ranks = arguments.ranks > 0 ? arguments.ranks : environment_int("OMPI_COMM_WORLD_SIZE", 1);
@@ -193,18 +193,22 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
         const std::vector<RodGroup> groups = make_whole_groups(scene);
         const MachineFile machine = arguments.machine.empty() ? MachineFile{} : read_machine_file(arguments.machine);
         const int per_node = arguments.machine.empty() ? cores : static_cast<int>(machine.machine.cores_per_node);
-        const Plan plan = make_plan(scene, groups,
-                                    {ranks,
-                                     threads,
-                                     std::max(threads, cores / ranks),
-                                     lanes_for(arguments.lanes),
-                                     {},
-                                     arguments.mapping,
-                                     per_node});
+        Plan plan = make_plan(scene, groups,
+                              {ranks,
+                               threads,
+                               std::max(threads, cores / ranks),
+                               lanes_for(arguments.lanes),
+                               {},
+                               arguments.mapping,
+                               per_node});
         refuse_faults(scene, plan, groups);
         const bool all = arguments.verbose || arguments.ranks > 0 || !arguments.machine.empty();
         // Shares of a fluid are alike, and its plan holds all of them.
         if ((arguments.ranks == 0 && arguments.machine.empty()) || groups.empty()) {
+            if (cost_is_measured(plan)) {
+                const MpiSession session(argc, argv); // of this process alone, as steps are made
+                measure_cost(plan, scene, groups, arguments.out);
+            }
             std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan, all)).c_str());
             return;
         }

@@ -28,6 +28,7 @@ struct PlanArguments {
     bool json = false, verbose = false;
     int ranks = 0, threads = 0, lanes = 0; ///< 0: those of this machine
     std::string machine;                   ///< file of netcal; empty: a common network
+    std::string out;                       ///< directory whose checkpoint a run would resume; empty: none
     Mapping mapping = Mapping::automatic;
 };
 struct BranchArguments {

@@ -192,6 +192,10 @@ CLI::App* add_plan(CLI::App& app, skein::PlanArguments& plan) {
     command.add_flag("--json", plan.json, "as JSON");
     command.add_flag("-v,--verbose", plan.verbose, "print the whole plan: passes, limits, physics, outputs");
     command
+        .add_option("-o,--out", plan.out,
+                    "results that a run would go on from: time of the steps that are left after the newest checkpoint")
+        ->check(CLI::ExistingDirectory);
+    command
         .add_option("--ranks", plan.ranks,
                     "number of ranks to plan for: rods, ghosts, messages, memory and time of each")
         ->check(CLI::PositiveNumber);

@@ -109,6 +109,8 @@ struct Plan {
     double output_bytes = 0;        ///< all frames of the run whose size is known
     double output_bytes_most = 0;   ///< the most that others may take
     double predicted_s = 0;         ///< wall time of the steps
+    double predicted_most_s = 0;    ///< the same where a bed forms; 0: none is expected
+    std::string predicted_by;       ///< measurement that it follows from; empty: passes and counts
     std::vector<std::string> notes; ///< what looks like a slip, or comes otherwise than asked for
 
     /// The plan of a physics by its type; null where the scene has none.

@@ -190,12 +190,19 @@ std::string memory_text(const Plan& p) {
     return text;
 }
 
+std::string predicted_text(const Plan& p) {
+    std::string text = duration_text(p.predicted_s) + " of stepping";
+    if (p.predicted_most_s > 0) text += ", up to " + duration_text(p.predicted_most_s) + " if a bed forms";
+    return p.predicted_by.empty() ? text : text + " (timed here: " + p.predicted_by + ")";
+}
+
 Lines describe_cost(const Plan& p) {
     return {{"memory", memory_text(p), "state_bytes", p.state_bytes},
             {"", "", "frame_bytes", p.frame_bytes},
             {"", "", "output_bytes", p.output_bytes},
             {"", "", "output_bytes_most", p.output_bytes_most},
-            {"predicted", duration_text(p.predicted_s) + " of stepping", "predicted_s", p.predicted_s}};
+            {"predicted", predicted_text(p), "predicted_s", p.predicted_s},
+            {"", "", "predicted_most_s", p.predicted_most_s}};
 }
 
 Lines describe(const Plan& p) {
@@ -241,7 +248,7 @@ Lines outline(const Plan& p) {
                    {"output", joined(outputs, "; "), "", {}},
                    {"checkpoint", checkpoint_text(p), "", {}},
                    {"memory", memory_text(p), "", {}},
-                   {"predicted", duration_text(p.predicted_s) + " of stepping", "", {}}};
+                   {"predicted", predicted_text(p), "", {}}};
     for (const GroupPlan& g : p.groups)
         for (const std::string& hint : g.hints)
             lines.push_back({"hint", fmt::format("'{}': {}", g.name, hint), "", {}});

@@ -1,0 +1,73 @@
+#include "studies/cost_trial.hpp"
+
+#include "core/memory.hpp"
+#include "core/timer.hpp"
+#include "parallel/threads.hpp"
+#include "physics/contact/contact_interaction.hpp"
+#include "physics/contact/contact_plan.hpp"
+#include "plan/plan_words.hpp"
+#include "scene/make_plan.hpp"
+#include "scene/scene_rebuild.hpp"
+#include "simulation/start.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+
+namespace skein {
+
+namespace {
+
+constexpr std::int64_t least_steps = 50;
+constexpr double least_seconds = 0.2, most_seconds = 3; // wall time
+constexpr double most_memory = 0.25;                    // share of what is free
+/// Of a bed that has formed, of whatever shape: pairs that touch, per element, and the time of each with its part of
+/// the search on one core, ns (docs/performance.md).
+constexpr double pairs_of_bed = 1, ns_of_pair = 190;
+
+double touching_pairs(const World& world) {
+    const ContactInteraction* contacts = contacts_of(world.interactions());
+    for (const Figure& figure : contacts->figures({}))
+        if (figure.name.starts_with("touching_pairs")) return figure.terms.front();
+    return 0;
+}
+
+} // namespace
+
+bool cost_is_measured(const Plan& plan) {
+    const bool beside_fluid = std::any_of(plan.physics.begin(), plan.physics.end(),
+                                          [&](const auto& one) { return one->core_seconds(plan) > 0; });
+    return plan.has<ContactPlan>() && !beside_fluid && plan.machine.ranks == 1 && plan.steps > 1 &&
+           plan.state_bytes < most_memory * free_memory();
+}
+
+void measure_cost(Plan& plan, const SceneSpec& scene, std::vector<RodGroup> groups, const std::string& directory) {
+    const Threads threads(std::min(plan.machine.threads, Threads::available_cores()));
+    const std::string physics = physics_json(resolved(scene, groups), groups, plan.dt);
+    World world(Communicator::alone(), threads, std::move(groups), plan, Protocol::asynchronous, Balance::never);
+    const Start start = start_of(world, scene, physics, {.out = directory});
+    const std::int64_t first = world.clock.done(), all = world.plan.steps;
+    const double start_time = world.clock.time();
+    const auto left = static_cast<double>(all - first);
+    const auto advance = [&] {
+        world.advance(std::min(all, world.clock.done() + 1));
+        return world.failure().empty() && world.clock.done() < all && !world.ended();
+    };
+    if (!advance()) return; // the first list, in memory that no one has touched
+    const std::int64_t warm = world.clock.done();
+    const double began = wall_seconds();
+    const auto spent = [&] { return wall_seconds() - began; };
+    while (advance() && spent() < most_seconds &&
+           (world.clock.done() < warm + least_steps || spent() < least_seconds)) {
+    }
+    const std::int64_t made = world.clock.done() - warm;
+    const auto elements = static_cast<double>(plan.elements);
+    const double touching = touching_pairs(world) / elements, missing = elements * (pairs_of_bed - touching);
+    plan.predicted_s = left * spent() / static_cast<double>(made);
+    plan.predicted_by = fmt::format("{}{}, {:.2g} pairs touch an element", counted(made, "step"),
+                                    start.found ? fmt::format(" from {:.4g} s on", start_time) : "", touching);
+    if (!plan.find<TouchPlan>()->estimate.by.empty() && touching < 0.5 * pairs_of_bed)
+        plan.predicted_most_s = plan.predicted_s + 1e-9 * left * missing * ns_of_pair / threads.count();
+}
+
+} // namespace skein
