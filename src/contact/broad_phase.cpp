@@ -166,6 +166,17 @@ bool BroadPhase::resolves(const Exposure& bodies, std::size_t slot) const {
            smallest_ / std::numeric_limits<double>::epsilon();
 }
 
+/// True where elements of this grid look for those of another one. Pairs of two visitors are other ranks' business.
+bool BroadPhase::Grid::searches(const Grid& other) const {
+    if (other.elements == 0 || (!own && !other.own)) return false;
+    return size_class < other.size_class || (size_class == other.size_class && own && !other.own);
+}
+
+int BroadPhase::grids() const {
+    return static_cast<int>(
+        std::count_if(grids_.begin(), grids_.end(), [](const Grid& grid) { return grid.elements > 0; }));
+}
+
 /// Sizes of the first search, by which later ones are measured.
 void BroadPhase::find_sizes(const Exposure& bodies) {
     smallest_ = std::numeric_limits<double>::infinity();
@@ -188,22 +199,27 @@ void BroadPhase::set_next_origin(const Vec3d& centre) {
 
 /// Extent of all elements from origin_, in unit_, with the reach and the number of those of each size.
 struct BroadPhase::Extent {
-    static constexpr std::size_t sizes = 32; ///< powers of two
+    static constexpr std::size_t sizes = 32, grids = 2 * sizes; ///< powers of two
     Vec3d least{HUGE_VAL, HUGE_VAL, HUGE_VAL}, most{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
-    double reach[sizes] = {};
-    Vec3d side[sizes] = {}; ///< half of the largest box
-    std::size_t count[sizes] = {};
+    double reach[grids] = {};
+    Vec3d side[grids] = {}; ///< half of the largest box
+    std::size_t count[grids] = {};
 
     void add(const Extent& other) {
         least = least_of(other.least, least);
         most = most_of(other.most, most);
-        for (std::size_t g = 0; g < sizes; ++g) {
+        for (std::size_t g = 0; g < grids; ++g) {
             reach[g] = std::max(reach[g], other.reach[g]);
             side[g] = most_of(side[g], other.side[g]);
             count[g] += other.count[g];
         }
     }
 };
+
+/// Number of the grid for elements of a size, a power of two.
+std::uint8_t BroadPhase::grid_for(int size, bool own) {
+    return static_cast<std::uint8_t>(2 * std::clamp(size, 0, static_cast<int>(Extent::sizes) - 1) + !own);
+}
 
 /// Sets the bounds of elements and the grids that these belong to. Elements that are not resolved belong to none:
 /// nothing is near them.
@@ -217,7 +233,7 @@ BroadPhase::Extent BroadPhase::set_bounds(const Exposure& bodies, double skin) {
             const Vec3d m = (1 / unit_) * (middle(bodies, s) - origin_), half = (1 / unit_) * half_axis(bodies, s);
             const double radius = (bodies.node[s].radius + 0.5 * skin * bodies.pace_of(s)) / unit_,
                          reach = norm(half) + radius;
-            grid_of_[s] = static_cast<std::uint8_t>(std::clamp(std::ilogb(reach * (unit_ / smallest_)), 0, 31));
+            grid_of_[s] = grid_for(std::ilogb(reach * (unit_ / smallest_)), bodies.owns_slot(s));
             bound_[s] = {{static_cast<float>(m.x), static_cast<float>(m.y), static_cast<float>(m.z),
                           static_cast<float>(half.x), static_cast<float>(half.y), static_cast<float>(half.z),
                           static_cast<float>(radius)}};
@@ -243,7 +259,10 @@ void BroadPhase::size_grids(const Extent& all) {
     double reach = 0;
     for (std::size_t g = 0; g < grids_.size(); ++g) {
         Grid& grid = grids_[g];
-        reach = std::max(reach, all.reach[g]);
+        grid.elements = all.count[g];
+        grid.size_class = static_cast<int>(g / 2);
+        grid.own = g % 2 == 0;
+        reach = std::max({reach, all.reach[g], all.reach[g | 1]});
         const double sides[3] = {extent.x, extent.y, extent.z}, most[3] = {all.side[g].x, all.side[g].y, all.side[g].z};
         double cell = reach + 2 * slack_;
         const double in_row = static_cast<double>(all.count[g]) * std::min(1.0, 4 * reach / sides[0]);
@@ -270,7 +289,7 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
     bound_.resize(bodies.slots());
     grid_of_.resize(bodies.slots());
     const Extent all = set_bounds(bodies, skin);
-    std::size_t coarsest = Extent::sizes - 1;
+    std::size_t coarsest = Extent::grids - 1;
     while (coarsest > 0 && all.count[coarsest] == 0) --coarsest;
     grids_.resize(coarsest + 1);
     set_next_origin(origin_ + 0.5 * unit_ * (all.least + all.most));
@@ -413,12 +432,15 @@ void BroadPhase::search_elements(const Grid& grid, Range elements, Found& found)
     Ranges ranges;
     for (std::uint32_t i = elements.begin; i < elements.end; ++i) {
         const Element one(all, i, slack_);
-        ranges.count = 0;
-        add_ahead(one, i, grid, ranges);
-        collect_overlaps(one, all, ranges, near, found);
-        for (const Grid* coarser = &grid + 1; coarser < grids_.data() + grids_.size(); ++coarser) {
+        if (grid.own) {
             ranges.count = 0;
-            add_around(one, *coarser, ranges);
+            add_ahead(one, i, grid, ranges);
+            collect_overlaps(one, all, ranges, near, found);
+        }
+        for (const Grid& other : grids_) {
+            if (!grid.searches(other)) continue;
+            ranges.count = 0;
+            add_around(one, other, ranges);
             collect_overlaps(one, all, ranges, near, found);
         }
         find_near(one, near, found);

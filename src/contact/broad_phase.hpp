@@ -3,9 +3,10 @@
 //   2. box of each element against those in cells that it may reach and that come after its own, a register at a time
 //   3. capsules where boxes overlap, in single precision with a margin for its rounding
 //   4. capsules in double precision where these come near, eight pairs at a time
-// Each size of elements has a grid, twice as coarse as the one before. An element searches its own grid and all coarser
-// ones. Cells wrap round, so space has no bounds. Pairs are sorted at the end, so any number of threads finds the same
-// list. docs/performance.md gives the cost per element at nest density.
+// Each size of elements has a grid, twice as coarse as the one before, and visitors from other ranks have grids of
+// their own. An element searches its own grid and all coarser ones, an own one also that of visitors of its size. Cells
+// wrap round, so space has no bounds. Pairs are sorted at the end, so any number of threads finds the same list.
+// docs/performance.md gives the cost per element at nest density.
 #pragma once
 
 #include "contact/grouping.hpp"
@@ -71,7 +72,8 @@ public:
     /// Pairs of the last search whose capsules were tested in double precision.
     std::int64_t tested() const;
 
-    int grids() const { return static_cast<int>(grids_.size()); }
+    /// Grids that have elements.
+    int grids() const;
 
 private:
     /// Elements of one size by cells at least as wide as the largest of them reaches.
@@ -80,9 +82,13 @@ private:
         std::uint32_t size[3] = {8, 8, 8}; ///< powers of two, so wide that no cell is on both sides of an element
         float most[3] = {0, 0, 0};         ///< half of the largest box
         std::uint32_t first_cell = 0;      ///< in cell_begin_
+        std::size_t elements = 0;
+        int size_class = 0; ///< of its elements, a power of two
+        bool own = true;    ///< its elements are of own bodies, else all are visitors
         std::uint32_t cells() const { return size[0] * size[1] * size[2]; }
         std::int32_t cell_at(float x) const;
         std::uint32_t row(std::int32_t y, std::int32_t z) const;
+        bool searches(const Grid& other) const;
     };
     /// In cells' order: begin and behind.
     struct Range {
@@ -113,6 +119,7 @@ private:
     void find_sizes(const Exposure& bodies);
     void set_next_origin(const Vec3d& centre);
     struct Extent;
+    static std::uint8_t grid_for(int size, bool own);
     Extent set_bounds(const Exposure& bodies, double skin);
     void size_grids(const Extent& all);
     void measure(const Exposure& bodies, double skin);
