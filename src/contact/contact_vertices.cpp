@@ -17,53 +17,59 @@ template <int W> SKEIN_INLINE void Contacts::NearVertex<W>::put(int l, Pair pair
     at_end[second] |= (vertices >> 3 & 1) << l;
 }
 
-/// Energies and forces of vertices that touching pairs share. The first element of each is near a vertex, the second
-/// where `both`.
-template <int N, bool both>
+/// Energies and forces of vertices that touching pairs share; vertices_1, vertices_2: of each element that may touch.
+template <int N, int vertices_1, int vertices_2>
 VertexTerms<Pack<N>> Contacts::at_vertices(const Exposure& bodies, const NearVertex<N>& pairs) const {
     using Q = Pack<N>;
+    constexpr int vertices[2] = {vertices_1, vertices_2};
     const ExposedNode* const node = bodies.node.data();
     const auto load = [&](auto&& at) { return load_transposed<N>([&](int l) { return &at(l)->position.x; }); };
-    ElementAtVertices<Q> element[2];
+    ElementAtVertices<N> element[2];
     Q radii(0.0);
     Pair pair[N];
     for (const int i : {0, 1}) {
-        ElementAtVertices<Q>& e = element[i];
+        ElementAtVertices<N>& e = element[i];
         const std::uint32_t* const slot = pairs.slot[i];
         const auto at_start = load([&](int l) { return node + slot[l]; });
         e.node[1] = at_start.vector;
         radii += at_start.fourth;
         e.node[2] = load([&](int l) { return node + slot[l] + 1; }).vector;
         e.share = pairs.share[i];
-        if (i == 1 && !both) continue;
+        const auto node_of_neighbour = [&](int l, bool end) { return node + neighbour(bodies, slot[l], end) + end; };
+        if (vertices[i] == 1) {
+            const unsigned at_end = pairs.at_end[i];
+            e.node[0] = load([&](int l) { return node_of_neighbour(l, at_end >> l & 1); }).vector;
+            e.at_end = where_set<N>(at_end, 1.0) > Q(0.0);
+        }
+        if (vertices[i] < 2) continue;
         const unsigned joined[2] = {pairs.at_start[i], pairs.at_end[i]};
         for (const int j : {0, 1}) {
-            e.node[3 * j] =
-                load([&](int l) {
-                    return joined[j] >> l & 1 ? node + neighbour(bodies, slot[l], j) + j : node + slot[l] + (1 - j);
-                }).vector;
+            e.node[3 * j] = load([&](int l) {
+                                return joined[j] >> l & 1 ? node_of_neighbour(l, j) : node + slot[l] + (1 - j);
+                            }).vector;
             e.joined[j] = where_set<N>(joined[j], 1.0);
         }
     }
     for (int l = 0; l < N; ++l) pair[l] = {pairs.slot[0][l], pairs.slot[1][l]};
-    return vertex_terms<N, both>(kinds_.normal, numbers<N>(bodies, pair).stiffness, radii, pairs.apart,
-                                 pairs.sine_squared, element);
+    return vertex_terms<N, vertices_1, vertices_2>(kinds_.normal, numbers<N>(bodies, pair).stiffness, radii,
+                                                   pairs.apart, pairs.sine_squared, element);
 }
 
-/// Adds the terms of vertices to up to W pairs near them, from the i-th on.
-template <bool both, int W>
-void Contacts::push_pack_near_vertices(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid) {
+/// Terms of vertices of up to W pairs near them, at these places in their columns. Forces wait in the work area.
+template <int vertices_1, int vertices_2, int W>
+void Contacts::take_vertices(const Work& work, WorkArea& area, Sums& sums, const std::uint32_t* places, int valid) {
     using A = WorkArea;
     using P = Pack<W>;
-    const A::NearColumns near = (both ? area.near_two : area.near_one).columns();
+    constexpr int vertices[2] = {vertices_1, vertices_2};
+    A::Near& near = vertices_2 > 0 ? area.near_two : area.near_one;
     NearVertex<W> pairs;
     alignas(64) double sine_squared[W], place[2][W], apart[3][W], squared[W];
     unsigned mine = 0;
     for (int l = 0; l < W; ++l) {
-        const std::uint32_t at = i + static_cast<std::uint32_t>(l < valid ? l : 0), n = near.which[at];
-        const unsigned vertices = near.vertices[at];
-        const bool turned = (vertices & 3) == 0;
-        pairs.put(l, area.pair[n], vertices, turned);
+        const std::uint32_t at = places[l < valid ? l : 0], n = near.which[at];
+        const unsigned bits = near.vertices[at];
+        const bool turned = (bits & 3) == 0;
+        pairs.put(l, area.pair[n], bits, turned);
         place[turned][l] = area[A::s][n];
         place[!turned][l] = area[A::t][n];
         sine_squared[l] = area[A::sine_squared][n];
@@ -77,17 +83,21 @@ void Contacts::push_pack_near_vertices(const Work& work, WorkArea& area, Sums& s
     pairs.share[1] = detail::pack_at<W>(place[1]);
     pairs.sine_squared = detail::pack_at<W>(sine_squared);
     pairs.apart = {detail::pack_at<W>(apart[0]), detail::pack_at<W>(apart[1]), detail::pack_at<W>(apart[2])};
-    const VertexTerms<P> terms = at_vertices<W, both>(work.bodies, pairs);
+    const VertexTerms<P> terms = at_vertices<W, vertices_1, vertices_2>(work.bodies, pairs);
     detail::put(squared, dot(terms.apart, terms.apart));
     sums.add_energy(terms.scale * terms.energy, mine);
-    ForceRow row[2][4][W];
+    ForceRow unused;
     for (const int e : {0, 1})
-        for (const int k : {0, 1, 2, 3})
-            if (k % 3 != 0 || terms.turns)
-                store_transposed<W>(terms.force[e][k], P(0.0), [&](int l) { return &row[e][k][l].number[0]; });
+        for (const int k : {0, 1, 2, 3}) {
+            const bool inner = k == 1 || k == 2;
+            if (!inner && (terms.turns == 0 || vertices[e] == 0 || (vertices[e] == 1 && k == 3))) continue;
+            store_transposed<W>(terms.force[e][k], P(0.0), [&](int l) {
+                return l < valid ? &near.force[places[l]].row[e][k].number[0] : &unused.number[0];
+            });
+        }
     for (int l = 0; l < valid; ++l) {
-        const std::uint32_t n = near.which[i + static_cast<std::uint32_t>(l)];
-        const bool turned = (near.vertices[i + static_cast<std::uint32_t>(l)] & 3) == 0;
+        const std::uint32_t at = places[l], n = near.which[at];
+        const bool turned = (near.vertices[at] & 3) == 0;
         const double sign = turned ? -1 : 1, x = terms.apart.x[l], y = terms.apart.y[l], z = terms.apart.z[l];
         area[A::s][n] = terms.share[turned][l];
         area[A::t][n] = terms.share[!turned][l];
@@ -98,24 +108,39 @@ void Contacts::push_pack_near_vertices(const Work& work, WorkArea& area, Sums& s
         area[A::weight][n] = area[A::weight_of_all][n] = terms.weight[l];
         area[A::elsewhere][n] = terms.normal[l];
         area[A::vertex_energy][n] = terms.energy[l];
-        for (const int e : {0, 1}) {
-            const std::uint32_t slot = pairs.slot[e][l];
-            exert(work, slot, row[e][1][l], row[e][2][l]);
-            if (!(terms.turns >> l & 1)) continue;
-            if (pairs.at_start[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, false), row[e][0][l], false);
-            if (pairs.at_end[e] >> l & 1) exert_at(work, neighbour(work.bodies, slot, true), row[e][3][l], true);
-        }
+        near.force[at].turns = terms.turns >> l & 1;
     }
 }
 
-/// Evaluates pairs near vertices in packs. Half the lanes serve the rest where they are enough.
-template <bool both> void Contacts::push_near_vertices(const Work& work, WorkArea& area, Sums& sums) {
+/// Pairs of a block with the same number of vertices that may touch, in packs. Half the lanes serve the rest where they
+/// are enough.
+template <int vertices_1, int vertices_2>
+void Contacts::take_packs(const Work& work, WorkArea& area, Sums& sums, std::span<const std::uint32_t> places) {
     constexpr int W = WorkArea::W;
-    const std::uint32_t count = both ? area.twos : area.ones;
-    for (std::uint32_t i = 0; i < count; i += W) {
-        const int left = static_cast<int>(std::min<std::uint32_t>(W, count - i));
-        if (left > W / 2) push_pack_near_vertices<both, W>(work, area, sums, i, left);
-        else push_pack_near_vertices<both, W / 2>(work, area, sums, i, left);
+    for (std::size_t i = 0; i < places.size(); i += W) {
+        const int left = static_cast<int>(std::min<std::size_t>(W, places.size() - i));
+        if (left > W / 2) take_vertices<vertices_1, vertices_2, W>(work, area, sums, &places[i], left);
+        else take_vertices<vertices_1, vertices_2, W / 2>(work, area, sums, &places[i], left);
+    }
+}
+
+/// Exerts the forces of vertices of pairs near them, in the order of pairs.
+void Contacts::exert_at_vertices(const Work& work, const WorkArea& area, bool both) {
+    const WorkArea::Near& near = both ? area.near_two : area.near_one;
+    for (std::uint32_t i = 0; i < near.count; ++i) {
+        const unsigned bits = near.vertices[i];
+        const bool turned = (bits & 3) == 0;
+        const Pair pair = area.pair[near.which[i]];
+        const auto& [row, turns] = near.force[i];
+        for (const int e : {0, 1}) {
+            const bool second = e != turned;
+            const std::uint32_t slot = second ? pair.b : pair.a;
+            exert(work, slot, row[e][1], row[e][2]);
+            if (!turns) continue;
+            const unsigned ends = bits >> (second ? 2 : 0) & 3;
+            if (ends & at_start) exert_at(work, neighbour(work.bodies, slot, false), row[e][0], false);
+            if (ends & at_end) exert_at(work, neighbour(work.bodies, slot, true), row[e][near.alone(i) ? 0 : 3], true);
+        }
     }
 }
 
@@ -124,8 +149,13 @@ void Contacts::push_vertices(const Work& work, WorkArea& area, Sums& sums) {
     using A = WorkArea;
     for (const A::Number whole : {A::weight, A::weight_of_all}) std::fill_n(area[whole], area.count, 1.0);
     for (const A::Number none : {A::elsewhere, A::vertex_energy}) std::fill_n(area[none], area.count, 0.0);
-    push_near_vertices<false>(work, area, sums);
-    push_near_vertices<true>(work, area, sums);
+    for (WorkArea::Near* near : {&area.near_one, &area.near_two}) near->sort();
+    take_packs<1, 0>(work, area, sums, area.near_one.alone());
+    take_packs<2, 0>(work, area, sums, area.near_one.others());
+    exert_at_vertices(work, area, false);
+    take_packs<1, 1>(work, area, sums, area.near_two.alone());
+    take_packs<2, 2>(work, area, sums, area.near_two.others());
+    exert_at_vertices(work, area, true);
 }
 
 /// Energies and forces of shared vertices, of one pair.
@@ -139,8 +169,8 @@ VertexTerms<Pack<1>> Contacts::at_vertices(const Exposure& bodies, std::uint32_t
     one.share[!turned] = at.t;
     one.sine_squared = at.sine_squared;
     one.apart = turned ? -at.apart : at.apart;
-    if ((vertices & 3) != 0 && (vertices >> 2) != 0) return at_vertices<1, true>(bodies, one);
-    VertexTerms<Pack<1>> terms = at_vertices<1, false>(bodies, one);
+    if ((vertices & 3) != 0 && (vertices >> 2) != 0) return at_vertices<1, 2, 2>(bodies, one);
+    VertexTerms<Pack<1>> terms = at_vertices<1, 2, 0>(bodies, one);
     if (turned) {
         std::swap(terms.force[0], terms.force[1]);
         std::swap(terms.share[0], terms.share[1]);

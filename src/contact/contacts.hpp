@@ -139,13 +139,15 @@ private:
         /// vertices_of_pair().
         void put(int l, Pair pair, unsigned vertices, bool turned);
     };
-    template <int W, bool both>
+    template <int W, int vertices_1, int vertices_2>
     VertexTerms<Pack<W>> at_vertices(const Exposure& bodies, const NearVertex<W>& pairs) const;
     VertexTerms<Pack<1>> at_vertices(const Exposure& bodies, std::uint32_t pair,
                                      const ClosestPoints<Pack<1>>& at) const;
-    template <bool both> void push_near_vertices(const Work& work, WorkArea& area, Sums& sums);
-    template <bool both, int W>
-    void push_pack_near_vertices(const Work& work, WorkArea& area, Sums& sums, std::uint32_t i, int valid);
+    template <int vertices_1, int vertices_2>
+    void take_packs(const Work& work, WorkArea& area, Sums& sums, std::span<const std::uint32_t> places);
+    template <int vertices_1, int vertices_2, int W>
+    void take_vertices(const Work& work, WorkArea& area, Sums& sums, const std::uint32_t* places, int valid);
+    void exert_at_vertices(const Work& work, const WorkArea& area, bool both);
     std::uint32_t neighbour(const Exposure& bodies, std::uint32_t slot, bool at_end) const;
     void end_contact(const Work& work, std::uint32_t pair);
     FrictionSpring<double> inherited_spring(const Exposure& bodies, std::uint32_t pair, double s, double t) const;

@@ -61,8 +61,8 @@ public:
         }
         area_.count = touching_;
         area_.near_parallel_count = near_parallels_;
-        area_.ones = ones_;
-        area_.twos = twos_;
+        area_.near_one.count = ones_;
+        area_.near_two.count = twos_;
         area_.begins = begins_ != 0;
     }
 

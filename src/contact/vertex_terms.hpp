@@ -15,11 +15,14 @@
 
 namespace skein {
 
-/// An element of a pair that touches.
-template <class P> struct ElementAtVertices {
+/// An element of a pair that touches. Of one that may touch with a vertex at one end alone `at_end` says with which,
+/// and node[0] is that neighbour's.
+template <int W> struct ElementAtVertices {
+    using P = Pack<W>;
     Vec3<P> node[4]; ///< node of the neighbour before, start, end, node of the neighbour after; any where there is none
     P share;         ///< share of the nearest point
     P joined[2];     ///< 1 where there is a vertex at its start, at its end, which may touch; else 0
+    Mask<W> at_end;  ///< its one vertex is at its end
 };
 
 template <class P> struct VertexTerms {
@@ -41,10 +44,11 @@ constexpr double straight = 1.0 / 1024;
 namespace detail {
 
 /// Stages of vertex_terms(): vertices, pairs of vertices, changes of the shares c, the nearest points beyond vertices.
-template <int W, bool both> class VertexStages {
+/// Vertices that cannot touch have no terms: to leave them out changes no bit.
+template <int W, int vertices_1, int vertices_2> class VertexStages {
 public:
     using P = Pack<W>;
-    using Elements = const ElementAtVertices<P> (&)[2];
+    using Elements = const ElementAtVertices<W> (&)[2];
 
     SKEIN_INLINE VertexStages(ContactNormal kind, P stiffness, P radii, P sine_squared_of_both, Elements element,
                               VertexTerms<P>& out)
@@ -70,44 +74,43 @@ public:
     /// -c phi/2 of each vertex and the other element.
     SKEIN_INLINE void add_vertices() {
         const P zero(0.0), half(0.5), one(1.0);
-        for (int i = 0; i < elements; ++i)
-            for (const int j : {0, 1}) {
-                Corner& c = corner_[i][j];
-                describe(c, i, j);
-                const P distance = norm(c.apart);
-                const Spring s = spring(distance);
-                const P pull = half * c.share * s.normal;
-                const Vec3<P> force = (pull / max(distance, tiny())) * c.apart;
-                out_.energy -= half * c.share * s.energy;
-                out_.normal -= pull;
-                out_.force[i][1 + j] += force;
-                out_.force[1 - i][1] -= (one - c.foot) * force;
-                out_.force[1 - i][2] -= c.foot * force;
-                slope_[i][j] = -half * s.energy;
-                const P beyond = max(min(dot(c.inwards, c.apart), dot(c.outwards, c.apart)), zero);
-                displacement_[i] += c.here * c.share * (j ? beyond : -beyond);
-                goes_[i] += c.here;
-            }
+        for_vertices([&]<int i, int j>() __attribute__((always_inline)) {
+            Corner& c = corner_[i][j];
+            describe<i, j>(c);
+            const P distance = norm(c.apart);
+            const Spring s = spring(distance);
+            const P pull = half * c.share * s.normal;
+            const Vec3<P> force = (pull / max(distance, tiny())) * c.apart;
+            out_.energy -= half * c.share * s.energy;
+            out_.normal -= pull;
+            add_at_vertex<i, j>(force);
+            out_.force[1 - i][1] -= (one - c.foot) * force;
+            out_.force[1 - i][2] -= c.foot * force;
+            slope_[i][j] = -half * s.energy;
+            const P beyond = max(min(dot(c.inwards, c.apart), dot(c.outwards, c.apart)), zero);
+            displacement_[i] += c.here * c.share * at_side<i, j>(-beyond, beyond);
+            goes_[i] += c.here;
+        });
     }
 
     /// c_v c_w phi/4 of each vertex of one element and each of the other.
     SKEIN_INLINE void add_pairs_of_vertices() {
-        if constexpr (both)
-            for (const int j : {0, 1})
-                for (const int k : {0, 1}) {
-                    const P share_1 = corner_[0][j].share, share_2 = corner_[1][k].share, quarter(0.25);
-                    const Vec3<P> apart = element_[1].node[1 + k] - element_[0].node[1 + j];
-                    const P distance = norm(apart), shares = quarter * share_1 * share_2;
-                    const Spring s = spring(distance);
-                    const P push = shares * s.normal;
-                    const Vec3<P> force = (push / max(distance, tiny())) * apart;
-                    out_.energy += shares * s.energy;
-                    out_.normal += push;
-                    out_.force[0][1 + j] -= force;
-                    out_.force[1][1 + k] += force;
-                    slope_[0][j] += quarter * share_2 * s.energy;
-                    slope_[1][k] += quarter * share_1 * s.energy;
-                }
+        for_vertices_of<0>([&]<int one, int j>() __attribute__((always_inline)) {
+            for_vertices_of<1>([&]<int other, int k>() __attribute__((always_inline)) {
+                const P share_1 = corner_[one][j].share, share_2 = corner_[other][k].share, quarter(0.25);
+                const Vec3<P> apart = vertex<other, k>() - vertex<one, j>();
+                const P distance = norm(apart), shares = quarter * share_1 * share_2;
+                const Spring s = spring(distance);
+                const P push = shares * s.normal;
+                const Vec3<P> force = (push / max(distance, tiny())) * apart;
+                out_.energy += shares * s.energy;
+                out_.normal += push;
+                add_at_vertex<one, j>(-force);
+                add_at_vertex<other, k>(force);
+                slope_[one][j] += quarter * share_2 * s.energy;
+                slope_[other][k] += quarter * share_1 * s.energy;
+            });
+        });
     }
 
     /// Forces of shares c that change: dE = slope dc for every corner.
@@ -115,19 +118,17 @@ public:
         const P zero(0.0);
         P per_angle(0.0); // slope of E over S
         auto changes = zero > zero;
-        for (int i = 0; i < elements; ++i)
-            for (const int j : {0, 1}) {
-                const Corner& c = corner_[i][j];
-                const P over_lying = slope_[i][j] * c.per_lying,
-                        over_crossing = slope_[i][j] * c.share_of_crossing * per_sine_;
-                per_angle += over_crossing - over_lying * c.lying * inverse_sine_;
-                changes = changes | (over_lying < zero) | (over_lying > zero) | (over_crossing < zero) |
-                          (over_crossing > zero);
-            }
+        for_vertices([&]<int i, int j>() __attribute__((always_inline)) {
+            const Corner& c = corner_[i][j];
+            const P over_lying = slope_[i][j] * c.per_lying,
+                    over_crossing = slope_[i][j] * c.share_of_crossing * per_sine_;
+            per_angle += over_crossing - over_lying * c.lying * inverse_sine_;
+            changes =
+                changes | (over_lying < zero) | (over_lying > zero) | (over_crossing < zero) | (over_crossing > zero);
+        });
         if (!any(changes)) return;
         out_.turns = bits_of(changes);
-        for (int i = 0; i < elements; ++i)
-            for (const int j : {0, 1}) add_change_of_lying(i, j);
+        for_vertices([&]<int i, int j>() __attribute__((always_inline)) { add_change_of_lying<i, j>(); });
         add_change_of_angle(per_angle);
     }
 
@@ -167,8 +168,51 @@ public:
     }
 
 private:
-    static constexpr int elements = 1 + both; ///< number of elements whose vertices count
+    static constexpr int vertices[2] = {vertices_1, vertices_2}; ///< that may touch, of each element
     static P tiny() { return P(1e-150); }
+
+    /// f.operator()<i, j>() for vertex j of element i.
+    template <int i, class F> SKEIN_INLINE static void for_vertices_of(F&& f) {
+        if constexpr (vertices[i] > 0) f.template operator()<i, 0>();
+        if constexpr (vertices[i] > 1) f.template operator()<i, 1>();
+    }
+    template <class F> SKEIN_INLINE static void for_vertices(F&& f) {
+        for_vertices_of<0>(f);
+        for_vertices_of<1>(f);
+    }
+    /// The one for a vertex at the start, the other for one at the end.
+    template <int i, int j, class T> SKEIN_INLINE T at_side(const T& start, const T& end) const {
+        if constexpr (vertices[i] == 1) return select(element_[i].at_end, end, start);
+        else return j ? end : start;
+    }
+    template <int i, int j> SKEIN_INLINE Vec3<P> vertex() const {
+        return at_side<i, j>(element_[i].node[1], element_[i].node[2]);
+    }
+    template <int i, int j> SKEIN_INLINE const Vec3<P>& node_of_neighbour() const {
+        return element_[i].node[vertices[i] == 1 ? 0 : 3 * j];
+    }
+    template <int i, int j> SKEIN_INLINE void add_at_neighbour(const Vec3<P>& force) {
+        out_.force[i][vertices[i] == 1 ? 0 : 3 * j] += force;
+    }
+    template <int i, int j> SKEIN_INLINE void add_at_vertex(const Vec3<P>& force) {
+        if constexpr (vertices[i] == 1) {
+            const Vec3<P> none{};
+            out_.force[i][1] += at_side<i, j>(force, none);
+            out_.force[i][2] += at_side<i, j>(none, force);
+        } else {
+            out_.force[i][1 + j] += force;
+        }
+    }
+    /// At the element's other end.
+    template <int i, int j> SKEIN_INLINE void add_opposite(const Vec3<P>& force) {
+        if constexpr (vertices[i] == 1) {
+            const Vec3<P> none{};
+            out_.force[i][1] += at_side<i, j>(none, force);
+            out_.force[i][2] += at_side<i, j>(force, none);
+        } else {
+            out_.force[i][2 - j] += force;
+        }
+    }
 
     struct Spring {
         P normal, energy; ///< N, J
@@ -188,16 +232,15 @@ private:
         P lying, longer, curved;                ///< Q; 1/l'; 2/(l + l')
         P here;                                 ///< 1 where the element's nearest point is at this vertex
     };
-    SKEIN_INLINE void describe(Corner& c, int i, int j) const {
+    template <int i, int j> SKEIN_INLINE void describe(Corner& c) const {
         const P zero(0.0), one(1.0);
-        const ElementAtVertices<P>&e = element_[i], &o = element_[1 - i];
-        const Vec3<P>& at = e.node[1 + j];
-        const Vec3<P> from_vertex = e.node[3 * j] - at, from = at - o.node[1];
+        const ElementAtVertices<W>&e = element_[i], &o = element_[1 - i];
+        const Vec3<P> at = vertex<i, j>(), from_vertex = node_of_neighbour<i, j>() - at, from = at - o.node[1];
         const P next = max(norm(from_vertex), tiny()), both_lengths = length_[i] + next,
                 inverse = one / (next * both_lengths); // one division for two
         c.longer = both_lengths * inverse;
         c.curved = P(2.0) * (next * inverse);
-        c.inwards = j ? along_[i] : -along_[i];
+        c.inwards = at_side<i, j>(-along_[i], along_[i]);
         c.outwards = c.longer * from_vertex;
         c.bend = c.outwards - c.inwards;
         const P free = dot(from, edge_[1 - i]) * inverse_squared_[1 - i];
@@ -206,18 +249,18 @@ private:
         c.apart = fma(c.foot, edge_[1 - i], -from);
         c.lying = c.curved * dot(c.bend, c.apart);
         const P x = clamp01((c.lying * inverse_sine_ - P(least_lying)) * P(1 / (most_lying - least_lying))),
-                rest = one - x * x * (P(3.0) - (x + x));
-        c.share_of_crossing = e.joined[j] * rest;
+                rest = one - x * x * (P(3.0) - (x + x)), joined = vertices[i] == 1 ? one : e.joined[j];
+        c.share_of_crossing = joined * rest;
         c.share = c.share_of_crossing * crossing_;
-        c.per_lying = -(P(6 / (most_lying - least_lying)) * e.joined[j] * crossing_ * x * (one - x)) * inverse_sine_;
-        c.here = select(j ? e.share >= one : e.share <= zero, e.joined[j], zero);
+        c.per_lying = -(P(6 / (most_lying - least_lying)) * joined * crossing_ * x * (one - x)) * inverse_sine_;
+        c.here = at_side<i, j>(select(e.share <= zero, joined, zero), select(e.share >= one, joined, zero));
     }
 
     /// dE = slope dc/dQ dQ,  Q = curved bend.apart
-    SKEIN_INLINE void add_change_of_lying(int i, int j) {
+    template <int i, int j> SKEIN_INLINE void add_change_of_lying() {
         const P half(0.5), one(1.0);
         const Corner& c = corner_[i][j];
-        const int o = 1 - i;
+        constexpr int o = 1 - i;
         const P weight = slope_[i][j] * c.per_lying;
         const P bent = dot(c.bend, c.apart), by_length = half * c.curved * c.curved * bent;
         const Vec3<P> of_next = (c.curved * c.longer) * (c.apart - dot(c.apart, c.outwards) * c.outwards) -
@@ -226,9 +269,9 @@ private:
                                  by_length * c.inwards;
         const P along = dot(c.bend, edge_[o]) * c.on_line;
         const Vec3<P> of_foot = c.curved * (c.bend - along * edge_[o]), of_edge = (c.curved * along) * c.apart;
-        out_.force[i][3 * j] -= weight * of_next;
-        out_.force[i][2 - j] -= weight * of_inner;
-        out_.force[i][1 + j] += weight * (of_next + of_inner + of_foot);
+        add_at_neighbour<i, j>(-(weight * of_next));
+        add_opposite<i, j>(-(weight * of_inner));
+        add_at_vertex<i, j>(weight * (of_next + of_inner + of_foot));
         out_.force[o][1] -= weight * ((one - c.foot) * of_foot + of_edge);
         out_.force[o][2] -= weight * (c.foot * of_foot - of_edge);
     }
@@ -254,11 +297,10 @@ private:
             there[i] = goes_[i] * select(both_go > zero, (displacement_[i] + cosine * displacement_[1 - i]) * inverse,
                                          displacement_[i]);
             P curvature(0.0); // squared curvature of the rod beyond its vertex, 1/m^2
-            for (const int j : {0, 1})
-                if (i < elements) {
-                    const Corner& c = corner_[i][j];
-                    curvature += c.here * (c.curved * c.curved) * dot(c.bend, c.bend);
-                }
+            for (int j = 0; j < vertices[i]; ++j) {
+                const Corner& c = corner_[i][j];
+                curvature += c.here * (c.curved * c.curved) * dot(c.bend, c.bend);
+            }
             const P bent = there[i] * there[i] * per_straight;
             bends = max(bends, bent * bent * curvature);
         }
@@ -293,14 +335,14 @@ private:
 
 } // namespace detail
 
-/// `from_first`: from the nearest point of the first element to that of the second. Vertices of the second element
-/// count where `both`.
-template <int W, bool both>
+/// `from_first`: from the nearest point of the first element to that of the second. vertices_1, vertices_2: of each
+/// element that may touch, 0, 1 or 2.
+template <int W, int vertices_1, int vertices_2>
 SKEIN_INLINE VertexTerms<Pack<W>> vertex_terms(ContactNormal kind, Pack<W> stiffness, Pack<W> radii,
                                                const Vec3<Pack<W>>& from_first, Pack<W> sine_squared_of_both,
-                                               const ElementAtVertices<Pack<W>> (&element)[2]) {
+                                               const ElementAtVertices<W> (&element)[2]) {
     VertexTerms<Pack<W>> out;
-    detail::VertexStages<W, both> stages(kind, stiffness, radii, sine_squared_of_both, element, out);
+    detail::VertexStages<W, vertices_1, vertices_2> stages(kind, stiffness, radii, sine_squared_of_both, element, out);
     const Pack<W> distance = norm(from_first);
     stages.add_vertices();
     stages.add_pairs_of_vertices();

@@ -68,19 +68,46 @@ struct Contacts::WorkArea {
         std::uint32_t* which;
         std::uint8_t* vertices;
     };
+    /// Forces on the nodes of ElementAtVertices, first of the element that is near a vertex.
+    struct VertexForces {
+        ForceRow row[2][4];
+        bool turns; ///< nodes of neighbours have some
+    };
     struct Near {
         UnsetArray<std::uint32_t> which;
         UnsetArray<std::uint8_t> vertices;
+        UnsetArray<VertexForces> force;
+        std::uint32_t count = 0;
 
         void need(std::size_t pairs) {
             which.need(pairs);
             vertices.need(pairs);
+            force.need(pairs);
+            order_.need(pairs);
         }
         NearColumns columns() { return {which.data(), vertices.data()}; }
+
+        /// True where no element may touch with both of its vertices.
+        bool alone(std::uint32_t i) const { return (vertices[i] & vertices[i] >> 1 & 5) == 0; }
+        /// Places in the columns, of those that are alone and of the others, each rising; after sort().
+        std::span<const std::uint32_t> alone() const { return {order_.data(), alone_}; }
+        std::span<const std::uint32_t> others() const { return {order_.data() + alone_, count - alone_}; }
+        void sort() {
+            alone_ = 0;
+            for (const bool one : {true, false})
+                for (std::uint32_t i = 0, at = alone_; i < count; ++i) {
+                    order_[at] = i;
+                    at += alone(i) == one;
+                    if (one) alone_ = at;
+                }
+        }
+
+    private:
+        UnsetArray<std::uint32_t> order_;
+        std::uint32_t alone_ = 0;
     };
     Near near_one; ///< vertices of one element
     Near near_two; ///< vertices of both
-    std::uint32_t ones = 0, twos = 0;
 
     /// Room for this many pairs, of which none is there.
     void clear(std::size_t pairs) {
@@ -88,7 +115,7 @@ struct Contacts::WorkArea {
         for (UnsetArray<std::uint32_t>* of : {&index, &near_parallel}) of->need(pairs + 2 * W);
         for (Near* of : {&near_one, &near_two}) of->need(pairs + 2 * W);
         pair.need(pairs + 2 * W);
-        count = ones = twos = near_parallel_count = 0;
+        count = near_one.count = near_two.count = near_parallel_count = 0;
         begins = false;
         ended.clear();
         deep.clear();
