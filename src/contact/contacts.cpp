@@ -15,7 +15,7 @@ namespace {
 
 // Skin and margin minimise the cost of searches, prunings and pairs that do not touch. All ranks know the same figures
 // and choose alike.
-constexpr double search_cost = 15;                 // cost of searching an element, in pairs that do not touch
+constexpr double search_cost = 25;                 // cost of searching an element, in pairs that do not touch
 constexpr double least_skin = 0.01, most_skin = 4; // skin in diameters
 constexpr double inactive_work = 1.0 / 8;          // cost of a pair that does not touch, in those that do
 
