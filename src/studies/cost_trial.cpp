@@ -49,22 +49,24 @@ void measure_cost(Plan& plan, const SceneSpec& scene, std::vector<RodGroup> grou
     const std::int64_t first = world.clock.done(), all = world.plan.steps;
     const double start_time = world.clock.time();
     const auto left = static_cast<double>(all - first);
-    const auto advance = [&] {
-        world.advance(std::min(all, world.clock.done() + 1));
+    const auto advance = [&](std::int64_t steps) {
+        world.advance(std::min(all, world.clock.done() + steps));
         return world.failure().empty() && world.clock.done() < all && !world.ended();
     };
-    if (!advance()) return; // the first list, in memory that no one has touched
+    if (!advance(1)) return; // the first list, in memory that no one has touched
     const std::int64_t warm = world.clock.done();
     const double began = wall_seconds();
     const auto spent = [&] { return wall_seconds() - began; };
-    while (advance() && spent() < most_seconds &&
-           (world.clock.done() < warm + least_steps || spent() < least_seconds)) {
-    }
-    const std::int64_t made = world.clock.done() - warm;
+    const auto made = [&] { return world.clock.done() - warm; };
+    std::int64_t at_once = 1; // steps between events cost less than steps with one each
+    while (advance(at_once) && spent() < most_seconds && (made() < least_steps || spent() < least_seconds))
+        if (at_once < 64 && spent() * static_cast<double>(at_once) < 0.1 * least_seconds * static_cast<double>(made()))
+            at_once *= 2;
+    if (made() == 0) return;
     const auto elements = static_cast<double>(plan.elements);
     const double touching = touching_pairs(world) / elements, missing = elements * (pairs_of_bed - touching);
-    plan.predicted_s = left * spent() / static_cast<double>(made);
-    plan.predicted_by = fmt::format("{}{}, {:.2g} pairs touch an element", counted(made, "step"),
+    plan.predicted_s = left * spent() / static_cast<double>(made());
+    plan.predicted_by = fmt::format("{}{}, {:.2g} pairs touch an element", counted(made(), "step"),
                                     start.found ? fmt::format(" from {:.4g} s on", start_time) : "", touching);
     if (!plan.find<TouchPlan>()->estimate.by.empty() && touching < 0.5 * pairs_of_bed)
         plan.predicted_most_s = plan.predicted_s + 1e-9 * left * missing * ns_of_pair / threads.count();
