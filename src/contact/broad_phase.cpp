@@ -192,7 +192,7 @@ void BroadPhase::find_sizes(const Exposure& bodies) {
     set_next_origin(0.5 * (least + most));
 }
 
-/// What moves until the next search counts in its slack. The origin stays where there are no elements.
+/// Centres the next search; motion until then counts in its slack. Without elements the origin stays.
 void BroadPhase::set_next_origin(const Vec3d& centre) {
     if (std::isfinite(dot(centre, centre))) next_origin_ = centre;
 }
@@ -419,7 +419,7 @@ void BroadPhase::add_ahead(const Element& one, std::uint32_t i, const Grid& grid
         for (std::int32_t row = y.first; row <= y.last; ++row) add_row(grid, grid.row(row, layer), x, ranges);
 }
 
-/// Elements of a coarser grid.
+/// Elements of another grid, at least as coarse.
 void BroadPhase::add_around(const Element& one, const Grid& grid, Ranges& ranges) const {
     const Cells x = one.reached(grid, 0), y = one.reached(grid, 1), z = one.reached(grid, 2);
     for (std::int32_t layer = z.first; layer <= z.last; ++layer)

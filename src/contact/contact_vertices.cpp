@@ -68,7 +68,7 @@ void Contacts::take_vertices(const Work& work, WorkArea& area, Sums& sums, const
     for (int l = 0; l < W; ++l) {
         const std::uint32_t at = places[l < valid ? l : 0], n = near.which[at];
         const unsigned bits = near.vertices[at];
-        const bool turned = (bits & 3) == 0;
+        const bool turned = near.turned(at);
         pairs.put(l, area.pair[n], bits, turned);
         place[turned][l] = area[A::s][n];
         place[!turned][l] = area[A::t][n];
@@ -97,7 +97,7 @@ void Contacts::take_vertices(const Work& work, WorkArea& area, Sums& sums, const
         }
     for (int l = 0; l < valid; ++l) {
         const std::uint32_t at = places[l], n = near.which[at];
-        const bool turned = (near.vertices[at] & 3) == 0;
+        const bool turned = near.turned(at);
         const double sign = turned ? -1 : 1, x = terms.apart.x[l], y = terms.apart.y[l], z = terms.apart.z[l];
         area[A::s][n] = terms.share[turned][l];
         area[A::t][n] = terms.share[!turned][l];
@@ -129,7 +129,7 @@ void Contacts::exert_at_vertices(const Work& work, const WorkArea& area, bool bo
     const WorkArea::Near& near = both ? area.near_two : area.near_one;
     for (std::uint32_t i = 0; i < near.count; ++i) {
         const unsigned bits = near.vertices[i];
-        const bool turned = (bits & 3) == 0;
+        const bool turned = near.turned(i);
         const Pair pair = area.pair[near.which[i]];
         const auto& [row, turns] = near.force[i];
         for (const int e : {0, 1}) {

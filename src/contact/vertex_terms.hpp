@@ -180,7 +180,7 @@ private:
         for_vertices_of<0>(f);
         for_vertices_of<1>(f);
     }
-    /// The one for a vertex at the start, the other for one at the end.
+    /// Selects `start` for a vertex at the start, `end` for one at the end.
     template <int i, int j, class T> SKEIN_INLINE T at_side(const T& start, const T& end) const {
         if constexpr (vertices[i] == 1) return select(element_[i].at_end, end, start);
         else return j ? end : start;
@@ -194,23 +194,16 @@ private:
     template <int i, int j> SKEIN_INLINE void add_at_neighbour(const Vec3<P>& force) {
         out_.force[i][vertices[i] == 1 ? 0 : 3 * j] += force;
     }
-    template <int i, int j> SKEIN_INLINE void add_at_vertex(const Vec3<P>& force) {
+    template <int i, int j> SKEIN_INLINE void add_at_vertex(const Vec3<P>& force) { add_at_node<i, j>(force, 1, 2); }
+    template <int i, int j> SKEIN_INLINE void add_opposite(const Vec3<P>& force) { add_at_node<i, j>(force, 2, 1); }
+    /// Adds a force to one node of a vertex at the start, to the other of a vertex at the end.
+    template <int i, int j> SKEIN_INLINE void add_at_node(const Vec3<P>& force, int of_start, int of_end) {
         if constexpr (vertices[i] == 1) {
             const Vec3<P> none{};
-            out_.force[i][1] += at_side<i, j>(force, none);
-            out_.force[i][2] += at_side<i, j>(none, force);
+            out_.force[i][of_start] += at_side<i, j>(force, none);
+            out_.force[i][of_end] += at_side<i, j>(none, force);
         } else {
-            out_.force[i][1 + j] += force;
-        }
-    }
-    /// At the element's other end.
-    template <int i, int j> SKEIN_INLINE void add_opposite(const Vec3<P>& force) {
-        if constexpr (vertices[i] == 1) {
-            const Vec3<P> none{};
-            out_.force[i][1] += at_side<i, j>(none, force);
-            out_.force[i][2] += at_side<i, j>(force, none);
-        } else {
-            out_.force[i][2 - j] += force;
+            out_.force[i][j ? of_end : of_start] += force;
         }
     }
 

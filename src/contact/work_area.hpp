@@ -87,6 +87,8 @@ struct Contacts::WorkArea {
         }
         NearColumns columns() { return {which.data(), vertices.data()}; }
 
+        /// True where the second element alone is near a vertex.
+        bool turned(std::uint32_t i) const { return (vertices[i] & 3) == 0; }
         /// True where no element may touch with both of its vertices.
         bool alone(std::uint32_t i) const { return (vertices[i] & vertices[i] >> 1 & 5) == 0; }
         /// Places in the columns, of those that are alone and of the others, each rising; after sort().

@@ -21,8 +21,8 @@ namespace {
 constexpr std::int64_t least_steps = 50;
 constexpr double least_seconds = 0.2, most_seconds = 3; // wall time
 constexpr double most_memory = 0.25;                    // share of what is free
-/// Of a bed that has formed, of whatever shape: pairs that touch, per element, and the time of each with its part of
-/// the search on one core, ns (docs/performance.md).
+/// Beds of any shape, once formed: pairs that touch, per element, and time of a pair with its share of the search on
+/// one core, ns (docs/performance.md).
 constexpr double pairs_of_bed = 1, ns_of_pair = 190;
 
 double touching_pairs(const World& world) {
