@@ -1,7 +1,8 @@
 // Contact at the density of a nest: rods of 20 elements, 31 times as long as thick, at random places and directions,
 // 138 to a cube of one length. Candidates by the grids and by looking at all pairs; then all that contacts cost a step
-// while the list lasts. Then candidates in ten beds of other shapes (tests/support/beds.hpp).
-//   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>],  contacts/N<rods>/threads<T>,  bed/<name>/N<rods>
+// while the list lasts. Then candidates and contacts in beds of other shapes (tests/support/beds.hpp).
+//   names: candidates/<grids or all_pairs>/N<rods>[/threads<T>],  contacts/N<rods>/threads<T>,  bed/<name>/N<rods>,
+//          bed_contacts/<name>/N<rods>
 #include "contact/contacts.hpp"
 #include "skein/core/index.hpp"
 #include "support/beds.hpp"
@@ -73,9 +74,8 @@ void candidates(benchmark::State& state, int rods, int thread_count, bool exhaus
 }
 
 /// Closest points, forces with friction that remembers, loads gathered by rod; nothing moves, so the list stays.
-void contacts(benchmark::State& state, int rods, int thread_count) {
+template <class Bodies> void push(benchmark::State& state, const Bodies& bodies, int rods, int thread_count) {
     const Threads threads(thread_count);
-    const test::BodiesByHand bodies = nest(rods);
     Exposure c = bodies.exposure();
     std::mt19937 random(2);
     std::normal_distribution<double> normal;
@@ -96,8 +96,15 @@ void contacts(benchmark::State& state, int rods, int thread_count) {
     const ContactFigures figures = all.figures();
     state.counters["per candidate"] = per(static_cast<double>(figures.candidates));
     state.counters["per contact"] = per(static_cast<double>(figures.active));
-    state.counters["per element"] = per(static_cast<double>(rods) * elements);
+    state.counters["per rod"] = per(rods);
     state.counters["contacts per rod"] = 2 * static_cast<double>(figures.active) / rods;
+    state.counters["searched per contact, s"] = figures.search_s / static_cast<double>(figures.active);
+}
+
+void contacts(benchmark::State& state, int rods, int thread_count) { push(state, nest(rods), rods, thread_count); }
+
+void bed_contacts(benchmark::State& state, std::string_view name, int rods) {
+    push(state, test::Bed(name, rods), rods, 1);
 }
 
 void bed(benchmark::State& state, std::string_view name, int rods) {
@@ -136,6 +143,8 @@ int main(int argc, char** argv) {
                 ->UseRealTime();
     for (const std::string_view name : test::bed_names)
         benchmark::RegisterBenchmark(fmt::format("bed/{}/N2000", name).c_str(), bed, name, 2000);
+    for (const std::string_view name : {"nest", "layer", "brush", "mixed"})
+        benchmark::RegisterBenchmark(fmt::format("bed_contacts/{}/N100000", name).c_str(), bed_contacts, name, 100000);
     benchmark::Initialize(&argc, argv);
     if (benchmark::ReportUnrecognizedArguments(argc, argv)) return 2;
     benchmark::RunSpecifiedBenchmarks();

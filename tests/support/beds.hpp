@@ -43,6 +43,7 @@ public:
         return bodies;
     }
     const SelfGaps& gaps() const { return bodies_.gaps; }
+    ContactScene scene(ContactLaws laws) const { return bodies_.scene(std::move(laws)); }
 
     static constexpr int elements = 8;
 
