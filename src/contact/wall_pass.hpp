@@ -220,7 +220,7 @@ private:
     /// of the first of all.
     WallOfLanes take_walls(const WallNow* wall, TileContacts& contacts, int point, const Vec3<P>& at) const {
         WallOfLanes one;
-        static thread_local ContactMemory<double> none;
+        alignas(64) static thread_local ContactMemory<double> none; // load_transposed reads 32 bytes at once
         none = {};
         std::fill_n(one.memory, W, &none);
         const WallNow* first = nullptr;
