@@ -1,0 +1,157 @@
+"""Every feature beside every other, in one process: a small scene has both, makes fifteen steps, and its state differs from that with either alone. What is refused
+has its reason in REFUSED, and stands in docs/pairs.md, which SKEIN_UPDATE_PAIRS=1 writes."""
+
+import json
+import os
+import re
+import subprocess
+import tempfile
+import unittest
+from copy import deepcopy
+from pathlib import Path
+
+from feature_rows import BASE, NOT_ROWS, rows_of
+from package import ROOT, SKEIN, skein
+
+PAGE = ROOT / "docs/pairs.md"
+MOST_REFUSED = 0.023  # of all pairs, with a reason in physics
+# Pattern of the message, one of the two features, what it does not go with, the reason in physics; no reason: not built yet.
+REFUSED = (
+    (r"'relax' has no motion for the fluid", "relaxation", "a fluid", "A relaxation makes pseudo-time steps, in which a fluid has no velocity to answer."),
+    (r"time.relax needs friction that holds", "relaxation", "friction without memory", "Such friction vanishes at rest, so every state near rest is one of rest."),
+    (r"time.relax needs loads that do not change|answers motion, which time.relax|slows .* down, and time.relax", "relaxation", "loads that change with time or answer motion",
+     "A state of rest has constant loads and no velocities."),
+    (r"time.relax chooses damping|has no use with relax = true", "relaxation", "damping, integrators", "It makes its own steps; damping does not change the state of rest."),
+    (r"time.relax is not for walls that move", "relaxation", "walls that move", "A wall that moves leaves no state of rest."),
+    (r"time.relax is not for rigid bodies", "relaxation", "free rigid bodies", "A body has no stiffness by which it comes to rest."),
+    (r"time.relax needs a law with an energy|no audit of group .* has no energy", "relaxation, audits", "`law = \"elastica\"`", "This law has no energy."),
+    (r"no audit with time.relax", "relaxation", "audits", "Inertia in pseudo-time is not that of the rods, so there is no balance of energy."),
+    (r"need.* the integrator \"verlet\"|needs? integrator = \"verlet\"", "`integrator = \"pefrl\"`", "contact, walls, filters of damping, fluids that rods feel",
+     "Some of its kicks go backwards in time; friction, dashpots and fluids dissipate in forward time alone."),
+    (r"a ring has no ends|needs rods with two ends", "rings", "held ends, loads on ends", "A ring has no ends."),
+    (r"the ring .* does not close", "rings", "files of straight rods", "A straight rod does not close."),
+    (r"\"gregory\" has no use here|with end_weights = \"gregory\"", "`end_weights = \"gregory\"`", "tapered, frozen or joined rods, `law = \"elastica\"`",
+     "The weights are derived for uniform rods with an energy, whose ends are free or clamped."),
+    (r"is at an end of .* that is clamped", "common nodes", "clamped ends", "The place is the wall's: a second rod there is clamped, and the joint says nothing more."),
+    (r"m off the axis of", "common nodes", "rods placed at random", "Their axes do not meet; a joint of given stiffness bridges a gap."),
+    (r"the walls of the law \"elastica\" stand still", "`law = \"elastica\"`", "moved ends", None),
+    (r"must start straight, without rest_strain", "packings", "rods that are curved or strained at the start", "A packing places straight capsules; `start_curvature` lets curved rods begin straight."),
+    (r"rigid bodies are not felt by a fluid", "rigid bodies", "fluids", None),
+    (r"have lengths, radii or shapes of their own|of a file are not for", "rods of a file", "most other features", None),
+    (r"common nodes yet", "common nodes", "fluids that rods feel", None),
+    (r"no audit of rods that feel a fluid", "audits", "fluids that rods feel", None),
+    (r"no audit of the rigid bodies", "audits", "rigid bodies", None),
+    (r"ends of rods in an \[\[assembly\]\] are free", "assemblies", "held and moved ends", None),
+    (r"is not for rods of an assembly", "assemblies", "packings, files", None),
+    (r"ends of the rods must be free .* \"packing\"", "packings", "held ends", None),
+    (r"rods with directions of their own have walls", "rods with directions of their own", "moved ends", None),
+    (r"time.relax is not for rods that are joined", "relaxation", "joints", None),
+    (r"time.relax is not for ends that are moved", "relaxation", "moved ends", None),
+)
+# Pairs that run and leave the state as one of them does, with the reason.
+INERT = (
+    (r"rods.start", r"load.kind = (guide|end_couple)", "a force on a node that is held"),
+    (r"rods.end", r"load.kind = (end_force|sinusoidal_end_force)", "a force on a node that is held"),
+    (r"contact", r"joint|assembly", "rods of one copy do not touch each other"),
+)
+HEAD = """# What goes with what
+
+`python.pairs` (`tests/python/pairs_test.py`) runs every feature of scenes beside every other: {rows} features, {pairs} pairs, fifteen steps each. A pair passes if the
+state differs from that with either feature alone. {refused} pairs ({share:.1f} %) are refused. A refusal names the table and the line, and what to leave out.
+
+## Refused for a reason in physics
+
+{physical} pairs, {physical_share:.1f} %.
+
+| feature | does not go with | reason | pairs |
+|---|---|---|---|
+"""
+
+
+def plain(message):
+    return re.sub(r"\S*/skein_\w+/", "", message)
+
+
+class Pairs(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.rows = rows_of(Path(cls.folder.name))
+        cls.alone = {}
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def digest(self, *edits):
+        """After fifteen steps of a scene with these rows, each for a group."""
+        scene = deepcopy(BASE)
+        for row, where in sorted(edits, key=lambda edit: edit[0].last):
+            row.edit(scene, where)
+        with skein.Simulation(skein.Scene("pair", **scene), threads=1) as run:
+            run.step(15)
+            for row, _ in edits:
+                if row.looks: self.assertIn(row.looks, run.observables, row.name)
+            return run.digest
+
+    def digest_alone(self, row, where):
+        if (row.name, where) not in self.alone: self.alone[row.name, where] = self.digest((row, where))
+        return self.alone[row.name, where]
+
+    def pairs(self):
+        for i, a in enumerate(self.rows):
+            for b in self.rows[i + 1:]:
+                if a.sets != b.sets: yield a, b, "left"
+                elif a.of_group: yield a, b, "right"
+
+    def test_every_choice_has_a_row(self):
+        """A new choice of a key of `skein describe` needs a row, or a reason in NOT_ROWS."""
+        keys = json.loads(subprocess.run([SKEIN, "describe", "--json"], capture_output=True, text=True, check=True).stdout)["keys"]
+        names = {row.name for row in self.rows}
+        for key in keys:
+            path = re.sub(r"^load\.\w+\.", "load.", key["path"])
+            if path in NOT_ROWS: continue
+            for choice in key.get("choices", ()):
+                if str(choice) == str(key.get("default", "")).strip('"'): continue
+                self.assertTrue(f"{path} = {choice}" in names or f"{path} = {choice}" in NOT_ROWS, f"{path} = {choice} has no row in feature_rows.py")
+
+    def test_each_alone(self):
+        base = self.digest()
+        for row in self.rows:
+            with self.subTest(row.name):
+                self.assertEqual(self.digest_alone(row, "left") == base, bool(row.looks))
+
+    def test_every_pair(self):
+        counts, pairs = [0] * len(REFUSED), 0
+        for a, b, where in self.pairs():
+            pairs += 1
+            with self.subTest(a=a.name, b=b.name):
+                try:
+                    both = self.digest((a, "left"), (b, where))
+                except skein.RunFailed as failed:
+                    reasons = [i for i, (pattern, *_) in enumerate(REFUSED) if re.search(pattern, plain(str(failed)).split("\n")[0])]
+                    self.assertEqual(len(reasons), 1, plain(str(failed)))
+                    counts[reasons[0]] += 1
+                    continue
+                one, other = self.digest_alone(a, "left"), self.digest_alone(b, where)
+                if a.looks or b.looks: self.assertIn(both, (one, other))
+                elif both in (one, other): self.assertTrue(any(re.search(x, a.name) and re.search(y, b.name) for x, y, _ in INERT), "neither changes what the other does")
+        self.assertTrue(all(counts), [REFUSED[i][0] for i, count in enumerate(counts) if not count])
+        physical = sum(count for count, (*_, reason) in zip(counts, REFUSED) if reason)
+        self.assertLessEqual(physical, MOST_REFUSED * pairs)
+        self.compare_page(counts, pairs, physical)
+
+    def compare_page(self, counts, pairs, physical):
+        refused = sum(counts)
+        text = HEAD.format(rows=len(self.rows), pairs=pairs, refused=refused, share=100 * refused / pairs, physical=physical, physical_share=100 * physical / pairs)
+        rows = [(one, other, reason, count) for count, (_, one, other, reason) in zip(counts, REFUSED)]
+        text += "".join(f"| {one} | {other} | {reason} | {count} |\n" for one, other, reason, count in rows if reason)
+        text += f"\n## Not built yet\n\n{refused - physical} pairs.\n\n| feature | does not go with | pairs |\n|---|---|---|\n"
+        text += "".join(f"| {one} | {other} | {count} |\n" for one, other, reason, count in rows if not reason)
+        text += "\n## Without effect on each other\n\n" + "".join(f"* `{x}` and `{y}`: {why}.\n" for x, y, why in INERT)
+        if os.environ.get("SKEIN_UPDATE_PAIRS"): PAGE.write_text(text)
+        self.assertEqual(PAGE.read_text(), text, "SKEIN_UPDATE_PAIRS=1 python.pairs writes the page")
+
+
+if __name__ == "__main__":
+    unittest.main()
