@@ -68,18 +68,10 @@ template <class Law, int W, class Map = Across<W>> class ElasticPass final : pub
 public:
     /// `moving`: places of the walls, where they move.
     explicit ElasticPass(Ends ends, std::shared_ptr<const MovingEnds> moving = nullptr)
-        : ends_(ends), moving_(std::move(moving)) {}
+        : ends_(ends), walls_(std::move(moving)) {}
 
-    /// Rods with directions of their own have walls of their own.
     void bind(const RodTile<W>& rod) override {
-        if constexpr (!Map::along)
-            if (rod.group->turned() && (ends_.start_wall || ends_.end_wall)) {
-                Walls& walls = walls_.emplace_back();
-                for (int i = 0; i < W; ++i) {
-                    set_lane(walls.start, i, rod.group->frame(rod.index[i]));
-                    set_lane(walls.end, i, rod.group->end_frame(rod.index[i]));
-                }
-            }
+        if (!Map::along && (ends_.start_wall || ends_.end_wall)) walls_.bind(rod);
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
@@ -181,25 +173,17 @@ private:
             return {held.before, select(s.start_wall, held.after, Vec3<P>{}),
                     select(s.start_wall, held.tension, P(0.0))};
         } else {
-            const Quaternion<P> frame = !walls_.empty()
-                                            ? walls_[rod.number].start
-                                            : broadcast<W>(moving_ ? moving_->start(step).frame : rod.group->frame());
-            return wall(rod.group->start_wall, rod.slot[0].director, frame, e, rod.element[0].rest_stretch);
+            return wall(rod.group->start_wall, rod.slot[0].director, walls_.frame(EndWalls<W>::start, rod, step), e,
+                        rod.element[0].rest_stretch);
         }
     }
     CellLoads<P> end_wall(const RodTile<W>& rod, const Step& step, P e) const {
-        const Quaternion<P> frame = !walls_.empty()
-                                        ? walls_[rod.number].end
-                                        : broadcast<W>(moving_ ? moving_->end(step).frame : rod.group->end_frame());
-        return wall(rod.group->end_wall, frame, rod.slot[rod.n - 1].director, e, rod.element[rod.n - 1].rest_stretch);
+        return wall(rod.group->end_wall, walls_.frame(EndWalls<W>::end, rod, step), rod.slot[rod.n - 1].director, e,
+                    rod.element[rod.n - 1].rest_stretch);
     }
 
-    struct Walls {
-        Quaternion<P> start, end; ///< frames of the walls
-    };
     Ends ends_;
-    std::shared_ptr<const MovingEnds> moving_;
-    AlignedVector<Walls> walls_; ///< frames by tile number, where rods have their own
+    EndWalls<W> walls_;
 };
 
 } // namespace skein

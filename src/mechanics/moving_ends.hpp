@@ -26,12 +26,12 @@ template <class P> Vec3<P> held_and_free(const Vec3d& free, const Vec3<P>& moved
     return {one(free.x, moved.x, own.x), one(free.y, moved.y, own.y), one(free.z, moved.z, own.z)};
 }
 
-/// Frames of a rod's walls at any time.
+/// Frames of a rod's walls at any time. Motions are in the axes of the rod's copy.
 inline Quaterniond start_wall_frame(const RodGroup& group, std::int64_t index, double time) {
-    return group.frame(index) * rotation(group.spec().start_motion.turn(time).value);
+    return group.frame(index) * rotation(group.to_lab(index, group.spec().start_motion.turn(time).value));
 }
 inline Quaterniond end_wall_frame(const RodGroup& group, std::int64_t index, double time) {
-    return group.end_frame(index) * rotation(group.spec().end_motion.turn(time).value);
+    return group.end_frame(index) * rotation(group.to_lab(index, group.spec().end_motion.turn(time).value));
 }
 
 /// Places of the two ends of a group's rods at the force evaluations of a batch, shared by the passes of a program.
@@ -39,8 +39,10 @@ class MovingEnds {
 public:
     struct Pose {
         Vec3d displacement{0, 0, 0}, velocity{0, 0, 0};
-        Quaterniond frame;   ///< frame of the wall
-        Vec3d spin{0, 0, 0}; ///< angular velocity of the wall, body, rad/s
+        Quaterniond frame;      ///< frame of the wall
+        Vec3d spin{0, 0, 0};    ///< angular velocity of the wall, body, rad/s
+        Quaterniond turn;       ///< R(r)
+        Vec3d turning{0, 0, 0}; ///< angular velocity of the wall, rad/s
     };
     explicit MovingEnds(const RodGroup& group) : group_(group) {}
 
@@ -48,8 +50,9 @@ public:
         const auto pose = [](const EndMotion& motion, const Quaterniond& frame, double time) {
             const auto u = motion.displacement(time);
             const auto r = motion.turn(time);
-            const Quaterniond turned = frame * rotation(r.value);
-            return Pose{u.value, u.rate, turned, turned * spin_of(r.value, r.rate)};
+            const Quaterniond turn = rotation(r.value), turned = frame * turn;
+            const Vec3d turning = spin_of(r.value, r.rate);
+            return Pose{u.value, u.rate, turned, turned * turning, turn, turning};
         };
         for (const Step& s : steps) {
             start_[s.slot] = pose(group_.spec().start_motion, group_.frame(), s.time);
@@ -65,14 +68,75 @@ private:
     Pose start_[Clock::largest_batch], end_[Clock::largest_batch];
 };
 
+/// Walls of the rods of tiles. Rods with directions of their own have walls of their own.
+template <int W> class EndWalls {
+public:
+    using P = Pack<W>;
+    enum End { start, end };
+
+    /// `moving`: null where walls stand still.
+    explicit EndWalls(std::shared_ptr<const MovingEnds> moving = nullptr) : moving_(std::move(moving)) {}
+
+    void bind(const RodTile<W>& rod) {
+        if (!rod.group->turned()) return;
+        Own& own = own_.emplace_back();
+        for (int l = 0; l < W; ++l) {
+            const Quaterniond axes = rod.group->copy_axes(rod.index[l]), from = inverse(axes);
+            set_lane(own.frame[start], l, rod.group->frame(rod.index[l]));
+            set_lane(own.frame[end], l, rod.group->end_frame(rod.index[l]));
+            set_lane(own.in_axes[start], l, rod.group->frame(rod.index[l]) * from);
+            set_lane(own.in_axes[end], l, rod.group->end_frame(rod.index[l]) * from);
+            set_lane(own.axes, l, axes);
+        }
+    }
+
+    bool moving() const { return moving_ != nullptr; }
+    Vec3<P> displacement(End at, const RodTile<W>& rod, const Step& step) const {
+        return to_lab(rod, pose(at, step).displacement);
+    }
+    Vec3<P> velocity(End at, const RodTile<W>& rod, const Step& step) const {
+        return to_lab(rod, pose(at, step).velocity);
+    }
+    Quaternion<P> frame(End at, const RodTile<W>& rod, const Step& step) const {
+        if (own_.empty()) {
+            if (moving_) return broadcast<W>(pose(at, step).frame);
+            return broadcast<W>(at == start ? rod.group->frame() : rod.group->end_frame());
+        }
+        const Own& own = own_[rod.number];
+        if (!moving_) return own.frame[at];
+        return own.in_axes[at] * broadcast<W>(pose(at, step).turn) * own.axes;
+    }
+    /// Angular velocity of the wall, body, rad/s.
+    Vec3<P> spin(End at, const RodTile<W>& rod, const Step& step) const {
+        if (own_.empty()) return broadcast<W>(pose(at, step).spin);
+        return own_[rod.number].in_axes[at] * broadcast<W>(pose(at, step).turn) * broadcast<W>(pose(at, step).turning);
+    }
+
+private:
+    /// Frames of walls at the start: in the lab, and in the axes of copies.
+    struct Own {
+        Quaternion<P> frame[2], in_axes[2], axes;
+    };
+    const MovingEnds::Pose& pose(End at, const Step& step) const {
+        return at == start ? moving_->start(step) : moving_->end(step);
+    }
+    Vec3<P> to_lab(const RodTile<W>& rod, const Vec3d& v) const {
+        return own_.empty() ? broadcast<W>(v) : transpose_times(own_[rod.number].axes, broadcast<W>(v));
+    }
+
+    std::shared_ptr<const MovingEnds> moving_;
+    AlignedVector<Own> own_; ///< by tile number, where rods are turned
+};
+
 /// Pass after the drift: moved nodes take the place and velocity of the motion, frozen elements the wall's frame and
 /// spin.
 template <int W> class MoveEndsPass final : public TilePass<W> {
 public:
-    explicit MoveEndsPass(std::shared_ptr<MovingEnds> ends) : ends_(std::move(ends)) {}
+    explicit MoveEndsPass(std::shared_ptr<MovingEnds> ends) : ends_(ends), walls_(std::move(ends)) {}
     void prepare(std::span<const Step> steps) override { ends_->prepare(steps); }
 
     void bind(const RodTile<W>& rod) override {
+        walls_.bind(rod);
         std::vector<Slot<1>> state(to_index(rod.n) + 1);
         Home& home = home_.emplace_back();
         for (int l = 0; l < W; ++l) {
@@ -85,22 +149,23 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         const RodSpec& spec = rod.group->spec();
         const Home& home = home_[rod.number];
-        const auto move = [&](const MovingEnds::Pose& pose, const Vec3<Pack<W>>& from, EndKind kind, int i,
+        using Walls = EndWalls<W>;
+        const auto move = [&](typename Walls::End end, const Vec3<Pack<W>>& from, EndKind kind, int i,
                               Slot<W>& element) {
             Slot<W>& node = rod.slot[i];
-            const Vec3<Pack<W>> position = from + broadcast<W>(pose.displacement),
-                                velocity = broadcast<W>(pose.velocity);
+            const Vec3<Pack<W>> position = from + walls_.displacement(end, rod, step),
+                                velocity = walls_.velocity(end, rod, step);
             const bool slides = rod.group->slides(i);
             const Vec3d free = slides ? rod.group->free_directions(i) : Vec3d{0, 0, 0};
             node.position = slides ? held_and_free(free, position, node.position) : position;
             node.velocity = slides ? held_and_free(free, velocity, node.velocity) : velocity;
             if (kind == EndKind::clamped_frozen) {
-                element.director = broadcast<W>(pose.frame);
-                element.spin = broadcast<W>(pose.spin);
+                element.director = walls_.frame(end, rod, step);
+                element.spin = walls_.spin(end, rod, step);
             }
         };
-        if (spec.start != EndKind::free) move(ends_->start(step), home.start, spec.start, 0, rod.slot[0]);
-        if (spec.end != EndKind::free) move(ends_->end(step), home.end, spec.end, rod.n, rod.slot[rod.n - 1]);
+        if (spec.start != EndKind::free) move(Walls::start, home.start, spec.start, 0, rod.slot[0]);
+        if (spec.end != EndKind::free) move(Walls::end, home.end, spec.end, rod.n, rod.slot[rod.n - 1]);
     }
 
 private:
@@ -108,6 +173,7 @@ private:
         Vec3<Pack<W>> start, end; ///< node positions at t = 0
     };
     std::shared_ptr<MovingEnds> ends_;
+    EndWalls<W> walls_;
     AlignedVector<Home> home_; ///< by tile number
 };
 

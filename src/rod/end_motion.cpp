@@ -15,23 +15,32 @@ namespace skein {
 
 void EndMotion::fields(FieldVisitor& f) {
     f.visit({.name = "times", .unit = "s", .text = "times of the tables' entries, rising", .at_least = 0}, times);
-    f.visit({.name = "translation", .unit = "m", .text = "displacement of the end at `times`, lab frame"}, translation);
-    f.visit({.name = "rotation", .unit = "rad", .text = "rotation vector of the wall at `times`, lab frame"}, rotation);
+    f.visit({.name = "translation",
+             .unit = "m",
+             .text = "displacement of the end at `times`, lab frame; in an assembly, its axes"},
+            translation);
+    f.visit({.name = "rotation",
+             .unit = "rad",
+             .text = "rotation vector of the wall at `times`, lab frame; in an assembly, its axes"},
+            rotation);
     f.visit({.name = "smooth",
              .text = "true starts and stops at rest between entries (3 s^2 - 2 s^3), false moves linearly"},
             smooth);
-    f.visit({.name = "amplitude", .unit = "m", .text = "sinusoidal displacement, lab frame"}, amplitude);
-    f.visit({.name = "rotation_amplitude", .unit = "rad", .text = "sinusoidal rotation vector, lab frame"},
+    f.visit({.name = "amplitude", .unit = "m", .text = "sinusoidal displacement, lab frame; in an assembly, its axes"},
+            amplitude);
+    f.visit({.name = "rotation_amplitude",
+             .unit = "rad",
+             .text = "sinusoidal rotation vector, lab frame; in an assembly, its axes"},
             rotation_amplitude);
     f.visit({.name = "period", .unit = "s", .text = "period of the sinusoids", .at_least = 0}, period);
     f.visit({.name = "phase", .unit = "rad", .text = "phase of the sinusoids at t = 0"}, phase);
     f.visit({.name = "translation_formula",
              .unit = "m",
-             .text = "three formulas of `t`: displacement of the end, lab frame"},
+             .text = "three formulas of `t`: displacement of the end, lab frame; in an assembly, its axes"},
             translation_formula);
     f.visit({.name = "rotation_formula",
              .unit = "rad",
-             .text = "three formulas of `t`: rotation vector of the wall, lab frame"},
+             .text = "three formulas of `t`: rotation vector of the wall, lab frame; in an assembly, its axes"},
             rotation_formula);
 }
 

@@ -80,6 +80,14 @@ public:
     /// Number of rods in a copy. Copy c has the rods from c rods_per_copy() on.
     std::int64_t rods_per_copy() const { return copies_ ? count() / copies_->count() : count(); }
     std::int64_t copy_of(std::int64_t i) const { return i / rods_per_copy(); }
+    /// Rotation from lab axes to those of rod i's copy; lab axes themselves outside assemblies.
+    Quaterniond copy_axes(std::int64_t i) const {
+        return copies_ && !copies_->turns.empty() ? nth(copies_->turns, copy_of(i)) : no_turn;
+    }
+    /// Lab components of a vector in the axes of rod i's copy.
+    Vec3d to_lab(std::int64_t i, const Vec3d& v) const {
+        return copies_ && !copies_->turns.empty() ? transpose_times(copy_axes(i), v) : v;
+    }
     /// Writes the state at t = 0 of rod i of a copy, [slots], in the axes of the assembly.
     void start_state_in_assembly(std::int64_t i, std::span<Slot<1>> out) const;
 

@@ -25,16 +25,11 @@ void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections)
         return objections.add("assembly",
                               fmt::format("there is no assembly '{}'{}", rods.assembly,
                                           names.empty() ? "" : suggestion(rods.assembly, names, "the assemblies are")));
-    const PlacementKind kind = rods.placement.kind;
-    if (kind == PlacementKind::packing || kind == PlacementKind::file)
-        objections.add("placement.kind", fmt::format("a placement of kind \"{}\" is not for rods of an assembly",
-                                                     nth(placement_names, kind)));
-    if (rods.ends_move() || rods.start != EndKind::free || rods.end != EndKind::free || rods.hold.any())
-        objections.add(
-            "",
-            "the ends of rods in an [[assembly]] are free: what holds them would have to go along with the copy. Plain "
-            "groups with joints may be held: leave 'assembly' out of [[rods]], and without copies leave [[assembly]] "
-            "out");
+    if (rods.placement.kind == PlacementKind::file)
+        objections.add("placement.kind", "rods of a file belong to no assembly yet: list their origins");
+    if (rods.material.law == Law::elastica && (rods.start == EndKind::clamped || rods.end == EndKind::clamped))
+        objections.add("", "the walls of the law \"elastica\" are the same for all rods of a group: use "
+                           "\"clamped_frozen\" for rods of an [[assembly]]");
 }
 
 void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {

@@ -42,12 +42,10 @@ void directions(const Placement& p, Objections& objections) {
                                   "a normal that has no direction, or that of its tangent");
 }
 
-/// Packed rods start straight, each in a frame of its own: there are no walls for them.
+/// Packed rods start straight, each in a frame of its own.
 void packing(const RodSpec& rods, Objections& objections, const std::string& where) {
     const Packing& p = rods.placement.packing;
     if (p.count == 0) objections.add("", fmt::format("'count', the number of rods, is needed {}", where));
-    if (rods.start != EndKind::free || rods.end != EndKind::free)
-        objections.add("", fmt::format("the ends of the rods must be free {}", where));
     const Shape& s = rods.shape;
     const bool curved =
         !s.start_curvature_profile.empty() ||
@@ -81,10 +79,9 @@ void check_placement(const RodSpec& rods, Objections& of_group) {
     else if (p.normal && zero(*p.normal)) objections.add("normal", "'normal' has no direction");
     else if (p.normal && parallel(p.tangent, *p.normal))
         objections.add("normal", "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
-    const bool own = p.kind == PlacementKind::file || !p.tangents.empty();
-    if (own && rods.ends_move())
-        objections.add("", "rods with directions of their own have walls of their own, which cannot be moved: their "
-                           "ends must be still");
+    const bool own = p.kind == PlacementKind::file || p.kind == PlacementKind::packing || !p.tangents.empty();
+    if (p.kind == PlacementKind::file && rods.ends_move())
+        objections.add("", "the walls of rods of a file cannot be moved yet: their ends must be still");
     if (own && rods.material.law == Law::elastica && (rods.start == EndKind::clamped || rods.end == EndKind::clamped))
         objections.add("", "the walls of the law \"elastica\" are the same for all rods of a group: use "
                            "\"clamped_frozen\" for rods with "
