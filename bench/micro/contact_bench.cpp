@@ -64,8 +64,8 @@ void candidates(benchmark::State& state, int rods, int thread_count, bool exhaus
     Candidates found;
     const double skin = 0.25 * diameter;
     for (auto _ : state) {
-        if (exhaustively) BroadPhase::build_exhaustively(c, bodies.gaps, skin, found);
-        else search.build(c, bodies.gaps, skin, found);
+        if (exhaustively) BroadPhase::build_exhaustively(c, bodies.rules, skin, found);
+        else search.build(c, bodies.rules, skin, found);
         benchmark::DoNotOptimize(found.partner.data());
     }
     const double count = static_cast<double>(rods) * elements;
@@ -114,7 +114,7 @@ void bed(benchmark::State& state, std::string_view name, int rods) {
     BroadPhase search(threads);
     Candidates found;
     for (auto _ : state) {
-        search.build(c, rods_of_bed.gaps(), 0.5, found);
+        search.build(c, rods_of_bed.rules(), 0.5, found);
         benchmark::DoNotOptimize(found.partner.data());
     }
     const auto kept = static_cast<double>(found.count());

@@ -31,8 +31,8 @@ Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std:
 /// Appends the pairs (a[i], b[i]) that may touch, with capsules less than their share of `skin` apart and one element
 /// of an own body. Both arrays have room for a tile more. The lower slot comes first before any arithmetic, so all
 /// ranks find the same bits.
-void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double skin, std::uint32_t* a, std::uint32_t* b,
-                             std::size_t count, Near& near) {
+void BroadPhase::append_near(const Exposure& c, const TouchRules& rules, double skin, std::uint32_t* a,
+                             std::uint32_t* b, std::size_t count, Near& near) {
     constexpr std::size_t W = CapsuleTile::width;
     if (count == 0) return;
     near.tested += static_cast<std::int64_t>(count);
@@ -69,7 +69,7 @@ void BroadPhase::append_near(const Exposure& c, const SelfGaps& gaps, double ski
             for (; bits != 0; bits &= bits - 1) {
                 const int lane = std::countr_zero(bits);
                 const std::size_t l = i + to_index(lane);
-                if (!may_touch(c, gaps, a[l], b[l])) continue;
+                if (!may_touch(c, rules, a[l], b[l])) continue;
                 const bool own = c.owns_slot(a[l]);
                 if (!own && !c.owns_slot(b[l])) continue;
                 near.inactive += own & ~touching >> lane & 1;
@@ -135,14 +135,14 @@ struct BroadPhase::Neighbours {
 struct BroadPhase::Found {
     static constexpr std::size_t most = 1024;
     const Exposure& bodies;
-    const SelfGaps& gaps;
+    const TouchRules& rules;
     double skin;
     Near& near;
     std::size_t count = 0;
     std::uint32_t a[most + 64], b[most + 64];
 
     void flush() {
-        append_near(bodies, gaps, skin, a, b, count, near);
+        append_near(bodies, rules, skin, a, b, count, near);
         count = 0;
     }
 };
@@ -299,7 +299,7 @@ void BroadPhase::measure(const Exposure& bodies, double skin) {
     size_grids(all);
 }
 
-void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
+void BroadPhase::fill_grids(const Exposure& bodies, const TouchRules& rules) {
     constexpr std::uint32_t no_cell = UINT32_MAX;
     const std::size_t slots = bodies.slots();
     cell_of_.resize(slots);
@@ -327,8 +327,10 @@ void BroadPhase::fill_grids(const Exposure& bodies, const SelfGaps& gaps) {
         for (std::size_t i = begin; i < end; ++i) {
             const std::uint32_t s = slot_[i];
             for (int n = 0; n < numbers; ++n) nth(number_, n)[i] = nth(bound_[s].number, n);
-            const bool touches_itself = nth(gaps, bodies.at(s).group).touches_itself();
-            body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s) : bodies.kin_of(s);
+            const bool touches_itself = nth(rules.of_group, bodies.at(s).group).touches_itself();
+            body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s)
+                       : rules.joined ? bodies.window_of[s]
+                                      : bodies.kin_of(s);
         }
     });
 }
@@ -454,13 +456,13 @@ std::int64_t BroadPhase::tested() const {
     return all;
 }
 
-void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates) {
+void BroadPhase::build(const Exposure& bodies, const TouchRules& rules, double skin, Candidates& candidates) {
     if (bodies.slots() == 0) { // a rank without bodies
         candidates = {.first = {0}, .partner = {}};
         return;
     }
     measure(bodies, skin);
-    fill_grids(bodies, gaps);
+    fill_grids(bodies, rules);
     struct Task {
         const Grid* grid;
         Range elements;
@@ -476,7 +478,7 @@ void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin
     threads_.for_each(tasks.size(), [&](std::size_t t, int) {
         near_[t].pairs.clear();
         near_[t].inactive = near_[t].tested = 0;
-        Found found{.bodies = bodies, .gaps = gaps, .skin = skin, .near = near_[t]};
+        Found found{.bodies = bodies, .rules = rules, .skin = skin, .near = near_[t]};
         search_elements(*tasks[t].grid, tasks[t].elements, found);
     });
     const auto visit = [&](std::size_t task, auto&& body) {
@@ -487,7 +489,8 @@ void BroadPhase::build(const Exposure& bodies, const SelfGaps& gaps, double skin
     pairs_.group(threads_, bodies.slots(), near_.size(), visit, candidates.first, candidates.partner);
 }
 
-void BroadPhase::build_exhaustively(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates) {
+void BroadPhase::build_exhaustively(const Exposure& bodies, const TouchRules& rules, double skin,
+                                    Candidates& candidates) {
     const auto slots = static_cast<std::uint32_t>(bodies.slots());
     candidates.first.assign(slots + 1, 0);
     candidates.partner.clear();
@@ -503,7 +506,7 @@ void BroadPhase::build_exhaustively(const Exposure& bodies, const SelfGaps& gaps
         const std::size_t count = second.size();
         first.assign(count + 8, a);
         second.resize(count + 8);
-        append_near(bodies, gaps, skin, first.data(), second.data(), count, near);
+        append_near(bodies, rules, skin, first.data(), second.data(), count, near);
         for (const Pair& pair : near.pairs) candidates.partner.push_back(pair.b);
     }
     candidates.inactive = near.inactive;

@@ -10,10 +10,12 @@
 #pragma once
 
 #include "contact/grouping.hpp"
+#include "contact/joined_gaps.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "parallel/threads.hpp"
 #include "skein/core/index.hpp"
 
+#include <memory>
 #include <span>
 
 namespace skein {
@@ -35,13 +37,18 @@ struct SelfGap {
         return touches_itself() && apart > elements && other_way > elements;
     }
 };
-using SelfGaps = std::vector<SelfGap>; ///< by group
+
+/// Which elements may touch, wherever they are.
+struct TouchRules {
+    std::vector<SelfGap> of_group;            ///< of elements of one body
+    std::shared_ptr<const JoinedGaps> joined; ///< of elements of one copy of an assembly; null: none may
+};
 
 /// True where two elements may touch, wherever they are.
-inline bool may_touch(const Exposure& c, const SelfGaps& gaps, std::uint32_t a, std::uint32_t b) {
-    if (c.window_of[a] != c.window_of[b])
-        return c.kin_of(a) != c.kin_of(b); // bodies differ, even where both are ghosts, as a body has one owner
-    return nth(gaps, c.at(a).group).may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
+inline bool may_touch(const Exposure& c, const TouchRules& rules, std::uint32_t a, std::uint32_t b) {
+    if (c.window_of[a] != c.window_of[b]) // bodies differ, even where both are ghosts, as a body has one owner
+        return c.kin_of(a) != c.kin_of(b) || (rules.joined && rules.joined->may_touch(c, a, b));
+    return nth(rules.of_group, c.at(a).group).may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
 }
 
 /// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in
@@ -61,13 +68,14 @@ public:
 
     /// All pairs whose capsules are less than half of `skin`, m, times the paces of both apart, that may touch, and of
     /// which one is of an own body. The largest element of a grid is at most twice its smallest.
-    void build(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
+    void build(const Exposure& bodies, const TouchRules& rules, double skin, Candidates& candidates);
 
     /// Forgets the sizes of the first search, as the bodies have changed.
     void forget_sizes() { smallest_ = 0; }
 
     /// Exhaustive search over every pair, for tests of `build`.
-    static void build_exhaustively(const Exposure& bodies, const SelfGaps& gaps, double skin, Candidates& candidates);
+    static void build_exhaustively(const Exposure& bodies, const TouchRules& rules, double skin,
+                                   Candidates& candidates);
 
     /// Pairs of the last search whose capsules were tested in double precision.
     std::int64_t tested() const;
@@ -123,7 +131,7 @@ private:
     Extent set_bounds(const Exposure& bodies, double skin);
     void size_grids(const Extent& all);
     void measure(const Exposure& bodies, double skin);
-    void fill_grids(const Exposure& bodies, const SelfGaps& gaps);
+    void fill_grids(const Exposure& bodies, const TouchRules& rules);
     void search_elements(const Grid& grid, Range elements, Found& found) const;
     void add_ahead(const Element& one, std::uint32_t i, const Grid& grid, Ranges& ranges) const;
     void add_around(const Element& one, const Grid& grid, Ranges& ranges) const;
@@ -143,8 +151,8 @@ private:
     AlignedVector<Bound> bound_; ///< by slot
     // By cell.
     AlignedVector<float> number_[numbers];
-    AlignedVector<std::int32_t>
-        body_; ///< elements with the same one do not touch: Exposure::kin_of, or slots where a body touches itself
+    AlignedVector<std::int32_t> body_; ///< elements with the same one do not touch: kin, bodies where kin may touch, or
+                                       ///< slots where a body touches itself
     AlignedVector<std::uint32_t> slot_;
     std::vector<std::uint32_t> cell_of_, cell_begin_;
     Grouping cells_, pairs_;
@@ -153,7 +161,7 @@ private:
         std::int64_t inactive = 0, tested = 0;
     };
     std::vector<Near> near_; ///< by task
-    static void append_near(const Exposure& bodies, const SelfGaps& gaps, double skin, std::uint32_t* a,
+    static void append_near(const Exposure& bodies, const TouchRules& rules, double skin, std::uint32_t* a,
                             std::uint32_t* b, std::size_t count, Near& near);
 };
 

@@ -29,12 +29,14 @@ SelfGap self_gap(const RodGroup& group, const ContactSpec& spec) {
 
 } // namespace
 
-ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws) {
+ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws,
+                           std::shared_ptr<const JoinedGaps> joined) {
     ContactScene scene{std::move(laws), {}, 0, SceneSlots(groups).count(), {}};
+    scene.rules.joined = std::move(joined);
     scene.thinnest = HUGE_VAL;
     double sum = 0, elements = 0, widest = 0;
     for (const RodGroup& group : groups) {
-        scene.gaps.push_back(self_gap(group, spec));
+        scene.rules.of_group.push_back(self_gap(group, spec));
         scene.slip_mobility.push_back(slip_mobility(group));
         const auto bodies = static_cast<double>(group.count());
         const auto add = [&](double radius) {

@@ -73,8 +73,8 @@ struct SavedContact {
 /// Laws, gaps and sizes of the whole scene, the same in the solvers of all ranks.
 struct ContactScene {
     ContactLaws laws; ///< by pair of groups
-    SelfGaps gaps;    ///< by group
-    double diameter;  ///< mean over elements, m
+    TouchRules rules;
+    double diameter; ///< mean over elements, m
     std::int64_t slots;
     std::vector<std::vector<PartBox>> boxes; ///< by group and part; of groups without boxes none, without any no groups
     double thinnest = 0;                     ///< radius of the thinnest element, m
@@ -82,7 +82,9 @@ struct ContactScene {
     std::vector<double> slip_mobility;       ///< by group, 1/kg: contact_limits.hpp
     double largest_energy = 0; ///< energy of the stiffest normal spring between the widest elements one in another, J
 };
-ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws);
+/// `joined`: rules of elements of one copy of an assembly; null: none of them touch.
+ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws,
+                           std::shared_ptr<const JoinedGaps> joined = nullptr);
 
 /// One per rank, of the bodies that it sees; bits of the loads on its own depend on the scene alone. A step: `holds`,
 /// else a rebuild; then `begin`, and `finish` when ghosts have arrived. A rebuild: `prepare_rebuild`, `search` among

@@ -7,11 +7,15 @@ void ContactSpec::fields(FieldVisitor& f) {
     f.visit({.name = "self", .unit = "", .text = "rods touch themselves too"}, self);
     f.visit({.name = "self_gap",
              .unit = "m",
-             .text = "elements of one rod nearer than this along it, round a ring either way, never touch; 0: half the "
-                     "way round "
-                     "its section",
+             .text = "elements of one rod nearer than this along it, round a ring either way, never touch, nor do "
+                     "those of two joined rods whose way over the joint is shorter; 0: half the way round the section",
              .at_least = 0},
             self_gap);
+    f.visit({.name = "joined",
+             .unit = "",
+             .text = "rods and bodies that joints connect, and all of one copy of an assembly, touch each other, but "
+                     "for elements nearer to a joint than `self_gap`; false: they never touch"},
+            joined);
     f.visit({.name = "overlap",
              .unit = "-",
              .text = "over the diameter: the largest that the limit of the time step allows for",

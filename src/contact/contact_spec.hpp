@@ -13,6 +13,7 @@ struct ContactSpec {
     ContactLaw law;
     bool self = false;
     double self_gap = 0; ///< m along the rod; nearer elements of one rod never touch; 0: half the way round its section
+    bool joined = false; ///< rods of one copy of an assembly too, but for elements near a joint
     double overlap = 0.1;       ///< over the diameter: the largest that the time step allows for
     bool allow_overlap = false; ///< at the start, by more than that
 

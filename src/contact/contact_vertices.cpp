@@ -195,7 +195,7 @@ Contacts::Inherited Contacts::spring_at_vertex(const Exposure& bodies, std::uint
 
 /// The element before or behind (step -1, 1) that of a slot, where a ring closes between them.
 std::optional<std::uint32_t> Contacts::beyond_seam(const Exposure& bodies, std::uint32_t slot, int step) const {
-    const std::int32_t ring = nth(scene_.gaps, bodies.at(slot).group).ring;
+    const std::int32_t ring = nth(scene_.rules.of_group, bodies.at(slot).group).ring;
     if (ring == 0 || step == 0 || bodies.element(slot) != (step < 0 ? 0 : ring - 1)) return {};
     return bodies.find(bodies.in_scene(slot) - step * (ring - 1));
 }

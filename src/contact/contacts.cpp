@@ -23,7 +23,8 @@ constexpr double inactive_work = 1.0 / 8;          // cost of a pair that does n
 
 Contacts::Contacts(ContactScene scene, const Threads& threads)
     : scene_(std::move(scene)), kinds_{laws_.normal(), laws_.friction()}, remembers_(laws_.remember()),
-      has_rings_(std::any_of(scene_.gaps.begin(), scene_.gaps.end(), [](const SelfGap& gap) { return gap.ring > 0; })),
+      has_rings_(std::any_of(scene_.rules.of_group.begin(), scene_.rules.of_group.end(),
+                             [](const SelfGap& gap) { return gap.ring > 0; })),
       threads_(threads), search_(threads), next_(to_index(threads.count())), area_(to_index(threads.count())) {
     figures_.skin = 0.25 * scene_.diameter;
     margin_ = 0.25 * figures_.skin;
@@ -187,7 +188,7 @@ void Contacts::prepare_rebuild(const Exposure& bodies) {
 
 std::int64_t Contacts::search(const Exposure& near, std::span<std::uint8_t> wanted) {
     const Timers::Guard timing(figures_.search_s);
-    search_.build(near, scene_.gaps, next_skin(), found_);
+    search_.build(near, scene_.rules, next_skin(), found_);
     if (!near.own.empty())
         for (std::size_t a = 0; a < near.slots(); ++a)
             for (std::uint32_t i = found_.first[a]; i < found_.first[a + 1]; ++i)

@@ -206,7 +206,7 @@ void Contacts::find_passed(const Exposure& near, std::span<std::uint8_t> wanted)
             const std::uint32_t low = std::min(*slot, other->slot), high = std::max(*slot, other->slot);
             const Vec3d apart = middle(other->slot) - here;
             const double within = own + reach(other->slot);
-            if (low == high || !(dot(apart, apart) <= within * within) || !may_touch(near, scene_.gaps, low, high))
+            if (low == high || !(dot(apart, apart) <= within * within) || !may_touch(near, scene_.rules, low, high))
                 continue;
             passed_.push_back({near.in_scene(low), near.in_scene(high)});
             for (const std::uint32_t one : {low, high})

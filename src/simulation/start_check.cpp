@@ -204,8 +204,7 @@ void refuse(const Communicator* comm, const Threads& threads, const Plan& plan, 
     const auto* contact = plan.find<ContactPlan>();
     if (!exposure || !contact || contact->spec.allow_overlap) return;
     show_all(groups, bodies, *exposure);
-    const auto solver =
-        kernels(plan.machine.lanes).make_contacts(contact_scene(groups, contact->spec, contact->laws), threads);
+    const auto solver = kernels(plan.machine.lanes).make_contacts(contact->scene(groups), threads);
     const Exposure& near = neighbourhood ? neighbourhood->widen(solver->next_skin()) : *exposure;
     std::vector<std::uint8_t> wanted(near.slots(), 0);
     solver->search(near, wanted);

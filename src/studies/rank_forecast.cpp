@@ -48,8 +48,7 @@ public:
         rods_->drift(clock_.next(1, 1).front());
         exposed_ = true;
         const ContactPlan& contact = *plan_.find<ContactPlan>();
-        const auto contacts =
-            kernels(plan_.machine.lanes).make_contacts(contact_scene(groups, contact.spec, contact.laws), threads_);
+        const auto contacts = kernels(plan_.machine.lanes).make_contacts(contact.scene(groups), threads_);
         around_.exposure->set_paces(threads_, around_.exposure->largest_speed(threads_));
         std::vector<std::uint8_t> wanted(around_.exposure->slots());
         contacts->search(*around_.exposure, wanted);

@@ -146,7 +146,7 @@ TEST_P(Neighbourhoods, GiveTheLoadsOfOneRank) {
         std::set<std::int64_t> needed, here; // slots of ghosts' elements
         if (share.rebuilt) {
             Candidates pairs;
-            BroadPhase::build_exhaustively(whole, crowd.bodies.gaps, of_whole.figures().skin, pairs);
+            BroadPhase::build_exhaustively(whole, crowd.bodies.rules, of_whole.figures().skin, pairs);
             const auto mine = [&](std::size_t slot) {
                 return share.bodies->find(static_cast<std::int64_t>(slot)).has_value() &&
                        share.bodies->owns_slot(*share.bodies->find(static_cast<std::int64_t>(slot)));

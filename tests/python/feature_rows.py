@@ -105,6 +105,15 @@ def branch(scene, where):
     scene.setdefault("joint", []).append({"kind": "fixed", "between": ["left", "branch"], "at": [0.0, 0.0], **LISTED})
 
 
+def scene_of(*edits):
+    """The scene with these rows, each for a group."""
+    scene = deepcopy(BASE)
+    for row, where in sorted(edits, key=lambda edit: edit[0].last):
+        row.edit(scene, where)
+    if "contact" in scene and ("joint" in scene or "assembly" in scene): scene["contact"]["joined"] = True
+    return scene
+
+
 def rows_of(folder):
     """All rows. Files that they need are written into `folder`."""
     (folder / "two.pbm").write_text(STRIPE)

@@ -42,7 +42,7 @@ public:
         bodies.set_paces(one, bodies.largest_speed(one));
         return bodies;
     }
-    const SelfGaps& gaps() const { return bodies_.gaps; }
+    const TouchRules& rules() const { return bodies_.rules; }
     ContactScene scene(ContactLaws laws) const { return bodies_.scene(std::move(laws)); }
 
     static constexpr int elements = 8;

@@ -33,7 +33,7 @@ public:
                             static_cast<std::uint32_t>(nodes.size()), static_cast<int>(groups_.size()), true});
         groups_.push_back({1, static_cast<std::int64_t>(nodes.size()), closed ? Chain::ring : Chain::open});
         for (std::size_t k = 0; k < nodes.size(); ++k) nodes_.push_back({nodes[k], k + 1 < nodes.size() ? radius : -1});
-        gaps.push_back({.elements = gap, .ring = closed ? static_cast<std::int32_t>(nodes.size()) - 1 : 0});
+        rules.of_group.push_back({.elements = gap, .ring = closed ? static_cast<std::int32_t>(nodes.size()) - 1 : 0});
     }
     /// `own`: by body; the others are ghosts that are here as a whole. None: all.
     Exposure exposure(std::span<const std::uint8_t> own = {}) const {
@@ -45,7 +45,7 @@ public:
     }
     /// One law for all, or laws of as many materials as there are bodies.
     ContactScene scene(ContactLaws laws) const {
-        ContactScene all{std::move(laws), gaps, 0, static_cast<std::int64_t>(nodes_.size())};
+        ContactScene all{std::move(laws), rules, 0, static_cast<std::int64_t>(nodes_.size())};
         double sum = 0, elements = 0;
         for (const ExposedNode& n : nodes_)
             if (n.radius >= 0) {
@@ -56,7 +56,7 @@ public:
         return all;
     }
 
-    SelfGaps gaps;
+    TouchRules rules;
 
 private:
     std::vector<SceneSlots::Alike> groups_;

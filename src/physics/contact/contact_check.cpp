@@ -36,7 +36,9 @@ void ContactTables::check(const SceneSpec& scene, Objections& objections) {
     check_law(scene.contact->law, scene.contact->overlap, contact);
     if (scene.contact->law.friction == ContactFriction::anisotropic)
         contact.add("friction", "anisotropic friction is for walls");
-    if (!scene.contact->self) contact.unused({"self_gap"}, "without 'self'");
+    if (scene.contact->joined && scene.joints.empty() && scene.assemblies.empty())
+        contact.add("joined", "'joined' has no use without [[joint]] or [[assembly]]");
+    if (!scene.contact->self && !scene.contact->joined) contact.unused({"self_gap"}, "without 'self' or 'joined'");
     if (scene.time.integrator != Integrator::verlet)
         contact.add("", "contact needs integrator = \"verlet\": the kicks of \"pefrl\" go backwards too");
     for (std::size_t i = 0; i < scene.contact_pairs.size(); ++i) {

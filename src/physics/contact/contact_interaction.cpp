@@ -34,8 +34,7 @@ template <class Row> std::vector<Row> rows_of(std::span<const std::byte> bytes) 
 ContactInteraction::ContactInteraction(const InteractionParts& parts, const ContactPlan& contact)
     : comm_(parts.comm), plan_(parts.plan), contact_(contact), groups_(parts.groups), exposure_(parts.around.exposure),
       loads_(parts.around.loads), all_rods_(exposure_->scene().bodies()),
-      contacts_(kernels(plan_.machine.lanes)
-                    .make_contacts(contact_scene(groups_, contact_.spec, contact_.laws), parts.threads)) {
+      contacts_(kernels(plan_.machine.lanes).make_contacts(contact_.scene(groups_), parts.threads)) {
     for (const RodGroup& group : groups_) mobility_.push_back(contact_mobility(group));
     const ContactLaws& laws = contact_.laws;
     const std::size_t materials = laws.materials();

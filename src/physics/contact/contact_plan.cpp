@@ -1,6 +1,7 @@
 #include "physics/contact/contact_plan.hpp"
 
 #include "coupling/interaction.hpp"
+#include "joints/joint_list.hpp"
 #include "loads/gravity.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "physics/contact/contact_interaction.hpp"
@@ -11,6 +12,7 @@
 #include "rod/body_shape.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
+#include "tiles/clusters.hpp"
 
 #include <fmt/format.h>
 
@@ -109,6 +111,23 @@ std::optional<Vec3d> gravity_of(const LoadTables& tables) {
     return found > 1 ? std::nullopt : gravity;
 }
 
+/// Places of joints, where rods of one copy touch each other; else null.
+std::shared_ptr<const JoinedGaps> joined_gaps(const SceneSpec& scene, std::span<const RodGroup> groups) {
+    if (!scene.contact->joined) return nullptr;
+    auto gaps = std::make_shared<JoinedGaps>(groups, scene.contact->self_gap);
+    for (const AssemblyGroups& of : assemblies_of(groups))
+        for (const Joint& joint : joints_of(scene.joints, groups, of.assembly)) {
+            const auto place = [&](const JointEnd& end) {
+                double arc = 0;
+                const RodGroup& group = nth(groups, end.group);
+                for (int k = 0; k < end.element; ++k) arc += nth(group.element, k).rest_length;
+                return JoinedPlace{end.group, end.rod, arc + end.share * nth(group.element, end.element).rest_length};
+            };
+            gaps->add(place(joint.first), place(joint.second));
+        }
+    return gaps;
+}
+
 /// Estimates, limits and doubts for rods that may touch each other or walls.
 class PlannedTouch final : public PhysicsPlan, public TouchPlan {
 public:
@@ -171,7 +190,9 @@ private:
 class PlannedContact final : public PhysicsPlan, public ContactPlan, public StartsInteraction {
 public:
     PlannedContact(const PlanInput& input, const ContactLaws& by_pair)
-        : ContactPlan{*input.scene.contact, by_pair, input.as_written.contact->law.stiffness_is_automatic()} {}
+        : ContactPlan{*input.scene.contact, by_pair, input.as_written.contact->law.stiffness_is_automatic(),
+                      joined_gaps(input.scene, input.groups)},
+          copies_(!assemblies_of(input.groups).empty()) {}
 
     std::string summary(const Plan&) const override { return "contact"; }
     std::vector<PlanLine> describe(const Plan& p) const override {
@@ -181,7 +202,10 @@ public:
                                 : "";
         return {{"contact",
                  law_text(spec.law) + (automatic_stiffness ? " (auto)" : "") +
-                     (spec.self ? ", of rods with themselves too" : ""),
+                     (spec.self ? ", of rods with themselves too" : "") +
+                     (!copies_      ? ""
+                      : spec.joined ? ", of joined rods too"
+                                    : ", not of joined rods"),
                  "contact",
                  {}},
                 {"  overlap",
@@ -210,6 +234,7 @@ public:
 
 private:
     static const ContactEstimate& estimate(const Plan& p) { return p.find<TouchPlan>()->estimate; }
+    bool copies_; ///< some rods are joined, or copied together
 };
 
 } // namespace

@@ -6,7 +6,9 @@
 #include "physics/contact/contact_estimate.hpp"
 #include "physics/contact/speed_estimate.hpp"
 
+#include <memory>
 #include <optional>
+#include <span>
 #include <string>
 
 namespace skein {
@@ -16,6 +18,9 @@ struct ContactPlan {
     ContactSpec spec;
     ContactLaws laws; ///< by pair of groups
     bool automatic_stiffness = false;
+    std::shared_ptr<const JoinedGaps> joined; ///< null where rods of one copy never touch
+
+    ContactScene scene(std::span<const RodGroup> groups) const { return contact_scene(groups, spec, laws, joined); }
 };
 
 /// Estimates for rods that may touch each other or walls.

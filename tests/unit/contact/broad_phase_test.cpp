@@ -57,9 +57,9 @@ TEST(BroadPhase, FindsWhatASearchThroughAllPairsFinds) {
         const double skin = seed % 3 ? 0.02 : 0;
         BroadPhase search(one), parallel(three);
         Candidates found, by_three, all;
-        search.build(c, bodies.gaps, skin, found);
-        parallel.build(c, bodies.gaps, skin, by_three);
-        BroadPhase::build_exhaustively(c, bodies.gaps, skin, all);
+        search.build(c, bodies.rules, skin, found);
+        parallel.build(c, bodies.rules, skin, by_three);
+        BroadPhase::build_exhaustively(c, bodies.rules, skin, all);
         ASSERT_EQ(found.first, all.first) << seed;
         ASSERT_EQ(found.partner, all.partner) << seed;
         ASSERT_EQ(by_three.first, all.first) << seed;
@@ -84,8 +84,8 @@ TEST(BroadPhase, MissesNoPairInTenBeds) {
                 for (const double skin : {0.25, 1.0}) {
                     BroadPhase search(one);
                     Candidates found, all;
-                    search.build(c, bed.gaps(), unit * skin, found);
-                    BroadPhase::build_exhaustively(c, bed.gaps(), unit * skin, all);
+                    search.build(c, bed.rules(), unit * skin, found);
+                    BroadPhase::build_exhaustively(c, bed.rules(), unit * skin, all);
                     ASSERT_EQ(found.first, all.first) << name << " skin " << skin << " unit " << unit;
                     ASSERT_EQ(found.partner, all.partner) << name << " skin " << skin << " unit " << unit;
                     EXPECT_GE(found.count(), name == "dilute" || name == "column" ? 0u : 20u) << name;
@@ -101,14 +101,14 @@ TEST(BroadPhase, NeedsNoBounds) {
     Exposure c = bodies.exposure();
     BroadPhase search(one);
     Candidates near, far;
-    search.build(c, bodies.gaps, 0.02, near);
+    search.build(c, bodies.rules, 0.02, near);
     for (const Window& w : c.window)
         if (c.node[w.first_slot].position.x > 0.5)
             for (std::uint32_t s = w.first_slot; s < w.first_slot + w.slots; ++s)
                 c.node[s].position.x += 4096; // cells wrap round on the way
-    search.build(c, bodies.gaps, 0.02, far);
+    search.build(c, bodies.rules, 0.02, far);
     Candidates all;
-    BroadPhase::build_exhaustively(c, bodies.gaps, 0.02, all);
+    BroadPhase::build_exhaustively(c, bodies.rules, 0.02, all);
     EXPECT_EQ(far.partner, all.partner);
     EXPECT_LT(far.count(), near.count());
 }
@@ -124,13 +124,13 @@ TEST(BroadPhase, LeavesOutInvalidElements) {
                     Exposure c = bodies.exposure();
                     BroadPhase search(one);
                     Candidates found, all;
-                    if (!first) search.build(c, bodies.gaps, 0.02, found);
+                    if (!first) search.build(c, bodies.rules, 0.02, found);
                     Vec3d& x = c.node[wrong].position;
                     if (axes & 1) x.x = lost;
                     if (axes & 2) x.y = -lost;
                     if (axes & 4) x.z = lost;
-                    search.build(c, bodies.gaps, 0.02, found);
-                    BroadPhase::build_exhaustively(c, bodies.gaps, 0.02, all);
+                    search.build(c, bodies.rules, 0.02, found);
+                    BroadPhase::build_exhaustively(c, bodies.rules, 0.02, all);
                     const auto valid = [&](const Candidates& candidates) {
                         std::vector<Pair> pairs;
                         for (std::uint32_t a = 0; a < c.slots(); ++a)

@@ -139,7 +139,7 @@ TEST(RingContacts, AreOfElementsThatAreNoNeighboursEitherWayRound) {
                 for (const Threads* threads : {&one, &three}) {
                     BroadPhase search(*threads);
                     Candidates found;
-                    search.build(bodies.exposure(), bodies.gaps, 0.05, found);
+                    search.build(bodies.exposure(), bodies.rules, 0.05, found);
                     std::set<std::pair<int, int>> got;
                     for (std::uint32_t a = 0; a + 1 < found.first.size(); ++a)
                         for (std::uint32_t k = found.first[a]; k < found.first[a + 1]; ++k)
@@ -147,7 +147,7 @@ TEST(RingContacts, AreOfElementsThatAreNoNeighboursEitherWayRound) {
                     ASSERT_EQ(got, expected) << seed << ", radius " << radius << ", gap " << gap;
                 }
                 Candidates all;
-                BroadPhase::build_exhaustively(bodies.exposure(), bodies.gaps, 0.05, all);
+                BroadPhase::build_exhaustively(bodies.exposure(), bodies.rules, 0.05, all);
                 ASSERT_EQ(all.count(), expected.size());
                 pairs += expected.size();
                 for (const auto& [i, j] : expected) over_the_vertex += n - (j - i) < j - i;

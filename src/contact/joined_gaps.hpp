@@ -1,0 +1,51 @@
+// Rods that are joined, as contact sees them: their elements touch, but for those near a joint.
+#pragma once
+
+#include "neighbourhood/exposure.hpp"
+
+#include <cstdint>
+#include <map>
+#include <span>
+#include <utility>
+#include <vector>
+
+namespace skein {
+
+/// A place of a joint on one of the bodies of a copy.
+struct JoinedPlace {
+    int group;
+    std::int64_t rod; ///< in the copy
+    double arc;       ///< arc length at rest, m; of a body unused
+};
+
+class JoinedGaps {
+public:
+    /// Elements of two rods that a joint connects touch where the way along both, over the joint, is longer than `gap`,
+    /// m; 0: than half the way round their sections.
+    JoinedGaps(std::span<const RodGroup> groups, double gap);
+    void add(const JoinedPlace& a, const JoinedPlace& b);
+
+    /// Of two elements of different bodies of one copy.
+    bool may_touch(const Exposure& bodies, std::size_t a, std::size_t b) const;
+
+private:
+    struct Group {
+        std::int64_t first_gid, rods_per_copy;
+        std::vector<double> arc; ///< of each node, m; none of a body
+        double half_round;       ///< half the way round the widest section, m
+        bool closed;
+    };
+    struct Arcs {
+        double a, b;
+    };
+    /// Numbers of two bodies in the first copy, the lower one first.
+    using Bodies = std::pair<std::int64_t, std::int64_t>;
+    std::int64_t in_first_copy(int group, std::int64_t gid) const;
+    static double way(const Group& group, std::int64_t element, double arc);
+
+    std::vector<Group> groups_;
+    double gap_;
+    std::map<Bodies, std::vector<Arcs>> joints_;
+};
+
+} // namespace skein
