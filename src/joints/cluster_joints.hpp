@@ -81,6 +81,10 @@ public:
                     int assembly, const Junctions& junctions = {}, const KickGains& gains = {}) {
         for (const AssemblyGroups& one : assemblies_of(groups))
             if (one.assembly == assembly) lay_out(one, groups.size());
+        if (std::any_of(joints.begin(), joints.end(), [](const Joint& joint) { return joint.second.of_world(); })) {
+            world_ = true;
+            for (Layout* layout : {&across_, &within_}) layout->world = layout->slots++;
+        }
         for (std::size_t j = 0; j < joints.size(); ++j) {
             if (!has_springs(tables[joints[j].table])) continue;
             if (runs_.empty() || joints[j].table != runs_.back().table) open(joints[j].table, tables[joints[j].table]);
@@ -92,6 +96,7 @@ public:
                 gains);
     }
 
+    bool has_world() const override { return world_; }
     bool shares_nodes() const override { return junctions_.has_value(); }
     bool wants_moments() const override { return junctions_ && junctions_->turns(); }
     void gather(Slot<W>* slot, bool across) const override { junctions_->gather(slot, across); }
@@ -136,6 +141,7 @@ private:
     struct Layout {
         std::vector<std::size_t> first; ///< slot, by group
         std::size_t slots = 0;
+        std::size_t world = 0;               ///< slot of the world, the last one, where joints have it
         std::vector<std::size_t> first_tile; ///< by group
         std::size_t tiles = 0;
     };
@@ -209,6 +215,7 @@ private:
 
     Slots slots(const Joint& joint, const Layout& layout, std::int64_t rods_of_tile) const {
         const auto node = [&](const JointEnd& end, int next) {
+            if (end.of_world()) return static_cast<std::uint32_t>(layout.world);
             const auto g = to_index(end.group);
             return static_cast<std::uint32_t>(layout.first[g] + to_index(end.rod / rods_of_tile) * slots_of_[g] +
                                               to_index(end.element) + (is_body_[g] ? 0u : static_cast<unsigned>(next)));
@@ -344,6 +351,7 @@ private:
                         for (int l = tile.lanes; l < W; ++l) number(*pack, l) = number(*pack, tile.lanes - 1);
     }
 
+    bool world_ = false;
     std::vector<std::size_t> slots_of_; ///< by group
     std::vector<bool> is_body_;         ///< by group: its node has no next
     Layout across_, within_;

@@ -90,6 +90,7 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
             // Stiffness of a repulsion where elements are a tenth closer than they were.
             const double repelling = 1.5 * table.law.repulsion * std::sqrt(0.1 * joint.rest_distance);
             for (const JointEnd* end : {&joint.first, &joint.second}) {
+                if (end->of_world()) continue;
                 const RodGroup& group = nth(groups, end->group);
                 const Mobility m = mobility(group, *end);
                 JointEnd centre = *end;

@@ -106,6 +106,19 @@ public:
     JointMaker(std::size_t table, const JointSpec& spec, const RodGroup& first, const RodGroup& second)
         : table_(table), spec_(spec), first_(first), second_(second), same_(first.id() == second.id()) {}
 
+    /// Joints of rods of the first group to the world.
+    std::vector<Joint> make_to_world() {
+        if (spec_.pairs == JointPairs::listed)
+            for (const long i : spec_.first) {
+                if (i >= first_.rods())
+                    refuse(fmt::format("lists rod {}, but a copy has {}, counted from 0", i, first_.rods()));
+                to_world(i);
+            }
+        else
+            for (std::int64_t i = 0; i < first_.rods(); ++i) to_world(i);
+        return finished();
+    }
+
     std::vector<Joint> make() {
         switch (spec_.kind) {
         case JointKind::side_by_side:
@@ -118,13 +131,18 @@ public:
             points();
         }
         if (joints_.empty()) refuse("joins nothing: no element of one is beside one of the other");
-        return std::move(joints_);
+        return finished();
     }
 
 private:
     [[noreturn]] void refuse(const std::string& what) const {
-        throw InputError(fmt::format("{}: the joint between '{}' and '{}' {}", spec_.source, first_.group().name(),
-                                     second_.group().name(), what));
+        throw InputError(fmt::format("{}: the joint between '{}' and '{}' {}", spec_.source, spec_.between[0],
+                                     spec_.between[1], what));
+    }
+    std::vector<Joint> finished() {
+        if (spec_.place && joints_.size() > 1)
+            refuse(fmt::format("has one 'place' for {} joints: list one pair, or leave it out", joints_.size()));
+        return std::move(joints_);
     }
     void add(JointEnd a, JointEnd b) {
         const double apart = norm(second_.place(b.rod, b.element, 0.5) - first_.place(a.rod, a.element, 0.5));
@@ -155,7 +173,8 @@ private:
         const auto [k, s] = first_.at(spec_.at[0]);
         const auto [l, t] = second_.at(spec_.at[1]);
         const Vec3d x = first_.place(i, k, s), y = second_.place(j, l, t);
-        const Vec3d place = !first_.group().strained() && second_.group().strained()   ? y
+        const Vec3d place = spec_.place                                                ? *spec_.place
+                            : !first_.group().strained() && second_.group().strained() ? y
                             : first_.group().strained() && !second_.group().strained() ? x
                                                                                        : 0.5 * (x + y);
         JointEnd a = first_.end(i, k, s, place), b = second_.end(j, l, t, place);
@@ -164,6 +183,17 @@ private:
             b.axis = second_.director(j, l) * unit(spec_.axis);
         }
         add(a, b);
+    }
+
+    void to_world(std::int64_t i) {
+        const auto [k, s] = first_.at(spec_.at[0]);
+        const Vec3d x = spec_.place.value_or(first_.place(i, k, s));
+        JointEnd a = first_.end(i, k, s, x), b{JointEnd::world, 0, 0, 0, x, {0, 0, 0}};
+        if (spec_.kind == JointKind::hinge) {
+            b.axis = unit(spec_.axis);
+            a.axis = first_.director(i, k) * b.axis;
+        }
+        joints_.push_back({table_, a, b, inverse(first_.director(i, k)), 0});
     }
 
     void side_by_side() {
@@ -241,9 +271,10 @@ std::vector<Joint> joints_of(std::span<const JointSpec> tables, std::span<const 
             return std::find_if(groups.begin(), groups.end(),
                                 [&](const RodGroup& g) { return g.name() == tables[t].between[i]; });
         };
-        const auto first = named(0), second = named(1);
+        const auto first = named(0), second = tables[t].to_world() ? first : named(1);
         if (!first->assembly() || first->assembly()->number != assembly) continue;
-        const std::vector<Joint> made = JointMaker(t, tables[t], *first, *second).make();
+        JointMaker maker(t, tables[t], *first, *second);
+        const std::vector<Joint> made = tables[t].to_world() ? maker.make_to_world() : maker.make();
         joints.insert(joints.end(), made.begin(), made.end());
     }
     return joints;

@@ -12,12 +12,16 @@ namespace skein {
 
 /// One side of a joint: a point that moves with an element, between its nodes and off its axis.
 struct JointEnd {
+    static constexpr int world = -1; ///< `group` of an end that is fixed in the axes of the copy; its arm is the place
+
     int group;
     std::int64_t rod; ///< in the copy
     int element;
     double share; ///< share of the second node in the point's place; 0 of a body
     Vec3d arm;    ///< from there to the point, body, m
     Vec3d axis;   ///< axis of a hinge, body
+
+    bool of_world() const { return group == world; }
 };
 
 struct Joint {

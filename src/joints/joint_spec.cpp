@@ -11,11 +11,14 @@ void JointSpec::fields(FieldVisitor& f) {
              "neighbouring elements; tip_to_side: an end and the nearest side, as a hinge about the end's own axis",
          .required = true},
         kind, joint_names);
-    f.visit({.name = "between",
-             .unit = "",
-             .text = "two groups outside assemblies, or of one assembly; or twice the same",
-             .required = true},
-            between);
+    f.visit(
+        {.name = "between",
+         .unit = "",
+         .text =
+             "two groups outside assemblies, or of one assembly; twice the same; or a group and \"world\", to which "
+             "places of its rods are joined where they start, in each copy",
+         .required = true},
+        between);
     f.choice({.name = "pairs",
               .unit = "",
               .text = "spherical, hinge, fixed: which rods are joined, by their numbers in a copy: i and i, i and i + "
@@ -28,11 +31,17 @@ void JointSpec::fields(FieldVisitor& f) {
         {.name = "at",
          .unit = "-",
          .text =
-             "where both are joined, over their length: 0 is the start, 1 the end; a body is joined where the rod is; "
-             "tip_to_side: 0 or 1, the end of the first",
+             "where both are joined, over their length: 0 is the start, 1 the end; a body is joined where the rod is, "
+             "to the world at its centre of mass; tip_to_side: 0 or 1, the end of the first",
          .at_least = 0,
          .at_most = 1},
         at);
+    f.visit_optional(
+        {.name = "place",
+         .unit = "m",
+         .text = "spherical, hinge, fixed, of one joint: place at the start, in the axes of the assembly, from which "
+                 "arms go to both; absent: midway between both places, or that of the rod"},
+        place);
     f.visit({.name = "axis", .unit = "-", .text = "hinge: direction at the start, in the axes of the assembly"}, axis);
     f.visit({.name = "gap",
              .unit = "m",

@@ -3,6 +3,7 @@
 
 #include "skein/core/fields.hpp"
 
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -14,6 +15,9 @@ namespace skein {
 /// side of another rod.
 enum class JointKind { spherical, hinge, fixed, side_by_side, tip_to_side };
 inline constexpr std::string_view joint_names[] = {"spherical", "hinge", "fixed", "side_by_side", "tip_to_side"};
+
+/// Name of the second side of joints to a fixed place.
+inline constexpr std::string_view world_name = "world";
 
 /// Rods of both groups that are joined, by their numbers in a copy: same i and i, next i and i + 1, listed.
 enum class JointPairs { same, next, listed };
@@ -35,15 +39,17 @@ struct JointLaw {
 
 struct JointSpec {
     JointKind kind = JointKind::spherical;
-    std::vector<std::string> between; ///< two groups, or a group and itself
+    std::vector<std::string> between; ///< two groups, a group and itself, or a group and the world
     JointPairs pairs = JointPairs::same;
     std::vector<long> first, second; ///< listed: numbers of rods
     std::vector<double> at{1, 0};    ///< places on both, over the length; of a body unused
+    std::optional<Vec3d> place;      ///< of the joint at the start, m, in the axes of the assembly
     Vec3d axis{0, 0, 0};             ///< axis of a hinge, at the start, in the axes of the assembly
     double gap = 0; ///< m: elements whose surfaces are farther apart are not side by side; 0: 1 % of their radii
     JointLaw law;
     std::string source; ///< file:line of the table, for messages
 
+    bool to_world() const { return between.size() == 2 && between[1] == world_name; }
     void fields(FieldVisitor& f);
 };
 

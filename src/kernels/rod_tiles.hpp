@@ -99,11 +99,13 @@ private:
         const ClusterJoints<W>* joints;
         bool across;
         std::vector<std::size_t> tiles;
-        std::size_t slots = 0;
-        bool muscles = false; ///< true where moments of muscles act through joints
+        std::size_t slots = 0; ///< with that of the world
+        bool muscles = false;  ///< true where moments of muscles act through joints
     };
     /// Finds the clusters of the tiles across so far, which are in order and grouped by cluster.
     void find_clusters();
+    /// Sets the slots of the world behind those of clusters.
+    void place_worlds();
     /// Advances a cluster by a part of a step.
     void advance_cluster(const Cluster& cluster, const StepPart& part, int thread);
     /// Loads of joints, by slot of the cluster.

@@ -118,11 +118,14 @@ template <int W> void RodTiles<W>::give_slots() {
     const auto slots_of = [&](std::size_t t) { return static_cast<std::size_t>(tiles_[t].last) + 1; };
     std::size_t slots = 0;
     for (std::size_t t = 0; t < tiles_.size(); ++t) slots += slots_of(t);
+    for (const Cluster& cluster : clusters_) slots += cluster.joints->has_world();
     slots_ = UnsetArray<Slot<W>>(slots);
     Slot<W>* next_slot = slots_.data();
     const auto give = [&](std::size_t t) { tiles_[t].slot = std::exchange(next_slot, next_slot + slots_of(t)); };
-    for (const Cluster& cluster : clusters_)
+    for (const Cluster& cluster : clusters_) {
         for (const std::size_t t : cluster.tiles) give(t);
+        next_slot += cluster.joints->has_world();
+    }
     for (const std::size_t t : alone_) give(t);
 }
 
@@ -148,6 +151,7 @@ template <int W> void RodTiles<W>::find_clusters() {
                     cluster_of_[t] = clusters_.size() - 1;
                 }
             }
+            cluster.slots += cluster.joints->has_world();
         };
         for (std::size_t block = 0; block < tiling.across.size(); ++block) add(true);
         for (std::int64_t copy = 0; copy < tiling.within; ++copy) add(false);
@@ -156,8 +160,23 @@ template <int W> void RodTiles<W>::find_clusters() {
         if (cluster_of_[t] == SIZE_MAX) alone_.push_back(t);
 }
 
+template <int W> void RodTiles<W>::place_worlds() {
+    for (const Cluster& cluster : clusters_) {
+        if (!cluster.joints->has_world()) continue;
+        const RodTile<W>& tile = tiles_[cluster.tiles.front()];
+        Slot<W>& world = tile.slot[cluster.slots - 1];
+        for (int l = 0; l < W; ++l) {
+            const std::int64_t rod = tile.index[cluster.across ? l : 0], copy = tile.group->copy_of(rod);
+            set_lane(world, l,
+                     Slot<1>{broadcast<1>(nth(tile.group->assembly()->origins, copy)), {}, broadcast<1>(no_turn), {}});
+            set_lane(world.director, l, tile.group->copy_axes(rod));
+        }
+    }
+}
+
 template <int W> void RodTiles<W>::take_start_states(std::vector<AlongLayout> layouts) {
     const std::size_t across = first_rod_.size();
+    place_worlds();
     strands_ = std::vector<std::optional<Strands<W>>>(layouts.size());
     // The loop of a visit: threads take much the same tiles then, whose memory has come to them here.
     threads_.for_each(tiles_.size(), [&](std::size_t t, int thread) {

@@ -24,10 +24,11 @@ std::vector<int> assembly_of_groups(const SceneSpec& scene) {
     int next = static_cast<int>(scene.assemblies.size());
     for (const JointSpec& joint : scene.joints) {
         if (joint.between.size() != 2) continue;
-        const std::size_t a = find(joint.between[0]), b = find(joint.between[1]);
+        const std::size_t a = find(joint.between[0]), b = joint.to_world() ? a : find(joint.between[1]);
         if (a == scene.rods.size() || b == scene.rods.size()) continue;
         const int of_a = assembly[a], of_b = assembly[b];
         if (of_a < 0 && of_b < 0) assembly[a] = assembly[b] = next++;
+        else if (a == b) continue;
         else if (of_a < 0) assembly[a] = of_b;
         else if (of_b < 0) assembly[b] = of_a;
         else std::replace(assembly.begin(), assembly.end(), std::max(of_a, of_b), std::min(of_a, of_b));

@@ -57,10 +57,12 @@ template <int W> struct JoinedLoad {
 };
 
 /// Joints of an assembly. Slots of a cluster are those of its tiles one after another: in a block of copies tile by
-/// tile, the rods of each group in turn; in a single copy the tiles of its groups in turn.
+/// tile, the rods of each group in turn; in a single copy the tiles of its groups in turn. The world, if any, is last.
 template <int W> class ClusterJoints {
 public:
     virtual ~ClusterJoints() = default;
+    /// True where joints have a slot of the world: a body at the origin of the copy, in its axes, that does not move.
+    virtual bool has_world() const { return false; }
     /// Sets the loads of all slots. `across`: true where the cluster is a block of copies. `moments`: by tile of the
     /// cluster, null where wants_moments() is false.
     virtual void run(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, bool across) const = 0;

@@ -117,6 +117,7 @@ std::shared_ptr<const JoinedGaps> joined_gaps(const SceneSpec& scene, std::span<
     auto gaps = std::make_shared<JoinedGaps>(groups, scene.contact->self_gap);
     for (const AssemblyGroups& of : assemblies_of(groups))
         for (const Joint& joint : joints_of(scene.joints, groups, of.assembly)) {
+            if (joint.second.of_world()) continue;
             const auto place = [&](const JointEnd& end) {
                 double arc = 0;
                 const RodGroup& group = nth(groups, end.group);

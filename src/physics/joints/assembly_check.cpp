@@ -32,14 +32,32 @@ void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections)
                            "\"clamped_frozen\" for rods of an [[assembly]]");
 }
 
+void to_world(const JointSpec& spec, const RodSpec& rods, Objections& objections) {
+    const JointKind kind = spec.kind;
+    if (kind == JointKind::side_by_side || kind == JointKind::tip_to_side)
+        objections.add("kind", fmt::format("the world has no sides: a joint of kind \"{}\" is between rods",
+                                           nth(joint_names, kind)));
+    if (spec.pairs == JointPairs::next) objections.add("pairs", "the world has no numbers: leave 'pairs' out, or list");
+    if (shares_node(spec))
+        objections.add("", rods.body
+                               ? "a body that is fixed to the world does not move: leave the joint out and give "
+                                 "'stiffness' [N/m] and 'torsional_stiffness' [N m/rad], or use a [[wall]]"
+                               : "a rod that is fixed to the world is clamped: say start or end = \"clamped\", or "
+                                 "'hold', or give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad]");
+}
+
 void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {
     const JointKind kind = spec.kind;
     const std::string where = fmt::format("for a joint of kind \"{}\"", nth(joint_names, kind));
-    if (spec.between.size() != 2) return objections.add("between", "'between' names two groups, or twice the same");
+    if (spec.between.size() != 2)
+        return objections.add("between", "'between' names two groups, twice the same, or a group and \"world\"");
     std::vector<const RodSpec*> groups;
     for (std::size_t i = 0; i < 2; ++i)
-        groups.push_back(group_named(scene, spec.between[i], objections, fmt::format("between.{}", i)));
+        groups.push_back(i == 1 && spec.to_world()
+                             ? groups[0]
+                             : group_named(scene, spec.between[i], objections, fmt::format("between.{}", i)));
     if (!groups[0] || !groups[1]) return;
+    if (spec.to_world()) to_world(spec, *groups[0], objections);
     if (groups[0]->assembly != groups[1]->assembly)
         objections.add("between",
                        fmt::format("'{}' and '{}' belong to different assemblies: joints are between rods of one copy",
@@ -47,9 +65,14 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
     const bool points = kind == JointKind::spherical || kind == JointKind::hinge || kind == JointKind::fixed;
     if (!points) objections.unused({"pairs", "first", "second"}, where);
     else if (spec.pairs != JointPairs::listed) objections.unused({"first", "second"}, "without pairs = \"listed\"");
-    else if (spec.first.empty() || spec.first.size() != spec.second.size())
-        objections.add("", fmt::format("'first' and 'second' list as many rods each, at least one: they have {} and {}",
-                                       spec.first.size(), spec.second.size()));
+    else if (spec.to_world() ? spec.first.empty() || !spec.second.empty()
+                             : spec.first.empty() || spec.first.size() != spec.second.size())
+        objections.add("", spec.to_world()
+                               ? "'first' lists rods that are joined to the world, and 'second' none"
+                               : fmt::format("'first' and 'second' list as many rods each, at least one: they have {} "
+                                             "and {}",
+                                             spec.first.size(), spec.second.size()));
+    if (!points) objections.unused({"place"}, where);
     if (spec.at.size() != 2) objections.add("at", "'at' needs two values, a place on each of both");
     else if (kind == JointKind::tip_to_side && spec.at[0] != 0 && spec.at[0] != 1)
         objections.add("at", "the tip is at the start or the end of the first rod: at[0] is 0 or 1");

@@ -9,6 +9,17 @@
 
 namespace skein {
 
+namespace {
+
+/// The world of rod i's copy.
+Slot<1> world_slot(const RodGroup& group, std::int64_t i) {
+    Slot<1> slot{broadcast<1>(nth(group.assembly()->origins, group.copy_of(i))), {}, broadcast<1>(no_turn), {}};
+    set_lane(slot.director, 0, group.copy_axes(i));
+    return slot;
+}
+
+} // namespace
+
 JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all, double lag) {
     std::vector<std::size_t> rods;
     std::map<std::pair<int, std::int64_t>, std::size_t> place; // in rods, by group and index
@@ -26,13 +37,18 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
     for (std::size_t a = 0; a < plan.assemblies.size(); ++a)
         for (const Joint& joint : plan.joints->of_assembly[a]) {
             const auto of_group = [&](int group) -> const RodGroup& { return nth(groups, group); };
+            const bool to_world = joint.second.of_world();
             const std::int64_t first_rods = of_group(joint.first.group).rods_per_copy(),
-                               second_rods = of_group(joint.second.group).rods_per_copy();
+                               second_rods = to_world ? 0 : of_group(joint.second.group).rods_per_copy();
             for (std::int64_t copy = 0; copy < plan.assemblies[a].copies; ++copy) {
                 const auto at = place.find({joint.first.group, copy * first_rods + joint.first.rod});
                 if (at == place.end()) continue;
                 const auto& first = state[at->second];
-                const auto& second = state[place.at({joint.second.group, copy * second_rods + joint.second.rod})];
+                const std::vector<Slot<1>> world =
+                    to_world ? std::vector{world_slot(of_group(joint.first.group), at->first.second)}
+                             : std::vector<Slot<1>>();
+                const auto& second =
+                    to_world ? world : state[place.at({joint.second.group, copy * second_rods + joint.second.rod})];
                 const auto k = static_cast<std::size_t>(joint.first.element),
                            l = static_cast<std::size_t>(joint.second.element);
                 const JointState now = joint_state(plan.joints->tables[joint.table], joint, first[k],
