@@ -3,6 +3,7 @@
 // Each slot takes its loads in the order of the joints either way, so the bits are the same.
 #pragma once
 
+#include "joints/axis_law.hpp"
 #include "joints/cluster_junctions.hpp"
 #include "joints/joint_law.hpp"
 #include "joints/joint_list.hpp"
@@ -53,6 +54,31 @@ SKEIN_INLINE JointNodeLoads<Pack<W>> node_loads(const JointLaw& law, const Joine
     return loads;
 }
 
+/// Loads of a joint with a free axis, node by node.
+template <JointForm Form, int W>
+SKEIN_INLINE JointNodeLoads<Pack<W>> node_loads(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+                                                const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
+                                                const Pack<W>& length, AxisMemory<Pack<W>>& memory) {
+    JointLoad<Pack<W>> on_b;
+    const JointLoad<Pack<W>> on_a = form_load<Form, W>(at, a, b, rest, length, memory, on_b);
+    return {a.share_before * on_a.force, a.share * on_a.force, b.share_before * on_b.force,
+            b.share * on_b.force,        on_a.couple,          on_b.couple};
+}
+
+/// Calls f.operator()<Form>() for a table with a free axis.
+template <class F> auto with_form(const JointSpec& spec, F&& f) {
+    switch (form_of(spec)) {
+    case JointForm::universal:
+        return f.template operator()<JointForm::universal>();
+    case JointForm::slider:
+        return f.template operator()<JointForm::slider>();
+    case JointForm::distance:
+        return f.template operator()<JointForm::distance>();
+    default:
+        return f.template operator()<JointForm::hinge>();
+    }
+}
+
 /// Calls f.operator()<Turn, Damped, Repels>() as a table has them.
 template <class F> auto with_joint(const JointSpec& spec, F&& f) {
     const auto with_turn = [&]<bool Damped, bool Repels>() {
@@ -75,6 +101,8 @@ template <class F> auto with_joint(const JointSpec& spec, F&& f) {
 }
 
 template <int W> class JointsOfCluster final : public ClusterJoints<W> {
+    using P = Pack<W>;
+
 public:
     /// `gains`: of the kicks, where there are junctions.
     JointsOfCluster(std::span<const JointSpec> tables, std::span<const Joint> joints, std::span<const RodGroup> groups,
@@ -85,6 +113,7 @@ public:
             world_ = true;
             for (Layout* layout : {&across_, &within_}) layout->world = layout->slots++;
         }
+        axes_of_group_ = axes_of_groups(tables, joints, groups.size());
         for (std::size_t j = 0; j < joints.size(); ++j) {
             if (!has_springs(tables[joints[j].table])) continue;
             if (runs_.empty() || joints[j].table != runs_.back().table) open(joints[j].table, tables[joints[j].table]);
@@ -104,26 +133,66 @@ public:
         junctions_->move_as_one(slot, step, across);
     }
 
-    void run(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, bool across) const override {
+    void prepare(std::span<const Step> steps) override {
+        for (Run& run : runs_)
+            if (run.axis.motor.kind != MotorKind::none)
+                for (const Step& step : steps) nth(run.motor, step.slot) = run.axis.motor.at(step.time);
+    }
+    void run(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, P* memory, JoinedLoad<W>* load,
+             bool across) const override {
         std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_) {
-            if (across) (this->*run.across)(run, slot, load);
-            else (this->*run.within)(run, slot, load);
+            const At at{slot, nth(run.motor, step.slot), step.dt, reinterpret_cast<AxisMemory<P>*>(memory), load};
+            if (across) (this->*run.across)(run, at);
+            else (this->*run.within)(run, at);
         }
         if (junctions_) junctions_->add_loads(slot, moments, load, across);
         if (!across) fill_spare_lanes(load);
     }
 
+    std::size_t memory_packs(bool across) const override {
+        std::size_t rows = 0;
+        for (const Run& run : runs_) rows = std::max(rows, memory_end(run, across));
+        return rows * axis_memory_numbers;
+    }
+    void append_memory(const P* memory, bool across, JoinedRod rod, std::vector<double>& numbers) const override {
+        const std::size_t end = numbers.size() + axes_of_group_[to_index(rod.group)] * axis_memory_numbers;
+        for_memory(across, rod, [&](std::size_t row, int lane) {
+            for (std::size_t n = 0; n < axis_memory_numbers; ++n)
+                numbers.push_back(memory[row * axis_memory_numbers + n][lane]);
+        });
+        numbers.resize(end, 0.0);
+    }
+    std::size_t restore(P* memory, bool across, JoinedRod rod, std::span<const double> numbers) const override {
+        std::size_t at = 0;
+        for_memory(across, rod, [&](std::size_t row, int lane) {
+            for (std::size_t n = 0; n < axis_memory_numbers; ++n)
+                memory[row * axis_memory_numbers + n].set(lane, numbers[at++]);
+        });
+        return axes_of_group_[to_index(rod.group)] * axis_memory_numbers;
+    }
+
 private:
-    using P = Pack<W>;
     struct Run;
-    using Kernel = void (JointsOfCluster::*)(const Run&, const Slot<W>*, JoinedLoad<W>*) const;
+    /// Slots, motor and memory at a step, and the loads to add to.
+    struct At {
+        const Slot<W>* slot;
+        MotorNow motor;
+        double h; ///< s, since the last step
+        AxisMemory<P>* memory;
+        JoinedLoad<W>* load;
+    };
+    using Kernel = void (JointsOfCluster::*)(const Run&, const At&) const;
     struct Run {
         std::size_t table;
         JointLaw law;
+        AxisSpec axis;
         Kernel across, within;
-        std::size_t first = 0, end = 0;           ///< range of joints
-        std::size_t first_pack = 0, end_pack = 0; ///< range of packs of W joints
+        std::size_t first = 0, end = 0;                 ///< range of joints
+        std::size_t first_pack = 0, end_pack = 0;       ///< range of packs of W joints
+        std::size_t first_memory = 0, first_packed = 0; ///< rows of memory, across and within
+        bool remembers = false;
+        std::array<MotorNow, Clock::largest_batch> motor{}; ///< by slot of the step
     };
     /// Slots of a joint's elements: their nodes, of a body twice the same.
     struct Slots {
@@ -186,17 +255,48 @@ private:
     }
 
     void open(std::size_t table, const JointSpec& spec) {
-        runs_.push_back(with_joint(spec, [&]<JointTurn Turn, bool Damped, bool Repels>() {
-            return Run{table, spec.law, &JointsOfCluster::template run_across<Turn, Damped, Repels>,
-                       &JointsOfCluster::template run_within<Turn, Damped, Repels>};
-        }));
-        runs_.back().first = runs_.back().end = slots_across_.size();
-        runs_.back().first_pack = runs_.back().end_pack = gathered_.size();
+        Run run{table, spec.law, spec.axis_law, nullptr, nullptr};
+        if (!runs_.empty()) {
+            run.first_memory = memory_end(runs_.back(), true);
+            run.first_packed = memory_end(runs_.back(), false);
+        }
+        run.remembers = form_of(spec) != JointForm::spring;
+        if (run.remembers)
+            with_form(spec, [&]<JointForm Form>() {
+                run.across = &JointsOfCluster::template run_across_form<Form>;
+                run.within = &JointsOfCluster::template run_within_form<Form>;
+            });
+        else
+            with_joint(spec, [&]<JointTurn Turn, bool Damped, bool Repels>() {
+                run.across = &JointsOfCluster::template run_across<Turn, Damped, Repels>;
+                run.within = &JointsOfCluster::template run_within<Turn, Damped, Repels>;
+            });
+        run.first = run.end = slots_across_.size();
+        run.first_pack = run.end_pack = gathered_.size();
+        runs_.push_back(std::move(run));
+    }
+    /// Behind the rows of memory of a run.
+    static std::size_t memory_end(const Run& run, bool across) {
+        if (!run.remembers) return across ? run.first_memory : run.first_packed;
+        return across ? run.first_memory + (run.end - run.first) : run.first_packed + (run.end_pack - run.first_pack);
+    }
+    /// f(row, lane) for the memory of joints whose first side is this rod. Spare lanes are those of the last copy.
+    template <class F> void for_memory(bool across, JoinedRod rod, F&& f) const {
+        for (const Run& run : runs_) {
+            if (!run.remembers) continue;
+            for (std::size_t j = run.first; j < run.end; ++j) {
+                if (first_of_[j] != std::pair(rod.group, rod.rod)) continue;
+                const std::size_t i = j - run.first;
+                if (!across) f(run.first_packed + i / W, static_cast<int>(i % W));
+                else f(run.first_memory + i, rod.lane);
+            }
+        }
     }
     void add(const Joint& joint) {
         Run& run = runs_.back();
         slots_across_.push_back(slots(joint, across_, 1));
         constants_.push_back(constants_of(joint));
+        first_of_.emplace_back(joint.first.group, joint.first.rod);
         run.end = slots_across_.size();
         if (run.end_pack == run.first_pack || gathered_.back().count == W) {
             gathered_.emplace_back();
@@ -268,22 +368,35 @@ private:
         add_b(load[s.b].couple, loads.couple_b);
     }
 
-    template <JointTurn Turn, bool Damped, bool Repels>
-    void run_across(const Run& run, const Slot<W>* slot, JoinedLoad<W>* load) const {
+    /// Loads of all joints of a run across: law(number, first element, second element, constants).
+    template <bool Damped, class Law> SKEIN_INLINE void for_across(const Run& run, const At& at, Law&& law) const {
         for (std::size_t j = run.first; j < run.end; ++j) {
             const Slots& s = slots_across_[j];
             const JointConstants<double>& c = constants_[j];
-            const auto read = [&](std::uint32_t Slots::*at, auto field) -> const auto& { return slot[s.*at].*field; };
-            const JointNodeLoads<P> loads = node_loads<Turn, Damped, Repels, W>(
-                run.law,
-                element<Damped>(read, &Slots::a, &Slots::a_next, c.share_a, c.share_before_a, broadcast<W>(c.arm_a),
-                                broadcast<W>(c.axis_a)),
-                element<Damped>(read, &Slots::b, &Slots::b_next, c.share_b, c.share_before_b, broadcast<W>(c.arm_b),
-                                broadcast<W>(c.axis_b)),
-                broadcast<W>(c.rest), P(c.rest_distance));
+            const auto read = [&](std::uint32_t Slots::*of, auto field) -> const auto& {
+                return at.slot[s.*of].*field;
+            };
+            const JointNodeLoads<P> loads =
+                law(j - run.first,
+                    element<Damped>(read, &Slots::a, &Slots::a_next, c.share_a, c.share_before_a, broadcast<W>(c.arm_a),
+                                    broadcast<W>(c.axis_a)),
+                    element<Damped>(read, &Slots::b, &Slots::b_next, c.share_b, c.share_before_b, broadcast<W>(c.arm_b),
+                                    broadcast<W>(c.axis_b)),
+                    broadcast<W>(c.rest), P(c.rest_distance));
             const auto add = [](Vec3<P>& to, const Vec3<P>& more) { to += more; };
-            scatter(loads, s, load, add, add);
+            scatter(loads, s, at.load, add, add);
         }
+    }
+    template <JointTurn Turn, bool Damped, bool Repels> void run_across(const Run& run, const At& at) const {
+        for_across<Damped>(run, at, [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) {
+            return node_loads<Turn, Damped, Repels, W>(run.law, a, b, rest, length);
+        });
+    }
+    template <JointForm Form> void run_across_form(const Run& run, const At& at) const {
+        for_across<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
+            return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
+                                       at.memory[run.first_memory + i]);
+        });
     }
 
     /// Number of a lane that is known only as the program runs.
@@ -311,24 +424,23 @@ private:
         }
     }
 
-    template <JointTurn Turn, bool Damped, bool Repels>
-    void run_within(const Run& run, const Slot<W>* slot, JoinedLoad<W>* load) const {
+    /// The same for runs within, W joints at a time.
+    template <bool Damped, class Law> SKEIN_INLINE void for_within(const Run& run, const At& at, Law&& law) const {
         for (std::size_t i = run.first_pack; i < run.end_pack; ++i) {
             const Gathered& g = gathered_[i];
             const JointConstants<P>& c = g.constants;
             const auto read_by = [&](const Lanes& lane) {
-                return [&](std::uint32_t Slots::*at, auto field) {
+                return [&](std::uint32_t Slots::*of, auto field) {
                     return gathered(
-                        [&](std::size_t l) -> const auto& { return slot[g.slots[l].*at].*field; }, lane);
+                        [&](std::size_t l) -> const auto& { return at.slot[g.slots[l].*of].*field; }, lane);
                 };
             };
-            const JointNodeLoads<P> loads =
-                node_loads<Turn, Damped, Repels, W>(run.law,
-                                                    element<Damped>(read_by(g.lane_a), &Slots::a, &Slots::a_next,
-                                                                    c.share_a, c.share_before_a, c.arm_a, c.axis_a),
-                                                    element<Damped>(read_by(g.lane_b), &Slots::b, &Slots::b_next,
-                                                                    c.share_b, c.share_before_b, c.arm_b, c.axis_b),
-                                                    c.rest, c.rest_distance);
+            const JointNodeLoads<P> loads = law(i - run.first_pack,
+                                                element<Damped>(read_by(g.lane_a), &Slots::a, &Slots::a_next, c.share_a,
+                                                                c.share_before_a, c.arm_a, c.axis_a),
+                                                element<Damped>(read_by(g.lane_b), &Slots::b, &Slots::b_next, c.share_b,
+                                                                c.share_before_b, c.arm_b, c.axis_b),
+                                                c.rest, c.rest_distance);
             for (int l = 0; l < g.count; ++l) {
                 const auto add_to = [l](int lane) {
                     return [l, lane](Vec3<P>& to, const Vec3<P>& more) {
@@ -337,9 +449,21 @@ private:
                         number(to.z, lane) += more.z[l];
                     };
                 };
-                scatter(loads, nth(g.slots, l), load, add_to(nth(g.lane_a, l)), add_to(nth(g.lane_b, l)));
+                scatter(loads, nth(g.slots, l), at.load, add_to(nth(g.lane_a, l)), add_to(nth(g.lane_b, l)));
             }
         }
+    }
+
+    template <JointTurn Turn, bool Damped, bool Repels> void run_within(const Run& run, const At& at) const {
+        for_within<Damped>(run, at, [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) {
+            return node_loads<Turn, Damped, Repels, W>(run.law, a, b, rest, length);
+        });
+    }
+    template <JointForm Form> void run_within_form(const Run& run, const At& at) const {
+        for_within<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
+            return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
+                                       at.memory[run.first_packed + i]);
+        });
     }
 
     /// Spare lanes of a tile do what its last rod does.
@@ -359,6 +483,8 @@ private:
     std::vector<Run> runs_;
     std::vector<Slots> slots_across_;
     std::vector<JointConstants<double>> constants_;
+    std::vector<std::size_t> axes_of_group_;
+    std::vector<std::pair<int, std::int64_t>> first_of_; ///< group and rod of the first side, by joint
     AlignedVector<Gathered> gathered_;
     std::optional<ClusterJunctions<W>> junctions_;
 };

@@ -35,7 +35,24 @@ enum class JointTurn { none, hinge, fixed };
 inline JointTurn turn_of(const JointSpec& spec) {
     if (!spec.law.turns() || spec.kind == JointKind::spherical || spec.kind == JointKind::side_by_side)
         return JointTurn::none;
-    return spec.kind == JointKind::fixed ? JointTurn::fixed : JointTurn::hinge;
+    return spec.kind == JointKind::fixed || spec.kind == JointKind::slider ? JointTurn::fixed : JointTurn::hinge;
+}
+
+/// Joints with a free axis or two axes (joints/axis_law.hpp); spring: all others.
+enum class JointForm { spring, hinge, universal, slider, distance };
+inline JointForm form_of(const JointSpec& spec) {
+    switch (spec.kind) {
+    case JointKind::hinge:
+        return spec.axis_law.any() ? JointForm::hinge : JointForm::spring;
+    case JointKind::universal:
+        return JointForm::universal;
+    case JointKind::slider:
+        return JointForm::slider;
+    case JointKind::distance:
+        return JointForm::distance;
+    default:
+        return JointForm::spring;
+    }
 }
 
 /// Energy of its springs, J; and how far its points are apart, m.

@@ -100,6 +100,10 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
                 sums.stiffness += 2 * (table.law.stiffness * m.shift + repelling * mobility(group, centre).shift +
                                        (turns ? table.law.torsional_stiffness * m.turn : 0));
                 sums.drag += 2 * (table.law.damping * m.shift + (turns ? table.law.torsional_damping * m.turn : 0));
+                if (form_of(table) == JointForm::spring) continue;
+                const double per = table.kind == JointKind::hinge ? m.turn : m.shift;
+                sums.stiffness += 2 * table.axis_law.stiffness_bound() * per;
+                sums.drag += 4 * table.axis_law.drag_bound() * per; // rates are extrapolated
             }
         }
     std::vector<JointBounds> bounds(groups.size());
@@ -132,7 +136,7 @@ double star_energy(const Star& star,
 }
 
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
-                       const Slot<1>& b, const Slot<1>& b_next) {
+                       const Slot<1>& b, const Slot<1>& b_next, double anchor) {
     using P = Pack<1>;
     const JointConstants<double> c = constants_of(joint);
     const auto element = [](const Slot<1>& at, const Slot<1>& next, double share, double before, const Vec3d& arm,
@@ -141,12 +145,22 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
                                 at.spin,     P(share),      P(before),   broadcast<1>(arm), broadcast<1>(axis)};
     };
     JointFigures<P> figures;
+    const auto first = element(a, a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
+               second = element(b, b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b);
+    if (form_of(table) != JointForm::spring) {
+        AxisMemory<P> of_axis{};
+        of_axis.anchor = P(anchor);
+        with_form(table, [&]<JointForm Form>() {
+            JointLoad<P> other;
+            form_load<Form, 1>(AxisAt{table.law, table.axis_law, {}, 1}, first, second, broadcast<1>(c.rest),
+                               P(c.rest_distance), of_axis, other, &figures);
+        });
+        return {figures.energy[0], figures.gap[0]};
+    }
     with_joint(table, [&]<JointTurn Turn, bool Damped, bool Repels>() {
         JointLoad<P> other;
-        joint_load<Turn, Damped, Repels, 1>(table.law,
-                                            element(a, a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
-                                            element(b, b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b),
-                                            broadcast<1>(c.rest), P(c.rest_distance), other, &figures);
+        joint_load<Turn, Damped, Repels, 1>(table.law, first, second, broadcast<1>(c.rest), P(c.rest_distance), other,
+                                            &figures);
     });
     return {figures.energy[0], figures.gap[0]};
 }

@@ -1,5 +1,7 @@
 #include "joints/joint_list.hpp"
 
+#include "joints/joint_law.hpp"
+
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
@@ -7,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <tuple>
 #include <unordered_map>
 
@@ -177,23 +180,37 @@ private:
                             : !first_.group().strained() && second_.group().strained() ? y
                             : first_.group().strained() && !second_.group().strained() ? x
                                                                                        : 0.5 * (x + y);
-        JointEnd a = first_.end(i, k, s, place), b = second_.end(j, l, t, place);
-        if (spec_.kind == JointKind::hinge) {
+        const bool apart = spec_.kind == JointKind::distance;
+        JointEnd a = first_.end(i, k, s, apart ? x : place), b = second_.end(j, l, t, apart ? y : place);
+        if (has_axis(spec_.kind)) {
             a.axis = first_.director(i, k) * unit(spec_.axis);
-            b.axis = second_.director(j, l) * unit(spec_.axis);
+            b.axis = second_.director(j, l) * second_axis();
         }
         add(a, b);
+        if (apart) joints_.back().rest_distance = length_between(x, y);
+    }
+
+    /// Direction that is fixed in the second side: the axis, of universal joints the other one.
+    Vec3d second_axis() const { return unit(spec_.kind == JointKind::universal ? spec_.second_axis : spec_.axis); }
+    double length_between(const Vec3d& x, const Vec3d& y) const {
+        const double length = spec_.length > 0 ? spec_.length : norm(y - x);
+        if (!(norm(y - x) > 0))
+            refuse("keeps a distance of 0 m at the start: its two points need a direction; use a spherical joint");
+        return length;
     }
 
     void to_world(std::int64_t i) {
         const auto [k, s] = first_.at(spec_.at[0]);
         const Vec3d x = spec_.place.value_or(first_.place(i, k, s));
         JointEnd a = first_.end(i, k, s, x), b{JointEnd::world, 0, 0, 0, x, {0, 0, 0}};
-        if (spec_.kind == JointKind::hinge) {
-            b.axis = unit(spec_.axis);
-            a.axis = first_.director(i, k) * b.axis;
+        if (has_axis(spec_.kind)) {
+            b.axis = -second_axis(); // angles and ways are those of the rod against the world
+            a.axis = first_.director(i, k) * -unit(spec_.axis);
         }
-        joints_.push_back({table_, a, b, inverse(first_.director(i, k)), 0});
+        const bool apart = spec_.kind == JointKind::distance;
+        if (apart) a = first_.end(i, k, s, first_.place(i, k, s));
+        joints_.push_back(
+            {table_, a, b, inverse(first_.director(i, k)), apart ? length_between(first_.place(i, k, s), x) : 0});
     }
 
     void side_by_side() {
@@ -263,6 +280,16 @@ private:
 };
 
 } // namespace
+
+std::vector<std::size_t> axes_of_groups(std::span<const JointSpec> tables, std::span<const Joint> joints,
+                                        std::size_t groups) {
+    std::map<std::pair<int, std::int64_t>, std::size_t> of_rod;
+    for (const Joint& joint : joints)
+        if (form_of(tables[joint.table]) != JointForm::spring) ++of_rod[{joint.first.group, joint.first.rod}];
+    std::vector<std::size_t> most(groups, 0);
+    for (const auto& [rod, axes] : of_rod) nth(most, rod.first) = std::max(nth(most, rod.first), axes);
+    return most;
+}
 
 std::vector<Joint> joints_of(std::span<const JointSpec> tables, std::span<const RodGroup> groups, int assembly) {
     std::vector<Joint> joints;

@@ -31,6 +31,11 @@ struct Joint {
     double rest_distance; ///< distance of the elements' centres at the start, m
 };
 
+/// Most joints with a free axis that a rod of a group is the first side of, by group of the scene: all of its rods have
+/// memory for as many.
+std::vector<std::size_t> axes_of_groups(std::span<const JointSpec> tables, std::span<const Joint> joints,
+                                        std::size_t groups);
+
 /// Joints of a scene: its tables, and the joints of a copy of each assembly.
 struct JointLists {
     std::vector<JointSpec> tables;

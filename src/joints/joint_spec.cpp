@@ -8,7 +8,9 @@ void JointSpec::fields(FieldVisitor& f) {
          .unit = "",
          .text =
              "spherical: two points stay together; hinge: and an axis; fixed: and both frames; side_by_side: sides of "
-             "neighbouring elements; tip_to_side: an end and the nearest side, as a hinge about the end's own axis",
+             "neighbouring elements; tip_to_side: an end and the nearest side, as a hinge about the end's own axis; "
+             "universal: two points, and two axes at right angles; slider: both frames, while a point moves along "
+             "`axis`; distance: two points keep their distance",
          .required = true},
         kind, joint_names);
     f.visit(
@@ -27,6 +29,12 @@ void JointSpec::fields(FieldVisitor& f) {
     f.visit({.name = "first", .unit = "-", .text = "listed: numbers of rods of the first group", .at_least = 0}, first);
     f.visit({.name = "second", .unit = "-", .text = "listed: numbers of rods of the second group", .at_least = 0},
             second);
+    place_fields(f);
+    law.fields(f);
+    axis_law.fields(f);
+}
+
+void JointSpec::place_fields(FieldVisitor& f) {
     f.visit(
         {.name = "at",
          .unit = "-",
@@ -42,14 +50,24 @@ void JointSpec::fields(FieldVisitor& f) {
          .text = "spherical, hinge, fixed, of one joint: place at the start, in the axes of the assembly, from which "
                  "arms go to both; absent: midway between both places, or that of the rod"},
         place);
-    f.visit({.name = "axis", .unit = "-", .text = "hinge: direction at the start, in the axes of the assembly"}, axis);
+    f.visit(
+        {.name = "axis",
+         .unit = "-",
+         .text =
+             "hinge, slider, universal: direction at the start, in the axes of the assembly; of universal it is fixed "
+             "in the first. Angles and ways are those of the second against the first, of a rod or body "
+             "against the world"},
+        axis);
+    f.visit({.name = "second_axis", .unit = "-", .text = "universal: direction that is fixed in the second"},
+            second_axis);
+    f.visit({.name = "length", .unit = "m", .text = "distance: of the points; 0: as at the start", .at_least = 0},
+            length);
     f.visit({.name = "gap",
              .unit = "m",
              .text = "side_by_side: elements are joined whose surfaces are at most so far apart at the start; 0: 1 % "
                      "of their radii",
              .at_least = 0},
             gap);
-    law.fields(f);
 }
 
 void JointLaw::fields(FieldVisitor& f) {
@@ -67,14 +85,15 @@ void JointLaw::fields(FieldVisitor& f) {
     f.visit({.name = "damping", .unit = "N s/m", .text = "of their relative velocity", .at_least = 0}, damping);
     f.visit({.name = "torsional_stiffness",
              .unit = "N m/rad",
-             .text = "hinge, fixed, tip_to_side: of the spring that turns back; a fixed joint with stiffness = "
+             .text = "hinge, fixed, tip_to_side, universal, slider: of the spring that turns back; a fixed joint with "
+                     "stiffness = "
                      "\"auto\" has it only "
                      "where it is given, in the place of the half elements",
              .at_least = 0},
             torsional_stiffness);
     f.visit({.name = "torsional_damping",
              .unit = "N m s/rad",
-             .text = "hinge, fixed, tip_to_side: of the relative spin",
+             .text = "of all with a torsional_stiffness: of the relative spin",
              .at_least = 0},
             torsional_damping);
     f.visit({.name = "repulsion",
@@ -84,6 +103,7 @@ void JointLaw::fields(FieldVisitor& f) {
                      "at the start",
              .at_least = 0},
             repulsion);
+    f.visit({.name = "rope", .unit = "", .text = "distance: it pulls and never pushes"}, rope);
 }
 
 } // namespace skein

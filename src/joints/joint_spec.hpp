@@ -1,6 +1,7 @@
 // Keys of a scene for joints: rods of an assembly that are joined, places and kinds.
 #pragma once
 
+#include "joints/axis_spec.hpp"
 #include "skein/core/fields.hpp"
 
 #include <optional>
@@ -12,9 +13,24 @@ namespace skein {
 
 /// Kinds of joints. spherical: two points stay together. hinge: so do two directions. fixed: so do both frames.
 /// side_by_side: the sides of elements that lie beside each other. tip_to_side: an end of a rod, its direction and the
-/// side of another rod.
-enum class JointKind { spherical, hinge, fixed, side_by_side, tip_to_side };
-inline constexpr std::string_view joint_names[] = {"spherical", "hinge", "fixed", "side_by_side", "tip_to_side"};
+/// side of another rod. universal: two points, and two directions at right angles. slider: both frames, and a point on
+/// a line. distance: two points keep their distance.
+enum class JointKind { spherical, hinge, fixed, side_by_side, tip_to_side, universal, slider, distance };
+inline constexpr std::string_view joint_names[] = {"spherical",   "hinge",     "fixed",  "side_by_side",
+                                                   "tip_to_side", "universal", "slider", "distance"};
+
+/// Kinds with a direction of their own.
+constexpr bool has_axis(JointKind kind) {
+    return kind == JointKind::hinge || kind == JointKind::slider || kind == JointKind::universal;
+}
+/// Kinds with a free axis, which may have springs, stops, friction and a motor.
+constexpr bool has_free_axis(JointKind kind) {
+    return kind == JointKind::hinge || kind == JointKind::slider || kind == JointKind::distance;
+}
+/// Kinds that join a place of one rod or body to a place of another.
+constexpr bool joins_places(JointKind kind) {
+    return kind != JointKind::side_by_side && kind != JointKind::tip_to_side;
+}
 
 /// Name of the second side of joints to a fixed place.
 inline constexpr std::string_view world_name = "world";
@@ -31,6 +47,7 @@ struct JointLaw {
     double torsional_stiffness = 0; ///< k_t, N m/rad
     double torsional_damping = 0;   ///< nu_t, N m s/rad
     double repulsion = 0;           ///< k_r, N/m^1.5
+    bool rope = false;              ///< distance: pulls only
 
     bool damped() const { return damping > 0 || torsional_damping > 0; }
     bool turns() const { return torsional_stiffness > 0 || torsional_damping > 0; }
@@ -44,13 +61,19 @@ struct JointSpec {
     std::vector<long> first, second; ///< listed: numbers of rods
     std::vector<double> at{1, 0};    ///< places on both, over the length; of a body unused
     std::optional<Vec3d> place;      ///< of the joint at the start, m, in the axes of the assembly
-    Vec3d axis{0, 0, 0};             ///< axis of a hinge, at the start, in the axes of the assembly
+    Vec3d axis{0, 0, 0};             ///< of a hinge or slider, on the first of universal; at the start, as `place`
+    Vec3d second_axis{0, 0, 0};      ///< universal: on the second
+    double length = 0;               ///< distance, m; 0: that at the start
     double gap = 0; ///< m: elements whose surfaces are farther apart are not side by side; 0: 1 % of their radii
     JointLaw law;
+    AxisSpec axis_law;  ///< along the free axis
     std::string source; ///< file:line of the table, for messages
 
     bool to_world() const { return between.size() == 2 && between[1] == world_name; }
     void fields(FieldVisitor& f);
+
+private:
+    void place_fields(FieldVisitor& f);
 };
 
 } // namespace skein

@@ -84,6 +84,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
                 muscles_[p].push_back(muscles);
     for (Cluster& cluster : clusters_) {
         most_joined = std::max(most_joined, cluster.slots);
+        cluster.memory.assign(cluster.joints->memory_packs(cluster.across), Pack<W>(0.0));
         cluster.muscles = cluster.joints->wants_moments() &&
                           std::any_of(cluster.tiles.begin(), cluster.tiles.end(),
                                       [&](std::size_t t) { return !muscles_[tiles_[t].program].empty(); });
@@ -153,7 +154,7 @@ template <int W> JoinedLoad<W>* RodTiles<W>::couple(const Cluster& cluster, cons
     JoinedLoad<W>* joined = nth(joined_, thread).data();
     Slot<W>* slot = tiles_[cluster.tiles.front()].slot;
     if (cluster.joints->shares_nodes()) cluster.joints->gather(slot, cluster.across);
-    cluster.joints->run(slot, end_moments(cluster, step, thread), joined, cluster.across);
+    cluster.joints->run(slot, end_moments(cluster, step, thread), step, cluster.memory.data(), joined, cluster.across);
     return joined;
 }
 
@@ -229,6 +230,9 @@ template <int W> void RodTiles<W>::prepare(const StepPart& part) {
         const auto [first, end] = passes(program, part.which);
         for (std::size_t pass = first; pass < end; ++pass) programs_[program].passes[pass]->prepare(part.steps);
     }
+    if (part.which == Part::before) return;
+    for (const auto& joints : joints_)
+        if (joints) joints->prepare(part.steps);
 }
 
 template <int W> bool RodTiles<W>::run(const StepPart& first, const StepPart& second, bool check) {
@@ -437,7 +441,16 @@ template <int W> std::vector<double> RodTiles<W>::memory(std::size_t i) const {
     std::vector<double> numbers;
     const auto [t, l] = place_[i];
     for (const auto& pass : programs_[tiles_[t].program].passes) pass->append_memory(tiles_[t], l, numbers);
+    if (cluster_of_[t] != SIZE_MAX) {
+        const Cluster& cluster = clusters_[cluster_of_[t]];
+        cluster.joints->append_memory(cluster.memory.data(), cluster.across, joined_rod(i, l), numbers);
+    }
     return numbers;
+}
+
+template <int W> JoinedRod RodTiles<W>::joined_rod(std::size_t i, int lane) const {
+    const LocalRod& rod = local_[i];
+    return {rod.group, rod.index % nth(groups_, rod.group).rods_per_copy(), lane};
 }
 
 template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const double> numbers) {
@@ -449,6 +462,10 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
         for (int l = first; l <= last; ++l) taken = pass->restore(tile, l, numbers);
         numbers = numbers.subspan(taken);
     }
+    if (cluster_of_[t] == SIZE_MAX) return;
+    const Cluster& cluster = clusters_[cluster_of_[t]];
+    for (int l = first; l <= (cluster.across ? last : first); ++l)
+        cluster.joints->restore(cluster.memory.data(), cluster.across, joined_rod(i, l), numbers);
 }
 
 template <int W> std::size_t RodTiles<W>::bytes() const {
@@ -531,7 +548,9 @@ std::vector<PassEffect> RodTiles<W>::dissect(std::size_t i, const RodGroup& grou
     RodTile<W> own = tile;
     if (cluster_of_[t] != SIZE_MAX) {
         const Cluster& cluster = clusters_[cluster_of_[t]];
+        const auto memory = cluster.memory;
         own.joined = couple(cluster, stages.front(), 0) + (tile.slot - tiles_[cluster.tiles.front()].slot);
+        cluster.memory = memory;
     }
     std::vector<Vec3d> force(state.size()), couple(state.size());
     const TileProgram<W>& program = programs_[tile.program];

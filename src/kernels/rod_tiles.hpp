@@ -99,8 +99,9 @@ private:
         const ClusterJoints<W>* joints;
         bool across;
         std::vector<std::size_t> tiles;
-        std::size_t slots = 0; ///< with that of the world
-        bool muscles = false;  ///< true where moments of muscles act through joints
+        std::size_t slots = 0;                      ///< with that of the world
+        bool muscles = false;                       ///< true where moments of muscles act through joints
+        mutable AlignedVector<Pack<W>> memory = {}; ///< of its joints, from step to step
     };
     /// Finds the clusters of the tiles across so far, which are in order and grouped by cluster.
     void find_clusters();
@@ -110,6 +111,7 @@ private:
     void advance_cluster(const Cluster& cluster, const StepPart& part, int thread);
     /// Loads of joints, by slot of the cluster.
     JoinedLoad<W>* couple(const Cluster& cluster, const Step& step, int thread) const;
+    JoinedRod joined_rod(std::size_t i, int lane) const;
     /// Moments of muscles at the ends of its rods; null where none act, or no joint transmits them.
     const EndMoments<W>* end_moments(const Cluster& cluster, const Step& step, int thread) const;
     void run_passes(const RodTile<W>& tile, SlotLoad<W>* load, std::size_t first, std::size_t end,

@@ -39,6 +39,72 @@ checkpoint = 0.4
 """
 
 
+ARMS = """
+title = "Arms on the ground"
+time = {duration = 0.01, dt = 1e-5}
+load = [{kind = "gravity"}]
+output = {series = 0.001, checkpoint = 0.005}
+
+[[assembly]]
+name = "arm"
+placement = {kind = "list", origins = [[0, 0, 0], [0, 2, 0], [0, 4, 0], [3, 0, 0], [3, 2, 0]], tangents = [[0, 0, 1], [0, 0.6, 0.8], [0, 0, 1], [0, 0, 1], [0.6, 0, 0.8]]}
+
+[[rods]]
+name = "links"
+assembly = "arm"
+material = {density = 1000.0, youngs_modulus = 1e7}
+section.radius = 0.02
+shape = {length = 0.5, elements = 6}
+placement = {kind = "list", origins = [[0, 0, 0], [0, 0, 0.5]], tangents = [[0, 0, 1], [1, 0, 0]]}
+
+[[bodies]]
+name = "hand"
+assembly = "arm"
+mass = 0.5
+inertia = [0.001, 0.001, 0.001]
+spheres.radii = [0.05]
+placement.origin = [0.6, 0.0, 0.5]
+
+[[joint]]
+kind = "hinge"
+between = ["links", "world"]
+pairs = "listed"
+first = [0]
+at = [0.0]
+axis = [0.0, 1.0, 0.0]
+stiffness = 1e5
+torsional_stiffness = 1e3
+motor = {kind = "position", value = "0.4*sin(200*t)", stiffness = 200.0, damping = 0.5, most = 20.0}
+
+[[joint]]
+kind = "hinge"
+between = ["links", "links"]
+pairs = "next"
+axis = [0.0, 1.0, 0.0]
+stiffness = 1e5
+torsional_stiffness = 1e3
+friction = 0.3
+friction_stiffness = 100.0
+limits = [-0.01, 0.02]
+stop_stiffness = 300.0
+stop_damping = 0.2
+
+[[joint]]
+kind = "slider"
+between = ["links", "hand"]
+pairs = "listed"
+first = [1]
+second = [0]
+at = [1.0, 0.0]
+axis = [1.0, 0.0, 0.0]
+stiffness = 1e5
+torsional_stiffness = 1e3
+friction = 0.5
+friction_stiffness = 1e4
+motor = {kind = "rate", value = "0.5", damping = 5.0}
+"""
+
+
 class Joints(DriverTest):
     def test_robots_that_touch(self):
         self.scene.write_text(SWARM)
@@ -71,6 +137,25 @@ class Joints(DriverTest):
         for name, more in (("synchronous", ["--protocol", "synchronous"]), ("ranks", [])):
             self.run_skein(name, "--steps", "300", *more, ranks=3)
             self.assertEqual(self.digest(name), self.digest("one"), name)
+
+    def test_axes_remember(self):
+        """Friction, stops and motors of copies that are bolted to the ground: any ranks, owners, lanes, and parts of a run."""
+        self.scene.write_text(ARMS)
+        steps = ["--steps", "600"]
+        self.run_skein("one", *steps)
+        for ranks, threads in ((1, 2), (2, 1), (3, 1)):
+            out = f"{ranks}x{threads}"
+            self.run_skein(out, *steps, "--balance", "always", ranks=ranks, threads=threads)
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+            self.assert_same_series(out, "one")
+        for lanes in ("1", "2", "4"):
+            self.run_skein("lanes" + lanes, *steps, "--lanes", lanes)
+            self.assertEqual(self.digest("lanes" + lanes), self.digest("one"), lanes)
+        self.run_skein("parts", "--steps", "111", ranks=3)
+        self.run_skein("parts", "--steps", "400", ranks=2)
+        self.run_skein("parts", *steps)
+        self.assertEqual(self.digest("parts"), self.digest("one"))
+        self.assert_same_series("parts", "one")
 
     def test_branch_of_copies_by_a_mask(self):
         """A branch lies elsewhere than its scene, whose mask it needs too."""

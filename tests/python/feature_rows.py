@@ -72,6 +72,13 @@ def joint(name, points=True, **keys):
     return Row(f"joint.kind = {name}", edit, "joint")
 
 
+def world(name, **keys):
+    """A joint of a rod to the world."""
+    def edit(scene, where):
+        scene.setdefault("joint", []).append({"between": [where, "world"], "at": [0.5], "stiffness": 100.0, **keys})
+    return Row(name, edit, None, True)
+
+
 def fluid(name, sets="fluid", **keys):
     tables = {"fluid": {"cells": [16, 16, 16], "spacing": 0.05, "lower": [-0.4, -0.4, -0.4], "density": 1000.0, "viscosity": 0.1}}
     merged(tables, keys)
@@ -202,6 +209,13 @@ def rows_of(folder):
         entry("damping", "damping.kind = laplacian", kind="laplacian", rate=100.0, order=1),
         joint("spherical"), joint("hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1), joint("fixed", torsional_stiffness=0.1),
         Row("joint.stiffness = auto", branch, "joint"),
+        joint("universal", axis=[0.0, 0.0, 1.0], second_axis=[0.0, 1.0, 0.0], torsional_stiffness=0.1),
+        joint("slider", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1), joint("distance", length=0.09),
+        world("joint to the world", kind="spherical"),
+        world("joint.limits", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, limits=[1e-9, 1.0], stop_stiffness=0.1, stop_damping=1e-6),
+        world("joint.friction", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, friction=1e-3, friction_stiffness=0.1),
+        *(world(f"joint.motor.kind = {kind}", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, motor={"kind": kind, "value": "0.01", **keys})
+          for kind, keys in (("position", {"stiffness": 0.1}), ("rate", {"damping": 1e-6}), ("force", {}))),
         joint("side_by_side", False, gap=0.03, repulsion=1e4), joint("tip_to_side", False, at=[0, 0], gap=1.0, torsional_stiffness=0.1),
         Row("assembly", lambda scene, where: (scene.setdefault("assembly", []).append({"name": "pair", "placement": {"kind": "list", "origins": [[0.0, 0.0, 0.0], [0.0, 0.0, 0.3]]}}),
             [one.update(assembly="pair") for one in scene["rods"]]), last=True),

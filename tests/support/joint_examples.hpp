@@ -25,7 +25,7 @@ struct JointExample {
     SceneSpec scene;
 };
 
-static_assert(std::size(joint_names) == 5, "a new kind of joint needs an example");
+static_assert(std::size(joint_names) == 8, "a new kind of joint needs an example");
 
 /// Two rods, or a rod and a body, that fly and turn, joined in every way.
 inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double damping = 0) {
@@ -59,6 +59,25 @@ inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double d
         {.kind = JointKind::tip_to_side,
          .at = {0, 0},
          .law = {.torsional_stiffness = turning, .repulsion = stiffness}});
+    add("universal", along, on,
+        {.kind = JointKind::universal,
+         .axis = {0, 0, 1},
+         .second_axis = {0, 1, 0},
+         .law = {.torsional_stiffness = turning, .torsional_damping = 0.01 * damping}});
+    add("slider with a spring", along, on,
+        {.kind = JointKind::slider,
+         .axis = {0.6, 0, 0.8},
+         .law = {.torsional_stiffness = turning, .torsional_damping = 0.01 * damping},
+         .axis_law = {.spring = 0.1 * stiffness, .damping = 0.1 * damping}});
+    add("hinge with a spring and stops", along, on,
+        {.kind = JointKind::hinge,
+         .axis = {0, 0, 1},
+         .law = {.torsional_stiffness = turning, .torsional_damping = 0.01 * damping},
+         .axis_law = {.spring = 0.1 * turning,
+                      .damping = 0.001 * damping,
+                      .limits = {-0.05, 0.05},
+                      .stop_stiffness = 0.1 * turning}});
+    add("distance", along, stick("on", {0.3, 0, 0.1}, {0, 1, 0}), {.kind = JointKind::distance, .at = {0.4, 0.3}});
     RodSpec ball = rigid_body(0, 0.1);
     ball.name = "ball";
     ball.placement.origin = {0.9, 0, 0};

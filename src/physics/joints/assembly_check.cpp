@@ -1,6 +1,7 @@
 #include "physics/joints/joint_tables.hpp"
 
 #include "core/nearest.hpp"
+#include "formula/formula.hpp"
 #include "joints/junction.hpp"
 #include "physics/assemblies.hpp"
 #include "physics/group_names.hpp"
@@ -46,6 +47,58 @@ void to_world(const JointSpec& spec, const RodSpec& rods, Objections& objections
                                  "'hold', or give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad]");
 }
 
+void check_axes(const JointSpec& spec, Objections& objections, const std::string& where) {
+    if (!has_axis(spec.kind)) objections.unused({"axis"}, where);
+    else if (zero(spec.axis)) objections.add("axis", fmt::format("'axis', a direction, is needed {}", where));
+    if (spec.kind != JointKind::universal) return objections.unused({"second_axis"}, where);
+    if (zero(spec.second_axis))
+        return objections.add("", fmt::format("'second_axis', a direction, is needed {}", where));
+    if (!zero(spec.axis) && std::abs(dot(unit(spec.axis), unit(spec.second_axis))) > 1e-6)
+        objections.add("second_axis", "'axis' and 'second_axis' must be at right angles");
+}
+
+/// Springs, stops, friction and motor along a free axis.
+void check_free_axis(const SceneSpec& scene, const JointSpec& spec, Objections& objections, const std::string& where) {
+    const AxisSpec& axis = spec.axis_law;
+    if (!has_free_axis(spec.kind)) {
+        objections.unused({"spring", "axis_damping", "limits", "friction"}, where);
+        if (axis.motor.kind != MotorKind::none)
+            objections.add("motor", fmt::format("a motor needs one free axis, which there is not {}", where));
+    }
+    if (axis.spring == 0) objections.unused({"spring_rest"}, "without 'spring'");
+    if (axis.limits.empty()) objections.unused({"stop_stiffness", "stop_damping"}, "without 'limits'");
+    else if (axis.limits.size() != 2 || !(axis.limits[0] < axis.limits[1]))
+        objections.add("limits", "'limits' needs two numbers, the least and the largest");
+    else if (spec.kind == JointKind::hinge && (axis.limits[0] < -3 || axis.limits[1] > 3))
+        objections.add("limits", "a hinge cannot tell turns beyond 3 rad from those the other way round: 'limits' lie "
+                                 "between -3 and 3");
+    else if (axis.stop_stiffness == 0) objections.add("", "'limits' need 'stop_stiffness'");
+    if (axis.friction == 0) objections.unused({"friction_stiffness", "friction_damping"}, "without 'friction'");
+    else if (axis.friction_stiffness == 0)
+        objections.add("", "'friction' needs 'friction_stiffness', of the spring by which it holds");
+    if (scene.time.integrator != Integrator::verlet &&
+        (axis.friction > 0 || axis.damping > 0 || axis.stop_damping > 0 || axis.motor.damping > 0))
+        objections.add("", "friction and dashpots of joints need integrator = \"verlet\": the kicks of \"pefrl\" go "
+                           "backwards too");
+    TableObjections table(objections, "motor");
+    const Motor& motor = axis.motor;
+    if (motor.kind == MotorKind::none) return table.unused({"value", "stiffness", "damping", "most"}, "without 'kind'");
+    const char* const kind = motor_names[static_cast<std::size_t>(motor.kind)].data();
+    if (motor.value.empty()) return table.add("", fmt::format("a motor of kind \"{}\" needs 'value'", kind));
+    if (motor.kind == MotorKind::position && motor.stiffness == 0)
+        table.add("", "a motor of kind \"position\" needs 'stiffness'");
+    if (motor.kind == MotorKind::rate && motor.damping == 0) table.add("", "a motor of kind \"rate\" needs 'damping'");
+    if (motor.kind != MotorKind::position) table.unused({"stiffness"}, fmt::format("for a motor of kind \"{}\"", kind));
+    if (motor.kind == MotorKind::force) table.unused({"damping"}, "for a motor of kind \"force\"");
+    Motor read = motor;
+    read.use(names_for_formulas(scene), spec.kind == JointKind::hinge);
+    for (const FormulaFault& fault : read.faults()) {
+        const std::string message = fmt::format("'value': {}", fault.message);
+        if (fault.part.formula < 0) table.add("value", message);
+        else table.add_within("value", fault.part.begin, fault.part.length, message);
+    }
+}
+
 void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {
     const JointKind kind = spec.kind;
     const std::string where = fmt::format("for a joint of kind \"{}\"", nth(joint_names, kind));
@@ -62,7 +115,7 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
         objections.add("between",
                        fmt::format("'{}' and '{}' belong to different assemblies: joints are between rods of one copy",
                                    spec.between[0], spec.between[1]));
-    const bool points = kind == JointKind::spherical || kind == JointKind::hinge || kind == JointKind::fixed;
+    const bool points = joins_places(kind);
     if (!points) objections.unused({"pairs", "first", "second"}, where);
     else if (spec.pairs != JointPairs::listed) objections.unused({"first", "second"}, "without pairs = \"listed\"");
     else if (spec.to_world() ? spec.first.empty() || !spec.second.empty()
@@ -73,20 +126,23 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
                                              "and {}",
                                              spec.first.size(), spec.second.size()));
     if (!points) objections.unused({"place"}, where);
-    if (spec.at.size() != 2) objections.add("at", "'at' needs two values, a place on each of both");
+    if (spec.at.size() != 2 && !(spec.to_world() && spec.at.size() == 1))
+        objections.add("at", "'at' needs two values, a place on each of both; to the world one");
     else if (kind == JointKind::tip_to_side && spec.at[0] != 0 && spec.at[0] != 1)
         objections.add("at", "the tip is at the start or the end of the first rod: at[0] is 0 or 1");
     if (kind == JointKind::side_by_side) objections.unused({"at", "torsional_stiffness", "torsional_damping"}, where);
-    if (kind == JointKind::spherical) objections.unused({"torsional_stiffness", "torsional_damping"}, where);
-    if (kind != JointKind::hinge) objections.unused({"axis"}, where);
-    else if (zero(spec.axis)) objections.add("axis", "a hinge needs 'axis', a direction");
+    if (kind == JointKind::spherical || kind == JointKind::distance)
+        objections.unused({"torsional_stiffness", "torsional_damping"}, where);
+    if (kind != JointKind::distance) objections.unused({"length", "rope"}, where);
+    check_axes(spec, objections, where);
+    check_free_axis(scene, spec, objections, where);
     if (kind != JointKind::side_by_side && kind != JointKind::tip_to_side)
         objections.unused({"repulsion", "gap"}, where);
     const bool common_node = shares_node(spec);
     if (kind != JointKind::fixed && spec.law.stiffness == 0)
         objections.add("", fmt::format("'stiffness' [N/m] is needed by number {}", where));
     if (common_node) objections.unused({"damping"}, "of two places that are one node, with stiffness = \"auto\"");
-    if ((kind == JointKind::fixed || kind == JointKind::hinge) && spec.law.torsional_stiffness == 0 && !common_node)
+    if ((kind == JointKind::fixed || has_axis(kind)) && spec.law.torsional_stiffness == 0 && !common_node)
         objections.add(
             "", fmt::format("'torsional_stiffness' [N m/rad] is needed {}{}", where,
                             kind == JointKind::fixed ? " whose 'stiffness' is a number; both may be left out" : ""));

@@ -1,11 +1,14 @@
 #include "physics/joints/joint_interaction.hpp"
 
+#include "joints/axis_law.hpp"
 #include "joints/joint_limits.hpp"
 #include "physics/joints/joint_plan.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
+#include <cstring>
 #include <map>
+#include <utility>
 
 namespace skein {
 
@@ -18,11 +21,66 @@ Slot<1> world_slot(const RodGroup& group, std::int64_t i) {
     return slot;
 }
 
+/// Memory of free axes, which stands last in that of the rod that each joint names first, in the order of joints.
+class AxisMemories {
+public:
+    /// `rods`: places in all.local().
+    AxisMemories(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all,
+                 std::span<const std::size_t> rods) {
+        std::map<int, std::vector<std::size_t>> axes; // by assembly and group
+        for (const std::size_t i : rods) {
+            const LocalRod& rod = all.local()[i];
+            const int assembly = nth(groups, rod.group).assembly()->number;
+            auto& of_assembly = axes[assembly];
+            if (of_assembly.empty())
+                of_assembly =
+                    axes_of_groups(plan.joints->tables, nth(plan.joints->of_assembly, assembly), groups.size());
+            const std::size_t numbers = nth(of_assembly, rod.group) * axis_memory_numbers;
+            numbers_.push_back(numbers > 0 ? all.memory(i) : std::vector<double>());
+            next_.push_back(numbers_.back().size() - numbers);
+        }
+    }
+    /// The next one of a rod, by its place in `rods`.
+    AxisMemory<double> next(std::size_t rod) {
+        AxisMemory<double> memory;
+        std::memcpy(&memory, &numbers_[rod][std::exchange(next_[rod], next_[rod] + axis_memory_numbers)],
+                    sizeof memory);
+        return memory;
+    }
+
+private:
+    std::vector<std::vector<double>> numbers_;
+    std::vector<std::size_t> next_;
+};
+
+using PlacesOfRods = std::map<std::pair<int, std::int64_t>, std::size_t>; ///< by group and index
+
+/// Energies of half cells that meet.
+void add_stars(const JointPlan& plan, std::span<const RodGroup> groups, const PlacesOfRods& place,
+               std::span<const std::vector<Slot<1>>> state, JointsNow& found) {
+    for (std::size_t a = 0; a < plan.assemblies.size(); ++a) {
+        const AssemblyPlan& assembly = plan.assemblies[a];
+        const Junctions junctions = junctions_of(plan.joints->tables, plan.joints->of_assembly[a], groups);
+        for (const Star& star : junctions.stars)
+            for (std::int64_t copy = 0; copy < assembly.copies; ++copy) {
+                const auto rod = [&](int group, std::int64_t number) {
+                    return place.find({group, copy * nth(groups, group).rods_per_copy() + number});
+                };
+                if (rod(star.members[0].group, star.members[0].rod) == place.end()) continue;
+                found.energies.push_back(star_energy(star, [&](int group, std::int64_t number, int k) {
+                    const auto& slots = state[rod(group, number)->second];
+                    const auto at = static_cast<std::size_t>(k);
+                    return std::pair(slots[at], slots[std::min(at + 1, slots.size() - 1)]);
+                }));
+            }
+    }
+}
+
 } // namespace
 
 JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all, double lag) {
     std::vector<std::size_t> rods;
-    std::map<std::pair<int, std::int64_t>, std::size_t> place; // in rods, by group and index
+    PlacesOfRods place;
     const auto local = all.local();
     for (std::size_t i = 0; i < local.size(); ++i) {
         const auto& assembly = nth(groups, local[i].group).assembly();
@@ -33,6 +91,7 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
     std::vector<std::vector<Slot<1>>> state(rods.size());
     all.read(rods, Copy::synchronised, lag,
              [&](int, std::size_t i, const RodCopy& rod) { state[i].assign(rod.state.begin(), rod.state.end()); });
+    AxisMemories memory(plan, groups, all, rods);
     JointsNow found;
     for (std::size_t a = 0; a < plan.assemblies.size(); ++a)
         for (const Joint& joint : plan.joints->of_assembly[a]) {
@@ -51,36 +110,30 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
                     to_world ? world : state[place.at({joint.second.group, copy * second_rods + joint.second.rod})];
                 const auto k = static_cast<std::size_t>(joint.first.element),
                            l = static_cast<std::size_t>(joint.second.element);
-                const JointState now = joint_state(plan.joints->tables[joint.table], joint, first[k],
-                                                   first[std::min(k + 1, first.size() - 1)], second[l],
-                                                   second[std::min(l + 1, second.size() - 1)]);
+                const JointSpec& table = plan.joints->tables[joint.table];
+                AxisMemory<double> axis{};
+                if (form_of(table) != JointForm::spring) axis = memory.next(at->second);
+                found.motor_works.push_back(axis.motor_work);
+                found.losses.push_back(-axis.lost_work);
+                const JointState now = joint_state(table, joint, first[k], first[std::min(k + 1, first.size() - 1)],
+                                                   second[l], second[std::min(l + 1, second.size() - 1)], axis.anchor);
                 found.energies.push_back(now.energy);
                 found.gap = std::max(found.gap, now.gap);
             }
         }
-    for (std::size_t a = 0; a < plan.assemblies.size(); ++a) {
-        const AssemblyPlan& assembly = plan.assemblies[a];
-        const Junctions junctions = junctions_of(plan.joints->tables, plan.joints->of_assembly[a], groups);
-        for (const Star& star : junctions.stars)
-            for (std::int64_t copy = 0; copy < assembly.copies; ++copy) {
-                const auto rod = [&](int group, std::int64_t number) {
-                    return place.find({group, copy * nth(groups, group).rods_per_copy() + number});
-                };
-                if (rod(star.members[0].group, star.members[0].rod) == place.end()) continue;
-                found.energies.push_back(star_energy(star, [&](int group, std::int64_t number, int k) {
-                    const auto& slots = state[rod(group, number)->second];
-                    const auto at = static_cast<std::size_t>(k);
-                    return std::pair(slots[at], slots[std::min(at + 1, slots.size() - 1)]);
-                }));
-            }
-    }
+    add_stars(plan, groups, place, state, found);
     return found;
 }
 
 std::vector<Figure> JointInteraction::figures(const Sample& sample) const {
     JointsNow now = joints_now(plan_, groups_, *rods_, sample.lag);
-    return {{"joint_energy[J]", Figure::Of::sum, std::move(now.energies)},
-            {"joint_gap[m]", Figure::Of::largest, {now.gap}}};
+    std::vector<Figure> figures = {{"joint_energy[J]", Figure::Of::sum, std::move(now.energies)},
+                                   {"joint_gap[m]", Figure::Of::largest, {now.gap}}};
+    if (plan_.has_axes()) {
+        figures.push_back({"joint_motor_work[J]", Figure::Of::sum, std::move(now.motor_works)});
+        figures.push_back({"joint_axis_loss[J]", Figure::Of::sum, std::move(now.losses)});
+    }
+    return figures;
 }
 
 } // namespace skein

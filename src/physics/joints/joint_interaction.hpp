@@ -11,6 +11,7 @@ namespace skein {
 struct JointsNow {
     std::vector<double> energies;
     double gap = 0;
+    std::vector<double> motor_works, losses; ///< of free axes since the start, J
 };
 /// `lag`: by which positions are behind the rates, s. This rank alone.
 JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all, double lag);

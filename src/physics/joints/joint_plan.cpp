@@ -33,6 +33,12 @@ std::string joint_text(const JointSpec& joint, std::size_t count) {
     if (law.torsional_stiffness > 0) text += fmt::format(", torsional {:.4g} N m/rad", law.torsional_stiffness);
     if (law.torsional_damping > 0) text += fmt::format(", {:.4g} N m s/rad", law.torsional_damping);
     if (law.repulsion > 0) text += fmt::format(", repulsion {:.4g} N/m^1.5", law.repulsion);
+    const AxisSpec& axis = joint.axis_law;
+    if (axis.spring > 0) text += fmt::format(", spring {:.4g} along its axis", axis.spring);
+    if (!axis.limits.empty()) text += fmt::format(", stops at {:g} and {:g}", axis.limits[0], axis.limits[1]);
+    if (axis.friction > 0) text += fmt::format(", friction {:.4g}", axis.friction);
+    if (axis.motor.kind != MotorKind::none)
+        text += fmt::format(", motor of given {}", nth(motor_names, axis.motor.kind));
     return text;
 }
 
@@ -72,6 +78,8 @@ public:
         const SceneSpec& scene = input.scene;
         auto lists = std::make_shared<JointLists>();
         lists->tables = scene.joints;
+        for (JointSpec& table : lists->tables)
+            table.axis_law.motor.use(names_for_formulas(scene), table.kind == JointKind::hinge);
         for (const AssemblyGroups& of : assemblies_of(input.groups)) {
             AssemblyPlan& p = assemblies.emplace_back();
             p.name = assembly_name(scene, of.assembly);

@@ -3,6 +3,7 @@
 
 #include "joints/joint_list.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <string>
@@ -20,6 +21,12 @@ struct AssemblyPlan {
 struct JointPlan {
     std::vector<AssemblyPlan> assemblies;
     std::shared_ptr<const JointLists> joints;
+
+    /// True where something acts along a free axis.
+    bool has_axes() const {
+        return std::any_of(joints->tables.begin(), joints->tables.end(),
+                           [](const JointSpec& table) { return table.axis_law.any(); });
+    }
 };
 
 } // namespace skein

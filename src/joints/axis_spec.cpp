@@ -1,0 +1,91 @@
+#include "joints/axis_spec.hpp"
+
+#include "formula/vector_of_time.hpp"
+
+namespace skein {
+
+void Motor::use(const FormulaScope& names, bool turns) {
+    if (kind == MotorKind::none) return;
+    const char* const unit = kind == MotorKind::position ? (turns ? "rad" : "m")
+                             : kind == MotorKind::rate   ? (turns ? "rad/s" : "m/s")
+                                                         : (turns ? "N m" : "N");
+    formula = std::make_shared<VectorOfTime>(names, std::vector<std::string>{value, "0", "0"}, unit);
+}
+
+const std::vector<FormulaFault>& Motor::faults() const {
+    static const std::vector<FormulaFault> none;
+    return formula ? formula->faults() : none;
+}
+
+MotorNow Motor::at(double time) const {
+    const VectorOfTime::Point now = (*formula)(time);
+    return {now.value.x, now.rate.x};
+}
+
+void Motor::fields(FieldVisitor& f) {
+    f.choice({.name = "kind",
+              .unit = "",
+              .text = "position: a spring and a dashpot draw the axis to `value`; rate: a dashpot to that rate; force: "
+                      "that force or couple"},
+             kind, motor_names);
+    f.visit({.name = "value",
+             .unit = "",
+             .text =
+                 "formula of `t`: angle [rad] or way [m] from the start, rate, or couple [N m] or force [N]; tables "
+                 "that it names can be driven"},
+            value);
+    f.visit({.name = "stiffness", .unit = "N m/rad or N/m", .text = "position: of its spring", .at_least = 0},
+            stiffness);
+    f.visit({.name = "damping", .unit = "N m s/rad or N s/m", .text = "position, rate: of its dashpot", .at_least = 0},
+            damping);
+    f.visit({.name = "most", .unit = "N m or N", .text = "largest couple or force; 0: without limit", .at_least = 0},
+            most);
+}
+
+double AxisSpec::stiffness_bound() const {
+    return spring + (limits.empty() ? 0 : stop_stiffness) + friction_stiffness + motor.stiffness;
+}
+double AxisSpec::drag_bound() const {
+    return damping + (limits.empty() ? 0 : stop_damping) + friction_damping + motor.damping;
+}
+
+void AxisSpec::fields(FieldVisitor& f) {
+    f.visit({.name = "spring",
+             .unit = "N m/rad or N/m",
+             .text = "of the free axis: stiffness of a spring along it; the axis counts from 0 at the start",
+             .at_least = 0},
+            spring);
+    f.visit({.name = "spring_rest", .unit = "rad or m", .text = "where that spring rests"}, spring_rest);
+    f.visit({.name = "axis_damping",
+             .unit = "N m s/rad or N s/m",
+             .text = "of the free axis: of a dashpot along it",
+             .at_least = 0},
+            damping);
+    f.visit({.name = "limits",
+             .unit = "rad or m",
+             .text = "of the free axis: least and largest; angles between -3 and 3 rad"},
+            limits);
+    f.visit({.name = "stop_stiffness", .unit = "N m/rad or N/m", .text = "of the stops at `limits`", .at_least = 0},
+            stop_stiffness);
+    f.visit(
+        {.name = "stop_damping", .unit = "N m s/rad or N s/m", .text = "of the stops, which never pull", .at_least = 0},
+        stop_damping);
+    f.visit({.name = "friction",
+             .unit = "N m or N",
+             .text = "of the free axis: largest couple or force of dry friction, which holds what is at rest",
+             .at_least = 0},
+            friction);
+    f.visit({.name = "friction_stiffness",
+             .unit = "N m/rad or N/m",
+             .text = "of the spring by which friction holds",
+             .at_least = 0},
+            friction_stiffness);
+    f.visit({.name = "friction_damping",
+             .unit = "N m s/rad or N s/m",
+             .text = "of the dashpot beside that spring, while it holds",
+             .at_least = 0},
+            friction_damping);
+    f.table({.name = "motor"}, motor);
+}
+
+} // namespace skein

@@ -1,0 +1,63 @@
+// Keys of a joint about its free axis: the angle of a hinge, the way of a slider, the length of a distance. All count
+// from 0 at the start. A force is a couple for a hinge, N m; stiffnesses are N m/rad then.
+#pragma once
+
+#include "skein/core/fields.hpp"
+
+#include <memory>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+class VectorOfTime;
+struct FormulaScope;
+struct FormulaFault;
+
+enum class MotorKind { none, position, rate, force };
+inline constexpr std::string_view motor_names[] = {"none", "position", "rate", "force"};
+
+/// Motor at a time.
+struct MotorNow {
+    double value = 0, rate = 0;
+};
+
+/// Drives the free axis.                                                                        theory.md (73h)
+struct Motor {
+    MotorKind kind = MotorKind::none;
+    std::string value;    ///< formula of t: position, rate or force
+    double stiffness = 0; ///< position: force over the distance from it
+    double damping = 0;   ///< position, rate: force over the difference of rates
+    double most = 0;      ///< largest force; 0: without limit
+
+    std::shared_ptr<const VectorOfTime> formula; ///< as read by `use`
+
+    /// Reads the formula, which may hold these names, in the unit of `kind` for an angle or a way.
+    void use(const FormulaScope& names, bool turns);
+    const std::vector<FormulaFault>& faults() const;
+    MotorNow at(double time) const;
+    void fields(FieldVisitor& f);
+};
+
+struct AxisSpec {
+    double spring = 0, spring_rest = 0;
+    double damping = 0;
+    std::vector<double> limits; ///< least and largest; none: no stops
+    double stop_stiffness = 0, stop_damping = 0;
+    double friction = 0; ///< largest force of dry friction
+    double friction_stiffness = 0, friction_damping = 0;
+    Motor motor;
+
+    /// True where the free axis is not just free.
+    bool any() const {
+        return spring > 0 || damping > 0 || !limits.empty() || friction > 0 || motor.kind != MotorKind::none;
+    }
+    /// Largest stiffness and drag of all of them together.
+    double stiffness_bound() const;
+    double drag_bound() const;
+    void fields(FieldVisitor& f);
+};
+
+} // namespace skein
