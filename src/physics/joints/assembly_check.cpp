@@ -63,7 +63,8 @@ void check_free_axis(const SceneSpec& scene, const JointSpec& spec, Objections& 
     if (!has_free_axis(spec.kind)) {
         objections.unused({"spring", "axis_damping", "limits", "friction"}, where);
         if (axis.motor.kind != MotorKind::none)
-            objections.add("motor", fmt::format("a motor needs one free axis, which there is not {}", where));
+            objections.add("motor", fmt::format("a motor drives one free axis, and a joint of kind \"{}\" has none",
+                                                nth(joint_names, spec.kind)));
     }
     if (axis.spring == 0) objections.unused({"spring_rest"}, "without 'spring'");
     if (axis.limits.empty()) objections.unused({"stop_stiffness", "stop_damping"}, "without 'limits'");
