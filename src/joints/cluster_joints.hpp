@@ -3,8 +3,8 @@
 // Each slot takes its loads in the order of the joints either way, so the bits are the same.
 #pragma once
 
-#include "joints/axis_law.hpp"
 #include "joints/cluster_junctions.hpp"
+#include "joints/joint_events.hpp"
 #include "joints/joint_law.hpp"
 #include "joints/joint_list.hpp"
 #include "skein/core/index.hpp"
@@ -79,6 +79,21 @@ template <class F> auto with_form(const JointSpec& spec, F&& f) {
     }
 }
 
+/// Calls f.operator()<Form, Turn>() for a table with events; the turn is that of a joint without a free axis.
+template <class F> auto with_event(const JointSpec& spec, F&& f) {
+    if (form_of(spec) != JointForm::spring)
+        return with_form(spec, [&]<JointForm Form>() { f.template operator()<Form, JointTurn::none>(); });
+    switch (turn_of(spec)) {
+    case JointTurn::hinge:
+        return f.template operator()<JointForm::spring, JointTurn::hinge>();
+    case JointTurn::fixed:
+        return f.template operator()<JointForm::spring, JointTurn::fixed>();
+    case JointTurn::none:
+        break;
+    }
+    return f.template operator()<JointForm::spring, JointTurn::none>();
+}
+
 /// Calls f.operator()<Turn, Damped, Repels>() as a table has them.
 template <class F> auto with_joint(const JointSpec& spec, F&& f) {
     const auto with_turn = [&]<bool Damped, bool Repels>() {
@@ -142,7 +157,8 @@ public:
              bool across) const override {
         std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_) {
-            const At at{slot, nth(run.motor, step.slot), step.dt, reinterpret_cast<AxisMemory<P>*>(memory), load};
+            const At at{slot, nth(run.motor, step.slot), step.dt, step.time, reinterpret_cast<JointMemory<P>*>(memory),
+                        load};
             if (across) (this->*run.across)(run, at);
             else (this->*run.within)(run, at);
         }
@@ -153,23 +169,23 @@ public:
     std::size_t memory_packs(bool across) const override {
         std::size_t rows = 0;
         for (const Run& run : runs_) rows = std::max(rows, memory_end(run, across));
-        return rows * axis_memory_numbers;
+        return rows * joint_memory_numbers;
     }
     void append_memory(const P* memory, bool across, JoinedRod rod, std::vector<double>& numbers) const override {
-        const std::size_t end = numbers.size() + axes_of_group_[to_index(rod.group)] * axis_memory_numbers;
+        const std::size_t end = numbers.size() + axes_of_group_[to_index(rod.group)] * joint_memory_numbers;
         for_memory(across, rod, [&](std::size_t row, int lane) {
-            for (std::size_t n = 0; n < axis_memory_numbers; ++n)
-                numbers.push_back(memory[row * axis_memory_numbers + n][lane]);
+            for (std::size_t n = 0; n < joint_memory_numbers; ++n)
+                numbers.push_back(memory[row * joint_memory_numbers + n][lane]);
         });
         numbers.resize(end, 0.0);
     }
     std::size_t restore(P* memory, bool across, JoinedRod rod, std::span<const double> numbers) const override {
         std::size_t at = 0;
         for_memory(across, rod, [&](std::size_t row, int lane) {
-            for (std::size_t n = 0; n < axis_memory_numbers; ++n)
-                memory[row * axis_memory_numbers + n].set(lane, numbers[at++]);
+            for (std::size_t n = 0; n < joint_memory_numbers; ++n)
+                memory[row * joint_memory_numbers + n].set(lane, numbers[at++]);
         });
-        return axes_of_group_[to_index(rod.group)] * axis_memory_numbers;
+        return axes_of_group_[to_index(rod.group)] * joint_memory_numbers;
     }
 
 private:
@@ -178,8 +194,9 @@ private:
     struct At {
         const Slot<W>* slot;
         MotorNow motor;
-        double h; ///< s, since the last step
-        AxisMemory<P>* memory;
+        double h;    ///< s, since the last step
+        double time; ///< s
+        JointMemory<P>* memory;
         JoinedLoad<W>* load;
     };
     using Kernel = void (JointsOfCluster::*)(const Run&, const At&) const;
@@ -191,7 +208,8 @@ private:
         std::size_t first = 0, end = 0;                 ///< range of joints
         std::size_t first_pack = 0, end_pack = 0;       ///< range of packs of W joints
         std::size_t first_memory = 0, first_packed = 0; ///< rows of memory, across and within
-        bool remembers = false;
+        bool remembers = false, length_is_given = false;
+        JointEvents events = {};
         std::array<MotorNow, Clock::largest_batch> motor{}; ///< by slot of the step
     };
     /// Slots of a joint's elements: their nodes, of a body twice the same.
@@ -260,8 +278,15 @@ private:
             run.first_memory = memory_end(runs_.back(), true);
             run.first_packed = memory_end(runs_.back(), false);
         }
-        run.remembers = form_of(spec) != JointForm::spring;
-        if (run.remembers)
+        run.remembers = remembers(spec);
+        run.events = spec.events;
+        run.length_is_given = spec.length > 0;
+        if (spec.events.any())
+            with_event(spec, [&]<JointForm Form, JointTurn Turn>() {
+                run.across = &JointsOfCluster::template run_across_event<Form, Turn>;
+                run.within = &JointsOfCluster::template run_within_event<Form, Turn>;
+            });
+        else if (run.remembers)
             with_form(spec, [&]<JointForm Form>() {
                 run.across = &JointsOfCluster::template run_across_form<Form>;
                 run.within = &JointsOfCluster::template run_within_form<Form>;
@@ -395,8 +420,63 @@ private:
     template <JointForm Form> void run_across_form(const Run& run, const At& at) const {
         for_across<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
             return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
-                                       at.memory[run.first_memory + i]);
+                                       at.memory[run.first_memory + i].axis);
         });
+    }
+
+    template <JointForm Form, JointTurn Turn> void run_across_event(const Run& run, const At& at) const {
+        for_across<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
+            return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[run.first_memory + i]);
+        });
+    }
+    /// Loads of a joint that may not be made yet, or have ended.
+    template <JointForm Form, JointTurn Turn>
+    static JointNodeLoads<P> event_loads(const Run& run, const At& at, JoinedElement<P> a, JoinedElement<P> b,
+                                         const Quaternion<P>& rest, const P& length, JointMemory<P>& memory) {
+        const P one(1.0);
+        if (at.time < run.events.from) return {};
+        if (any(memory.state < one)) { // of all copies at once
+            const JointRest<P> start{a.arm, a.axis, b.arm, b.axis, rest, length};
+            memory.made = run.events.from > 0 ? made_here<Form, W>(a, b, run.length_is_given, length) : start;
+            memory.state = max(memory.state, one);
+        }
+        if (!any(memory.state < P(2.0))) return {};
+        a.arm = memory.made.arm_a;
+        a.axis = memory.made.axis_a;
+        b.arm = memory.made.arm_b;
+        b.axis = memory.made.axis_b;
+        const AxisAt laws{run.law, run.axis, at.motor, at.h};
+        AxisMemory<P> before = memory.axis;
+        JointNodeLoads<P> loads = [&] {
+            if constexpr (Form == JointForm::spring)
+                return node_loads<Turn, true, true, W>(run.law, a, b, memory.made.rest, memory.made.length);
+            else return node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, memory.axis);
+        }();
+        const Mask<W> holds = memory.state < P(2.0);
+        Mask<W> ends = at.time >= run.events.until && run.events.until > 0 ? holds : P(1.0) < P(0.0);
+        if (run.events.break_force > 0) {
+            const Vec3<P> force = loads.force_a + loads.force_a_next;
+            const P state = select(ends, P(2.0), memory.state);
+            ends = select(dot(force, force) > P(run.events.break_force * run.events.break_force), P(2.0), state) >
+                   select(holds, one, P(2.0));
+        }
+        if (any(ends)) { // what its springs hold is lost
+            JointFigures<P> figures;
+            JointLoad<P> other;
+            if constexpr (Form == JointForm::spring)
+                joint_load<Turn, true, true, W>(run.law, a, b, memory.made.rest, memory.made.length, other, &figures);
+            else form_load<Form, W>(laws, a, b, memory.made.rest, memory.made.length, before, other, &figures);
+            memory.axis.lost_work = memory.axis.lost_work - select(ends, figures.energy, P(0.0));
+            memory.state = select(ends, P(2.0), memory.state);
+        }
+        const Mask<W> acts = memory.state < P(2.0);
+        const P none(0.0);
+        const Vec3<P> nothing{none, none, none};
+        for (Vec3<P> JointNodeLoads<P>::*load :
+             {&JointNodeLoads<P>::force_a, &JointNodeLoads<P>::force_a_next, &JointNodeLoads<P>::force_b,
+              &JointNodeLoads<P>::force_b_next, &JointNodeLoads<P>::couple_a, &JointNodeLoads<P>::couple_b})
+            loads.*load = select(acts, loads.*load, nothing);
+        return loads;
     }
 
     /// Number of a lane that is known only as the program runs.
@@ -462,7 +542,13 @@ private:
     template <JointForm Form> void run_within_form(const Run& run, const At& at) const {
         for_within<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
             return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
-                                       at.memory[run.first_packed + i]);
+                                       at.memory[run.first_packed + i].axis);
+        });
+    }
+
+    template <JointForm Form, JointTurn Turn> void run_within_event(const Run& run, const At& at) const {
+        for_within<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
+            return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[run.first_packed + i]);
         });
     }
 

@@ -136,7 +136,7 @@ double star_energy(const Star& star,
 }
 
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
-                       const Slot<1>& b, const Slot<1>& b_next, double anchor) {
+                       const Slot<1>& b, const Slot<1>& b_next, const JointMemory<double>& memory) {
     using P = Pack<1>;
     const JointConstants<double> c = constants_of(joint);
     const auto element = [](const Slot<1>& at, const Slot<1>& next, double share, double before, const Vec3d& arm,
@@ -145,22 +145,35 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
                                 at.spin,     P(share),      P(before),   broadcast<1>(arm), broadcast<1>(axis)};
     };
     JointFigures<P> figures;
-    const auto first = element(a, a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
-               second = element(b, b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b);
-    if (form_of(table) != JointForm::spring) {
+    Quaternion<P> rest = broadcast<1>(c.rest);
+    P length(c.rest_distance);
+    auto first = element(a, a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
+         second = element(b, b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b);
+    if (remembers(table)) {
+        if (table.events.any()) {
+            if (memory.state != 1) return {};
+            const JointRest<double>& made = memory.made;
+            first.arm = broadcast<1>(made.arm_a);
+            first.axis = broadcast<1>(made.axis_a);
+            second.arm = broadcast<1>(made.arm_b);
+            second.axis = broadcast<1>(made.axis_b);
+            rest = broadcast<1>(made.rest);
+            length = P(made.length);
+        }
+        JointLoad<P> other;
         AxisMemory<P> of_axis{};
-        of_axis.anchor = P(anchor);
-        with_form(table, [&]<JointForm Form>() {
-            JointLoad<P> other;
-            form_load<Form, 1>(AxisAt{table.law, table.axis_law, {}, 1}, first, second, broadcast<1>(c.rest),
-                               P(c.rest_distance), of_axis, other, &figures);
-        });
-        return {figures.energy[0], figures.gap[0]};
+        of_axis.anchor = P(memory.axis.anchor);
+        if (form_of(table) != JointForm::spring) {
+            with_form(table, [&]<JointForm Form>() {
+                form_load<Form, 1>(AxisAt{table.law, table.axis_law, {}, 1}, first, second, rest, length, of_axis,
+                                   other, &figures);
+            });
+            return {figures.energy[0], figures.gap[0]};
+        }
     }
     with_joint(table, [&]<JointTurn Turn, bool Damped, bool Repels>() {
         JointLoad<P> other;
-        joint_load<Turn, Damped, Repels, 1>(table.law, first, second, broadcast<1>(c.rest), P(c.rest_distance), other,
-                                            &figures);
+        joint_load<Turn, Damped, Repels, 1>(table.law, first, second, rest, length, other, &figures);
     });
     return {figures.energy[0], figures.gap[0]};
 }

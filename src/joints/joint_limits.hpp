@@ -1,6 +1,7 @@
 // Limits that joints set to the time step, and energies that they hold.
 #pragma once
 
+#include "joints/joint_events.hpp"
 #include "joints/junction.hpp"
 
 #include <functional>
@@ -25,7 +26,7 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
                                       std::span<const RodGroup> groups);
 
 /// Energy of a joint's springs, J, and distance of its points, m. Slots are node and next of the first element, then of
-/// the second; a body has one slot twice. `anchor`: of the spring of friction.
+/// the second; a body has one slot twice. `memory`: of the joint, where it has one.
 struct JointState {
     double energy = 0, gap = 0;
 };
@@ -33,6 +34,6 @@ struct JointState {
 double star_energy(const Star& star,
                    const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of);
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
-                       const Slot<1>& b, const Slot<1>& b_next, double anchor = 0);
+                       const Slot<1>& b, const Slot<1>& b_next, const JointMemory<double>& memory = {});
 
 } // namespace skein

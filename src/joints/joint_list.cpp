@@ -1,6 +1,6 @@
 #include "joints/joint_list.hpp"
 
-#include "joints/joint_law.hpp"
+#include "joints/joint_events.hpp"
 
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
@@ -285,7 +285,7 @@ std::vector<std::size_t> axes_of_groups(std::span<const JointSpec> tables, std::
                                         std::size_t groups) {
     std::map<std::pair<int, std::int64_t>, std::size_t> of_rod;
     for (const Joint& joint : joints)
-        if (form_of(tables[joint.table]) != JointForm::spring) ++of_rod[{joint.first.group, joint.first.rod}];
+        if (remembers(tables[joint.table])) ++of_rod[{joint.first.group, joint.first.rod}];
     std::vector<std::size_t> most(groups, 0);
     for (const auto& [rod, axes] : of_rod) nth(most, rod.first) = std::max(nth(most, rod.first), axes);
     return most;

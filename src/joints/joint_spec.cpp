@@ -32,6 +32,22 @@ void JointSpec::fields(FieldVisitor& f) {
     place_fields(f);
     law.fields(f);
     axis_law.fields(f);
+    events.fields(f);
+}
+
+void JointEvents::fields(FieldVisitor& f) {
+    f.visit({.name = "from",
+             .unit = "s",
+             .text = "when it is made, where both sides are then and free of strain; 0: at the start, as the scene "
+                     "places them",
+             .at_least = 0},
+            from);
+    f.visit({.name = "until", .unit = "s", .text = "when it lets go; 0: never", .at_least = 0}, until);
+    f.visit({.name = "break_force",
+             .unit = "N",
+             .text = "it breaks for good where it carries more than this; 0: never",
+             .at_least = 0},
+            break_force);
 }
 
 void JointSpec::place_fields(FieldVisitor& f) {

@@ -54,6 +54,15 @@ struct JointLaw {
     void fields(FieldVisitor& f);
 };
 
+/// When a joint is made, and comes to an end.
+struct JointEvents {
+    double from = 0, until = 0; ///< s; until 0: never
+    double break_force = 0;     ///< N; 0: never
+
+    bool any() const { return from > 0 || until > 0 || break_force > 0; }
+    void fields(FieldVisitor& f);
+};
+
 struct JointSpec {
     JointKind kind = JointKind::spherical;
     std::vector<std::string> between; ///< two groups, a group and itself, or a group and the world
@@ -66,7 +75,8 @@ struct JointSpec {
     double length = 0;               ///< distance, m; 0: that at the start
     double gap = 0; ///< m: elements whose surfaces are farther apart are not side by side; 0: 1 % of their radii
     JointLaw law;
-    AxisSpec axis_law;  ///< along the free axis
+    AxisSpec axis_law; ///< along the free axis
+    JointEvents events;
     std::string source; ///< file:line of the table, for messages
 
     bool to_world() const { return between.size() == 2 && between[1] == world_name; }

@@ -101,7 +101,9 @@ stiffness = 1e5
 torsional_stiffness = 1e3
 friction = 0.5
 friction_stiffness = 1e4
-motor = {kind = "rate", value = "0.5", damping = 5.0}
+motor = {kind = "rate", value = "400*t - 0.8", damping = 5.0}
+from = 0.002
+break_force = 1.5
 """
 
 
@@ -139,10 +141,12 @@ class Joints(DriverTest):
             self.assertEqual(self.digest(name), self.digest("one"), name)
 
     def test_axes_remember(self):
-        """Friction, stops and motors of copies that are bolted to the ground: any ranks, owners, lanes, and parts of a run."""
+        """Friction, stops, motors, and joints that are made and break, of copies on the ground: any ranks, owners, lanes, and parts of a run."""
         self.scene.write_text(ARMS)
         steps = ["--steps", "600"]
         self.run_skein("one", *steps)
+        self.run_skein("whole", *steps, "--set", "joint.2.break_force=1e9")
+        self.assertNotEqual(self.digest("whole"), self.digest("one"), "some joint has broken")
         for ranks, threads in ((1, 2), (2, 1), (3, 1)):
             out = f"{ranks}x{threads}"
             self.run_skein(out, *steps, "--balance", "always", ranks=ranks, threads=threads)

@@ -214,6 +214,7 @@ def rows_of(folder):
         world("joint to the world", kind="spherical"),
         world("joint.limits", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, limits=[1e-9, 1.0], stop_stiffness=0.1, stop_damping=1e-6),
         world("joint.friction", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, friction=1e-3, friction_stiffness=0.1),
+        world("joint.until", kind="spherical", until=1e-6), world("joint.from", kind="spherical", **{"from": 1e-6}), world("joint.break_force", kind="spherical", break_force=1e-4),
         *(world(f"joint.motor.kind = {kind}", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, motor={"kind": kind, "value": "0.01", **keys})
           for kind, keys in (("position", {"stiffness": 0.1}), ("rate", {"damping": 1e-6}), ("force", {}))),
         joint("side_by_side", False, gap=0.03, repulsion=1e4), joint("tip_to_side", False, at=[0, 0], gap=1.0, torsional_stiffness=0.1),

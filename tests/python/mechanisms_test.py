@@ -147,7 +147,7 @@ class Mechanisms(unittest.TestCase):
                     found.append(energy(run) + MASS * GRAVITY * place[2])
                     self.assertLess(angle(place), 0.76)
                 self.assertLess(np.max(found - np.minimum.accumulate(found)), 2e-6 * MASS * GRAVITY * ARM)
-                lost = run.observables["joint_axis_loss[J]"]
+                lost = run.observables["joint_loss[J]"]
                 self.assertAlmostEqual(found[0] - found[-1], lost, delta=1e-5)
                 if damping: self.assertGreater(lost, 1.0)
 
@@ -164,6 +164,52 @@ class Mechanisms(unittest.TestCase):
         way, stop = 0.5 * INERTIA * 25 / 1.0, INERTIA * 5 / 1.0
         self.assertAlmostEqual(turned[-1], way, delta=1e-3 * way)
         self.assertLess(abs(turned[int(0.9 * stop / 1e-3)] - (way - 0.5 / INERTIA * (0.1 * stop)**2)), 1e-3 * way)
+
+    def test_release(self):
+        """A bob held to the world lets go, and falls as nothing else does; its joint's energy is booked."""
+        held = {"kind": "fixed", "stiffness": 1e5, "torsional_stiffness": 1e4, "until": 0.1}
+        with opened(scene(held, dt=1e-5, duration=0.3)) as run:
+            run.step(9990)
+            before, sag = energy(run) + MASS * GRAVITY * run["bob"].position[0, 0, 2], run["bob"].position[0, 0, 2]
+            self.assertLess(abs(sag), 5e-4)
+            run.step(20)
+            self.assertEqual(run.observables["joint_energy[J]"], 0)
+            after = energy(run) + MASS * GRAVITY * run["bob"].position[0, 0, 2]
+            self.assertAlmostEqual(before - after, run.observables["joint_loss[J]"], delta=1e-3 * run.observables["joint_loss[J]"])
+            place, velocity, time = run["bob"].position[0, 0].copy(), run["bob"].velocity[0, 0].copy(), run.time
+            run.step(run.steps)
+            fallen = run.time - time
+            np.testing.assert_allclose(run["bob"].position[0, 0], place + velocity * fallen - [0, 0, 0.5 * GRAVITY * fallen**2], atol=1e-9)
+
+    def test_catch(self):
+        """Two bodies that fly are caught where they are: no force at first, then they go on as one; momenta stay."""
+        for kind, keys in (("fixed", {"torsional_stiffness": 100.0}), ("hinge", {"axis": [0.0, 1.0, 0.0], "torsional_stiffness": 100.0, "axis_damping": 0.01}), ("spherical", {}), ("distance", {}),
+                           ("slider", {"axis": [0.0, 1.0, 0.0], "torsional_stiffness": 100.0}), ("universal", {"axis": [0.0, 1.0, 0.0], "second_axis": [0.0, 0.0, 1.0], "torsional_stiffness": 100.0})):
+            tables = mates({"kind": kind, "stiffness": 1e4, "from": 0.05, **keys}, dt=1e-5, duration=0.2, output={"observables": ["angular_momentum"]})
+            with self.subTest(kind), opened(tables) as run:
+                run.step(4999)
+                before, total = run.observables, energy(run)
+                run.step(2)
+                self.assertLess(run.observables["joint_energy[J]"], 1e-5 * total, "free of strain where it is made")
+                apart = run["bob"].position[0, 0] - run["mate"].position[0, 0]
+                after = run.step(run.steps).observables
+                for heading in before:
+                    if "momentum" in heading: self.assertAlmostEqual(before[heading], after[heading], delta=2e-13, msg=heading)
+                self.assertAlmostEqual(energy(run) + after["joint_loss[J]"], total, delta=2e-5)
+                if kind in ("fixed", "distance"):
+                    self.assertAlmostEqual(np.linalg.norm(run["bob"].position[0, 0] - run["mate"].position[0, 0]), np.linalg.norm(apart), delta=0.01)
+
+    def test_break(self):
+        """A rope bears a weight below its strength; above it breaks, and the weight falls."""
+        rope = {"kind": "distance", "stiffness": 1e4, "damping": 30.0, "place": [ARM, 0.0, 0.2], "rope": True}
+        for strength, holds in ((25.0, True), (15.0, False)):  # the weight of 9.81 N falls into it: up to 19.6 N
+            with self.subTest(strength), opened(scene(rope | {"break_force": strength, "damping": 0.0}, dt=1e-5, duration=0.5)) as run:
+                lowest = run.step(run.steps)["bob"].position[0, 0, 2]
+                if holds: self.assertGreater(lowest, -3e-3)
+                else:
+                    self.assertLess(lowest, -1.0)
+                    self.assertAlmostEqual(run.observables["joint_loss[J]"], 0.5 * strength**2 / 1e4, delta=1e-3 * strength**2 / 1e4)
+                self.assertAlmostEqual(energy(run) + MASS * GRAVITY * lowest + run.observables["joint_loss[J]"], 0, delta=1e-4)
 
     def test_motor_driven_in_a_loop(self):
         """A controller drives the table that a motor follows; the scene with the points it left repeats the run."""

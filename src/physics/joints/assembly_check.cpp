@@ -100,6 +100,20 @@ void check_free_axis(const SceneSpec& scene, const JointSpec& spec, Objections& 
     }
 }
 
+void check_events(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {
+    const JointEvents& events = spec.events;
+    if (!events.any()) return;
+    if (events.until > 0 && events.until <= events.from)
+        objections.add("until", fmt::format("it would let go before it is made, at {:g} s", events.from));
+    if (shares_node(spec))
+        objections.add("", "places that are one node, with stiffness = \"auto\", stay so: for 'from', 'until' and "
+                           "'break_force' give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad]");
+    if (scene.time.integrator != Integrator::verlet)
+        objections.add("",
+                       "joints that are made or come to an end need integrator = \"verlet\", which evaluates forces "
+                       "once a step");
+}
+
 void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {
     const JointKind kind = spec.kind;
     const std::string where = fmt::format("for a joint of kind \"{}\"", nth(joint_names, kind));
@@ -137,6 +151,7 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
     if (kind != JointKind::distance) objections.unused({"length", "rope"}, where);
     check_axes(spec, objections, where);
     check_free_axis(scene, spec, objections, where);
+    check_events(scene, spec, objections);
     if (kind != JointKind::side_by_side && kind != JointKind::tip_to_side)
         objections.unused({"repulsion", "gap"}, where);
     const bool common_node = shares_node(spec);

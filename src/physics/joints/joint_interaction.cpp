@@ -1,6 +1,5 @@
 #include "physics/joints/joint_interaction.hpp"
 
-#include "joints/axis_law.hpp"
 #include "joints/joint_limits.hpp"
 #include "physics/joints/joint_plan.hpp"
 #include "skein/core/index.hpp"
@@ -21,12 +20,12 @@ Slot<1> world_slot(const RodGroup& group, std::int64_t i) {
     return slot;
 }
 
-/// Memory of free axes, which stands last in that of the rod that each joint names first, in the order of joints.
-class AxisMemories {
+/// Memory of joints, which stands last in that of the rod that each joint names first, in the order of joints.
+class JointMemories {
 public:
     /// `rods`: places in all.local().
-    AxisMemories(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all,
-                 std::span<const std::size_t> rods) {
+    JointMemories(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all,
+                  std::span<const std::size_t> rods) {
         std::map<int, std::vector<std::size_t>> axes; // by assembly and group
         for (const std::size_t i : rods) {
             const LocalRod& rod = all.local()[i];
@@ -35,15 +34,15 @@ public:
             if (of_assembly.empty())
                 of_assembly =
                     axes_of_groups(plan.joints->tables, nth(plan.joints->of_assembly, assembly), groups.size());
-            const std::size_t numbers = nth(of_assembly, rod.group) * axis_memory_numbers;
+            const std::size_t numbers = nth(of_assembly, rod.group) * joint_memory_numbers;
             numbers_.push_back(numbers > 0 ? all.memory(i) : std::vector<double>());
             next_.push_back(numbers_.back().size() - numbers);
         }
     }
     /// The next one of a rod, by its place in `rods`.
-    AxisMemory<double> next(std::size_t rod) {
-        AxisMemory<double> memory;
-        std::memcpy(&memory, &numbers_[rod][std::exchange(next_[rod], next_[rod] + axis_memory_numbers)],
+    JointMemory<double> next(std::size_t rod) {
+        JointMemory<double> memory;
+        std::memcpy(&memory, &numbers_[rod][std::exchange(next_[rod], next_[rod] + joint_memory_numbers)],
                     sizeof memory);
         return memory;
     }
@@ -91,7 +90,7 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
     std::vector<std::vector<Slot<1>>> state(rods.size());
     all.read(rods, Copy::synchronised, lag,
              [&](int, std::size_t i, const RodCopy& rod) { state[i].assign(rod.state.begin(), rod.state.end()); });
-    AxisMemories memory(plan, groups, all, rods);
+    JointMemories memory(plan, groups, all, rods);
     JointsNow found;
     for (std::size_t a = 0; a < plan.assemblies.size(); ++a)
         for (const Joint& joint : plan.joints->of_assembly[a]) {
@@ -111,12 +110,12 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
                 const auto k = static_cast<std::size_t>(joint.first.element),
                            l = static_cast<std::size_t>(joint.second.element);
                 const JointSpec& table = plan.joints->tables[joint.table];
-                AxisMemory<double> axis{};
-                if (form_of(table) != JointForm::spring) axis = memory.next(at->second);
-                found.motor_works.push_back(axis.motor_work);
-                found.losses.push_back(-axis.lost_work);
+                JointMemory<double> of_joint{};
+                if (remembers(table)) of_joint = memory.next(at->second);
+                found.motor_works.push_back(of_joint.axis.motor_work);
+                found.losses.push_back(-of_joint.axis.lost_work);
                 const JointState now = joint_state(table, joint, first[k], first[std::min(k + 1, first.size() - 1)],
-                                                   second[l], second[std::min(l + 1, second.size() - 1)], axis.anchor);
+                                                   second[l], second[std::min(l + 1, second.size() - 1)], of_joint);
                 found.energies.push_back(now.energy);
                 found.gap = std::max(found.gap, now.gap);
             }
@@ -131,7 +130,7 @@ std::vector<Figure> JointInteraction::figures(const Sample& sample) const {
                                    {"joint_gap[m]", Figure::Of::largest, {now.gap}}};
     if (plan_.has_axes()) {
         figures.push_back({"joint_motor_work[J]", Figure::Of::sum, std::move(now.motor_works)});
-        figures.push_back({"joint_axis_loss[J]", Figure::Of::sum, std::move(now.losses)});
+        figures.push_back({"joint_loss[J]", Figure::Of::sum, std::move(now.losses)});
     }
     return figures;
 }

@@ -39,6 +39,10 @@ std::string joint_text(const JointSpec& joint, std::size_t count) {
     if (axis.friction > 0) text += fmt::format(", friction {:.4g}", axis.friction);
     if (axis.motor.kind != MotorKind::none)
         text += fmt::format(", motor of given {}", nth(motor_names, axis.motor.kind));
+    const JointEvents& events = joint.events;
+    if (events.from > 0) text += fmt::format(", made at {:g} s", events.from);
+    if (events.until > 0) text += fmt::format(", until {:g} s", events.until);
+    if (events.break_force > 0) text += fmt::format(", breaks at {:.4g} N", events.break_force);
     return text;
 }
 

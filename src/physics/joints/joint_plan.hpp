@@ -22,10 +22,10 @@ struct JointPlan {
     std::vector<AssemblyPlan> assemblies;
     std::shared_ptr<const JointLists> joints;
 
-    /// True where something acts along a free axis.
+    /// True where something acts along a free axis, or a joint comes to an end.
     bool has_axes() const {
         return std::any_of(joints->tables.begin(), joints->tables.end(),
-                           [](const JointSpec& table) { return table.axis_law.any(); });
+                           [](const JointSpec& table) { return table.axis_law.any() || table.events.any(); });
     }
 };
 
