@@ -86,11 +86,26 @@ class Scene:
         """A function of time for formulas, piecewise linear through points; skein.Simulation can drive it on."""
         return self.add("table", name=name, at=np.asarray(at, float).tolist(), value=np.asarray(value, float).tolist(), **keys)
 
+    def bodies(self, name, /, **keys):
+        """Adds a group of rigid bodies: mass or density, parts, placement."""
+        return self.add("bodies", name=name, **keys)
+
+    def joint(self, kind, first, second="world", /, **keys):
+        """Adds a [[joint]] between two groups, or of a group and the world; a motor's value may name a table, which skein.Simulation drives.
+
+            scene.joint("hinge", "arm", axis=[0, 1, 0], at=[0.0], stiffness=1e5, torsional_stiffness=100.0,
+                        motor={"kind": "position", "value": "angle(t)", "stiffness": 50.0})
+        """
+        return self.add("joint", kind=kind, between=[first, second], **keys)
+
+    def assembly(self, name, /, **keys):
+        """Adds an [[assembly]]: groups with assembly=name are copied together to its places."""
+        return self.add("assembly", name=name, **keys)
+
     def add(self, table, /, **keys):
         """Appends an entry to any of the lists that the program knows: rods, bodies, load, joint, assembly, obstacle, fluid_output, ...
 
-            scene.add("assembly", name="arm")
-            scene.add("joint", kind="fixed", between=["upper", "lower"], at=[1, 0])
+            scene.add("obstacle", kind="sphere", centre=[0, 0, 0], radius=0.1)
         """
         known = lists()
         if table not in known:

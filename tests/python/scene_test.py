@@ -49,6 +49,20 @@ class Scenes(unittest.TestCase):
             with self.assertRaisesRegex(KeyError, words):
                 scene[path]
 
+    def test_an_arm_on_the_ground(self):
+        """Bodies, joints and assemblies by name are the lists of a file."""
+        scene = skein.Scene("arms", time={"duration": 0.001, "dt": 1e-5})
+        scene.rods("links", assembly="arm", material={"density": 1000.0, "youngs_modulus": 1e7}, section={"radius": 0.02}, shape={"length": 0.5, "elements": 4})
+        scene.bodies("hand", assembly="arm", mass=0.5, inertia=[1e-3] * 3, spheres={"radii": [0.05]}, placement={"origin": [0.0, 0.0, 0.5]})
+        scene.assembly("arm", placement={"kind": "line", "counts": [2], "spacing": [1.0]}).table("turn", [0.0, 0.001], [0.0, 0.1], unit="rad")
+        scene.joint("hinge", "links", axis=[0.0, 1.0, 0.0], at=[0.0], stiffness=1e4, torsional_stiffness=100.0, motor={"kind": "position", "value": "turn(t)", "stiffness": 50.0})
+        scene.joint("fixed", "links", "hand", stiffness=1e4, torsional_stiffness=100.0)
+        self.assertEqual([joint["between"] for joint in scene["joint"]], [["links", "world"], ["links", "hand"]])
+        with skein.Simulation(scene) as run:
+            run.step(run.steps)
+            self.assertLess(run.observables["joint_gap[m]"], 1e-3)
+            self.assertGreater(run.observables["joint_motor_work[J]"], 0)
+
     def test_mistakes_are_told_as_the_program_tells_them(self):
         scene = filament()
         scene["rods.filament.shape.elemets"] = 4
