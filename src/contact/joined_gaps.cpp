@@ -5,6 +5,8 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
+#include <tuple>
 
 namespace skein {
 
@@ -26,9 +28,42 @@ std::int64_t JoinedGaps::in_first_copy(int group, std::int64_t gid) const {
 }
 
 void JoinedGaps::add(const JoinedPlace& a, const JoinedPlace& b) {
-    const std::int64_t of_a = nth(groups_, a.group).first_gid + a.rod, of_b = nth(groups_, b.group).first_gid + b.rod;
-    if (of_a < of_b) joints_[{of_a, of_b}].push_back({a.arc, b.arc});
-    else joints_[{of_b, of_a}].push_back({b.arc, a.arc});
+    met_.push_back({a, met_.size()});
+    met_.push_back({b, met_.back().set});
+}
+
+/// Two places of one body that are no farther apart than its gap.
+bool JoinedGaps::near(const JoinedPlace& a, const JoinedPlace& b) const {
+    if (a.group != b.group || a.rod != b.rod) return false;
+    const Group& group = nth(groups_, a.group);
+    return std::abs(a.arc - b.arc) <= gap_of(group, group) &&
+           norm(a.arm - b.arm) <= std::max(gap_of(group, group), gap_);
+}
+
+void JoinedGaps::settle() {
+    std::sort(met_.begin(), met_.end(), [](const Met& x, const Met& y) {
+        return std::tie(x.place.group, x.place.rod, x.place.arc) < std::tie(y.place.group, y.place.rod, y.place.arc);
+    });
+    std::vector<std::size_t> into(2 * met_.size());
+    std::iota(into.begin(), into.end(), std::size_t{0});
+    const auto root = [&](std::size_t set) {
+        while (into[set] != set) set = into[set] = into[into[set]];
+        return set;
+    };
+    for (std::size_t i = 0; i < met_.size(); ++i)
+        for (std::size_t k = i + 1; k < met_.size() && near(met_[i].place, met_[k].place); ++k)
+            into[root(met_[k].set)] = root(met_[i].set);
+    std::map<std::size_t, std::vector<const JoinedPlace*>> sets;
+    for (const Met& one : met_) sets[root(one.set)].push_back(&one.place);
+    const auto body = [&](const JoinedPlace& p) { return nth(groups_, p.group).first_gid + p.rod; };
+    for (const auto& [set, places] : sets)
+        for (std::size_t i = 0; i < places.size(); ++i)
+            for (std::size_t k = i + 1; k < places.size(); ++k) {
+                const JoinedPlace &x = *places[i], &y = *places[k];
+                if (body(x) < body(y)) joints_[{body(x), body(y)}].push_back({x.arc, y.arc});
+                if (body(y) < body(x)) joints_[{body(y), body(x)}].push_back({y.arc, x.arc});
+            }
+    met_.clear();
 }
 
 /// Way along a body from a joint to the nearest point of an element, m.
@@ -46,7 +81,7 @@ bool JoinedGaps::may_touch(const Exposure& bodies, std::size_t a, std::size_t b)
     const auto found = joints_.find({body(a), body(b)});
     if (found == joints_.end()) return true;
     const Group &of_a = nth(groups_, bodies.at(a).group), &of_b = nth(groups_, bodies.at(b).group);
-    const double gap = gap_ > 0 ? gap_ : std::max(of_a.half_round, of_b.half_round);
+    const double gap = gap_of(of_a, of_b);
     return std::all_of(found->second.begin(), found->second.end(), [&](const Arcs& joint) {
         return way(of_a, bodies.element(a), joint.a) + way(of_b, bodies.element(b), joint.b) > gap;
     });

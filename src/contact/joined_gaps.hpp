@@ -3,6 +3,7 @@
 
 #include "neighbourhood/exposure.hpp"
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <span>
@@ -16,6 +17,7 @@ struct JoinedPlace {
     int group;
     std::int64_t rod; ///< in the copy
     double arc;       ///< arc length at rest, m; of a body unused
+    Vec3d arm;        ///< from there to the place, m
 };
 
 class JoinedGaps {
@@ -24,6 +26,8 @@ public:
     /// m; 0: than half the way round their sections.
     JoinedGaps(std::span<const RodGroup> groups, double gap);
     void add(const JoinedPlace& a, const JoinedPlace& b);
+    /// Behind the last joint: rods whose joints on a third one are nearer to each other than the gap meet as well.
+    void settle();
 
     /// Of two elements of different bodies of one copy.
     bool may_touch(const Exposure& bodies, std::size_t a, std::size_t b) const;
@@ -40,11 +44,20 @@ private:
     };
     /// Numbers of two bodies in the first copy, the lower one first.
     using Bodies = std::pair<std::int64_t, std::int64_t>;
+    struct Met {
+        JoinedPlace place;
+        std::size_t set;
+    };
+    bool near(const JoinedPlace& a, const JoinedPlace& b) const;
+    double gap_of(const Group& a, const Group& b) const {
+        return gap_ > 0 ? gap_ : std::max(a.half_round, b.half_round);
+    }
     std::int64_t in_first_copy(int group, std::int64_t gid) const;
     static double way(const Group& group, std::int64_t element, double arc);
 
     std::vector<Group> groups_;
     double gap_;
+    std::vector<Met> met_; ///< places by the set of those that meet
     std::map<Bodies, std::vector<Arcs>> joints_;
 };
 

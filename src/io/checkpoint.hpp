@@ -66,9 +66,10 @@ std::vector<std::string> checkpoint_files(const Communicator& comm, const std::s
 /// Reads a checkpoint without the state. Throws IoError if it is unreadable, InputError for another version.
 CheckpointInfo read_checkpoint_info(const Communicator& comm, const std::string& path);
 
-/// Loads one checkpoint. `accept` runs before the state is read, and throws to refuse it. Throws IoError on damage.
+/// Loads one checkpoint. `accept` runs before the state is read, and throws to refuse it. `may_begin_memory`: of a
+/// branch, whose joints and walls may begin with no memory. Throws IoError on damage.
 CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path, std::span<const RodGroup> groups,
                                Rods& rods, const std::function<void(const CheckpointInfo&)>& accept,
-                               std::span<const std::string> saved = {});
+                               std::span<const std::string> saved = {}, bool may_begin_memory = false);
 
 } // namespace skein

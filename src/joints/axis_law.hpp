@@ -1,7 +1,7 @@
 // Laws of joints with a free axis, W at a time: the angle of a hinge, the way of a slider, the length of a distance.
 //                                                                                        theory.md (73f)-(73h)
 //   hinge      angle q = 2 atan2(v.n, w),  (w, v) = Q2 (C Q1)^T;  couple Q G on 2, -Q G on 1,  G = dq/d(turn of 2)
-//   slider     way q = n1.d;  force Q n1 on 2 and -Q n1 on 1, both at the point of 2; across it the point spring acts
+//   slider     way q = n2.d;  force Q n2 on 2 and -Q n2 on 1, both at the point of 1; across it the point spring acts
 //   distance   q = |d| - L;  force Q d/|d| on 2, and the opposite on 1
 //   universal  two axes stay at right angles: U = k_t (n1.m2)^2/2; no free axis of its own
 //   Q          spring, dashpot, stops, dry friction with memory, motor
@@ -18,6 +18,7 @@ template <class P> struct AxisMemory {
     P position;              ///< of the last step
     P rate;                  ///< half a step before the last position
     P steps;                 ///< made so far, up to 2
+    P interval;              ///< length of the last step, s
     P motor, lost;           ///< force of the motor, and of all that dissipates, at the last step
     P motor_work, lost_work; ///< sums since the start, J
 };
@@ -76,8 +77,11 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
                                                                         AxisMemory<Pack<W>>& memory, bool figures) {
     using P = Pack<W>;
     const P none(0.0), half(0.5);
-    const P way = Turns ? detail::wrapped<W>(q - memory.position) : q - memory.position;
-    const P before = select(memory.steps > none, P(1 / h) * way, lagging), // half a step before
+    const Mask<W> moved = memory.steps > none;
+    const P last = select(moved, memory.position, q), held_at = select(moved, memory.anchor, q);
+    const P way = Turns ? detail::wrapped<W>(q - last) : q - last;
+    const P interval = half * (P(h) + select(moved, memory.interval, P(h)));
+    const P before = select(moved, way / interval, lagging), // half a step before
         rate = before + select(memory.steps > P(1.0), half * (before - memory.rate), none);
     P force = none, lost = P(-axis.damping) * rate, energy = none;
     if (axis.spring > 0) {
@@ -96,21 +100,20 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
     }
     if (axis.friction > 0) {
         const auto apart = [](const P& x) { return Turns ? detail::wrapped<W>(x) : x; };
-        const P held = P(-axis.friction_stiffness) * apart(q - memory.anchor) - P(axis.friction_damping) * rate,
+        const P held = P(-axis.friction_stiffness) * apart(q - held_at) - P(axis.friction_damping) * rate,
                 friction = detail::limited<W>(held, axis.friction);
         const Mask<W> slips = abs(held) > P(axis.friction);
-        const P anchor = select(slips, q + P(1 / axis.friction_stiffness) * friction, memory.anchor);
+        const P anchor = select(slips, q + P(1 / axis.friction_stiffness) * friction, held_at);
         lost += friction;
         if (!figures) memory.anchor = anchor;
-        const P stretch = apart(q - anchor);
-        energy += P(0.5 * axis.friction_stiffness) * stretch * stretch;
-    }
+    } else if (!figures) memory.anchor = q; // a branch may add friction
     const P motor = motor_force<W>(axis.motor, now, rate, off);
     if (!figures) {
         memory.motor_work += half * (memory.motor + motor) * way;
         memory.lost_work += half * (memory.lost + lost) * way;
         memory.position = q;
         memory.rate = before;
+        memory.interval = P(h);
         memory.steps = min(memory.steps + P(1.0), P(2.0));
         memory.motor = motor;
         memory.lost = lost;
@@ -197,18 +200,18 @@ template <JointForm Form, int W> SKEIN_INLINE void add_way(const AxisAt& at, con
         return axis_force<false, W>(at.axis, at.now, way, rate, way - P(at.now.value), at.h, memory,
                                     figures != nullptr);
     };
-    const auto add = [&](const Vec3<P>& on_a, const Vec3<P>& lever) {
+    const auto add = [&](const Vec3<P>& on_a, const Vec3<P>& lever_b) {
         load.force += on_a;
-        load.couple += a.director * cross(lever, on_a);
+        load.couple += a.director * cross(ra, on_a);
         other.force += -on_a;
-        other.couple += b.director * cross(rb, -on_a);
+        other.couple += b.director * cross(lever_b, -on_a);
     };
     if constexpr (Form == JointForm::slider) {
-        const Vec3<P> n = transpose_times(a.director, a.axis), u = (vb - va) - cross(wa, d);
+        const Vec3<P> n = transpose_times(b.director, b.axis), u = (vb - va) - cross(wb, d);
         const P way = dot(n, d), rate = dot(n, u);
         const Vec3<P> across = d - way * n;
         const AxisForce<P> q = along(way, rate);
-        add(P(at.law.stiffness) * across + P(at.law.damping) * (u - rate * n) - q.force * n, ra + d);
+        add(P(at.law.stiffness) * across + P(at.law.damping) * (u - rate * n) - q.force * n, rb - d);
         if (figures)
             *figures = {figures->energy + q.energy + P(0.5 * at.law.stiffness) * dot(across, across),
                         sqrt(dot(across, across))};
@@ -219,7 +222,7 @@ template <JointForm Form, int W> SKEIN_INLINE void add_way(const AxisAt& at, con
         P force = P(-at.law.stiffness) * held - P(at.law.damping) * rate;
         if (at.law.rope) force = select(stretch > none, min(force, none), none);
         const AxisForce<P> q = along(stretch, rate);
-        add((-(force + q.force)) * e, ra);
+        add((-(force + q.force)) * e, rb);
         if (figures) *figures = {figures->energy + q.energy + P(0.5 * at.law.stiffness) * held * held, abs(held)};
     }
 }

@@ -1,6 +1,10 @@
 #include "joints/axis_spec.hpp"
 
+#include "formula/scope.hpp"
 #include "formula/vector_of_time.hpp"
+
+#include <algorithm>
+#include <cmath>
 
 namespace skein {
 
@@ -10,6 +14,8 @@ void Motor::use(const FormulaScope& names, bool turns) {
                              : kind == MotorKind::rate   ? (turns ? "rad/s" : "m/s")
                                                          : (turns ? "N m" : "N");
     formula = std::make_shared<VectorOfTime>(names, std::vector<std::string>{value, "0", "0"}, unit);
+    constexpr int times = 64;
+    for (int n = 0; n <= times; ++n) largest = std::max(largest, std::abs(at(names.duration * n / times).value));
 }
 
 const std::vector<FormulaFault>& Motor::faults() const {
@@ -40,6 +46,11 @@ void Motor::fields(FieldVisitor& f) {
             damping);
     f.visit({.name = "most", .unit = "N m or N", .text = "largest couple or force; 0: without limit", .at_least = 0},
             most);
+}
+
+double AxisSpec::reach() const {
+    if (limits.size() == 2) return std::max(std::abs(limits[0]), std::abs(limits[1]));
+    return motor.kind == MotorKind::position ? 1.5 * motor.largest : 0;
 }
 
 double AxisSpec::stiffness_bound() const {

@@ -33,6 +33,7 @@ struct Motor {
     double most = 0;      ///< largest force; 0: without limit
 
     std::shared_ptr<const VectorOfTime> formula; ///< as read by `use`
+    double largest = 0;                          ///< of the value, at times of the run
 
     /// Reads the formula, which may hold these names, in the unit of `kind` for an angle or a way.
     void use(const FormulaScope& names, bool turns);
@@ -57,6 +58,8 @@ struct AxisSpec {
     /// Largest stiffness and drag of all of them together.
     double stiffness_bound() const;
     double drag_bound() const;
+    /// How far from 0 stops and the motor let the axis go; 0: they do not say.
+    double reach() const;
     void fields(FieldVisitor& f);
 };
 

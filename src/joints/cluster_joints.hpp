@@ -435,9 +435,12 @@ private:
                                          const Quaternion<P>& rest, const P& length, JointMemory<P>& memory) {
         const P one(1.0);
         if (at.time < run.events.from) return {};
-        if (any(memory.state < one)) { // of all copies at once
+        const Mask<W> fresh = memory.state < one;
+        if (any(fresh)) { // of all copies at once; spare lanes after a restart too
             const JointRest<P> start{a.arm, a.axis, b.arm, b.axis, rest, length};
-            memory.made = run.events.from > 0 ? made_here<Form, W>(a, b, run.length_is_given, length) : start;
+            memory.made = skein::select<W>(
+                fresh, run.events.from > 0 ? made_here<Form, W>(a, b, run.length_is_given, length) : start,
+                memory.made);
             memory.state = max(memory.state, one);
         }
         if (!any(memory.state < P(2.0))) return {};
@@ -446,13 +449,14 @@ private:
         b.arm = memory.made.arm_b;
         b.axis = memory.made.axis_b;
         const AxisAt laws{run.law, run.axis, at.motor, at.h};
-        AxisMemory<P> before = memory.axis;
+        const AxisMemory<P> before = memory.axis;
         JointNodeLoads<P> loads = [&] {
             if constexpr (Form == JointForm::spring)
                 return node_loads<Turn, true, true, W>(run.law, a, b, memory.made.rest, memory.made.length);
             else return node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, memory.axis);
         }();
         const Mask<W> holds = memory.state < P(2.0);
+        memory.axis = skein::select<W>(holds, memory.axis, before);
         Mask<W> ends = at.time >= run.events.until && run.events.until > 0 ? holds : P(1.0) < P(0.0);
         if (run.events.break_force > 0) {
             const Vec3<P> force = loads.force_a + loads.force_a_next;
@@ -465,7 +469,7 @@ private:
             JointLoad<P> other;
             if constexpr (Form == JointForm::spring)
                 joint_load<Turn, true, true, W>(run.law, a, b, memory.made.rest, memory.made.length, other, &figures);
-            else form_load<Form, W>(laws, a, b, memory.made.rest, memory.made.length, before, other, &figures);
+            else form_load<Form, W>(laws, a, b, memory.made.rest, memory.made.length, memory.axis, other, &figures);
             memory.axis.lost_work = memory.axis.lost_work - select(ends, figures.energy, P(0.0));
             memory.state = select(ends, P(2.0), memory.state);
         }

@@ -23,6 +23,24 @@ template <class P> struct JointMemory {
 };
 inline constexpr std::size_t joint_memory_numbers = sizeof(JointMemory<double>) / sizeof(double);
 
+template <int W>
+SKEIN_INLINE JointRest<Pack<W>> select(const Mask<W>& which, const JointRest<Pack<W>>& a, const JointRest<Pack<W>>& b) {
+    return {select(which, a.arm_a, b.arm_a),
+            select(which, a.axis_a, b.axis_a),
+            select(which, a.arm_b, b.arm_b),
+            select(which, a.axis_b, b.axis_b),
+            {select(which, a.rest.w, b.rest.w), select(which, a.rest.v, b.rest.v)},
+            select(which, a.length, b.length)};
+}
+template <int W> SKEIN_INLINE AxisMemory<Pack<W>> select(const Mask<W>& which, const AxisMemory<Pack<W>>& a,
+                                                         const AxisMemory<Pack<W>>& b) {
+    return {select(which, a.anchor, b.anchor),      select(which, a.position, b.position),
+            select(which, a.rate, b.rate),          select(which, a.steps, b.steps),
+            select(which, a.interval, b.interval),  select(which, a.motor, b.motor),
+            select(which, a.lost, b.lost),          select(which, a.motor_work, b.motor_work),
+            select(which, a.lost_work, b.lost_work)};
+}
+
 /// True where joints of a table have such a memory.
 inline bool remembers(const JointSpec& spec) { return form_of(spec) != JointForm::spring || spec.events.any(); }
 

@@ -25,6 +25,15 @@ Mobility mobility(const RodGroup& group, const JointEnd& end) {
     return {(before * before + end.share * end.share) / of_node + dot(end.arm, end.arm) * softest, softest};
 }
 
+} // namespace
+
+double slider_way(const JointSpec& table, const Joint& joint) {
+    const double reach = table.axis_law.reach();
+    return reach > 0 ? reach : std::max(norm(joint.first.arm), norm(joint.second.arm));
+}
+
+namespace {
+
 /// Bound of the stiffness beside junctions. A spring K between two elements of inertia J and J' holds each with at most
 /// K (1/J + 1/J'). A star takes the least J' of the others.
 void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, std::vector<JointBounds>& bounds) {
@@ -92,7 +101,12 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
             for (const JointEnd* end : {&joint.first, &joint.second}) {
                 if (end->of_world()) continue;
                 const RodGroup& group = nth(groups, end->group);
-                const Mobility m = mobility(group, *end);
+                JointEnd reached = *end;
+                if (table.kind == JointKind::slider && end == &joint.second) {
+                    const double way = slider_way(table, joint), arm = norm(end->arm);
+                    reached.arm = arm > 0 ? ((arm + way) / arm) * end->arm : Vec3d{way, 0, 0};
+                }
+                const Mobility m = mobility(group, reached);
                 JointEnd centre = *end;
                 centre.share = group.strained() ? 0.5 : 0;
                 centre.arm = {0, 0, 0};

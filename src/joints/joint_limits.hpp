@@ -25,6 +25,9 @@ struct JointBounds {
 std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
                                       std::span<const RodGroup> groups);
 
+/// Way, m, along a slider between two bodies up to which the limits hold: its forces act on the second with that lever.
+double slider_way(const JointSpec& table, const Joint& joint);
+
 /// Energy of a joint's springs, J, and distance of its points, m. Slots are node and next of the first element, then of
 /// the second; a body has one slot twice. `memory`: of the joint, where it has one.
 struct JointState {

@@ -63,7 +63,7 @@ void JointSpec::place_fields(FieldVisitor& f) {
     f.visit_optional(
         {.name = "place",
          .unit = "m",
-         .text = "spherical, hinge, fixed, of one joint: place at the start, in the axes of the assembly, from which "
+         .text = "of one joint of a kind with one point: place at the start, in the axes of the assembly, from which "
                  "arms go to both; absent: midway between both places, or that of the rod"},
         place);
     f.visit(

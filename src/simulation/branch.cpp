@@ -94,7 +94,7 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
     CheckpointInfo info;
     for (const std::string& file : files) {
         try {
-            info = load_checkpoint(comm, file, groups, rods, accept, kept);
+            info = load_checkpoint(comm, file, groups, rods, accept, kept, true);
             break;
         } catch (const IoError& error) {
             if (&file == &files.back()) throw;

@@ -107,6 +107,55 @@ break_force = 1.5
 """
 
 
+CHAIN = """
+title = "A chain of six links and a cart"
+time = {duration = 0.01, dt = 1e-5}
+load = [{kind = "gravity"}]
+output = {series = 0.001, checkpoint = 0.001}
+
+[[rods]]
+name = "links"
+material = {density = 1000.0, youngs_modulus = 1e7}
+section.radius = 0.02
+shape = {length = 0.5, elements = 6}
+placement = {kind = "list", origins = [[0, 0, 1], [0.5, 0, 1], [1, 0, 1], [1.5, 0, 1], [2, 0, 1], [2.5, 0, 1]], tangents = [[1, 0, 0], [1, 0, 0], [1, 0, 0], [1, 0, 0], [1, 0, 0], [1, 0, 0]]}
+
+[[bodies]]
+name = "carts"
+mass = 0.5
+inertia = [0.001, 0.001, 0.001]
+spheres.radii = [0.05]
+placement = {kind = "list", origins = [[0, 1, 0.5], [0, 2, 0.5], [0, 3, 0.5], [0, 4, 0.5]], tangents = [[0, 0, 1], [0, 0.6, 0.8], [1, 0, 0], [0.8, 0, 0.6]]}
+
+[[joint]]
+kind = "spherical"
+between = ["links", "world"]
+pairs = "listed"
+first = [0]
+at = [0.0]
+stiffness = 1e4
+from = 0.001
+
+[[joint]]
+kind = "spherical"
+between = ["links", "links"]
+pairs = "next"
+stiffness = 1e4
+from = 0.001
+break_force = 8.0
+
+[[joint]]
+kind = "slider"
+between = ["carts", "world"]
+axis = [0.0, 0.6, 0.8]
+stiffness = 1e4
+torsional_stiffness = 10.0
+motor = {kind = "force", value = "1.0"}
+axis_damping = 1.0
+break_force = 3.2
+"""
+
+
 class Joints(DriverTest):
     def test_robots_that_touch(self):
         self.scene.write_text(SWARM)
@@ -160,6 +209,33 @@ class Joints(DriverTest):
         self.run_skein("parts", *steps)
         self.assertEqual(self.digest("parts"), self.digest("one"))
         self.assert_same_series("parts", "one")
+
+    def test_joints_of_one_copy(self):
+        """Joints that are made and break, whose lanes are joints: lanes, and a run in two parts."""
+        self.scene.write_text(CHAIN)
+        self.run_skein("one", "--steps", "600", "--lanes", "1")
+        for lanes in ("2", "4"):
+            self.run_skein("lanes" + lanes, "--steps", "600", "--lanes", lanes)
+            self.run_skein("parts" + lanes, "--steps", "300", "--lanes", lanes)
+            self.run_skein("parts" + lanes, "--steps", "600", "--lanes", lanes)
+            for out in ("lanes" + lanes, "parts" + lanes):
+                self.assertEqual(self.digest(out), self.digest("one"), out)
+                self.assert_same_series(out, "one")
+
+    def test_a_branch_begins_to_remember(self):
+        """A joint that a branch lets break, or gives friction, starts with no memory, and another step takes no jump."""
+        self.scene.write_text(CHAIN.replace("break_force = 8.0\n", "").replace("from = 0.001\n", ""))
+        self.run_skein("parent", "--steps", "300")
+        for number, change in enumerate((["joint.0.break_force=1e9"], ["joint.2.friction=1e-3", "joint.2.friction_stiffness=0.1"], ["time.dt=2e-6"])):
+            out = self.directory / f"branch{number}"
+            done = subprocess.run([SKEIN, "branch", self.directory / "parent", out, *(f"--set={key}" for key in change)], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            done = subprocess.run([SKEIN, "run", out, "--until", "0.006", "--quiet"], capture_output=True, text=True)
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+        self.run_skein("parent", "--steps", "600")
+        whole, fine = (self.summary(out)["observables"] for out in ("parent", "branch2"))
+        for heading in ("joint_motor_work[J]", "joint_loss[J]", "kinetic_translation[J]"):
+            self.assertAlmostEqual(fine[heading] / whole[heading], 1, delta=2e-3, msg=heading)
 
     def test_branch_of_copies_by_a_mask(self):
         """A branch lies elsewhere than its scene, whose mask it needs too."""

@@ -187,6 +187,13 @@ class Pairs(unittest.TestCase):
         self.assertEqual(digest(joint | {"at": [0.3, 0.5]}, joined=True), touching, "a way of 0.015 m is longer than half the way round")
         self.assertEqual(digest(joint | {"at": [0.3, 0.5]}, joined=True, self_gap=0.05), apart)
 
+        twig = {"material": {"density": 1000.0, "youngs_modulus": 1e6}, "section": {"radius": 0.02}, "shape": {"length": 0.5, "elements": 10}}
+        fork = {"time": {"duration": 1e-4}, "contact": contact | {"joined": True}, "joint": [{"kind": "fixed", "between": ["stem", "twigs"], "pairs": "listed", "first": [0, 0], "second": [0, 1]}],
+                "rods": [twig | {"name": "stem", "placement": {"tangent": [0.0, 0.0, 1.0]}},
+                         twig | {"name": "twigs", "placement": {"kind": "list", "origins": [[0.0, 0.0, 0.5]] * 2, "tangents": [[0.8, 0.0, 0.6], [-0.8, 0.0, 0.6]]}}]}
+        with skein.Simulation(skein.Scene("fork", **fork), threads=1) as run:
+            self.assertEqual(run.step(run.steps).observables["touching_pairs[-]"], 0, "twigs of one place do not touch there")
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -122,10 +122,12 @@ std::shared_ptr<const JoinedGaps> joined_gaps(const SceneSpec& scene, std::span<
                 double arc = 0;
                 const RodGroup& group = nth(groups, end.group);
                 for (int k = 0; k < end.element; ++k) arc += nth(group.element, k).rest_length;
-                return JoinedPlace{end.group, end.rod, arc + end.share * nth(group.element, end.element).rest_length};
+                return JoinedPlace{end.group, end.rod, arc + end.share * nth(group.element, end.element).rest_length,
+                                   end.arm};
             };
             gaps->add(place(joint.first), place(joint.second));
         }
+    gaps->settle();
     return gaps;
 }
 

@@ -28,6 +28,12 @@ void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections)
                                           names.empty() ? "" : suggestion(rods.assembly, names, "the assemblies are")));
     if (rods.placement.kind == PlacementKind::file)
         objections.add("placement.kind", "rods of a file belong to no assembly yet: list their origins");
+    const Placement& copies = nth(scene.assemblies, assembly_named(scene, rods.assembly)).placement;
+    const bool turned = !copies.tangents.empty() || copies.normal || norm(copies.tangent - Vec3d{0, 0, 1}) > 0;
+    if (turned && rods.ends_move() && !(rods.start_free.empty() && rods.end_free.empty()))
+        objections.add("",
+                       "ends slide in lab directions and are moved in the axes of copies, which differ where copies "
+                       "are turned: leave out 'start_free' and 'end_free', or the motion");
     if (rods.material.law == Law::elastica && (rods.start == EndKind::clamped || rods.end == EndKind::clamped))
         objections.add("", "the walls of the law \"elastica\" are the same for all rods of a group: use "
                            "\"clamped_frozen\" for rods of an [[assembly]]");
@@ -67,6 +73,9 @@ void check_free_axis(const SceneSpec& scene, const JointSpec& spec, Objections& 
                                                 nth(joint_names, spec.kind)));
     }
     if (axis.spring == 0) objections.unused({"spring_rest"}, "without 'spring'");
+    else if (spec.kind == JointKind::hinge && std::abs(axis.spring_rest) > 3)
+        objections.add("spring_rest", "the spring of a hinge rests between -3 and 3 rad; a motor of kind \"position\" "
+                                      "may go round");
     if (axis.limits.empty()) objections.unused({"stop_stiffness", "stop_damping"}, "without 'limits'");
     else if (axis.limits.size() != 2 || !(axis.limits[0] < axis.limits[1]))
         objections.add("limits", "'limits' needs two numbers, the least and the largest");
@@ -140,7 +149,7 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
                                : fmt::format("'first' and 'second' list as many rods each, at least one: they have {} "
                                              "and {}",
                                              spec.first.size(), spec.second.size()));
-    if (!points) objections.unused({"place"}, where);
+    if (!points || (kind == JointKind::distance && !spec.to_world())) objections.unused({"place"}, where);
     if (spec.at.size() != 2 && !(spec.to_world() && spec.at.size() == 1))
         objections.add("at", "'at' needs two values, a place on each of both; to the world one");
     else if (kind == JointKind::tip_to_side && spec.at[0] != 0 && spec.at[0] != 1)

@@ -127,7 +127,20 @@ public:
         return lines;
     }
     std::vector<std::string> notes(const Plan&, std::span<const RodGroup> groups) const override {
-        return rigid_joints(joints->tables, groups);
+        std::vector<std::string> found = rigid_joints(joints->tables, groups);
+        for (std::size_t t = 0; t < joints->tables.size(); ++t) {
+            const JointSpec& table = joints->tables[t];
+            if (table.kind != JointKind::slider || table.to_world() || table.axis_law.reach() > 0) continue;
+            double way = HUGE_VAL;
+            for (const auto& of_assembly : joints->of_assembly)
+                for (const Joint& joint : of_assembly)
+                    if (joint.table == t) way = std::min(way, slider_way(table, joint));
+            found.push_back(
+                fmt::format("joint.{}: nothing says how far it slides; its step holds for ways up to {:.3g} "
+                            "m: give 'limits', or name the body first that is carried along",
+                            t, way));
+        }
+        return found;
     }
 
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
