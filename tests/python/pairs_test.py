@@ -15,7 +15,7 @@ from feature_rows import NOT_ROWS, rows_of, scene_of
 from package import ROOT, SKEIN, skein
 
 PAGE = ROOT / "docs/pairs.md"
-MOST_REFUSED = 0.023  # of all pairs, with a reason in physics
+MOST_REFUSED = 0.02  # of all pairs, with a reason in physics
 # Pattern of the message, one of the two features, what it does not go with, the reason in physics; no reason: not built yet.
 REFUSED = (
     (r"'relax' has no motion for the fluid", "relaxation", "a fluid", "A relaxation makes pseudo-time steps, in which a fluid has no velocity to answer."),
