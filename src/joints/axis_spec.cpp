@@ -35,7 +35,7 @@ void Motor::fields(FieldVisitor& f) {
                       "that force or couple"},
              kind, motor_names);
     f.visit({.name = "value",
-             .unit = "",
+             .unit = "rad, m, rad/s, m/s, N m or N",
              .text =
                  "formula of `t`: angle [rad] or way [m] from the start, rate, or couple [N m] or force [N]; tables "
                  "that it names can be driven"},
