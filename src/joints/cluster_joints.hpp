@@ -413,21 +413,28 @@ private:
         }
     }
     template <JointTurn Turn, bool Damped, bool Repels> void run_across(const Run& run, const At& at) const {
-        for_across<Damped>(run, at, [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) {
-            return node_loads<Turn, Damped, Repels, W>(run.law, a, b, rest, length);
-        });
+        for_across<Damped>(
+            run, at,
+            [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) __attribute__((
+                always_inline)) { return node_loads<Turn, Damped, Repels, W>(run.law, a, b, rest, length); });
     }
     template <JointForm Form> void run_across_form(const Run& run, const At& at) const {
-        for_across<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
-            return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
-                                       at.memory[run.first_memory + i].axis);
-        });
+        for_across<true>(
+            run, at,
+            [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
+                __attribute__((always_inline)) {
+                    return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
+                                               at.memory[run.first_memory + i].axis);
+                });
     }
 
     template <JointForm Form, JointTurn Turn> void run_across_event(const Run& run, const At& at) const {
-        for_across<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
-            return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[run.first_memory + i]);
-        });
+        for_across<true>(
+            run, at,
+            [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
+                __attribute__((always_inline)) {
+                    return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[run.first_memory + i]);
+                });
     }
     /// Loads of a joint that may not be made yet, or have ended.
     template <JointForm Form, JointTurn Turn>
@@ -539,21 +546,28 @@ private:
     }
 
     template <JointTurn Turn, bool Damped, bool Repels> void run_within(const Run& run, const At& at) const {
-        for_within<Damped>(run, at, [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) {
-            return node_loads<Turn, Damped, Repels, W>(run.law, a, b, rest, length);
-        });
+        for_within<Damped>(
+            run, at,
+            [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) __attribute__((
+                always_inline)) { return node_loads<Turn, Damped, Repels, W>(run.law, a, b, rest, length); });
     }
     template <JointForm Form> void run_within_form(const Run& run, const At& at) const {
-        for_within<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
-            return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
-                                       at.memory[run.first_packed + i].axis);
-        });
+        for_within<true>(
+            run, at,
+            [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
+                __attribute__((always_inline)) {
+                    return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
+                                               at.memory[run.first_packed + i].axis);
+                });
     }
 
     template <JointForm Form, JointTurn Turn> void run_within_event(const Run& run, const At& at) const {
-        for_within<true>(run, at, [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length) {
-            return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[run.first_packed + i]);
-        });
+        for_within<true>(
+            run, at,
+            [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
+                __attribute__((always_inline)) {
+                    return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[run.first_packed + i]);
+                });
     }
 
     /// Spare lanes of a tile do what its last rod does.
