@@ -38,7 +38,7 @@ struct SelfGap {
     }
 };
 
-/// Which elements may touch, wherever they are.
+/// Rules of contact: elements that may touch, wherever they are.
 struct TouchRules {
     std::vector<SelfGap> of_group;            ///< of elements of one body
     std::shared_ptr<const JoinedGaps> joined; ///< of elements of one copy of an assembly; null: none may

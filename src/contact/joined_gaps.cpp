@@ -27,39 +27,46 @@ std::int64_t JoinedGaps::in_first_copy(int group, std::int64_t gid) const {
     return of.first_gid + (gid - of.first_gid) % of.rods_per_copy;
 }
 
-void JoinedGaps::add(const JoinedPlace& a, const JoinedPlace& b) {
-    met_.push_back({a, met_.size()});
-    met_.push_back({b, met_.back().set});
+JoinedGaps::Met JoinedGaps::met(const JoinedPlace& place, std::size_t set) const {
+    const std::vector<double>& arc = nth(groups_, place.group).arc;
+    const auto at = [&](int node) { return arc.empty() ? 0 : nth(arc, node); };
+    return {place.group, place.rod, at(place.element) + place.share * (at(place.element + 1) - at(place.element)),
+            place.arm, set};
 }
 
-/// Two places of one body that are no farther apart than its gap.
-bool JoinedGaps::near(const JoinedPlace& a, const JoinedPlace& b) const {
+void JoinedGaps::add(const JoinedPlace& a, const JoinedPlace& b) {
+    const std::size_t set = met_.size();
+    met_.push_back(met(a, set));
+    met_.push_back(met(b, set));
+}
+
+/// True for two places of one body that are no farther apart than its gap.
+bool JoinedGaps::near(const Met& a, const Met& b) const {
     if (a.group != b.group || a.rod != b.rod) return false;
     const Group& group = nth(groups_, a.group);
-    return std::abs(a.arc - b.arc) <= gap_of(group, group) &&
-           norm(a.arm - b.arm) <= std::max(gap_of(group, group), gap_);
+    return std::max(std::abs(a.arc - b.arc), norm(a.arm - b.arm)) <= gap_of(group, group);
 }
 
 void JoinedGaps::settle() {
     std::sort(met_.begin(), met_.end(), [](const Met& x, const Met& y) {
-        return std::tie(x.place.group, x.place.rod, x.place.arc) < std::tie(y.place.group, y.place.rod, y.place.arc);
+        return std::tie(x.group, x.rod, x.arc) < std::tie(y.group, y.rod, y.arc);
     });
-    std::vector<std::size_t> into(2 * met_.size());
+    std::vector<std::size_t> into(met_.size());
     std::iota(into.begin(), into.end(), std::size_t{0});
     const auto root = [&](std::size_t set) {
         while (into[set] != set) set = into[set] = into[into[set]];
         return set;
     };
     for (std::size_t i = 0; i < met_.size(); ++i)
-        for (std::size_t k = i + 1; k < met_.size() && near(met_[i].place, met_[k].place); ++k)
+        for (std::size_t k = i + 1; k < met_.size() && near(met_[i], met_[k]); ++k)
             into[root(met_[k].set)] = root(met_[i].set);
-    std::map<std::size_t, std::vector<const JoinedPlace*>> sets;
-    for (const Met& one : met_) sets[root(one.set)].push_back(&one.place);
-    const auto body = [&](const JoinedPlace& p) { return nth(groups_, p.group).first_gid + p.rod; };
+    std::map<std::size_t, std::vector<const Met*>> sets;
+    for (const Met& one : met_) sets[root(one.set)].push_back(&one);
+    const auto body = [&](const Met& p) { return nth(groups_, p.group).first_gid + p.rod; };
     for (const auto& [set, places] : sets)
         for (std::size_t i = 0; i < places.size(); ++i)
             for (std::size_t k = i + 1; k < places.size(); ++k) {
-                const JoinedPlace &x = *places[i], &y = *places[k];
+                const Met &x = *places[i], &y = *places[k];
                 if (body(x) < body(y)) joints_[{body(x), body(y)}].push_back({x.arc, y.arc});
                 if (body(y) < body(x)) joints_[{body(y), body(x)}].push_back({y.arc, x.arc});
             }

@@ -16,8 +16,9 @@ namespace skein {
 struct JoinedPlace {
     int group;
     std::int64_t rod; ///< in the copy
-    double arc;       ///< arc length at rest, m; of a body unused
-    Vec3d arm;        ///< from there to the place, m
+    int element;
+    double share; ///< of the element, before the place; of a body 0
+    Vec3d arm;    ///< from there to the place, m
 };
 
 class JoinedGaps {
@@ -29,7 +30,7 @@ public:
     /// Behind the last joint: rods whose joints on a third one are nearer to each other than the gap meet as well.
     void settle();
 
-    /// Of two elements of different bodies of one copy.
+    /// True where two elements of different bodies of one copy may touch.
     bool may_touch(const Exposure& bodies, std::size_t a, std::size_t b) const;
 
 private:
@@ -45,10 +46,14 @@ private:
     /// Numbers of two bodies in the first copy, the lower one first.
     using Bodies = std::pair<std::int64_t, std::int64_t>;
     struct Met {
-        JoinedPlace place;
+        int group;
+        std::int64_t rod;
+        double arc; ///< at rest, m; of a body 0
+        Vec3d arm;
         std::size_t set;
     };
-    bool near(const JoinedPlace& a, const JoinedPlace& b) const;
+    Met met(const JoinedPlace& place, std::size_t set) const;
+    bool near(const Met& a, const Met& b) const;
     double gap_of(const Group& a, const Group& b) const {
         return gap_ > 0 ? gap_ : std::max(a.half_round, b.half_round);
     }

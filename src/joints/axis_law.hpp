@@ -22,7 +22,6 @@ template <class P> struct AxisMemory {
     P motor, lost;           ///< force of the motor, and of all that dissipates, at the last step
     P motor_work, lost_work; ///< sums since the start, J
 };
-inline constexpr std::size_t axis_memory_numbers = sizeof(AxisMemory<double>) / sizeof(double);
 
 /// Force along an axis, and the energy of its springs.
 template <class P> struct AxisForce { P force, energy; };
@@ -146,7 +145,7 @@ turn_about(const Quaternion<Pack<W>>& frame, const Quaternion<Pack<W>>& rest, co
 struct AxisAt {
     const JointLaw& law;
     const AxisSpec& axis;
-    const MotorNow& now;
+    MotorNow now;
     double h; ///< s
 };
 

@@ -179,13 +179,12 @@ public:
         });
         numbers.resize(end, 0.0);
     }
-    std::size_t restore(P* memory, bool across, JoinedRod rod, std::span<const double> numbers) const override {
+    void restore(P* memory, bool across, JoinedRod rod, std::span<const double> numbers) const override {
         std::size_t at = 0;
         for_memory(across, rod, [&](std::size_t row, int lane) {
             for (std::size_t n = 0; n < joint_memory_numbers; ++n)
                 memory[row * joint_memory_numbers + n].set(lane, numbers[at++]);
         });
-        return axes_of_group_[to_index(rod.group)] * joint_memory_numbers;
     }
 
 private:
@@ -283,18 +282,18 @@ private:
         run.length_is_given = spec.length > 0;
         if (spec.events.any())
             with_event(spec, [&]<JointForm Form, JointTurn Turn>() {
-                run.across = &JointsOfCluster::template run_across_event<Form, Turn>;
-                run.within = &JointsOfCluster::template run_within_event<Form, Turn>;
+                run.across = &JointsOfCluster::template run_events<true, Form, Turn>;
+                run.within = &JointsOfCluster::template run_events<false, Form, Turn>;
             });
         else if (run.remembers)
             with_form(spec, [&]<JointForm Form>() {
-                run.across = &JointsOfCluster::template run_across_form<Form>;
-                run.within = &JointsOfCluster::template run_within_form<Form>;
+                run.across = &JointsOfCluster::template run_form<true, Form>;
+                run.within = &JointsOfCluster::template run_form<false, Form>;
             });
         else
             with_joint(spec, [&]<JointTurn Turn, bool Damped, bool Repels>() {
-                run.across = &JointsOfCluster::template run_across<Turn, Damped, Repels>;
-                run.within = &JointsOfCluster::template run_within<Turn, Damped, Repels>;
+                run.across = &JointsOfCluster::template run_springs<true, Turn, Damped, Repels>;
+                run.within = &JointsOfCluster::template run_springs<false, Turn, Damped, Repels>;
             });
         run.first = run.end = slots_across_.size();
         run.first_pack = run.end_pack = gathered_.size();
@@ -412,30 +411,6 @@ private:
             scatter(loads, s, at.load, add, add);
         }
     }
-    template <JointTurn Turn, bool Damped, bool Repels> void run_across(const Run& run, const At& at) const {
-        for_across<Damped>(
-            run, at,
-            [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) __attribute__((
-                always_inline)) { return node_loads<Turn, Damped, Repels, W>(run.law, a, b, rest, length); });
-    }
-    template <JointForm Form> void run_across_form(const Run& run, const At& at) const {
-        for_across<true>(
-            run, at,
-            [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
-                __attribute__((always_inline)) {
-                    return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
-                                               at.memory[run.first_memory + i].axis);
-                });
-    }
-
-    template <JointForm Form, JointTurn Turn> void run_across_event(const Run& run, const At& at) const {
-        for_across<true>(
-            run, at,
-            [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
-                __attribute__((always_inline)) {
-                    return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[run.first_memory + i]);
-                });
-    }
     /// Loads of a joint that may not be made yet, or have ended.
     template <JointForm Form, JointTurn Turn>
     static JointNodeLoads<P> event_loads(const Run& run, const At& at, JoinedElement<P> a, JoinedElement<P> b,
@@ -445,7 +420,7 @@ private:
         const Mask<W> fresh = memory.state < one;
         if (any(fresh)) { // of all copies at once; spare lanes after a restart too
             const JointRest<P> start{a.arm, a.axis, b.arm, b.axis, rest, length};
-            memory.made = skein::select<W>(
+            memory.made = select_packs<W>(
                 fresh, run.events.from > 0 ? made_here<Form, W>(a, b, run.length_is_given, length) : start,
                 memory.made);
             memory.state = max(memory.state, one);
@@ -457,20 +432,17 @@ private:
         b.axis = memory.made.axis_b;
         const AxisAt laws{run.law, run.axis, at.motor, at.h};
         const AxisMemory<P> before = memory.axis;
-        JointNodeLoads<P> loads = [&] {
+        const JointNodeLoads<P> loads = [&] {
             if constexpr (Form == JointForm::spring)
                 return node_loads<Turn, true, true, W>(run.law, a, b, memory.made.rest, memory.made.length);
             else return node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, memory.axis);
         }();
         const Mask<W> holds = memory.state < P(2.0);
-        memory.axis = skein::select<W>(holds, memory.axis, before);
-        Mask<W> ends = at.time >= run.events.until && run.events.until > 0 ? holds : P(1.0) < P(0.0);
-        if (run.events.break_force > 0) {
-            const Vec3<P> force = loads.force_a + loads.force_a_next;
-            const P state = select(ends, P(2.0), memory.state);
-            ends = select(dot(force, force) > P(run.events.break_force * run.events.break_force), P(2.0), state) >
-                   select(holds, one, P(2.0));
-        }
+        memory.axis = select_packs<W>(holds, memory.axis, before);
+        const P strongest(run.events.break_force > 0 ? run.events.break_force : HUGE_VAL);
+        const Vec3<P> force = loads.force_a + loads.force_a_next;
+        const bool over = run.events.until > 0 && at.time >= run.events.until;
+        const Mask<W> ends = over ? holds : holds & (dot(force, force) > strongest * strongest);
         if (any(ends)) { // what its springs hold is lost
             JointFigures<P> figures;
             JointLoad<P> other;
@@ -480,14 +452,7 @@ private:
             memory.axis.lost_work = memory.axis.lost_work - select(ends, figures.energy, P(0.0));
             memory.state = select(ends, P(2.0), memory.state);
         }
-        const Mask<W> acts = memory.state < P(2.0);
-        const P none(0.0);
-        const Vec3<P> nothing{none, none, none};
-        for (Vec3<P> JointNodeLoads<P>::*load :
-             {&JointNodeLoads<P>::force_a, &JointNodeLoads<P>::force_a_next, &JointNodeLoads<P>::force_b,
-              &JointNodeLoads<P>::force_b_next, &JointNodeLoads<P>::couple_a, &JointNodeLoads<P>::couple_b})
-            loads.*load = select(acts, loads.*load, nothing);
-        return loads;
+        return select_packs<W>(memory.state < P(2.0), loads, JointNodeLoads<P>{});
     }
 
     /// Number of a lane that is known only as the program runs.
@@ -545,28 +510,37 @@ private:
         }
     }
 
-    template <JointTurn Turn, bool Damped, bool Repels> void run_within(const Run& run, const At& at) const {
-        for_within<Damped>(
+    /// Row of memory of a run's joint i, or pack i of joints within.
+    template <bool Across> static std::size_t row(const Run& run, std::size_t i) {
+        return (Across ? run.first_memory : run.first_packed) + i;
+    }
+    template <bool Across, bool Damped, class Law>
+    SKEIN_INLINE void for_joints(const Run& run, const At& at, Law&& law) const {
+        if constexpr (Across) for_across<Damped>(run, at, law);
+        else for_within<Damped>(run, at, law);
+    }
+    template <bool Across, JointTurn Turn, bool Damped, bool Repels>
+    void run_springs(const Run& run, const At& at) const {
+        for_joints<Across, Damped>(
             run, at,
             [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) __attribute__((
                 always_inline)) { return node_loads<Turn, Damped, Repels, W>(run.law, a, b, rest, length); });
     }
-    template <JointForm Form> void run_within_form(const Run& run, const At& at) const {
-        for_within<true>(
+    template <bool Across, JointForm Form> void run_form(const Run& run, const At& at) const {
+        for_joints<Across, true>(
             run, at,
             [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
                 __attribute__((always_inline)) {
                     return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
-                                               at.memory[run.first_packed + i].axis);
+                                               at.memory[row<Across>(run, i)].axis);
                 });
     }
-
-    template <JointForm Form, JointTurn Turn> void run_within_event(const Run& run, const At& at) const {
-        for_within<true>(
+    template <bool Across, JointForm Form, JointTurn Turn> void run_events(const Run& run, const At& at) const {
+        for_joints<Across, true>(
             run, at,
             [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
                 __attribute__((always_inline)) {
-                    return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[run.first_packed + i]);
+                    return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[row<Across>(run, i)]);
                 });
     }
 

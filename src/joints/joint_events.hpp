@@ -4,7 +4,9 @@
 #pragma once
 
 #include "joints/axis_law.hpp"
-#include "joints/joint_list.hpp"
+
+#include <array>
+#include <bit>
 
 namespace skein {
 
@@ -23,22 +25,13 @@ template <class P> struct JointMemory {
 };
 inline constexpr std::size_t joint_memory_numbers = sizeof(JointMemory<double>) / sizeof(double);
 
-template <int W>
-SKEIN_INLINE JointRest<Pack<W>> select(const Mask<W>& which, const JointRest<Pack<W>>& a, const JointRest<Pack<W>>& b) {
-    return {select(which, a.arm_a, b.arm_a),
-            select(which, a.axis_a, b.axis_a),
-            select(which, a.arm_b, b.arm_b),
-            select(which, a.axis_b, b.axis_b),
-            {select(which, a.rest.w, b.rest.w), select(which, a.rest.v, b.rest.v)},
-            select(which, a.length, b.length)};
-}
-template <int W> SKEIN_INLINE AxisMemory<Pack<W>> select(const Mask<W>& which, const AxisMemory<Pack<W>>& a,
-                                                         const AxisMemory<Pack<W>>& b) {
-    return {select(which, a.anchor, b.anchor),      select(which, a.position, b.position),
-            select(which, a.rate, b.rate),          select(which, a.steps, b.steps),
-            select(which, a.interval, b.interval),  select(which, a.motor, b.motor),
-            select(which, a.lost, b.lost),          select(which, a.motor_work, b.motor_work),
-            select(which, a.lost_work, b.lost_work)};
+/// Lane by lane a or b, of structures that hold nothing but packs.
+template <int W, class T> SKEIN_INLINE T select_packs(const Mask<W>& which, const T& a, const T& b) {
+    using Packs = std::array<Pack<W>, sizeof(T) / sizeof(Pack<W>)>;
+    const auto of_a = std::bit_cast<Packs>(a), of_b = std::bit_cast<Packs>(b);
+    Packs out;
+    for (std::size_t i = 0; i < out.size(); ++i) out[i] = select(which, of_a[i], of_b[i]);
+    return std::bit_cast<T>(out);
 }
 
 /// True where joints of a table have such a memory.

@@ -25,15 +25,6 @@ Mobility mobility(const RodGroup& group, const JointEnd& end) {
     return {(before * before + end.share * end.share) / of_node + dot(end.arm, end.arm) * softest, softest};
 }
 
-} // namespace
-
-double slider_way(const JointSpec& table, const Joint& joint) {
-    const double reach = table.axis_law.reach();
-    return reach > 0 ? reach : std::max(norm(joint.first.arm), norm(joint.second.arm));
-}
-
-namespace {
-
 /// Bound of the stiffness beside junctions. A spring K between two elements of inertia J and J' holds each with at most
 /// K (1/J + 1/J'). A star takes the least J' of the others.
 void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, std::vector<JointBounds>& bounds) {
@@ -86,6 +77,11 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
 
 } // namespace
 
+double slider_way(const JointSpec& table, const Joint& joint) {
+    const double reach = table.axis_law.reach();
+    return reach > 0 ? reach : std::max(norm(joint.first.arm), norm(joint.second.arm));
+}
+
 std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
                                       std::span<const RodGroup> groups) {
     struct Sums {
@@ -102,10 +98,8 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
                 if (end->of_world()) continue;
                 const RodGroup& group = nth(groups, end->group);
                 JointEnd reached = *end;
-                if (table.kind == JointKind::slider && end == &joint.second) {
-                    const double way = slider_way(table, joint), arm = norm(end->arm);
-                    reached.arm = arm > 0 ? ((arm + way) / arm) * end->arm : Vec3d{way, 0, 0};
-                }
+                if (table.kind == JointKind::slider && end == &joint.second) // its lever grows by the way
+                    reached.arm = {norm(end->arm) + slider_way(table, joint), 0, 0};
                 const Mobility m = mobility(group, reached);
                 JointEnd centre = *end;
                 centre.share = group.strained() ? 0.5 : 0;
@@ -163,27 +157,25 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
     P length(c.rest_distance);
     auto first = element(a, a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
          second = element(b, b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b);
-    if (remembers(table)) {
-        if (table.events.any()) {
-            if (memory.state != 1) return {};
-            const JointRest<double>& made = memory.made;
-            first.arm = broadcast<1>(made.arm_a);
-            first.axis = broadcast<1>(made.axis_a);
-            second.arm = broadcast<1>(made.arm_b);
-            second.axis = broadcast<1>(made.axis_b);
-            rest = broadcast<1>(made.rest);
-            length = P(made.length);
-        }
+    if (table.events.any()) {
+        if (memory.state != 1) return {};
+        const JointRest<double>& made = memory.made;
+        first.arm = broadcast<1>(made.arm_a);
+        first.axis = broadcast<1>(made.axis_a);
+        second.arm = broadcast<1>(made.arm_b);
+        second.axis = broadcast<1>(made.axis_b);
+        rest = broadcast<1>(made.rest);
+        length = P(made.length);
+    }
+    if (form_of(table) != JointForm::spring) {
         JointLoad<P> other;
         AxisMemory<P> of_axis{};
         of_axis.anchor = P(memory.axis.anchor);
-        if (form_of(table) != JointForm::spring) {
-            with_form(table, [&]<JointForm Form>() {
-                form_load<Form, 1>(AxisAt{table.law, table.axis_law, {}, 1}, first, second, rest, length, of_axis,
-                                   other, &figures);
-            });
-            return {figures.energy[0], figures.gap[0]};
-        }
+        with_form(table, [&]<JointForm Form>() {
+            form_load<Form, 1>(AxisAt{table.law, table.axis_law, {}, 1}, first, second, rest, length, of_axis, other,
+                               &figures);
+        });
+        return {figures.energy[0], figures.gap[0]};
     }
     with_joint(table, [&]<JointTurn Turn, bool Damped, bool Repels>() {
         JointLoad<P> other;

@@ -1,7 +1,6 @@
 #include "joints/joint_list.hpp"
 
 #include "joints/joint_events.hpp"
-
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 

@@ -165,12 +165,7 @@ template <int W> void RodTiles<W>::place_worlds() {
         if (!cluster.joints->has_world()) continue;
         const RodTile<W>& tile = tiles_[cluster.tiles.front()];
         Slot<W>& world = tile.slot[cluster.slots - 1];
-        for (int l = 0; l < W; ++l) {
-            const std::int64_t rod = tile.index[cluster.across ? l : 0], copy = tile.group->copy_of(rod);
-            set_lane(world, l,
-                     Slot<1>{broadcast<1>(nth(tile.group->assembly()->origins, copy)), {}, broadcast<1>(no_turn), {}});
-            set_lane(world.director, l, tile.group->copy_axes(rod));
-        }
+        for (int l = 0; l < W; ++l) set_lane(world, l, world_of(*tile.group, tile.index[cluster.across ? l : 0]));
     }
 }
 

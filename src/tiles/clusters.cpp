@@ -67,6 +67,12 @@ std::vector<AssemblyGroups> assemblies_of(std::span<const RodGroup> groups) {
     return all;
 }
 
+Slot<1> world_of(const RodGroup& group, std::int64_t i) {
+    Slot<1> slot{broadcast<1>(nth(group.assembly()->origins, group.copy_of(i))), {}, broadcast<1>(no_turn), {}};
+    set_lane(slot.director, 0, group.copy_axes(i));
+    return slot;
+}
+
 std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> owned, int lanes,
                                         int threads) {
     std::vector<std::size_t> order(owned.size());

@@ -56,6 +56,9 @@ template <int W> struct JoinedLoad {
     Vec3<Pack<W>> couple; ///< couple on the element, body, N m
 };
 
+/// The world as one side of joints: a body at the origin of rod i's copy, in its axes, that does not move.
+Slot<1> world_of(const RodGroup& group, std::int64_t i);
+
 /// A rod of a cluster: its group, number in the copy, and lane of its copy.
 struct JoinedRod {
     int group;
@@ -68,27 +71,20 @@ struct JoinedRod {
 template <int W> class ClusterJoints {
 public:
     virtual ~ClusterJoints() = default;
-    /// True where joints have a slot of the world: a body at the origin of the copy, in its axes, that does not move.
-    virtual bool has_world() const { return false; }
-    /// Numbers of motors for the steps to come.
-    virtual void prepare(std::span<const Step> steps) { static_cast<void>(steps); }
+    /// True where joints have a slot of the world.
+    virtual bool has_world() const = 0;
+    /// Takes the numbers of motors for the steps to come.
+    virtual void prepare(std::span<const Step> steps) = 0;
     /// Sets the loads of all slots. `across`: true where the cluster is a block of copies. `moments`: by tile of the
     /// cluster, null where wants_moments() is false. `memory`: that of the cluster's joints from step to step.
     virtual void run(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, Pack<W>* memory,
                      JoinedLoad<W>* load, bool across) const = 0;
     /// Packs of memory of a cluster, zero at the start.
-    virtual std::size_t memory_packs(bool across) const {
-        static_cast<void>(across);
-        return 0;
-    }
-    /// For checkpoints: memory of the joints whose first side is a rod. restore() returns how many numbers it took.
-    virtual void append_memory(const Pack<W>* memory, bool across, JoinedRod rod, std::vector<double>& numbers) const {
-        static_cast<void>(memory), static_cast<void>(across), static_cast<void>(rod), static_cast<void>(numbers);
-    }
-    virtual std::size_t restore(Pack<W>* memory, bool across, JoinedRod rod, std::span<const double> numbers) const {
-        static_cast<void>(memory), static_cast<void>(across), static_cast<void>(rod), static_cast<void>(numbers);
-        return 0;
-    }
+    virtual std::size_t memory_packs(bool across) const = 0;
+    /// Memory of the joints whose first side is a rod, for checkpoints.
+    virtual void append_memory(const Pack<W>* memory, bool across, JoinedRod rod,
+                               std::vector<double>& numbers) const = 0;
+    virtual void restore(Pack<W>* memory, bool across, JoinedRod rod, std::span<const double> numbers) const = 0;
     /// True where moments of muscles act through joints.
     virtual bool wants_moments() const { return false; }
     /// True where several rods share a node; only then are the next two functions called.

@@ -164,14 +164,20 @@ class Joints(DriverTest):
         self.assertGreater(self.series("one")["contact_energyJ"][-1], 0)
         self.assertGreater(self.series("one")["joint_energyJ"][-1], 0)
         self.assertLess(max(self.series("one")["joint_gapm"]), 0.1 * 0.15)  # of the radius
-        for ranks, threads in ((1, 2), (2, 1), (3, 1), (7, 1)):  # two ranks of seven have no robot
+        self.assert_any_way("500", ((1, 2), (2, 1), (3, 1), (7, 1)), moves=True, besides=SEARCH)  # two ranks of seven have no robot
+        for ranks, threads in ((1, 2), (2, 1), (3, 1), (7, 1)):
+            self.assert_same_frames(f"{ranks}x{threads}", "one", "legs")
+
+    def assert_any_way(self, steps, layouts, moves=False, besides=()):
+        """The bits of the run `one` on these ranks x threads with changing owners, where `moves` rods change them; on any lanes; in three parts, whose series may differ in `besides`."""
+        steps = ["--steps", steps]
+        for ranks, threads in layouts:
             out = f"{ranks}x{threads}"
             self.run_skein(out, *steps, "--balance", "always", ranks=ranks, threads=threads)
-            if ranks > 1:
+            if moves and ranks > 1:
                 self.assertGreater(self.summary(out)["balance"]["migrations"], 0)
             self.assertEqual(self.digest(out), self.digest("one"), out)
             self.assert_same_series(out, "one")
-            self.assert_same_frames(out, "one", "legs")
         for lanes in ("1", "2", "4"):
             self.run_skein("lanes" + lanes, *steps, "--lanes", lanes)
             self.assertEqual(self.digest("lanes" + lanes), self.digest("one"), lanes)
@@ -179,7 +185,7 @@ class Joints(DriverTest):
         self.run_skein("parts", "--steps", "400", ranks=2)
         self.run_skein("parts", *steps)
         self.assertEqual(self.digest("parts"), self.digest("one"))
-        self.assert_same_series("parts", "one", besides=SEARCH)
+        self.assert_same_series("parts", "one", besides=besides)
 
     def test_robots_by_themselves(self):
         """Without contact they take many steps in a visit, or one."""
@@ -196,19 +202,7 @@ class Joints(DriverTest):
         self.run_skein("one", *steps)
         self.run_skein("whole", *steps, "--set", "joint.2.break_force=1e9")
         self.assertNotEqual(self.digest("whole"), self.digest("one"), "some joint has broken")
-        for ranks, threads in ((1, 2), (2, 1), (3, 1)):
-            out = f"{ranks}x{threads}"
-            self.run_skein(out, *steps, "--balance", "always", ranks=ranks, threads=threads)
-            self.assertEqual(self.digest(out), self.digest("one"), out)
-            self.assert_same_series(out, "one")
-        for lanes in ("1", "2", "4"):
-            self.run_skein("lanes" + lanes, *steps, "--lanes", lanes)
-            self.assertEqual(self.digest("lanes" + lanes), self.digest("one"), lanes)
-        self.run_skein("parts", "--steps", "111", ranks=3)
-        self.run_skein("parts", "--steps", "400", ranks=2)
-        self.run_skein("parts", *steps)
-        self.assertEqual(self.digest("parts"), self.digest("one"))
-        self.assert_same_series("parts", "one")
+        self.assert_any_way("600", ((1, 2), (2, 1), (3, 1)))
 
     def test_joints_of_one_copy(self):
         """Joints that are made and break, whose lanes are joints: lanes, and a run in two parts."""

@@ -17,6 +17,7 @@ BASE = {
          "placement": {"origin": [0.0, -0.1, 2 * RADIUS + HEIGHT - 1e-4], "tangent": [0.0, 1.0, 0.0]}},
     ],
 }
+STILL = {"angular_velocity": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]}
 STRIPE = "P1\n2 1\n1 1\n"
 
 
@@ -126,7 +127,6 @@ def rows_of(folder):
     (folder / "two.pbm").write_text(STRIPE)
     (folder / "rods.csv").write_text("x,y,z,tx,ty,tz,length\n-0.1,0,0.0029,1,0,0,0.2\n-0.1,0.02,0.0029,1,0,0,0.15\n")
     touching = {"law": "hertz", "stiffness": 1e5, "damping": 1.0}
-    at_left = {"origin": [-0.1, 0.0, HEIGHT], "tangent": [1.0, 0.0, 0.0]}
     magnetised = {"strength": 1e5, "direction": [1.0, 0.0, 0.2]}
     rows = [
         of_scene("time.integrator = pefrl", "time.integrator", time={"integrator": "pefrl"}),
@@ -149,16 +149,16 @@ def rows_of(folder):
         Row("rods.placement.kind = packing", lambda scene, where: (group(scene, where).update(placement={"kind": "packing", "count": 3, "lower": [-0.2, -0.2, -2e-4],
             "upper": [0.2, 0.2, 2 * RADIUS - 1e-4], "elevation": [0, 0]})), "placement", True),
         Row("rods.placement.kind = file", lambda scene, where: group(scene, where).update(placement={"kind": "file", "file": str(folder / "rods.csv")}), "placement", True),
-        *(of_group(f"rods.start = {kind}", "start", start=kind, shape={"angular_velocity": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]})
+        *(of_group(f"rods.start = {kind}", "start", start=kind, shape=STILL)
           for kind in ("pinned", "clamped", "clamped_frozen")),
-        *(of_group(f"rods.end = {kind}", "end", end=kind, shape={"angular_velocity": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]})
+        *(of_group(f"rods.end = {kind}", "end", end=kind, shape=STILL)
           for kind in ("pinned", "clamped", "clamped_frozen")),
-        of_group("rods.start_free", "start", start="clamped", start_free="x", shape={"angular_velocity": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]}),
+        of_group("rods.start_free", "start", start="clamped", start_free="x", shape=STILL),
         of_group("rods.start_motion", "start", start="clamped", start_motion={"times": [0.0, 1.0], "translation": [[0.0, 0.0, 0.0], [0.1, 0.2, -1.0]]},
-                 shape={"angular_velocity": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]}),
+                 shape=STILL),
         of_group("rods.end_motion", "end", end="clamped", end_motion={"times": [0.0, 1.0], "rotation": [[0.0, 0.0, 0.0], [0.0, 2.0, 1.0]]},
-                 shape={"angular_velocity": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]}),
-        of_group("rods.hold", "hold", hold={"nodes": [3]}, shape={"angular_velocity": [0.0, 0.0, 0.0], "velocity": [0.0, 0.0, 0.0]}),
+                 shape=STILL),
+        of_group("rods.hold", "hold", hold={"nodes": [3]}, shape=STILL),
         *(Row(f"rods.magnetisation.pattern = {pattern}", lambda scene, where, pattern=pattern, keys=keys: (
             group(scene, where).update(magnetisation={"pattern": pattern, "strength": 1e5, **keys}),
             scene.setdefault("load", []).append({"kind": "magnetic_field", "rods": [where], "constant": [0.0, 0.01, 0.02]})), "magnetisation", True)

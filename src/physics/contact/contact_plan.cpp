@@ -118,12 +118,8 @@ std::shared_ptr<const JoinedGaps> joined_gaps(const SceneSpec& scene, std::span<
     for (const AssemblyGroups& of : assemblies_of(groups))
         for (const Joint& joint : joints_of(scene.joints, groups, of.assembly)) {
             if (joint.second.of_world()) continue;
-            const auto place = [&](const JointEnd& end) {
-                double arc = 0;
-                const RodGroup& group = nth(groups, end.group);
-                for (int k = 0; k < end.element; ++k) arc += nth(group.element, k).rest_length;
-                return JoinedPlace{end.group, end.rod, arc + end.share * nth(group.element, end.element).rest_length,
-                                   end.arm};
+            const auto place = [](const JointEnd& end) {
+                return JoinedPlace{end.group, end.rod, end.element, end.share, end.arm};
             };
             gaps->add(place(joint.first), place(joint.second));
         }

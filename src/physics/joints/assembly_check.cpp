@@ -22,13 +22,14 @@ namespace {
 void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections) {
     std::vector<std::string_view> names;
     for (const AssemblySpec& assembly : scene.assemblies) names.push_back(assembly.name);
-    if (assembly_named(scene, rods.assembly) < 0)
+    const int assembly = assembly_named(scene, rods.assembly);
+    if (assembly < 0)
         return objections.add("assembly",
                               fmt::format("there is no assembly '{}'{}", rods.assembly,
                                           names.empty() ? "" : suggestion(rods.assembly, names, "the assemblies are")));
     if (rods.placement.kind == PlacementKind::file)
         objections.add("placement.kind", "rods of a file belong to no assembly yet: list their origins");
-    const Placement& copies = nth(scene.assemblies, assembly_named(scene, rods.assembly)).placement;
+    const Placement& copies = nth(scene.assemblies, assembly).placement;
     const bool turned = !copies.tangents.empty() || copies.normal || norm(copies.tangent - Vec3d{0, 0, 1}) > 0;
     if (turned && rods.ends_move() && !(rods.start_free.empty() && rods.end_free.empty()))
         objections.add("",

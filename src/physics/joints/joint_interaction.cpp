@@ -3,6 +3,7 @@
 #include "joints/joint_limits.hpp"
 #include "physics/joints/joint_plan.hpp"
 #include "skein/core/index.hpp"
+#include "tiles/clusters.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -12,13 +13,6 @@
 namespace skein {
 
 namespace {
-
-/// The world of rod i's copy.
-Slot<1> world_slot(const RodGroup& group, std::int64_t i) {
-    Slot<1> slot{broadcast<1>(nth(group.assembly()->origins, group.copy_of(i))), {}, broadcast<1>(no_turn), {}};
-    set_lane(slot.director, 0, group.copy_axes(i));
-    return slot;
-}
 
 /// Memory of joints, which stands last in that of the rod that each joint names first, in the order of joints.
 class JointMemories {
@@ -103,7 +97,7 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
                 if (at == place.end()) continue;
                 const auto& first = state[at->second];
                 const std::vector<Slot<1>> world =
-                    to_world ? std::vector{world_slot(of_group(joint.first.group), at->first.second)}
+                    to_world ? std::vector{world_of(of_group(joint.first.group), at->first.second)}
                              : std::vector<Slot<1>>();
                 const auto& second =
                     to_world ? world : state[place.at({joint.second.group, copy * second_rods + joint.second.rod})];
