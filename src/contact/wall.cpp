@@ -1,6 +1,7 @@
 #include "contact/wall.hpp"
 
 #include "skein/core/error.hpp"
+#include "time/stage_spec.hpp"
 
 #include <algorithm>
 
@@ -127,6 +128,7 @@ void Wall::fields(FieldVisitor& f) {
              .text = "at which it moves steadily; with a servo the direction of its way forth"},
             velocity);
     f.visit({.name = "from", .unit = "s", .text = "time from which it moves", .at_least = 0}, from);
+    f.visit(stages_field, stages);
     f.table({.name = "servo", .unit = "", .text = "moves the wall forth and back by the stress on a wall"}, servo);
 }
 
@@ -163,9 +165,9 @@ std::vector<Wall> expanded(const std::vector<Wall>& walls) {
 
 WallState Walls::at(std::size_t w, double time) const {
     const Wall& one = wall[w];
-    if (!one.moves_steadily()) return state[w];
-    if (time < one.from) return {};
-    return {(time - one.from) * one.velocity, one.velocity};
+    if (one.servo.drives()) return state[w];
+    if (!one.moves_steadily() || time < one.from) return {one.moved, {0, 0, 0}};
+    return {one.moved + (time - one.from) * one.velocity, one.velocity};
 }
 
 int Walls::find(const std::string& name) const {

@@ -54,7 +54,10 @@ struct Wall {
     double from = 0;            ///< s: when it begins to move
     ContactLaw law;
     ServoSpec servo;
-    std::string source; ///< file:line of the table, for messages
+    std::vector<std::string> stages; ///< in which it stands; empty: all
+    bool stands = true;              ///< in the present stage
+    Vec3d moved{0, 0, 0};            ///< m: where stages before have moved it
+    std::string source;              ///< file:line of the table, for messages
 
     bool moves_steadily() const { return !servo.drives() && dot(velocity, velocity) > 0; }
     bool acts_on(const std::string& group) const;
@@ -80,7 +83,7 @@ std::vector<Wall> expanded(const std::vector<Wall>& walls);
 /// each step.
 struct Walls {
     std::vector<Wall> wall;
-    std::vector<WallState> state; ///< one per wall; of steady ones unused
+    std::vector<WallState> state; ///< one per wall, of driven ones
 
     Walls() = default;
     explicit Walls(const std::vector<Wall>& scene) : wall(expanded(scene)), state(wall.size()) {}

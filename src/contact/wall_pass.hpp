@@ -32,6 +32,7 @@ struct WallNow {
     ContactKinds kinds;
     ContactNumbers<double> law;
     double backward, sideways; ///< coefficients of anisotropic friction over that forward
+    bool stands;
 };
 
 template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W> {
@@ -67,7 +68,8 @@ public:
                                                             {wall.law.normal, wall.law.friction},
                                                             numbers_at(law_[i], step),
                                                             wall.law.over_forward(wall.law.kinetic_backward),
-                                                            wall.law.over_forward(wall.law.kinetic_sideways)};
+                                                            wall.law.over_forward(wall.law.kinetic_sideways),
+                                                            wall.stands};
             }
     }
 
@@ -159,7 +161,7 @@ private:
                 const P from = norm(away(one, middle)), size = norm(half) + box.reach;
                 room = one.side == WallSide::inside ? P(one.radius) - from - size : from - size - P(one.radius);
             }
-            contacts.near[w] = any(room < P(0.0));
+            contacts.near[w] = one.stands && any(room < P(0.0));
         }
     }
 

@@ -8,6 +8,7 @@
 #include "skein/core/index.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 
 #include <algorithm>
@@ -304,6 +305,10 @@ std::string frames_text(const std::map<std::string, std::int64_t>& last) {
 }
 
 void set_marks(H5File& file, const CheckpointInfo& info) {
+    if (!info.stage_begins.empty()) {
+        file.set("/", "stage_begins", fmt::format("{}", fmt::join(info.stage_begins, " ")));
+        file.set("/", "stage_work", info.stage_work);
+    }
     if (info.series) {
         file.set("/", "series_bytes", info.series->bytes);
         file.set("/", "series_digest", info.series->digest);
@@ -318,6 +323,9 @@ void get_marks(const H5File& file, CheckpointInfo& info) {
     if (const auto bytes = file.find<std::uint64_t>("/", "series_bytes"))
         info.series = {*bytes, file.get<std::uint64_t>("/", "series_digest"),
                        file.find<std::string>("/", "series_row").value_or("")};
+    std::istringstream begins(file.find<std::string>("/", "stage_begins").value_or(""));
+    for (double begin = 0; begins >> begin;) info.stage_begins.push_back(begin);
+    info.stage_work = file.find<double>("/", "stage_work").value_or(0);
     info.last_trajectory = file.find<std::int64_t>("/", "last_trajectory");
     info.last_tips = file.find<std::int64_t>("/", "last_tips");
     std::istringstream lines(file.find<std::string>("/", "last_frames").value_or(""));
@@ -547,15 +555,17 @@ std::vector<std::string> list_checkpoints(const Communicator& comm, const std::s
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
                                               const std::function<void(const std::string&)>& warn,
-                                              std::span<const std::string> saved) {
+                                              std::span<const std::string> saved,
+                                              const std::function<void(const CheckpointInfo&)>& accept) {
     const auto names = list_checkpoints(comm, directory);
-    const auto same_scene = [&scene](const CheckpointInfo& info) {
+    const auto same_scene = [&](const CheckpointInfo& info) {
         if (info.scene != scene)
             throw InputError(
                 info.file +
                 ": belongs to another scene; `skein branch` continues from it with changed numbers, --overwrite "
                 "starts anew, or restore:" +
                 scene_differences(info.scene, scene));
+        if (accept) accept(info);
     };
     for (const std::string& name : names) {
         try {

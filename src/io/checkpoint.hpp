@@ -39,10 +39,12 @@ struct CheckpointInfo {
     std::optional<std::int64_t> last_trajectory = {}, last_tips = {}; ///< steps of the last frames, -1: none
     std::map<std::string, std::int64_t> last_frames = {};             ///< by series with a file a frame: its last step
     double shift = 0;                                                 ///< time of step 0, s (time/clock.hpp)
-    std::string settings = {}; ///< further settings of the scene, JSON; empty in files of earlier programs
-    std::string ancestry = {}; ///< JSON of a branch: its origin and changed keys; else empty
-    std::int64_t version = 0;  ///< version of the format
-    std::uint64_t beyond = 0;  ///< part of the digest that does not belong to rods
+    std::string settings = {};             ///< further settings of the scene, JSON; empty in files of earlier programs
+    std::string ancestry = {};             ///< JSON of a branch: its origin and changed keys; else empty
+    std::vector<double> stage_begins = {}; ///< times at which stages so far have begun, s; empty without stages
+    double stage_work = 0;                 ///< energy that changes of stages have brought, J
+    std::int64_t version = 0;              ///< version of the format
+    std::uint64_t beyond = 0;              ///< part of the digest that does not belong to rods
 };
 
 /// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes older ones by `keeping`. Throws IoError on all
@@ -51,14 +53,21 @@ struct CheckpointInfo {
 void write_checkpoint(const Communicator& comm, const std::string& directory, std::span<const RodGroup> groups,
                       const Rods& rods, const CheckpointInfo& info, const Keeping& keeping = {});
 
+/// Thrown where a checkpoint is of another stage than the rods that it is to be loaded into.
+struct OtherStage {
+    std::vector<double> begins; ///< CheckpointInfo::stage_begins
+};
+
 /// Loads the newest valid checkpoint of the directory into `rods`; nullopt without a checkpoint. Damaged files
 /// (unreadable, wrong sizes, wrong digests) are reported by `warn` on root, and the next older one is tried. Throws
 /// IoError if none is left. A sound one with another `scene` or version of the format throws InputError with the
-/// differences. `saved` names further numbers to read. `rods` changes even if this throws.
+/// differences. `accept` runs before a state is read. `saved` names further numbers to read. `rods` changes even if
+/// this throws.
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
                                               const std::function<void(const std::string&)>& warn,
-                                              std::span<const std::string> saved = {});
+                                              std::span<const std::string> saved = {},
+                                              const std::function<void(const CheckpointInfo&)>& accept = {});
 
 /// Names of the checkpoints that root finds in the directory, by rising step.
 std::vector<std::string> checkpoint_files(const Communicator& comm, const std::string& directory);

@@ -1,5 +1,7 @@
 #include "joints/joint_spec.hpp"
 
+#include "time/stage_spec.hpp"
+
 namespace skein {
 
 void JointSpec::fields(FieldVisitor& f) {
@@ -33,6 +35,7 @@ void JointSpec::fields(FieldVisitor& f) {
     law.fields(f);
     axis_law.fields(f);
     events.fields(f);
+    f.visit(stages_field, stages);
 }
 
 void JointEvents::fields(FieldVisitor& f) {

@@ -77,7 +77,8 @@ struct JointSpec {
     JointLaw law;
     AxisSpec axis_law; ///< along the free axis
     JointEvents events;
-    std::string source; ///< file:line of the table, for messages
+    std::vector<std::string> stages; ///< in which it holds; empty: all
+    std::string source;              ///< file:line of the table, for messages
 
     bool to_world() const { return between.size() == 2 && between[1] == world_name; }
     void fields(FieldVisitor& f);

@@ -1,5 +1,7 @@
 #include "loads/load_spec.hpp"
 
+#include "time/stage_spec.hpp"
+
 namespace skein {
 
 namespace {
@@ -11,12 +13,14 @@ void LoadSpec::fields(FieldVisitor& f) {
     f.visit_choice({.name = "kind", .unit = "", .text = "which load", .required = true}, kind, load_kinds());
     if (kind != load.number()) load = make_load(kind);
     f.visit(groups, rods);
+    f.visit(stages_field, stages);
     load.fields(f);
 }
 
 void DampingSpec::fields(FieldVisitor& f) {
     damping.fields(f);
     f.visit(groups, rods);
+    f.visit(stages_field, stages);
 }
 
 } // namespace skein

@@ -13,19 +13,20 @@ namespace skein {
 struct LoadSpec {
     Load load;
     std::vector<std::string> rods;
-    std::string source; ///< file:line of the table, for messages
+    std::vector<std::string> stages; ///< in which it acts; empty: all
+    std::string source;              ///< file:line of the table, for messages
 
     /// Kind, groups, and the load's own keys. A visitor that changes the kind resets the load to its defaults.
     void fields(FieldVisitor& f);
     static std::span<const std::string_view> kinds() { return load_kinds(); }
-    static LoadSpec of_kind(int kind) { return {.load = make_load(kind), .rods = {}, .source = {}}; }
+    static LoadSpec of_kind(int kind) { return {.load = make_load(kind), .rods = {}, .stages = {}, .source = {}}; }
     int kind_number() const { return load.number(); }
 };
 
 /// [[damping]]
 struct DampingSpec {
     Damping damping;
-    std::vector<std::string> rods;
+    std::vector<std::string> rods, stages;
     std::string source;
 
     void fields(FieldVisitor& f);

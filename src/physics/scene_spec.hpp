@@ -66,6 +66,7 @@ template <class Scene, class F> void for_each_spec(Scene&& scene, F&& f) {
 /// Calls f(name, list) for each [[list]] besides rods and bodies, in the order of scene files.
 template <class Scene, class F> void for_each_list(Scene&& scene, F&& f) {
     f("table", scene.tables);
+    f("stage", scene.stages);
     PhysicsTables::visit_tables(scene, [&](const char* name, auto& member, bool = true) {
         using Member = std::remove_cvref_t<decltype(member)>;
         if constexpr (is_list_of_tables<Member>) f(name, member);

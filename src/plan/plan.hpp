@@ -65,6 +65,14 @@ struct GroupPlan {
     void limit(std::string_view mode, double dt, int element);
 };
 
+/// A stage of a run, in words.
+struct PlannedStage {
+    std::string name;
+    double duration = 0; ///< s; 0: none is given
+    std::string until;   ///< condition; empty: none
+    std::vector<std::string> changes;
+};
+
 /// Whole steps between two events of each output; 0: never.
 struct Cadence {
     std::vector<std::pair<std::string, std::int64_t>> steps; ///< by name of the output
@@ -100,6 +108,7 @@ struct Plan {
     Cadence cadence;
     Keeping keeping;                      ///< of checkpoints
     std::vector<std::string> observables; ///< sets that the scene adds to the series
+    std::vector<PlannedStage> stages;     ///< this is the plan of the first; none: the scene is the same throughout
     int families = 0;
     bool vtp = false;               ///< frames as poly data too
     double state_bytes = 0;         ///< all ranks, state and scratch

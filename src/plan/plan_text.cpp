@@ -127,6 +127,26 @@ std::string steps_text(const Plan& p) {
                        element_steps > 0 ? fmt::format(", {:.3g} element-steps", element_steps) : "");
 }
 
+/// End of a stage, and what it changes.
+std::string stage_text(const PlannedStage& stage) {
+    std::string end = stage.duration > 0 ? fmt::format("for {:g} s", stage.duration) : "";
+    if (!stage.until.empty()) end += fmt::format("{}until {}", end.empty() ? "" : ", or ", stage.until);
+    if (end.empty()) end = "to the end";
+    return stage.changes.empty() ? end : fmt::format("{}: {}", end, joined(stage.changes, "; "));
+}
+
+Lines describe_stages(const Plan& p) {
+    Lines lines;
+    Json json = Json::array();
+    for (const PlannedStage& stage : p.stages) {
+        lines.push_back({fmt::format("stage '{}':", stage.name), stage_text(stage), "", {}});
+        json.push_back(
+            {{"name", stage.name}, {"duration", stage.duration}, {"until", stage.until}, {"changes", stage.changes}});
+    }
+    if (!p.stages.empty()) lines.push_back({"", "", "stages", json});
+    return lines;
+}
+
 Lines describe_step(const Plan& p) {
     return {{"protocol",
              p.coupling() == PhysicsPlan::Coupling::every_step ? "one step per visit: rods wait for each other" : "",
@@ -227,11 +247,18 @@ Lines describe(const Plan& p) {
     }
     lines.push_back({"", "", "groups", groups});
     for (const auto& one : p.physics) append(one->describe(p));
+    append(describe_stages(p));
     append(describe_step(p));
     append(describe_outputs(p));
     append(describe_cost(p));
     lines.push_back({"", "", "notes", p.notes});
     return lines;
+}
+
+std::string stages_text(const Plan& p) {
+    std::vector<std::string> names;
+    for (const PlannedStage& stage : p.stages) names.push_back(stage.name);
+    return joined(names, ", ");
 }
 
 /// The plan in brief, with hints as notes.
@@ -245,6 +272,7 @@ Lines outline(const Plan& p) {
                    {"runs on", machine_text(p.machine), "", {}},
                    {"dt", step_text(p), "", {}},
                    {"steps", steps_text(p), "", {}},
+                   {"stages", stages_text(p), "", {}},
                    {"output", joined(outputs, "; "), "", {}},
                    {"checkpoint", checkpoint_text(p), "", {}},
                    {"memory", memory_text(p), "", {}},

@@ -5,6 +5,7 @@
 #include "placement/packing.hpp"
 #include "rod/formulas_along.hpp"
 #include "scene/memory_check.hpp"
+#include "scene/scene_stages.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
@@ -18,8 +19,11 @@
 
 namespace skein {
 
-std::vector<RodGroup> make_groups(const SceneSpec& scene) {
-    refuse_beyond_memory(scene);
+std::vector<RodGroup> make_groups(const SceneSpec& scene) { return make_groups(scene, std::vector<double>{0.0}); }
+
+std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const double> begins) {
+    refuse_beyond_memory(as_written);
+    const SceneSpec scene = stage_scene(as_written, begins);
     const std::vector<int> assembly_of_group = assembly_of_groups(scene);
     std::map<int, std::shared_ptr<const AssemblyCopies>> copies; // by assembly
     std::vector<RodGroup> groups;

@@ -8,6 +8,7 @@
 #include "rod/formulas_along.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
+#include "scene/scene_stages.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "skein/core/objections.hpp"
@@ -37,6 +38,8 @@ public:
         }
         for (const auto& [path, message] : faults(names_for_formulas(scene_))) add(path, message);
         PhysicsTables::check(scene_, *this);
+        check_stages(scene_, *this);
+        if (found_.empty()) check_changes(scene_, *this);
         return std::move(found_);
     }
 

@@ -1,6 +1,7 @@
 // Every key of a scene as a flat list: for the reference page, for messages, and to see which keys a scene sets.
 #pragma once
 
+#include "core/field_looker.hpp"
 #include "physics/scene_spec.hpp"
 
 #include <set>
@@ -31,6 +32,35 @@ struct KeyEntry {
 
     std::string path() const { return table.empty() ? std::string(field.name) : table + "." + std::string(field.name); }
 };
+
+/// Finds the name of a table, or its kind.
+class NameOfTable : public FieldLooker {
+public:
+    using FieldLooker::visit;
+    void visit(const Field& f, std::string& s) override {
+        if (depth_ == 0 && f.name == "name") name_ = s;
+    }
+    void visit_choice(const Field& f, int& value, std::span<const std::string_view> names) override {
+        if (depth_ == 0 && f.name == "kind") kind_ = names[static_cast<std::size_t>(value)];
+    }
+    bool enter(const Field&) override {
+        ++depth_;
+        return true;
+    }
+    void leave() override { --depth_; }
+    const std::string& found() const { return name_.empty() ? kind_ : name_; }
+
+private:
+    std::string name_, kind_;
+    int depth_ = 0;
+};
+
+/// Name of a table of a list, or its kind where it has none.
+template <class Spec> std::string name_of_table(Spec spec) {
+    NameOfTable finder;
+    spec.fields(finder);
+    return finder.found();
+}
 
 /// All keys with their defaults, table by table, each load kind as a table "load.<kind>".
 std::vector<KeyEntry> all_keys();

@@ -52,19 +52,16 @@ public:
     explicit Override(const std::string& text) : text_(text), place_{source(text)} {}
 
     void apply(TomlValue& root) const {
-        const std::size_t equals = text_.find('=');
-        if (equals == std::string::npos) fail("expected path=value, e.g. time.duration=10");
-        const std::vector<std::string> path = split(trimmed(text_.substr(0, equals)));
+        const auto [path, value] = key_value(text_, place_);
         TomlValue* at = &root;
         std::string so_far;
         for (const std::string& part : path) {
-            if (part.empty()) fail("a name is missing in the path; expected path=value, e.g. time.duration=10");
             at = &step(*at, part, so_far);
             so_far += (so_far.empty() ? "" : ".") + part;
         }
         if (path.size() == 1 && (at->as<TomlArray>() || at->as<TomlTable>()))
             fail("a path names a key, not a whole table");
-        *at = value_of(trimmed(text_.substr(equals + 1)), place_);
+        *at = value;
     }
 
 private:
@@ -112,6 +109,17 @@ private:
 };
 
 } // namespace
+
+KeyValue key_value(const std::string& text, const Place& place) {
+    constexpr const char* expected = "expected path=value, e.g. time.duration=10";
+    const std::size_t equals = text.find('=');
+    if (equals == std::string::npos) throw InputError(message_at(place, expected));
+    std::vector<std::string> path = split(trimmed(text.substr(0, equals)));
+    for (const std::string& part : path)
+        if (part.empty())
+            throw InputError(message_at(place, fmt::format("a name is missing in the path; {}", expected)));
+    return {std::move(path), value_of(trimmed(text.substr(equals + 1)), place)};
+}
 
 void apply_override(TomlValue& root, const std::string& override) { Override(override).apply(root); }
 

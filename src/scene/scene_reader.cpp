@@ -2,6 +2,8 @@
 
 #include "core/nearest.hpp"
 #include "scene/scene_keys.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -40,7 +42,8 @@ std::optional<std::string> moved_to(std::string_view table, std::string_view key
 
 class TomlReader : public FieldVisitor {
 public:
-    explicit TomlReader(Problems& problems) : problems_(problems) {}
+    /// `changes`: tables hold the keys that are to change alone, and the others keep their values.
+    explicit TomlReader(Problems& problems, bool changes = false) : problems_(problems), changes_(changes) {}
 
     /// Opens a table that no spec's fields() enters; close with leave().
     void begin(const TomlValue& table, const std::string& path, const std::string& label, const Place& place) {
@@ -99,7 +102,7 @@ public:
                     "{} knows no \"{}\"{}", key_in_table(f), name,
                     moved_to(open_.back().path, f.name, name).value_or(suggestion(name, names, "it is one of"))));
         // The other keys of such a table mean nothing without it.
-        open_.back().abandoned = f.required;
+        open_.back().abandoned = f.required && (given || !changes_);
     }
 
     bool enter(const Field& f) override {
@@ -108,7 +111,7 @@ public:
         open_.back().known.push_back(f.name);
         const TomlEntry* entry = parent.table->find(f.name);
         if (!entry) {
-            if (f.required)
+            if (f.required && !changes_)
                 open_.back().missing.emplace_back(f.name, fmt::format("missing table [{}] in {}", path, parent.label));
             return false;
         }
@@ -154,7 +157,7 @@ private:
         frame.known.push_back(f.name);
         if (frame.abandoned) return nullptr;
         if (const TomlEntry* entry = frame.table->find(f.name)) return &entry->value;
-        if (f.required)
+        if (f.required && !changes_)
             frame.missing.emplace_back(
                 f.name, fmt::format("missing key '{}' in {}: {}", f.name, frame.label, with_unit(f.text, f)));
         return nullptr;
@@ -234,6 +237,7 @@ private:
     }
 
     Problems& problems_;
+    bool changes_;
     std::vector<Frame> open_;
 };
 
@@ -305,6 +309,91 @@ void read_constants(TomlReader& reader, Problems& problems, std::vector<FormulaC
 }
 
 } // namespace
+
+namespace {
+
+/// A change of a scene: the table that its path names, and in it the path that is left.
+class SceneChange {
+public:
+    SceneChange(SceneSpec& scene, const KeyValue& change, Problems& problems)
+        : scene_(scene), change_(change), problems_(problems) {}
+
+    void apply() {
+        const std::string& table = change_.path.front();
+        bool found = false;
+        const auto each = [&](std::string_view name, auto& specs, auto&& accept) {
+            if (name != table || found) return;
+            found = true;
+            change_one(specs, accept);
+        };
+        each("rods", scene_.rods, [](const RodSpec& spec) { return !spec.body; });
+        each("bodies", scene_.rods, [](const RodSpec& spec) { return spec.body.has_value(); });
+        for_each_list(scene_, [&](const char* name, auto& specs) {
+            using Spec = typename std::decay_t<decltype(specs)>::value_type;
+            if constexpr (decides_state<Spec> && !std::is_same_v<Spec, StageSpec>)
+                each(name, specs, [](const auto&) { return true; });
+        });
+        for_each_spec(scene_, [&](const char* name, auto& spec) {
+            if (name != table || found) return;
+            found = true;
+            read(spec, name, 1);
+        });
+        if (!found)
+            fail(fmt::format("a stage changes rods, bodies and the tables of physics that the scene has, not '{}'",
+                             table));
+    }
+
+private:
+    [[noreturn]] void fail(const std::string& message) const {
+        throw InputError(message_at(change_.value.place, message));
+    }
+
+    template <class Spec, class Accept> void change_one(std::vector<Spec>& specs, Accept&& accept) {
+        const std::string& table = change_.path.front();
+        if (change_.path.size() < 2) fail("a path names a key, not a whole table");
+        const std::string& part = change_.path[1];
+        std::vector<std::string> names;
+        Spec* match = nullptr;
+        for (Spec& spec : specs) {
+            if (!accept(spec)) continue;
+            const std::string name = name_of_table(spec), number = std::to_string(names.size());
+            names.push_back(name);
+            if (part != name && part != number) continue;
+            if (match)
+                fail(fmt::format("'{}.{}' is not the only one of this name; use its number, counted from 0", table,
+                                 part));
+            match = &spec;
+        }
+        const std::vector<std::string_view> known(names.begin(), names.end());
+        if (!match) fail(fmt::format("there is no '{}.{}'{}", table, part, suggestion(part, known, "there are")));
+        read(*match, table, 2);
+    }
+
+    /// Reads the key, which is in as many tables as the path has parts from `first` on.
+    template <class Spec> void read(Spec& spec, const std::string& path, std::size_t first) {
+        if (change_.path.size() <= first) fail("a path names a key, not a whole table");
+        const Place& place = change_.value.place;
+        TomlValue value = change_.value;
+        for (std::size_t i = change_.path.size(); i-- > first;)
+            value = TomlValue{TomlTable{{change_.path[i], place, std::move(value)}}, place};
+        TomlReader reader(problems_, true);
+        reader.begin(value, path, fmt::format("[{}]", path), place);
+        spec.fields(reader);
+        reader.leave();
+    }
+
+    SceneSpec& scene_;
+    const KeyValue& change_;
+    Problems& problems_;
+};
+
+} // namespace
+
+void change_scene(SceneSpec& scene, const KeyValue& change) {
+    Problems problems;
+    SceneChange(scene, change, problems).apply();
+    problems.raise();
+}
 
 SceneSpec read_tables(const TomlValue& root, Problems& problems) {
     SceneSpec scene;

@@ -61,6 +61,7 @@ bool may_change(const KeyChange& change) {
         const bool moved_file = key == "placement" && change.last() == "file";
         return key == "magnetisation" || moved_file;
     }
+    if (table == "stage") return true;
     if (table == "bodies") return key == "density" || key == "mass";
     bool survives = true;
     for_each_list(SceneSpec{}, [&](std::string_view name, const auto& specs) {

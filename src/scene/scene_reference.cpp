@@ -34,6 +34,7 @@ std::string_view note(const std::string& table) {
         {"constants", "Names that formulas may hold. A constant with a unit takes part in the checks of units; a plain "
                       "number fits any."},
         {"table", "A function of one value for formulas: straight lines from point to point."},
+        {"stage", "Parts of a run, one after the other: docs/stages.md."},
         {"rods.start_motion",
          "Tables, sinusoids and formulas add up. Formulas are as in `[[load]]` of kind `formula`, of `t` "
          "alone; the velocity of the end "

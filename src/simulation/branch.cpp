@@ -46,6 +46,12 @@ std::vector<KeyChange> changes_of(const std::string& was, const std::string& now
     return changes;
 }
 
+/// Begins of the stages so far of a branch that has stages, s.
+std::vector<double> stage_begins_of(const CheckpointInfo& parent, StartTime time, double now) {
+    if (time == StartTime::zero) return {0.0};
+    return parent.stage_begins.empty() ? std::vector<double>{now} : parent.stage_begins;
+}
+
 bool stores_energy(const KeyChange& c) { return c.key.find(".material.") != std::string::npos; }
 
 } // namespace
@@ -90,7 +96,12 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
                             const std::function<void(const std::string&)>& warn) {
     const StartSpec& start = branch.scene.start;
     const auto files = checkpoints_of(comm, start.from, fs::path(branch.scene.file).parent_path().string());
-    const auto accept = [&](const CheckpointInfo& parent) { refuse_other_rods(parent, branch.physics); };
+    const auto accept = [&](const CheckpointInfo& parent) {
+        refuse_other_rods(parent, branch.physics);
+        const std::size_t begun = std::max<std::size_t>(1, parent.stage_begins.size());
+        if (branch.stages > 0 && start.time == StartTime::goes_on && begun != branch.stages)
+            throw OtherStage{parent.stage_begins};
+    };
     CheckpointInfo info;
     for (const std::string& file : files) {
         try {
@@ -124,6 +135,7 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
     info.step = after.done();
     info.dt = branch.dt;
     info.shift = after.shift();
+    info.stage_begins = branch.stages > 0 ? stage_begins_of(info, start.time, after.time()) : std::vector<double>();
     if (std::any_of(changes.begin(), changes.end(), stores_energy))
         info.audited_from.reset(); // the energy budget begins anew
     return info;

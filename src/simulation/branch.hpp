@@ -27,11 +27,13 @@ struct BranchOf {
     const SceneSpec& scene;
     double dt;
     const std::string& physics; ///< of the branch
+    std::size_t stages = 0;     ///< that have begun in the world; 0: it has none
 };
 
 /// Loads the state that a scene begins with into `rods`, positions and directors moved to where the branch's step has
 /// them. Returns what a checkpoint of the branch itself would say at its first step. Damaged ones are passed over and
-/// told through `warn` unless the scene names their step. Collective.
+/// told through `warn` unless the scene names their step. Throws OtherStage where the state is of another stage.
+/// Collective.
 CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, std::span<const RodGroup> groups,
                             Rods& rods, std::span<const std::string> kept,
                             const std::function<void(const std::string&)>& warn);

@@ -8,9 +8,9 @@
 namespace skein {
 
 CheckpointOutput::CheckpointOutput(const OutputParts& parts)
-    : world_(parts.world), observation_(parts.observation), others_(parts.outputs), texts_(parts.texts),
-      options_(parts.options), clock_(parts.plan().cadence.checkpoint_wall, parts.started,
-                                      parts.plan().state_bytes / parts.plan().machine.ranks),
+    : world_(parts.world), stages_(parts.stages), observation_(parts.observation), others_(parts.outputs),
+      texts_(parts.texts), options_(parts.options), clock_(parts.plan().cadence.checkpoint_wall, parts.started,
+                                                           parts.plan().state_bytes / parts.plan().machine.ranks),
       every_{parts.plan().cadence.of("checkpoint")}, frames_wall_(parts.plan().cadence.frames_wall) {
     if (!parts.resumed) return;
     last_ = parts.resumed->step;
@@ -59,6 +59,8 @@ void CheckpointOutput::write_state(const Moment& now) {
     info.ancestry = texts_.ancestry;
     info.beyond = world_.comm.sum_wrapping(digest_of(world_.interactions()));
     info.saved = saved(world_.interactions());
+    info.stage_begins = stages_.begins();
+    info.stage_work = observation_.stage_work();
     for (const auto& output : others_) output->mark(info);
     write_checkpoint(world_.comm, options_.out, world_.groups, world_.rods(), info, world_.plan.keeping);
     last_ = now.step;

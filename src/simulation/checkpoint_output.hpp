@@ -32,6 +32,7 @@ private:
     void write_state(const Moment& now);
 
     World& world_;
+    const Stages& stages_;
     const Observation& observation_;
     const Outputs& others_;
     const SceneTexts& texts_;

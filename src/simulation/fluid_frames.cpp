@@ -111,7 +111,7 @@ void FrameSeries::write(std::int64_t step, const Vec3d& moved) {
 
 class FluidFrames final : public Output {
 public:
-    FluidFrames(const OutputParts& parts, const FluidInteraction& fluid);
+    explicit FluidFrames(const OutputParts& parts);
 
     std::int64_t next(std::int64_t done) const override;
     bool due(const Moment& now) const override {
@@ -125,31 +125,44 @@ public:
             info.last_frames[FieldSeries::name_of(one.what.name)] = one.series.last_step();
     }
     bool shows_failure() const override { return false; }
+    void rebind(const Rods&) override { sample(); }
 
 private:
     void write(std::int64_t step, bool due);
+    /// Takes samples of the flow that the world has now.
+    void sample();
 
-    const FluidInteraction& fluid_;
-    FlowPlanes flow_;
+    const World& world_;
+    const FluidInteraction* fluid_ = nullptr;
+    std::optional<FlowPlanes> flow_;
     std::vector<FrameSeries> all_;
 };
 
-FluidFrames::FluidFrames(const OutputParts& parts, const FluidInteraction& fluid)
-    : fluid_(fluid), flow_(parts.comm(), fluid.flow()) {
+void FluidFrames::sample() {
+    fluid_ = fluid_of(world_.interactions());
+    for (FrameSeries& one : all_) {
+        one.box.reset();
+        one.blocks.reset();
+    }
+    flow_.emplace(world_.comm, fluid_->flow());
+    for (FrameSeries& one : all_)
+        if (one.what.kind == FluidOutputKind::blocks)
+            one.blocks.emplace(world_.comm, world_.threads, *flow_, one.what.edge);
+        else one.box.emplace(world_.comm, world_.threads, *flow_, one.what.box);
+}
+
+FluidFrames::FluidFrames(const OutputParts& parts) : world_(parts.world) {
     const FluidPlan& plan = *parts.plan().find<FluidPlan>();
     const FluidGrid& grid = plan.constants.grid;
     for (const FluidOutput& output : plan.outputs) {
         const EarlierFrames earlier{parts.resumed_step(), parts.last_frame(FieldSeries::name_of(output.name)),
                                     print_warning};
-        FrameSeries& made = all_.emplace_back(
-            FrameSeries{output,
-                        FieldSeries(parts.comm(), names_of(output, parts.options.out), grid_of(output, grid),
-                                    output.precision, parts.plan().dt, parts.world.clock.shift(), earlier),
-                        std::nullopt, std::nullopt, grid.cells});
-        if (output.kind == FluidOutputKind::blocks)
-            made.blocks.emplace(parts.comm(), parts.world.threads, flow_, output.edge);
-        else made.box.emplace(parts.comm(), parts.world.threads, flow_, output.box);
+        all_.push_back(FrameSeries{output,
+                                   FieldSeries(parts.comm(), names_of(output, parts.options.out), grid_of(output, grid),
+                                               output.precision, parts.plan().dt, parts.world.clock.shift(), earlier),
+                                   std::nullopt, std::nullopt, grid.cells});
     }
+    sample();
 }
 
 std::int64_t FluidFrames::next(std::int64_t done) const {
@@ -170,10 +183,10 @@ std::vector<std::string> FluidFrames::files_of_end(std::int64_t step) const {
 void FluidFrames::write(std::int64_t step, bool due) {
     const auto wanted = [&](const FrameSeries& one) { return one.every().due(step) == due; };
     if (std::none_of(all_.begin(), all_.end(), wanted)) return;
-    flow_.take();
+    flow_->take();
     for (FrameSeries& one : all_)
-        if (wanted(one)) one.write(step, fluid_.box_shift());
-    flow_.release();
+        if (wanted(one)) one.write(step, fluid_->box_shift());
+    flow_->release();
 }
 
 } // namespace
@@ -181,7 +194,7 @@ void FluidFrames::write(std::int64_t step, bool due) {
 std::unique_ptr<Output> make_fluid_frames(const OutputParts& parts) {
     const auto* fluid = parts.plan().find<FluidPlan>();
     if (!fluid || fluid->outputs.empty()) return nullptr;
-    return std::make_unique<FluidFrames>(parts, *fluid_of(parts.world.interactions()));
+    return std::make_unique<FluidFrames>(parts);
 }
 
 } // namespace skein

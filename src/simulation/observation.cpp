@@ -2,26 +2,35 @@
 
 #include "diagnostics/energy_audit.hpp"
 #include "diagnostics/observables.hpp"
+#include "loads/gravity.hpp"
 #include "physics/audit/audit_plan.hpp"
 #include "physics/contact/contact_interaction.hpp"
 #include "physics/contact/contact_plan.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 namespace skein {
 
 Observation::Observation(const World& world, const SceneSpec& scene)
     : world_(world), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
-                           scene.output.observes("knots"), scene.output.observes("order")} {}
+                           scene.output.observes("knots"), scene.output.observes("order")},
+      staged_(!scene.stages.empty()),
+      gravity_acts_(std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& one) {
+          return !scene.stages.empty() && one.rods.empty() && one.load.get_if<Gravity>();
+      })) {}
 
 std::vector<std::string> Observation::names() const {
     if (world_.groups.empty()) return names_of_figures(world_.interactions());
     auto all = observable_names(sets_);
     if (world_.plan.has<AuditPlan>()) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
+    if (world_.plan.has<AuditPlan>() && staged_) all.emplace_back("stage_work[J]");
     for (std::string& name : names_of_figures(world_.interactions())) all.push_back(std::move(name));
     const auto* touch = world_.plan.find<TouchPlan>();
-    if (touch && touch->gravity) all.emplace_back("potential[J]");
-    if (touch && touch->gravity && sets_.order) all.emplace_back("agitation[-]");
+    const bool falls = touch && (touch->gravity || gravity_acts_);
+    if (falls) all.emplace_back("potential[J]");
+    if (falls && sets_.order) all.emplace_back("agitation[-]");
     return all;
 }
 
@@ -35,13 +44,16 @@ std::vector<double> Observation::values() const {
         if (const ContactInteraction* contacts = contacts_of(world_.interactions()))
             a.contacts = contacts->booked(at.lag);
         values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from())});
+        if (staged_) values.push_back(stage_work_);
     }
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
     for (const double x : values_of_figures(world_.comm, world_.interactions(), at)) values.push_back(x);
     const auto* touch = plan.find<TouchPlan>();
-    if (!touch || !touch->gravity) return values;
-    values.push_back(-touch->mass * dot(*touch->gravity, centre));
-    if (sets_.order) values.push_back(values[observed_translation] / (norm(*touch->gravity) * touch->mass_radius));
+    if (!touch || (!touch->gravity && !gravity_acts_)) return values;
+    const Vec3d gravity = touch->gravity.value_or(Vec3d{0, 0, 0});
+    const double weight = norm(gravity) * touch->mass_radius;
+    values.push_back(-touch->mass * dot(gravity, centre));
+    if (sets_.order) values.push_back(weight > 0 ? values[observed_translation] / weight : 0);
     return values;
 }
 
@@ -70,6 +82,18 @@ void Observation::begin_audit(World& world, std::optional<double> audited_from) 
         observed_energy(observe(world.comm, world.threads, world.groups, world.rods(), clock.time(), clock.lag()));
     for (std::size_t i = 0; i < world.rods().local().size(); ++i)
         world.rods().set_budget(i, {}); // a damaged checkpoint may have left its own
+}
+
+double Observation::defect() const {
+    if (!world_.plan.has<AuditPlan>() || !audited_from_) return 0;
+    return values()[observable_names(sets_).size() + std::size(audit_names) - 1];
+}
+
+void Observation::take_stage_work(double work) {
+    step_ = -1; // the last sample is of the stage before
+    if (!audited_from_) return;
+    stage_work_ += work;
+    *audited_from_ += work;
 }
 
 std::optional<double> Observation::audited_from() const {

@@ -32,13 +32,21 @@ public:
 
     /// Continues the energy audit of a checkpoint, or begins one here. Collective.
     void begin_audit(World& world, std::optional<double> audited_from);
+    /// Defect of the energy balance now, J; 0 without an audit. Collective.
+    double defect() const;
+    /// Energy that a change of the scene has brought, J, which the balance counts from now on.
+    void take_stage_work(double work);
+    void set_stage_work(double work) { stage_work_ = work; }
+    double stage_work() const { return stage_work_; }
     /// Energy that the audit began with, J, with that of contacts. Collective.
     std::optional<double> audited_from() const;
 
 private:
     const World& world_;
     ObservableSets sets_;
+    bool staged_, gravity_acts_;         ///< in some stage
     std::optional<double> audited_from_; ///< J
+    double stage_work_ = 0;              ///< J
     std::vector<double> last_;
     std::int64_t step_ = -1; ///< of last_
 };

@@ -7,6 +7,7 @@
 #include "physics/scene_spec.hpp"
 #include "simulation/observation.hpp"
 #include "simulation/run_options.hpp"
+#include "simulation/stages.hpp"
 #include "simulation/warnings.hpp"
 #include "simulation/world.hpp"
 #include "time/every.hpp"
@@ -43,7 +44,7 @@ public:
     virtual std::vector<std::string> files_of_end([[maybe_unused]] std::int64_t step) const { return {}; }
     /// Writes the part that is not due at the run's last step.
     virtual void write_end([[maybe_unused]] const Moment& now) {}
-    /// Bodies have new owners from now on.
+    /// Bodies have new owners, or all has been made anew for a stage.
     virtual void rebind([[maybe_unused]] const Rods& rods) {}
     /// Puts on the disk, under final names, all that has been written.
     virtual void flush() {}
@@ -94,6 +95,7 @@ struct SceneTexts {
 struct OutputParts {
     const SceneSpec& scene;
     World& world;
+    const Stages& stages;
     Observation& observation;
     Warnings& warnings;
     Outputs& outputs; ///< those before it in the list

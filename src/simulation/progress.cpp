@@ -49,7 +49,8 @@ bool under_launcher() {
                        [](const char* name) { return std::getenv(name) != nullptr; });
 }
 
-std::vector<std::size_t> columns_of(std::span<const std::string> wanted, std::span<const std::string> all) {
+std::vector<std::size_t> columns_of(std::string_view key, std::span<const std::string> wanted,
+                                    std::span<const std::string> all) {
     std::vector<std::size_t> places;
     for (const std::string& name : wanted) {
         const auto found =
@@ -57,8 +58,8 @@ std::vector<std::size_t> columns_of(std::span<const std::string> wanted, std::sp
         if (found == all.end()) {
             std::vector<std::string> names;
             for (const std::string& column : all) names.push_back(name_of(column));
-            throw InputError(fmt::format("output.progress: this scene's series has no '{}'; it has {}", name,
-                                         fmt::join(names, ", ")));
+            throw InputError(
+                fmt::format("{}: this scene's series has no '{}'; it has {}", key, name, fmt::join(names, ", ")));
         }
         places.push_back(static_cast<std::size_t>(found - all.begin()));
     }

@@ -21,9 +21,10 @@ std::string share_done(std::int64_t step, std::int64_t steps);
 enum class ProgressStyle { automatic, bar, lines };
 bool under_launcher();
 
-/// Places of columns among those of the series, by name without unit. Throws InputError naming all where there is no
-/// such one.
-std::vector<std::size_t> columns_of(std::span<const std::string> wanted, std::span<const std::string> all);
+/// Places of columns among those of the series, by name without unit, as a key of the scene lists them. Throws
+/// InputError naming the key and all columns where there is no such one.
+std::vector<std::size_t> columns_of(std::string_view key, std::span<const std::string> wanted,
+                                    std::span<const std::string> all);
 
 /// When a log gets its lines: 2 s apart at first, then each time the run has become 2 % older, ten minutes apart at
 /// most. s of wall time between a line and the next.

@@ -148,6 +148,11 @@ void Rewind::keep_copy() {
         first_ = std::make_unique<StateCopy>(*copy_);
 }
 
+void Rewind::forget() {
+    copy_.reset();
+    first_.reset();
+}
+
 /// The failure on this rank, at the step at which it began.
 struct Rewind::Found {
     std::unique_ptr<StateCopy> start; ///< state before it

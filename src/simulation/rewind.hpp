@@ -41,6 +41,8 @@ public:
 
     /// Copies the state if it is time to. At events.
     void keep_copy();
+    /// Drops what has been copied, of bodies that have been changed since.
+    void forget();
     /// Failure of some rank, with the step at which it began if there is a copy. `show`: writes outputs of that step.
     /// The run is over after it. Collective.
     Failure find(const std::function<void()>& show);

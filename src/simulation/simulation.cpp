@@ -46,14 +46,16 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     : options_(std::move(options)), started_(options_.began > 0 ? options_.began : wall_seconds()),
       texts_(texts_of(scene, groups, plan.dt)),
       world_(comm, threads, checked(comm, plan, std::move(groups)), plan, options_.protocol, options_.balance),
-      observation_(world_, scene), warnings_(world_, options_.quiet), rewind_(world_, options_.rewind, options_.out) {
+      stages_(scene), observation_(world_, scene), warnings_(world_, options_.quiet),
+      rewind_(world_, options_.rewind, options_.out) {
     const bool writes = !options_.out.empty();
     Plan& made = world_.plan;
+    stages_.find_columns(observation_.names());
     refuse_bad_start(world_, scene, options_);
     on_root(comm, [&] {
         if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);
     });
-    const Start start = start_of(world_, scene, texts_.physics, options_);
+    const Start start = start_of(world_, stages_, scene, texts_.physics, options_);
     const std::optional<CheckpointInfo>& found = start.found;
     if (found) texts_.ancestry = found->ancestry;
     begins_branch_ = found && !start.resumes;
@@ -68,18 +70,22 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
                 std::printf("Beginning with %s: step %lld, t = %g s\n", found->file.c_str(),
                             static_cast<long long>(found->step), world_.clock.time());
         });
+    if (stages_.any() && !found) stages_.go_on(stages_.begins(), world_);
     if (made.has<AuditPlan>()) observation_.begin_audit(world_, found ? found->audited_from : std::nullopt);
+    if (found) observation_.set_stage_work(found->stage_work);
     first_step_ = world_.clock.done();
     last_step_ = made.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, world_.clock.step_at(options_.until));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
     last_step_ = Every{made.events_every}.from(last_step_);
     if (writes && first_step_ > 0) test_for_rest();
-    const std::vector<std::size_t> progress_columns = columns_of(scene.output.progress, observation_.names());
+    if (first_step_ > 0) begin_due_stage();
+    const std::vector<std::size_t> progress_columns =
+        columns_of("output.progress", scene.output.progress, observation_.names());
     idle_ = writes && start.resumes && over() && has_record(found->digest);
     if (writes && !idle_) {
         on_root(comm, [&] { take_back_end(options_.out); });
-        make_outputs({scene, world_, observation_, warnings_, outputs_, texts_, options_, started_, last_step_,
+        make_outputs({scene, world_, stages_, observation_, warnings_, outputs_, texts_, options_, started_, last_step_,
                       progress_columns, start.resumes ? &*found : nullptr});
         for (const auto& output : outputs_)
             if (auto* one = dynamic_cast<CheckpointOutput*>(output.get())) checkpoints_ = one;
@@ -122,6 +128,7 @@ RunResult Simulation::step_to_the_end() {
         world_.advance(next_event());
         verdict = agree();
         write_due();
+        begin_due_stage();
     }
     warnings_.end_line();
     warnings_.warn_of_gain();
@@ -144,8 +151,43 @@ void Simulation::write(Output& output) {
     output.write(now());
 }
 
+void Simulation::advance(std::int64_t until) {
+    begin_due_stage();
+    while (world_.clock.done() < until && world_.failure().empty() && !ended()) {
+        world_.advance(std::min(until, stages_.next(world_.clock.done())));
+        if (world_.clock.done() < until) begin_due_stage();
+    }
+}
+
+void Simulation::begin_due_stage() {
+    const std::string reason = stages_.end(world_, observation_);
+    if (reason.empty()) return;
+    const std::string ended = stages_.spec().name;
+    const auto tell = [&](const std::string& next) {
+        if (!world_.comm.root() || options_.quiet || options_.out.empty()) return;
+        warnings_.end_line();
+        std::printf("Step %lld, t = %g s: stage '%s' ends (%s)%s\n", static_cast<long long>(world_.clock.done()),
+                    world_.clock.time(), ended.c_str(), reason.c_str(), next.c_str());
+    };
+    stages_over_ = stages_.is_last();
+    if (stages_over_) return tell("; it was the last");
+    std::vector<double> begins = stages_.begins();
+    begins.push_back(world_.clock.time());
+    enter_stage(std::move(begins));
+    tell(fmt::format("; stage '{}' begins", stages_.spec().name));
+}
+
+void Simulation::enter_stage(std::vector<double> begins) {
+    const double before = observation_.defect();
+    stages_.enter(std::move(begins), world_);
+    observation_.take_stage_work(observation_.defect() - before);
+    rewind_.forget();
+    for (const auto& output : outputs_) output->rebind(world_.rods());
+    outputs_owners_ = world_.owners();
+}
+
 std::int64_t Simulation::next_event() const {
-    std::int64_t next = std::min(last_step_, next_tick_);
+    std::int64_t next = std::min({last_step_, next_tick_, stages_.next(world_.clock.done())});
     for (const auto& output : outputs_) next = std::min(next, output->next(world_.clock.done()));
     return Every{world_.plan.events_every}.from(next);
 }
@@ -217,7 +259,9 @@ void Simulation::write_due() {
 }
 
 void Simulation::test_for_rest() {
-    if (world_.plan.rest_speed == 0 || !Every{world_.plan.cadence.of("series")}.due(world_.clock.done())) return;
+    if (world_.plan.rest_speed == 0 || (stages_.any() && !stages_.is_last()) ||
+        !Every{world_.plan.cadence.of("series")}.due(world_.clock.done()))
+        return;
     observation_.sample();
     at_rest_ = observation_.speed() < world_.plan.rest_speed;
 }

@@ -9,6 +9,7 @@
 #include "simulation/progress.hpp"
 #include "simulation/results_directory.hpp"
 #include "simulation/rewind.hpp"
+#include "simulation/stages.hpp"
 #include "simulation/warnings.hpp"
 #include "simulation/world.hpp"
 #include "skein/core/error.hpp"
@@ -52,7 +53,10 @@ public:
     std::string failure() const { return world_.comm.first_text(world_.failure()); }
 
     /// Steps up to `until` without outputs.
-    void advance(std::int64_t until) { world_.advance(until); }
+    void advance(std::int64_t until);
+    const Stages& stages() const { return stages_; }
+    /// Changes the world to a stage; `begins`: times at which those so far have begun, s. Collective.
+    void enter_stage(std::vector<double> begins);
 
 private:
     enum class Verdict { go_on, warn, stop_at_limit, fail };
@@ -60,7 +64,9 @@ private:
     RunResult step_to_the_end();
     /// True until the run's last step, or until the scene itself has come to its end.
     bool over() const { return world_.clock.done() >= last_step_ || ended(); }
-    bool ended() const { return at_rest_ || world_.ended(); }
+    bool ended() const { return at_rest_ || stages_over_ || world_.ended(); }
+    /// Begins the next stage where the present one ends with this step. Collective.
+    void begin_due_stage();
     std::int64_t next_event() const;
     /// All ranks learn of failures, signals, limits and warnings; sets the next tick. Throws NumericalError where a
     /// rank failed.
@@ -85,6 +91,7 @@ private:
     double started_, setup_s_ = 0;
     SceneTexts texts_; ///< of all rods: the world keeps those of this rank
     World world_;
+    Stages stages_;
     Observation observation_;
     Warnings warnings_;
     Rewind rewind_;
@@ -94,7 +101,7 @@ private:
     std::int64_t first_step_ = 0, last_step_ = 0; ///< of this run
     std::int64_t next_tick_ = 0;                  ///< step at which ranks agree next
     std::int64_t outputs_owners_ = 0;             ///< distribution of bodies that outputs know
-    bool idle_ = false, at_rest_ = false, begins_branch_ = false;
+    bool idle_ = false, at_rest_ = false, stages_over_ = false, begins_branch_ = false;
 };
 
 } // namespace skein

@@ -4,6 +4,9 @@
 #include "simulation/branch.hpp"
 #include "simulation/start_check.hpp"
 #include "simulation/warnings.hpp"
+#include "skein/core/error.hpp"
+
+#include <fmt/format.h>
 
 #include <filesystem>
 #include <system_error>
@@ -25,22 +28,50 @@ bool has_checkpoints(const Communicator& comm, const RunOptions& options) {
 
 } // namespace
 
-Start start_of(World& world, const SceneSpec& scene, const std::string& physics, const RunOptions& options) {
+namespace {
+
+Start load_start(World& world, const std::vector<double>& stage_begins, const SceneSpec& scene,
+                 const std::string& physics, const RunOptions& options) {
     const Communicator& comm = world.comm;
     const std::vector<std::string> names = saved_names(world.interactions());
+    const auto accept = [&](const CheckpointInfo& info) {
+        if (info.stage_begins.size() != stage_begins.size()) throw OtherStage{info.stage_begins};
+    };
     Start start;
     if (!options.out.empty())
-        start.found = read_checkpoint(comm, options.out, world.groups, world.rods(), physics, print_warning, names);
+        start.found =
+            read_checkpoint(comm, options.out, world.groups, world.rods(), physics, print_warning, names, accept);
     else if (!options.from.empty())
-        start.found = load_checkpoint(
-            comm, options.from, world.groups, world.rods(), [](const CheckpointInfo&) {}, names);
+        start.found = load_checkpoint(comm, options.from, world.groups, world.rods(), accept, names);
     start.resumes = start.found.has_value();
     if (!start.found && !scene.start.from.empty())
-        start.found =
-            begin_branch(comm, {scene, world.plan.dt, physics}, world.groups, world.rods(), names, print_warning);
+        start.found = begin_branch(comm, {scene, world.plan.dt, physics, stage_begins.size()}, world.groups,
+                                   world.rods(), names, print_warning);
+    return start;
+}
+
+} // namespace
+
+Start start_of(World& world, Stages& stages, const SceneSpec& scene, const std::string& physics,
+               const RunOptions& options) {
+    Start start;
+    for (bool loaded = false; !loaded;) {
+        try {
+            start = load_start(world, stages.begins(), scene, physics, options);
+            loaded = true;
+        } catch (const OtherStage& other) {
+            if (other.begins.empty() || other.begins.size() > scene.stages.size())
+                throw InputError(fmt::format("{}: the state to begin with is of stage {} of another scene, and this "
+                                             "scene has {}",
+                                             scene.file, other.begins.size(), scene.stages.size()));
+            stages.enter(other.begins, world);
+        }
+    }
     if (!start.found) return start;
+    if (start.found->stage_begins != stages.begins()) stages.enter(start.found->stage_begins, world);
     restore(world.interactions(), start.found->saved);
     world.clock = Clock(world.plan.dt, start.found->step, world.plan.integrator, start.found->shift);
+    if (stages.any()) stages.go_on(stages.begins(), world);
     if (start.found->shift != 0) world.plan.steps = std::max<std::int64_t>(1, world.clock.step_at(scene.time.duration));
     return start;
 }

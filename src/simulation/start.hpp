@@ -4,6 +4,7 @@
 #include "io/checkpoint.hpp"
 #include "physics/scene_spec.hpp"
 #include "simulation/run_options.hpp"
+#include "simulation/stages.hpp"
 
 #include <optional>
 
@@ -18,7 +19,8 @@ struct Start {
 /// with a checkpoint pass. Collective.
 void refuse_bad_start(World& world, const SceneSpec& scene, const RunOptions& options);
 
-/// Loads the state that a run begins with into its world. Collective.
-Start start_of(World& world, const SceneSpec& scene, const std::string& physics, const RunOptions& options);
+/// Loads the state that a run begins with into its world, which goes to the stage of that state. Collective.
+Start start_of(World& world, Stages& stages, const SceneSpec& scene, const std::string& physics,
+               const RunOptions& options);
 
 } // namespace skein

@@ -3,6 +3,7 @@
 #include "core/memory.hpp"
 #include "mechanics/rod_copies.hpp"
 #include "partition/partition.hpp"
+#include "physics/walls/wall_plan.hpp"
 #include "simulation/branch.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/migration.hpp"
@@ -49,6 +50,22 @@ World::World(const Communicator& on, const Threads& by, std::vector<RodGroup> al
     balance_.expect(2 * (wall_seconds() - began)); // to make them anew, and to send them
     coupled_ = couples(interactions_);
     synchronous_ = coupled_ || protocol == Protocol::synchronous;
+}
+
+void World::change(std::vector<RodGroup> other_groups, Plan other_plan) {
+    const std::unique_ptr<StateCopy> state = copy();
+    interactions_.clear();
+    neighbourhood_.reset();
+    exposure_.reset();
+    rods_.reset();
+    for (std::size_t g = 0; g < groups.size(); ++g) groups[g] = std::move(other_groups[g]); // their addresses are known
+    plan = std::move(other_plan);
+    if (const auto* now = plan.find<WallPlan>(); now && walls_) *walls_ = Walls(now->walls); // servos are restored
+    make_bodies(state->owned());
+    state->put_back(*rods_, interactions_);
+    near_limit_.clear();
+    coupled_ = couples(interactions_);
+    synchronous_ = coupled_ || synchronous_;
 }
 
 void World::make_bodies(std::span<const LocalRod> owned) {

@@ -74,6 +74,9 @@ public:
     /// Largest share that the step had of its limit, of bodies of this rank without damping.
     double undamped_share() const { return undamped_share_; }
 
+    /// Goes on with the same bodies under other groups and another plan, of the same step. Collective.
+    void change(std::vector<RodGroup> other_groups, Plan other_plan);
+
     /// Copy of this rank's state. Collective where bodies interact.
     std::unique_ptr<StateCopy> copy() const;
     void copy_to(StateCopy& copy) const;

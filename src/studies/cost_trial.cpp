@@ -45,7 +45,8 @@ void measure_cost(Plan& plan, const SceneSpec& scene, std::vector<RodGroup> grou
     const Threads threads(std::min(plan.machine.threads, Threads::available_cores()));
     const std::string physics = physics_json(resolved(scene, groups), groups, plan.dt);
     World world(Communicator::alone(), threads, std::move(groups), plan, Protocol::asynchronous, Balance::never);
-    const Start start = start_of(world, scene, physics, {.out = directory});
+    Stages stages(scene);
+    const Start start = start_of(world, stages, scene, physics, {.out = directory});
     const std::int64_t first = world.clock.done(), all = world.plan.steps;
     const double start_time = world.clock.time();
     const auto left = static_cast<double>(all - first);

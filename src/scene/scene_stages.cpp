@@ -1,0 +1,261 @@
+#include "scene/scene_stages.hpp"
+
+#include "core/field_looker.hpp"
+#include "core/nearest.hpp"
+#include "physics/table_objections.hpp"
+#include "scene/scene_check.hpp"
+#include "scene/scene_keys.hpp"
+#include "scene/scene_override.hpp"
+#include "scene/scene_reader.hpp"
+#include "scene/scene_rebuild.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <limits>
+#include <utility>
+
+namespace skein {
+
+namespace {
+
+constexpr double never = std::numeric_limits<double>::max(); // s
+
+/// Numbers of the first stage in which a table acts, and of the first after it in which it does not.
+struct Span {
+    std::size_t first = 0, end = 0;
+    bool consecutive = true;
+};
+Span span_of(const std::vector<std::string>& named, const std::vector<StageSpec>& stages) {
+    const auto acts = [&](const StageSpec& stage) { return acts_in(named, stage); };
+    const auto first = std::find_if(stages.begin(), stages.end(), acts),
+               end = std::find_if_not(first, stages.end(), acts);
+    return {to_index(first - stages.begin()), to_index(end - stages.begin()), std::none_of(end, stages.end(), acts)};
+}
+
+/// Moves the onset of a load's rise.
+class OnsetMover : public FieldLooker {
+public:
+    explicit OnsetMover(double begin) : begin_(begin) {}
+    using FieldLooker::visit;
+    void visit(const Field& f, double& x) override {
+        if (f.name == "onset") x = std::max(x, begin_);
+    }
+
+private:
+    double begin_;
+};
+
+template <class Spec> void erase_idle(std::vector<Spec>& specs, const StageSpec& now) {
+    std::erase_if(specs, [&](const Spec& spec) { return !acts_in(spec.stages, now); });
+}
+
+/// A joint is made, and lets go, as stages begin. It has its events in all of them, as its memory does.
+void set_events(JointSpec& joint, const SceneSpec& scene, std::span<const double> begins) {
+    const auto [first, end, consecutive] = span_of(joint.stages, scene.stages);
+    if (first == 0 && end == scene.stages.size()) return;
+    const auto time_of = [&](std::size_t stage) { return stage < begins.size() ? begins[stage] : never; };
+    joint.events.from = time_of(first);
+    joint.events.until = time_of(end);
+}
+
+/// A wall that moves in another way than before goes on from where it is.
+void move_on(const std::vector<Wall>& before, std::vector<Wall>& walls, double time) {
+    for (std::size_t i = 0; i < walls.size(); ++i) {
+        const Wall& was = before[i];
+        Wall& wall = walls[i];
+        const Vec3d turned = wall.velocity - was.velocity;
+        if (dot(turned, turned) == 0 && wall.from == was.from) continue;
+        if (was.moves_steadily() && time > was.from) wall.moved = wall.moved + (time - was.from) * was.velocity;
+        wall.from = std::max(wall.from, time);
+    }
+}
+
+Place place_of(const StageSpec& stage, const std::string& change) {
+    const std::string where = stage.source.empty() ? "" : stage.source + ": ";
+    return {std::make_shared<SourceText>(SourceText{fmt::format("{}stage '{}': {}", where, stage.name, change), {}})};
+}
+
+void change_for(SceneSpec& scene, const StageSpec& stage) {
+    for (const std::string& change : stage.change) change_scene(scene, key_value(change, place_of(stage, change)));
+}
+
+/// The scene with its changes, before tables that do not act are left out.
+SceneSpec changed_scene(const SceneSpec& scene, std::span<const double> begins) {
+    SceneSpec now = scene;
+    for (std::size_t stage = 0; stage < begins.size(); ++stage) {
+        const std::vector<Wall> walls = now.walls;
+        change_for(now, scene.stages[stage]);
+        if (stage > 0) move_on(walls, now.walls, begins[stage]);
+    }
+    return now;
+}
+
+} // namespace
+
+SceneSpec stage_scene(const SceneSpec& scene, std::span<const double> begins) {
+    if (scene.stages.empty()) return scene;
+    SceneSpec now = changed_scene(scene, begins);
+    const StageSpec& stage = scene.stages[begins.size() - 1];
+    for (LoadSpec& load : now.loads) {
+        const Span acts = span_of(load.stages, scene.stages);
+        if (acts.first == 0 || acts.first >= begins.size()) continue;
+        OnsetMover mover(begins[acts.first]);
+        load.fields(mover);
+    }
+    erase_idle(now.loads, stage);
+    erase_idle(now.damping, stage);
+    for (JointSpec& joint : now.joints) set_events(joint, scene, begins);
+    for (Wall& wall : now.walls) wall.stands = acts_in(wall.stages, stage);
+    now.stage_begin = begins.back();
+    return now;
+}
+
+std::vector<double> nominal_begins(const SceneSpec& scene, std::size_t stage) {
+    std::vector<double> begins(1, 0.0);
+    for (std::size_t i = 0; i < stage; ++i)
+        begins.push_back(std::min(scene.time.duration, begins.back() + scene.stages[i].duration));
+    return begins;
+}
+
+std::vector<std::string> stage_changes(const SceneSpec& scene, std::size_t stage) {
+    std::vector<std::string> all = scene.stages[stage].change;
+    const auto tell = [&](const char* list, const std::string& name, const std::vector<std::string>& stages) {
+        const bool now = acts_in(stages, scene.stages[stage]),
+                   before = stage == 0 || acts_in(stages, scene.stages[stage - 1]);
+        if (now != before) all.push_back(fmt::format("{} '{}' {}", list, name, now ? "begins" : "ends"));
+    };
+    for_each_list(scene, [&](const char* list, const auto& specs) {
+        if constexpr (requires { specs.front().stages; })
+            for (const auto& spec : specs) tell(list, name_of_table(spec), spec.stages);
+    });
+    return all;
+}
+
+namespace {
+
+/// Names of stages that tables act in.
+void check_names(const SceneSpec& scene, Objections& objections) {
+    std::vector<std::string_view> known;
+    for (const StageSpec& stage : scene.stages) known.emplace_back(stage.name);
+    for_each_list(scene, [&](const char* list, const auto& specs) {
+        if constexpr (requires { specs.front().stages; })
+            for (std::size_t i = 0; i < specs.size(); ++i) {
+                const std::string path = fmt::format("{}.{}.stages", list, i);
+                bool all_known = true;
+                for (const std::string& name : specs[i].stages) {
+                    if (std::find(known.begin(), known.end(), name) != known.end()) continue;
+                    all_known = false;
+                    objections.add(path, known.empty()
+                                             ? fmt::format("the scene has no [[stage]], so none is '{}'", name)
+                                             : fmt::format("there is no stage '{}'{}", name,
+                                                           suggestion(name, known, "the stages are")));
+                }
+                if (!all_known || specs[i].stages.empty()) continue;
+                if (!span_of(specs[i].stages, scene.stages).consecutive)
+                    objections.add(path, "a table acts in consecutive stages: give another table for the later ones");
+            }
+    });
+}
+
+void check_joints(const SceneSpec& scene, Objections& objections) {
+    for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+        const JointSpec& joint = scene.joints[i];
+        if (!joint.stages.empty() && (joint.events.from > 0 || joint.events.until > 0))
+            objections.add(fmt::format("joint.{}.stages", i),
+                           "'from' and 'until' follow from the stages: leave them out, or 'stages'");
+    }
+}
+
+void check_tables(const SceneSpec& scene, Objections& objections) {
+    double sum = 0;
+    for (std::size_t i = 0; i < scene.stages.size(); ++i) {
+        const StageSpec& stage = scene.stages[i];
+        TableObjections table(objections, fmt::format("stage.{}", i));
+        for (std::size_t j = 0; j < i; ++j)
+            if (scene.stages[j].name == stage.name)
+                table.add("name", fmt::format("two stages are named '{}'", stage.name));
+        if (!stage.until.empty() && !stage_end(stage.until))
+            table.add("until", fmt::format("'{}' is no condition: expected a column of the series, < or >, and a "
+                                           "number, as \"max_speed < 1e-4\"",
+                                           stage.until));
+        if (stage.until.empty()) table.unused({"check_every"}, "without 'until'");
+        if (i + 1 < scene.stages.size() && !stage.comes_to_an_end())
+            table.add("duration", fmt::format("stage '{}' never ends, so '{}' never begins: give 'duration' [s] or "
+                                              "'until'",
+                                              stage.name, scene.stages[i + 1].name));
+        if (sum >= scene.time.duration)
+            table.add("", fmt::format("stage '{}' would begin at {:g} s, and time.duration ends the run at {:g} s",
+                                      stage.name, sum, scene.time.duration));
+        if (stage.until.empty()) sum += stage.duration;
+    }
+    for (const FormulaConstant& constant : scene.constants)
+        if (!scene.stages.empty() && constant.name == stage_begin_name)
+            objections.add(fmt::format("constants.{}", constant.name),
+                           fmt::format("'{}' is the time at which the present stage has begun", constant.name));
+}
+
+} // namespace
+
+void check_stages(const SceneSpec& scene, Objections& objections) {
+    check_names(scene, objections);
+    check_joints(scene, objections);
+    check_tables(scene, objections);
+}
+
+namespace {
+
+/// The scene with its tables as they are when they act.
+SceneSpec without_stages(SceneSpec scene) {
+    scene.constants.push_back({stage_begin_name, 0, "s"});
+    scene.stages.clear();
+    for_each_list(scene, [](const char*, auto& specs) {
+        if constexpr (requires { specs.front().stages; })
+            for (auto& spec : specs) spec.stages.clear();
+    });
+    return scene;
+}
+
+/// Contradictions of a scene that has been changed from another one.
+std::string contradictions_of(const SceneSpec& changed, const SceneSpec& from) {
+    std::set<std::string> given = changed_keys(changed);
+    given.merge(needed_keys(from));
+    std::string text;
+    for (const Contradiction& c : contradictions(changed, given))
+        text += fmt::format("{}{}: {}", text.empty() ? "" : "\n", c.path, c.message);
+    return text;
+}
+
+/// What a change of a stage may not be, and the contradictions that it makes.
+std::string fault_of_stage(const SceneSpec& scene, std::size_t stage) {
+    const std::vector<double> begins = nominal_begins(scene, stage);
+    const std::span<const double> before = std::span(begins).first(std::max<std::size_t>(1, stage));
+    try {
+        const SceneSpec was = without_stages(stage == 0 ? scene : changed_scene(scene, before));
+        SceneSpec now = was;
+        change_for(now, scene.stages[stage]);
+        if (const auto forbidden = forbidden_changes(physics_json(was, {}, 1), physics_json(now, {}, 1));
+            stage > 0 && !forbidden.empty())
+            return fmt::format("a stage has the rods, bodies and tables of the one before it, so it cannot change:{}",
+                               text_of(forbidden));
+        return contradictions_of(now, was);
+    } catch (const InputError& error) {
+        return error.what();
+    }
+}
+
+} // namespace
+
+void check_changes(const SceneSpec& scene, Objections& objections) {
+    for (std::size_t i = 0; i < scene.stages.size(); ++i) {
+        if (scene.stages[i].change.empty()) continue;
+        if (const std::string fault = fault_of_stage(scene, i); !fault.empty()) {
+            objections.add(fmt::format("stage.{}.change", i), fault);
+            return; // later stages have it too
+        }
+    }
+}
+
+} // namespace skein

@@ -1,0 +1,31 @@
+// A scene as it is in one of its stages.                                                              docs/stages.md
+//   changes of all stages so far | tables that act in it | joints made and ended as stages begin | walls from where
+//   they are
+#pragma once
+
+#include "physics/scene_spec.hpp"
+#include "skein/core/objections.hpp"
+
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// The scene in stage begins.size() - 1. `begins`: times at which the stages so far have begun, s. Throws InputError
+/// where a change cannot be made.
+SceneSpec stage_scene(const SceneSpec& scene, std::span<const double> begins);
+
+/// Times at which stages up to `stage` begin where none ends by a condition, s.
+std::vector<double> nominal_begins(const SceneSpec& scene, std::size_t stage);
+
+/// Objects to contradictions in [[stage]] and the keys `stages`.
+void check_stages(const SceneSpec& scene, Objections& objections);
+
+/// Objects to changes of stages that make no scene.
+void check_changes(const SceneSpec& scene, Objections& objections);
+
+/// Changes of a stage in words, one for each key: "rods.arm.material.E = 2e6".
+std::vector<std::string> stage_changes(const SceneSpec& scene, std::size_t stage);
+
+} // namespace skein

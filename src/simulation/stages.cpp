@@ -1,0 +1,64 @@
+#include "simulation/stages.hpp"
+
+#include "plan/plan_steps.hpp"
+#include "scene/make_plan.hpp"
+#include "simulation/progress.hpp"
+#include "skein/core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace skein {
+
+void Stages::find_columns(const std::vector<std::string>& names) {
+    conditions_.clear();
+    for (const StageSpec& stage : scene_.stages) {
+        std::optional<Condition>& condition = conditions_.emplace_back();
+        if (stage.until.empty()) continue;
+        condition = Condition{*stage_end(stage.until)};
+        const std::vector<std::string> wanted{condition->end.column};
+        condition->column = columns_of("stage.until", wanted, names).front();
+    }
+}
+
+void Stages::go_on(std::vector<double> begins, const World& world) {
+    begins_ = std::move(begins);
+    const StageSpec& stage = spec();
+    const auto whole = [&](double interval) { return whole_steps(interval, world.plan); };
+    const double check = stage.check_every > 0 ? stage.check_every : 1e-3 * scene_.time.duration;
+    begin_ = Every{world.plan.events_every}.from(world.clock.step_at(begins_.back()));
+    end_ = stage.duration > 0 ? begin_ + whole(stage.duration) : Every::never;
+    check_ = stage.until.empty() ? 0 : whole(check);
+}
+
+void Stages::enter(std::vector<double> begins, World& world) {
+    const std::int64_t steps = world.plan.steps;
+    std::vector<RodGroup> groups = groups_in_stage(scene_, begins, world.groups);
+    Plan plan = plan_in_stage(scene_, begins, world.plan.dt, groups, world.plan.machine);
+    plan.steps = steps;
+    plan.stages = world.plan.stages;
+    world.change(std::move(groups), std::move(plan));
+    go_on(std::move(begins), world);
+}
+
+std::int64_t Stages::next(std::int64_t done) const {
+    if (!any()) return Every::never;
+    std::int64_t next = end_ > done ? end_ : Every::never;
+    if (check_ > 0) next = std::min(next, begin_ + Every{check_}.next(done - begin_));
+    return next;
+}
+
+std::string Stages::end(const World& world, Observation& observation) const {
+    const std::int64_t done = world.clock.done();
+    if (!any() || done <= begin_) return {};
+    if (done >= end_) return fmt::format("{:g} s are over", spec().duration);
+    if (check_ == 0 || !Every{check_}.due(done - begin_)) return {};
+    const Condition& condition = *conditions_[number()];
+    const double value = observation.sample()[condition.column];
+    return condition.end.holds(value) ? fmt::format("{}, as it is {:.6g}", spec().until, value) : std::string();
+}
+
+} // namespace skein

@@ -1,0 +1,50 @@
+// Stages of a run: which one is under way, and where it ends.                                        docs/stages.md
+#pragma once
+
+#include "simulation/observation.hpp"
+#include "simulation/world.hpp"
+#include "time/every.hpp"
+
+#include <cstddef>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+class Stages {
+public:
+    explicit Stages(const SceneSpec& scene) : scene_(scene), begins_(scene.stages.empty() ? 0 : 1, 0.0) {}
+
+    /// Finds the columns that conditions name. Throws InputError where the series has no such column.
+    void find_columns(const std::vector<std::string>& names);
+    /// Goes on in the stage of which these are the begins of all so far, s; the world is to be that of this stage.
+    void go_on(std::vector<double> begins, const World& world);
+    /// Changes the world to the scene of the stage. Collective.
+    void enter(std::vector<double> begins, World& world);
+
+    bool any() const { return !scene_.stages.empty(); }
+    bool is_last() const { return begins_.size() >= scene_.stages.size(); }
+    const std::vector<double>& begins() const { return begins_; }
+    std::size_t number() const { return begins_.size() - 1; }
+    const StageSpec& spec() const { return scene_.stages[number()]; }
+
+    /// First step after `done` at which its end is to be looked for.
+    std::int64_t next(std::int64_t done) const;
+    /// Reason why the stage ends with the present step; empty: it goes on. Collective where it has a condition.
+    std::string end(const World& world, Observation& observation) const;
+
+private:
+    struct Condition {
+        StageEnd end;
+        std::size_t column = 0;
+    };
+    SceneSpec scene_;
+    std::vector<double> begins_;                       ///< s
+    std::vector<std::optional<Condition>> conditions_; ///< by stage
+    std::int64_t begin_ = 0, end_ = Every::never;      ///< steps of the present stage
+    std::int64_t check_ = 0;                           ///< steps between two looks at its condition; 0: it has none
+};
+
+} // namespace skein
