@@ -65,6 +65,7 @@ template <int W> struct PassParts {
     std::shared_ptr<WallContactTiles<W>> walls; ///< null where none act
     std::shared_ptr<EnergyBudget<W>> audit;     ///< null where there is none
     std::shared_ptr<MovingEnds> moving;         ///< null where ends are still
+    std::shared_ptr<EndWalls<W>> end_walls;
 };
 
 /// Makes the passes of a group whose rods lie across.
@@ -78,7 +79,7 @@ public:
     }
     Made operator()(pass::CloseRing) const { return std::make_unique<CloseRingPass<W>>(); }
     Made operator()(pass::AuditEnds) const { return std::make_unique<AuditEndsPass<W>>(parts_.audit); }
-    Made operator()(pass::MoveEnds) const { return std::make_unique<MoveEndsPass<W>>(parts_.moving); }
+    Made operator()(pass::MoveEnds) const { return std::make_unique<MoveEndsPass<W>>(parts_.moving, parts_.end_walls); }
     Made operator()(pass::Orthonormalise) const { return std::make_unique<OrthonormalisePass<W>>(); }
     Made operator()(pass::Expose) const { return std::make_unique<ExposePass<W>>(parts_.around.exposure); }
     Made operator()(pass::ExposeSurface) const {
@@ -88,12 +89,12 @@ public:
     Made operator()(const pass::Elastic& p) const {
         if (p.law == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(parts_.group));
         return with_energy_law(p.law, [&]<class L>(L) -> Made {
-            return std::make_unique<ElasticPass<L, W>>(ends_of(parts_.group), parts_.moving);
+            return std::make_unique<ElasticPass<L, W>>(ends_of(parts_.group), parts_.end_walls);
         });
     }
     Made operator()(pass::AuditInner) const {
         return with_energy_law(parts_.group.law(), [&]<class L>(L) -> Made {
-            return std::make_unique<AuditInnerPass<L, W>>(parts_.audit, ends_of(parts_.group), parts_.moving);
+            return std::make_unique<AuditInnerPass<L, W>>(parts_.audit, ends_of(parts_.group), parts_.end_walls);
         });
     }
     Made operator()(const pass::ApplyLoad& p) const { return make_pass<W>(p.load, parts_.group); }
@@ -127,7 +128,7 @@ public:
     Made operator()(const pass::Filter& p) const {
         return std::make_unique<LaplacianFilterPass<W>>(parts_.group, p.order, p.rate, parts_.dt);
     }
-    Made operator()(pass::Slide) const { return std::make_unique<SlidePass<W>>(parts_.moving); }
+    Made operator()(pass::Slide) const { return std::make_unique<SlidePass<W>>(parts_.end_walls); }
     Made operator()(pass::Hold) const { return std::make_unique<HoldPass<W>>(); }
     Made operator()(pass::AuditBalance) const {
         return std::make_unique<AuditBalancePass<W>>(parts_.audit, parts_.moving != nullptr);

@@ -72,6 +72,7 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
         if (program.find<pass::AuditBalance>())
             parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g]));
         if (groups[g].spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(groups[g]);
+        parts.end_walls = std::make_shared<EndWalls<W>>(parts.moving);
         around.wall_contacts.push_back(parts.walls);
         programs.push_back(make_program<W>(program, PassMaker<W>(parts)));
     }

@@ -101,12 +101,12 @@ public:
 /// Pass after the elastic pass, with internal loads, and again after contacts, whose loads it adds.
 template <class Law, int W> class AuditInnerPass final : public AuditPass<W> {
 public:
-    AuditInnerPass(std::shared_ptr<EnergyBudget<W>> budget, Ends ends, std::shared_ptr<const MovingEnds> moving)
-        : AuditPass<W>(std::move(budget)), elastic_(ends, moving), walls_(std::move(moving)) {}
+    AuditInnerPass(std::shared_ptr<EnergyBudget<W>> budget, Ends ends, std::shared_ptr<EndWalls<W>> walls)
+        : AuditPass<W>(std::move(budget)), elastic_(ends, walls), walls_(std::move(walls)) {}
 
     void bind(const RodTile<W>& rod) override {
         elastic_.bind(rod);
-        walls_.bind(rod);
+        walls_->bind(rod);
         const std::size_t slots = to_index(rod.n) + 1;
         auto& tile = this->budget_->tiles.emplace_back();
         tile.inner.resize(slots);
@@ -128,16 +128,16 @@ public:
         }
         std::copy(load, load + rod.n + 1, tile.inner.begin());
         if (rod.group->closed()) tile.inner[0].force += nth(tile.inner, rod.n).force;
-        if (!walls_.moving()) return;
-        const Vec3<Pack<W>> start = walls_.spin(EndWalls<W>::start, rod, step),
-                            end = walls_.spin(EndWalls<W>::end, rod, step);
+        if (!walls_->moving()) return;
+        const Vec3<Pack<W>> start = walls_->spin(EndWalls<W>::start, rod, step),
+                            end = walls_->spin(EndWalls<W>::end, rod, step);
         tile.wall_power =
             dot(elastic_.couple_on_start_wall(rod, step), start) + dot(elastic_.couple_on_end_wall(rod, step), end);
     }
 
 private:
     ElasticPass<Law, W> elastic_;
-    EndWalls<W> walls_;
+    std::shared_ptr<EndWalls<W>> walls_;
 };
 
 /// Pass before the kick, with all loads, and before contacts.

@@ -66,12 +66,12 @@ inline Ends ends_of(const RodGroup& group) {
 
 template <class Law, int W, class Map = Across<W>> class ElasticPass final : public TilePass<W> {
 public:
-    /// `moving`: places of the walls, where they move.
-    explicit ElasticPass(Ends ends, std::shared_ptr<const MovingEnds> moving = nullptr)
-        : ends_(ends), walls_(std::move(moving)) {}
+    /// `walls`: of clamped ends of rods across.
+    explicit ElasticPass(Ends ends, std::shared_ptr<EndWalls<W>> walls = nullptr)
+        : ends_(ends), walls_(std::move(walls)) {}
 
     void bind(const RodTile<W>& rod) override {
-        if (!Map::along && (ends_.start_wall || ends_.end_wall)) walls_.bind(rod);
+        if (!Map::along && (ends_.start_wall || ends_.end_wall)) walls_->bind(rod);
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
@@ -173,17 +173,17 @@ private:
             return {held.before, select(s.start_wall, held.after, Vec3<P>{}),
                     select(s.start_wall, held.tension, P(0.0))};
         } else {
-            return wall(rod.group->start_wall, rod.slot[0].director, walls_.frame(EndWalls<W>::start, rod, step), e,
+            return wall(rod.group->start_wall, rod.slot[0].director, walls_->frame(EndWalls<W>::start, rod, step), e,
                         rod.element[0].rest_stretch);
         }
     }
     CellLoads<P> end_wall(const RodTile<W>& rod, const Step& step, P e) const {
-        return wall(rod.group->end_wall, walls_.frame(EndWalls<W>::end, rod, step), rod.slot[rod.n - 1].director, e,
+        return wall(rod.group->end_wall, walls_->frame(EndWalls<W>::end, rod, step), rod.slot[rod.n - 1].director, e,
                     rod.element[rod.n - 1].rest_stretch);
     }
 
     Ends ends_;
-    EndWalls<W> walls_;
+    std::shared_ptr<EndWalls<W>> walls_;
 };
 
 } // namespace skein

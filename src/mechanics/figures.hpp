@@ -68,7 +68,7 @@ template <class Law, int W> SKEIN_INLINE void add_cell(TileFigures<W>& f, const 
 /// Frames of the walls at an end; `of_rod` gives that of one rod.
 template <int W, class F> Quaternion<Pack<W>> wall_frames(const RodTile<W>& rod, double time, F&& of_rod) {
     Quaternion<Pack<W>> frames = broadcast<W>(of_rod(*rod.group, rod.index[0], time));
-    if (rod.group->turned())
+    if (rod.group->walls_differ())
         for (int i = 1; i < W; ++i) set_lane(frames, i, of_rod(*rod.group, rod.index[i], time));
     return frames;
 }

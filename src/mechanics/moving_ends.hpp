@@ -68,7 +68,11 @@ private:
     Pose start_[Clock::largest_batch], end_[Clock::largest_batch];
 };
 
-/// Walls of the rods of tiles. Rods with directions of their own have walls of their own.
+/// Numbers by which a rod remembers where its ends have been caught: of each end a place, m, and a frame.
+inline constexpr std::size_t caught_end_numbers = 3 + 4, caught_ends_numbers = 2 * caught_end_numbers;
+
+/// Walls of the rods of tiles, which the passes of a program share. Rods with directions of their own, and those whose
+/// ends have been caught, have walls of their own.
 template <int W> class EndWalls {
 public:
     using P = Pack<W>;
@@ -78,7 +82,8 @@ public:
     explicit EndWalls(std::shared_ptr<const MovingEnds> moving = nullptr) : moving_(std::move(moving)) {}
 
     void bind(const RodTile<W>& rod) {
-        if (!rod.group->turned()) return;
+        const bool bound = rod.number < own_.size();
+        if (bound || !rod.group->walls_differ()) return;
         Own& own = own_.emplace_back();
         for (int l = 0; l < W; ++l) {
             const Quaterniond axes = rod.group->copy_axes(rod.index[l]), from = inverse(axes);
@@ -88,6 +93,42 @@ public:
             set_lane(own.in_axes[end], l, rod.group->end_frame(rod.index[l]) * from);
             set_lane(own.axes, l, axes);
         }
+    }
+
+    /// Notes where the end nodes are at t = 0.
+    void bind_home(const RodTile<W>& rod) {
+        std::vector<Slot<1>> state(to_index(rod.n) + 1);
+        Home& home = home_.emplace_back();
+        for (int l = 0; l < W; ++l) {
+            rod.group->start_state(rod.index[l], state);
+            set_lane(home.place[start], l, lane(state.front().position, 0));
+            set_lane(home.place[end], l, lane(state.back().position, 0));
+        }
+    }
+    /// Place of an end node without its motion, m.
+    const Vec3<P>& home(End at, const RodTile<W>& rod) const { return home_[rod.number].place[at]; }
+
+    void append_memory(const RodTile<W>& rod, int l, std::vector<double>& numbers) const {
+        if (!rod.group->spec().ends_caught()) return;
+        for (const End at : {start, end}) {
+            const Vec3d place = lane(home(at, rod), l);
+            const Quaterniond frame = lane(own_[rod.number].frame[at], l);
+            numbers.insert(numbers.end(), {place.x, place.y, place.z, frame.w, frame.v.x, frame.v.y, frame.v.z});
+        }
+    }
+    std::size_t restore(const RodTile<W>& rod, int l, std::span<const double> in) {
+        if (!rod.group->spec().ends_caught()) return 0;
+        Own& own = own_[rod.number];
+        const Quaterniond from = inverse(rod.group->copy_axes(rod.index[l]));
+        std::array<CaughtEnd, 2>& caught = rod.group->caught_ends()[rod.index[l]];
+        for (const End at : {start, end}) {
+            const auto numbers = in.subspan(at == start ? 0 : caught_end_numbers, caught_end_numbers);
+            caught[at] = {{numbers[0], numbers[1], numbers[2]}, {numbers[3], {numbers[4], numbers[5], numbers[6]}}};
+            set_lane(home_[rod.number].place[at], l, caught[at].place);
+            set_lane(own.frame[at], l, caught[at].frame);
+            set_lane(own.in_axes[at], l, caught[at].frame * from);
+        }
+        return caught_ends_numbers;
     }
 
     bool moving() const { return moving_ != nullptr; }
@@ -117,6 +158,9 @@ private:
     struct Own {
         Quaternion<P> frame[2], in_axes[2], axes;
     };
+    struct Home {
+        Vec3<P> place[2];
+    };
     const MovingEnds::Pose& pose(End at, const Step& step) const {
         return at == start ? moving_->start(step) : moving_->end(step);
     }
@@ -125,56 +169,52 @@ private:
     }
 
     std::shared_ptr<const MovingEnds> moving_;
-    AlignedVector<Own> own_; ///< by tile number, where rods are turned
+    AlignedVector<Own> own_;   ///< by tile number, where rods are turned or caught
+    AlignedVector<Home> home_; ///< by tile number, where ends are led
 };
 
 /// Pass after the drift: moved nodes take the place and velocity of the motion, frozen elements the wall's frame and
 /// spin.
 template <int W> class MoveEndsPass final : public TilePass<W> {
 public:
-    explicit MoveEndsPass(std::shared_ptr<MovingEnds> ends) : ends_(ends), walls_(std::move(ends)) {}
+    MoveEndsPass(std::shared_ptr<MovingEnds> ends, std::shared_ptr<EndWalls<W>> walls)
+        : ends_(std::move(ends)), walls_(std::move(walls)) {}
     void prepare(std::span<const Step> steps) override { ends_->prepare(steps); }
 
     void bind(const RodTile<W>& rod) override {
-        walls_.bind(rod);
-        std::vector<Slot<1>> state(to_index(rod.n) + 1);
-        Home& home = home_.emplace_back();
-        for (int l = 0; l < W; ++l) {
-            rod.group->start_state(rod.index[l], state);
-            set_lane(home.start, l, lane(state.front().position, 0));
-            set_lane(home.end, l, lane(state.back().position, 0));
-        }
+        walls_->bind(rod);
+        walls_->bind_home(rod);
+    }
+    void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
+        walls_->append_memory(rod, lane, numbers);
+    }
+    std::size_t restore(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
+        return walls_->restore(rod, lane, numbers);
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
         const RodSpec& spec = rod.group->spec();
-        const Home& home = home_[rod.number];
         using Walls = EndWalls<W>;
-        const auto move = [&](typename Walls::End end, const Vec3<Pack<W>>& from, EndKind kind, int i,
-                              Slot<W>& element) {
+        const auto move = [&](typename Walls::End end, EndKind kind, int i, Slot<W>& element) {
             Slot<W>& node = rod.slot[i];
-            const Vec3<Pack<W>> position = from + walls_.displacement(end, rod, step),
-                                velocity = walls_.velocity(end, rod, step);
+            const Vec3<Pack<W>> position = walls_->home(end, rod) + walls_->displacement(end, rod, step),
+                                velocity = walls_->velocity(end, rod, step);
             const bool slides = rod.group->slides(i);
             const Vec3d free = slides ? rod.group->free_directions(i) : Vec3d{0, 0, 0};
             node.position = slides ? held_and_free(free, position, node.position) : position;
             node.velocity = slides ? held_and_free(free, velocity, node.velocity) : velocity;
             if (kind == EndKind::clamped_frozen) {
-                element.director = walls_.frame(end, rod, step);
-                element.spin = walls_.spin(end, rod, step);
+                element.director = walls_->frame(end, rod, step);
+                element.spin = walls_->spin(end, rod, step);
             }
         };
-        if (spec.start != EndKind::free) move(Walls::start, home.start, spec.start, 0, rod.slot[0]);
-        if (spec.end != EndKind::free) move(Walls::end, home.end, spec.end, rod.n, rod.slot[rod.n - 1]);
+        if (spec.start != EndKind::free) move(Walls::start, spec.start, 0, rod.slot[0]);
+        if (spec.end != EndKind::free) move(Walls::end, spec.end, rod.n, rod.slot[rod.n - 1]);
     }
 
 private:
-    struct Home {
-        Vec3<Pack<W>> start, end; ///< node positions at t = 0
-    };
     std::shared_ptr<MovingEnds> ends_;
-    EndWalls<W> walls_;
-    AlignedVector<Home> home_; ///< by tile number
+    std::shared_ptr<EndWalls<W>> walls_;
 };
 
 } // namespace skein

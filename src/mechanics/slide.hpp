@@ -15,13 +15,13 @@ namespace skein {
 
 template <int W, class Map = Across<W>> class SlidePass final : public TilePass<W> {
 public:
-    /// `moving`: motion of the ends, or null.
-    explicit SlidePass(std::shared_ptr<const MovingEnds> moving = nullptr) : walls_(std::move(moving)) {}
+    /// `walls`: of rods across.
+    explicit SlidePass(std::shared_ptr<EndWalls<W>> walls = nullptr) : walls_(std::move(walls)) {}
 
     void expect(std::size_t tiles) override { tiles_.resize(tiles); }
 
     void bind(const RodTile<W>& rod) override {
-        if constexpr (!Map::along) walls_.bind(rod);
+        if constexpr (!Map::along) walls_->bind(rod);
         AlignedVector<Node>& nodes = tiles_[rod.number];
         const auto ends = [&](const RodGroup& group, auto&& add) {
             for (const int i : {0, group.elements()})
@@ -46,9 +46,9 @@ public:
         for (const Node& node : tiles_[rod.number]) {
             Vec3<P>& v = rod.slot[node.row].velocity;
             v = scale(node.free, v);
-            if (!walls_.moving()) continue;
+            if (!walls_ || !walls_->moving()) continue;
             const Vec3<P> held = broadcast<W>(Vec3d{1, 1, 1}) - node.free;
-            v += scale(held, walls_.velocity(node.last ? EndWalls<W>::end : EndWalls<W>::start, rod, step));
+            v += scale(held, walls_->velocity(node.last ? EndWalls<W>::end : EndWalls<W>::start, rod, step));
         }
     }
 
@@ -59,7 +59,7 @@ private:
         bool last;    ///< rods across: true at their end
         Vec3<P> free; ///< 1 in the free directions, 0 in others
     };
-    EndWalls<W> walls_;
+    std::shared_ptr<EndWalls<W>> walls_;
     std::vector<AlignedVector<Node>> tiles_; ///< by tile number
 };
 

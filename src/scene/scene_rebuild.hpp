@@ -33,7 +33,9 @@ std::vector<KeyChange> key_changes(const std::string& old_json, const std::strin
 
 /// Changes from one physics to another under which a state means nothing: those of geometry, sections, elements,
 /// ends and groups, and of which physics there are.
-std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics);
+enum class ChangedBy { branch, stage };
+std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics,
+                                         ChangedBy by = ChangedBy::branch);
 
 /// "\n  time.dt: was 0.01, now 0.005" for each of the first few.
 std::string text_of(const std::vector<KeyChange>& changes);

@@ -61,13 +61,17 @@ void set_events(JointSpec& joint, const SceneSpec& scene, std::span<const double
     joint.events.until = time_of(end);
 }
 
+bool same(const Vec3d& a, const Vec3d& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+bool same_vectors(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
+}
+
 /// A wall that moves in another way than before goes on from where it is.
 void move_on(const std::vector<Wall>& before, std::vector<Wall>& walls, double time) {
     for (std::size_t i = 0; i < walls.size(); ++i) {
         const Wall& was = before[i];
         Wall& wall = walls[i];
-        const Vec3d turned = wall.velocity - was.velocity;
-        if (dot(turned, turned) == 0 && wall.from == was.from) continue;
+        if (same(wall.velocity, was.velocity) && wall.from == was.from) continue;
         if (was.moves_steadily() && time > was.from) wall.moved = wall.moved + (time - was.from) * was.velocity;
         wall.from = std::max(wall.from, time);
     }
@@ -82,13 +86,37 @@ void change_for(SceneSpec& scene, const StageSpec& stage) {
     for (const std::string& change : stage.change) change_scene(scene, key_value(change, place_of(stage, change)));
 }
 
+/// Ends that are held in another way than before are caught where they are.
+void catch_ends(const std::vector<RodSpec>& before, std::vector<RodSpec>& rods, std::size_t stage) {
+    const auto same_motion = [](const EndMotion& a, const EndMotion& b) {
+        return a.times == b.times && a.translation_formula == b.translation_formula &&
+               a.rotation_formula == b.rotation_formula && a.smooth == b.smooth && a.period == b.period &&
+               a.phase == b.phase && same_vectors(a.translation, b.translation) &&
+               same_vectors(a.rotation, b.rotation) && same(a.amplitude, b.amplitude) &&
+               same(a.rotation_amplitude, b.rotation_amplitude);
+    };
+    for (std::size_t i = 0; i < rods.size(); ++i) {
+        const RodSpec& was = before[i];
+        RodSpec& now = rods[i];
+        if (now.start != EndKind::free && (now.start != was.start || now.start_free != was.start_free ||
+                                           !same_motion(now.start_motion, was.start_motion)))
+            now.start_caught = stage;
+        if (now.end != EndKind::free &&
+            (now.end != was.end || now.end_free != was.end_free || !same_motion(now.end_motion, was.end_motion)))
+            now.end_caught = stage;
+    }
+}
+
 /// The scene with its changes, before tables that do not act are left out.
 SceneSpec changed_scene(const SceneSpec& scene, std::span<const double> begins) {
     SceneSpec now = scene;
     for (std::size_t stage = 0; stage < begins.size(); ++stage) {
         const std::vector<Wall> walls = now.walls;
+        const std::vector<RodSpec> rods = now.rods;
         change_for(now, scene.stages[stage]);
-        if (stage > 0) move_on(walls, now.walls, begins[stage]);
+        if (stage == 0) continue;
+        move_on(walls, now.walls, begins[stage]);
+        catch_ends(rods, now.rods, stage);
     }
     return now;
 }
@@ -236,7 +264,9 @@ std::string fault_of_stage(const SceneSpec& scene, std::size_t stage) {
         const SceneSpec was = without_stages(stage == 0 ? scene : changed_scene(scene, before));
         SceneSpec now = was;
         change_for(now, scene.stages[stage]);
-        if (const auto forbidden = forbidden_changes(physics_json(was, {}, 1), physics_json(now, {}, 1));
+        if (stage > 0) catch_ends(was.rods, now.rods, stage);
+        if (const auto forbidden =
+                forbidden_changes(physics_json(was, {}, 1), physics_json(now, {}, 1), ChangedBy::stage);
             stage > 0 && !forbidden.empty())
             return fmt::format("a stage has the rods, bodies and tables of the one before it, so it cannot change:{}",
                                text_of(forbidden));

@@ -5,6 +5,7 @@
 #include "partition/partition.hpp"
 #include "physics/walls/wall_plan.hpp"
 #include "simulation/branch.hpp"
+#include "simulation/caught_ends.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/migration.hpp"
 #include "skein/core/error.hpp"
@@ -54,6 +55,8 @@ World::World(const Communicator& on, const Threads& by, std::vector<RodGroup> al
 
 void World::change(std::vector<RodGroup> other_groups, Plan other_plan) {
     const std::unique_ptr<StateCopy> state = copy();
+    std::vector<RodSpec> before;
+    for (const RodGroup& group : groups) before.push_back(group.spec());
     interactions_.clear();
     neighbourhood_.reset();
     exposure_.reset();
@@ -62,7 +65,16 @@ void World::change(std::vector<RodGroup> other_groups, Plan other_plan) {
     plan = std::move(other_plan);
     if (const auto* now = plan.find<WallPlan>(); now && walls_) *walls_ = Walls(now->walls); // servos are restored
     make_bodies(state->owned());
-    state->put_back(*rods_, interactions_);
+    for (std::size_t i = 0; i < state->owned().size(); ++i) {
+        const LocalRod& rod = state->owned()[i];
+        rods_->import_rod(i, state->state(i));
+        rods_->set_budget(i, state->budget(i));
+        const std::vector<double> memory =
+            memory_in_stage(nth(before, rod.group), nth(groups, rod.group),
+                            {rod.index, state->state(i), state->memory(i), rods_->memory(i)}, clock);
+        if (!memory.empty()) rods_->set_memory(i, memory);
+    }
+    restore(interactions_, state->saved());
     near_limit_.clear();
     coupled_ = couples(interactions_);
     synchronous_ = coupled_ || synchronous_;

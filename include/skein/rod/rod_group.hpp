@@ -16,6 +16,7 @@
 #include <span>
 #include <string>
 #include <string_view>
+#include <unordered_map>
 #include <vector>
 
 namespace skein {
@@ -56,6 +57,14 @@ inline constexpr std::array<std::string_view, 4> limiting_modes = {"axial", "she
                                                                    "shear-rotation about d2", "twist"};
 /// Smallest time-step limit of each mode over all rods of a heterogeneous group, s.
 using LeastLimits = std::array<double, limiting_modes.size()>;
+
+/// Where an end of a rod has been caught: place of its node without its motion, m, and frame of its wall.
+struct CaughtEnd {
+    Vec3d place{0, 0, 0};
+    Quaterniond frame;
+};
+/// Both ends of the rods of this rank, by number. The passes that lead ends keep them up to date.
+using CaughtEnds = std::unordered_map<std::int64_t, std::array<CaughtEnd, 2>>;
 
 class RodGroup {
 public:
@@ -145,12 +154,20 @@ public:
     Vec3d origin(std::int64_t i) const { return places_.origin(i); }
     /// True where rods have directions of their own.
     bool turned() const { return places_.turned(); }
-    /// Lab frame of the start shape at s = 0, which is that of the wall. Turned rods have each their own.
+    /// True where walls of ends differ from rod to rod.
+    bool walls_differ() const { return turned() || spec_.ends_caught(); }
+    CaughtEnds& caught_ends() const { return *caught_; }
+    /// Lab frame of the start shape at s = 0, which is that of the wall, where it has not been caught elsewhere. Turned
+    /// rods have each their own.
     const Quaterniond& frame() const { return frame_; }
-    Quaterniond frame(std::int64_t i) const { return turned() ? frame_ * places_.turn(i) : frame_; }
+    Quaterniond frame(std::int64_t i) const {
+        if (const auto* caught = caught_end(i, 0)) return caught->frame;
+        return turned() ? frame_ * places_.turn(i) : frame_;
+    }
     /// Frame of the wall at s = length of an undeformed rod: the end frame of the start shape.
     const Quaterniond& end_frame() const { return start_.end_frame; }
     Quaterniond end_frame(std::int64_t i) const {
+        if (const auto* caught = caught_end(i, 1)) return caught->frame;
         return turned() ? start_.end_frame * places_.turn(i) : start_.end_frame;
     }
 
@@ -208,6 +225,12 @@ public:
     VoronoiConstants start_wall{}, end_wall{};
 
 private:
+    /// Null where it is where the scene places it.
+    const CaughtEnd* caught_end(std::int64_t i, std::size_t end) const {
+        if (!spec_.ends_caught()) return nullptr;
+        const auto at = caught_->find(i);
+        return at == caught_->end() ? nullptr : &at->second[end];
+    }
     /// A lab vector of the start shape, turned as rod i is.
     Vec3d as_turned(std::int64_t i, const Vec3d& offset) const {
         return turned() ? transpose_times(places_.turn(i), offset) : offset;
@@ -234,6 +257,7 @@ private:
     StartShape start_;
     Vec3d corner_{0, 0, 0};
     std::uint64_t file_digest_ = 0;
+    std::shared_ptr<CaughtEnds> caught_ = std::make_shared<CaughtEnds>();
     LeastLimits least_limits_{};
 };
 

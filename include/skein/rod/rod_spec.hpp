@@ -123,11 +123,16 @@ struct RodSpec {
     EndMotion start_motion, end_motion; ///< motion of held ends
     Hold hold;
     Magnetisation magnetisation;
+    /// Number of the stage at whose begin the end has been caught where it was; 0: it is where the scene places it.
+    std::size_t start_caught = 0, end_caught = 0;
     std::optional<BodySpec> body; ///< keys of a body, which else has name, density, rates at t = 0 and places
     std::string source;           ///< file:line of the table, for messages
 
+    bool ends_caught() const { return start_caught + end_caught > 0; }
+    /// True where ends are led: by their motion, or to where they have been caught.
     bool ends_move() const {
-        return start_motion.moves() || start_motion.turns() || end_motion.moves() || end_motion.turns();
+        return ends_caught() || start_motion.moves() || start_motion.turns() || end_motion.moves() ||
+               end_motion.turns();
     }
     bool ends_slide() const { return !start_free.empty() || !end_free.empty(); }
     /// Keys of a [[rods]], or of a [[bodies]].
