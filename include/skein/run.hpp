@@ -118,6 +118,11 @@ public:
     /// periodic or has points beyond the present time, or where `until` is not beyond it.
     void drive(const std::string& table, double until, double value);
 
+    /// Name of the [[stage]] under way; empty in scenes without.
+    std::string stage() const;
+    /// Ends the stage now, at the present step. Throws where it is the last one.
+    void next_stage();
+
     std::vector<GroupInfo> groups() const;
     /// Numbers in a group of the rods that this rank has, rising.
     std::vector<std::int64_t> numbers(std::size_t group) const;

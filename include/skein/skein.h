@@ -53,6 +53,10 @@ SKEIN_API int skein_drive(skein_run* run, const char* table, double until, doubl
 /* Number of a table's points, of which the first `count` are copied. */
 SKEIN_API int64_t skein_table(skein_run* run, const char* table, double* at, double* value, int64_t count);
 
+/* Name of the [[stage]] under way, valid until the next call; empty in scenes without. The second ends it now. */
+SKEIN_API const char* skein_stage(skein_run* run);
+SKEIN_API int skein_next_stage(skein_run* run);
+
 SKEIN_API int skein_group_count(skein_run* run);
 SKEIN_API const char* skein_group_name(skein_run* run, int group);
 /* Rods of the group on this rank, nodes and elements of each. */

@@ -7,7 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .program import RunFailed, _toml, as_file, command, environment, lists
+from .program import RunFailed, _toml, as_file, command, environment, lists, overrides
 
 IN_TEXT = 32  # rods whose places are written into the scene; of more they go into an HDF5 file beside it
 OF_FILE = {"origins": "origin", "directions": "tangent", "normals": "normal", "lengths": "length", "radii": "radius", "nodes": "nodes"}
@@ -101,6 +101,15 @@ class Scene:
     def assembly(self, name, /, **keys):
         """Adds an [[assembly]]: groups with assembly=name are copied together to its places."""
         return self.add("assembly", name=name, **keys)
+
+    def stage(self, name, duration=None, until=None, change=(), **keys):
+        """Adds a [[stage]] (docs/stages.md): it ends after `duration` [s], or where `until` holds; change: {path: value} from its begin on.
+
+            scene.stage("fall", until="max_speed < 1e-3", check_every=0.05)
+            scene.stage("press", duration=2.0, change={"wall.lid.velocity": [0, 0, -0.01]})
+        """
+        given = {"duration": duration, "until": until, "change": overrides(dict(change)) or None}
+        return self.add("stage", name=name, **{key: value for key, value in given.items() if value is not None}, **keys)
 
     def add(self, table, /, **keys):
         """Appends an entry to any of the lists that the program knows: rods, bodies, load, joint, assembly, obstacle, fluid_output, ...

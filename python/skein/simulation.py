@@ -17,7 +17,7 @@ FUNCTIONS = {  # name: what it returns, what it takes
     "advance": (INTEGER, RUN, LONG), "digest": (TEXT, RUN),
     "observable_names": (TEXT, RUN), "observables": (INTEGER, RUN, DOUBLES, INTEGER), "contacts": (TEXT, RUN),
     "drive": (INTEGER, RUN, TEXT, NUMBER, NUMBER), "table": (LONG, RUN, TEXT, DOUBLES, DOUBLES, LONG),
-    "group_count": (INTEGER, RUN), "group_name": (TEXT, RUN, INTEGER), "group_rods": (LONG, RUN, INTEGER),
+    "stage": (TEXT, RUN), "next_stage": (INTEGER, RUN), "group_count": (INTEGER, RUN), "group_name": (TEXT, RUN, INTEGER), "group_rods": (LONG, RUN, INTEGER),
     "group_nodes": (INTEGER, RUN, INTEGER), "group_elements": (INTEGER, RUN, INTEGER),
     "numbers": (INTEGER, RUN, INTEGER, LONGS), "read": (INTEGER, RUN, INTEGER, INTEGER, DOUBLES, LONG),
 }
@@ -126,6 +126,17 @@ class Simulation:
     def step(self, count=1):
         """Makes `count` steps, fewer at the scene's end. Raises RunFailed, naming rod, element and quantity, where rods become invalid."""
         if library().skein_advance(self._run, self.steps_done + count):
+            raise _failed()
+        return self
+
+    @property
+    def stage(self):
+        """Name of the [[stage]] under way; "" in scenes without."""
+        return library().skein_stage(self._run).decode()
+
+    def next_stage(self):
+        """Ends the stage now, whatever its own end is."""
+        if library().skein_next_stage(self._run):
             raise _failed()
         return self
 

@@ -92,6 +92,9 @@ public:
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
     virtual void watch([[maybe_unused]] const Step& step) {}
 
+    /// A stage begins, after restore(): what it looks for is to be found anew.
+    virtual void begin_stage() {}
+
     /// State of an interaction that may end runs. Not collective.
     enum class Ending { never, not_yet, now };
     virtual Ending ending() const { return Ending::never; }

@@ -308,6 +308,7 @@ void set_marks(H5File& file, const CheckpointInfo& info) {
     if (!info.stage_begins.empty()) {
         file.set("/", "stage_begins", fmt::format("{}", fmt::join(info.stage_begins, " ")));
         file.set("/", "stage_work", info.stage_work);
+        file.set("/", "stage_over", std::int64_t(info.stage_over));
     }
     if (info.series) {
         file.set("/", "series_bytes", info.series->bytes);
@@ -325,6 +326,7 @@ void get_marks(const H5File& file, CheckpointInfo& info) {
                        file.find<std::string>("/", "series_row").value_or("")};
     std::istringstream begins(file.find<std::string>("/", "stage_begins").value_or(""));
     for (double begin = 0; begins >> begin;) info.stage_begins.push_back(begin);
+    info.stage_over = file.find<std::int64_t>("/", "stage_over").value_or(0) != 0;
     info.stage_work = file.find<double>("/", "stage_work").value_or(0);
     info.last_trajectory = file.find<std::int64_t>("/", "last_trajectory");
     info.last_tips = file.find<std::int64_t>("/", "last_tips");

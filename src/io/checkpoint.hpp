@@ -42,6 +42,7 @@ struct CheckpointInfo {
     std::string settings = {};             ///< further settings of the scene, JSON; empty in files of earlier programs
     std::string ancestry = {};             ///< JSON of a branch: its origin and changed keys; else empty
     std::vector<double> stage_begins = {}; ///< times at which stages so far have begun, s; empty without stages
+    bool stage_over = false;               ///< the last of them ends with this step
     double stage_work = 0;                 ///< energy that changes of stages have brought, J
     std::int64_t version = 0;              ///< version of the format
     std::uint64_t beyond = 0;              ///< part of the digest that does not belong to rods

@@ -28,7 +28,8 @@ Plan plan_of(const SceneSpec& as_written, std::span<const RodGroup> groups, cons
 }
 
 /// The plan of a stage with the step of the whole run, s; 0: the stage's own.
-Plan plan_of_stage(SceneSpec now, double dt, std::span<const RodGroup> groups, const Machine& machine) {
+Plan plan_of_stage(SceneSpec now, const std::string& name, double dt, std::span<const RodGroup> groups,
+                   const Machine& machine) {
     const bool automatic = now.time.dt == 0;
     if (dt > 0) now.time.dt = dt;
     try {
@@ -36,7 +37,7 @@ Plan plan_of_stage(SceneSpec now, double dt, std::span<const RodGroup> groups, c
         plan.automatic_dt = automatic;
         return plan;
     } catch (const InputError& error) {
-        throw InputError(fmt::format("in a stage: {}", error.what()));
+        throw InputError(fmt::format("{}, in stage '{}'", error.what(), name));
     }
 }
 
@@ -51,7 +52,7 @@ std::vector<RodGroup> groups_in_stage(const SceneSpec& scene, std::span<const do
 
 Plan plan_in_stage(const SceneSpec& scene, std::span<const double> begins, double dt, std::span<const RodGroup> groups,
                    const Machine& machine) {
-    return plan_of_stage(stage_scene(scene, begins), dt, groups, machine);
+    return plan_of_stage(stage_scene(scene, begins), scene.stages[begins.size() - 1].name, dt, groups, machine);
 }
 
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine) {

@@ -129,6 +129,18 @@ std::int64_t skein_table(skein_run* run, const char* table, double* at, double* 
         std::int64_t{-1});
 }
 
+const char* skein_stage(skein_run* run) {
+    return text_of(run, [&] { return run->run.stage(); });
+}
+int skein_next_stage(skein_run* run) {
+    return guarded(
+        [&] {
+            run->run.next_stage();
+            return 0;
+        },
+        -1);
+}
+
 int skein_group_count(skein_run* run) { return static_cast<int>(run->groups.size()); }
 const char* skein_group_name(skein_run* run, int group) { return nth(run->groups, group).name.c_str(); }
 std::int64_t skein_group_rods(skein_run* run, int group) {

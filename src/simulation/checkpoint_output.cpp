@@ -60,6 +60,7 @@ void CheckpointOutput::write_state(const Moment& now) {
     info.beyond = world_.comm.sum_wrapping(digest_of(world_.interactions()));
     info.saved = saved(world_.interactions());
     info.stage_begins = stages_.begins();
+    info.stage_over = !stages_.over().empty();
     info.stage_work = observation_.stage_work();
     for (const auto& output : others_) output->mark(info);
     write_checkpoint(world_.comm, options_.out, world_.groups, world_.rods(), info, world_.plan.keeping);

@@ -131,6 +131,13 @@ void Run::drive(const std::string& name, double until, double value) {
     table.value.push_back(value);
 }
 
+std::string Run::stage() const {
+    const Stages& stages = parts_->simulation.stages();
+    return stages.any() ? stages.spec().name : std::string();
+}
+
+void Run::next_stage() { parts_->simulation.next_stage(); }
+
 std::vector<GroupInfo> Run::groups() const {
     std::vector<GroupInfo> found;
     for (int i = 0; i < static_cast<int>(parts_->scene.rods.size()); ++i) {

@@ -73,6 +73,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (stages_.any() && !found) stages_.go_on(stages_.begins(), world_);
     if (made.has<AuditPlan>()) observation_.begin_audit(world_, found ? found->audited_from : std::nullopt);
     if (found) observation_.set_stage_work(found->stage_work);
+    if (start.resumes && found->stage_over) stages_.set_over("as was found before");
     first_step_ = world_.clock.done();
     last_step_ = made.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, world_.clock.step_at(options_.until));
@@ -127,6 +128,7 @@ RunResult Simulation::step_to_the_end() {
         rewind_.keep_copy();
         world_.advance(next_event());
         verdict = agree();
+        stages_.look(world_, observation_);
         write_due();
         begin_due_stage();
     }
@@ -155,13 +157,14 @@ void Simulation::advance(std::int64_t until) {
     begin_due_stage();
     while (world_.clock.done() < until && world_.failure().empty() && !ended()) {
         world_.advance(std::min(until, stages_.next(world_.clock.done())));
+        stages_.look(world_, observation_);
         if (world_.clock.done() < until) begin_due_stage();
     }
 }
 
 void Simulation::begin_due_stage() {
-    const std::string reason = stages_.end(world_, observation_);
-    if (reason.empty()) return;
+    const std::string reason = stages_.over();
+    if (reason.empty() || stages_over_) return;
     const std::string ended = stages_.spec().name;
     const auto tell = [&](const std::string& next) {
         if (!world_.comm.root() || options_.quiet || options_.out.empty()) return;
@@ -171,10 +174,17 @@ void Simulation::begin_due_stage() {
     };
     stages_over_ = stages_.is_last();
     if (stages_over_) return tell("; it was the last");
+    next_stage();
+    tell(fmt::format("; stage '{}' begins", stages_.spec().name));
+}
+
+void Simulation::next_stage() {
+    if (!stages_.any() || stages_.is_last())
+        throw InputError(stages_.any() ? fmt::format("stage '{}' is the last", stages_.spec().name)
+                                       : std::string("the scene has no [[stage]]"));
     std::vector<double> begins = stages_.begins();
     begins.push_back(world_.clock.time());
     enter_stage(std::move(begins));
-    tell(fmt::format("; stage '{}' begins", stages_.spec().name));
 }
 
 void Simulation::enter_stage(std::vector<double> begins) {

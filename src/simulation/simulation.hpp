@@ -54,6 +54,8 @@ public:
 
     /// Steps up to `until` without outputs.
     void advance(std::int64_t until);
+    /// Begins the next stage at the present step. Throws InputError where there is none. Collective.
+    void next_stage();
     const Stages& stages() const { return stages_; }
     /// Changes the world to a stage; `begins`: times at which those so far have begun, s. Collective.
     void enter_stage(std::vector<double> begins);

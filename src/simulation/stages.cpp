@@ -26,6 +26,7 @@ void Stages::find_columns(const std::vector<std::string>& names) {
 
 void Stages::go_on(std::vector<double> begins, const World& world) {
     begins_ = std::move(begins);
+    over_.clear();
     const StageSpec& stage = spec();
     const auto whole = [&](double interval) { return whole_steps(interval, world.plan); };
     const double check = stage.check_every > 0 ? stage.check_every : 1e-3 * scene_.time.duration;
@@ -51,9 +52,12 @@ std::int64_t Stages::next(std::int64_t done) const {
     return next;
 }
 
+void Stages::look(const World& world, Observation& observation) { over_ = end(world, observation); }
+
 std::string Stages::end(const World& world, Observation& observation) const {
     const std::int64_t done = world.clock.done();
     if (!any() || done <= begin_) return {};
+    if (world.plan.pseudo_time && world.ended() && !is_last()) return "all rods have settled";
     if (done >= end_) return fmt::format("{:g} s are over", spec().duration);
     if (check_ == 0 || !Every{check_}.due(done - begin_)) return {};
     const Condition& condition = *conditions_[number()];

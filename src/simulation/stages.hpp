@@ -9,6 +9,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -32,10 +33,16 @@ public:
 
     /// First step after `done` at which its end is to be looked for.
     std::int64_t next(std::int64_t done) const;
-    /// Reason why the stage ends with the present step; empty: it goes on. Collective where it has a condition.
-    std::string end(const World& world, Observation& observation) const;
+    /// Notes whether the stage ends with the present step, as soon as it has been made: forces of the last step are no
+    /// part of checkpoints. Collective where the stage has a condition.
+    void look(const World& world, Observation& observation);
+    /// Reason why the stage ends with the present step; empty: it goes on.
+    const std::string& over() const { return over_; }
+    void set_over(std::string reason) { over_ = std::move(reason); }
 
 private:
+    std::string end(const World& world, Observation& observation) const;
+
     struct Condition {
         StageEnd end;
         std::size_t column = 0;
@@ -44,7 +51,8 @@ private:
     std::vector<double> begins_;                       ///< s
     std::vector<std::optional<Condition>> conditions_; ///< by stage
     std::int64_t begin_ = 0, end_ = Every::never;      ///< steps of the present stage
-    std::int64_t check_ = 0;                           ///< steps between two looks at its condition; 0: it has none
+    std::string over_;
+    std::int64_t check_ = 0; ///< steps between two looks at its condition; 0: it has none
 };
 
 } // namespace skein

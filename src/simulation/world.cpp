@@ -75,6 +75,7 @@ void World::change(std::vector<RodGroup> other_groups, Plan other_plan) {
         if (!memory.empty()) rods_->set_memory(i, memory);
     }
     restore(interactions_, state->saved());
+    for (const auto& interaction : interactions_) interaction->begin_stage();
     near_limit_.clear();
     coupled_ = couples(interactions_);
     synchronous_ = coupled_ || synchronous_;

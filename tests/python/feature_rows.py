@@ -7,7 +7,7 @@ RADIUS, LENGTH = 3e-3, 0.2
 HEIGHT = RADIUS - 1e-4  # axis of the left rod
 # Two rods that cross. The left one overlaps a floor at z = 0 a little, and the right one the left one. Fifteen steps are one of a fluid.
 BASE = {
-    "time": {"duration": 3e-6, "dt": 2e-7},
+    "time": {"duration": 6e-6, "dt": 2e-7},
     "rods": [
         {"name": "left", "material": {"density": 1200.0, "youngs_modulus": 1e6}, "section": {"radius": RADIUS},
          "shape": {"length": LENGTH, "elements": 8, "rest_curvature": [3.0, 2.0, 1.0], "start_curvature": [0.0, 0.0, 0.0], "velocity": [0.1, 0.2, -1.0], "angular_velocity": [1.0, 2.0, 3.0], "element_spin": [30.0, 20.0, 10.0]},
@@ -23,10 +23,10 @@ STRIPE = "P1\n2 1\n1 1\n"
 
 class Row:
     """`edit(scene, group)` adds the feature to a scene, where it is of one group to that of this name. `sets`: what two rows cannot both set; `of_group`: it can
-    be set for the other group instead. `last`: it acts on what the other one has added. `looks`: it changes no state; returns what must be there to be read."""
+    be set for the other group instead. `steps`: those of a pair with it. `last`: it acts on what the other one has added. `looks`: it changes no state; returns what must be there to be read."""
 
-    def __init__(self, name, edit, sets=None, of_group=False, last=False, looks=None):
-        self.name, self.edit, self.sets, self.of_group, self.last, self.looks = name, edit, sets or name, of_group, last, looks
+    def __init__(self, name, edit, sets=None, of_group=False, last=False, looks=None, steps=15):
+        self.name, self.edit, self.sets, self.of_group, self.last, self.looks, self.steps = name, edit, sets or name, of_group, last, looks, steps
 
 
 def group(scene, name):
@@ -78,6 +78,25 @@ def world(name, **keys):
     def edit(scene, where):
         scene.setdefault("joint", []).append({"between": [where, "world"], "at": [0.5], "stiffness": 100.0, **keys})
     return Row(name, edit, None, True)
+
+
+STAGES = [{"name": "before", "duration": 3e-6}, {"name": "after"}]
+
+
+def stage(title, sets, **changes):
+    """A second stage that changes keys of a group."""
+    def edit(scene, where):
+        if "stage" not in scene: scene["stage"] = deepcopy(STAGES)
+        scene["stage"][1].setdefault("change", []).extend(f"rods.{where}.{key}={value}" for key, value in changes.items())
+    return Row(title, edit, sets, True, steps=30)
+
+
+def second(title, table, **keys):
+    """A table that acts in the second stage alone."""
+    def edit(scene, where):
+        if "stage" not in scene: scene["stage"] = deepcopy(STAGES)
+        scene.setdefault(table, []).append(deepcopy(keys) | {"stages": ["after"]} | ({"rods": [where]} if table == "load" else {}))
+    return Row(title, edit, None, table == "load", steps=30)
 
 
 def fluid(name, sets="fluid", **keys):
@@ -235,6 +254,10 @@ def rows_of(folder):
             {"name": "ground", "kind": "plane", "stiffness": 1e4},
             {"name": "lid", "kind": "plane", "point": [0.0, 0.0, 0.5], "normal": [0.0, 0.0, -1.0], "stiffness": 1e4,
              "servo": {"speed": 2.0, "watch": "ground", "area": 0.01, "turn_back_above": 1.0, "turn_forth_below": 0.5}}])),
+        stage("stage.change", "stage.change", **{"material.youngs_modulus": 3e7}), stage("stage: an end is caught", "end", end="clamped"),
+        stage("stage: an end slides", "start", start="pinned", start_free="xy"), stage("stage: nodes are held", "hold", **{"hold.nodes": [2]}),
+        second("load.stages", "load", kind="uniform_force", force=[0.03, 0.02, 0.01]), second("wall.stages", "wall", name="late", kind="plane", stiffness=1e4),
+        second("joint.stages", "joint", kind="spherical", between=["left", "right"], at=[0.0, 0.5], stiffness=1e3, **LISTED),
         of_scene("output.audit", "output.audit", "work_loads[J]", output={"audit": True}),
         of_scene("output.observables", "output.observables", "angular_momentum_x[kg m^2/s]", output={"observables": ["angular_momentum", "curvature", "order"]}),
     ]

@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from feature_rows import NOT_ROWS, rows_of, scene_of
+from feature_rows import NOT_ROWS, STAGES, rows_of, scene_of
 from package import ROOT, SKEIN, skein
 
 PAGE = ROOT / "docs/pairs.md"
@@ -53,7 +53,7 @@ INERT = (
 )
 HEAD = """# What goes with what
 
-`python.pairs` (`tests/python/pairs_test.py`) runs every feature of scenes beside every other: {rows} features, {pairs} pairs, fifteen steps each. A pair passes if the
+`python.pairs` (`tests/python/pairs_test.py`) runs every feature of scenes beside every other: {rows} features, {pairs} pairs, fifteen steps each, or thirty with stages. A pair passes if the
 state differs from that with either feature alone. {refused} pairs ({share:.1f} %) are refused. A refusal names the table and the line, and what to leave out.
 
 ## Refused for a reason in physics
@@ -80,17 +80,17 @@ class Pairs(unittest.TestCase):
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    def digest(self, *edits):
-        """After fifteen steps of a scene with these rows, each for a group."""
-        with skein.Simulation(skein.Scene("pair", **scene_of(*edits)), threads=1) as run:
-            run.step(15)
+    def digest(self, *edits, steps=15, **tables):
+        """After some steps of a scene with these rows, each for a group, and with these tables."""
+        with skein.Simulation(skein.Scene("pair", **scene_of(*edits) | tables), threads=1) as run:
+            run.step(steps)
             for row, _ in edits:
                 if row.looks: self.assertIn(row.looks, run.observables, row.name)
             return run.digest
 
-    def digest_alone(self, row, where):
-        if (row.name, where) not in self.alone: self.alone[row.name, where] = self.digest((row, where))
-        return self.alone[row.name, where]
+    def digest_alone(self, row, where, steps=15):
+        if (row.name, where, steps) not in self.alone: self.alone[row.name, where, steps] = self.digest((row, where), steps=steps)
+        return self.alone[row.name, where, steps]
 
     def pairs(self):
         for i, a in enumerate(self.rows):
@@ -110,24 +110,32 @@ class Pairs(unittest.TestCase):
                 self.assertTrue(f"{path} = {choice}" in names or f"{path} = {choice}" in NOT_ROWS, f"{path} = {choice} has no row in feature_rows.py")
 
     def test_each_alone(self):
-        base = self.digest()
+        base = {steps: self.digest(steps=steps) for steps in (15, 30)}
         for row in self.rows:
             with self.subTest(row.name):
-                self.assertEqual(self.digest_alone(row, "left") == base, bool(row.looks))
+                self.assertEqual(self.digest_alone(row, "left", row.steps) == base[row.steps], bool(row.looks))
+
+    def test_stages_that_change_nothing(self):
+        """All is made anew as a stage begins, of every feature, and its bits stay."""
+        for row in self.rows:
+            if row.steps > 15: continue  # has stages
+            with self.subTest(row.name):
+                self.assertEqual(self.digest((row, "left"), steps=30, stage=STAGES), self.digest_alone(row, "left", 30))
 
     def test_every_pair(self):
         counts, pairs = [0] * len(REFUSED), 0
         for a, b, where in self.pairs():
             pairs += 1
             with self.subTest(a=a.name, b=b.name):
+                steps = max(a.steps, b.steps)
                 try:
-                    both = self.digest((a, "left"), (b, where))
+                    both = self.digest((a, "left"), (b, where), steps=steps)
                 except skein.RunFailed as failed:
                     reasons = [i for i, (pattern, *_) in enumerate(REFUSED) if re.search(pattern, plain(str(failed)).split("\n")[0])]
                     self.assertEqual(len(reasons), 1, plain(str(failed)))
                     counts[reasons[0]] += 1
                     continue
-                one, other = self.digest_alone(a, "left"), self.digest_alone(b, where)
+                one, other = self.digest_alone(a, "left", steps), self.digest_alone(b, where, steps)
                 if a.looks or b.looks: self.assertIn(both, (one, other))
                 elif both in (one, other): self.assertTrue(any(re.search(x, a.name) and re.search(y, b.name) for x, y, _ in INERT), "neither changes what the other does")
         self.assertTrue(all(counts), [REFUSED[i][0] for i, count in enumerate(counts) if not count])

@@ -21,6 +21,7 @@ public:
     std::int64_t next_coupling(std::int64_t done) const override;
     /// Measures the largest correction at steps that are the same on any ranks.
     void end_step(const Step& step, Timers& timers) override;
+    void begin_stage() override { correction_ = HUGE_VAL; }
     Ending ending() const override { return settled() ? Ending::now : Ending::not_yet; }
     bool fulfilled() const override { return settled(); }
     std::string progress() const override;

@@ -1,0 +1,267 @@
+"""Stages of a run: what they change, when they end, and that nothing in the results tells on how many ranks, threads and lanes they were computed, what was written,
+nor where the run was interrupted."""
+
+import math
+import re
+import unittest
+
+import numpy
+
+from driver import DriverTest
+
+# Five rods fall onto a gate, which is taken away; the first three are joined meanwhile, and a floor stops all of them.
+BED = """
+title = "A gate"
+time = {duration = 0.12, dt = 1e-4}
+load = [{kind = "gravity", acceleration = [0, 0, -9.81]}, {kind = "uniform_force", force = [0.02, 0, 0], stages = ["open", "down"], ramp = 0.01}]
+damping = [{kind = "uniform", rate = 20.0, stages = ["fall"]}, {kind = "uniform", rate = 2.0, stages = ["open", "down"]}]
+contact = {law = "hertz", stiffness = 1e5, damping = 0.02, friction = "memory", static_friction = 0.5}
+output = {series = 0.002, checkpoint = 0.01, observables = ["order"]}
+[[rods]]
+name = "rods"
+material = {density = 1000.0, youngs_modulus = 1e6}
+section.radius = 0.01
+shape = {length = 0.2, elements = 6}
+placement = {kind = "list", origins = [[0, 0, 0.011], [0.02, -0.1, 0.034], [0.05, -0.1, 0.034], [0.1, -0.1, 0.034], [0, 0, 0.06]], tangents = [[1, 0, 0], [0, 1, 0], [0, 1, 0], [0, 1, 0], [1, 0, 0]]}
+[[joint]]
+kind = "spherical"
+between = ["rods", "rods"]
+pairs = "listed"
+first = [0, 1]
+second = [1, 2]
+at = [0.5, 0.5]
+stiffness = 200.0
+damping = 0.02
+stages = ["open"]
+[[wall]]
+name = "gate"
+kind = "plane"
+stiffness = 1e4
+damping = 0.02
+friction = "memory"
+static_friction = 0.5
+stages = ["fall"]
+[[wall]]
+name = "floor"
+kind = "plane"
+point = [0, 0, -0.02]
+stiffness = 1e4
+damping = 0.02
+[[stage]]
+name = "fall"
+duration = 0.05
+until = "gate_force > 2"
+check_every = 0.001
+[[stage]]
+name = "open"
+until = "floor_force > 0.5"
+check_every = 0.001
+change = ["contact.static_friction=0.1", "rods.rods.material.youngs_modulus=2e6"]
+[[stage]]
+name = "down"
+change = ["wall.floor.velocity=[0, 0, 0.05]"]
+"""
+
+# A rod swings from a wall, falls, is caught by its other end, and is led by it.
+ROD = """
+title = "Let go and caught"
+time = {duration = 0.4}
+load = [{kind = "gravity", acceleration = [0, 0, -9.81]}]
+damping = [{kind = "uniform", rate = 1.0}]
+output = {series = 0.01, checkpoint = 0.05, audit = true}
+[[rods]]
+name = "rod"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e6}
+section.radius = 0.01
+shape = {length = 0.5, elements = 12}
+placement = {kind = "list", origins = [[0, 0, 0], [0, 1, 0], [0, 2, 0]], tangents = [[1, 0, 0], [1, 0, 0], [0.8, 0.6, 0]]}
+[[stage]]
+name = "swing"
+duration = 0.1
+[[stage]]
+name = "fall"
+duration = 0.1
+change = ["rods.rod.start=free"]
+[[stage]]
+name = "caught"
+duration = 0.1
+change = ["rods.rod.end=clamped"]
+[[stage]]
+name = "led"
+change = ['rods.rod.end_motion.translation_formula=["0", "0", "0.2*(t - stage_begin)"]']
+"""
+
+
+class Stages(DriverTest):
+    def change(self, old, new):
+        text = self.scene.read_text()
+        self.assertIn(old, text)
+        self.scene.write_text(text.replace(old, new))
+
+    def begins(self, done):
+        """Steps at which stages have ended, by name."""
+        return {name: int(step) for step, name in re.findall(r"Step (\d+), t = \S+ s: stage '(\w+)' ends", done.stdout)}
+
+    def assert_any_way(self, steps, moves):
+        whole = self.run_skein("one")
+        for ranks, threads in ((1, 2), (2, 1), (3, 2)):
+            out = f"{ranks}x{threads}"
+            self.run_skein(out, "--balance", "always", ranks=ranks, threads=threads)
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+            self.assert_same_series(out, "one")
+            if moves and ranks > 1: self.assertGreater(self.summary(out)["balance"]["migrations"], 0)
+        for lanes in ("1", "2", "4"):
+            self.run_skein("lanes" + lanes, "--lanes", lanes)
+            self.assertEqual(self.digest("lanes" + lanes), self.digest("one"), lanes)
+        for step in steps:  # before, at and after events
+            out = f"parts{step}"
+            self.run_skein(out, "--steps", str(step), ranks=2)
+            self.run_skein(out)
+            self.assertEqual(self.digest(out), self.digest("one"), step)
+            self.assert_same_series(out, "one", besides=("candidates", "rebuilds", "skinm"))
+            self.assertIn("the same bits", self.skein_says("verify", self.directory / out).stdout)
+        return whole
+
+    def test_bits(self):
+        self.scene.write_text(BED)
+        self.run_skein("first")
+        ends = self.begins(self.run_skein("again", "--quiet"))
+        self.assertEqual(ends, {})
+        ends = self.begins(self.run_skein("told"))
+        self.assertEqual(list(ends), ["fall", "open"])
+        self.assertNotIn(ends["fall"], (500, 0))  # by its condition
+        steps = [at + by for at in ends.values() for by in (-1, 0, 1)]
+        self.assert_any_way(steps, moves=True)
+        rows = self.series("one")
+        self.assertTrue((rows["gate_forceN"][rows["step"] > ends["fall"]] == 0).all())
+        joined = rows["joint_energyJ"] > 0
+        self.assertTrue(joined.any())
+        self.assertTrue((rows["step"][joined] > ends["fall"]).all() and (rows["step"][joined] <= ends["open"]).all())
+
+    def test_output_changes_nothing(self):
+        self.scene.write_text(BED)
+        self.run_skein("one")
+        self.change("output = {series = 0.002, checkpoint = 0.01,", "output = {series = 0.03, trajectory = 0.0007,")
+        self.run_skein("other")
+        self.assertEqual(self.digest("other"), self.digest("one"))
+
+    def test_ends(self):
+        self.scene.write_text(ROD)
+        self.run_skein("told")
+        dt = self.summary("told")["dt_s"]
+        steps = [round(t / dt) + by for t in (0.1, 0.2, 0.3) for by in (0, 1)] + [round(0.35 / dt)]
+        self.assert_any_way(steps, moves=False)
+        rows = self.series("one")
+        at = lambda t: int(numpy.argmin(abs(rows["times"] - t)))
+        taken = max(abs(rows["work_loadsJ"]))
+        self.assertLess(max(abs(rows["energy_defectJ"])), 2e-3 * taken)
+        self.assertLess(rows["stage_workJ"][at(0.11)], 0)  # the half cell of the clamp
+        self.assertEqual(rows["stage_workJ"][at(0.11)], rows["stage_workJ"][-1])  # catches and motions bring nothing
+        self.assertLess(rows["work_wallsJ"][at(0.21)], 0)  # a catch takes the energy of the node
+
+    def test_a_release_is_a_free_fall(self):
+        """Pinned at rest and let go: no energy, no momentum, and the centre falls by g t^2/2."""
+        self.scene.write_text(ROD.replace('start = "clamped"', 'start = "pinned"').replace("[1, 0, 0], [1, 0, 0], [0.8, 0.6, 0]", "[0, 0, -1], [0, 0, -1], [0, 0, -1]").replace("damping = [{kind = \"uniform\", rate = 1.0}]\n", "")
+                              .split("[[stage]]\nname = \"caught\"")[0].replace("duration = 0.1\nchange", "change"))
+        self.run_skein("one")
+        rows = self.series("one")
+        self.assertLess(abs(rows["stage_workJ"]).max(), 1e-12 * abs(rows["work_loadsJ"]).max())
+        falling = rows["times"] > 0.1
+        mass = 3 * 1000.0 * math.pi * 0.01**2 * 0.5
+        momentum = rows["momentum_zkg_ms"] if "momentum_zkg_ms" in rows.dtype.names else rows["momentum_zkg_ms"]
+        gained = momentum[falling] - momentum[falling][0] + mass * 9.81 * (rows["times"][falling] - rows["times"][falling][0])
+        self.assertLess(abs(gained).max(), 1e-10 * mass)
+
+    def test_catch_holds(self):
+        """A node stays where it was caught, to the last bit."""
+        self.scene.write_text(ROD.split("[[stage]]\nname = \"led\"")[0].replace("duration = 0.1\nchange = [\"rods.rod.end", "change = [\"rods.rod.end").replace("audit = true", "trajectory = 0.05, directors = true"))
+        self.run_skein("one")
+        ends = self.frames("one", "trajectory")["groups/rod/position"][:, :, -1, :]
+        self.assertTrue((ends[5:] == ends[5]).all())
+        self.assertLess(abs(ends[5] - ends[4]).max(), 1e-13)  # 0.2 s, when it is caught
+        self.assertGreater(abs(ends[4] - ends[3]).max(), 1e-2)
+
+    def test_order(self):
+        """Second order in the step through a release and a catch: differences of successive halvings fall by four. A catch sends waves of all lengths, so
+        the steps are short."""
+        self.scene.write_text(ROD.split("[[stage]]\nname = \"led\"")[0].replace("duration = 0.1\nchange = [\"rods.rod.end", "change = [\"rods.rod.end").replace("duration = 0.4", "duration = 0.204"))
+        found = []
+        for halvings in range(4):
+            out = f"h{halvings}"
+            self.run_skein(out, "--set", f"time.dt={1.25e-5 / 2**halvings}", "--set", "output.checkpoint=0", "--set", "output.series=0.001")
+            found.append(self.series(out)[-1])
+        for name in ("centre_zm", "elastic_bendJ", "work_wallsJ"):
+            differences = [abs(a[name] - b[name]) for a, b in zip(found, found[1:])]
+            self.assertGreater(differences[1] / differences[2], 3.7, name)
+
+    def test_no_change_no_difference(self):
+        """Stages that change nothing leave the bits of one without stages."""
+        for name, text in (("bed", BED), ("rod", ROD)):
+            head = re.sub(r", stages = \[[^]]*\]|\nstages = \[[^]]*\]", "", text.split("[[stage]]")[0])
+            self.scene.write_text(head)
+            self.run_skein(name)
+            self.scene.write_text(head + '[[stage]]\nname = "a"\nduration = 0.0213\n[[stage]]\nname = "b"\nuntil = "max_speed > 0.4"\ncheck_every = 0.0031\n[[stage]]\nname = "c"\n')
+            done = self.run_skein(name + "s")
+            self.assertEqual(list(self.begins(done)), ["a", "b"])
+            self.assertEqual(self.digest(name + "s"), self.digest(name), name)
+
+    def test_joints_are_those_of_from_and_until(self):
+        self.scene.write_text(BED.replace('duration = 0.05\nuntil = "gate_force > 2"\ncheck_every = 0.001', "duration = 0.03").replace('until = "floor_force > 0.5"\ncheck_every = 0.001', "duration = 0.04"))
+        self.run_skein("stages")
+        self.change('stages = ["open"]\n[[wall]]', "from = 0.03\nuntil = 0.07\n[[wall]]")
+        self.run_skein("times")
+        self.assertEqual(self.digest("stages"), self.digest("times"))
+
+    def test_relaxation_step_by_step(self):
+        """Loads one after the other: each stage ends at rest, where a relaxation under that load alone ends."""
+        self.scene.write_text(ROD.split("[[stage]]")[0].replace("duration = 0.4", "duration = 20000, relax = true, relax_tolerance = 1e-10").replace("output = {series = 0.01, checkpoint = 0.05, audit = true}", "output = {}")
+                              .replace("damping = [{kind = \"uniform\", rate = 1.0}]\n", ""))
+        self.run_skein("alone")
+        text = self.scene.read_text().replace("-9.81", "-3.0")
+        self.scene.write_text(text + '[[stage]]\nname = "light"\nduration = 9000\n[[stage]]\nname = "heavy"\nchange = ["load.gravity.acceleration=[0, 0, -9.81]"]\n')
+        done = self.run_skein("path")
+        self.assertIn("all rods have settled", done.stdout)
+        self.assertTrue(self.summary("path")["relaxation"]["settled"])
+        bend = [self.series(out)["elastic_bendJ"][()] for out in ("alone", "path")]
+        self.assertLess(abs(numpy.ravel(bend[0])[-1] - numpy.ravel(bend[1])[-1]), 1e-7 * abs(numpy.ravel(bend[0])[-1]))
+
+    def test_refusals(self):
+        for old, new, message in (
+            ('stages = ["fall"]\n[[wall]]', 'stages = ["fal"]\n[[wall]]', "there is no stage 'fal'; did you mean 'fall'?"),
+            ('stages = ["open"]\n[[wall]]', 'stages = ["fall", "down"]\n[[wall]]', "consecutive stages"),
+            ('stages = ["open"]\n[[wall]]', 'stages = ["open"]\nfrom = 0.01\n[[wall]]', "follow from the stages"),
+            ('until = "gate_force > 2"', 'until = "gate_force = 2"', "is no condition"),
+            ('until = "gate_force > 2"', 'until = "gates_force > 2"', "this scene's series has no 'gates_force'"),
+            ('until = "floor_force > 0.5"\ncheck_every = 0.001\n', "", "stage 'open' never ends, so 'down' never begins"),
+            ("duration = 0.05\n", "duration = 0.2\n", None),
+            ("duration = 0.05\nuntil = \"gate_force > 2\"\ncheck_every = 0.001", "duration = 0.2", "stage 'open' would begin at 0.2 s, and time.duration ends the run at 0.12 s"),
+            ('name = "open"', 'name = "fall"', "two stages are named 'fall'"),
+            ("youngs_modulus=2e6", "young_modulus=2e6", "did you mean 'youngs_modulus'?"),
+            ("youngs_modulus=2e6", "youngs_modulus=-2e6", "must be"),
+            ("rods.rods.material.youngs_modulus=2e6", "rods.rods.shape.length=2", "it cannot change:\n  rods.0.shape.length"),
+            ("rods.rods.material.youngs_modulus=2e6", "time.dt=1e-5", "a stage changes rods, bodies and the tables of physics"),
+            ("rods.rods.material.youngs_modulus=2e6", "wall.gates.stiffness=1", "there is no 'wall.gates'; did you mean 'gate'?"),
+            ("rods.rods.material.youngs_modulus=2e6", "nothing", "expected path=value"),
+            ("check_every = 0.001\n[[stage]]\nname = \"open\"", "check_every = 0.001\n[[stage]]\nname = \"open\"\nduration = 0.01", None),
+        ):
+            with self.subTest(new=new):
+                self.scene.write_text(BED)
+                self.change(old, new)
+                done = self.run_skein("refused", "--steps", "1", "--overwrite", expect=0 if message is None else 2)
+                if message: self.assertIn(message, done.stderr)
+
+    def test_a_step_for_all_stages(self):
+        """The stiffest stage decides; a step that is too long for it is refused before the run."""
+        self.scene.write_text(ROD)
+        plain = self.plan()["dt"]
+        self.change('change = ["rods.rod.start=free"]', 'change = ["rods.rod.start=free", "rods.rod.material.youngs_modulus=1e8"]')
+        stiff = self.plan()["dt"]
+        self.assertLess(stiff, 0.2 * plain)
+        self.assertIn("stage 'fall'", self.plan_text())
+        self.change("time = {duration = 0.4}", f"time = {{duration = 0.4, dt = {plain}}}")
+        self.assertIn("in stage 'fall'", self.run_skein("refused", expect=2).stderr)
+
+
+if __name__ == "__main__":
+    unittest.main()
