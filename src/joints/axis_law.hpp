@@ -3,6 +3,8 @@
 //   hinge      angle q = 2 atan2(v.n, w),  (w, v) = Q2 (C Q1)^T;  couple Q G on 2, -Q G on 1,  G = dq/d(turn of 2)
 //   slider     way q = n2.d;  force Q n2 on 2 and -Q n2 on 1, both at the point of 1; across it the point spring acts
 //   distance   q = |d| - L;  force Q d/|d| on 2, and the opposite on 1
+//   bushing    d and phi in the frame of 1:  F = K d + N u on 1 at the point of 2,  u of 2's point against 1;
+//              couples of K_t phi as of a cell (15), and N_t (w2 - w1);  K, N, K_t, N_t diagonal
 //   universal  two axes stay at right angles: U = k_t (n1.m2)^2/2; no free axis of its own
 //   Q          spring, dashpot, stops, dry friction with memory, motor
 #pragma once
@@ -69,7 +71,8 @@ SKEIN_INLINE Pack<W> motor_force(const Motor& motor, const MotorNow& now, const 
 
 /// Force along a free axis that is at `q`. Rates follow from the positions of this step and the two before, so dashpots
 /// are of second order; `lagging`: of half a step before, for the first step. `h`: s, since the last step. `off`:
-/// distance from the motor's position. `figures`: nothing is remembered.
+/// distance from the motor's position. `figures`: of a copy half a step on, whose rate `lagging` is, and which takes
+/// the works up to there.
 template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const AxisSpec& axis, const MotorNow& now,
                                                                         const Pack<W>& q, const Pack<W>& lagging,
                                                                         const Pack<W>& off, double h,
@@ -81,7 +84,7 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
     const P way = Turns ? detail::wrapped<W>(q - last) : q - last;
     const P interval = half * (P(h) + select(moved, memory.interval, P(h)));
     const P before = select(moved, way / interval, lagging), // half a step before
-        rate = before + select(memory.steps > P(1.0), half * (before - memory.rate), none);
+        rate = figures ? lagging : before + select(memory.steps > P(1.0), half * (before - memory.rate), none);
     P force = none, lost = P(-axis.damping) * rate, energy = none;
     if (axis.spring > 0) {
         const P stretch = q - P(axis.spring_rest);
@@ -107,9 +110,11 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
         if (!figures) memory.anchor = anchor;
     } else if (!figures) memory.anchor = q; // a branch may add friction
     const P motor = motor_force<W>(axis.motor, now, rate, off);
+    // Works are sums of mean force times way. The first way is the drift that led here.
+    const P first = P(0.5 * h) * lagging;
+    memory.motor_work += select(moved, half * (memory.motor + motor) * way, motor * first);
+    memory.lost_work += select(moved, half * (memory.lost + lost) * way, lost * first);
     if (!figures) {
-        memory.motor_work += half * (memory.motor + motor) * way;
-        memory.lost_work += half * (memory.lost + lost) * way;
         memory.position = q;
         memory.rate = before;
         memory.interval = P(h);
@@ -164,6 +169,38 @@ template <int W> SKEIN_INLINE void add_universal(const AxisAt& at, const JoinedE
     load.couple += a.director * (-couple);
     other.couple += b.director * couple;
     if (figures) figures->energy += P(0.5 * at.law.torsional_stiffness) * cosine * cosine;
+}
+
+/// Adds the springs and dashpots along and about the axes of the first element.
+template <int W> SKEIN_INLINE void add_bushing(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+                                               const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
+                                               JointLoad<Pack<W>>& load, JointLoad<Pack<W>>& other,
+                                               JointFigures<Pack<W>>* figures) {
+    using P = Pack<W>;
+    const P half(0.5);
+    const Vec3<P> along = broadcast<W>(at.law.along), about = broadcast<W>(at.law.about);
+    const Vec3<P> wa = transpose_times(a.director, a.spin), wb = transpose_times(b.director, b.spin),
+                  ra = transpose_times(a.director, a.arm), rb = transpose_times(b.director, b.arm);
+    const Vec3<P> d = (between(b.share_before, b.share, b.node, b.next) + rb) -
+                      (between(a.share_before, a.share, a.node, a.next) + ra);
+    const Vec3<P> va = between(a.share_before, a.share, a.velocity, a.next_velocity) + cross(wa, ra),
+                  vb = between(b.share_before, b.share, b.velocity, b.next_velocity) + cross(wb, rb);
+    const Vec3<P> way = a.director * d, rate = a.director * ((vb - va) - cross(wa, d));
+    const Vec3<P> pull = scale(along, P(at.law.stiffness) * way + P(at.law.damping) * rate);
+    const Vec3<P> force = transpose_times(a.director, pull);
+    const RelativeRotation<P> turn = relative_rotation_and_jacobian(inverse(rest) * b.director, a.director);
+    const Vec3<P> tau = P(at.law.torsional_stiffness) * scale(about, turn.log), across = cross(turn.log, tau),
+                  straight = tau + turn.jacobian * cross(turn.log, across);
+    const Vec3<P> drag = P(at.law.torsional_damping) * scale(about, a.director * (wb - wa));
+    load.force += force;
+    load.couple += a.director * cross(ra + d, force) + (straight + half * across) + drag;
+    other.force += -force;
+    other.couple +=
+        b.director * (cross(rb, -force) - transpose_times(a.director, drag)) + rest * (half * across - straight);
+    if (figures) {
+        const P spring = P(at.law.stiffness) * dot(way, scale(along, way));
+        *figures = {figures->energy + half * (spring + dot(turn.log, tau)), sqrt(dot(d, d))};
+    }
 }
 
 /// Adds the couple about the axis of a hinge.
@@ -238,9 +275,11 @@ SKEIN_INLINE JointLoad<Pack<W>> form_load(const AxisAt& at, const JoinedElement<
                                : Form == JointForm::slider ? JointTurn::fixed
                                                            : JointTurn::none;
     JointLaw base = at.law;
-    if (Form == JointForm::slider || Form == JointForm::distance) base.stiffness = base.damping = 0;
+    if (Form == JointForm::slider || Form == JointForm::distance || Form == JointForm::bushing)
+        base.stiffness = base.damping = 0;
     JointLoad<Pack<W>> load = joint_load<turn, true, false, W>(base, a, b, rest, length, other, figures);
     if constexpr (Form == JointForm::universal) detail::add_universal<W>(at, a, b, load, other, figures);
+    else if constexpr (Form == JointForm::bushing) detail::add_bushing<W>(at, a, b, rest, load, other, figures);
     else if constexpr (Form == JointForm::hinge) detail::add_turn<W>(at, a, b, rest, memory, load, other, figures);
     else detail::add_way<Form, W>(at, a, b, length, memory, load, other, figures);
     return load;

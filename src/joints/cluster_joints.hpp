@@ -54,13 +54,15 @@ SKEIN_INLINE JointNodeLoads<Pack<W>> node_loads(const JointLaw& law, const Joine
     return loads;
 }
 
-/// Loads of a joint with a free axis, node by node.
+/// Loads of a joint with a law of its own, node by node. One piece of code for all that call it: it takes a while to
+/// compile.
 template <JointForm Form, int W>
-SKEIN_INLINE JointNodeLoads<Pack<W>> node_loads(const AxisAt& at, const JoinedElement<Pack<W>>& a,
-                                                const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
-                                                const Pack<W>& length, AxisMemory<Pack<W>>& memory) {
+[[gnu::noinline]] JointNodeLoads<Pack<W>> node_loads(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+                                                     const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
+                                                     const Pack<W>& length, AxisMemory<Pack<W>>& memory,
+                                                     JointFigures<Pack<W>>* figures = nullptr) {
     JointLoad<Pack<W>> on_b;
-    const JointLoad<Pack<W>> on_a = form_load<Form, W>(at, a, b, rest, length, memory, on_b);
+    const JointLoad<Pack<W>> on_a = form_load<Form, W>(at, a, b, rest, length, memory, on_b, figures);
     return {a.share_before * on_a.force, a.share * on_a.force, b.share_before * on_b.force,
             b.share * on_b.force,        on_a.couple,          on_b.couple};
 }
@@ -74,6 +76,8 @@ template <class F> auto with_form(const JointSpec& spec, F&& f) {
         return f.template operator()<JointForm::slider>();
     case JointForm::distance:
         return f.template operator()<JointForm::distance>();
+    case JointForm::bushing:
+        return f.template operator()<JointForm::bushing>();
     default:
         return f.template operator()<JointForm::hinge>();
     }
@@ -413,8 +417,9 @@ private:
     }
     /// Loads of a joint that may not be made yet, or have ended.
     template <JointForm Form, JointTurn Turn>
-    static JointNodeLoads<P> event_loads(const Run& run, const At& at, JoinedElement<P> a, JoinedElement<P> b,
-                                         const Quaternion<P>& rest, const P& length, JointMemory<P>& memory) {
+    [[gnu::noinline]] static JointNodeLoads<P> event_loads(const Run& run, const At& at, JoinedElement<P> a,
+                                                           JoinedElement<P> b, const Quaternion<P>& rest,
+                                                           const P& length, JointMemory<P>& memory) {
         const P one(1.0);
         if (at.time < run.events.from) return {};
         const Mask<W> fresh = memory.state < one;
@@ -448,7 +453,7 @@ private:
             JointLoad<P> other;
             if constexpr (Form == JointForm::spring)
                 joint_load<Turn, true, true, W>(run.law, a, b, memory.made.rest, memory.made.length, other, &figures);
-            else form_load<Form, W>(laws, a, b, memory.made.rest, memory.made.length, memory.axis, other, &figures);
+            else node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, memory.axis, &figures);
             memory.axis.lost_work = memory.axis.lost_work - select(ends, figures.energy, P(0.0));
             memory.state = select(ends, P(2.0), memory.state);
         }

@@ -39,7 +39,7 @@ inline JointTurn turn_of(const JointSpec& spec) {
 }
 
 /// Joints with a free axis or two axes (joints/axis_law.hpp); spring: all others.
-enum class JointForm { spring, hinge, universal, slider, distance };
+enum class JointForm { spring, hinge, universal, slider, distance, bushing };
 inline JointForm form_of(const JointSpec& spec) {
     switch (spec.kind) {
     case JointKind::hinge:
@@ -50,6 +50,8 @@ inline JointForm form_of(const JointSpec& spec) {
         return JointForm::slider;
     case JointKind::distance:
         return JointForm::distance;
+    case JointKind::bushing:
+        return JointForm::bushing;
     default:
         return JointForm::spring;
     }

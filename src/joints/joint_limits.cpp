@@ -144,7 +144,7 @@ double star_energy(const Star& star,
 }
 
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
-                       const Slot<1>& b, const Slot<1>& b_next, const JointMemory<double>& memory) {
+                       const Slot<1>& b, const Slot<1>& b_next, double time, const JointMemory<double>& memory) {
     using P = Pack<1>;
     const JointConstants<double> c = constants_of(joint);
     const auto element = [](const Slot<1>& at, const Slot<1>& next, double share, double before, const Vec3d& arm,
@@ -158,7 +158,7 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
     auto first = element(a, a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
          second = element(b, b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b);
     if (table.events.any()) {
-        if (memory.state != 1) return {};
+        if (memory.state != 1) return {0, 0, memory.axis.motor_work, memory.axis.lost_work};
         const JointRest<double>& made = memory.made;
         first.arm = broadcast<1>(made.arm_a);
         first.axis = broadcast<1>(made.axis_a);
@@ -169,13 +169,17 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
     }
     if (form_of(table) != JointForm::spring) {
         JointLoad<P> other;
-        AxisMemory<P> of_axis{};
-        of_axis.anchor = P(memory.axis.anchor);
+        const AxisMemory<double>& was = memory.axis;
+        AxisMemory<P> of_axis{P(was.anchor), P(was.position), P(was.rate),       P(was.steps),    P(was.interval),
+                              P(was.motor),  P(was.lost),     P(was.motor_work), P(was.lost_work)};
+        constexpr double no_first_step = 0;
+        const Motor& motor = table.axis_law.motor;
+        const MotorNow driven = motor.kind == MotorKind::none ? MotorNow{} : motor.at(time);
         with_form(table, [&]<JointForm Form>() {
-            form_load<Form, 1>(AxisAt{table.law, table.axis_law, {}, 1}, first, second, rest, length, of_axis, other,
-                               &figures);
+            form_load<Form, 1>(AxisAt{table.law, table.axis_law, driven, no_first_step}, first, second, rest, length,
+                               of_axis, other, &figures);
         });
-        return {figures.energy[0], figures.gap[0]};
+        return {figures.energy[0], figures.gap[0], of_axis.motor_work[0], of_axis.lost_work[0]};
     }
     with_joint(table, [&]<JointTurn Turn, bool Damped, bool Repels>() {
         JointLoad<P> other;

@@ -12,7 +12,9 @@ void JointSpec::fields(FieldVisitor& f) {
              "spherical: two points stay together; hinge: and an axis; fixed: and both frames; side_by_side: sides of "
              "neighbouring elements; tip_to_side: an end and the nearest side, as a hinge about the end's own axis; "
              "universal: two points, and two axes at right angles; slider: both frames, while a point moves along "
-             "`axis`; distance: two points keep their distance",
+             "`axis`; distance: two points keep their distance; bushing: springs and dashpots along and about d1, d2, "
+             "d3 of "
+             "the first, in shares of their numbers",
          .required = true},
         kind, joint_names);
     f.visit(
@@ -115,6 +117,18 @@ void JointLaw::fields(FieldVisitor& f) {
              .text = "of all with a torsional_stiffness: of the relative spin",
              .at_least = 0},
             torsional_damping);
+    f.visit({.name = "along",
+             .unit = "-",
+             .text = "bushing: shares of stiffness and damping along d1, d2, d3 of the first, or the axes of a body",
+             .at_least = 0,
+             .at_most = 1},
+            along);
+    f.visit({.name = "about",
+             .unit = "-",
+             .text = "bushing: shares of torsional_stiffness and torsional_damping about them",
+             .at_least = 0,
+             .at_most = 1},
+            about);
     f.visit({.name = "repulsion",
              .unit = "N/m^1.5",
              .text = "side_by_side, tip_to_side: k_r of a force k_r d^1.5 that parts elements whose centres are by d "

@@ -14,10 +14,10 @@ namespace skein {
 /// Kinds of joints. spherical: two points stay together. hinge: so do two directions. fixed: so do both frames.
 /// side_by_side: the sides of elements that lie beside each other. tip_to_side: an end of a rod, its direction and the
 /// side of another rod. universal: two points, and two directions at right angles. slider: both frames, and a point on
-/// a line. distance: two points keep their distance.
-enum class JointKind { spherical, hinge, fixed, side_by_side, tip_to_side, universal, slider, distance };
-inline constexpr std::string_view joint_names[] = {"spherical",   "hinge",     "fixed",  "side_by_side",
-                                                   "tip_to_side", "universal", "slider", "distance"};
+/// a line. distance: two points keep their distance. bushing: six springs and dashpots, along and about three axes.
+enum class JointKind { spherical, hinge, fixed, side_by_side, tip_to_side, universal, slider, distance, bushing };
+inline constexpr std::string_view joint_names[] = {"spherical", "hinge",  "fixed",    "side_by_side", "tip_to_side",
+                                                   "universal", "slider", "distance", "bushing"};
 
 /// Kinds with a direction of their own.
 constexpr bool has_axis(JointKind kind) {
@@ -48,6 +48,8 @@ struct JointLaw {
     double torsional_damping = 0;   ///< nu_t, N m s/rad
     double repulsion = 0;           ///< k_r, N/m^1.5
     bool rope = false;              ///< distance: pulls only
+    Vec3d along{1, 1, 1};           ///< bushing: shares of k and nu along d1, d2, d3 of the first
+    Vec3d about{1, 1, 1};           ///< bushing: shares of k_t and nu_t about them
 
     bool damped() const { return damping > 0 || torsional_damping > 0; }
     bool turns() const { return torsional_stiffness > 0 || torsional_damping > 0; }

@@ -258,7 +258,7 @@ Lines describe(const Plan& p) {
 std::string stages_text(const Plan& p) {
     std::vector<std::string> names;
     for (const PlannedStage& stage : p.stages) names.push_back(stage.name);
-    return joined(names, ", ");
+    return names.empty() ? "" : "; stages " + joined(names, ", ");
 }
 
 /// The plan in brief, with hints as notes.
@@ -271,8 +271,7 @@ Lines outline(const Plan& p) {
                    {"physics", physics_text(p), "", {}},
                    {"runs on", machine_text(p.machine), "", {}},
                    {"dt", step_text(p), "", {}},
-                   {"steps", steps_text(p), "", {}},
-                   {"stages", stages_text(p), "", {}},
+                   {"steps", steps_text(p) + stages_text(p), "", {}},
                    {"output", joined(outputs, "; "), "", {}},
                    {"checkpoint", checkpoint_text(p), "", {}},
                    {"memory", memory_text(p), "", {}},

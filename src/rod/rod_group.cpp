@@ -167,6 +167,32 @@ void RodGroup::require_memory(std::int64_t rows) const {
                                  bytes_text(there)));
 }
 
+namespace {
+
+/// Limits of rods with sizes of their own under another material: they go with the root of inertia over stiffness.
+/// Modes of shear have both stiffnesses.
+LeastLimits under_material(LeastLimits limits, const Material& was, const Material& now) {
+    const auto shear = [](const Material& m) { return m.shear_modulus > 0 ? m.shear_modulus : m.youngs_modulus / 3; };
+    const auto softer = [&](double before, double after) {
+        return std::sqrt(now.density / was.density * before / after);
+    };
+    const double axial = softer(was.youngs_modulus, now.youngs_modulus), twist = softer(shear(was), shear(now)),
+                 across = softer(was.shear_factor * shear(was), now.shear_factor * shear(now)),
+                 lighter = std::min(1.0, std::sqrt(now.rotary_inertia_scale / was.rotary_inertia_scale)),
+                 shearing = std::min({axial, twist, across}) * lighter;
+    const LeastLimits times = {axial, shearing, shearing, twist};
+    for (std::size_t mode = 0; mode < limits.size(); ++mode) limits[mode] *= times[mode];
+    return limits;
+}
+
+} // namespace
+
+void RodGroup::take_rods_of(const RodGroup& like) {
+    places_ = like.places_;
+    set_read(like.corner_, like.file_digest_,
+             heterogeneous() ? under_material(like.least_limits_, like.spec_.material, spec_.material) : LeastLimits{});
+}
+
 void RodGroup::read_all() {
     if (!places_.waits()) return;
     require_memory(count());

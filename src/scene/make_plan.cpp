@@ -46,7 +46,7 @@ Plan plan_of_stage(SceneSpec now, const std::string& name, double dt, std::span<
 std::vector<RodGroup> groups_in_stage(const SceneSpec& scene, std::span<const double> begins,
                                       std::span<const RodGroup> like) {
     std::vector<RodGroup> groups = make_groups(scene, begins);
-    for (std::size_t g = 0; g < groups.size(); ++g) groups[g].places() = like[g].places();
+    for (std::size_t g = 0; g < groups.size(); ++g) groups[g].take_rods_of(like[g]);
     return groups;
 }
 

@@ -235,8 +235,10 @@ void check_stages(const SceneSpec& scene, Objections& objections) {
 
 namespace {
 
-/// The scene with its tables as they are when they act.
-SceneSpec without_stages(SceneSpec scene) {
+/// The scene with its tables as they are when they act, and without what is of the start alone.
+SceneSpec without_stages(SceneSpec scene, bool starts) {
+    for (RodSpec& rods : scene.rods)
+        if (!starts) rods.shape.velocity = rods.shape.angular_velocity = rods.shape.element_spin = {0, 0, 0};
     scene.constants.push_back({stage_begin_name, 0, "s"});
     scene.stages.clear();
     for_each_list(scene, [](const char*, auto& specs) {
@@ -261,7 +263,7 @@ std::string fault_of_stage(const SceneSpec& scene, std::size_t stage) {
     const std::vector<double> begins = nominal_begins(scene, stage);
     const std::span<const double> before = std::span(begins).first(std::max<std::size_t>(1, stage));
     try {
-        const SceneSpec was = without_stages(stage == 0 ? scene : changed_scene(scene, before));
+        const SceneSpec was = without_stages(stage == 0 ? scene : changed_scene(scene, before), stage == 0);
         SceneSpec now = was;
         change_for(now, scene.stages[stage]);
         if (stage > 0) catch_ends(was.rods, now.rods, stage);

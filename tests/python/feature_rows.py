@@ -7,7 +7,7 @@ RADIUS, LENGTH = 3e-3, 0.2
 HEIGHT = RADIUS - 1e-4  # axis of the left rod
 # Two rods that cross. The left one overlaps a floor at z = 0 a little, and the right one the left one. Fifteen steps are one of a fluid.
 BASE = {
-    "time": {"duration": 6e-6, "dt": 2e-7},
+    "time": {"duration": 1.2e-5, "dt": 2e-7, "divide": 3e-6},
     "rods": [
         {"name": "left", "material": {"density": 1200.0, "youngs_modulus": 1e6}, "section": {"radius": RADIUS},
          "shape": {"length": LENGTH, "elements": 8, "rest_curvature": [3.0, 2.0, 1.0], "start_curvature": [0.0, 0.0, 0.0], "velocity": [0.1, 0.2, -1.0], "angular_velocity": [1.0, 2.0, 3.0], "element_spin": [30.0, 20.0, 10.0]},
@@ -88,7 +88,7 @@ def stage(title, sets, **changes):
     def edit(scene, where):
         if "stage" not in scene: scene["stage"] = deepcopy(STAGES)
         scene["stage"][1].setdefault("change", []).extend(f"rods.{where}.{key}={value}" for key, value in changes.items())
-    return Row(title, edit, sets, True, steps=30)
+    return Row(title, edit, sets, True, steps=60)
 
 
 def second(title, table, **keys):
@@ -96,7 +96,7 @@ def second(title, table, **keys):
     def edit(scene, where):
         if "stage" not in scene: scene["stage"] = deepcopy(STAGES)
         scene.setdefault(table, []).append(deepcopy(keys) | {"stages": ["after"]} | ({"rods": [where]} if table == "load" else {}))
-    return Row(title, edit, None, table == "load", steps=30)
+    return Row(title, edit, None, table == "load", steps=60)
 
 
 def fluid(name, sets="fluid", **keys):
@@ -118,7 +118,7 @@ def wall(title, **keys):
 
 def relax(scene, where):
     """From rest, by steps of its own."""
-    scene["time"] = {key: value for key, value in scene["time"].items() if key != "dt"} | {"relax": True, "duration": 4.0}
+    scene["time"] = {key: value for key, value in scene["time"].items() if key not in ("dt", "divide")} | {"relax": True, "duration": 4.0}
     for one in scene["rods"] + scene.get("bodies", []):
         for key in ("velocity", "angular_velocity", "element_spin"):
             one.get("shape", one).pop(key, None)
@@ -230,6 +230,7 @@ def rows_of(folder):
         Row("joint.stiffness = auto", branch, "joint"),
         joint("universal", axis=[0.0, 0.0, 1.0], second_axis=[0.0, 1.0, 0.0], torsional_stiffness=0.1),
         joint("slider", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1), joint("distance", length=0.09),
+        joint("bushing", torsional_stiffness=0.1, along=[1.0, 0.5, 0.2], about=[0.1, 1.0, 0.3]),
         world("joint to the world", kind="spherical"),
         world("joint.limits", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, limits=[1e-9, 1.0], stop_stiffness=0.1, stop_damping=1e-6),
         world("joint.friction", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, friction=1e-3, friction_stiffness=0.1),
@@ -254,8 +255,8 @@ def rows_of(folder):
             {"name": "ground", "kind": "plane", "stiffness": 1e4},
             {"name": "lid", "kind": "plane", "point": [0.0, 0.0, 0.5], "normal": [0.0, 0.0, -1.0], "stiffness": 1e4,
              "servo": {"speed": 2.0, "watch": "ground", "area": 0.01, "turn_back_above": 1.0, "turn_forth_below": 0.5}}])),
-        stage("stage.change", "stage.change", **{"material.youngs_modulus": 3e7}), stage("stage: an end is caught", "end", end="clamped"),
-        stage("stage: an end slides", "start", start="pinned", start_free="xy"), stage("stage: nodes are held", "hold", **{"hold.nodes": [2]}),
+        stage("stage.change", "stage.change", **{"material.youngs_modulus": 3e7}), stage("stage: an end is caught", "start", start="clamped"),
+        stage("stage: an end slides", "end", end="pinned", end_free="xy"), stage("stage: nodes are held", "hold", **{"hold.nodes": [2]}),
         second("load.stages", "load", kind="uniform_force", force=[0.03, 0.02, 0.01]), second("wall.stages", "wall", name="late", kind="plane", stiffness=1e4),
         second("joint.stages", "joint", kind="spherical", between=["left", "right"], at=[0.0, 0.5], stiffness=1e3, **LISTED),
         of_scene("output.audit", "output.audit", "work_loads[J]", output={"audit": True}),

@@ -53,7 +53,7 @@ INERT = (
 )
 HEAD = """# What goes with what
 
-`python.pairs` (`tests/python/pairs_test.py`) runs every feature of scenes beside every other: {rows} features, {pairs} pairs, fifteen steps each, or thirty with stages. A pair passes if the
+`python.pairs` (`tests/python/pairs_test.py`) runs every feature of scenes beside every other: {rows} features, {pairs} pairs, fifteen steps each, or sixty with stages. A pair passes if the
 state differs from that with either feature alone. {refused} pairs ({share:.1f} %) are refused. A refusal names the table and the line, and what to leave out.
 
 ## Refused for a reason in physics
@@ -110,7 +110,7 @@ class Pairs(unittest.TestCase):
                 self.assertTrue(f"{path} = {choice}" in names or f"{path} = {choice}" in NOT_ROWS, f"{path} = {choice} has no row in feature_rows.py")
 
     def test_each_alone(self):
-        base = {steps: self.digest(steps=steps) for steps in (15, 30)}
+        base = {steps: self.digest(steps=steps) for steps in (15, 60)}
         for row in self.rows:
             with self.subTest(row.name):
                 self.assertEqual(self.digest_alone(row, "left", row.steps) == base[row.steps], bool(row.looks))
@@ -120,7 +120,7 @@ class Pairs(unittest.TestCase):
         for row in self.rows:
             if row.steps > 15: continue  # has stages
             with self.subTest(row.name):
-                self.assertEqual(self.digest((row, "left"), steps=30, stage=STAGES), self.digest_alone(row, "left", 30))
+                self.assertEqual(self.digest((row, "left"), steps=60, stage=STAGES), self.digest_alone(row, "left", 60))
 
     def test_every_pair(self):
         counts, pairs = [0] * len(REFUSED), 0

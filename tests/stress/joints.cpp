@@ -22,7 +22,8 @@ double energy(const test::Stage& stage) {
         sum += e.translation + e.rotation + e.elastic();
     }
     for (const double u :
-         joints_now(*stage.plan.find<JointPlan>(), stage.groups, *stage.rods, stage.clock.lag()).energies)
+         joints_now(*stage.plan.find<JointPlan>(), stage.groups, *stage.rods, {stage.clock.time(), stage.clock.lag()})
+             .energies)
         sum += u;
     return sum;
 }

@@ -25,7 +25,7 @@ struct JointExample {
     SceneSpec scene;
 };
 
-static_assert(std::size(joint_names) == 8, "a new kind of joint needs an example");
+static_assert(std::size(joint_names) == 9, "a new kind of joint needs an example");
 
 /// Two rods, or a rod and a body, that fly and turn, joined in every way.
 inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double damping = 0) {
@@ -78,6 +78,12 @@ inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double d
                       .limits = {-0.05, 0.05},
                       .stop_stiffness = 0.1 * turning}});
     add("distance", along, stick("on", {0.3, 0, 0.1}, {0, 1, 0}), {.kind = JointKind::distance, .at = {0.4, 0.3}});
+    add("bushing", along, on,
+        {.kind = JointKind::bushing,
+         .law = {.torsional_stiffness = turning,
+                 .torsional_damping = 0.01 * damping,
+                 .along = {1, 0.3, 0.6},
+                 .about = {0.2, 1, 0.5}}});
     RodSpec ball = rigid_body(0, 0.1);
     ball.name = "ball";
     ball.placement.origin = {0.9, 0, 0};

@@ -181,6 +181,8 @@ public:
         file_digest_ = digest;
         least_limits_ = limits;
     }
+    /// Takes the places of the rods of `like`, a group that differs in material and ends alone.
+    void take_rods_of(const RodGroup& like);
     /// Throws InputError naming the file, the number of rows, the memory that they need and the free memory, where it
     /// is too little.
     void require_memory(std::int64_t rows) const;

@@ -159,6 +159,7 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
     if (kind == JointKind::spherical || kind == JointKind::distance)
         objections.unused({"torsional_stiffness", "torsional_damping"}, where);
     if (kind != JointKind::distance) objections.unused({"length", "rope"}, where);
+    if (kind != JointKind::bushing) objections.unused({"along", "about"}, where);
     check_axes(spec, objections, where);
     check_free_axis(scene, spec, objections, where);
     check_events(scene, spec, objections);

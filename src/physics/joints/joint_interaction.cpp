@@ -71,7 +71,7 @@ void add_stars(const JointPlan& plan, std::span<const RodGroup> groups, const Pl
 
 } // namespace
 
-JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all, double lag) {
+JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all, const Sample& at_time) {
     std::vector<std::size_t> rods;
     PlacesOfRods place;
     const auto local = all.local();
@@ -82,7 +82,7 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
         rods.push_back(i);
     }
     std::vector<std::vector<Slot<1>>> state(rods.size());
-    all.read(rods, Copy::synchronised, lag,
+    all.read(rods, Copy::synchronised, at_time.lag,
              [&](int, std::size_t i, const RodCopy& rod) { state[i].assign(rod.state.begin(), rod.state.end()); });
     JointMemories memory(plan, groups, all, rods);
     JointsNow found;
@@ -106,10 +106,11 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
                 const JointSpec& table = plan.joints->tables[joint.table];
                 JointMemory<double> of_joint{};
                 if (remembers(table)) of_joint = memory.next(at->second);
-                found.motor_works.push_back(of_joint.axis.motor_work);
-                found.losses.push_back(-of_joint.axis.lost_work);
-                const JointState now = joint_state(table, joint, first[k], first[std::min(k + 1, first.size() - 1)],
-                                                   second[l], second[std::min(l + 1, second.size() - 1)], of_joint);
+                const JointState now =
+                    joint_state(table, joint, first[k], first[std::min(k + 1, first.size() - 1)], second[l],
+                                second[std::min(l + 1, second.size() - 1)], at_time.time, of_joint);
+                found.motor_works.push_back(now.motor_work);
+                found.losses.push_back(-now.lost_work);
                 found.energies.push_back(now.energy);
                 found.gap = std::max(found.gap, now.gap);
             }
@@ -119,7 +120,7 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
 }
 
 std::vector<Figure> JointInteraction::figures(const Sample& sample) const {
-    JointsNow now = joints_now(plan_, groups_, *rods_, sample.lag);
+    JointsNow now = joints_now(plan_, groups_, *rods_, sample);
     std::vector<Figure> figures = {{"joint_energy[J]", Figure::Of::sum, std::move(now.energies)},
                                    {"joint_gap[m]", Figure::Of::largest, {now.gap}}};
     if (plan_.has_axes()) {

@@ -14,7 +14,7 @@ struct JointsNow {
     std::vector<double> motor_works, losses; ///< of free axes since the start, J
 };
 /// `lag`: by which positions are behind the rates, s. This rank alone.
-JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all, double lag);
+JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all, const Sample& at_time);
 
 class JointInteraction final : public Interaction {
 public:

@@ -24,7 +24,8 @@ using test::stick;
 double joint_energy(const Meeting& stage) {
     double sum = 0;
     for (const double energy :
-         joints_now(*stage.plan.find<JointPlan>(), stage.groups, *stage.rods, stage.clock.lag()).energies)
+         joints_now(*stage.plan.find<JointPlan>(), stage.groups, *stage.rods, {stage.clock.time(), stage.clock.lag()})
+             .energies)
         sum += energy;
     return sum;
 }
@@ -77,7 +78,9 @@ TEST(CommonNodes, KeepMomentumEnergyAndPlaces) {
         std::printf("%s: energy within %.1e, momentum %.1e, angular momentum %.1e, gap %.1e m\n", e.name.c_str(),
                     (most - least) / start, norm(after.linear - before.linear) / norm(before.linear),
                     norm(after.angular - before.angular) / (norm(before.angular) + norm(before.linear)),
-                    joints_now(*stage.plan.find<JointPlan>(), stage.groups, *stage.rods, stage.clock.lag()).gap);
+                    joints_now(*stage.plan.find<JointPlan>(), stage.groups, *stage.rods,
+                               {stage.clock.time(), stage.clock.lag()})
+                        .gap);
         EXPECT_LT(most - least, 3e-2 * start) << e.name; // of the step, which is the longest
         EXPECT_LT(norm(after.linear - before.linear), 1e-12 * norm(before.linear)) << e.name;
         const bool body = std::any_of(e.scene.rods.begin(), e.scene.rods.end(),
