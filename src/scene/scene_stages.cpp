@@ -1,6 +1,5 @@
 #include "scene/scene_stages.hpp"
 
-#include "core/field_looker.hpp"
 #include "core/nearest.hpp"
 #include "physics/table_objections.hpp"
 #include "scene/scene_check.hpp"
@@ -14,14 +13,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <limits>
+#include <string_view>
+#include <type_traits>
 #include <utility>
 
 namespace skein {
 
 namespace {
-
-constexpr double never = std::numeric_limits<double>::max(); // s
 
 /// Numbers of the first stage in which a table acts, and of the first after it in which it does not.
 struct Span {
@@ -35,55 +33,27 @@ Span span_of(const std::vector<std::string>& named, const std::vector<StageSpec>
     return {to_index(first - stages.begin()), to_index(end - stages.begin()), std::none_of(end, stages.end(), acts)};
 }
 
-/// Moves the onset of a load's rise.
-class OnsetMover : public FieldLooker {
-public:
-    explicit OnsetMover(double begin) : begin_(begin) {}
-    using FieldLooker::visit;
-    void visit(const Field& f, double& x) override {
-        if (f.name == "onset") x = std::max(x, begin_);
-    }
-
-private:
-    double begin_;
-};
-
-template <class Spec> void erase_idle(std::vector<Spec>& specs, const StageSpec& now) {
-    std::erase_if(specs, [&](const Spec& spec) { return !acts_in(spec.stages, now); });
+ActingStages acting_stages(const std::vector<std::string>& named, const std::vector<StageSpec>& stages,
+                           std::span<const double> begins) {
+    const auto [first, end, consecutive] = span_of(named, stages);
+    const auto time_of = [&](std::size_t stage) { return stage < begins.size() ? begins[stage] : ActingStages::never; };
+    return {time_of(first), time_of(end), acts_in(named, stages[begins.size() - 1]),
+            first == 0 && end == stages.size()};
 }
 
-/// A joint is made, and lets go, as stages begin. It has its events in all of them, as its memory does.
-void set_events(JointSpec& joint, const SceneSpec& scene, std::span<const double> begins) {
-    const auto [first, end, consecutive] = span_of(joint.stages, scene.stages);
-    if (first == 0 && end == scene.stages.size()) return;
-    const auto time_of = [&](std::size_t stage) { return stage < begins.size() ? begins[stage] : never; };
-    joint.events.from = time_of(first);
-    joint.events.until = time_of(end);
+/// Takes away the tables that do not act now, but for those whose physics keeps them.
+template <class Spec>
+void keep_acting(std::vector<Spec>& specs, const std::vector<StageSpec>& stages, std::span<const double> begins) {
+    std::erase_if(specs, [&](Spec& spec) {
+        const ActingStages acting = acting_stages(spec.stages, stages, begins);
+        if constexpr (requires { stays_in_stage(spec, acting); }) return !stays_in_stage(spec, acting);
+        else return !acting.now;
+    });
 }
 
 bool same(const Vec3d& a, const Vec3d& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
 bool same_vectors(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
-}
-
-/// A wall that moves in another way than before goes on from where it is.
-void move_on(const std::vector<Wall>& before, std::vector<Wall>& walls, double time) {
-    for (std::size_t i = 0; i < walls.size(); ++i) {
-        const Wall& was = before[i];
-        Wall& wall = walls[i];
-        if (same(wall.velocity, was.velocity) && wall.from == was.from) continue;
-        if (was.moves_steadily() && time > was.from) wall.moved = wall.moved + (time - was.from) * was.velocity;
-        wall.from = std::max(wall.from, time);
-    }
-}
-
-Place place_of(const StageSpec& stage, const std::string& change) {
-    const std::string where = stage.source.empty() ? "" : stage.source + ": ";
-    return {std::make_shared<SourceText>(SourceText{fmt::format("{}stage '{}': {}", where, stage.name, change), {}})};
-}
-
-void change_for(SceneSpec& scene, const StageSpec& stage) {
-    for (const std::string& change : stage.change) change_scene(scene, key_value(change, place_of(stage, change)));
 }
 
 /// Ends that are held in another way than before are caught where they are.
@@ -107,16 +77,35 @@ void catch_ends(const std::vector<RodSpec>& before, std::vector<RodSpec>& rods, 
     }
 }
 
+/// What is where the stage before has left it. A physics may look at a table and at what it was before.
+void go_on_from(const SceneSpec& before, SceneSpec& now, std::size_t stage, double time) {
+    catch_ends(before.rods, now.rods, stage);
+    for_each_list(now, [&](std::string_view list, auto& specs) {
+        using Specs = std::decay_t<decltype(specs)>;
+        if constexpr (requires(typename Specs::value_type spec) { go_on_from(spec, spec, time); })
+            for_each_list(before, [&](std::string_view name, const auto& were) {
+                if constexpr (std::is_same_v<std::decay_t<decltype(were)>, Specs>)
+                    for (std::size_t i = 0; name == list && i < specs.size(); ++i) go_on_from(were[i], specs[i], time);
+            });
+    });
+}
+
+Place place_of(const StageSpec& stage, const std::string& change) {
+    const std::string where = stage.source.empty() ? "" : stage.source + ": ";
+    return {std::make_shared<SourceText>(SourceText{fmt::format("{}stage '{}': {}", where, stage.name, change), {}})};
+}
+
+void change_for(SceneSpec& scene, const StageSpec& stage) {
+    for (const std::string& change : stage.change) change_scene(scene, key_value(change, place_of(stage, change)));
+}
+
 /// The scene with its changes, before tables that do not act are left out.
 SceneSpec changed_scene(const SceneSpec& scene, std::span<const double> begins) {
     SceneSpec now = scene;
     for (std::size_t stage = 0; stage < begins.size(); ++stage) {
-        const std::vector<Wall> walls = now.walls;
-        const std::vector<RodSpec> rods = now.rods;
+        const SceneSpec before = now;
         change_for(now, scene.stages[stage]);
-        if (stage == 0) continue;
-        move_on(walls, now.walls, begins[stage]);
-        catch_ends(rods, now.rods, stage);
+        if (stage > 0) go_on_from(before, now, stage, begins[stage]);
     }
     return now;
 }
@@ -126,17 +115,9 @@ SceneSpec changed_scene(const SceneSpec& scene, std::span<const double> begins) 
 SceneSpec stage_scene(const SceneSpec& scene, std::span<const double> begins) {
     if (scene.stages.empty()) return scene;
     SceneSpec now = changed_scene(scene, begins);
-    const StageSpec& stage = scene.stages[begins.size() - 1];
-    for (LoadSpec& load : now.loads) {
-        const Span acts = span_of(load.stages, scene.stages);
-        if (acts.first == 0 || acts.first >= begins.size()) continue;
-        OnsetMover mover(begins[acts.first]);
-        load.fields(mover);
-    }
-    erase_idle(now.loads, stage);
-    erase_idle(now.damping, stage);
-    for (JointSpec& joint : now.joints) set_events(joint, scene, begins);
-    for (Wall& wall : now.walls) wall.stands = acts_in(wall.stages, stage);
+    for_each_list(now, [&](const char*, auto& specs) {
+        if constexpr (requires { specs.front().stages; }) keep_acting(specs, scene.stages, begins);
+    });
     now.stage_begin = begins.back();
     return now;
 }
@@ -188,15 +169,6 @@ void check_names(const SceneSpec& scene, Objections& objections) {
     });
 }
 
-void check_joints(const SceneSpec& scene, Objections& objections) {
-    for (std::size_t i = 0; i < scene.joints.size(); ++i) {
-        const JointSpec& joint = scene.joints[i];
-        if (!joint.stages.empty() && (joint.events.from > 0 || joint.events.until > 0))
-            objections.add(fmt::format("joint.{}.stages", i),
-                           "'from' and 'until' follow from the stages: leave them out, or 'stages'");
-    }
-}
-
 void check_tables(const SceneSpec& scene, Objections& objections) {
     double sum = 0;
     for (std::size_t i = 0; i < scene.stages.size(); ++i) {
@@ -229,7 +201,6 @@ void check_tables(const SceneSpec& scene, Objections& objections) {
 
 void check_stages(const SceneSpec& scene, Objections& objections) {
     check_names(scene, objections);
-    check_joints(scene, objections);
     check_tables(scene, objections);
 }
 

@@ -1,6 +1,5 @@
-// A scene as it is in one of its stages.                                                              docs/stages.md
-//   changes of all stages so far | tables that act in it | joints made and ended as stages begin | walls from where
-//   they are
+// A scene as it is in one of its stages: changes of all stages so far, tables that act in it, and what goes on from
+// where the stage before has left it.                                                                 docs/stages.md
 #pragma once
 
 #include "physics/scene_spec.hpp"

@@ -3,6 +3,7 @@
 
 #include "skein/core/fields.hpp"
 
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -28,6 +29,13 @@ inline constexpr const char* stage_begin_name = "stage_begin";
 /// Key `stages` of tables that act in some stages alone.
 inline constexpr Field stages_field{
     .name = "stages", .unit = "", .text = "stages in which it acts, by name, one after the other; all where absent"};
+
+/// Stages in which a table acts, as the present one sees them.
+struct ActingStages {
+    static constexpr double never = std::numeric_limits<double>::max();
+    double begin = never, end = never; ///< s: when the first has begun, and the first after them
+    bool now = true, throughout = true;
+};
 
 /// True if a table acts in a stage.
 bool acts_in(const std::vector<std::string>& stages, const StageSpec& stage);

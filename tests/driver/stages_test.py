@@ -230,7 +230,7 @@ class Stages(DriverTest):
         for old, new, message in (
             ('stages = ["fall"]\n[[wall]]', 'stages = ["fal"]\n[[wall]]', "there is no stage 'fal'; did you mean 'fall'?"),
             ('stages = ["open"]\n[[wall]]', 'stages = ["fall", "down"]\n[[wall]]', "consecutive stages"),
-            ('stages = ["open"]\n[[wall]]', 'stages = ["open"]\nfrom = 0.01\n[[wall]]', "follow from the stages"),
+            ('stages = ["open"]\n[[wall]]', 'stages = ["open"]\nfrom = 0.01\n[[wall]]', "'from' has no use with 'stages', from which both follow"),
             ('until = "gate_force > 2"', 'until = "gate_force = 2"', "is no condition"),
             ('until = "gate_force > 2"', 'until = "gates_force > 2"', "this scene's series has no 'gates_force'"),
             ('until = "floor_force > 0.5"\ncheck_every = 0.001\n', "", "stage 'open' never ends, so 'down' never begins"),

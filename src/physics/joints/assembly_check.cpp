@@ -112,7 +112,8 @@ void check_free_axis(const SceneSpec& scene, const JointSpec& spec, Objections& 
 
 void check_events(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {
     const JointEvents& events = spec.events;
-    if (!events.any()) return;
+    if (!spec.stages.empty()) objections.unused({"from", "until"}, "with 'stages', from which both follow");
+    if (!events.any() && spec.stages.empty()) return;
     if (events.until > 0 && events.until <= events.from)
         objections.add("until", fmt::format("it would let go before it is made, at {:g} s", events.from));
     if (shares_node(spec))

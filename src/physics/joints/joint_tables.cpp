@@ -10,4 +10,11 @@ void tidy_echo(nlohmann::json& table, const JointSpec& joint, const CoreTables&,
     if (shares_node(joint)) table["stiffness"] = "auto";
 }
 
+bool stays_in_stage(JointSpec& joint, const ActingStages& acting) {
+    if (acting.throughout) return true;
+    joint.events.from = acting.begin;
+    joint.events.until = acting.end;
+    return true;
+}
+
 } // namespace skein

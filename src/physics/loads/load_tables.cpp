@@ -4,6 +4,7 @@
 
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <map>
 
 namespace skein {
@@ -23,7 +24,26 @@ private:
     nlohmann::json& table_;
 };
 
+/// Moves the onset of a load's rise.
+class OnsetMover final : public FieldLooker {
+public:
+    using FieldLooker::visit;
+    explicit OnsetMover(double begin) : begin_(begin) {}
+    void visit(const Field& f, double& x) override {
+        if (f.name == "onset") x = std::max(x, begin_);
+    }
+
+private:
+    double begin_;
+};
+
 } // namespace
+
+bool stays_in_stage(LoadSpec& load, const ActingStages& acting) {
+    OnsetMover mover(acting.begin);
+    if (acting.now) load.fields(mover);
+    return acting.now;
+}
 
 void tidy_echo(nlohmann::json& table, const LoadSpec& spec, const CoreTables&, bool) {
     LoadSpec copy = spec; // fields() takes what it may change

@@ -3,6 +3,7 @@
 
 #include "loads/load_spec.hpp"
 #include "skein/core/objections.hpp"
+#include "time/stage_spec.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -38,6 +39,9 @@ struct LoadTables {
     static void note_refinement(const SceneSpec& scene, std::vector<std::string>& notes);
     static std::string_view remark(std::string_view table);
 };
+
+/// A load rises from the begin of its first stage on. True where it acts.
+bool stays_in_stage(LoadSpec& load, const ActingStages& acting);
 
 /// Writes "auto" in place of the numbers that stand for it.
 void tidy_echo(nlohmann::json& table, const LoadSpec& spec, const CoreTables& scene, bool physics_only);

@@ -10,6 +10,18 @@ namespace skein {
 
 void tidy_echo(nlohmann::json& table, const Wall& wall, const CoreTables&, bool) { tidy_law(table, wall.law); }
 
+bool stays_in_stage(Wall& wall, const ActingStages& acting) {
+    wall.stands = acting.now;
+    return true;
+}
+
+void go_on_from(const Wall& before, Wall& wall, double time) {
+    const Vec3d turned = wall.velocity - before.velocity;
+    if (dot(turned, turned) == 0 && wall.from == before.from) return;
+    if (before.moves_steadily() && time > before.from) wall.moved = wall.moved + (time - before.from) * before.velocity;
+    wall.from = std::max(wall.from, time);
+}
+
 bool state_survives(const Wall&, const KeyChange& change) {
     constexpr std::array<std::string_view, 12> geometry = {"",       "name", "kind",  "point", "normal", "axis",
                                                            "radius", "side", "lower", "upper", "open",   "rods"};

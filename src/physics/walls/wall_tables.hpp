@@ -3,6 +3,7 @@
 
 #include "contact/wall.hpp"
 #include "skein/core/objections.hpp"
+#include "time/stage_spec.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -27,6 +28,11 @@ struct WallTables {
 
 /// Writes "auto" in place of the numbers that stand for it.
 void tidy_echo(nlohmann::json& table, const Wall& spec, const CoreTables& scene, bool physics_only);
+
+/// A wall stands in its stages, and has a memory of contacts in all of them.
+bool stays_in_stage(Wall& wall, const ActingStages& acting);
+/// A wall that moves in another way than before goes on from where it is at `time`, s.
+void go_on_from(const Wall& before, Wall& wall, double time);
 
 struct KeyChange;
 /// True if a state keeps its meaning under a change of a wall's key.
