@@ -24,6 +24,7 @@ REFUSED = (
      "A state of rest has constant loads and no velocities."),
     (r"time.relax chooses damping|has no use with relax = true", "relaxation", "damping, integrators", "It makes its own steps; damping does not change the state of rest."),
     (r"time.relax is not for walls that move", "relaxation", "walls that move", "A wall that moves leaves no state of rest."),
+    (r"time.relax is not for ends that are moved", "relaxation", "moved ends", "A motion is a function of time, and the steps of a relaxation are none of time."),
     (r"time.relax is not for rigid bodies", "relaxation", "free rigid bodies", "A body has no stiffness by which it comes to rest."),
     (r"time.relax needs a law with an energy|no audit of group .* has no energy", "relaxation, audits", "`law = \"elastica\"`", "This law has no energy."),
     (r"no audit with time.relax", "relaxation", "audits", "Inertia in pseudo-time is not that of the rods, so there is no balance of energy."),
@@ -43,7 +44,6 @@ REFUSED = (
     (r"no audit of rods that feel a fluid", "audits", "fluids that rods feel", None),
     (r"no audit of the rigid bodies", "audits", "rigid bodies", None),
     (r"time.relax is not for rods that are joined", "relaxation", "joints", None),
-    (r"time.relax is not for ends that are moved", "relaxation", "moved ends", None),
 )
 # Pairs that run and leave the state as one of them does, with the reason.
 INERT = (

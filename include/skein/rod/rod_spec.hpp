@@ -130,9 +130,9 @@ struct RodSpec {
 
     bool ends_caught() const { return start_caught + end_caught > 0; }
     /// True where ends are led: by their motion, or to where they have been caught.
-    bool ends_move() const {
-        return ends_caught() || start_motion.moves() || start_motion.turns() || end_motion.moves() ||
-               end_motion.turns();
+    bool ends_move() const { return ends_caught() || has_motions(); }
+    bool has_motions() const {
+        return start_motion.moves() || start_motion.turns() || end_motion.moves() || end_motion.turns();
     }
     bool ends_slide() const { return !start_free.empty() || !end_free.empty(); }
     /// Keys of a [[rods]], or of a [[bodies]].

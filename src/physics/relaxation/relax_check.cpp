@@ -35,7 +35,8 @@ void rods(const RodSpec& rods, Objections& group) {
     refuse(rods.material.law == Law::elastica, "material.law", "needs a law with an energy, and \"elastica\" has none");
     refuse(rods.material.rotary_inertia_scale != 1, "material.rotary_inertia_scale", chosen);
     refuse(rods.material.rotary_inertia_for_dt != 0, "material.rotary_inertia_for_dt", chosen);
-    refuse(rods.ends_move(), "", "is not for ends that are moved");
+    refuse(rods.has_motions(), "",
+           "is not for ends that are moved: a motion is a function of time, and its steps are none of time");
     refuse(!zero(rods.shape.velocity) || !zero(rods.shape.angular_velocity) || !zero(rods.shape.element_spin), "shape",
            "begins at rest: give no velocities");
 }
