@@ -56,7 +56,7 @@ class View:
         self.up_axis, self.up_sign = self._up()
         self.up = self.up_sign * np.eye(3)[self.up_axis] if choice.up is None else np.asarray(choice.up, float) / np.linalg.norm(choice.up)
         slots = sum(group.count * (group.elements + 1) for group in self.rods)
-        self.apart = int(np.ceil(slots / (choice.detail * 600000)))  # nodes of very many rods that are drawn: every so-many-th
+        self.apart = max(1, int(np.ceil(slots / (choice.detail * 600000))))  # nodes of very many rods that are drawn: every so-many-th
         slots //= self.apart
         self.times = int(np.clip(choice.detail * 60000 / max(slots, 1), 1, 8))
         self.sides = int(np.clip(6 + choice.detail * 600000 / max(slots * self.times, 1), 5, 48))
