@@ -35,7 +35,7 @@ constexpr Every searched{64};             ///< steps of a first coarse search
 constexpr std::int64_t copy_every = 1024; ///< steps between two copies at least: one costs as much as ten steps at most
 constexpr std::int64_t copy_of_fluid_every = 32; ///< steps of a fluid: a copy costs as much as one at most
 constexpr double held = 0.9;                     ///< share of a limit that is proposed
-constexpr double resolved = 0.1;                 ///< of an element's length, or rad: what a load may do within a step
+constexpr double resolved_share = 0.1;           ///< of an element's length, or rad: what a load may do within a step
 constexpr std::int64_t looked_back = 16;         ///< steps before a failure that may have led to it
 constexpr std::int64_t tried_beyond = 50;        ///< steps to a failure for each behind it that is tried too
 constexpr int most_attempts = 4;                 ///< at a shorter step, each a quarter of the one before
@@ -275,7 +275,7 @@ void Rewind::trace(Failure& failure, const Found& found, double& limit) {
         found.here() ? fmt::format("\n  where it began: step {}, {}", began, story_of(worst)) : std::string());
     if (!touch.text.empty()) failure.text += fmt::format("\n  touched: at step {} {}", touched, touch.text);
     const double share = comm.max(found.here() ? share_of(worst) : 0);
-    if (share > resolved) limit = std::min(limit, world_.plan.dt * std::sqrt(resolved / share) / held);
+    if (share > resolved_share) limit = std::min(limit, world_.plan.dt * std::sqrt(resolved_share / share) / held);
 }
 
 /// From a copy to a time beyond the failure with a step of `dt`, and ever shorter ones until one holds.

@@ -151,6 +151,15 @@ struct alignas(8 * W) Pack<W> {
     SKEIN_INLINE friend Mask<W> operator<=(const Pack& a, const Pack& b) { return {a.low <= b.low, a.high <= b.high}; }
     SKEIN_INLINE friend Mask<W> operator>=(const Pack& a, const Pack& b) { return {a.low >= b.low, a.high >= b.high}; }
 };
+namespace detail {
+/// The same of two lanes by a function of the library, where instructions lack it. One call for both: there are very
+/// many.
+using TwoDoubles = double __attribute__((vector_size(16)));
+[[gnu::noinline]] inline TwoDoubles fma_of_two(TwoDoubles a, TwoDoubles b, TwoDoubles c) {
+    return TwoDoubles{__builtin_fma(a[0], b[0], c[0]), __builtin_fma(a[1], b[1], c[1])};
+}
+} // namespace detail
+
 /// a b + c, rounded once.
 template <int W> SKEIN_INLINE Pack<W> fma(const Pack<W>& a, const Pack<W>& b, const Pack<W>& c) {
     if constexpr (Wide<W>) {
@@ -169,6 +178,9 @@ template <int W> SKEIN_INLINE Pack<W> fma(const Pack<W>& a, const Pack<W>& b, co
         if constexpr (W == 2)
             return Pack<W>(std::bit_cast<Doubles>(
                 _mm_fmadd_pd(std::bit_cast<__m128d>(a.v), std::bit_cast<__m128d>(b.v), std::bit_cast<__m128d>(c.v))));
+#endif
+#if defined(__SSE2__) && !defined(__FMA__)
+        if constexpr (W == 2) return Pack<W>(detail::fma_of_two(a.v, b.v, c.v));
 #endif
         Pack<W> r;
         for (int lane = 0; lane < W; ++lane) r.set(lane, __builtin_fma(a[lane], b[lane], c[lane]));
