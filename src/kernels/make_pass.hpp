@@ -93,6 +93,7 @@ public:
         });
     }
     Made operator()(pass::AuditInner) const {
+        if (!parts_.group.strained()) return std::make_unique<AuditUnstrainedPass<W>>(parts_.audit);
         return with_energy_law(parts_.group.law(), [&]<class L>(L) -> Made {
             return std::make_unique<AuditInnerPass<L, W>>(parts_.audit, ends_of(parts_.group), parts_.end_walls);
         });

@@ -86,6 +86,31 @@ protected:
     const EnergyBudget<W>& budget() const { return *budget_; }
     typename EnergyBudget<W>::TileBudget& of(const RodTile<W>& rod) const { return budget_->tiles[rod.number]; }
 
+    void make_room(const RodTile<W>& rod) {
+        const std::size_t slots = to_index(rod.last) + 1;
+        auto& tile = budget_->tiles.emplace_back();
+        tile.inner.resize(slots);
+        tile.all.resize(slots);
+        tile.before.resize(slots);
+    }
+    /// Notes internal loads; in a second call of a step it adds those of contacts, and returns true.
+    bool note_inner(const RodTile<W>& rod, const SlotLoad<W>* load) const {
+        auto& tile = of(rod);
+        if (std::exchange(tile.noted, false)) {
+            for (int k = 0; k <= rod.last; ++k) {
+                const std::size_t at = to_index(k);
+                const Vec3<Pack<W>> force = load[k].force - tile.all[at].force;
+                tile.inner[at].force += force;
+                tile.inner[at].couple += load[k].couple - tile.all[at].couple;
+                if (k == rod.n && rod.group->closed()) tile.inner[0].force += force;
+            }
+            return true;
+        }
+        std::copy(load, load + rod.last + 1, tile.inner.begin());
+        if (rod.group->closed()) tile.inner[0].force += nth(tile.inner, rod.n).force;
+        return false;
+    }
+
     std::shared_ptr<EnergyBudget<W>> budget_;
 };
 
@@ -107,31 +132,15 @@ public:
     void bind(const RodTile<W>& rod) override {
         elastic_.bind(rod);
         walls_->bind(rod);
-        const std::size_t slots = to_index(rod.n) + 1;
-        auto& tile = this->budget_->tiles.emplace_back();
-        tile.inner.resize(slots);
-        tile.all.resize(slots);
-        tile.before.resize(slots);
+        this->make_room(rod);
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
-        auto& tile = this->of(rod);
-        if (std::exchange(tile.noted, false)) {
-            for (int k = 0; k <= rod.n; ++k) {
-                const std::size_t at = to_index(k);
-                const Vec3<Pack<W>> force = load[k].force - tile.all[at].force;
-                tile.inner[at].force += force;
-                tile.inner[at].couple += load[k].couple - tile.all[at].couple;
-                if (k == rod.n && rod.group->closed()) tile.inner[0].force += force;
-            }
-            return;
-        }
-        std::copy(load, load + rod.n + 1, tile.inner.begin());
-        if (rod.group->closed()) tile.inner[0].force += nth(tile.inner, rod.n).force;
+        if (this->note_inner(rod, load)) return;
         if (!walls_->moving()) return;
         const Vec3<Pack<W>> start = walls_->spin(EndWalls<W>::start, rod, step),
                             end = walls_->spin(EndWalls<W>::end, rod, step);
-        tile.wall_power =
+        this->of(rod).wall_power =
             dot(elastic_.couple_on_start_wall(rod, step), start) + dot(elastic_.couple_on_end_wall(rod, step), end);
     }
 
@@ -140,15 +149,23 @@ private:
     std::shared_ptr<EndWalls<W>> walls_;
 };
 
+/// The same of bodies, which have no internal loads.
+template <int W> class AuditUnstrainedPass final : public AuditPass<W> {
+public:
+    using AuditPass<W>::AuditPass;
+    void bind(const RodTile<W>& rod) override { this->make_room(rod); }
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override { this->note_inner(rod, load); }
+};
+
 /// Pass before the kick, with all loads, and before contacts.
 template <int W> class AuditLoadsPass final : public AuditPass<W> {
 public:
     using AuditPass<W>::AuditPass;
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
         auto& tile = this->of(rod);
-        std::copy(load, load + rod.n + 1, tile.all.begin());
+        std::copy(load, load + rod.last + 1, tile.all.begin());
         tile.noted = true;
-        for (int k = 0; k <= rod.n; ++k) nth(tile.before, k) = {rod.slot[k].velocity, rod.slot[k].spin};
+        for (int k = 0; k <= rod.last; ++k) nth(tile.before, k) = {rod.slot[k].velocity, rod.slot[k].spin};
     }
 };
 

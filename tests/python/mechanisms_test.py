@@ -248,6 +248,29 @@ class Mechanisms(unittest.TestCase):
         turn = couple * length / (youngs * np.pi * radius**4 / 4)
         self.assertAlmostEqual(tip[2], -length / turn * (1 - np.cos(turn)), delta=2e-3 * 0.5 * length * turn)
 
+    def test_audit_of_bodies(self):
+        """Loads, joints, contact and damping of bodies that tumble: the balance of energy closes to second order."""
+        def defects(dt):
+            body = {"mass": 1.0, "inertia": [0.01, 0.02, 0.03], "spheres": {"radii": [0.05]}}
+            bodies = [{"name": "one", **body, "placement": {"origin": [0.0, 0.0, 0.3]}, "angular_velocity": [3.0, 1.0, 2.0]},
+                      {"name": "two", **body, "placement": {"origin": [0.06, 0.0, 0.5]}, "velocity": [0.0, 0.0, -2.0]}]
+            joint = {"kind": "distance", "between": ["one", "world"], "place": [0.0, 0.0, 0.6], "stiffness": 500.0, "damping": 1.0}
+            tables = {"time": {"duration": 0.25, "dt": dt}, "bodies": bodies, "joint": [joint], "load": [{"kind": "gravity"}], "damping": [{"kind": "uniform", "rate": 0.5}],
+                      "contact": {"law": "hertz", "stiffness": 1e6, "damping": 5.0}, "output": {"audit": True}}
+            with opened(tables) as run:
+                off, most, touched = [], 0.0, False
+                for _ in range(50):
+                    o = run.step(run.steps // 50).observables
+                    off.append(o["energy_defect[J]"])
+                    most, touched = max(most, abs(o["work_loads[J]"])), touched or o["touching_pairs[-]"] > 0
+                self.assertTrue(touched)
+                self.assertGreater(o["dissipated[J]"], 0.1)
+                return np.max(np.abs(off)) / most
+
+        coarse, fine = defects(2e-5), defects(1e-5)
+        self.assertLess(fine, 1e-5)
+        self.assertGreater(coarse / fine, 3.5)
+
 
 if __name__ == "__main__":
     unittest.main()

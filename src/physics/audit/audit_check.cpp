@@ -11,10 +11,6 @@ void AuditTables::check(const SceneSpec& scene, Objections& objections) {
             objections.add(
                 "output.audit",
                 fmt::format("there is no audit of group '{}': its law \"elastica\" has no energy", rods.name));
-    for (const RodSpec& rods : scene.rods)
-        if (rods.body)
-            objections.add("output.audit",
-                           fmt::format("there is no audit of the rigid bodies of group '{}'", rods.name));
 }
 
 } // namespace skein

@@ -549,7 +549,6 @@ TEST(Body, RefusesWhatItCannotHave) {
              s.loads = {{.load = EndForce{.end = {1, 0, 0}}}};
          },
          "end_force is not for rigid bodies"},
-        {[](SceneSpec& s) { s.output.audit = true; }, "there is no audit of the rigid bodies of group 'body'"},
         {[](SceneSpec& s) { s.loads = {{.load = SlenderBodyDrag{.viscosity = 1}}}; },
          "slender_body_drag is not for rigid bodies"},
         {[](SceneSpec& s) { s.loads = {{.load = PlaneFriction{}}}; }, "anisotropic_plane is not for rigid bodies"},
