@@ -39,6 +39,9 @@ function(skein_kernel_flags target level)
   if(SKEIN_LEVEL_MARCH_${level})
     target_compile_options(${target} PRIVATE -march=${SKEIN_LEVEL_MARCH_${level}})
   endif()
+  if(level STREQUAL x86_64_v4 AND CMAKE_CXX_COMPILER_ID STREQUAL GNU AND CMAKE_CXX_COMPILER_VERSION VERSION_LESS 13)
+    target_compile_options(${target} PRIVATE -Wno-maybe-uninitialized) # of registers that its own headers leave undefined
+  endif()
   target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fschedule-insns -fsched-pressure -fno-gnu-unique>)
 endfunction()
 
