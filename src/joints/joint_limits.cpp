@@ -128,6 +128,45 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
     return bounds;
 }
 
+std::vector<JointHolds> joint_holds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
+                                    std::span<const RodGroup> groups) {
+    std::vector<std::map<std::int64_t, JointHolds>> of_rod(groups.size());
+    for (const std::vector<Joint>& assembly : joints)
+        for (const Joint& joint : assembly) {
+            const JointSpec& table = tables[joint.table];
+            const AxisSpec& axis = table.axis_law;
+            const bool about = table.kind == JointKind::hinge; // what the free axis is
+            const double along = table.law.stiffness + (about ? 0 : axis.stiffness_bound()),
+                         turning = table.law.torsional_stiffness + (about ? axis.stiffness_bound() : 0);
+            for (const JointEnd* end : {&joint.first, &joint.second}) {
+                if (end->of_world()) continue;
+                const RodGroup& group = nth(groups, end->group);
+                JointHolds& holds = nth(of_rod, end->group)[end->rod];
+                holds.node.resize(to_index(group.elements()) + 1);
+                holds.turn.resize(to_index(group.elements()));
+                double arm = dot(end->arm, end->arm);
+                if (table.kind == JointKind::slider && end == &joint.second)
+                    arm = std::pow(std::sqrt(arm) + slider_way(table, joint), 2);
+                const auto k = to_index(end->element);
+                holds.node[k] += 4 * along * (1 - end->share);
+                holds.node[std::min(k + 1, holds.node.size() - 1)] += 4 * along * end->share;
+                holds.turn[k] += 4 * along * arm + 2 * turning;
+            }
+        }
+    std::vector<JointHolds> largest(groups.size());
+    for (std::size_t g = 0; g < groups.size(); ++g)
+        for (const auto& [rod, holds] : of_rod[g]) {
+            largest[g].node.resize(holds.node.size());
+            largest[g].turn.resize(holds.turn.size());
+            const auto raise = [](std::vector<double>& most, const std::vector<double>& by) {
+                for (std::size_t i = 0; i < by.size(); ++i) most[i] = std::max(most[i], by[i]);
+            };
+            raise(largest[g].node, holds.node);
+            raise(largest[g].turn, holds.turn);
+        }
+    return largest;
+}
+
 double star_energy(const Star& star,
                    const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of) {
     using P = Pack<1>;

@@ -28,6 +28,15 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
 /// Way, m, along a slider between two bodies up to which the limits hold: its forces act on the second with that lever.
 double slider_way(const JointSpec& table, const Joint& joint);
 
+/// Stiffness of joints that a node, N/m, and an element, N m/rad, of a rod feel at most, where all that are joined may
+/// move at once: four times k at a point that two nodes, an arm and their counterparts move, and twice k_t.
+struct JointHolds {
+    std::vector<double> node, turn; ///< [elements + 1], [elements]; empty: no rod of the group is joined
+};
+/// Of the rods of each group, the largest.
+std::vector<JointHolds> joint_holds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
+                                    std::span<const RodGroup> groups);
+
 /// Energy of a joint's springs, J, and distance of its points, m; works along its free axis since the start, J.
 struct JointState {
     double energy = 0, gap = 0, motor_work = 0, lost_work = 0;

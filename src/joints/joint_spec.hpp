@@ -82,6 +82,10 @@ struct JointSpec {
     std::vector<std::string> stages; ///< in which it holds; empty: all
     std::string source;              ///< file:line of the table, for messages
 
+    void take_away_dashpots() {
+        law.damping = law.torsional_damping = 0;
+        axis_law.damping = axis_law.stop_damping = axis_law.friction_damping = 0;
+    }
     bool to_world() const { return between.size() == 2 && between[1] == world_name; }
     void fields(FieldVisitor& f);
 

@@ -33,8 +33,8 @@ public:
     static constexpr double least_reach = 1e-4;
 
     RelaxPass(const RodGroup& group, RelaxationContacts contacts, std::shared_ptr<RelaxationResidual> residual)
-        : group_(group.id()), ends_(ends_of(group)), rod_(group), contacts_(contacts), residual_(std::move(residual)),
-          momentum_(contacts.any() ? touched_momentum : momentum) {}
+        : group_(group.id()), ends_(ends_of(group)), rod_(group, contacts), contacts_(std::move(contacts)),
+          residual_(std::move(residual)), momentum_(contacts_.any() ? touched_momentum : momentum) {}
 
     void expect(std::size_t tiles) override {
         if (contacts_.any()) reach_.assign(tiles, P(1.0));

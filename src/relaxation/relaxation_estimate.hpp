@@ -8,12 +8,13 @@
 
 namespace skein {
 
-/// Effects of contacts on a rod that relaxes.
+/// Effects of contacts and joints on a rod that relaxes.
 struct RelaxationContacts {
-    double stiffness = 0;            ///< stiffness at a touched node, N/m
-    double turning = 0;              ///< stiffness of an element against turns by friction, N m
-    double farthest_move = HUGE_VAL; ///< farthest move of a node in a step, m
-    bool any() const { return stiffness > 0; }
+    double stiffness = 0;                     ///< stiffness at a touched node, N/m
+    double turning = 0;                       ///< stiffness of an element against turns by friction, N m
+    double farthest_move = HUGE_VAL;          ///< farthest move of a node in a step, m
+    std::vector<double> node = {}, turn = {}; ///< stiffness of joints by node, N/m, and element, N m; empty: none
+    bool any() const { return stiffness > 0 || !node.empty(); }
 };
 
 /// Largest correction of rods that relax, in their last step.

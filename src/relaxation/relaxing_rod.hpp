@@ -2,6 +2,7 @@
 // gives free rods a finite solution. theory.md (65), (67)
 #pragma once
 
+#include "relaxation/relaxation_estimate.hpp"
 #include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
@@ -25,7 +26,8 @@ public:
         double most_turn;           ///< rad in a step
     };
 
-    explicit RelaxingRod(const RodGroup& group) {
+    /// `held`: with the stiffness of joints, which adds to the small one.
+    RelaxingRod(const RodGroup& group, const RelaxationContacts& held) {
         const int n = group.elements();
         for (const ElementConstants& e : group.element) length_ += e.rest_length;
         double bending = 0;
@@ -49,6 +51,9 @@ public:
                 row.own_turn = per_length * e.rest_length;
                 row.most_turn = std::min(farthest_turn, farthest_share * e.radius * e.inv_rest_length);
             }
+            if (held.node.empty()) continue;
+            row.own_node += nth(held.node, k);
+            if (k < n) row.own_turn += nth(held.turn, k);
         }
         const int nodes = group.nodes();
         const Hold& hold = group.spec().hold;

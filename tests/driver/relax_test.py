@@ -128,6 +128,26 @@ class Relax(DriverTest):
                               ("centre_xm", "centre_ym", "centre_zm", "max_overlap", "wall_overlap", "elastic_bendJ"))
         self.assertGreater(self.series("rubbed")[-1]["wall_contacts"], 0)
 
+    def test_joined_rods(self):
+        """A cantilever, a hinge with a spring, a slider to the world: the rest of damped motion, of any layout."""
+        rod = 'material = {density = 1000.0, youngs_modulus = 1e7}\nsection.radius = 0.01\nshape = {length = 0.5, elements = 12}\n'
+        bodies = ('load = [{kind = "gravity", acceleration = [0, 0, -9.81]}]\n[[assembly]]\nname = "arm"\nplacement = {kind = "list", origins = [[0, 0, 0], [0, 1, 0], [0, 2, 0]], tangents = [[0, 0, 1], [0, 0, 1], [0, 0.6, 0.8]]}\n'
+                  f'[[rods]]\nname = "a"\nassembly = "arm"\nstart = "clamped"\n{rod}placement.tangent = [1, 0, 0]\n[[rods]]\nname = "b"\nassembly = "arm"\n{rod}placement = {{origin = [0.5, 0, 0], tangent = [1, 0, 0]}}\n'
+                  '[[joint]]\nkind = "hinge"\nbetween = ["a", "b"]\naxis = [0, 1, 0]\nstiffness = 1e4\ntorsional_stiffness = 10.0\ntorsional_damping = 1e-4\nspring = 0.5\n'
+                  '[[joint]]\nkind = "slider"\nbetween = ["b", "world"]\nat = [1.0]\naxis = [0, 0, 1]\nstiffness = 1e3\ntorsional_stiffness = 0.5\nspring = 1.0\naxis_damping = 0.01\n')
+        self.scene.write_text("time = {duration = 100000, relax = true, relax_tolerance = 1e-10}\n" + bodies)
+        self.run_skein("rest")
+        self.assertTrue(self.summary("rest")["relaxation"]["settled"])
+        self.assertLess(self.summary("rest")["steps"], 20000)
+        for ranks, threads in ((1, 2), (2, 1)):
+            self.run_skein(f"{ranks}x{threads}", ranks=ranks, threads=threads)
+            self.assertEqual(self.digest(f"{ranks}x{threads}"), self.digest("rest"))
+        self.scene.write_text('time = {duration = 8.0}\ndamping = [{kind = "uniform", rate = 8.0}]\noutput = {series = 0.5}\n' + bodies)
+        self.run_skein("motion")
+        rest, motion = numpy.atleast_1d(self.series("rest"))[-1], self.series("motion")[-1]
+        for name in ("elastic_bendJ", "joint_energyJ", "centre_zm"):
+            self.assertLess(abs(rest[name] - motion[name]), 1e-6 * abs(motion[name]), name)
+
     def test_rings(self):
         """Hang from a node each, beside a rod of another number of elements; and a chain of two links, which touch."""
         alone = ring("first", [0], normal=X, tangent=[0.0, -1.0, 0.0]) + ring("later", [-5], normal=X, tangent=[0.0, -1.0, 0.0], origin=[1.0, 0.0, 0.0])

@@ -221,8 +221,6 @@ void check_joints(const SceneSpec& scene, Objections& objections) {
         TableObjections table(objections, fmt::format("joint.{}", j));
         joint(scene, scene.joints[j], table);
     }
-    if (scene.joints.empty()) return;
-    if (scene.time.relax) objections.add("joint.0", "time.relax is not for rods that are joined yet");
 }
 
 } // namespace

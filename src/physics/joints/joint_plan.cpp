@@ -82,8 +82,10 @@ public:
         const SceneSpec& scene = input.scene;
         auto lists = std::make_shared<JointLists>();
         lists->tables = scene.joints;
-        for (JointSpec& table : lists->tables)
+        for (JointSpec& table : lists->tables) {
             table.axis_law.motor.use(names_for_formulas(scene), table.kind == JointKind::hinge);
+            if (scene.time.relax) table.take_away_dashpots(); // pseudo-velocities are none
+        }
         for (const AssemblyGroups& of : assemblies_of(input.groups)) {
             AssemblyPlan& p = assemblies.emplace_back();
             p.name = assembly_name(scene, of.assembly);

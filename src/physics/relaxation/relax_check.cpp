@@ -1,4 +1,5 @@
 #include "core/field_looker.hpp"
+#include "joints/junction.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/magnetic_formula.hpp"
 #include "loads/muscle_formula.hpp"
@@ -57,6 +58,17 @@ void contact_law(const ContactLaw& law, Objections& table) {
         table.add("friction", "time.relax needs friction that holds what is at rest: \"memory\", or none");
 }
 
+void joint(const JointSpec& spec, Objections& table) {
+    if (shares_node(spec))
+        table.add("stiffness", "time.relax needs joints of given stiffness: give 'stiffness' [N/m] and "
+                               "'torsional_stiffness' [N m/rad]");
+    if (spec.axis_law.motor.kind != MotorKind::none)
+        table.add("motor",
+                  "time.relax has no time that a motor could follow: 'spring' and 'spring_rest' hold the axis");
+    if (spec.events.from > 0 || spec.events.until > 0)
+        table.add("", "time.relax has no time for 'from' and 'until': leave them out, or give 'stages'");
+}
+
 } // namespace
 
 void RelaxationTables::check(const SceneSpec& scene, Objections& objections) {
@@ -97,6 +109,10 @@ void RelaxationTables::check(const SceneSpec& scene, Objections& objections) {
         if (load.acts_last() || answers)
             objections.add(
                 table, fmt::format("a load of kind \"{}\" answers motion, which time.relax has none of", load.kind()));
+    }
+    for (std::size_t i = 0; i < scene.joints.size(); ++i) {
+        TableObjections table(objections, fmt::format("joint.{}", i));
+        joint(scene.joints[i], table);
     }
     const auto law_of = [&](const std::string& table, const ContactLaw& law) {
         TableObjections of_law(objections, table);

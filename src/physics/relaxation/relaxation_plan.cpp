@@ -1,6 +1,8 @@
 #include "physics/relaxation/relaxation_tables.hpp"
 
 #include "coupling/interaction.hpp"
+#include "joints/joint_limits.hpp"
+#include "joints/joint_list.hpp"
 #include "kernels/physics_passes.hpp"
 #include "kernels/surroundings.hpp"
 #include "physics/contact/laws_of_group.hpp"
@@ -9,11 +11,15 @@
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
+#include "tiles/clusters.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
+#include <vector>
 
 namespace skein {
 
@@ -47,7 +53,12 @@ void refuse_drag(const GroupPlan& p, const RodGroup& group) {
 class PlannedRelaxation final : public PhysicsPlan, public StartsInteraction, public SharesWithPasses {
 public:
     explicit PlannedRelaxation(const PlanInput& input)
-        : tolerance_(input.scene.time.relax_tolerance), contact_(input.scene), walls_(input.scene) {}
+        : tolerance_(input.scene.time.relax_tolerance), contact_(input.scene), walls_(input.scene) {
+        std::vector<std::vector<Joint>> joints;
+        for (const AssemblyGroups& of : assemblies_of(input.groups))
+            joints.push_back(joints_of(input.scene.joints, input.groups, of.assembly));
+        holds_ = joint_holds(input.scene.joints, joints, input.groups);
+    }
 
     std::string summary(const Plan&) const override { return "relaxation"; }
     std::vector<PlanLine> describe(const Plan&) const override {
@@ -56,9 +67,12 @@ public:
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         refuse_drag(p, group);
-        if (p.program.has(PassPlace::boundaries) || p.program.has(PassPlace::neighbours))
+        RelaxationContacts contacts = relaxation_contacts(contact_, walls_, group);
+        contacts.node = nth(holds_, group.id()).node;
+        contacts.turn = nth(holds_, group.id()).turn;
+        if (p.program.has(PassPlace::boundaries) || p.program.has(PassPlace::neighbours) || contacts.any())
             p.program.add(PassPlace::loads_done, pass::NoteForces{});
-        p.program.replace(PassPlace::kick, pass::Relax{group.law(), relaxation_contacts(contact_, walls_, group)});
+        p.program.replace(PassPlace::kick, pass::Relax{group.law(), std::move(contacts)});
     }
     /// Steps of 1 s, half of what M of theory.md (64) leaves.
     bool sets_step(Plan& plan, const CoreTables& scene) override {
@@ -80,6 +94,7 @@ private:
     double tolerance_; ///< correction at which rods have settled
     ContactTables contact_;
     WallTables walls_;
+    std::vector<JointHolds> holds_; ///< by group
 };
 
 } // namespace
