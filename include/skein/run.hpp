@@ -93,6 +93,7 @@ public:
     std::int64_t steps() const; ///< steps of the whole scene
     std::int64_t step() const;  ///< steps made so far
     double time() const;        ///< time of the run, s
+    bool finished() const;      ///< true where no more steps are made
 
     /// Makes steps until `until` have been made in all, at most those of the scene; writes nothing. Throws where rods
     /// have become invalid, naming rod, element and quantity.

@@ -53,6 +53,8 @@ SKEIN_API int skein_drive(skein_run* run, const char* table, double until, doubl
 /* Number of a table's points, of which the first `count` are copied. */
 SKEIN_API int64_t skein_table(skein_run* run, const char* table, double* at, double* value, int64_t count);
 
+/* 1 where no more steps are made: the scene has come to its end. */
+SKEIN_API int skein_finished(skein_run* run);
 /* Name of the [[stage]] under way, valid until the next call; empty in scenes without. The second ends it now. */
 SKEIN_API const char* skein_stage(skein_run* run);
 SKEIN_API int skein_next_stage(skein_run* run);

@@ -17,7 +17,7 @@ FUNCTIONS = {  # name: what it returns, what it takes
     "advance": (INTEGER, RUN, LONG), "digest": (TEXT, RUN),
     "observable_names": (TEXT, RUN), "observables": (INTEGER, RUN, DOUBLES, INTEGER), "contacts": (TEXT, RUN),
     "drive": (INTEGER, RUN, TEXT, NUMBER, NUMBER), "table": (LONG, RUN, TEXT, DOUBLES, DOUBLES, LONG),
-    "stage": (TEXT, RUN), "next_stage": (INTEGER, RUN), "group_count": (INTEGER, RUN), "group_name": (TEXT, RUN, INTEGER), "group_rods": (LONG, RUN, INTEGER),
+    "finished": (INTEGER, RUN), "stage": (TEXT, RUN), "next_stage": (INTEGER, RUN), "group_count": (INTEGER, RUN), "group_name": (TEXT, RUN, INTEGER), "group_rods": (LONG, RUN, INTEGER),
     "group_nodes": (INTEGER, RUN, INTEGER), "group_elements": (INTEGER, RUN, INTEGER),
     "numbers": (INTEGER, RUN, INTEGER, LONGS), "read": (INTEGER, RUN, INTEGER, INTEGER, DOUBLES, LONG),
 }
@@ -121,7 +121,7 @@ class Simulation:
 
     @property
     def finished(self):
-        return self.steps_done >= self.steps
+        return bool(library().skein_finished(self._run))
 
     def step(self, count=1):
         """Makes `count` steps, fewer at the scene's end. Raises RunFailed, naming rod, element and quantity, where rods become invalid."""

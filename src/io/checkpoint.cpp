@@ -558,8 +558,13 @@ std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const st
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
                                               const std::function<void(const std::string&)>& warn,
                                               std::span<const std::string> saved,
-                                              const std::function<void(const CheckpointInfo&)>& accept) {
-    const auto names = list_checkpoints(comm, directory);
+                                              const std::function<void(const CheckpointInfo&)>& accept,
+                                              const std::string& newest) {
+    auto names = list_checkpoints(comm, directory);
+    if (const auto first = std::find_if(names.begin(), names.end(),
+                                        [&](const std::string& name) { return directory + "/" + name == newest; });
+        first != names.end())
+        names.erase(names.begin(), first);
     const auto same_scene = [&](const CheckpointInfo& info) {
         if (info.scene != scene)
             throw InputError(

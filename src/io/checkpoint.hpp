@@ -57,18 +57,20 @@ void write_checkpoint(const Communicator& comm, const std::string& directory, st
 /// Thrown where a checkpoint is of another stage than the rods that it is to be loaded into.
 struct OtherStage {
     std::vector<double> begins; ///< CheckpointInfo::stage_begins
+    std::string file;           ///< of the checkpoint; newer ones are damaged
 };
 
 /// Loads the newest valid checkpoint of the directory into `rods`; nullopt without a checkpoint. Damaged files
 /// (unreadable, wrong sizes, wrong digests) are reported by `warn` on root, and the next older one is tried. Throws
 /// IoError if none is left. A sound one with another `scene` or version of the format throws InputError with the
-/// differences. `accept` runs before a state is read. `saved` names further numbers to read. `rods` changes even if
-/// this throws.
+/// differences. `accept` runs before a state is read. Files newer than `newest`, a path, are left out. `saved` names
+/// further numbers to read. `rods` changes even if this throws.
 std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const std::string& directory,
                                               std::span<const RodGroup> groups, Rods& rods, const std::string& scene,
                                               const std::function<void(const std::string&)>& warn,
                                               std::span<const std::string> saved = {},
-                                              const std::function<void(const CheckpointInfo&)>& accept = {});
+                                              const std::function<void(const CheckpointInfo&)>& accept = {},
+                                              const std::string& newest = {});
 
 /// Names of the checkpoints that root finds in the directory, by rising step.
 std::vector<std::string> checkpoint_files(const Communicator& comm, const std::string& directory);

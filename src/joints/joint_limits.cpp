@@ -98,7 +98,10 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
                 if (end->of_world()) continue;
                 const RodGroup& group = nth(groups, end->group);
                 JointEnd reached = *end;
-                if (table.kind == JointKind::slider && end == &joint.second) // its lever grows by the way
+                const bool grows = table.kind == JointKind::slider
+                                       ? end == &joint.second
+                                       : table.kind == JointKind::bushing && end == &joint.first;
+                if (grows) // its lever, by the way
                     reached.arm = {norm(end->arm) + slider_way(table, joint), 0, 0};
                 const Mobility m = mobility(group, reached);
                 JointEnd centre = *end;
@@ -145,7 +148,8 @@ std::vector<JointHolds> joint_holds(std::span<const JointSpec> tables, std::span
                 holds.node.resize(to_index(group.elements()) + 1);
                 holds.turn.resize(to_index(group.elements()));
                 double arm = dot(end->arm, end->arm);
-                if (table.kind == JointKind::slider && end == &joint.second)
+                if ((table.kind == JointKind::slider && end == &joint.second) ||
+                    (table.kind == JointKind::bushing && end == &joint.first))
                     arm = std::pow(std::sqrt(arm) + slider_way(table, joint), 2);
                 const auto k = to_index(end->element);
                 holds.node[k] += 4 * along * (1 - end->share);

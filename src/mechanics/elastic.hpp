@@ -21,6 +21,9 @@
 #include "skein/tiles/mapping.hpp"
 #include "skein/tiles/tile.hpp"
 
+#include <memory>
+#include <utility>
+
 namespace skein {
 
 /// Strain of a Voronoi cell or half cell.
@@ -66,9 +69,9 @@ inline Ends ends_of(const RodGroup& group) {
 
 template <class Law, int W, class Map = Across<W>> class ElasticPass final : public TilePass<W> {
 public:
-    /// `walls`: of clamped ends of rods across.
+    /// `walls`: of clamped ends of rods across; null where no other pass shares them.
     explicit ElasticPass(Ends ends, std::shared_ptr<EndWalls<W>> walls = nullptr)
-        : ends_(ends), walls_(std::move(walls)) {}
+        : ends_(ends), walls_(walls ? std::move(walls) : std::make_shared<EndWalls<W>>()) {}
 
     void bind(const RodTile<W>& rod) override {
         if (!Map::along && (ends_.start_wall || ends_.end_wall)) walls_->bind(rod);

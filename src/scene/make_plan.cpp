@@ -55,22 +55,40 @@ Plan plan_in_stage(const SceneSpec& scene, std::span<const double> begins, doubl
     return plan_of_stage(stage_scene(scene, begins), scene.stages[begins.size() - 1].name, dt, groups, machine);
 }
 
-Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine) {
-    if (scene.stages.empty()) return plan_of(scene, groups, machine);
-    const auto begins = [&](std::size_t stage) { return nominal_begins(scene, stage); };
-    Plan first = plan_in_stage(scene, begins(0), 0, groups, machine);
+namespace {
+
+/// Throws InputError where the steps of a stage do not fit into those of the first one: outputs count the latter.
+void refuse_other_events(const Plan& first, const Plan& plan, const StageSpec& stage) {
+    if (plan.events_every == first.events_every) return;
+    throw InputError(
+        fmt::format("stage '{}': its fluid would make a step in {} of the rods', and that of the first stage in {}: "
+                    "give a 'dt' under which both are the same",
+                    stage.name, plan.events_every, first.events_every));
+}
+
+} // namespace
+
+Plan make_plan(const SceneSpec& as_written, std::span<const RodGroup> groups, const Machine& machine) {
+    if (as_written.stages.empty()) return plan_of(as_written, groups, machine);
+    const SceneSpec scene = resolved(as_written, groups);
+    const auto in_stage = [&](std::size_t stage, double dt) {
+        const std::vector<double> begins = nominal_begins(scene, stage);
+        if (stage == 0) return plan_in_stage(scene, begins, dt, groups, machine);
+        return plan_in_stage(scene, begins, dt, groups_in_stage(scene, begins, groups), machine);
+    };
+    Plan first = in_stage(0, 0);
     double dt = first.dt;
     std::size_t shortest = 0;
     for (std::size_t stage = 1; stage < scene.stages.size(); ++stage) {
-        const Plan plan =
-            plan_in_stage(scene, begins(stage), 0, groups_in_stage(scene, begins(stage), groups), machine);
+        const Plan plan = in_stage(stage, 0);
         if (plan.dt < dt) shortest = stage;
         dt = std::min(dt, plan.dt);
     }
-    if (shortest > 0) {
-        first = plan_in_stage(scene, begins(0), dt, groups, machine);
+    if (shortest > 0 || first.events_every > 1) first = in_stage(0, dt);
+    if (shortest > 0)
         first.divides = fmt::format("stage '{}', whose limit is the smallest", scene.stages[shortest].name);
-    }
+    for (std::size_t stage = 1; stage < scene.stages.size() && first.events_every > 1; ++stage)
+        refuse_other_events(first, in_stage(stage, dt), scene.stages[stage]);
     for (std::size_t stage = 0; stage < scene.stages.size(); ++stage)
         first.stages.push_back({scene.stages[stage].name, scene.stages[stage].duration, scene.stages[stage].until,
                                 stage_changes(scene, stage)});

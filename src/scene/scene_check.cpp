@@ -77,7 +77,8 @@ private:
             read.use(names_for_formulas(scene_));
             TableObjections table(of_group, key);
             read.check_formulas(lab_directions(*free), table);
-            jumps(read, rods.shape, table);
+            const bool caught = (motion == &rods.start_motion ? rods.start_caught : rods.end_caught) > 0;
+            if (!caught) jumps(read, rods.shape, table);
         }
     }
     /// Ends that are far from where they are held when their motion begins; smaller jumps are notes of the plan.

@@ -319,7 +319,9 @@ public:
         : scene_(scene), change_(change), problems_(problems) {}
 
     void apply() {
-        const std::string& table = change_.path.front();
+        const std::string &table = change_.path.front(), &key = change_.path.back();
+        if (key == "kind" || key == "name" || key == "stages")
+            fail(fmt::format("a stage does not change '{}', by which a table is known", key));
         bool found = false;
         const auto each = [&](std::string_view name, auto& specs, auto&& accept) {
             if (name != table || found) return;
@@ -330,7 +332,8 @@ public:
         each("bodies", scene_.rods, [](const RodSpec& spec) { return spec.body.has_value(); });
         for_each_list(scene_, [&](const char* name, auto& specs) {
             using Spec = typename std::decay_t<decltype(specs)>::value_type;
-            if constexpr (decides_state<Spec> && !std::is_same_v<Spec, StageSpec>)
+            if constexpr (decides_state<Spec> && !std::is_same_v<Spec, StageSpec> &&
+                          !std::is_same_v<Spec, FormulaTable>)
                 each(name, specs, [](const auto&) { return true; });
         });
         for_each_spec(scene_, [&](const char* name, auto& spec) {

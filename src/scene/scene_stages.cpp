@@ -58,6 +58,13 @@ bool same_vectors(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
 
 /// Ends that are held in another way than before are caught where they are.
 void catch_ends(const std::vector<RodSpec>& before, std::vector<RodSpec>& rods, std::size_t stage) {
+    const auto begins_anew = [](const EndMotion& motion) { // where a formula counts from the begin of the stage
+        const auto names_it = [](const std::string& formula) {
+            return formula.find(stage_begin_name) != std::string::npos;
+        };
+        return std::any_of(motion.translation_formula.begin(), motion.translation_formula.end(), names_it) ||
+               std::any_of(motion.rotation_formula.begin(), motion.rotation_formula.end(), names_it);
+    };
     const auto same_motion = [](const EndMotion& a, const EndMotion& b) {
         return a.times == b.times && a.translation_formula == b.translation_formula &&
                a.rotation_formula == b.rotation_formula && a.smooth == b.smooth && a.period == b.period &&
@@ -68,11 +75,12 @@ void catch_ends(const std::vector<RodSpec>& before, std::vector<RodSpec>& rods, 
     for (std::size_t i = 0; i < rods.size(); ++i) {
         const RodSpec& was = before[i];
         RodSpec& now = rods[i];
-        if (now.start != EndKind::free && (now.start != was.start || now.start_free != was.start_free ||
-                                           !same_motion(now.start_motion, was.start_motion)))
+        if (now.start != EndKind::free &&
+            (now.start != was.start || now.start_free != was.start_free || begins_anew(now.start_motion) ||
+             !same_motion(now.start_motion, was.start_motion)))
             now.start_caught = stage;
-        if (now.end != EndKind::free &&
-            (now.end != was.end || now.end_free != was.end_free || !same_motion(now.end_motion, was.end_motion)))
+        if (now.end != EndKind::free && (now.end != was.end || now.end_free != was.end_free ||
+                                         begins_anew(now.end_motion) || !same_motion(now.end_motion, was.end_motion)))
             now.end_caught = stage;
     }
 }
@@ -182,6 +190,8 @@ void check_tables(const SceneSpec& scene, Objections& objections) {
                                            "number, as \"max_speed < 1e-4\"",
                                            stage.until));
         if (stage.until.empty()) table.unused({"check_every"}, "without 'until'");
+        if (i == 0 && !stage.change.empty())
+            table.add("change", "the first stage is the scene as it is: give its keys these values");
         if (i + 1 < scene.stages.size() && !stage.comes_to_an_end())
             table.add("duration", fmt::format("stage '{}' never ends, so '{}' never begins: give 'duration' [s] or "
                                               "'until'",

@@ -2,6 +2,7 @@
 
 #include "mechanics/rod_copies.hpp"
 #include "scene/scene_file.hpp"
+#include "scene/scene_stages.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
@@ -52,6 +53,28 @@ std::vector<double> stage_begins_of(const CheckpointInfo& parent, StartTime time
     return parent.stage_begins.empty() ? std::vector<double>{now} : parent.stage_begins;
 }
 
+/// Throws InputError where ends of rods are held in another way than those of the parent: there they would have to be
+/// caught.
+void refuse_other_ends(const CheckpointInfo& parent, const BranchOf& branch) {
+    if (parent.stage_begins.empty() && branch.stages == 0) return;
+    const StartTime time = branch.scene.start.time;
+    const std::vector<double> begun = parent.stage_begins.empty() ? std::vector<double>{0.0} : parent.stage_begins;
+    const SceneSpec was = stage_scene(rebuilt_scene(parent.scene, parent.settings, parent.file), begun);
+    const std::vector<double> begins = stage_begins_of(parent, time, 0);
+    const std::size_t stages = branch.scene.stages.size();
+    if (stages > 0 && begins.size() > stages) return; // which is refused later
+    const SceneSpec now = stages == 0 ? branch.scene : stage_scene(branch.scene, begins);
+    for (std::size_t i = 0; i < std::min(was.rods.size(), now.rods.size()); ++i) {
+        const RodSpec &a = was.rods[i], &b = now.rods[i];
+        if (a.start == b.start && a.end == b.end && a.start_free == b.start_free && a.end_free == b.end_free &&
+            a.start_caught == b.start_caught && a.end_caught == b.end_caught)
+            continue;
+        throw InputError(fmt::format("{}: the ends of '{}' are held in another way there; a branch begins with its "
+                                     "parent's, and a later [[stage]] may change them",
+                                     parent.file, b.name));
+    }
+}
+
 bool stores_energy(const KeyChange& c) { return c.key.find(".material.") != std::string::npos; }
 
 } // namespace
@@ -95,12 +118,15 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
                             Rods& rods, std::span<const std::string> kept,
                             const std::function<void(const std::string&)>& warn) {
     const StartSpec& start = branch.scene.start;
-    const auto files = checkpoints_of(comm, start.from, fs::path(branch.scene.file).parent_path().string());
+    auto files = checkpoints_of(comm, start.from, fs::path(branch.scene.file).parent_path().string());
+    if (const auto first = std::find(files.begin(), files.end(), branch.newest); first != files.end())
+        files.erase(files.begin(), first);
     const auto accept = [&](const CheckpointInfo& parent) {
         refuse_other_rods(parent, branch.physics);
         const std::size_t begun = std::max<std::size_t>(1, parent.stage_begins.size());
+        refuse_other_ends(parent, branch);
         if (branch.stages > 0 && start.time == StartTime::goes_on && begun != branch.stages)
-            throw OtherStage{parent.stage_begins};
+            throw OtherStage{parent.stage_begins, parent.file};
     };
     CheckpointInfo info;
     for (const std::string& file : files) {
@@ -135,6 +161,7 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
     info.step = after.done();
     info.dt = branch.dt;
     info.shift = after.shift();
+    info.stage_over = info.stage_over && branch.stages > 0 && start.time == StartTime::goes_on;
     info.stage_begins = branch.stages > 0 ? stage_begins_of(info, start.time, after.time()) : std::vector<double>();
     if (std::any_of(changes.begin(), changes.end(), stores_energy))
         info.audited_from.reset(); // the energy budget begins anew

@@ -28,6 +28,7 @@ struct BranchOf {
     double dt;
     const std::string& physics; ///< of the branch
     std::size_t stages = 0;     ///< that have begun in the world; 0: it has none
+    std::string newest = {};    ///< checkpoint to begin with, as newer ones are damaged; empty: the newest
 };
 
 /// Loads the state that a scene begins with into `rods`, positions and directors moved to where the branch's step has

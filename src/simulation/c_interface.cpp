@@ -129,6 +129,7 @@ std::int64_t skein_table(skein_run* run, const char* table, double* at, double* 
         std::int64_t{-1});
 }
 
+int skein_finished(skein_run* run) { return run->run.finished() ? 1 : 0; }
 const char* skein_stage(skein_run* run) {
     return text_of(run, [&] { return run->run.stage(); });
 }

@@ -11,8 +11,6 @@ namespace skein {
 
 namespace {
 
-bool is_clamped(EndKind kind) { return kind == EndKind::clamped || kind == EndKind::clamped_frozen; }
-
 /// An end as a stage begins.
 struct EndNow {
     EndKind was, is;
@@ -22,11 +20,11 @@ struct EndNow {
     Quaterniond element;          ///< frame of the element there
 };
 
-/// Place and frame from which the end's motion leads to where the end is now. A clamp keeps its wall.
+/// Place and frame from which the end's motion leads to where the end is now. A clamp with a half cell keeps its wall.
 std::array<double, caught_end_numbers> caught(const RodGroup& group, std::int64_t index, const EndNow& end,
                                               double time) {
     const auto turn = [&](const EndMotion& motion) { return rotation(group.to_lab(index, motion.turn(time).value)); };
-    const bool stays = is_clamped(end.was) && is_clamped(end.is);
+    const bool stays = end.was == EndKind::clamped && end.is == EndKind::clamped;
     const Vec3d place = end.node - group.to_lab(index, end.leads.displacement(time).value);
     const Quaterniond wall = stays ? end.frame * turn(end.led) : end.element, frame = wall * inverse(turn(end.leads));
     return {place.x, place.y, place.z, frame.w, frame.v.x, frame.v.y, frame.v.z};

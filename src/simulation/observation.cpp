@@ -40,11 +40,9 @@ std::vector<double> Observation::values() const {
     if (world_.groups.empty()) return values_of_figures(world_.comm, world_.interactions(), at);
     auto values = observe(world_.comm, world_.threads, world_.groups, world_.rods(), at.time, at.lag, sets_);
     if (plan.has<AuditPlan>()) {
-        EnergyAudit a = audit_scene(world_.comm, world_.rods(), observed_energy(values));
-        if (const ContactInteraction* contacts = contacts_of(world_.interactions()))
-            a.contacts = contacts->booked(at.lag);
+        const EnergyAudit a = audit(values, at.lag);
         values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from())});
-        if (staged_) values.push_back(stage_work_);
+        if (staged_) values.push_back(stage_work());
     }
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
     for (const double x : values_of_figures(world_.comm, world_.interactions(), at)) values.push_back(x);
@@ -84,16 +82,38 @@ void Observation::begin_audit(World& world, std::optional<double> audited_from) 
         world.rods().set_budget(i, {}); // a damaged checkpoint may have left its own
 }
 
-double Observation::defect() const {
-    if (!world_.plan.has<AuditPlan>() || !audited_from_) return 0;
-    return values()[observable_names(sets_).size() + std::size(audit_names) - 1];
+EnergyAudit Observation::audit(std::span<const double> observed, double lag) const {
+    EnergyAudit a = audit_scene(world_.comm, world_.rods(), observed_energy(observed));
+    if (const ContactInteraction* contacts = contacts_of(world_.interactions())) a.contacts = contacts->booked(lag);
+    return a;
 }
 
-void Observation::take_stage_work(double work) {
+void Observation::leave_stage() {
+    if (!audited_from_) return;
+    const Clock& clock = world_.clock;
+    left_ = audit(observe(world_.comm, world_.threads, world_.groups, world_.rods(), clock.time(), clock.lag()),
+                  clock.lag());
+    left_defect_ = left_.defect(*audited_from());
+    stage_work_ = stage_work();
+}
+
+void Observation::enter_stage(World& world) {
     step_ = -1; // the last sample is of the stage before
     if (!audited_from_) return;
-    stage_work_ += work;
-    *audited_from_ += work;
+    const Clock& clock = world.clock;
+    const EnergyAudit now = audit_scene(
+        world.comm, world.rods(),
+        observed_energy(observe(world.comm, world.threads, world.groups, world.rods(), clock.time(), clock.lag())));
+    stage_work_ += now.energy - left_.energy;
+    *audited_from_ = now.energy - now.loads - now.walls + now.dissipated - left_defect_;
+    left_contacts_ = left_.contacts;
+    if (ContactInteraction* contacts = contacts_of(world.interactions())) contacts->begin_audit(clock.lag());
+}
+
+double Observation::stage_work() const {
+    const ContactInteraction* contacts = contacts_of(world_.interactions());
+    if (!contacts || !left_contacts_ || contacts->audit_begins()) return stage_work_;
+    return stage_work_ + (contacts->booked_at_start() - *left_contacts_);
 }
 
 std::optional<double> Observation::audited_from() const {

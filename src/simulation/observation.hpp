@@ -1,12 +1,14 @@
 // Observables of a run: sampled once per step, as outputs and the progress line ask for them.
 #pragma once
 
+#include "diagnostics/energy_audit.hpp"
 #include "diagnostics/extra_observables.hpp"
 #include "physics/scene_spec.hpp"
 #include "simulation/world.hpp"
 
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -32,21 +34,28 @@ public:
 
     /// Continues the energy audit of a checkpoint, or begins one here. Collective.
     void begin_audit(World& world, std::optional<double> audited_from);
-    /// Defect of the energy balance now, J; 0 without an audit. Collective.
-    double defect() const;
-    /// Energy that a change of the scene has brought, J, which the balance counts from now on.
-    void take_stage_work(double work);
+    /// Before and after all is changed for a stage: the energy that this brings is booked, and the balance goes on.
+    /// Collective.
+    void leave_stage();
+    void enter_stage(World& world);
+    /// Energy that stages have brought so far, J; that of contacts from the first step of a stage on. Collective.
+    double stage_work() const;
     void set_stage_work(double work) { stage_work_ = work; }
-    double stage_work() const { return stage_work_; }
     /// Energy that the audit began with, J, with that of contacts. Collective.
     std::optional<double> audited_from() const;
 
 private:
+    /// Energies and works now, with those of contacts.
+    EnergyAudit audit(std::span<const double> observed, double lag) const;
+
     const World& world_;
     ObservableSets sets_;
-    bool staged_, gravity_acts_;         ///< in some stage
-    std::optional<double> audited_from_; ///< J
-    double stage_work_ = 0;              ///< J
+    bool staged_, gravity_acts_;          ///< in some stage
+    std::optional<double> audited_from_;  ///< J
+    double stage_work_ = 0;               ///< J, without that of contacts as the present stage begins
+    EnergyAudit left_;                    ///< as the stage before has ended
+    double left_defect_ = 0;              ///< J
+    std::optional<double> left_contacts_; ///< J; none: no stage has begun in this process
     std::vector<double> last_;
     std::int64_t step_ = -1; ///< of last_
 };

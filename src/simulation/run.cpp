@@ -80,6 +80,7 @@ std::string Run::plan() const { return to_text(parts_->simulation.plan()); }
 double Run::dt() const { return parts_->simulation.plan().dt; }
 std::int64_t Run::steps() const { return parts_->simulation.plan().steps; }
 std::int64_t Run::step() const { return parts_->simulation.world().clock.done(); }
+bool Run::finished() const { return parts_->simulation.finished(); }
 double Run::time() const { return parts_->simulation.world().clock.time(); }
 
 void Run::advance(std::int64_t until) {

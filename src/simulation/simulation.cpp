@@ -44,10 +44,9 @@ SceneTexts texts_of(const SceneSpec& scene, std::span<const RodGroup> groups, do
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene,
                        std::vector<RodGroup> groups, Plan plan, RunOptions options)
     : options_(std::move(options)), started_(options_.began > 0 ? options_.began : wall_seconds()),
-      texts_(texts_of(scene, groups, plan.dt)),
+      texts_(texts_of(scene, groups, plan.dt)), stages_(scene, groups),
       world_(comm, threads, checked(comm, plan, std::move(groups)), plan, options_.protocol, options_.balance),
-      stages_(scene), observation_(world_, scene), warnings_(world_, options_.quiet),
-      rewind_(world_, options_.rewind, options_.out) {
+      observation_(world_, scene), warnings_(world_, options_.quiet), rewind_(world_, options_.rewind, options_.out) {
     const bool writes = !options_.out.empty();
     Plan& made = world_.plan;
     stages_.find_columns(observation_.names());
@@ -73,14 +72,14 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (stages_.any() && !found) stages_.go_on(stages_.begins(), world_);
     if (made.has<AuditPlan>()) observation_.begin_audit(world_, found ? found->audited_from : std::nullopt);
     if (found) observation_.set_stage_work(found->stage_work);
-    if (start.resumes && found->stage_over) stages_.set_over("as was found before");
+    if (found && found->stage_over) stages_.set_over("as was found before");
     first_step_ = world_.clock.done();
     last_step_ = made.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, world_.clock.step_at(options_.until));
     if (options_.steps > 0) last_step_ = std::min(last_step_, options_.steps);
     last_step_ = Every{made.events_every}.from(last_step_);
     if (writes && first_step_ > 0) test_for_rest();
-    if (first_step_ > 0) begin_due_stage();
+    if (first_step_ > 0 && stages_.is_last()) begin_due_stage(); // which may end the run
     const std::vector<std::size_t> progress_columns =
         columns_of("output.progress", scene.output.progress, observation_.names());
     idle_ = writes && start.resumes && over() && has_record(found->digest);
@@ -125,12 +124,13 @@ RunResult Simulation::step_to_the_end() {
     next_tick_ = world_.clock.done() + ticks.steps;
     setup_s_ = wall_seconds() - started_;
     while (!over() && verdict == Verdict::go_on) {
+        begin_due_stage(); // not where the run ends: its last checkpoint says that the stage is over
+        if (over()) break;
         rewind_.keep_copy();
         world_.advance(next_event());
         verdict = agree();
         stages_.look(world_, observation_);
         write_due();
-        begin_due_stage();
     }
     warnings_.end_line();
     warnings_.warn_of_gain();
@@ -188,9 +188,9 @@ void Simulation::next_stage() {
 }
 
 void Simulation::enter_stage(std::vector<double> begins) {
-    const double before = observation_.defect();
+    observation_.leave_stage();
     stages_.enter(std::move(begins), world_);
-    observation_.take_stage_work(observation_.defect() - before);
+    observation_.enter_stage(world_);
     rewind_.forget();
     for (const auto& output : outputs_) output->rebind(world_.rods());
     outputs_owners_ = world_.owners();

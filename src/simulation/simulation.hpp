@@ -56,6 +56,10 @@ public:
     void advance(std::int64_t until);
     /// Begins the next stage at the present step. Throws InputError where there is none. Collective.
     void next_stage();
+    /// True where no more steps are made: the scene has come to its end.
+    bool finished() const {
+        return world_.clock.done() >= world_.plan.steps || ended() || (stages_.is_last() && !stages_.over().empty());
+    }
     const Stages& stages() const { return stages_; }
     /// Changes the world to a stage; `begins`: times at which those so far have begun, s. Collective.
     void enter_stage(std::vector<double> begins);
@@ -66,7 +70,10 @@ private:
     RunResult step_to_the_end();
     /// True until the run's last step, or until the scene itself has come to its end.
     bool over() const { return world_.clock.done() >= last_step_ || ended(); }
-    bool ended() const { return at_rest_ || stages_over_ || world_.ended(); }
+    bool ended() const {
+        const bool next_stage_follows = !stages_.over().empty() && !stages_.is_last();
+        return at_rest_ || stages_over_ || (world_.ended() && !next_stage_follows);
+    }
     /// Begins the next stage where the present one ends with this step. Collective.
     void begin_due_stage();
     std::int64_t next_event() const;
@@ -92,8 +99,8 @@ private:
     RunOptions options_;
     double started_, setup_s_ = 0;
     SceneTexts texts_; ///< of all rods: the world keeps those of this rank
+    Stages stages_;    ///< with numbers from all rods too
     World world_;
-    Stages stages_;
     Observation observation_;
     Warnings warnings_;
     Rewind rewind_;

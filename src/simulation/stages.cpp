@@ -13,6 +13,10 @@
 
 namespace skein {
 
+Stages::Stages(const SceneSpec& scene, std::span<const RodGroup> groups)
+    : scene_(scene.stages.empty() ? SceneSpec{} : resolved(scene, groups)), begins_(scene.stages.empty() ? 0 : 1, 0.0) {
+}
+
 void Stages::find_columns(const std::vector<std::string>& names) {
     conditions_.clear();
     for (const StageSpec& stage : scene_.stages) {

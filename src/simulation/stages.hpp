@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -16,7 +17,8 @@ namespace skein {
 
 class Stages {
 public:
-    explicit Stages(const SceneSpec& scene) : scene_(scene), begins_(scene.stages.empty() ? 0 : 1, 0.0) {}
+    /// `groups`: with all of their rods, from which "auto" follows for all stages.
+    Stages(const SceneSpec& scene, std::span<const RodGroup> groups);
 
     /// Finds the columns that conditions name. Throws InputError where the series has no such column.
     void find_columns(const std::vector<std::string>& names);

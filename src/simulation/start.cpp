@@ -31,21 +31,21 @@ bool has_checkpoints(const Communicator& comm, const RunOptions& options) {
 namespace {
 
 Start load_start(World& world, const std::vector<double>& stage_begins, const SceneSpec& scene,
-                 const std::string& physics, const RunOptions& options) {
+                 const std::string& physics, const RunOptions& options, const std::string& newest) {
     const Communicator& comm = world.comm;
     const std::vector<std::string> names = saved_names(world.interactions());
     const auto accept = [&](const CheckpointInfo& info) {
-        if (info.stage_begins.size() != stage_begins.size()) throw OtherStage{info.stage_begins};
+        if (info.stage_begins.size() != stage_begins.size()) throw OtherStage{info.stage_begins, info.file};
     };
     Start start;
     if (!options.out.empty())
-        start.found =
-            read_checkpoint(comm, options.out, world.groups, world.rods(), physics, print_warning, names, accept);
+        start.found = read_checkpoint(comm, options.out, world.groups, world.rods(), physics, print_warning, names,
+                                      accept, newest);
     else if (!options.from.empty())
         start.found = load_checkpoint(comm, options.from, world.groups, world.rods(), accept, names);
     start.resumes = start.found.has_value();
     if (!start.found && !scene.start.from.empty())
-        start.found = begin_branch(comm, {scene, world.plan.dt, physics, stage_begins.size()}, world.groups,
+        start.found = begin_branch(comm, {scene, world.plan.dt, physics, stage_begins.size(), newest}, world.groups,
                                    world.rods(), names, print_warning);
     return start;
 }
@@ -55,15 +55,17 @@ Start load_start(World& world, const std::vector<double>& stage_begins, const Sc
 Start start_of(World& world, Stages& stages, const SceneSpec& scene, const std::string& physics,
                const RunOptions& options) {
     Start start;
+    std::string newest; // that has not been found damaged
     for (bool loaded = false; !loaded;) {
         try {
-            start = load_start(world, stages.begins(), scene, physics, options);
+            start = load_start(world, stages.begins(), scene, physics, options, newest);
             loaded = true;
         } catch (const OtherStage& other) {
             if (other.begins.empty() || other.begins.size() > scene.stages.size())
                 throw InputError(fmt::format("{}: the state to begin with is of stage {} of another scene, and this "
                                              "scene has {}",
                                              scene.file, other.begins.size(), scene.stages.size()));
+            newest = other.file;
             stages.enter(other.begins, world);
         }
     }

@@ -133,7 +133,7 @@ std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::s
     constexpr double allowed = ContactSpec{}.overlap;
     const auto* walls = plan.find<WallPlan>();
     for (const Wall& wall : walls ? std::span<const Wall>(walls->walls) : std::span<const Wall>()) {
-        if (!wall.acts_on(group.name()) || wall.allow_overlap || wall.law.soft_until > 0) continue;
+        if (!wall.stands || !wall.acts_on(group.name()) || wall.allow_overlap || wall.law.soft_until > 0) continue;
         if (const double share = depth_in(wall, place, radius) / (2 * radius); share > allowed)
             return fmt::format(
                 "{}: {} is {:.3g} of its diameter deep in the wall '{}' at the start, and {:g} is allowed: move it, or "

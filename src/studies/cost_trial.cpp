@@ -44,8 +44,8 @@ bool cost_is_measured(const Plan& plan) {
 void measure_cost(Plan& plan, const SceneSpec& scene, std::vector<RodGroup> groups, const std::string& directory) {
     const Threads threads(std::min(plan.machine.threads, Threads::available_cores()));
     const std::string physics = physics_json(resolved(scene, groups), groups, plan.dt);
+    Stages stages(scene, groups);
     World world(Communicator::alone(), threads, std::move(groups), plan, Protocol::asynchronous, Balance::never);
-    Stages stages(scene);
     const Start start = start_of(world, stages, scene, physics, {.out = directory});
     const std::int64_t first = world.clock.done(), all = world.plan.steps;
     const double start_time = world.clock.time();

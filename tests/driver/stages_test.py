@@ -226,6 +226,88 @@ class Stages(DriverTest):
         bend = [self.series(out)["elastic_bendJ"][()] for out in ("alone", "path")]
         self.assertLess(abs(numpy.ravel(bend[0])[-1] - numpy.ravel(bend[1])[-1]), 1e-7 * abs(numpy.ravel(bend[0])[-1]))
 
+    def test_automatic_stiffness_is_that_of_all_rods(self):
+        """One number for all stages, on any number of ranks."""
+        self.scene.write_text(BED.replace('stiffness = 1e5, damping = 0.02, friction', 'stiffness = "auto", damping = 0.02, friction'))
+        self.run_skein("one")
+        self.run_skein("ranks", ranks=3)
+        self.assertEqual(self.digest("ranks"), self.digest("one"))
+        self.run_skein("parts", "--steps", "500", ranks=2)
+        self.run_skein("parts")
+        self.assertEqual(self.digest("parts"), self.digest("one"))
+        self.assertIn("the same bits", self.skein_says("verify", self.directory / "parts").stdout)
+
+    def test_a_damaged_checkpoint_of_a_later_stage(self):
+        """The one before it, of an earlier stage, is taken."""
+        self.scene.write_text(ROD)
+        self.run_skein("whole")
+        dt = self.summary("whole")["dt_s"]
+        self.run_skein("parts", "--steps", str(round(0.09 / dt)))
+        self.run_skein("parts", "--steps", str(round(0.14 / dt)))
+        newest = max((self.directory / "parts").glob("checkpoint_*.h5"))
+        data = bytearray(newest.read_bytes())
+        for place in range(len(data) // 2, len(data) // 2 + 4000): data[place] ^= 255
+        newest.write_bytes(data)
+        self.assertIn("warning: ", self.run_skein("parts").stderr)
+        self.assertEqual(self.digest("parts"), self.digest("whole"))
+
+    def test_a_led_end_goes_on(self):
+        """A motion that counts from the begin of a stage begins there, and a later stage that does not change it leads the end on without a jump."""
+        self.scene.write_text(ROD.replace("duration = 0.4", "duration = 0.5").replace("audit = true", "trajectory = 0.01") + 'duration = 0.1\n[[stage]]\nname = "on"\nchange = ["damping.uniform.rate=2"]\n')
+        self.run_skein("one")
+        ends = self.frames("one", "trajectory")["groups/rod/position"][:, 0, -1, 2]
+        steps = ends[31:] - ends[30:-1]  # from 0.3 s on
+        self.assertLess(abs(steps - 0.002).max(), 1e-7)  # of frames in single precision
+
+    def test_branches(self):
+        """A branch from any step of a staged run is the run itself; one whose ends are held in another way is refused."""
+        self.scene.write_text(ROD.replace("checkpoint = 0.05,", "checkpoint = 0.05, keep = 20,"))
+        self.run_skein("whole")
+        dt = self.summary("whole")["dt_s"]
+        for time in (0.05, 0.1, 0.15, 0.3):  # within stages, and where they end
+            out = f"branch{time}"
+            self.skein_says("branch", f"{self.directory / 'whole'}@{round(time / dt)}", self.directory / out)
+            self.skein_says("run", self.directory / out)
+            self.assertEqual(self.digest(out), self.digest("whole"), time)
+        text = ROD.split("[[stage]]")[0].replace("duration = 0.4", "duration = 0.6") + '[start]\nfrom = "whole"\n'
+        self.scene.write_text(text)
+        self.assertIn("the ends of 'rod' are held in another way there", self.run_skein("other", expect=2).stderr)
+
+    def test_books_of_contacts(self):
+        """A stage that changes nothing brings no energy; stiffer contacts bring that of their springs. Restarts change no column."""
+        head = re.sub(r", stages = \[[^]]*\]|\nstages = \[[^]]*\]", "", BED.split("[[stage]]")[0]).replace('observables = ["order"]', "audit = true").replace("[[joint]]", "[[joint]]\nfrom = 1.0").replace("duration = 0.12,", "duration = 0.2,").replace("contact = {", "contact = {joined = true, ")
+        for name, change, least, most in (("same", "", -0.005, 0.005), ("stiffer", 'change = ["contact.stiffness=2e5"]', 0.6, 1.1)):
+            self.scene.write_text(head + f'[[stage]]\nname = "a"\nduration = 0.13\n[[stage]]\nname = "b"\n{change}\n')
+            self.run_skein(name)
+            rows = self.series(name)
+            after, at = rows["step"] > 1300, int(numpy.argmax(rows["step"] == 1300))
+            held = rows["contact_energyJ"][at]
+            self.assertGreater(held, 1e-4)
+            self.assertTrue((rows["stage_workJ"][~after] == 0).all())
+            self.assertTrue((rows["stage_workJ"][after] == rows["stage_workJ"][-1]).all())
+            self.assertTrue(least < rows["stage_workJ"][-1] / held < most, rows["stage_workJ"][-1] / held)
+            self.assertLess(abs(rows["energy_defectJ"][at + 1] - rows["energy_defectJ"][at]), 0.1 * held)
+            self.run_skein(name + "parts", "--steps", "1300")
+            self.run_skein(name + "parts")
+            self.assert_same_series(name + "parts", name, besides=("candidates", "rebuilds", "skinm"))
+
+    def test_a_lid_that_comes_later(self):
+        """A wall of a later stage may stand where rods begin, and moves from its first stage on."""
+        self.scene.write_text(BED.replace('[[wall]]\nname = "floor"', '[[wall]]\nname = "lid"\nkind = "plane"\npoint = [0, 0, 0.05]\nnormal = [0, 0, -1]\nvelocity = [0, 0, -0.1]\nstiffness = 1e4\nstages = ["down"]\n[[wall]]\nname = "floor"')
+                              .replace('change = ["wall.floor.velocity=[0, 0, 0.05]"]', ""))
+        ends = self.begins(self.run_skein("one"))
+        rows = self.series("one")
+        self.assertTrue((rows["lid_forceN"][rows["step"] <= ends["open"]] == 0).all())
+        gap = lambda row: 0.05 - 0.1 * (row["times"] - ends["open"] * 1e-4)
+        self.assertGreater(gap(rows[-1]), 0.045)  # had it moved from the start, it would be at 0.038
+
+    def test_a_frozen_end_does_not_snap(self):
+        """The element of a clamp that is frozen keeps its frame."""
+        self.scene.write_text(ROD.split("[[stage]]\nname = \"caught\"")[0].replace("duration = 0.1\nchange = [\"rods.rod.start=free\"]", "change = [\"rods.rod.start=clamped_frozen\"]"))
+        self.run_skein("one")
+        rows = self.series("one")
+        self.assertLess(abs(rows["energy_defectJ"]).max(), 1e-3 * abs(rows["work_loadsJ"]).max())
+
     def test_refusals(self):
         for old, new, message in (
             ('stages = ["fall"]\n[[wall]]', 'stages = ["fal"]\n[[wall]]', "there is no stage 'fal'; did you mean 'fall'?"),
@@ -237,6 +319,8 @@ class Stages(DriverTest):
             ("duration = 0.05\n", "duration = 0.2\n", None),
             ("duration = 0.05\nuntil = \"gate_force > 2\"\ncheck_every = 0.001", "duration = 0.2", "stage 'open' would begin at 0.2 s, and time.duration ends the run at 0.12 s"),
             ('name = "open"', 'name = "fall"', "two stages are named 'fall'"),
+            ("check_every = 0.001\n[[stage]]\nname = \"open\"", "check_every = 0.001\nchange = [\"contact.stiffness=1e4\"]\n[[stage]]\nname = \"open\"", "the first stage is the scene as it is"),
+            ("rods.rods.material.youngs_modulus=2e6", "load.gravity.kind=uniform_force", "a stage does not change 'kind'"),
             ("youngs_modulus=2e6", "young_modulus=2e6", "did you mean 'youngs_modulus'?"),
             ("youngs_modulus=2e6", "youngs_modulus=-2e6", "must be"),
             ("rods.rods.material.youngs_modulus=2e6", "rods.rods.shape.length=2", "it cannot change:\n  rods.0.shape.length"),

@@ -125,12 +125,13 @@ class Scenes(FaultTest):
             path.write_text("\n".join(lines) + "\n")
             code, errors = self.run_scene(path)
             places = [int(line) for line in re.findall(re.escape(str(path)) + r":(\d+):(?:\d+:)? ", errors)]
+            included = re.search(r"^error: \S+\.part:\d+:\d+: ", errors)  # a fault that shows in a file beside it
             if code is None:
                 outcome = "hangs"
             elif code in (0, 3):
                 outcome = "ran" if not wrong_key else "ran with a wrong key"
             elif code == 2:
-                outcome = "refused at a line" if places else "refused by its numbers" if f"error: {path}: " in errors and "'" in errors else "refused without a place"
+                outcome = "refused at a line" if places or included else "refused by its numbers" if f"error: {path}: " in errors and "'" in errors else "refused without a place"
                 named = wrong_key and f"did you mean '{KEY.match(lines[wrong_key - 1])[2]}'" in errors  # a constant of formulas is missed where it is used
                 if wrong_key and wrong_key not in places and not named and "missing key" not in errors:  # that table's other keys are then not looked at
                     outcome = "refused at another place"

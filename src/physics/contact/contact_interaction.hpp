@@ -50,6 +50,8 @@ public:
     /// and when an audit began here. Collective.
     double booked(double lag) const;
     double booked_at_start() const;
+    /// True until the first step of an audit has been made.
+    bool audit_begins() const { return audit_begins_.has_value(); }
 
 private:
     /// Energies and works of contacts that an audit counts, on this rank.

@@ -132,15 +132,19 @@ public:
         std::vector<std::string> found = rigid_joints(joints->tables, groups);
         for (std::size_t t = 0; t < joints->tables.size(); ++t) {
             const JointSpec& table = joints->tables[t];
-            if (table.kind != JointKind::slider || table.to_world() || table.axis_law.reach() > 0) continue;
+            const Vec3d& along = table.law.along;
+            const bool free_way = table.kind == JointKind::bushing && std::min({along.x, along.y, along.z}) == 0;
+            const bool slides = table.kind == JointKind::slider && !table.to_world() && table.axis_law.reach() == 0;
+            if (!slides && !free_way) continue;
             double way = HUGE_VAL;
             for (const auto& of_assembly : joints->of_assembly)
                 for (const Joint& joint : of_assembly)
                     if (joint.table == t) way = std::min(way, slider_way(table, joint));
             found.push_back(
-                fmt::format("joint.{}: nothing says how far it slides; its step holds for ways up to {:.3g} "
-                            "m: give 'limits', or name the body first that is carried along",
-                            t, way));
+                fmt::format("joint.{}: nothing says how far it {}; its step holds for ways up to {:.3g} m: {}", t,
+                            slides ? "slides" : "moves along an axis of share 0", way,
+                            slides ? "give 'limits', or name the body first that is carried along"
+                                   : "give a share above 0, or a shorter 'dt' for longer ways"));
         }
         return found;
     }

@@ -12,6 +12,7 @@ void tidy_echo(nlohmann::json& table, const Wall& wall, const CoreTables&, bool)
 
 bool stays_in_stage(Wall& wall, const ActingStages& acting) {
     wall.stands = acting.now;
+    if (acting.begin > 0) wall.from = std::max(wall.from, acting.begin); // at rest until then
     return true;
 }
 
@@ -26,8 +27,7 @@ bool state_survives(const Wall&, const KeyChange& change) {
     constexpr std::array<std::string_view, 12> geometry = {"",       "name", "kind",  "point", "normal", "axis",
                                                            "radius", "side", "lower", "upper", "open",   "rods"};
     const bool other_wall = std::find(geometry.begin(), geometry.end(), change.part(2)) != geometry.end();
-    const bool other_drive =
-        change.part(2) == "servo" && change.last() == "speed" && (change.was == "0.0" || change.now == "0.0");
+    const bool other_drive = change.part(2) == "servo" && change.last() == "speed"; // it is part of the servo's state
     return !other_wall && !other_drive;
 }
 
