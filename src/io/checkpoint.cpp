@@ -309,6 +309,10 @@ void set_marks(H5File& file, const CheckpointInfo& info) {
         file.set("/", "stage_begins", fmt::format("{}", fmt::join(info.stage_begins, " ")));
         file.set("/", "stage_work", info.stage_work);
         file.set("/", "stage_over", std::int64_t(info.stage_over));
+        if (info.stage_over) {
+            file.set("/", "stage_defect", info.stage_defect);
+            file.set("/", "stage_contacts", info.stage_contacts);
+        }
     }
     if (info.series) {
         file.set("/", "series_bytes", info.series->bytes);
@@ -327,6 +331,8 @@ void get_marks(const H5File& file, CheckpointInfo& info) {
     std::istringstream begins(file.find<std::string>("/", "stage_begins").value_or(""));
     for (double begin = 0; begins >> begin;) info.stage_begins.push_back(begin);
     info.stage_over = file.find<std::int64_t>("/", "stage_over").value_or(0) != 0;
+    info.stage_defect = file.find<double>("/", "stage_defect").value_or(0);
+    info.stage_contacts = file.find<double>("/", "stage_contacts").value_or(0);
     info.stage_work = file.find<double>("/", "stage_work").value_or(0);
     info.last_trajectory = file.find<std::int64_t>("/", "last_trajectory");
     info.last_tips = file.find<std::int64_t>("/", "last_tips");

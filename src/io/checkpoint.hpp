@@ -43,9 +43,10 @@ struct CheckpointInfo {
     std::string ancestry = {};             ///< JSON of a branch: its origin and changed keys; else empty
     std::vector<double> stage_begins = {}; ///< times at which stages so far have begun, s; empty without stages
     bool stage_over = false;               ///< the last of them ends with this step
-    double stage_work = 0;                 ///< energy that changes of stages have brought, J
-    std::int64_t version = 0;              ///< version of the format
-    std::uint64_t beyond = 0;              ///< part of the digest that does not belong to rods
+    double stage_defect = 0, stage_contacts = 0; ///< as it ends: defect of the balance and energy of contacts, J
+    double stage_work = 0;                       ///< energy that changes of stages have brought, J
+    std::int64_t version = 0;                    ///< version of the format
+    std::uint64_t beyond = 0;                    ///< part of the digest that does not belong to rods
 };
 
 /// Writes <directory>/checkpoint_<step, 12 digits>.h5, then removes older ones by `keeping`. Throws IoError on all

@@ -61,6 +61,11 @@ void CheckpointOutput::write_state(const Moment& now) {
     info.saved = saved(world_.interactions());
     info.stage_begins = stages_.begins();
     info.stage_over = !stages_.over().empty();
+    if (info.stage_over) {
+        const auto [defect, contacts] = observation_.left();
+        info.stage_defect = defect;
+        info.stage_contacts = contacts;
+    }
     info.stage_work = observation_.stage_work();
     for (const auto& output : others_) output->mark(info);
     write_checkpoint(world_.comm, options_.out, world_.groups, world_.rods(), info, world_.plan.keeping);

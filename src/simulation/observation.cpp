@@ -94,7 +94,20 @@ void Observation::leave_stage() {
     left_ = audit(observe(world_.comm, world_.threads, world_.groups, world_.rods(), clock.time(), clock.lag()),
                   clock.lag());
     left_defect_ = left_.defect(*audited_from());
+    if (given_) {
+        left_defect_ = (*given_)[0];
+        left_.contacts = (*given_)[1];
+        given_.reset();
+    }
     stage_work_ = stage_work();
+}
+
+std::array<double, 2> Observation::left() const {
+    if (!audited_from_) return {};
+    const Clock& clock = world_.clock;
+    const EnergyAudit now = audit(
+        observe(world_.comm, world_.threads, world_.groups, world_.rods(), clock.time(), clock.lag()), clock.lag());
+    return {now.defect(*audited_from()), now.contacts};
 }
 
 void Observation::enter_stage(World& world) {

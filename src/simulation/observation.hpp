@@ -6,6 +6,7 @@
 #include "physics/scene_spec.hpp"
 #include "simulation/world.hpp"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <span>
@@ -37,6 +38,10 @@ public:
     /// Before and after all is changed for a stage: the energy that this brings is booked, and the balance goes on.
     /// Collective.
     void leave_stage();
+    /// Defect of the balance and energy of contacts now, J, and those of a run that has ended with a stage: a state
+    /// does not know the forces of contacts. Collective.
+    std::array<double, 2> left() const;
+    void set_left(double defect, double contacts) { given_ = {defect, contacts}; }
     void enter_stage(World& world);
     /// Energy that stages have brought so far, J; that of contacts from the first step of a stage on. Collective.
     double stage_work() const;
@@ -50,12 +55,13 @@ private:
 
     const World& world_;
     ObservableSets sets_;
-    bool staged_, gravity_acts_;          ///< in some stage
-    std::optional<double> audited_from_;  ///< J
-    double stage_work_ = 0;               ///< J, without that of contacts as the present stage begins
-    EnergyAudit left_;                    ///< as the stage before has ended
-    double left_defect_ = 0;              ///< J
-    std::optional<double> left_contacts_; ///< J; none: no stage has begun in this process
+    bool staged_, gravity_acts_;                 ///< in some stage
+    std::optional<double> audited_from_;         ///< J
+    double stage_work_ = 0;                      ///< J, without that of contacts as the present stage begins
+    EnergyAudit left_;                           ///< as the stage before has ended
+    double left_defect_ = 0;                     ///< J
+    std::optional<std::array<double, 2>> given_; ///< left() of the run before
+    std::optional<double> left_contacts_;        ///< J; none: no stage has begun in this process
     std::vector<double> last_;
     std::int64_t step_ = -1; ///< of last_
 };

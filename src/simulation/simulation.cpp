@@ -72,7 +72,10 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     if (stages_.any() && !found) stages_.go_on(stages_.begins(), world_);
     if (made.has<AuditPlan>()) observation_.begin_audit(world_, found ? found->audited_from : std::nullopt);
     if (found) observation_.set_stage_work(found->stage_work);
-    if (found && found->stage_over) stages_.set_over("as was found before");
+    if (found && found->stage_over) {
+        stages_.set_over("as was found before");
+        observation_.set_left(found->stage_defect, found->stage_contacts);
+    }
     first_step_ = world_.clock.done();
     last_step_ = made.steps;
     if (options_.until > 0) last_step_ = std::min<std::int64_t>(last_step_, world_.clock.step_at(options_.until));

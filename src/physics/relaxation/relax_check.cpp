@@ -58,7 +58,7 @@ void contact_law(const ContactLaw& law, Objections& table) {
         table.add("friction", "time.relax needs friction that holds what is at rest: \"memory\", or none");
 }
 
-void joint(const JointSpec& spec, Objections& table) {
+void check_joint(const JointSpec& spec, Objections& table) {
     if (shares_node(spec))
         table.add("stiffness", "time.relax needs joints of given stiffness: give 'stiffness' [N/m] and "
                                "'torsional_stiffness' [N m/rad]");
@@ -112,7 +112,7 @@ void RelaxationTables::check(const SceneSpec& scene, Objections& objections) {
     }
     for (std::size_t i = 0; i < scene.joints.size(); ++i) {
         TableObjections table(objections, fmt::format("joint.{}", i));
-        joint(scene.joints[i], table);
+        check_joint(scene.joints[i], table);
     }
     const auto law_of = [&](const std::string& table, const ContactLaw& law) {
         TableObjections of_law(objections, table);
