@@ -82,6 +82,20 @@ double slider_way(const JointSpec& table, const Joint& joint) {
     return reach > 0 ? reach : std::max(norm(joint.first.arm), norm(joint.second.arm));
 }
 
+namespace {
+
+/// End of a joint with its longest lever. That of a slider's second side, and of a bushing's first, grows by the way.
+JointEnd at_full_reach(const JointSpec& table, const Joint& joint, const JointEnd& end) {
+    const JointEnd* grows = table.kind == JointKind::slider    ? &joint.second
+                            : table.kind == JointKind::bushing ? &joint.first
+                                                               : nullptr;
+    JointEnd reached = end;
+    if (grows == &end) reached.arm = {norm(end.arm) + slider_way(table, joint), 0, 0};
+    return reached;
+}
+
+} // namespace
+
 std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
                                       std::span<const RodGroup> groups) {
     struct Sums {
@@ -97,13 +111,7 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
             for (const JointEnd* end : {&joint.first, &joint.second}) {
                 if (end->of_world()) continue;
                 const RodGroup& group = nth(groups, end->group);
-                JointEnd reached = *end;
-                const bool grows = table.kind == JointKind::slider
-                                       ? end == &joint.second
-                                       : table.kind == JointKind::bushing && end == &joint.first;
-                if (grows) // its lever, by the way
-                    reached.arm = {norm(end->arm) + slider_way(table, joint), 0, 0};
-                const Mobility m = mobility(group, reached);
+                const Mobility m = mobility(group, at_full_reach(table, joint, *end));
                 JointEnd centre = *end;
                 centre.share = group.strained() ? 0.5 : 0;
                 centre.arm = {0, 0, 0};
@@ -147,14 +155,11 @@ std::vector<JointHolds> joint_holds(std::span<const JointSpec> tables, std::span
                 JointHolds& holds = nth(of_rod, end->group)[end->rod];
                 holds.node.resize(to_index(group.elements()) + 1);
                 holds.turn.resize(to_index(group.elements()));
-                double arm = dot(end->arm, end->arm);
-                if ((table.kind == JointKind::slider && end == &joint.second) ||
-                    (table.kind == JointKind::bushing && end == &joint.first))
-                    arm = std::pow(std::sqrt(arm) + slider_way(table, joint), 2);
+                const Vec3d arm = at_full_reach(table, joint, *end).arm;
                 const auto k = to_index(end->element);
                 holds.node[k] += 4 * along * (1 - end->share);
                 holds.node[std::min(k + 1, holds.node.size() - 1)] += 4 * along * end->share;
-                holds.turn[k] += 4 * along * arm + 2 * turning;
+                holds.turn[k] += 4 * along * dot(arm, arm) + 2 * turning;
             }
         }
     std::vector<JointHolds> largest(groups.size());

@@ -88,11 +88,15 @@ EnergyAudit Observation::audit(std::span<const double> observed, double lag) con
     return a;
 }
 
+EnergyAudit Observation::audit() const {
+    const Clock& clock = world_.clock;
+    return audit(observe(world_.comm, world_.threads, world_.groups, world_.rods(), clock.time(), clock.lag()),
+                 clock.lag());
+}
+
 void Observation::leave_stage() {
     if (!audited_from_) return;
-    const Clock& clock = world_.clock;
-    left_ = audit(observe(world_.comm, world_.threads, world_.groups, world_.rods(), clock.time(), clock.lag()),
-                  clock.lag());
+    left_ = audit();
     left_defect_ = left_.defect(*audited_from());
     if (given_) {
         left_defect_ = (*given_)[0];
@@ -104,9 +108,7 @@ void Observation::leave_stage() {
 
 std::array<double, 2> Observation::left() const {
     if (!audited_from_) return {};
-    const Clock& clock = world_.clock;
-    const EnergyAudit now = audit(
-        observe(world_.comm, world_.threads, world_.groups, world_.rods(), clock.time(), clock.lag()), clock.lag());
+    const EnergyAudit now = audit();
     return {now.defect(*audited_from()), now.contacts};
 }
 

@@ -52,6 +52,7 @@ public:
 private:
     /// Energies and works now, with those of contacts.
     EnergyAudit audit(std::span<const double> observed, double lag) const;
+    EnergyAudit audit() const;
 
     const World& world_;
     ObservableSets sets_;
