@@ -92,7 +92,7 @@ public:
     /// Every 64 steps and at events: watches that are too dear for every step. This rank alone.
     virtual void watch([[maybe_unused]] const Step& step) {}
 
-    /// A stage begins, after restore(): what it looks for is to be found anew.
+    /// Resets the search for an end of the run, such as rest. Called after restore() as a stage begins.
     virtual void begin_stage() {}
 
     /// State of an interaction that may end runs. Not collective.

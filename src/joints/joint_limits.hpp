@@ -33,7 +33,7 @@ double slider_way(const JointSpec& table, const Joint& joint);
 struct JointHolds {
     std::vector<double> node, turn; ///< [elements + 1], [elements]; empty: no rod of the group is joined
 };
-/// Of the rods of each group, the largest.
+/// Largest stiffness of joints over the rods of each group.
 std::vector<JointHolds> joint_holds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
                                     std::span<const RodGroup> groups);
 

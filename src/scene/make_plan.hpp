@@ -12,7 +12,7 @@ namespace skein {
 /// The scene with a number in place of every one that stands for "auto". `groups`: with all of their rods.
 SceneSpec resolved(SceneSpec scene, std::span<const RodGroup> groups);
 
-/// Of a scene in stages, the plan of the first, with the step that all of them can take.
+/// Plan of a scene; of one in stages, of its first stage, with the step that all of them can take.
 /// Throws InputError where the step is beyond the limit (naming group, element and mode) unless the scene forces it.
 Plan make_plan(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine);
 

@@ -85,7 +85,7 @@ void catch_ends(const std::vector<RodSpec>& before, std::vector<RodSpec>& rods, 
     }
 }
 
-/// What is where the stage before has left it. A physics may look at a table and at what it was before.
+/// State that the stage before has left. A physics compares each of its tables with what it was then.
 void go_on_from(const SceneSpec& before, SceneSpec& now, std::size_t stage, double time) {
     catch_ends(before.rods, now.rods, stage);
     for_each_list(now, [&](std::string_view list, auto& specs) {
@@ -239,7 +239,7 @@ std::string contradictions_of(const SceneSpec& changed, const SceneSpec& from) {
     return text;
 }
 
-/// What a change of a stage may not be, and the contradictions that it makes.
+/// Forbidden changes of a stage, and contradictions in the scene that it makes; empty: none.
 std::string fault_of_stage(const SceneSpec& scene, std::size_t stage) {
     const std::vector<double> begins = nominal_begins(scene, stage);
     const std::span<const double> before = std::span(begins).first(std::max<std::size_t>(1, stage));

@@ -44,7 +44,7 @@ public:
     virtual std::vector<std::string> files_of_end([[maybe_unused]] std::int64_t step) const { return {}; }
     /// Writes the part that is not due at the run's last step.
     virtual void write_end([[maybe_unused]] const Moment& now) {}
-    /// Bodies have new owners, or all has been made anew for a stage.
+    /// Rebinds the output to bodies that have new owners, or that a stage has rebuilt with its groups and plan.
     virtual void rebind([[maybe_unused]] const Rods& rods) {}
     /// Puts on the disk, under final names, all that has been written.
     virtual void flush() {}

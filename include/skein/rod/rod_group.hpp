@@ -58,7 +58,7 @@ inline constexpr std::array<std::string_view, 4> limiting_modes = {"axial", "she
 /// Smallest time-step limit of each mode over all rods of a heterogeneous group, s.
 using LeastLimits = std::array<double, limiting_modes.size()>;
 
-/// Where an end of a rod has been caught: place of its node without its motion, m, and frame of its wall.
+/// Place at which a stage has caught an end of a rod: that of its node without its motion, m, and frame of its wall.
 struct CaughtEnd {
     Vec3d place{0, 0, 0};
     Quaterniond frame;
