@@ -1,5 +1,6 @@
 #include "neighbourhood/neighbourhood.hpp"
 
+#include "core/timer.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -27,6 +28,12 @@ struct Visitors {
 };
 
 namespace {
+
+/// The result of work whose time is added to a count of seconds.
+template <class Work> auto timed(double& seconds, Work&& work) {
+    const Timers::Guard timing(seconds);
+    return work();
+}
 
 /// Sides along the axes; least > most where it holds nothing.
 struct Box {
@@ -262,8 +269,8 @@ void Neighbourhood::publish(bool holds) {
 bool Neighbourhood::arrive() {
     if (comm_.size() == 1) return holds_;
     threads_.set_poll({});
-    const bool all = vote_.finish();
-    messages_.finish();
+    const bool all = timed(waits_.vote, [&] { return vote_.finish(); });
+    timed(waits_.ghosts, [&] { messages_.finish(); });
     unpack();
     return all;
 }
@@ -272,7 +279,8 @@ const Exposure& Neighbourhood::widen(double reach) {
     exposure_->set_paces(threads_, comm_.max(exposure_->largest_speed(threads_)));
     if (comm_.size() == 1) return *exposure_;
     const std::vector<OwnBody> own = own_bodies(*exposure_);
-    const std::vector<Box> mine = boxes_of_parts(own), all_boxes = gathered(comm_, mine);
+    const std::vector<Box> mine = boxes_of_parts(own),
+                           all_boxes = timed(waits_.rebuild, [&] { return gathered(comm_, mine); });
     Box whole;
     for (const Box& box : mine) whole.add(box);
     double furthest = 0;
@@ -292,7 +300,9 @@ const Exposure& Neighbourhood::widen(double reach) {
         nodes.push_back(std::move(visitors.nodes));
     }
     std::vector<std::int64_t> run_counts, node_counts;
-    const Visitors visitors{exchanged(comm_, runs, run_counts), exchanged(comm_, nodes, node_counts)};
+    const Visitors visitors = timed(waits_.rebuild, [&] {
+        return Visitors{exchanged(comm_, runs, run_counts), exchanged(comm_, nodes, node_counts)};
+    });
     make_wide(visitors, run_counts);
     return *wide_;
 }
@@ -372,7 +382,7 @@ std::vector<std::uint32_t> Neighbourhood::narrow(std::span<const std::uint8_t> w
     set_up_messages();
     pack();
     messages_.start();
-    messages_.finish();
+    timed(waits_.rebuild, [&] { messages_.finish(); });
     unpack();
     return now;
 }
@@ -397,7 +407,7 @@ void Neighbourhood::set_up_messages() {
     }
     figures_.bodies = static_cast<std::int64_t>(bodies.size());
     std::vector<std::int64_t> counts;
-    const std::vector<SceneRun> wanted = exchanged(comm_, asked, counts);
+    const std::vector<SceneRun> wanted = timed(waits_.rebuild, [&] { return exchanged(comm_, asked, counts); });
     std::size_t at = 0;
     sent_.begin();
     for (int r = 0; r < comm_.size(); ++r) {
@@ -422,6 +432,15 @@ std::vector<GhostFigures> Neighbourhood::figures_of_ranks() const {
     for (const auto of : {&GhostFigures::bodies, &GhostFigures::elements, &GhostFigures::neighbours,
                           &GhostFigures::messages, &GhostFigures::bytes}) {
         const std::vector<std::int64_t> values = comm_.all_gather(figures_.*of);
+        for (std::size_t r = 0; r < all.size(); ++r) all[r].*of = values[r];
+    }
+    return all;
+}
+
+std::vector<WaitFigures> Neighbourhood::waits_of_ranks() const {
+    std::vector<WaitFigures> all(to_index(comm_.size()));
+    for (const auto of : {&WaitFigures::vote, &WaitFigures::ghosts, &WaitFigures::rebuild}) {
+        const std::vector<double> values = comm_.all_gather(std::vector{waits_.*of});
         for (std::size_t r = 0; r < all.size(); ++r) all[r].*of = values[r];
     }
     return all;

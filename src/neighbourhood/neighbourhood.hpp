@@ -22,6 +22,13 @@ struct GhostFigures {
     std::int64_t messages = 0, bytes = 0;  ///< sent a step
 };
 
+/// Time in which this rank has waited for others since the beginning, s.
+struct WaitFigures {
+    double vote = 0;    ///< for all ranks to say whether lists hold
+    double ghosts = 0;  ///< then, for the ghosts of the step
+    double rebuild = 0; ///< for places of all ranks and for visitors, when ghosts are found anew
+};
+
 struct Visitors; ///< elements on their way to another rank
 
 class Neighbourhood {
@@ -55,6 +62,8 @@ public:
     const GhostFigures& figures() const { return figures_; }
     /// Collective.
     std::vector<GhostFigures> figures_of_ranks() const;
+    /// Collective.
+    std::vector<WaitFigures> waits_of_ranks() const;
 
 private:
     /// Consecutive slots on their way: here, and where they begin in a message.
@@ -100,6 +109,7 @@ private:
     Vote vote_;
     bool holds_ = false; ///< vote of one rank
     GhostFigures figures_;
+    WaitFigures waits_;
 };
 
 } // namespace skein

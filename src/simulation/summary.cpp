@@ -54,6 +54,23 @@ nlohmann::ordered_json ghosts_json(const std::vector<GhostFigures>& ghosts) {
             {"bytes", of_ranks(&GhostFigures::bytes)}};
 }
 
+std::vector<double> waits(const std::vector<WaitFigures>& ranks, double WaitFigures::*of) {
+    std::vector<double> seconds;
+    for (const WaitFigures& rank : ranks) seconds.push_back(rank.*of);
+    return seconds;
+}
+
+/// Waits of ranks, and the rank that others wait for.
+std::string waits_text(const std::vector<WaitFigures>& ranks) {
+    const auto most = [&](double WaitFigures::*of) { return std::ranges::max(waits(ranks, of)); };
+    const auto all = [](const WaitFigures& w) { return w.vote + w.ghosts + w.rebuild; };
+    const auto busiest = std::ranges::min_element(ranks, {}, all);
+    return fmt::format("waits of a rank, at most: {:.3g} s for votes on lists, {:.3g} s for ghosts, {:.3g} s at rebuilds; "
+                       "rank {} waits least, {:.3g} s in all\n",
+                       most(&WaitFigures::vote), most(&WaitFigures::ghosts), most(&WaitFigures::rebuild),
+                       busiest - ranks.begin(), all(*busiest));
+}
+
 } // namespace
 
 std::string digest_text(std::uint64_t digest) { return fmt::format("{:016x}", digest); }
@@ -113,6 +130,9 @@ std::string summary_json(const RunFigures& f) {
                         {"warning", f.slip_warning}};
     if (!f.ghosts.empty()) {
         json["ghosts"] = ghosts_json(f.ghosts);
+        json["waits"] = {{"votes_s", waits(f.waits, &WaitFigures::vote)},
+                         {"ghosts_s", waits(f.waits, &WaitFigures::ghosts)},
+                         {"rebuilds_s", waits(f.waits, &WaitFigures::rebuild)}};
         json["balance"] = {
             {"migrations", f.balance.migrations}, {"rods", f.balance.bodies}, {"imbalance", f.balance.imbalance}};
     }
@@ -146,6 +166,7 @@ RunFigures figures_of(const World& world, const RunResult& result, RunEnd end) {
     }
     if (world.neighbourhood() && comm.size() > 1) {
         figures.ghosts = world.neighbourhood()->figures_of_ranks();
+        figures.waits = world.neighbourhood()->waits_of_ranks();
         figures.balance = world.balance().figures();
     }
     nlohmann::ordered_json json = nlohmann::ordered_json::object();
@@ -225,6 +246,7 @@ std::string timing_table(const RunFigures& f) {
             out,
             "ghosts of a rank, at most: {} elements of {} rods, {} neighbours; {} messages with {} bytes sent a step\n",
             most.elements, most.bodies, most.neighbours, most.messages, most.bytes);
+        text += waits_text(f.waits);
         if (f.balance.imbalance > 0)
             fmt::format_to(
                 out, "cost of the busiest rank {:.3g} of the mean; rods went to other ranks {} times, {} in all\n",

@@ -39,6 +39,7 @@ struct RunFigures {
     std::int64_t resident_bytes = 0;           ///< resident set, all ranks
     std::vector<LargestOverlap> overlaps = {}; ///< of contacts and walls, in this run
     std::vector<GhostFigures> ghosts = {};     ///< by rank, at the end; none where ranks do not meet
+    std::vector<WaitFigures> waits = {};       ///< by rank; none where ranks do not meet
     BalanceFigures balance = {};
     double cell_steps = 0;                                   ///< of the fluid: cells times steps, in this run
     double speed_to_expect = 0;                              ///< see FluidInteraction

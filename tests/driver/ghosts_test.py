@@ -64,6 +64,18 @@ class Ghosts(DriverTest):
         self.assertIn("machine.toml:2:1", refused.stderr)
         self.assertIn("did you mean 'latency_s'", refused.stderr)
 
+    def test_waits_are_a_part_of_the_exchange(self):
+        self.scene.write_text(SCENE)
+        self.run_skein("waits", "--steps", "200", *QUIET, ranks=3)
+        waits, phases = self.summary("waits")["waits"], self.summary("waits")["phases"]
+        for seconds in waits.values():
+            self.assertEqual(len(seconds), 3)
+            self.assertGreater(min(seconds), 0)
+        self.assertLess(max(map(sum, zip(waits["votes_s"], waits["ghosts_s"]))), phases["exchange"]["max_s"])
+        self.assertLess(max(waits["rebuilds_s"]), phases["search"]["max_s"])
+        self.run_skein("alone", "--steps", "3", *QUIET)
+        self.assertNotIn("waits", self.summary("alone"))
+
     def test_nothing_is_sent_by_rods_that_do_not_meet(self):
         self.run_skein("apart", "--steps", "3", *QUIET, ranks=2)
         self.assertNotIn("ghosts", self.summary("apart"))
