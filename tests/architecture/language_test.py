@@ -1,0 +1,121 @@
+"""Pages read like those of a technical writer: docs/style.md lists the turns to avoid, and this test counts them.
+
+  language_test.py ROOT [PAGE...]    with pages: prints every hit and every long sentence of these pages
+"""
+
+import pathlib
+import re
+import subprocess
+import sys
+
+TURN = re.compile(r"^\| [^|]+ \| `([^`]+)` \|", re.MULTILINE)
+MOST_PER_1000_WORDS = 0.1
+LONGEST_SENTENCE = 35
+LONGEST_MEAN = 20
+WORD = re.compile(r"[^\W\d_](?:[\w'’-]*\w)?")
+
+
+def turns(style):
+    """The regular expressions in the table of docs/style.md."""
+    return [re.compile(expression.replace(r"\|", "|"), re.MULTILINE) for expression in TURN.findall(style)]
+
+
+def pages(root):
+    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=root, capture_output=True, text=True, check=True).stdout.split()
+    return [page for page in listed if not page.startswith("bench/") and page != "docs/style.md"]
+
+
+def prose(text):
+    """A page without code, formulae, targets of links and addresses; lines keep their numbers."""
+    blank = lambda match: "\n" * match.group().count("\n")
+    text = re.sub(r"```.*?```", blank, text, flags=re.DOTALL)
+    text = re.sub(r"\$\$.*?\$\$", blank, text, flags=re.DOTALL)
+    text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
+    text = re.sub(r"`[^`\n]*`", "code", text)
+    text = re.sub(r"\$[^$\n]*\$", "x", text)
+    return re.sub(r"https?://\S+", "address", text)
+
+
+def sentences(text):
+    """(line, sentence) of paragraphs and list items. Rows of tables and headings are not sentences."""
+    found, block, first = [], [], 1
+
+    def close():
+        start = first
+        joined = " ".join(block)
+        for sentence in re.split(r"(?<=[.!?])[)\"*]*\s+(?=[A-Z*(\"`x])", joined):
+            if WORD.search(sentence):
+                found.append((start, sentence.strip()))
+        block.clear()
+
+    for number, line in enumerate(text.splitlines(), 1):
+        bare = line.strip()
+        if not bare or bare.startswith(("|", "#", "<", "---")):
+            close()
+            continue
+        if re.match(r"([-*]|\d+\.)\s", bare):
+            close()
+            bare = re.sub(r"^([-*]|\d+\.)\s+", "", bare)
+        if not block:
+            first = number
+        block.append(bare)
+    close()
+    return found
+
+
+def words(text):
+    return len(WORD.findall(text))
+
+
+def report(root, names, expressions):
+    for name in names:
+        text = prose((root / name).read_text())
+        for number, line in enumerate(text.splitlines(), 1):
+            for expression in expressions:
+                for match in expression.finditer(line):
+                    print(f"{name}:{number}: '{match.group().strip()}'")
+        lengths = [(number, words(sentence), sentence) for number, sentence in sentences(text)]
+        for number, length, sentence in lengths:
+            if length > LONGEST_SENTENCE:
+                print(f"{name}:{number}: {length} words: {sentence[:100]}...")
+        counts = [length for _, length, _ in lengths]
+        print(f"{name}: {words(text)} words, {len(counts)} sentences of {sum(counts) / max(len(counts), 1):.1f} words on average")
+
+
+def check(root, expressions):
+    texts = {name: prose((root / name).read_text()) for name in pages(root)}
+    total = sum(map(words, texts.values()))
+    problems = []
+    for expression in expressions:
+        hits = [f"{name}: '{m.group().strip()}'" for name, text in texts.items() for m in expression.finditer(text)]
+        if 1000 * len(hits) / total >= MOST_PER_1000_WORDS:
+            problems.append(f"{len(hits)} hits in {total} words of {expression.pattern}: {hits[:5]}")
+    lengths = []
+    for name, text in texts.items():
+        for number, sentence in sentences(text):
+            lengths.append(words(sentence))
+            if lengths[-1] > LONGEST_SENTENCE:
+                problems.append(f"{name}:{number}: a sentence of {lengths[-1]} words: {sentence[:80]}...")
+    mean = sum(lengths) / len(lengths)
+    if mean > LONGEST_MEAN:
+        problems.append(f"sentences have {mean:.1f} words on average")
+    print("\n".join(problems) or f"{total} words, {len(lengths)} sentences of {mean:.1f} words on average")
+    return 1 if problems else 0
+
+
+def test_itself():
+    assert [s for _, s in sentences(prose("One thing. Two `a.b` things.\n\n- a list\n- of two\n\n| a. B |\n"))] == [
+        "One thing.", "Two code things.", "a list", "of two"]
+    assert words("two words, $x$ and 3.5 more") == 5
+    assert turns("| odd | `\\b(?:a\\|b) of\\b` | plain |")[0].search("what is a of it")
+
+
+if __name__ == "__main__":
+    test_itself()
+    here = pathlib.Path(sys.argv[1])
+    listed = turns((here / "docs/style.md").read_text())
+    assert listed, "docs/style.md lists no expressions"
+    if len(sys.argv) > 2:
+        report(here, sys.argv[2:], listed)
+    else:
+        sys.exit(check(here, listed))
