@@ -50,6 +50,10 @@ struct ConvergeArguments {
     Mapping mapping = Mapping::automatic;
     ProgressStyle progress = ProgressStyle::automatic;
 };
+struct NewArguments {
+    std::string kind; ///< of apps/recipes; empty: list all
+    std::string file; ///< empty: <kind>.toml
+};
 struct DescribeArguments {
     std::string what; ///< scene, results, key or table; empty: all keys
     bool json = false;
@@ -76,6 +80,8 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.
 int self_check_command(int threads, int lanes, int& argc, char**& argv);
 int check_command(SceneArguments arguments);
+/// Writes a scene to begin from.
+int new_command(const NewArguments& arguments);
 int describe_command(const DescribeArguments& arguments, int& argc, char**& argv);
 int info_command(SceneArguments scene, std::string out, int& argc, char**& argv);
 /// Becomes Skein's Python package (python/), with all words behind the program's name; returns where that cannot be

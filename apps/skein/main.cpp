@@ -1,4 +1,4 @@
-// The driver: skein run | branch | verify | converge | plan | check | describe | info | draw.
+// The driver: skein new | run | branch | verify | converge | plan | check | describe | info | draw.
 #include "commands.hpp"
 #include "unknown_word.hpp"
 
@@ -13,6 +13,7 @@
 namespace {
 
 constexpr const char* examples = R"(Examples:
+  skein new pile                                  write pile.toml, a scene to begin from; skein new: all kinds
   mpirun -n 4 skein run carpet_8x8.toml           run; the same command again resumes from the last checkpoint
   skein run row_8.toml --set time.duration=72 --out out/short
   mpirun -n 2 --map-by slot:PE=8 --bind-to core skein run farm.toml --threads 8 --walltime 3600
@@ -223,6 +224,13 @@ CLI::App* add_check(CLI::App& app, CheckArguments& check) {
     return &command;
 }
 
+CLI::App* add_new(CLI::App& app, skein::NewArguments& arguments) {
+    CLI::App& command = *app.add_subcommand("new", "write a commented scene to begin from; without KIND: list all");
+    command.add_option("KIND", arguments.kind, "of the scene, e.g. arm, pile, motor");
+    command.add_option("FILE", arguments.file, "to write; default KIND.toml");
+    return &command;
+}
+
 CLI::App* add_describe(CLI::App& app, skein::DescribeArguments& describe) {
     CLI::App& command = *app.add_subcommand(
         "describe", "a scene as TOML with all keys and what they mean, or the keys that scenes know");
@@ -258,6 +266,8 @@ int main(int argc, char** argv) {
     skein::DescribeArguments describe;
     skein::SceneArguments info;
     std::string info_out;
+    skein::NewArguments scene;
+    const CLI::App* new_command = add_new(app, scene);
     const CLI::App* run_command = add_run(app, run);
     const CLI::App* branch_command = add_branch(app, branch);
     const CLI::App* verify_command = add_verify(app, verify);
@@ -285,6 +295,7 @@ int main(int argc, char** argv) {
     if (converge_command->parsed()) return skein::converge_command(converge, argc, argv);
     if (check_command->parsed() && check.self) return skein::self_check_command(check.threads, check.lanes, argc, argv);
     if (!first_process()) return 0;
+    if (new_command->parsed()) return skein::new_command(scene);
     if (plan_command->parsed()) return skein::plan_command(plan, argc, argv);
     if (check_command->parsed()) return skein::check_command(check.scene);
     if (describe_command->parsed()) return skein::describe_command(describe, argc, argv);
