@@ -65,10 +65,11 @@ std::string waits_text(const std::vector<WaitFigures>& ranks) {
     const auto most = [&](double WaitFigures::*of) { return std::ranges::max(waits(ranks, of)); };
     const auto all = [](const WaitFigures& w) { return w.vote + w.ghosts + w.rebuild; };
     const auto busiest = std::ranges::min_element(ranks, {}, all);
-    return fmt::format("waits of a rank, at most: {:.3g} s for votes on lists, {:.3g} s for ghosts, {:.3g} s at rebuilds; "
-                       "rank {} waits least, {:.3g} s in all\n",
-                       most(&WaitFigures::vote), most(&WaitFigures::ghosts), most(&WaitFigures::rebuild),
-                       busiest - ranks.begin(), all(*busiest));
+    return fmt::format(
+        "waits of a rank, at most: {:.3g} s for votes on lists, {:.3g} s for ghosts, {:.3g} s at rebuilds; "
+        "rank {} waits least, {:.3g} s in all\n",
+        most(&WaitFigures::vote), most(&WaitFigures::ghosts), most(&WaitFigures::rebuild), busiest - ranks.begin(),
+        all(*busiest));
 }
 
 } // namespace

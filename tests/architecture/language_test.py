@@ -31,7 +31,7 @@ def prose(text):
     text = re.sub(r"```.*?```", blank, text, flags=re.DOTALL)
     text = re.sub(r"\$\$.*?\$\$", blank, text, flags=re.DOTALL)
     text = re.sub(r"!?\[([^\]]*)\]\([^)]*\)", r"\1", text)
-    text = re.sub(r"`[^`\n]*`", "code", text)
+    text = re.sub(r"`[^`\n]*`", "Code", text)
     text = re.sub(r"\$[^$\n]*\$", "x", text)
     return re.sub(r"https?://\S+", "address", text)
 
@@ -105,7 +105,7 @@ def check(root, expressions):
 
 def test_itself():
     assert [s for _, s in sentences(prose("One thing. Two `a.b` things.\n\n- a list\n- of two\n\n| a. B |\n"))] == [
-        "One thing.", "Two code things.", "a list", "of two"]
+        "One thing.", "Two Code things.", "a list", "of two"]
     assert words("two words, $x$ and 3.5 more") == 5
     assert turns("| odd | `\\b(?:a\\|b) of\\b` | plain |")[0].search("what is a of it")
 
