@@ -50,6 +50,10 @@ struct ConvergeArguments {
     Mapping mapping = Mapping::automatic;
     ProgressStyle progress = ProgressStyle::automatic;
 };
+struct ExpectArguments {
+    RunArguments run;
+    bool json = false;
+};
 struct NewArguments {
     std::string kind; ///< of apps/recipes; empty: list all
     std::string file; ///< empty: <kind>.toml
@@ -80,6 +84,8 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.
 int self_check_command(int threads, int lanes, int& argc, char**& argv);
 int check_command(SceneArguments arguments);
+/// Runs a scene, then compares its time series with its [[expect]] tables.
+int expect_command(ExpectArguments arguments, int& argc, char**& argv, bool first_process);
 /// Writes a scene to begin from.
 int new_command(const NewArguments& arguments);
 int describe_command(const DescribeArguments& arguments, int& argc, char**& argv);

@@ -1,4 +1,4 @@
-// The driver: skein new | run | branch | verify | converge | plan | check | describe | info | draw.
+// The driver: skein new | run | expect | branch | verify | converge | plan | check | describe | info | draw.
 #include "commands.hpp"
 #include "unknown_word.hpp"
 
@@ -23,7 +23,7 @@ constexpr const char* examples = R"(Examples:
   skein draw out/carpet_8x8 --movie carpet.mp4    a picture, a movie or a page of any run
   skein plan carpet_8x8.toml                      what will run: step, memory, predicted cost; -v: passes, limits
   skein describe rods.material                    the keys of a table; skein describe: all of them
-Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle.
+Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle, 9 not as expected.
 )";
 
 /// Rank among the processes of an MPI launcher, without starting MPI.
@@ -224,6 +224,20 @@ CLI::App* add_check(CLI::App& app, CheckArguments& check) {
     return &command;
 }
 
+CLI::App* add_expect(CLI::App& app, skein::ExpectArguments& expect) {
+    CLI::App& command = *app.add_subcommand(
+        "expect", "run a scene, and compare its time series with the values of its [[expect]] tables");
+    add_scene_options(command, expect.run.scene);
+    command.add_option("-o,--out", expect.run.options.out, "directory of results; default out/<scene name>");
+    command.add_flag("--overwrite", expect.run.options.overwrite, "run again where results exist");
+    command.add_option("-t,--threads", expect.run.threads, "threads per rank; default: the cores this rank may use")
+        ->check(CLI::PositiveNumber);
+    add_lanes(command, expect.run.lanes);
+    add_mapping(command, expect.run.mapping);
+    command.add_flag("--json", expect.json, "as JSON");
+    return &command;
+}
+
 CLI::App* add_new(CLI::App& app, skein::NewArguments& arguments) {
     CLI::App& command = *app.add_subcommand("new", "write a commented scene to begin from; without KIND: list all");
     command.add_option("KIND", arguments.kind, "of the scene, e.g. arm, pile, motor");
@@ -266,6 +280,8 @@ int main(int argc, char** argv) {
     skein::DescribeArguments describe;
     skein::SceneArguments info;
     std::string info_out;
+    skein::ExpectArguments expect;
+    const CLI::App* expect_command = add_expect(app, expect);
     skein::NewArguments scene;
     const CLI::App* new_command = add_new(app, scene);
     const CLI::App* run_command = add_run(app, run);
@@ -290,6 +306,7 @@ int main(int argc, char** argv) {
     }
 
     if (run_command->parsed()) return skein::run_command(run, argc, argv);
+    if (expect_command->parsed()) return skein::expect_command(expect, argc, argv, first_process());
     if (branch_command->parsed()) return skein::branch_command(branch, argc, argv);
     if (verify_command->parsed()) return skein::verify_command(verify, argc, argv);
     if (converge_command->parsed()) return skein::converge_command(converge, argc, argv);

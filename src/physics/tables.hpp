@@ -3,9 +3,11 @@
 
 #include "physics/audit/audit_tables.hpp"
 #include "physics/contact/contact_tables.hpp"
+#include "physics/expectations/expect_tables.hpp"
 #include "physics/fluid/fluid_tables.hpp"
 #include "physics/joints/joint_tables.hpp"
 #include "physics/loads/load_tables.hpp"
+#include "physics/probes/probe_tables.hpp"
 #include "physics/relaxation/relaxation_tables.hpp"
 #include "physics/walls/wall_tables.hpp"
 #include "skein/core/objections.hpp"
@@ -72,6 +74,6 @@ private:
 };
 
 using PhysicsTables =
-    TablesOf<LoadTables, JointTables, ContactTables, WallTables, FluidTables, RelaxationTables, AuditTables>;
+    TablesOf<LoadTables, JointTables, ContactTables, WallTables, FluidTables, RelaxationTables, AuditTables, ProbeTables, ExpectTables>;
 
 } // namespace skein

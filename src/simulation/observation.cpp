@@ -16,7 +16,7 @@ namespace skein {
 Observation::Observation(const World& world, const SceneSpec& scene)
     : world_(world), sets_{scene.output.observes("angular_momentum"), scene.output.observes("curvature"),
                            scene.output.observes("knots"), scene.output.observes("order")},
-      staged_(!scene.stages.empty()),
+      probes_(scene.probes), staged_(!scene.stages.empty()),
       gravity_acts_(std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& one) {
           return !scene.stages.empty() && one.rods.empty() && one.load.get_if<Gravity>();
       })) {}
@@ -31,6 +31,7 @@ std::vector<std::string> Observation::names() const {
     const bool falls = touch && (touch->gravity || gravity_acts_);
     if (falls) all.emplace_back("potential[J]");
     if (falls && sets_.order) all.emplace_back("agitation[-]");
+    for (std::string& name : probe_names(probes_)) all.push_back(std::move(name));
     return all;
 }
 
@@ -47,11 +48,13 @@ std::vector<double> Observation::values() const {
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
     for (const double x : values_of_figures(world_.comm, world_.interactions(), at)) values.push_back(x);
     const auto* touch = plan.find<TouchPlan>();
-    if (!touch || (!touch->gravity && !gravity_acts_)) return values;
-    const Vec3d gravity = touch->gravity.value_or(Vec3d{0, 0, 0});
-    const double weight = norm(gravity) * touch->mass_radius;
-    values.push_back(-touch->mass * dot(gravity, centre));
-    if (sets_.order) values.push_back(weight > 0 ? values[observed_translation] / weight : 0);
+    if (touch && (touch->gravity || gravity_acts_)) {
+        const Vec3d gravity = touch->gravity.value_or(Vec3d{0, 0, 0});
+        const double weight = norm(gravity) * touch->mass_radius;
+        values.push_back(-touch->mass * dot(gravity, centre));
+        if (sets_.order) values.push_back(weight > 0 ? values[observed_translation] / weight : 0);
+    }
+    for (const double x : probe_values(world_.comm, world_.groups, world_.rods(), at.lag, probes_)) values.push_back(x);
     return values;
 }
 

@@ -3,6 +3,7 @@
 
 #include "diagnostics/energy_audit.hpp"
 #include "diagnostics/extra_observables.hpp"
+#include "diagnostics/probes.hpp"
 #include "physics/scene_spec.hpp"
 #include "simulation/world.hpp"
 
@@ -56,6 +57,7 @@ private:
 
     const World& world_;
     ObservableSets sets_;
+    std::vector<ProbeSpec> probes_;
     bool staged_, gravity_acts_;                 ///< in some stage
     std::optional<double> audited_from_;         ///< J
     double stage_work_ = 0;                      ///< J, without that of contacts as the present stage begins

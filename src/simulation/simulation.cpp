@@ -50,6 +50,8 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
     const bool writes = !options_.out.empty();
     Plan& made = world_.plan;
     stages_.find_columns(observation_.names());
+    for (const ExpectSpec& expected : scene.expected)
+        columns_of("expect.column", std::vector{expected.column}, observation_.names());
     refuse_bad_start(world_, scene, options_);
     on_root(comm, [&] {
         if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);

@@ -1,0 +1,43 @@
+// Probes: quantities at single places of rods and bodies, as columns of the time series.
+#pragma once
+
+#include "parallel/communicator.hpp"
+#include "skein/core/fields.hpp"
+#include "skein/rod/rod_group.hpp"
+#include "tiles/rods.hpp"
+
+#include <span>
+#include <string>
+#include <string_view>
+#include <vector>
+
+namespace skein {
+
+enum class ProbeQuantity { position, velocity, direction, spin, strain, curvature };
+inline constexpr std::string_view probe_quantity_names[] = {"position", "velocity", "direction",
+                                                            "spin",     "strain",   "curvature"};
+
+/// [[probe]]
+struct ProbeSpec {
+    std::string name; ///< of its columns
+    std::string of;   ///< group of rods or bodies
+    long number = 0;  ///< of the rod or body in its group
+    double at = 1;    ///< place over the length of a rod at rest
+    ProbeQuantity quantity = ProbeQuantity::position;
+    std::string source; ///< file:line of the table, for messages
+
+    static constexpr bool output_only = true;
+
+    void fields(FieldVisitor& f);
+    /// True for quantities of the strained axis, which bodies do not have.
+    bool strained() const { return quantity == ProbeQuantity::strain || quantity == ProbeQuantity::curvature; }
+};
+
+/// Columns with units, in the order of probe_values().
+std::vector<std::string> probe_names(std::span<const ProbeSpec> probes);
+
+/// Values of the state, to which `lag` [s] drifts copies. Collective.
+std::vector<double> probe_values(const Communicator& comm, std::span<const RodGroup> groups, const Rods& rods,
+                                 double lag, std::span<const ProbeSpec> probes);
+
+} // namespace skein
