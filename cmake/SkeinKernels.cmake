@@ -46,6 +46,7 @@ function(skein_kernel_flags target level)
 endfunction()
 
 set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAKE_SOURCE_DIR}/src/contact/contact_boxes.cpp
+                          ${CMAKE_SOURCE_DIR}/src/contact/contact_box_pairs.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/contact_vertices.cpp ${CMAKE_SOURCE_DIR}/src/contact/contact_push.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/near_parallel.cpp ${CMAKE_SOURCE_DIR}/src/contact/touching_scan.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/side_changes.cpp

@@ -1,7 +1,7 @@
 // Contacts of elements with boxes, one by one, after those of the block's capsules. The order of both depends on the
 // scene alone. The candidate of a box is the ball around it. The law is that of capsules. An element that lies
 // near-parallel to a face or an edge pushes at both ends of what lies beside it. The nearest point has the rest of the
-// force and all friction.
+// force and all friction. Two boxes: contact_box_pairs.cpp.
 #include "contact/box_distance.hpp"
 #include "contact/work_area.hpp"
 #include "skein/core/index.hpp"
@@ -16,6 +16,11 @@ const PartBox* Contacts::box_at(const Exposure& bodies, std::uint32_t slot) cons
     if (group >= scene_.boxes.size() || scene_.boxes[group].empty()) return nullptr;
     const PartBox& part = scene_.boxes[group][to_index(bodies.element(slot)) / 2];
     return part.radius > 0 ? &part : nullptr;
+}
+
+/// True where a pair's first is the box of an element, and not the first of two boxes.
+bool Contacts::box_is_first(const Exposure& bodies, std::uint32_t pair) const {
+    return box_at(bodies, list_.pair[pair].a) && !box_at(bodies, list_.pair[pair].b);
 }
 
 /// Finds the pairs of the list that have a box.
@@ -147,8 +152,8 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     using Q = Pack<1>;
     const auto [a, b] = list_.pair[number];
     const PartBox *first = box_at(bodies, a), *second = box_at(bodies, b);
+    if (first && second) return evaluate_boxes(bodies, h, number, now);
     BoxContact out;
-    if (first && second) return out; // refused by the plan
     const BoxPair pair(bodies, first ? b : a, first ? a : b, first ? *first : *second);
     const double seen = seen_beyond(bodies.scene().vertex_reach());
     SegmentToBox near =
@@ -192,7 +197,7 @@ double Contacts::normal_energy_with_box(const Exposure& bodies, std::uint32_t pa
 
 Contact Contacts::contact_with_box(const Exposure& bodies, std::uint32_t pair) const {
     const BoxContact c = evaluate_box(bodies, 0, pair, &memory_[pair]);
-    const bool first = box_at(bodies, list_.pair[pair].a) != nullptr;
+    const bool first = box_is_first(bodies, pair);
     const ElementLoad<double>& on_first = first ? c.on_box : c.on_element;
     const double sign = first ? -1 : 1;
     return {list_.pair[pair], first ? 0 : c.s, first ? c.s : 0, on_first.first + on_first.second,
@@ -210,13 +215,14 @@ void Contacts::push_boxes(const Work& work, WorkArea& area) {
     auto c = area.box_contact.begin();
     for (auto i = first; i != last; ++i, ++c) {
         const auto [a, b] = list_.pair[*i];
+        if (c->intersect) area.deep.push_back(*i);
         if (!c->touches) {
             if (status_[*i] & touching) end_contact(work, *i);
             continue;
         }
         memory_[*i] = c->memory;
         status_[*i] = touching;
-        const bool box_first = box_at(work.bodies, a) != nullptr;
+        const bool box_first = box_is_first(work.bodies, *i);
         exert(work, a, box_first ? c->on_box : c->on_element);
         exert(work, b, box_first ? c->on_element : c->on_box);
         if (!work.bodies.owns_slot(a)) continue;

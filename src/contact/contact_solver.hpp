@@ -54,12 +54,13 @@ struct Contact {
 };
 
 /// Two elements that have changed sides within a step, or are about to. Their axes have crossed, or a ball's centre has
-/// come within half the sum of radii. theory.md (58c)
+/// come within half the sum of radii, or boxes without their rounding intersect. theory.md (58c)
 struct SideChange {
-    Pair pair;      ///< the lower slot first
-    double nearest; ///< distance of their axes within the step, over the sum of radii; 0 where these crossed
-    double speed;   ///< relative speed, m/s
-    double energy;  ///< kinetic energy of that motion and energy of the contact before the step, J
+    Pair pair;       ///< the lower slot first
+    double nearest;  ///< distance of their axes within the step, over the sum of radii; 0 where these crossed
+    double speed;    ///< relative speed, m/s
+    double energy;   ///< kinetic energy of that motion and energy of the contact before the step, J
+    double diameter; ///< the smaller one of both, m; of boxes, of their edges
     friend bool operator==(const SideChange&, const SideChange&) = default;
 };
 

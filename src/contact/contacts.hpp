@@ -69,8 +69,9 @@ private:
     struct WorkArea;
     struct Sums;
     /// An element in contact with a box, with all of its points: sums, and both of memory and place of the nearest one.
+    /// Of two boxes the first one is the element, and the place is the mean of all points.
     struct BoxContact {
-        bool touches = false;
+        bool touches = false, intersect = false; ///< the latter of two boxes without their rounding
         ContactForce<Pack<1>> force{};
         ContactMemory<double> memory{};
         ElementLoad<double> on_element{}, on_box{};
@@ -171,6 +172,7 @@ private:
     void update_overlapping();
     void restore_overlapping(const Exposure& bodies);
     std::optional<SideChange> side_change(const Exposure& bodies, Pair pair);
+    std::optional<SideChange> boxes_intersect(const Exposure& bodies, Pair pair);
     void check_side_changes(const Exposure& bodies, std::span<const std::uint32_t> pairs);
     bool moves_far(const Exposure& bodies, std::size_t slot) const;
     void mark_far_moves(const Exposure& bodies);
@@ -187,6 +189,9 @@ private:
     ContactMemory<double> memory_before(const Exposure& bodies, std::uint32_t pair, double s, bool box_first) const;
     BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t number,
                             const ContactMemory<double>* now = nullptr) const;
+    BoxContact evaluate_boxes(const Exposure& bodies, double h, std::uint32_t number,
+                              const ContactMemory<double>* now) const;
+    bool box_is_first(const Exposure& bodies, std::uint32_t pair) const;
     Contact contact_with_box(const Exposure& bodies, std::uint32_t pair) const;
     double normal_energy_with_box(const Exposure& bodies, std::uint32_t pair) const;
     /// Nearest points, what vertices take, and what pushes at the ends.

@@ -133,6 +133,21 @@ template <int W> struct Sliding {
     }
 };
 
+/// The same of several points that may twist about their mean normal. The normal part of slip, spring and force is the
+/// turn times the radius of the points, and the couple over it.
+template <int W> struct SlidingPatch : Sliding<W> {
+    using P = Pack<W>;
+    Vec3<P> turning; ///< by which the spring goes round with both bodies, rad
+    P twisted;       ///< share of its normal part that it keeps
+
+    SKEIN_INLINE Vec3<P> in_plane(const Vec3<P>& x) const {
+        const Vec3<P> tangent = P(0.5) * turning, across = cross(tangent, x);
+        const P share = P(2.0) / (P(1.0) + dot(tangent, tangent));
+        const Vec3<P> after = x + share * (across + cross(tangent, across));
+        return after - ((P(1.0) - twisted) * dot(after, this->normal)) * this->normal;
+    }
+};
+
 template <int W> struct Friction {
     Vec3<Pack<W>> force; ///< on 1, N
     ContactMemory<Pack<W>> memory;
@@ -150,8 +165,9 @@ template <class P> SKEIN_INLINE void add_normal_force(const ContactNumbers<P>& l
 }
 
 /// Spring and dashpot of `memory`: they stick, or slide at mu_k N without a dashpot.
-template <int W> SKEIN_INLINE void friction_of_memory(Friction<W>& out, bool hertz, const ContactNumbers<Pack<W>>& law,
-                                                      const Sliding<W>& in, const FrictionSpring<Pack<W>>& last) {
+template <int W, class S> SKEIN_INLINE void friction_of_memory(Friction<W>& out, bool hertz,
+                                                               const ContactNumbers<Pack<W>>& law, const S& in,
+                                                               const FrictionSpring<Pack<W>>& last) {
     using P = Pack<W>;
     const P zero(0.0), one(1.0), tiny(1e-150), stiffness = law.tangential_stiffness * in.root;
     const Vec3<P> none{zero, zero, zero},
@@ -176,9 +192,9 @@ template <int W> SKEIN_INLINE void friction_of_memory(Friction<W>& out, bool her
 }
 
 /// One step of regularised or anisotropic friction through its spring.
-template <int W> SKEIN_INLINE void regularised_friction(Friction<W>& out, const ContactNumbers<Pack<W>>& law,
-                                                        const Sliding<W>& in, const FrictionSpring<Pack<W>>& last,
-                                                        const Lie<Pack<W>>* lie) {
+template <int W, class S> SKEIN_INLINE void regularised_friction(Friction<W>& out, const ContactNumbers<Pack<W>>& law,
+                                                                 const S& in, const FrictionSpring<Pack<W>>& last,
+                                                                 const Lie<Pack<W>>* lie) {
     using P = Pack<W>;
     const P zero(0.0), half(0.5), one(1.0), tiny(1e-150);
     const Vec3<P> x = in.in_plane(last.x), y = fma(law.twice_step, in.tangential, x);
@@ -210,6 +226,31 @@ template <class P> SKEIN_INLINE P work_of_friction(const ContactMemory<P>& last,
                                                    const Vec3<P>& force, const Vec3<P>& half_way, P dashpot) {
     const Vec3<P> before = last.viscous_part - (last.weight * last.spring.stiffness) * last.spring.x;
     return last.energy() - now.energy() - dashpot - dot(before + force, half_way);
+}
+
+/// Adds the works of friction and the energy of its spring. `last`: memory of the step before.
+template <int W, class S> SKEIN_INLINE Friction<W> add_friction(ContactKinds kinds, const ContactNumbers<Pack<W>>& law,
+                                                                const S& in, const ContactMemory<Pack<W>>& last,
+                                                                const Lie<Pack<W>>* lie, ContactForce<Pack<W>>& out) {
+    using P = Pack<W>;
+    const P zero(0.0);
+    Friction<W> friction{{zero, zero, zero}, {{{zero, zero, zero}, zero}, {zero, zero, zero}, zero}};
+    const ContactMemory<P>& now = friction.memory;
+    if (kinds.friction == ContactFriction::memory) {
+        friction_of_memory<W>(friction, kinds.normal == ContactNormal::hertz, law, in, last.spring);
+        const P dashpot = -dot(last.viscous_part + now.viscous_part, in.half_way);
+        out.friction_work = work_of_friction(last, now, friction.force, in.half_way, dashpot);
+        out.viscous_work += dashpot;
+        out.elastic_energy += now.energy();
+    } else if (has_spring(kinds.friction)) {
+        regularised_friction<W>(friction, law, in, last.spring, lie);
+        out.friction_work = work_of_friction(last, now, friction.force, in.half_way, zero);
+        out.elastic_energy += now.energy();
+    } else if (kinds.friction == ContactFriction::published) {
+        published_friction<W>(friction, law, in);
+        out.friction_work = -dot(last.viscous_part + friction.force, in.half_way);
+    }
+    return friction;
 }
 
 } // namespace detail
@@ -249,22 +290,8 @@ contact_force(ContactKinds kinds, const ContactNumbers<Pack<W>>& law, const Cont
                                      root,
                                      weight.all,
                                      touches};
-    detail::Friction<W> friction{{zero, zero, zero}, {{{zero, zero, zero}, zero}, {zero, zero, zero}, zero}};
+    detail::Friction<W> friction = detail::add_friction<W>(kinds, law, sliding, memory, lie, out);
     ContactMemory<P>& now = friction.memory;
-    if (kinds.friction == ContactFriction::memory) {
-        detail::friction_of_memory<W>(friction, hertz, law, sliding, memory.spring);
-        const P dashpot = -dot(memory.viscous_part + now.viscous_part, sliding.half_way);
-        out.friction_work = detail::work_of_friction(memory, now, friction.force, sliding.half_way, dashpot);
-        out.viscous_work += dashpot;
-        out.elastic_energy += now.energy();
-    } else if (has_spring(kinds.friction)) {
-        detail::regularised_friction<W>(friction, law, sliding, memory.spring, lie);
-        out.friction_work = detail::work_of_friction(memory, now, friction.force, sliding.half_way, zero);
-        out.elastic_energy += now.energy();
-    } else if (kinds.friction == ContactFriction::published) {
-        detail::published_friction<W>(friction, law, sliding);
-        out.friction_work = -dot(memory.viscous_part + friction.force, sliding.half_way);
-    }
     now.viscous_part = now.viscous_part - viscous_normal * n;
     out.viscous_work = select(touches, out.viscous_work, zero);
     // A contact that ends loses the energy of its spring.

@@ -2,11 +2,13 @@
 //   motion of a step   from x - h v to x, as rates have brought bodies there
 //   rods               the vector between nearest points turns round, and axes cross: both points inside before and
 //                      after, or axes nearer than half the sum of radii on the way
+//   boxes              intersect without their rounding
 //   balls              axes come nearer than half the sum of radii; near-parallel rods pass like discs, at an eighth
 // A pair that moves relatively by less than 0.4 of its radii ends such a step nearer than half: find_touching() lists
 // it at no cost. Elements that move farther are searched only where they may be. The list of candidates has all that
 // they touch on the way while it holds; a search finds the rest. Bodies that begin so deep in each other, or whose law
 // is still soft, have no sides. They are watched once they have come apart.
+#include "contact/box_pair.hpp"
 #include "contact/contact_limits.hpp"
 #include "contact/work_area.hpp"
 #include "core/closest_points.hpp"
@@ -91,6 +93,7 @@ void Contacts::restore_overlapping(const Exposure& bodies) {
 
 std::optional<SideChange> Contacts::side_change(const Exposure& bodies, Pair pair) {
     const auto [a, b] = pair;
+    if (box_at(bodies, a) && box_at(bodies, b)) return boxes_intersect(bodies, pair);
     if (box_at(bodies, a) || box_at(bodies, b)) return {};
     const auto group_a = to_index(bodies.at(a).group), group_b = to_index(bodies.at(b).group);
     const ContactLaw& law = laws_.between(group_a, group_b);
@@ -124,7 +127,30 @@ std::optional<SideChange> Contacts::side_change(const Exposure& bodies, Pair pai
     } else return {};
     const double speed = way / drift_, overlap = std::max(0.0, reach - before.distance),
                  mass = 1 / (1 / scene_.masses[group_a] + 1 / scene_.masses[group_b]);
-    return SideChange{pair, nearest, speed, half * mass * speed * speed + energy_at(law.at(time_), overlap)};
+    return SideChange{pair, nearest, speed, half * mass * speed * speed + energy_at(law.at(time_), overlap),
+                      2 * std::min(bodies.node[a].radius, bodies.node[b].radius)};
+}
+
+/// Boxes whose sharp cores intersect, unless they began so.
+std::optional<SideChange> Contacts::boxes_intersect(const Exposure& bodies, Pair pair) {
+    const auto [a, b] = pair;
+    const PartBox &one = *box_at(bodies, a), &two = *box_at(bodies, b);
+    const Vec3d& origin = bodies.node[a].position;
+    if (!(separation(placed_box(bodies, a, one, origin), placed_box(bodies, b, two, origin), true) < 0)) return {};
+    const auto group_a = to_index(bodies.at(a).group), group_b = to_index(bodies.at(b).group);
+    const ContactLaw& law = laws_.between(group_a, group_b);
+    const BodyPair gids = bodies_of(bodies.scene(), bodies.in_scene(a), bodies.in_scene(b));
+    if (time_ < law.soft_until || begins_ || is_overlapping(gids)) {
+        const std::lock_guard lock(noting_);
+        overlap_now_.push_back(gids);
+        return {};
+    }
+    const ExposedMotion &at_a = bodies.motion[a], &at_b = bodies.motion[b];
+    const double speed = norm(at_a.velocity - at_b.velocity) + norm(at_a.spin) * norm(one.half) +
+                         norm(at_b.spin) * norm(two.half),
+                 mass = 1 / (1 / scene_.masses[group_a] + 1 / scene_.masses[group_b]);
+    return SideChange{pair, 0, speed, half * mass * speed * speed + energy_at(law.at(time_), one.radius + two.radius),
+                      2 * std::min(one.radius, two.radius)};
 }
 
 void Contacts::check_side_changes(const Exposure& bodies, std::span<const std::uint32_t> pairs) {

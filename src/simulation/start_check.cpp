@@ -1,9 +1,10 @@
 #include "simulation/start_check.hpp"
 
-#include "contact/box_distance.hpp"
+#include "contact/box_pair.hpp"
 #include "contact/contact_solver.hpp"
 #include "core/closest_points.hpp"
 #include "kernels/kernels.hpp"
+#include "neighbourhood/surface.hpp"
 #include "physics/contact/contact_plan.hpp"
 #include "physics/fluid/fluid_plan.hpp"
 #include "physics/walls/wall_plan.hpp"
@@ -81,11 +82,30 @@ private:
     }
     double distance(std::uint32_t a, std::uint32_t b) const {
         const auto at = [&](std::uint32_t slot) { return near_.node[slot].position; };
-        if (box(a) && box(b)) return HUGE_VAL; // refused by the plan
+        if (box(a) && box(b)) return distance_of_boxes(placed(a), placed(b), radius(a) + radius(b));
         if (box(a) || box(b)) return distance_to_box(box(a) ? a : b, at(box(a) ? b : a), at((box(a) ? b : a) + 1));
         const auto found = closest_points(broadcast<1>(at(a)), broadcast<1>(at(a + 1) - at(a)), broadcast<1>(at(b)),
                                           broadcast<1>(at(b + 1) - at(b)));
         return norm(lane(found.apart, 0));
+    }
+    /// The box at a slot as its body begins, wherever that is.
+    PlacedBox placed(std::uint32_t slot) const {
+        const Window& w = near_.at(slot);
+        const RodGroup& of = groups_[group(slot)];
+        PlacedBox found{{}, {}, box(slot)->half};
+        std::int64_t k = -near_.element(slot);
+        for_surface_slots<1>(*of.body(), start_of(of, {w.gid, of.id(), w.gid - of.first_gid()})[0],
+                             [&](const auto& position, double, const auto& velocity, const auto& spin) {
+                                 if (k == 0) found.centre = lane(position, 0);
+                                 if (k++ == 1) found.axes = {lane(velocity, 0), lane(spin, 0), {}};
+                             });
+        found.axes.d3 = cross(found.axes.d1, found.axes.d2);
+        return found;
+    }
+    /// Below 0 where sharp boxes intersect. `reach`, where they are farther apart.
+    static double distance_of_boxes(const PlacedBox& one, const PlacedBox& two, double reach) {
+        const double apart = separation(one, two, true);
+        return apart < 0 ? apart : reach - BoxMeeting(one, two, reach).deepest();
     }
     /// Overlap of a segment and the box of an own body, which has its axes here; other ranks test their own boxes.
     double distance_to_box(std::uint32_t slot, const Vec3d& from, const Vec3d& to) const {

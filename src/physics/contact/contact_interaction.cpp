@@ -163,9 +163,8 @@ void ContactInteraction::take_side_change(const SideChange& change, const Step& 
     const auto group_a = static_cast<std::size_t>(exposure_->at(a).group),
                group_b = static_cast<std::size_t>(exposure_->at(b).group);
     const ContactLaw& law = contact_.laws.between(group_a, group_b);
-    const double diameter = 2 * std::min(exposure_->node[a].radius, exposure_->node[b].radius),
-                 allowed = contact_.spec.overlap * diameter, way = change.speed * step.drift,
-                 times = change.energy / energy_at(law, allowed);
+    const double diameter = change.diameter, allowed = contact_.spec.overlap * diameter,
+                 way = change.speed * step.drift, times = change.energy / energy_at(law, allowed);
     side_change_ =
         change.nearest == 0
             ? fmt::format("{} and {} have passed through each other at {:.3g} m/s", place_of(a), place_of(b),

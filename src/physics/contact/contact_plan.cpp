@@ -9,8 +9,6 @@
 #include "physics/plan_input.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
-#include "rod/body_shape.hpp"
-#include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
@@ -39,20 +37,6 @@ ContactLaws contact_laws(const SceneSpec& scene, std::span<const RodGroup> group
             laws.push_back(law_between(scene, a.name(), b.name()).resolved(reduced_mass(a, b)));
     const bool alike = scene.contact_pairs.empty() && scene.contact->law.restitution == 0;
     return alike ? ContactLaws(laws.front()) : ContactLaws(groups.size(), std::move(laws));
-}
-
-/// Boxes touch rods, spheres and capsules, not each other.
-void refuse_boxes_that_meet(const SceneSpec& scene, std::span<const RodGroup> groups) {
-    std::int64_t bodies = 0;
-    for (const RodGroup& group : groups) {
-        if (!group.body() || !group.body()->has_boxes()) continue;
-        bodies += group.count();
-        if (bodies > 1)
-            throw InputError(fmt::format(
-                "{}: the body '{}': with [contact] one body of a scene may have boxes, as boxes do not touch each "
-                "other yet, and there are {} so far: make others of spheres and capsules",
-                group.spec().source.empty() ? scene.file : group.spec().source, group.name(), bodies));
-    }
 }
 
 /// Slip that friction without memory turns round within a step.
@@ -267,7 +251,6 @@ void ContactTables::plan(const PlanInput& input, PlannedPhysics& out) {
     if (scene.contact) laws = contact_laws(scene, input.groups);
     out.add<PlannedTouch>(input, laws);
     if (!scene.contact) return;
-    refuse_boxes_that_meet(scene, input.groups);
     out.add<PlannedContact>(input, *laws);
 }
 
