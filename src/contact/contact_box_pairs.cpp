@@ -3,7 +3,8 @@
 //             changes with shares acts besides; m = 2 of the linear law, 5/2 of Hertz
 //   friction  at the mean place of what pushes, in the plane across its mean normal, pressed by all of it; the spring
 //             has a third component, the turn about the normal times the radius of what pushes
-// Springs of friction turn with both bodies, as a face that is turned takes them along.
+// Springs of friction turn with both bodies, as a face that is turned takes them along. The memory of dashpots is that
+// of their sum at the mean place; what they take besides, as bodies rock or twist, is that of this step alone.
 #include "contact/box_pair.hpp"
 #include "contact/work_area.hpp"
 
@@ -37,6 +38,7 @@ struct Pressed {
     Vec3d pushes{0, 0, 0};                  ///< force on the second, N
     Vec3d middle{0, 0, 0}, normal{0, 0, 0}; ///< mean place, m; of springs alone, a unit vector
     double radius = 0;                      ///< of what pushes, about the normal through the middle, m
+    double viscous = 0;                     ///< force of dashpots along the normal, N
     double elastic_energy = 0, viscous_work = 0, stiffness = 0;
 };
 
@@ -91,6 +93,9 @@ Pressed press(const BoxMeeting& meeting, const MovingBox& one, const MovingBox& 
         out.load.add(gap, one.placed.centre, two.placed.centre, f.normal[0]);
         out.elastic_energy += f.elastic_energy[0];
         out.viscous_work += 2 * f.viscous_work[0];
+        const double root = kind == ContactNormal::hertz ? sqrt(touch.overlap) : 1.0;
+        out.viscous +=
+            (f.normal[0] - weight[0] * root * law.stiffness[0] * touch.overlap) * dot(gap.normal, out.normal);
         out.stiffness = std::max(out.stiffness, f.stiffness[0]);
         slopes = fma(depth, depth, slopes);
     }
@@ -119,8 +124,14 @@ void rub(const Pressed& pressed, const BoxMeeting& meeting, const MovingBox& one
                                            Q(0.0) < Q(1.0)},
                                           broadcast<1>(0.5 * h * both),
                                           Q(std::min(1.0, wide))};
+    const double approach = dot(slip, n), before = -dot(lane(memory.viscous_part, 0), n);
+    memory.viscous_part += broadcast<1>(before * n);
     const auto friction = detail::add_friction<1>(kinds, law, sliding, memory, nullptr, out);
     memory = friction.memory;
+    const double twisting = dot(lane(memory.viscous_part, 0), n), taken = -0.5 * h * dot(rate, n) * twisting;
+    (kinds.friction == ContactFriction::memory ? out.viscous_work : out.friction_work) += Q(taken);
+    out.viscous_work += 0.5 * h * approach * (before - pressed.viscous);
+    memory.viscous_part -= broadcast<1>((twisting + pressed.viscous) * n);
     const Vec3d force = lane(friction.force, 0), twist = dot(force, n) * n, along = force - twist,
                 couple = pressed.radius * twist;
     load.force += along;

@@ -4,7 +4,6 @@
 #include "contact/contact_solver.hpp"
 #include "core/closest_points.hpp"
 #include "kernels/kernels.hpp"
-#include "neighbourhood/surface.hpp"
 #include "physics/contact/contact_plan.hpp"
 #include "physics/fluid/fluid_plan.hpp"
 #include "physics/walls/wall_plan.hpp"
@@ -18,6 +17,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <tuple>
 
 namespace skein {
@@ -55,6 +55,27 @@ public:
     PairsAtStart(const ContactPlan& plan, std::span<const RodGroup> groups, const Exposure& near, const Exposure& own)
         : plan_(plan), groups_(groups), near_(near), own_(own) {}
 
+    /// Shares the axes of own boxes that are in pairs with boxes. Collective; `comm`: null where this process is alone.
+    void share_axes(const Candidates& found, const Communicator* comm) {
+        constexpr std::size_t record = 7;
+        std::vector<double> mine;
+        const auto add = [&](std::uint32_t slot) {
+            const auto own = near_.owns_slot(slot) ? own_.find(near_.in_scene(slot)) : std::optional<std::uint32_t>();
+            if (!own) return;
+            const Vec3d &first = own_.motion[*own + 1].velocity, &second = own_.motion[*own + 1].spin;
+            for (const double number :
+                 {static_cast<double>(near_.in_scene(slot)), first.x, first.y, first.z, second.x, second.y, second.z})
+                mine.push_back(number);
+        };
+        for (std::uint32_t a = 0; a + 1 < found.first.size(); ++a)
+            for (std::uint32_t i = found.first[a]; i < found.first[a + 1]; ++i)
+                if (const std::uint32_t b = found.partner[i]; box(a) && box(b))
+                    for (const std::uint32_t slot : {a, b}) add(slot);
+        const std::vector<double> all = comm ? comm->all_gather(mine) : mine;
+        for (std::size_t i = 0; i < all.size(); i += record)
+            axes_[static_cast<std::int64_t>(all[i])] = {Vec3d{all[i + 1], all[i + 2], all[i + 3]},
+                                                        Vec3d{all[i + 4], all[i + 5], all[i + 6]}};
+    }
     Deepest deepest(const Candidates& found) const {
         Deepest deepest;
         for (std::uint32_t a = 0; a + 1 < found.first.size(); ++a)
@@ -82,25 +103,19 @@ private:
     }
     double distance(std::uint32_t a, std::uint32_t b) const {
         const auto at = [&](std::uint32_t slot) { return near_.node[slot].position; };
-        if (box(a) && box(b)) return distance_of_boxes(placed(a), placed(b), radius(a) + radius(b));
+        if (box(a) && box(b)) {
+            const bool known = axes_.contains(near_.in_scene(a)) && axes_.contains(near_.in_scene(b));
+            return known ? distance_of_boxes(placed(a), placed(b), radius(a) + radius(b)) : HUGE_VAL;
+        }
         if (box(a) || box(b)) return distance_to_box(box(a) ? a : b, at(box(a) ? b : a), at((box(a) ? b : a) + 1));
         const auto found = closest_points(broadcast<1>(at(a)), broadcast<1>(at(a + 1) - at(a)), broadcast<1>(at(b)),
                                           broadcast<1>(at(b + 1) - at(b)));
         return norm(lane(found.apart, 0));
     }
-    /// The box at a slot as its body begins, wherever that is.
+    /// A box of a pair of two; its axes are known once they are shared.
     PlacedBox placed(std::uint32_t slot) const {
-        const Window& w = near_.at(slot);
-        const RodGroup& of = groups_[group(slot)];
-        PlacedBox found{{}, {}, box(slot)->half};
-        std::int64_t k = -near_.element(slot);
-        for_surface_slots<1>(*of.body(), start_of(of, {w.gid, of.id(), w.gid - of.first_gid()})[0],
-                             [&](const auto& position, double, const auto& velocity, const auto& spin) {
-                                 if (k == 0) found.centre = lane(position, 0);
-                                 if (k++ == 1) found.axes = {lane(velocity, 0), lane(spin, 0), {}};
-                             });
-        found.axes.d3 = cross(found.axes.d1, found.axes.d2);
-        return found;
+        const auto& [first, second] = axes_.at(near_.in_scene(slot));
+        return {near_.node[slot].position, {first, second, cross(first, second)}, box(slot)->half};
     }
     /// Below 0 where sharp boxes intersect. `reach`, where they are farther apart.
     static double distance_of_boxes(const PlacedBox& one, const PlacedBox& two, double reach) {
@@ -121,6 +136,7 @@ private:
     const ContactPlan& plan_;
     std::span<const RodGroup> groups_;
     const Exposure &near_, &own_;
+    std::map<std::int64_t, std::pair<Vec3d, Vec3d>> axes_; ///< first two of boxes, by slot of the scene
 };
 
 /// "rod 3 of 'cilia' (element 4)" of a slot of the scene.
@@ -228,7 +244,9 @@ void refuse(const Communicator* comm, const Threads& threads, const Plan& plan, 
     const Exposure& near = neighbourhood ? neighbourhood->widen(solver->next_skin()) : *exposure;
     std::vector<std::uint8_t> wanted(near.slots(), 0);
     solver->search(near, wanted);
-    const Deepest mine = PairsAtStart(*contact, groups, near, *exposure).deepest(solver->found());
+    PairsAtStart pairs(*contact, groups, near, *exposure);
+    pairs.share_axes(solver->found(), comm);
+    const Deepest mine = pairs.deepest(solver->found());
     if (neighbourhood) {
         std::fill(wanted.begin(), wanted.end(), std::uint8_t{0});
         neighbourhood->narrow(wanted);

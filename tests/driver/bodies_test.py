@@ -65,6 +65,18 @@ origin = [0.08, 0.08, 0.24]
 normal = [1.0, 0.3, 0.1]
 tangent = [0.1, 0.1, 1.0]
 
+[[bodies]]
+name = "crates"
+density = 900.0
+[bodies.boxes]
+sizes = [[0.03, 0.025, 0.02]]
+radii = [0.002]
+[bodies.placement]
+kind = "lattice"
+counts = [2, 2]
+spacing = [0.035, 0.03]
+origin = [0.06, 0.06, 0.3]
+
 [[load]]
 kind = "gravity"
 

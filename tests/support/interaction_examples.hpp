@@ -66,6 +66,20 @@ inline SceneSpec upon_rod(RodSpec body, double height, const ContactLaw& law, co
     return scene;
 }
 
+/// A box flies down upon another one, a little askew, so that faces meet.
+inline SceneSpec two_boxes(const ContactLaw& law, const Turn& turn) {
+    RodSpec below = box_body({0.1, 0.06, 0.04}), above = box_body({0.05, 0.08, 0.03});
+    below.name = "below";
+    above.name = "above";
+    below.placement.normal = above.placement.normal = Vec3d{1, 0.2, 0};
+    above.placement.origin = {0.01, 0.005, 0.0375};
+    above.placement.tangent = {0.03, 0.05, 1};
+    above.shape.velocity = {0.1, 0.05, -1};
+    SceneSpec scene = of_rods({below, above}, turn);
+    scene.contact = ContactSpec{.law = law};
+    return scene;
+}
+
 /// A rod flies down, askew, at a wall.
 inline SceneSpec at_wall(Wall wall, const ContactLaw& law, const Turn& turn) {
     SceneSpec scene = of_rods({flying_stick("flying", {0, 0, 0.06}, {1, 0.1, 0.1}, {0.1, 0.3, -1})}, turn);
@@ -109,6 +123,9 @@ inline std::vector<InteractionExample> interaction_examples() {
     add_body("a capsule", rigid_body(0.1, 0.015), 0.0375);
     add_body("a body of three parts", crooked_body(), 0.07);
     add_body("a box", box_body({0.1, 0.06, 0.04}), 0.0525, false); // ends of what lies beside a face move along the rod
+    all.push_back({.name = "two boxes",
+                   .scene = [](const ContactLaw& law, const Turn& turn) { return two_boxes(law, turn); },
+                   .lost = 1e-5});
     const auto add_wall = [&](const std::string& name, const Wall& wall) {
         all.push_back({.name = name,
                        .scene = [=](const ContactLaw& law, const Turn& turn) { return at_wall(wall, law, turn); },

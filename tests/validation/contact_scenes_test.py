@@ -71,6 +71,32 @@ class Incline(SingleRuns):
         self.assertAlmostEqual(acceleration / (2 / 3 * G * math.sin(0.3)), 1, delta=1e-2)
 
 
+class Boxes(SingleRuns):
+    """A stack of three, at rest until a plank arrives that flies as a parabola."""
+
+    def test_bear_their_weights_until_they_are_knocked_off(self):
+        self.run_alone("boxes", scene=APPS / "contact/boxes.toml")
+        series = self.series("boxes")
+        a, b, c, r = 0.023, 0.028, 0.013, 0.002  # half sides without the rounding, and that
+        volume = 8 * a * b * c + 8 * r * (a * b + b * c + c * a) + 2 * math.pi * r**2 * (a + b + c) + 4 / 3 * math.pi * r**3
+        weight, k = 600 * volume * G, 1e5
+        at = numpy.argmin(abs(series["time"] - 0.2))
+        self.assertAlmostEqual(series["contact_energy"][at] / (5 * weight**2 / (4 * k)), 1, delta=1e-3)  # four points make a face twice as stiff
+        self.assertAlmostEqual(series["floor_force"][at] / (3 * weight), 1, delta=1e-3)
+        self.assertLess(series["contact_friction_work"][at], 1e-12)
+        arrival = (0.72 - 0.005 - 0.025) / 3.0
+        hit = series["time"][numpy.argmax(series["contacts"] != 2 * (series["time"] > 0))]
+        self.assertGreater(hit, arrival)
+        self.assertLess(hit, arrival + 0.02)
+        energy = sum(series[name] for name in ("kinetic_translation", "kinetic_rotation", "contact_energy", "contact_friction_work", "contact_viscous_work", "wall_energy",
+                                               "wall_friction_work", "wall_viscous_work", "potential"))
+        self.assertLess(abs(energy - energy[0]).max(), 1e-3 * energy[0], "books of energy")
+        places = self.state("boxes")["boxes"]["state"][:, 0, :3]
+        self.assertLess(numpy.linalg.norm(places[0] - [0, 0, 0.015]), 0.06, "the lowest stays")
+        self.assertGreater(places[1:, 0].min(), 0.2, "the others have gone")
+        self.assertLess(places[1:, 2].max(), 0.032, "and lie on the floor")
+
+
 class Plectoneme(SingleRuns):
     """Wall to wall, twist + writhe is the rotation of the end. The series counts twist between the outermost elements' middles: of n cells
     one, two halves, is missing, in a rod at rest as twisted as the others."""

@@ -11,6 +11,7 @@
 #include "rod/body_shape.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/scene_file.hpp"
+#include "simulation/start_check.hpp"
 #include "skein/core/error.hpp"
 #include "support/meeting.hpp"
 
@@ -272,7 +273,6 @@ SceneSpec crash_into_box(RodSpec body) {
 
 TEST(Body, KeepsMomentaAsItHitsABox) {
     for (const RodSpec& body : every_kind_of_body()) {
-        if (!body.body->boxes.radii.empty()) continue;
         Meeting stage(crash_into_box(body));
         const test::Momenta before = stage.momenta();
         stage.advance(8000);
@@ -366,7 +366,7 @@ SceneSpec heap() {
     for (RodSpec* spec : {&rods, &balls, &capsules, &crooked, &box}) {
         spec->placement.kind = PlacementKind::packing;
         spec->placement.packing = {.count = spec == &crooked ? 5
-                                            : spec == &box   ? 1
+                                            : spec == &box   ? 4
                                                              : 9 + 2 * seed,
                                    .seed = seed + 1,
                                    .upper = {0.6, 0.6, 0.45}};
@@ -559,16 +559,22 @@ TEST(Body, RefusesWhatItCannotHave) {
         EXPECT_NE(refusal(change).find(message), std::string::npos) << refusal(change) << "\n" << message;
 }
 
-TEST(Body, BoxesThatMightMeetAreRefused) {
-    SceneSpec scene = crash(test::box_body({0.1, 0.06, 0.04}));
-    EXPECT_NO_THROW(Meeting{scene});
-    scene.rods[1].placement = {.kind = PlacementKind::line, .counts = {2}, .spacing = {1}};
+// Planks that cross each other: no vertex of one is in the other.
+TEST(Body, BoxesThatBeginInEachOtherAreRefused) {
+    SceneSpec scene = crash_into_box(test::box_body({0.2, 0.02, 0.02}));
+    scene.rods[0].body->boxes.sizes = {{0.2, 0.02, 0.02}};
+    scene.rods[0].placement = {.origin = {0, 0, 0}, .tangent = {0, 0, 1}};
+    scene.rods[1].placement = {.origin = {0, 0, 0.004}, .tangent = {0, 0, 1}, .normal = Vec3d{0, 1, 0}};
     try {
         Meeting stage(scene);
+        refuse_start(scene, stage.plan, stage.groups);
         FAIL() << "accepted";
     } catch (const InputError& e) {
-        EXPECT_NE(std::string(e.what()).find("boxes do not touch each other"), std::string::npos) << e.what();
+        EXPECT_NE(std::string(e.what()).find("overlap at the start by"), std::string::npos) << e.what();
     }
+    scene.rods[1].placement.origin.z = 0.03;
+    Meeting stage(scene);
+    EXPECT_NO_THROW(refuse_start(scene, stage.plan, stage.groups));
 }
 
 } // namespace
