@@ -46,6 +46,7 @@ public:
         }
         ContactScene scene = bodies_.scene(law);
         for (const int i : {0, 1}) scene.boxes.push_back({{two.box[i].half, two.radius[i]}});
+        scene.masses = {1, 2};
         solver = make_contacts(std::move(scene), threads_);
         const Exposure here = exposure(two);
         solver->evaluate(here, 0, step, loads);
@@ -341,6 +342,28 @@ TEST(BoxPair, FrictionOpposesSlipAndTwistAlike) {
         EXPECT_NEAR(boxes.couple(1).z, -most * radius * twist / length, 1e-9 * most);
         EXPECT_NEAR(boxes.couple(1).y, arm * most * (1 - twist) / length, 1e-9 * most) << "it acts between the faces";
     }
+}
+
+// Planks that cross: no vertex of one comes into the other, so nothing pushes them back.
+TEST(BoxPair, ThatIntersectHaveChangedSides) {
+    TwoBoxes two;
+    two.box[0] = {{0, 0, 0}, upright, {5, 0.5, 0.5}};
+    two.box[1] = {{0.3, 0.2, 2}, upright, {0.5, 5, 0.5}};
+    two.velocity[1] = {0, 0, -100};
+    Boxes boxes(two, elastic(ContactNormal::linear));
+    const auto changes_at = [&](double height) {
+        two.box[1].centre.z = height;
+        boxes.solver->arrived_in(0.01);
+        boxes.solver->evaluate(boxes.exposure(two), 0.01, step, boxes.loads);
+        return boxes.solver->side_changes();
+    };
+    for (const double height : {2.0, 1.3, 1.01}) EXPECT_TRUE(changes_at(height).empty()) << height;
+    const auto changes = changes_at(0.9);
+    ASSERT_EQ(changes.size(), 1u);
+    EXPECT_EQ(changes[0].nearest, 0);
+    EXPECT_NEAR(changes[0].speed, 100, 1e-9);
+    EXPECT_NEAR(changes[0].energy, 0.5 * 2 / 3.0 * 1e4 + 0.5 * stiffness * two.reach() * two.reach(), 1e-6);
+    EXPECT_NEAR(changes[0].diameter, 2 * 0.2, 1e-12);
 }
 
 } // namespace
