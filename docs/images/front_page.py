@@ -18,7 +18,7 @@ TILE, FRAMES, COLUMNS, COLOURS, RATE = (280, 210), 48, 3, 96, 16
 SCENES = (
     ("cilia_carpet/carpet_8x8", (144, 216), (), ("--colour", "phase")),
     ("gripper/gripper", (0, 5), (), ()),
-    ("net/net", (0, 1.5), (), ()),
+    ("net/net", (1.5, 2.1), (), ()),
     ("contact/minicircle", (0, 12), (), ()),
     ("active_matter/pit_96", (0, 20), ("time.duration=20",), ("--colour", "rod")),
     ("millipede/one_bot", (12, 84), (), ()),
