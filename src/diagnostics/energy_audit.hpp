@@ -9,13 +9,18 @@ namespace skein {
 
 inline constexpr std::string_view audit_names[] = {"work_loads[J]", "work_walls[J]", "dissipated[J]",
                                                    "energy_defect[J]"};
+/// Beside these where rods feel a fluid.
+inline constexpr std::string_view audit_fluid_name = "work_fluid[J]";
 
 /// Kinetic and elastic energy at one time, and works since the rods were made, J.
 struct EnergyAudit {
     double energy = 0, loads = 0, walls = 0, dissipated = 0;
     double contacts = 0; ///< energy in springs of contacts, from their overlaps and not from their works
+    double fluid = 0;    ///< work of a fluid that rods feel
     /// Error of the balance, which is of second order in the step.
-    double defect(double start_energy) const { return energy + contacts - loads - walls + dissipated - start_energy; }
+    double defect(double start_energy) const {
+        return energy + contacts - loads - fluid - walls + dissipated - start_energy;
+    }
 };
 
 /// Audit of rods.local()[i], without the energy of its contacts. `lag` drifts a copy to `time`.

@@ -73,16 +73,23 @@ void take_numbers(const Rods& rods, std::span<const std::size_t> local, const Pu
     }
 }
 
-std::array<double, 3> budget_of(const Rods& rods, std::size_t i) {
+std::vector<double> budget_of(const Rods& rods, std::size_t i) {
     const RodBudget w = rods.budget(i);
-    return {w.loads, w.walls, w.dissipated};
+    std::vector<double> works{w.loads, w.walls, w.dissipated};
+    if (rods.budgets_fluid(to_index(rods.local()[i].group))) works.push_back(w.fluid);
+    return works;
 }
 std::vector<double> memory_of(const Rods& rods, std::size_t i) { return rods.memory(i); }
 
-Record budget_record(const RodGroup& group) {
-    return {"/groups/" + group.name() + "/works", 1, 3, take_numbers<budget_of>,
-            [](Rods& rods, std::size_t i, std::span<const double> in) {
-                rods.set_budget(i, {in[0], in[1], in[2]});
+Record budget_record(const RodGroup& group, const Rods& rods) {
+    const std::uint64_t works = rods.budgets_fluid(to_index(group.id())) ? 4 : 3;
+    return {"/groups/" + group.name() + "/works", 1, works, take_numbers<budget_of>,
+            [](Rods& to, std::size_t i, std::span<const double> in) {
+                to.set_budget(i, {.loads = in[0],
+                                  .walls = in[1],
+                                  .dissipated = in[2],
+                                  .held_before = 0,
+                                  .fluid = in.size() > 3 ? in[3] : 0});
             }};
 }
 
@@ -100,7 +107,7 @@ Record memory_record(const Communicator& comm, const RodGroup& group, const Rods
 /// Records of a group; the first is its state.
 std::vector<Record> records_of(const Communicator& comm, const RodGroup& group, const Rods& rods, bool audited) {
     std::vector<Record> all = {state_record(group)};
-    if (audited) all.push_back(budget_record(group));
+    if (audited) all.push_back(budget_record(group, rods));
     if (Record memory = memory_record(comm, group, rods); memory.columns > 0) all.push_back(std::move(memory));
     return all;
 }

@@ -32,8 +32,8 @@ void OutputSpec::fields(FieldVisitor& f) {
             observables);
     f.visit({.name = "audit",
              .unit = "",
-             .text = "adds an energy audit to the series: work of loads and moving walls, dissipation, and the defect "
-                     "of the balance"},
+             .text = "adds an energy audit to the series: work of loads, of moving walls and of a fluid, dissipation, "
+                     "and the defect of the balance"},
             audit);
     checkpoint_fields(f);
     f.visit({.name = "progress",

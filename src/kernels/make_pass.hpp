@@ -131,6 +131,10 @@ public:
     }
     Made operator()(pass::Slide) const { return std::make_unique<SlidePass<W>>(parts_.end_walls); }
     Made operator()(pass::Hold) const { return std::make_unique<HoldPass<W>>(); }
+    Made operator()(pass::AuditMedium) const { return std::make_unique<AuditMediumPass<W>>(parts_.audit); }
+    Made operator()(pass::AuditMediumWork) const {
+        return std::make_unique<AuditMediumWorkPass<W>>(parts_.audit, parts_.moving != nullptr);
+    }
     Made operator()(pass::AuditBalance) const {
         return std::make_unique<AuditBalancePass<W>>(parts_.audit, parts_.moving != nullptr);
     }

@@ -18,6 +18,17 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
     return program;
 }
 
+/// Shares of a group's inertia that its kicks feel in a fluid; none without it.
+inline KickedShares kicked_shares(const GroupProgram& program) {
+    KickedShares shares;
+    const auto* fluid = program.find<pass::FeelFluid>();
+    if (!fluid) return shares;
+    for (const InertiaShares<double>& node : fluid->inertia->of_nodes) shares.of_nodes.push_back(node.effective);
+    for (const InertiaShares<Vec3d>& element : fluid->inertia->of_elements)
+        shares.of_elements.push_back(element.effective);
+    return shares;
+}
+
 /// Mobilities in the kicks of all groups; `kicks` is where they are kept.
 inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, std::vector<KicksOfGroup>& kicks) {
     const Scheme scheme = scheme_of(plan.integrator);
@@ -70,7 +81,7 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
         if (program.find<pass::Walls>() || program.find<pass::SurfaceWalls>())
             parts.walls = std::make_shared<WallContactTiles<W>>(*around.walls, groups[g]);
         if (program.find<pass::AuditBalance>())
-            parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g]));
+            parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g], kicked_shares(program)));
         if (groups[g].spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(groups[g]);
         parts.end_walls = std::make_shared<EndWalls<W>>(parts.moving);
         around.wall_contacts.push_back(parts.walls);

@@ -81,6 +81,14 @@ struct AuditInner {
 struct AuditLoads {
     static constexpr std::string_view name = "audit loads", cause = "audits";
 };
+/// Audit: loads of the fluid.
+struct AuditMedium {
+    static constexpr std::string_view name = "audit fluid", cause = "audits";
+};
+/// Audit: work of the fluid.
+struct AuditMediumWork {
+    static constexpr std::string_view name = "audit fluid work", cause = "audits";
+};
 /// Audit: what the step has done.
 struct AuditBalance {
     static constexpr std::string_view name = "audit balance", cause = "audits";
@@ -102,11 +110,11 @@ template <class... Kinds> struct PassKindList {
         return made;
     }
 };
-using PassKinds =
-    PassKindList<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
-                 pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad,
-                 pass::NoteForces, pass::TakeJoinedLoads, pass::Walls, pass::SurfaceWalls, pass::TakeLoads,
-                 pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads, pass::FeelFluid, pass::Kick, pass::Relax,
-                 pass::Filter, pass::Slide, pass::Hold, pass::AuditBalance>;
+using PassKinds = PassKindList<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise,
+                               pass::Expose, pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner,
+                               pass::ApplyLoad, pass::NoteForces, pass::TakeJoinedLoads, pass::Walls,
+                               pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing,
+                               pass::AuditLoads, pass::FeelFluid, pass::AuditMedium, pass::Kick, pass::Relax,
+                               pass::Filter, pass::Slide, pass::Hold, pass::AuditMediumWork, pass::AuditBalance>;
 
 } // namespace skein

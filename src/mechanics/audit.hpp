@@ -4,6 +4,8 @@
 //   walls        -h f.v - h c.w at held nodes and elements, f and c all loads there; the couple on the far side of a
 //                half cell (12); and the kinetic energy that walls give to held nodes and elements
 //   dissipated   work of all loads on free nodes and elements, less the gain of their kinetic energy
+//   fluid        h f.(v- + v+)/2 of its loads, and the gain of kinetic energy that the fluid bears for the rod: kicks
+//                feel a share of the rod's inertia, and the fluid's reaction is that of the rest
 // v-, w- hold before the kick and v+, w+ at the end of the step. Sums run along the rod and in time, lane by lane: the
 // same bits for any ranks, threads and lanes. Passes run before moving ends are moved, after the elastic pass, before
 // and after contacts, before the kick, and last of all.
@@ -16,8 +18,17 @@
 
 #include <memory>
 #include <utility>
+#include <vector>
 
 namespace skein {
+
+/// Shares of the inertia of a rod in a fluid that kicks feel; none without a fluid. theory.md (88)
+struct KickedShares {
+    std::vector<double> of_nodes;   ///< [n + 1]
+    std::vector<Vec3d> of_elements; ///< [n], body
+
+    bool any() const { return !of_nodes.empty(); }
+};
 
 /// Energy budget of one group, by tile number, shared by the passes of its audit.
 template <int W> struct EnergyBudget {
@@ -27,19 +38,23 @@ template <int W> struct EnergyBudget {
     };
     struct TileBudget {
         AlignedVector<SlotLoad<W>> inner, all; ///< loads that have an energy, and all loads, [n + 1]
+        AlignedVector<SlotLoad<W>> medium;     ///< loads of the fluid, [n + 1]; none without it
         bool noted = false;                    ///< true while `all` holds the loads before contacts
         AlignedVector<Rates> before;           ///< rates before the kick, [n + 1]
-        P held_before{};                  ///< kinetic energy of held nodes and elements before their walls moved, J
-        P wall_power{};                   ///< power of the couples of half cells on walls, W
-        P loads{}, walls{}, dissipated{}; ///< sums, J
+        P held_before{};       ///< kinetic energy of held nodes and elements before their walls moved, J
+        P held_before_borne{}; ///< its part that the fluid bears, J
+        P wall_power{};        ///< power of the couples of half cells on walls, W
+        P loads{}, walls{}, dissipated{}, fluid{}; ///< sums, J
     };
     AlignedVector<TileBudget> tiles;
 
-    explicit EnergyBudget(const RodGroup& group) : group_(group) {}
+    explicit EnergyBudget(const RodGroup& group, KickedShares kicked = {}) : kicked(std::move(kicked)), group_(group) {}
+
+    const KickedShares kicked;
 
     RodBudget budget(std::size_t tile, int l) const {
         const TileBudget& p = tiles[tile];
-        return {p.loads[l], p.walls[l], p.dissipated[l], p.held_before[l]};
+        return {p.loads[l], p.walls[l], p.dissipated[l], p.held_before[l], p.fluid[l]};
     }
     void set_budget(std::size_t tile, int l, const RodBudget& budget) {
         TileBudget& p = tiles[tile];
@@ -47,33 +62,54 @@ template <int W> struct EnergyBudget {
         p.walls.set(l, budget.walls);
         p.dissipated.set(l, budget.dissipated);
         p.held_before.set(l, budget.held_before);
+        p.fluid.set(l, budget.fluid);
     }
     std::size_t bytes() const {
         std::size_t sum = 0;
         for (const TileBudget& p : tiles)
-            sum += sizeof(TileBudget) + p.inner.size() * (2 * sizeof(SlotLoad<W>) + sizeof(Rates));
+            sum += sizeof(TileBudget) + p.inner.size() * (2 * sizeof(SlotLoad<W>) + sizeof(Rates)) +
+                   p.medium.size() * sizeof(SlotLoad<W>);
         return sum;
     }
 
     P node_energy(const Vec3<P>& v, int i) const { return P(0.5 * nth(group_.node_mass, i)) * dot(v, v); }
     P element_energy(const Vec3<P>& w, int k) const {
-        return P(0.5) * dot(w, scale(broadcast<W>(nth(group_.element, k).inertia), w));
+        return element_energy_of(broadcast<W>(nth(group_.element, k).inertia), w);
+    }
+    /// The parts of these that the fluid bears.
+    P node_energy_borne(const Vec3<P>& v, int i) const { return P(1 - nth(kicked.of_nodes, i)) * node_energy(v, i); }
+    P element_energy_borne(const Vec3<P>& w, int k) const {
+        const Vec3d borne = Vec3d{1, 1, 1} - nth(kicked.of_elements, k);
+        return element_energy_of(broadcast<W>(scale(borne, nth(group_.element, k).inertia)), w);
     }
     /// Held directions of a node that slides: 1, and 0 in the free ones.
     Vec3<P> held_directions(int i) const { return broadcast<W>(Vec3d{1, 1, 1} - group_.free_directions(i)); }
     /// Kinetic energy of held nodes and elements, J.
     P held_energy(const RodTile<W>& rod) const {
-        P sum(0.0);
-        for (const int i : {0, rod.n})
-            if (group_.holds_node(i)) sum = sum + node_energy(rod.slot[i].velocity, i);
-            else if (group_.slides(i)) sum = sum + node_energy(scale(held_directions(i), rod.slot[i].velocity), i);
-        if (group_.holds_element(0)) sum = sum + element_energy(rod.slot[0].spin, 0);
-        if (rod.n > 1 && group_.holds_element(rod.n - 1))
-            sum = sum + element_energy(rod.slot[rod.n - 1].spin, rod.n - 1);
-        return sum;
+        return held_sum(
+            rod, [&](const Vec3<P>& v, int i) { return node_energy(v, i); },
+            [&](const Vec3<P>& w, int k) { return element_energy(w, k); });
+    }
+    /// The part of it that the fluid bears.
+    P held_energy_borne(const RodTile<W>& rod) const {
+        return held_sum(
+            rod, [&](const Vec3<P>& v, int i) { return node_energy_borne(v, i); },
+            [&](const Vec3<P>& w, int k) { return element_energy_borne(w, k); });
     }
 
 private:
+    static P element_energy_of(const Vec3<P>& inertia, const Vec3<P>& w) { return P(0.5) * dot(w, scale(inertia, w)); }
+    template <class OfNode, class OfElement>
+    P held_sum(const RodTile<W>& rod, const OfNode& of_node, const OfElement& of_element) const {
+        P sum(0.0);
+        for (const int i : {0, rod.n})
+            if (group_.holds_node(i)) sum = sum + of_node(rod.slot[i].velocity, i);
+            else if (group_.slides(i)) sum = sum + of_node(scale(held_directions(i), rod.slot[i].velocity), i);
+        if (group_.holds_element(0)) sum = sum + of_element(rod.slot[0].spin, 0);
+        if (rod.n > 1 && group_.holds_element(rod.n - 1)) sum = sum + of_element(rod.slot[rod.n - 1].spin, rod.n - 1);
+        return sum;
+    }
+
     const RodGroup& group_;
 };
 
@@ -92,6 +128,7 @@ protected:
         tile.inner.resize(slots);
         tile.all.resize(slots);
         tile.before.resize(slots);
+        if (budget_->kicked.any()) tile.medium.resize(slots);
     }
     /// Notes internal loads; in a second call of a step it adds those of contacts, and returns true.
     bool note_inner(const RodTile<W>& rod, const SlotLoad<W>* load) const {
@@ -119,7 +156,9 @@ template <int W> class AuditEndsPass final : public AuditPass<W> {
 public:
     using AuditPass<W>::AuditPass;
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
-        this->of(rod).held_before = this->budget().held_energy(rod);
+        auto& tile = this->of(rod);
+        tile.held_before = this->budget().held_energy(rod);
+        if (this->budget().kicked.any()) tile.held_before_borne = this->budget().held_energy_borne(rod);
     }
 };
 
@@ -167,6 +206,67 @@ public:
         tile.noted = true;
         for (int k = 0; k <= rod.last; ++k) nth(tile.before, k) = {rod.slot[k].velocity, rod.slot[k].spin};
     }
+};
+
+/// Pass after the fluid, which has divided all loads by the shares that kicks feel. Its own loads count as those that
+/// are booked by themselves.
+template <int W> class AuditMediumPass final : public AuditPass<W> {
+public:
+    using AuditPass<W>::AuditPass;
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
+        using P = Pack<W>;
+        auto& tile = this->of(rod);
+        const KickedShares& kicked = this->budget().kicked;
+        for (int k = 0; k <= rod.last; ++k) {
+            const std::size_t at = to_index(k);
+            SlotLoad<W>& medium = tile.medium[at];
+            medium.force = P(kicked.of_nodes[at]) * load[k].force - tile.all[at].force;
+            tile.all[at].force += medium.force;
+            tile.inner[at].force += medium.force;
+            if (k == rod.n) break;
+            medium.couple = scale(broadcast<W>(kicked.of_elements[at]), load[k].couple) - tile.all[at].couple;
+            tile.all[at].couple += medium.couple;
+            tile.inner[at].couple += medium.couple;
+        }
+    }
+};
+
+/// Pass at the end of the step: work of the fluid. The gain of energy that it bears is no loss of the rod, nor a gift
+/// of its walls.
+template <int W> class AuditMediumWorkPass final : public AuditPass<W> {
+public:
+    AuditMediumWorkPass(std::shared_ptr<EnergyBudget<W>> budget, bool moving)
+        : AuditPass<W>(std::move(budget)), moving_(moving) {}
+
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
+        using P = Pack<W>;
+        const EnergyBudget<W>& budget = this->budget();
+        auto& tile = this->of(rod);
+        P power(0.0), borne(0.0);
+        for (int i = 0; i < rod.group->nodes(); ++i) {
+            const Vec3<P>&before = tile.before[to_index(i)].velocity, &after = rod.slot[i].velocity;
+            power = power + dot(tile.medium[to_index(i)].force, P(0.5) * (before + after));
+            if (rod.group->holds_node(i)) continue;
+            const Vec3d free = rod.group->slides(i) ? rod.group->free_directions(i) : Vec3d{1, 1, 1};
+            const auto energy = [&](const Vec3<P>& v) {
+                return budget.node_energy_borne(scale(broadcast<W>(free), v), i);
+            };
+            borne = borne + (energy(after) - energy(before));
+        }
+        for (int k = 0; k < rod.n; ++k) {
+            const Vec3<P>&before = tile.before[to_index(k)].spin, &after = rod.slot[k].spin;
+            power = power + dot(tile.medium[to_index(k)].couple, P(0.5) * (before + after));
+            if (rod.group->holds_element(k)) continue;
+            borne = borne + (budget.element_energy_borne(after, k) - budget.element_energy_borne(before, k));
+        }
+        const P held = moving_ ? budget.held_energy_borne(rod) - tile.held_before_borne : P(0.0);
+        tile.fluid = fma(P(step.kick), power, tile.fluid) + borne + held;
+        tile.dissipated = tile.dissipated + borne;
+        tile.walls = tile.walls - held;
+    }
+
+private:
+    bool moving_;
 };
 
 /// Pass at the end of the step.

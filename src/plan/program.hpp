@@ -38,6 +38,7 @@ enum class PassPlace {
     ring_sum,
     sum_done,
     medium,
+    medium_done,
     kick,
     slide,
     filter,

@@ -6,6 +6,7 @@
 #include "physics/audit/audit_plan.hpp"
 #include "physics/contact/contact_interaction.hpp"
 #include "physics/contact/contact_plan.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -25,6 +26,7 @@ std::vector<std::string> Observation::names() const {
     if (world_.groups.empty()) return names_of_figures(world_.interactions());
     auto all = observable_names(sets_);
     if (world_.plan.has<AuditPlan>()) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
+    if (books_fluid()) all.emplace_back(audit_fluid_name);
     if (world_.plan.has<AuditPlan>() && staged_) all.emplace_back("stage_work[J]");
     for (std::string& name : names_of_figures(world_.interactions())) all.push_back(std::move(name));
     const auto* touch = world_.plan.find<TouchPlan>();
@@ -43,6 +45,7 @@ std::vector<double> Observation::values() const {
     if (plan.has<AuditPlan>()) {
         const EnergyAudit a = audit(values, at.lag);
         values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from())});
+        if (books_fluid()) values.push_back(a.fluid);
         if (staged_) values.push_back(stage_work());
     }
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
@@ -123,9 +126,14 @@ void Observation::enter_stage(World& world) {
         world.comm, world.rods(),
         observed_energy(observe(world.comm, world.threads, world.groups, world.rods(), clock.time(), clock.lag())));
     stage_work_ += now.energy - left_.energy;
-    *audited_from_ = now.energy - now.loads - now.walls + now.dissipated - left_defect_;
+    *audited_from_ = now.energy - now.loads - now.fluid - now.walls + now.dissipated - left_defect_;
     left_contacts_ = left_.contacts;
     if (ContactInteraction* contacts = contacts_of(world.interactions())) contacts->begin_audit(clock.lag());
+}
+
+bool Observation::books_fluid() const {
+    const auto* fluid = world_.plan.find<FluidPlan>();
+    return world_.plan.has<AuditPlan>() && fluid && fluid->two_way();
 }
 
 double Observation::stage_work() const {

@@ -54,6 +54,8 @@ private:
     /// Energies and works now, with those of contacts.
     EnergyAudit audit(std::span<const double> observed, double lag) const;
     EnergyAudit audit() const;
+    /// True where the audit has the work of a fluid.
+    bool books_fluid() const;
 
     const World& world_;
     ObservableSets sets_;

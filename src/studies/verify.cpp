@@ -55,8 +55,8 @@ std::string difference_to(Simulation& simulation, const std::string& checkpoint)
         const LocalRod& rod = world.rods().local()[i];
         const bool state = same_bits(numbers(computed.state(i)), numbers(written.state(i)));
         const RodBudget a = computed.budget(i), b = written.budget(i);
-        const bool budget =
-            same_bits(std::array{a.loads, a.walls, a.dissipated}, std::array{b.loads, b.walls, b.dissipated});
+        const bool budget = same_bits(std::array{a.loads, a.walls, a.dissipated, a.fluid},
+                                      std::array{b.loads, b.walls, b.dissipated, b.fluid});
         if (state && budget && same_bits(computed.memory(i), written.memory(i))) continue;
         ++differing;
         if (rod.gid >= first) continue;

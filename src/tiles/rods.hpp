@@ -31,11 +31,12 @@ struct RodPlace {
     int lane;
 };
 
-/// Energy budget of a rod since its audit began, J: work of loads, work of walls, energy dissipated. See
-/// mechanics/audit.hpp.
+/// Energy budget of a rod since its audit began, J: work of loads, work of walls, energy dissipated, work of the fluid.
+/// See mechanics/audit.hpp.
 struct RodBudget {
     double loads = 0, walls = 0, dissipated = 0;
     double held_before = 0; ///< kinetic energy of held nodes and elements, between the halves of a step
+    double fluid = 0;
 };
 
 /// Content of a copy of a rod's state.
@@ -142,6 +143,8 @@ public:
     virtual void inspect(std::int64_t step, double dt) const = 0;
     /// Energy budget of local()[i]; zeros without an audit.
     virtual RodBudget budget(std::size_t i) const = 0;
+    /// True where budgets of a group have work of a fluid, on any rank.
+    virtual bool budgets_fluid(std::size_t group) const = 0;
     /// Continues from the sums of a checkpoint; no effect without an audit.
     virtual void set_budget(std::size_t i, const RodBudget& budget) = 0;
     /// Memory of passes about local()[i] from step to step: the same numbers for any width and lane.

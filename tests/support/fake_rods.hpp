@@ -81,6 +81,7 @@ public:
     void kick_and_drift(const Step&, const Step&) override {}
     void begin_within(const Step&) override {}
     std::string near_limit() const override { return {}; }
+    bool budgets_fluid(std::size_t) const override { return false; }
     std::vector<std::string_view> passes(std::size_t) const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
     RodPlace place(std::size_t i) const override { return {i, 0}; }

@@ -21,12 +21,19 @@ public:
             p.program.add(PassPlace::neighbours_done, pass::AuditInner{});
         }
         p.program.add(PassPlace::sum_done, pass::AuditLoads{});
+        if (p.program.has(PassPlace::medium)) {
+            p.program.add(PassPlace::medium_done, pass::AuditMedium{});
+            p.program.add(PassPlace::balance, pass::AuditMediumWork{});
+        }
         p.program.add(PassPlace::balance, pass::AuditBalance{});
     }
     void add_bytes(Plan& plan, std::span<const RodGroup>) override {
-        for (const GroupPlan& p : plan.groups)
+        for (const GroupPlan& p : plan.groups) {
+            const std::size_t loads = p.program.has(PassPlace::medium) ? 3 : 2;
             plan.state_bytes += static_cast<double>(p.tiles) * (p.elements + 1) *
-                                (2 * sizeof(SlotLoad<1>) + sizeof(EnergyBudget<1>::Rates)) * plan.machine.lanes;
+                                static_cast<double>(loads * sizeof(SlotLoad<1>) + sizeof(EnergyBudget<1>::Rates)) *
+                                plan.machine.lanes;
+        }
     }
 };
 

@@ -119,7 +119,6 @@ void check_two_way(const SceneSpec& scene, Objections& objections) {
     if (scene.time.integrator != Integrator::verlet)
         objections.add("time.integrator",
                        one_way("rods that feel the fluid need the integrator \"verlet\", whose kicks all go forward"));
-    if (scene.output.audit) objections.add("output.audit", one_way("there is no audit of rods that feel a fluid"));
 }
 
 /// Springs and dampers, or none.
