@@ -12,10 +12,10 @@ using SlotRecord = std::array<double, ForceBalance::record>;
 
 ForceBalance::ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
                            const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid,
-                           Weight weight)
+                           Weight weight, std::vector<SharedNode> shared)
     : groups_(groups), rods_(rods), loads_(std::move(loads)), fluid_(fluid), weight_(std::move(weight)),
-      inertia_(std::move(inertia)), exchange_(loads_->load.size()), step_(exchange_.size()), place_(rods.count()),
-      off_(rods.count()) {
+      shared_(std::move(shared)), inertia_(std::move(inertia)), exchange_(loads_->load.size()), step_(exchange_.size()),
+      place_(rods.count()), off_(rods.count()) {
     std::int64_t first = 0;
     for (const RodGroup& group : groups_) {
         first_slot_.push_back(first);
@@ -66,6 +66,16 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Responses& 
         }
         add_impulses(i, rod, stage, load);
     });
+    share(loads_->load, &FluidLoad::push);
+    share(loads_->load, &FluidLoad::drag);
+}
+
+template <class Slots, class Member> void ForceBalance::share(Slots& of_slots, Member member) const {
+    for (const SharedNode& node : shared_) {
+        Vec3d sum{0, 0, 0};
+        for (const std::size_t slot : node.slots) sum += of_slots[slot].*member;
+        for (std::size_t i = 0; i < node.slots.size(); ++i) of_slots[node.slots[i]].*member = node.shares[i] * sum;
+    }
 }
 
 void ForceBalance::add_responses(std::size_t i, const RodCopy& rod, const Responses& responses,
@@ -139,6 +149,7 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes) {
             slots.back().residual_impulse = {0, 0, 0};
         }
     }
+    share(exchange_, &SlotExchange::residual_impulse);
 }
 
 void ForceBalance::end_step(double lag) {

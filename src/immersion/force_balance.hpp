@@ -30,6 +30,13 @@
 
 namespace skein {
 
+/// Slots of this rank whose nodes are one: what they have of its loads. By the mass that kicks feel, implicit drags
+/// take each of them, before it moves as one, to velocities whose mean is that of the one node.
+struct SharedNode {
+    std::vector<std::size_t> slots; ///< numbers in FluidLoads
+    std::vector<double> shares;     ///< sum 1
+};
+
 /// Momenta in transit between the fluid and one slot, lab components.
 struct SlotExchange {
     Vec3d residual_impulse{0, 0, 0};         ///< D of the node, N s
@@ -48,7 +55,8 @@ public:
     /// Acceleration by gravity of a group at a time, m/s^2.
     using Weight = std::function<Vec3d(std::size_t group, double time)>;
     ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
-                 const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid, Weight weight);
+                 const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid, Weight weight,
+                 std::vector<SharedNode> shared = {});
 
     /// Stage of a step of the fluid: its begin, its length and the length of the whole step, s.
     struct Stage {
@@ -91,6 +99,8 @@ private:
     void start_inner_fluid();
     /// Adds the responses of the markers of local()[i] to its loads.
     void add_responses(std::size_t i, const RodCopy& rod, const Responses& responses, std::span<FluidLoad> load);
+    /// Gives each of the slots of shared nodes its part of a sum of theirs: members of SlotExchange or FluidLoad.
+    template <class Slots, class Member> void share(Slots& of_slots, Member member) const;
     /// Adds D, buoyancy and the relaxation of L, and turns impulses over the stage into loads.
     void add_impulses(std::size_t i, const RodCopy& rod, const Stage& stage, std::span<FluidLoad> load);
     /// Relaxation fraction theta of the present step, in proportion to its length unless it is 1.
@@ -108,6 +118,7 @@ private:
     Fluid fluid_;
     double pace_ = 1; ///< length of the step over the reference step, at most 1
     Weight weight_;
+    std::vector<SharedNode> shared_;
     std::vector<std::shared_ptr<const InertiaInFluid>> inertia_; ///< by group
     std::vector<std::int64_t> first_slot_;                       ///< by group: its first slot in the scene
     std::size_t slots_of_scene_ = 0;

@@ -32,14 +32,21 @@ inline KickedShares kicked_shares(const GroupProgram& program) {
 /// Mobilities in the kicks of all groups; `kicks` is where they are kept.
 inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, std::vector<KicksOfGroup>& kicks) {
     const Scheme scheme = scheme_of(plan.integrator);
+    std::vector<KickedShares> shares;
     for (std::size_t g = 0; g < groups.size(); ++g) {
+        shares.push_back(kicked_shares(plan.groups[g].program));
         const auto* kick = plan.groups[g].program.find<pass::Kick>();
         kicks.push_back(kick ? kicks_of(*kick, plan.groups[g], groups[g], scheme, plan.dt) : KicksOfGroup());
     }
     const auto of = [&kicks](int group, std::size_t length) -> const KickConstants& {
         return nth(kicks, group)[length];
     };
-    return {.node = [of](int group, int node, std::size_t length) { return nth(of(group, length).node, node).gain; },
+    const auto gain = [of, shares](int group, int node, std::size_t length) {
+        const KickedShares& kicked = nth(shares, group);
+        const double own = nth(of(group, length).node, node).gain;
+        return kicked.any() ? own / nth(kicked.of_nodes, node) : own;
+    };
+    return {.node = gain,
             .body = [of](int group, std::size_t length) { return of(group, length).element.front().gain; },
             .lengths = scheme.kicks.size()};
 }

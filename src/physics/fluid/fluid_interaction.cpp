@@ -8,6 +8,7 @@
 #include "parallel/exact_sum.hpp"
 #include "physics/fluid/fluid_plan.hpp"
 #include "physics/fluid/fluid_pressure.hpp"
+#include "physics/fluid/shared_nodes.hpp"
 #include "physics/loads/load_plan.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
@@ -90,7 +91,7 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts, const FluidPla
             bodies_->set_balance(std::make_unique<ForceBalance>(
                 groups_, std::move(inertia), *bodies_->rods(), parts.around.fluid,
                 ForceBalance::Fluid{plan_.constants.density, grid.h * grid.h * grid.h, plan_.passing()},
-                weight_of(parts.plan)));
+                weight_of(parts.plan), shared_nodes(parts, plan_)));
         }
         flow_->set_forcing(&bodies_->forcing());
     }

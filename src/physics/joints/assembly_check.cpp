@@ -174,9 +174,6 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
         objections.add(
             "", fmt::format("'torsional_stiffness' [N m/rad] is needed {}{}", where,
                             kind == JointKind::fixed ? " whose 'stiffness' is a number; both may be left out" : ""));
-    if (common_node && FluidTables::has_immersed(scene) && scene.immersion.coupling == RodCoupling::two_way)
-        objections.add("stiffness", "rods that feel the fluid have no common nodes yet: give 'stiffness' [N/m] and "
-                                    "'torsional_stiffness' [N m/rad]");
     if (common_node && scene.time.integrator != Integrator::verlet && (groups[0]->body || groups[1]->body))
         objections.add("stiffness",
                        "a rod and a body have a common node in steps of time.integrator = \"verlet\" alone: leave that "
