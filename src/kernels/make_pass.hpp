@@ -87,7 +87,7 @@ public:
     }
     Made operator()(pass::Unstrained) const { return std::make_unique<UnstrainedPass<W>>(); }
     Made operator()(const pass::Elastic& p) const {
-        if (p.law == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(parts_.group));
+        if (p.law == Law::elastica) return std::make_unique<ElasticaPass<W>>(ends_of(parts_.group), parts_.end_walls);
         return with_energy_law(p.law, [&]<class L>(L) -> Made {
             return std::make_unique<ElasticPass<L, W>>(ends_of(parts_.group), parts_.end_walls);
         });

@@ -23,16 +23,21 @@ struct PlainGyration {
 
 template <int W> class ElasticaPass final : public TilePass<W> {
 public:
-    explicit ElasticaPass(Ends ends) : ends_(ends) {}
+    explicit ElasticaPass(Ends ends, std::shared_ptr<EndWalls<W>> walls = std::make_shared<EndWalls<W>>())
+        : ends_(ends), walls_(std::move(walls)) {}
 
-    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step&) const override {
+    void bind(const RodTile<W>& rod) override { walls_->bind(rod); }
+
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         const int n = rod.n;
+        using Walls = EndWalls<W>;
         Edge edge = edge_of(rod, 0);
-        const Cell first = ends_.closed ? cell(rod, n - 1, 0, edge_of(rod, n - 1).e, edge.e)
-                           : ends_.start_wall
-                               ? wall(rod.group->start_wall,
-                                      relative_rotation(rod.slot[0].director, broadcast<W>(rod.group->frame())), edge.e)
-                               : Cell{};
+        const Cell first =
+            ends_.closed ? cell(rod, n - 1, 0, edge_of(rod, n - 1).e, edge.e)
+            : ends_.start_wall
+                ? wall(rod.group->start_wall,
+                       relative_rotation(rod.slot[0].director, walls_->frame(Walls::start, rod, step)), edge.e)
+                : Cell{};
         Cell before = first;
         Vec3<P> force_before{};
         for (int k = 0; k < n; ++k) {
@@ -43,7 +48,7 @@ public:
                 : ends_.closed ? first
                 : ends_.end_wall
                     ? wall(rod.group->end_wall,
-                           relative_rotation(broadcast<W>(rod.group->end_frame()), rod.slot[k].director), edge.e)
+                           relative_rotation(walls_->frame(Walls::end, rod, step), rod.slot[k].director), edge.e)
                     : Cell{};
             const ElementConstants& c = rod.element[k];
             const Vec3<P> n_body = scale(broadcast<W>(c.stiffness),
@@ -95,6 +100,7 @@ private:
     }
 
     Ends ends_;
+    std::shared_ptr<EndWalls<W>> walls_;
 };
 
 } // namespace skein

@@ -80,6 +80,28 @@ class Motions(DriverTest):
         self.assertGreater(abs(says).max(), 1e3 * left)
 
 
+    def test_walls_of_the_published_law(self):
+        """A clamp that turns takes its rod to the rest of one that was placed so, from the start or as one of several."""
+        def rods(placement, motion=""):
+            return (f'time = {{duration = 4.0}}\noutput = {{series = 4.0}}\ndamping = [{{kind = "uniform", rate = 12.0}}]\nload = [{{kind = "gravity"}}]\n[[rods]]\nname = "rod"\nstart = "clamped"\n'
+                    'material = {law = "elastica", density = 1000.0, youngs_modulus = 1e7}\nsection.radius = 0.02\nshape = {length = 0.5, elements = 10}\n' + f"placement = {placement}\n" + motion)
+
+        def centre(name, scene):
+            self.scene.write_text(scene)
+            self.run_skein(name)
+            end = numpy.atleast_1d(self.series(name))[-1]
+            return numpy.array([end[f"centre_{axis}m"] for axis in "xyz"]), end["max_speedms"]
+
+        turn, axis = 0.6, numpy.array([0.6, 0.8, 0.0])
+        directions = [[math.sin(turn) * axis[1], -math.sin(turn) * axis[0], math.cos(turn)], [1.0, 0.0, 0.0]]
+        turned, speed = centre("turned", rods("{tangent = [0, 0, 1]}", f"start_motion = {{times = [0.0, 0.5], rotation = [[0, 0, 0], {list(turn * axis)}], smooth = true}}\n"))
+        self.assertLess(speed, 1e-7, "at rest")
+        placed = [centre(f"placed{i}", rods(f"{{tangent = {direction}}}"))[0] for i, direction in enumerate(directions)]
+        self.assertGreater(numpy.linalg.norm(placed[0] - 0.25 * numpy.array(directions[0])), 0.01, "bent by its weight")
+        numpy.testing.assert_allclose(turned, placed[0], rtol=0, atol=1e-8)
+        both = centre("both", rods(f"{{kind = 'list', origins = [[0, 0, 0], [0, 0, 0]], tangents = {directions}}}"))[0]
+        numpy.testing.assert_allclose(both, 0.5 * (placed[0] + placed[1]), rtol=0, atol=1e-12)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -36,7 +36,6 @@ REFUSED = (
      "The weights are derived for uniform rods with an energy, whose ends are free or clamped."),
     (r"is at an end of .* that is clamped", "common nodes", "clamped ends", "The place is the wall's: a second rod there is clamped, and the joint says nothing more."),
     (r"m off the axis of", "common nodes", "rods placed at random", "Their axes do not meet; a joint of given stiffness bridges a gap."),
-    (r"the walls of the law \"elastica\" stand still", "`law = \"elastica\"`", "moved ends", None),
     (r"must start straight, without rest_strain", "packings", "rods that are curved or strained at the start", "A packing places straight capsules; `start_curvature` lets curved rods begin straight."),
     (r"rigid bodies are not felt by a fluid", "rigid bodies", "fluids", None),
     (r"have lengths, radii or shapes of their own|of a file are not for|rods of a file", "rods of a file", "most other features", None),

@@ -35,9 +35,6 @@ void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections)
         objections.add("",
                        "ends slide in lab directions and are moved in the axes of copies, which differ where copies "
                        "are turned: leave out 'start_free' and 'end_free', or the motion");
-    if (rods.material.law == Law::elastica && (rods.start == EndKind::clamped || rods.end == EndKind::clamped))
-        objections.add("", "the walls of the law \"elastica\" are the same for all rods of a group: use "
-                           "\"clamped_frozen\" for rods of an [[assembly]]");
 }
 
 void to_world(const JointSpec& spec, const RodSpec& rods, Objections& objections) {

@@ -79,13 +79,8 @@ void check_placement(const RodSpec& rods, Objections& of_group) {
     else if (p.normal && zero(*p.normal)) objections.add("normal", "'normal' has no direction");
     else if (p.normal && parallel(p.tangent, *p.normal))
         objections.add("normal", "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
-    const bool own = p.kind == PlacementKind::file || p.kind == PlacementKind::packing || !p.tangents.empty();
     if (p.kind == PlacementKind::file && rods.ends_move())
         objections.add("", "the walls of rods of a file cannot be moved yet: their ends must be still");
-    if (own && rods.material.law == Law::elastica && (rods.start == EndKind::clamped || rods.end == EndKind::clamped))
-        objections.add("", "the walls of the law \"elastica\" are the same for all rods of a group: use "
-                           "\"clamped_frozen\" for rods with "
-                           "directions of their own");
     const std::string where = fmt::format("for a placement of kind \"{}\"", nth(placement_names, p.kind));
     if (p.kind != PlacementKind::lattice) objections.unused({"stagger"}, where);
     if (p.kind != PlacementKind::packing)

@@ -140,7 +140,7 @@ void sliding(EndKind end, const std::string& free, const EndMotion& m, std::stri
     if (along_free(m.amplitude)) conflict("amplitude");
 }
 
-void motion(const EndMotion& m, EndKind end, Law law, TableObjections objections) {
+void motion(const EndMotion& m, EndKind end, TableObjections objections) {
     if (!m.moves() && !m.turns()) {
         objections.unused({"times", "amplitude", "rotation_amplitude", "period", "phase", "smooth"},
                           "in a motion that neither moves nor turns its end");
@@ -149,8 +149,6 @@ void motion(const EndMotion& m, EndKind end, Law law, TableObjections objections
     if (end == EndKind::free) objections.add("", "a free end cannot be moved: hold it (\"pinned\" or \"clamped\")");
     if (end == EndKind::pinned && m.turns())
         objections.add("", "a pinned end turns freely: to prescribe its rotation it must be clamped");
-    if (law == Law::elastica && end == EndKind::clamped)
-        objections.add("", "the walls of the law \"elastica\" stand still: use \"clamped_frozen\"");
     if (std::adjacent_find(m.times.begin(), m.times.end(), std::greater_equal<>()) != m.times.end())
         objections.add("times", "'times' must rise from entry to entry");
     if (!m.translation.empty())
@@ -211,8 +209,8 @@ void check_rods(const RodSpec& rods, Objections& objections) {
     shape(rods, objections);
     check_placement(rods, objections);
     magnetisation(rods, objections);
-    motion(rods.start_motion, rods.start, rods.material.law, {objections, "start_motion"});
-    motion(rods.end_motion, rods.end, rods.material.law, {objections, "end_motion"});
+    motion(rods.start_motion, rods.start, {objections, "start_motion"});
+    motion(rods.end_motion, rods.end, {objections, "end_motion"});
     sliding(rods.start, rods.start_free, rods.start_motion, "start", objections);
     sliding(rods.end, rods.end_free, rods.end_motion, "end", objections);
     hold(rods, objections);
