@@ -119,7 +119,7 @@ template <class F> auto with_joint(const JointSpec& spec, F&& f) {
                                   : with_damping.template operator()<false>();
 }
 
-template <int W> class JointsOfCluster final : public ClusterJoints<W> {
+template <int W> class JointsOfCluster : public ClusterJoints<W> {
     using P = Pack<W>;
 
 public:
@@ -263,6 +263,7 @@ private:
         }
     }
 
+protected:
     ClusterPlace place(std::span<const RodGroup> groups, int group, std::int64_t rod, int slot) const {
         const auto g = to_index(group), s = to_index(slot);
         const auto at = [&](const Layout& layout, std::size_t tile) {
@@ -275,6 +276,7 @@ private:
                 last ? W : l + 1,   across_.first_tile[g] + alone, within_.first_tile[g] + shared};
     }
 
+private:
     void open(std::size_t table, const JointSpec& spec) {
         Run run{table, spec.law, spec.axis_law, nullptr, nullptr};
         if (!runs_.empty()) {

@@ -162,6 +162,10 @@ std::vector<JointHolds> joint_holds(std::span<const JointSpec> tables, std::span
                 holds.turn[k] += 4 * along * dot(arm, arm) + 2 * turning;
             }
         }
+    for (const std::vector<Joint>& assembly : joints)
+        for (const Star& star : junctions_of(tables, assembly, groups).stars)
+            for (const Star::Member& m : star.members)
+                if (m.length > 0) nth(nth(of_rod, m.group)[m.rod].turn, m.element) += 2 * star.largest;
     std::vector<JointHolds> largest(groups.size());
     for (std::size_t g = 0; g < groups.size(); ++g)
         for (const auto& [rod, holds] : of_rod[g]) {

@@ -29,7 +29,8 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
 double slider_way(const JointSpec& table, const Joint& joint);
 
 /// Stiffness of joints that a node, N/m, and an element, N m/rad, of a rod feel at most, where all that are joined may
-/// move at once: four times k at a point that two nodes, an arm and their counterparts move, and twice k_t.
+/// move at once: four times k at a point that two nodes, an arm and their counterparts move, and twice k_t or the
+/// largest of half cells that meet.
 struct JointHolds {
     std::vector<double> node, turn; ///< [elements + 1], [elements]; empty: no rod of the group is joined
 };

@@ -3,6 +3,7 @@
 
 #include "joints/cluster_joints.hpp"
 #include "kernels/make_pass.hpp"
+#include "kernels/relaxing_joints.hpp"
 #include "kernels/rod_tiles.hpp"
 #include "skein/core/index.hpp"
 
@@ -51,6 +52,12 @@ inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, 
             .lengths = scheme.kicks.size()};
 }
 
+/// Those of rods that relax, which bring their nodes to one place by mass.
+inline KickGains gains_by_mass(std::span<const RodGroup> groups) {
+    return {.node = [groups](int group, int node, std::size_t) { return 1 / nth(nth(groups, group).node_mass, node); },
+            .body = {}};
+}
+
 template <int W>
 JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std::span<const RodGroup> groups) {
     JointsOfAssemblies<W> joints;
@@ -62,6 +69,11 @@ JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std
             continue;
         }
         const Junctions junctions = junctions_of(lists.tables, of_copy, groups);
+        if (plan.pseudo_time && !junctions.empty()) {
+            joints.push_back(std::make_unique<RelaxingJoints<W>>(lists.tables, of_copy, groups, static_cast<int>(a),
+                                                                 junctions, gains_by_mass(groups)));
+            continue;
+        }
         KickGains gains;
         if (!junctions.empty()) {
             kicks.clear();

@@ -37,6 +37,9 @@ template <int W> struct BandBlock {
     }
 };
 
+/// Right side and solution of a node and its element.
+template <int W> struct BandVector { Pack<W> u[BandBlock<W>::size]; };
+
 template <int W> using Coupling = Pack<W>[BandBlock<W>::size][BandBlock<W>::size];
 
 /// Coupling of the last block of a ring to another one.
@@ -92,7 +95,45 @@ template <int W> void solve_back(BandBlock<W>& b) {
     }
 }
 
+/// Forward and backward substitution of a factorised block.
+template <int W> void substitute_forth(const BandBlock<W>& b, BandVector<W>& x) {
+    for (int i = 0; i < b.size; ++i) {
+        for (int m = 0; m < i; ++m) x.u[i] = fnma(b.diagonal[i][m], x.u[m], x.u[i]);
+        x.u[i] = b.diagonal[i][i] * x.u[i];
+    }
+}
+template <int W> void substitute_back(const BandBlock<W>& b, BandVector<W>& x) {
+    for (int i = b.size - 1; i >= 0; --i) {
+        for (int m = i + 1; m < b.size; ++m) x.u[i] = fnma(b.diagonal[m][i], x.u[m], x.u[i]);
+        x.u[i] = b.diagonal[i][i] * x.u[i];
+    }
+}
+template <int W> void take_forth(const Coupling<W>& coupling, const BandVector<W>& from, BandVector<W>& to) {
+    for (int i = 0; i < BandBlock<W>::size; ++i)
+        for (int m = 0; m < BandBlock<W>::size; ++m) to.u[i] = fnma(coupling[i][m], from.u[m], to.u[i]);
+}
+template <int W> void take_back(const Coupling<W>& coupling, const BandVector<W>& from, BandVector<W>& to) {
+    for (int i = 0; i < BandBlock<W>::size; ++i)
+        for (int m = 0; m < BandBlock<W>::size; ++m) to.u[i] = fnma(coupling[m][i], from.u[m], to.u[i]);
+}
+
 } // namespace detail
+
+/// Solution of one more right side by blocks that solve_band or solve_ring has factorised. `ring`: null of a band.
+template <int W> void solve_again(int last, const BandBlock<W>* block, const RingCoupling<W>* ring, BandVector<W>* x) {
+    for (int k = 0; k < last; ++k) {
+        detail::substitute_forth(block[k], x[k]);
+        detail::take_forth<W>(block[k].next, x[k], x[k + 1]);
+        if (ring && k + 1 < last) detail::take_forth<W>(ring[k].last, x[k], x[last]);
+    }
+    detail::substitute_forth(block[last], x[last]);
+    detail::substitute_back(block[last], x[last]);
+    for (int k = last - 1; k >= 0; --k) {
+        detail::take_back<W>(block[k].next, x[k + 1], x[k]);
+        if (ring && k + 1 < last) detail::take_back<W>(ring[k].last, x[last], x[k]);
+        detail::substitute_back(block[k], x[k]);
+    }
+}
 
 /// Solves for blocks 0 to `last`, without a coupling after the last. The solution is NaN where the matrix is not
 /// positive.

@@ -16,6 +16,7 @@
 #include "relaxation/note_forces.hpp"
 #include "relaxation/relaxation_estimate.hpp"
 #include "relaxation/relaxing_rod.hpp"
+#include "relaxation/relaxing_tile.hpp"
 #include "relaxation/tangent_stiffness.hpp"
 #include "skein/core/index.hpp"
 
@@ -24,7 +25,7 @@
 
 namespace skein {
 
-template <class Law, int W> class RelaxPass final : public TilePass<W> {
+template <class Law, int W> class RelaxPass final : public TilePass<W>, public RelaxesTogether<W> {
 public:
     static constexpr double momentum = 0.9; ///< a: modes down to (1 - sqrt a)^2 of M's settle alike
     /// a of rods that may touch something, which have softer modes
@@ -46,9 +47,31 @@ public:
         if (blocks.size() <= to_index(rod.n)) blocks.resize(to_index(rod.n) + 1);
         const int last = ends_.closed ? rod.n - 1 : rod.n;
         assemble(rod, last, load, blocks.data());
-        if (ends_.closed) solve_as_ring(last, blocks.data());
+        const RingCoupling<W>* ring = nullptr;
+        if (ends_.closed) ring = solve_as_ring(last, blocks.data());
         else solve_band(last, blocks.data());
-        kick(rod, last, load, blocks.data(), step.kick);
+        if (!contacts_.shared.empty()) return leave(rod, last, load, blocks.data(), ring);
+        const Mask<W> against = power_of(rod, last, load) < P(0.0);
+        const auto of = [&](int k) { return blocks[to_index(k)].u; };
+        note_residual(rod, last, of);
+        const P within = reach_of(rod, against);
+        const P excess = move(rod, last, of, select(against, P(0.0), P(momentum_)), step.kick);
+        if (const Mask<W> beyond = excess > within; any(beyond))
+            slow_down(rod, last, select(beyond, within / excess, P(1.0)));
+    }
+
+    Pack<W> reach(const RelaxingTile<W>& tile, const Mask<W>& against) const override {
+        return reach_of(tile.rod, against);
+    }
+    Pack<W> move(const RelaxingTile<W>& tile, const Pack<W>& kept, double h) const override {
+        return move(
+            tile.rod, tile.last, [&](int k) { return tile.correction[to_index(k)].u; }, kept * P(momentum_), h);
+    }
+    void slow_down(const RelaxingTile<W>& tile, const Pack<W>& share) const override {
+        slow_down(tile.rod, tile.last, share);
+    }
+    void note_residual(const RelaxingTile<W>& tile) const override {
+        note_residual(tile.rod, tile.last, [&](int k) { return tile.correction[to_index(k)].u; });
     }
 
     void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
@@ -64,10 +87,30 @@ private:
     using P = Pack<W>;
     using Block = BandBlock<W>;
 
-    static void solve_as_ring(int last, Block* block) {
+    static const RingCoupling<W>* solve_as_ring(int last, Block* block) {
         static thread_local AlignedVector<RingCoupling<W>> couplings;
         if (couplings.size() < to_index(last)) couplings.resize(to_index(last));
         solve_ring(last, block, couplings.data());
+        return couplings.data();
+    }
+
+    /// Leaves the solutions of a tile to what moves all rods that share nodes.
+    void leave(const RodTile<W>& rod, int last, const SlotLoad<W>* load, const Block* block,
+               const RingCoupling<W>* ring) const {
+        RelaxingTile<W>& tile = relaxing_tiles<W>().emplace_back(RelaxingTile<W>{this, rod, last, {}, {}, {}, {}});
+        const std::size_t blocks = to_index(last) + 1;
+        tile.power = power_of(rod, last, load);
+        tile.shared = contacts_.shared;
+        tile.correction.resize(blocks);
+        for (std::size_t k = 0; k < blocks; ++k) std::copy_n(block[k].u, Block::size, tile.correction[k].u);
+        tile.by_unit.assign(3 * contacts_.shared.size() * blocks, BandVector<W>{});
+        BandVector<W>* column = tile.by_unit.data();
+        for (const int node : contacts_.shared)
+            for (std::size_t direction = 0; direction < 3; ++direction, column += blocks) {
+                for (std::size_t k = 0; k < blocks; ++k) std::fill_n(column[k].u, Block::size, P(0.0));
+                column[node].u[direction] = P(nth(rod_[node].free, direction));
+                solve_again(last, block, ring, column);
+            }
     }
 
     void assemble(const RodTile<W>& rod, int last, const SlotLoad<W>* load, Block* block) const {
@@ -110,33 +153,49 @@ private:
         b.u[5] = c.z;
     }
 
-    void kick(const RodTile<W>& rod, int last, const SlotLoad<W>* load, const Block* block, double h) const {
-        const int n = rod.n;
-        P power(0.0), correction(0.0), zero(0.0);
+    P power_of(const RodTile<W>& rod, int last, const SlotLoad<W>* load) const {
+        P power(0.0);
         for (int k = 0; k <= last; ++k) {
-            const P* u = block[k].u;
             const auto& free = rod_[k].free;
             const Vec3<P> open{P(free[0]), P(free[1]), P(free[2])}; // forces on held directions do no work
             power += dot(scale(open, load[k].force), rod.slot[k].velocity);
-            if (k < n) power += dot(load[k].couple, rod.slot[k].spin);
+            if (k < rod.n) power += dot(load[k].couple, rod.slot[k].spin);
+        }
+        return power;
+    }
+
+    /// `of(k)`: the six numbers of a block's correction.
+    template <class Of> void note_residual(const RodTile<W>& rod, int last, const Of& of) const {
+        P correction(0.0), zero(0.0);
+        for (int k = 0; k <= last; ++k) {
+            const P* u = of(k);
             const P move = max(abs(u[0]), max(abs(u[1]), abs(u[2]))), turn = max(abs(u[3]), max(abs(u[4]), abs(u[5])));
             correction = max(correction, max(P(1 / rod_.length()) * move, turn));
             zero = fma(u[0] + u[1] + u[2] + u[3] + u[4] + u[5], P(0.0), zero); // or NaN
         }
-        const Mask<W> against = power < P(0.0);
-        const P kept = select(against, P(0.0), P(momentum_));
-        P reach(1.0), excess(0.0);
-        if (contacts_.any()) {
-            P& own = reach_[rod.number];
-            own = reach = select(against, max(P(least_reach), P(0.5) * own), min(P(1.0), P(1.05) * own));
-        }
+        double largest = 0;
+        for (int l = 0; l < W; ++l) largest = std::max(largest, zero[l] == 0 ? correction[l] : HUGE_VAL);
+        if (residual_) residual_->set(to_index(group_), rod.number, largest);
+    }
+
+    P reach_of(const RodTile<W>& rod, const Mask<W>& against) const {
+        if (!contacts_.any()) return P(1.0);
+        P& own = reach_[rod.number];
+        own = select(against, max(P(least_reach), P(0.5) * own), min(P(1.0), P(1.05) * own));
+        return own;
+    }
+
+    /// Returns the largest share of the farthest step.
+    template <class Of> P move(const RodTile<W>& rod, int last, const Of& of, const P& kept, double h) const {
+        const int n = rod.n;
+        P excess(0.0);
         const auto stretches = [&](int k, const Vec3<P>& apart) { // true where element k is stretched too far
             excess = max(excess, P(h * rod.element[k].inv_rest_length / rod_[k].most_turn) * norm(apart));
         };
         Vec3<P> before{};
         for (int k = 0; k <= last; ++k) {
             Slot<W>& s = rod.slot[k];
-            const P* u = block[k].u;
+            const P* u = of(k);
             s.velocity = fma(P(h), Vec3<P>{u[0], u[1], u[2]}, kept * s.velocity);
             if (k > 0) stretches(k - 1, s.velocity - before);
             before = s.velocity;
@@ -146,16 +205,14 @@ private:
             excess = max(excess, P(h / rod_[k].most_turn) * norm(s.spin));
         }
         if (ends_.closed) stretches(last, rod.slot[0].velocity - before);
-        if (const Mask<W> beyond = excess > reach; any(beyond)) {
-            const P share = select(beyond, reach / excess, P(1.0));
-            for (int k = 0; k <= last; ++k) {
-                rod.slot[k].velocity = share * rod.slot[k].velocity;
-                if (k < n) rod.slot[k].spin = share * rod.slot[k].spin;
-            }
+        return excess;
+    }
+
+    void slow_down(const RodTile<W>& rod, int last, const P& share) const {
+        for (int k = 0; k <= last; ++k) {
+            rod.slot[k].velocity = share * rod.slot[k].velocity;
+            if (k < rod.n) rod.slot[k].spin = share * rod.slot[k].spin;
         }
-        double largest = 0;
-        for (int l = 0; l < W; ++l) largest = std::max(largest, zero[l] == 0 ? correction[l] : HUGE_VAL);
-        if (residual_) residual_->set(to_index(group_), rod.number, largest);
     }
 
     int group_;

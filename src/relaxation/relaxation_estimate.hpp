@@ -14,6 +14,7 @@ struct RelaxationContacts {
     double turning = 0;                       ///< stiffness of an element against turns by friction, N m
     double farthest_move = HUGE_VAL;          ///< farthest move of a node in a step, m
     std::vector<double> node = {}, turn = {}; ///< stiffness of joints by node, N/m, and element, N m; empty: none
+    std::vector<int> shared = {};             ///< nodes of the group's rods that are one with nodes of others
     bool any() const { return stiffness > 0 || !node.empty(); }
 };
 

@@ -148,6 +148,31 @@ class Relax(DriverTest):
         for name in ("elastic_bendJ", "joint_energyJ", "centre_zm"):
             self.assertLess(abs(rest[name] - motion[name]), 1e-6 * abs(motion[name]), name)
 
+    def test_common_nodes(self):
+        """A frame with a closed bay and rods at inner nodes: the rest of damped motion, of any layout."""
+        rod = "material = {density = 1000.0, youngs_modulus = 3e8}\nsection.radius = 0.01\n"
+        def group(name, origin, tangent, length, elements, more=""):
+            return f'[[rods]]\nname = "{name}"\nassembly = "frame"\n{rod}shape = {{length = {length}, elements = {elements}}}\nplacement = {{origin = {origin}, tangent = {tangent}}}\n{more}'
+        def joint(one, other, at): return f'[[joint]]\nkind = "fixed"\nbetween = ["{one}", "{other}"]\nat = {at}\n'
+        bodies = ('load = [{kind = "gravity", acceleration = [0, 0, -9.81]}]\n[[assembly]]\nname = "frame"\nplacement = {kind = "list", origins = [[0, 0, 0], [0, 2, 0], [0, 4, 0]], tangents = [[0, 0, 1], [0, 0, 1], [0, 0.6, 0.8]]}\n'
+                  + group("base", [0, 0, 0], [1, 0, 0], 0.6, 12, 'start = "clamped"\n') + group("up", [0.6, 0, 0], [0, 0, 1], 0.3, 8) + group("back", [0.6, 0, 0.3], [-1, 0, 0], 0.4, 8)
+                  + group("down", [0.2, 0, 0.3], [0, 0, -1], 0.3, 6) + group("twig", [0.4, 0, 0.3], [0, 0.8, 0.6], 0.2, 4)
+                  + joint("base", "up", [1, 0]) + joint("up", "back", [1, 0]) + joint("back", "down", [1, 0]) + joint("down", "base", [1, 0.3333333333333333]) + joint("back", "twig", [0.5, 0]))
+        self.scene.write_text("time = {duration = 100000, relax = true, relax_tolerance = 1e-10}\n" + bodies)
+        self.run_skein("rest")
+        self.assertTrue(self.summary("rest")["relaxation"]["settled"])
+        self.assertLess(self.summary("rest")["steps"], 20000)
+        for ranks, threads in ((1, 2), (2, 1)):
+            self.run_skein(f"{ranks}x{threads}", ranks=ranks, threads=threads)
+            self.assertEqual(self.digest(f"{ranks}x{threads}"), self.digest("rest"))
+        self.run_skein("lanes", "--lanes", "1")
+        self.assertEqual(self.digest("lanes"), self.digest("rest"))
+        self.scene.write_text('time = {duration = 3.0}\ndamping = [{kind = "uniform", rate = 20.0}]\noutput = {series = 0.5}\n' + bodies)
+        self.run_skein("motion")
+        rest, motion = numpy.atleast_1d(self.series("rest"))[-1], self.series("motion")[-1]
+        for name in ("elastic_bendJ", "elastic_twistJ", "joint_energyJ", "centre_xm", "centre_ym", "centre_zm"):
+            self.assertLess(abs(rest[name] - motion[name]), 1e-6 * abs(motion[name]), name)
+
     def test_rings(self):
         """Hang from a node each, beside a rod of another number of elements; and a chain of two links, which touch."""
         alone = ring("first", [0], normal=X, tangent=[0.0, -1.0, 0.0]) + ring("later", [-5], normal=X, tangent=[0.0, -1.0, 0.0], origin=[1.0, 0.0, 0.0])

@@ -39,7 +39,6 @@ REFUSED = (
     (r"must start straight, without rest_strain", "packings", "rods that are curved or strained at the start", "A packing places straight capsules; `start_curvature` lets curved rods begin straight."),
     (r"rigid bodies are not felt by a fluid", "rigid bodies", "fluids", None),
     (r"have lengths, radii or shapes of their own|of a file are not for|rods of a file", "rods of a file", "most other features", None),
-    (r"time.relax needs joints of given stiffness", "relaxation", "common nodes", None),
     (r"time.relax has no time (that a motor could follow|for 'from' and 'until')", "relaxation", "motors, `from` and `until` of joints", "They are functions of time, and the steps of a relaxation are none of time."),
 )
 # Pairs that run and leave the state as one of them does, with the reason.

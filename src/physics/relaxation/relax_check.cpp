@@ -1,5 +1,4 @@
 #include "core/field_looker.hpp"
-#include "joints/junction.hpp"
 #include "loads/formula_load.hpp"
 #include "loads/magnetic_formula.hpp"
 #include "loads/muscle_formula.hpp"
@@ -59,9 +58,6 @@ void contact_law(const ContactLaw& law, Objections& table) {
 }
 
 void check_joint(const JointSpec& spec, Objections& table) {
-    if (shares_node(spec))
-        table.add("stiffness", "time.relax needs joints of given stiffness: give 'stiffness' [N/m] and "
-                               "'torsional_stiffness' [N m/rad]");
     if (spec.axis_law.motor.kind != MotorKind::none)
         table.add("motor",
                   "time.relax has no time that a motor could follow: 'spring' and 'spring_rest' hold the axis");

@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -58,6 +59,10 @@ public:
         for (const AssemblyGroups& of : assemblies_of(input.groups))
             joints.push_back(joints_of(input.scene.joints, input.groups, of.assembly));
         holds_ = joint_holds(input.scene.joints, joints, input.groups);
+        shared_.resize(input.groups.size());
+        for (const std::vector<Joint>& assembly : joints)
+            for (const Hub& hub : junctions_of(input.scene.joints, assembly, input.groups).hubs)
+                for (const Hub::Member& m : hub.members) nth(shared_, m.group).insert(m.node);
     }
 
     std::string summary(const Plan&) const override { return "relaxation"; }
@@ -70,6 +75,7 @@ public:
         RelaxationContacts contacts = relaxation_contacts(contact_, walls_, group);
         contacts.node = nth(holds_, group.id()).node;
         contacts.turn = nth(holds_, group.id()).turn;
+        contacts.shared.assign(nth(shared_, group.id()).begin(), nth(shared_, group.id()).end());
         if (p.program.has(PassPlace::boundaries) || p.program.has(PassPlace::neighbours) || contacts.any())
             p.program.add(PassPlace::loads_done, pass::NoteForces{});
         p.program.replace(PassPlace::kick, pass::Relax{group.law(), std::move(contacts)});
@@ -94,7 +100,8 @@ private:
     double tolerance_; ///< correction at which rods have settled
     ContactTables contact_;
     WallTables walls_;
-    std::vector<JointHolds> holds_; ///< by group
+    std::vector<JointHolds> holds_;     ///< by group
+    std::vector<std::set<int>> shared_; ///< by group: nodes that are one with others
 };
 
 } // namespace
