@@ -1,16 +1,20 @@
-// Laws of joints with a free axis, W at a time: the angle of a hinge, the way of a slider, the length of a distance.
+// Laws of joints with free axes, W at a time: the angle of a hinge, the way of a slider, the length of a distance, both
+// angles of a universal joint, the turn of a spherical one.
 //                                                                                        theory.md (73f)-(73h)
 //   hinge      angle q = 2 atan2(v.n, w),  (w, v) = Q2 (C Q1)^T;  couple Q G on 2, -Q G on 1,  G = dq/d(turn of 2)
 //   slider     way q = n2.d;  force Q n2 on 2 and -Q n2 on 1, both at the point of 1; across it the point spring acts
 //   distance   q = |d| - L;  force Q d/|d| on 2, and the opposite on 1
 //   bushing    d and phi in the frame of 1:  F = K d + N u on 1 at the point of 2,  u of 2's point against 1;
 //              couples of K_t phi as of a cell (15), and N_t (w2 - w1);  K, N, K_t, N_t diagonal
-//   universal  two axes stay at right angles: U = k_t (n1.m2)^2/2; no free axis of its own
-//   Q          spring, dashpot, stops, dry friction with memory, motor
+//   universal  two axes stay at right angles: U = k_t (n1.m2)^2/2; the angle of m2 about n1 in 1, less that of n1 about
+//              m2 in 2
+//   ball       R = Q2 (C Q1)^T: spring and friction by logarithms, a cone and stops of the twist about an axis
+//   Q          spring, dashpot, stops, dry friction with memory, motor; an angle counts whole turns
 #pragma once
 
 #include "joints/axis_spec.hpp"
 #include "joints/joint_law.hpp"
+#include "joints/joint_spec.hpp"
 
 namespace skein {
 
@@ -23,7 +27,34 @@ template <class P> struct AxisMemory {
     P interval;              ///< length of the last step, s
     P motor, lost;           ///< force of the motor, and of all that dissipates, at the last step
     P motor_work, lost_work; ///< sums since the start, J
+    P turns;                 ///< whole turns of an angle, which is within half a turn besides
 };
+
+/// Memory of a spherical joint, whose couples and rates are in the axes of the second side.
+template <class P> struct BallMemory {
+    Quaternion<P> anchor; ///< turn at which the spring of friction has no couple
+    Quaternion<P> turn;   ///< of the last step
+    Vec3<P> rate;         ///< half a step before the last turn
+    P steps;              ///< made so far, up to 2
+    P interval;           ///< length of the last step, s
+    Vec3<P> motor, lost;
+    P motor_work, lost_work;
+};
+
+/// Memory of free axes: of the first, and what joints with more of them have besides, or null.
+template <class P> struct AxesMemory {
+    AxisMemory<P>& first;
+    P* more;
+};
+/// Numbers of the latter.
+inline std::size_t more_memory_numbers(const JointSpec& spec) {
+    if (!spec.has_axes()) return 0;
+    return spec.kind == JointKind::universal   ? sizeof(AxisMemory<double>) / sizeof(double)
+           : spec.kind == JointKind::spherical ? sizeof(BallMemory<double>) / sizeof(double)
+                                               : 0;
+}
+inline constexpr std::size_t most_more_memory = sizeof(BallMemory<double>) / sizeof(double);
+static_assert(sizeof(AxisMemory<double>) <= sizeof(BallMemory<double>));
 
 /// Force along an axis, and the energy of its springs.
 template <class P> struct AxisForce { P force, energy; };
@@ -35,15 +66,52 @@ template <int W> SKEIN_INLINE Pack<W> limited(const Pack<W>& x, double most) {
     return max(min(x, Pack<W>(most)), Pack<W>(-most));
 }
 
+inline constexpr double whole_turn = 6.283185307179586; // rad
+
 /// An angle within a turn from another one.
 template <int W> SKEIN_INLINE Pack<W> wrapped(const Pack<W>& angle) {
-    constexpr double turn = 6.283185307179586;
+    constexpr double turn = whole_turn;
     Pack<W> x = angle;
     for (int n = 0; n < 2; ++n) {
         x = select(x > Pack<W>(0.5 * turn), x - Pack<W>(turn), x);
         x = select(x < Pack<W>(-0.5 * turn), x + Pack<W>(turn), x);
     }
     return x;
+}
+
+/// The nearest whole number.
+template <int W> SKEIN_INLINE Pack<W> rounded(const Pack<W>& x) {
+    constexpr double shift = 6755399441055744.0; // 1.5 * 2^52: beyond it numbers have no fractions
+    return (x + Pack<W>(shift)) - Pack<W>(shift);
+}
+
+/// An angle and whole turns; the same bits where there are none.
+template <int W> SKEIN_INLINE Pack<W> with_turns(const Pack<W>& angle, const Pack<W>& turns) {
+    return select(abs(turns) > Pack<W>(0.5), angle + Pack<W>(whole_turn) * turns, angle);
+}
+
+/// Energy and forces of stops that an axis meets at `low` and `high`.
+template <class P> struct StopForce { P elastic, total, energy; };
+template <int W> SKEIN_INLINE StopForce<Pack<W>> stop_force(const AxisSpec& axis, double low, double high,
+                                                            const Pack<W>& at, const Pack<W>& rate) {
+    using P = Pack<W>;
+    const P none(0.0), below = max(P(low) - at, none), above = max(at - P(high), none);
+    const P elastic = P(axis.stop_stiffness) * (below - above);
+    const P up = select(below > none, max(elastic - P(axis.stop_damping) * rate, none), none),
+            down = select(above > none, min(elastic - P(axis.stop_damping) * rate, none), none);
+    return {elastic, up + down, P(0.5 * axis.stop_stiffness) * (below * below + above * above)};
+}
+
+/// The angle of a direction with these components along and across another one.
+template <int W> SKEIN_INLINE Pack<W> angle_of(const Pack<W>& along, const Pack<W>& across) {
+    using P = Pack<W>;
+    const P none(0.0), one(1.0), length = sqrt(along * along + across * across);
+    const Mask<W> behind = along < none;
+    const P cosine = select(behind, abs(across), length + along), // of half the angle
+        sine = select(behind, select(across < none, along - length, length - along), across);
+    const P scale = one / max(sqrt(cosine * cosine + sine * sine), P(1e-150));
+    const Quaternion<P> unit{scale * cosine, {scale * sine, none, none}}, still{one, {none, none, none}};
+    return relative_rotation(unit, still).x;
 }
 
 } // namespace detail
@@ -71,8 +139,8 @@ SKEIN_INLINE Pack<W> motor_force(const Motor& motor, const MotorNow& now, const 
 
 /// Force along a free axis that is at `q`. Rates follow from the positions of this step and the two before, so dashpots
 /// are of second order; `lagging`: of half a step before, for the first step. `h`: s, since the last step. `off`:
-/// distance from the motor's position. `figures`: of a copy half a step on, whose rate `lagging` is, and which takes
-/// the works up to there.
+/// distance from the motor's position, of an angle but for whole turns. `figures`: of a copy half a step on, whose rate
+/// `lagging` is, and which takes the works up to there.
 template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const AxisSpec& axis, const MotorNow& now,
                                                                         const Pack<W>& q, const Pack<W>& lagging,
                                                                         const Pack<W>& off, double h,
@@ -80,42 +148,45 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
     using P = Pack<W>;
     const P none(0.0), half(0.5);
     const Mask<W> moved = memory.steps > none;
-    const P last = select(moved, memory.position, q), held_at = select(moved, memory.anchor, q);
+    const P last = select(moved, memory.position, q);
     const P way = Turns ? detail::wrapped<W>(q - last) : q - last;
+    const P over = way - (q - last), counted = select(moved, memory.turns, none),
+            turns = Turns ? counted + detail::rounded<W>(P(1 / detail::whole_turn) * over) : none,
+            at = Turns ? detail::with_turns<W>(q, turns) : q;
     const P interval = half * (P(h) + select(moved, memory.interval, P(h)));
     const P before = select(moved, way / interval, lagging), // half a step before
         rate = figures ? lagging : before + select(memory.steps > P(1.0), half * (before - memory.rate), none);
     P force = none, lost = P(-axis.damping) * rate, energy = none;
     if (axis.spring > 0) {
-        const P stretch = q - P(axis.spring_rest);
+        const P stretch = at - P(axis.spring_rest);
         force = P(-axis.spring) * stretch;
         energy = P(0.5 * axis.spring) * stretch * stretch;
     }
     if (!axis.limits.empty()) {
-        const P below = max(P(axis.limits[0]) - q, none), above = max(q - P(axis.limits[1]), none);
-        const P elastic = P(axis.stop_stiffness) * (below - above);
-        const P up = select(below > none, max(elastic - P(axis.stop_damping) * rate, none), none),
-                down = select(above > none, min(elastic - P(axis.stop_damping) * rate, none), none);
-        force += elastic;
-        lost += (up + down) - elastic;
-        energy += P(0.5 * axis.stop_stiffness) * (below * below + above * above);
+        const detail::StopForce<P> stop = detail::stop_force<W>(axis, axis.limits[0], axis.limits[1], at, rate);
+        force += stop.elastic;
+        lost += stop.total - stop.elastic;
+        energy += stop.energy;
     }
     if (axis.friction > 0) {
-        const auto apart = [](const P& x) { return Turns ? detail::wrapped<W>(x) : x; };
-        const P held = P(-axis.friction_stiffness) * apart(q - held_at) - P(axis.friction_damping) * rate,
+        const P held_at = select(moved, memory.anchor, at),
+                held = P(-axis.friction_stiffness) * (at - held_at) - P(axis.friction_damping) * rate,
                 friction = detail::limited<W>(held, axis.friction);
         const Mask<W> slips = abs(held) > P(axis.friction);
-        const P anchor = select(slips, q + P(1 / axis.friction_stiffness) * friction, held_at);
+        const P anchor = select(slips, at + P(1 / axis.friction_stiffness) * friction, held_at);
         lost += friction;
         if (!figures) memory.anchor = anchor;
-    } else if (!figures) memory.anchor = q; // a branch may add friction
-    const P motor = motor_force<W>(axis.motor, now, rate, off);
+    } else if (!figures) memory.anchor = at;  // a branch may add friction
+    const P behind = at - P(now.value) - off; // whole turns that `off` does not count
+    const P distance = Turns ? detail::with_turns<W>(off, detail::rounded<W>(P(1 / detail::whole_turn) * behind)) : off;
+    const P motor = motor_force<W>(axis.motor, now, rate, distance);
     // Works are sums of mean force times way. The first way is the drift that led here.
     const P first = P(0.5 * h) * lagging;
     memory.motor_work += select(moved, half * (memory.motor + motor) * way, motor * first);
     memory.lost_work += select(moved, half * (memory.lost + lost) * way, lost * first);
     if (!figures) {
         memory.position = q;
+        memory.turns = turns;
         memory.rate = before;
         memory.interval = P(h);
         memory.steps = min(memory.steps + P(1.0), P(2.0));
@@ -149,9 +220,10 @@ turn_about(const Quaternion<Pack<W>>& frame, const Quaternion<Pack<W>>& rest, co
 /// A joint at a time: its laws, the motor, and the time since the last step.
 struct AxisAt {
     const JointLaw& law;
-    const AxisSpec& axis;
-    MotorNow now;
+    const AxisSpec &axis, &second;
+    MotorsNow now;
     double h; ///< s
+    bool to_world;
 };
 
 namespace detail {
@@ -209,15 +281,153 @@ template <int W> SKEIN_INLINE void add_turn(const AxisAt& at, const JoinedElemen
                                             AxisMemory<Pack<W>>& memory, JointLoad<Pack<W>>& load,
                                             JointLoad<Pack<W>>& other, JointFigures<Pack<W>>* figures) {
     using P = Pack<W>;
-    const TurnAbout<P> now = turn_about<W>(b.director, rest * a.director, b.axis, at.now.value);
+    const TurnAbout<P> now = turn_about<W>(b.director, rest * a.director, b.axis, at.now.value.x);
     const Vec3<P> slope = transpose_times(b.director, now.slope),
                   turning = transpose_times(b.director, b.spin) - transpose_times(a.director, a.spin);
-    const AxisForce<P> q =
-        axis_force<true, W>(at.axis, at.now, now.angle, dot(slope, turning), now.off, at.h, memory, figures != nullptr);
+    const AxisForce<P> q = axis_force<true, W>(at.axis, at.now.first(), now.angle, dot(slope, turning), now.off, at.h,
+                                               memory, figures != nullptr);
     const Vec3<P> couple = q.force * slope;
     load.couple += a.director * (-couple);
     other.couple += b.director * couple;
     if (figures) figures->energy += q.energy;
+}
+
+/// Adds the couples about both axes of a universal joint.
+template <int W> SKEIN_INLINE void add_two_turns(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+                                                 const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
+                                                 AxesMemory<Pack<W>> memory, JointLoad<Pack<W>>& load,
+                                                 JointLoad<Pack<W>>& other, JointFigures<Pack<W>>* figures) {
+    using P = Pack<W>;
+    const Vec3<P> n = transpose_times(a.director, a.axis), m = transpose_times(b.director, b.axis);
+    const Vec3<P> turning = transpose_times(b.director, b.spin) - transpose_times(a.director, a.spin);
+    const auto add = [&](const AxisSpec& axis, const MotorNow& now, const Vec3<P>& about, const Vec3<P>& start,
+                         const Vec3<P>& moving, double sign, AxisMemory<P>& own) {
+        const Vec3<P> across = cross(about, start);
+        const P x = dot(moving, start), y = dot(moving, across);
+        const Vec3<P> slope = (P(1.0) / (x * x + y * y)) * cross(moving, x * across - y * start);
+        const P angle = P(sign) * angle_of<W>(x, y);
+        const AxisForce<P> q = axis_force<true, W>(axis, now, angle, dot(slope, turning), angle - P(now.value), at.h,
+                                                   own, figures != nullptr);
+        const Vec3<P> couple = q.force * slope;
+        load.couple += a.director * (-couple);
+        other.couple += b.director * couple;
+        if (figures) figures->energy += q.energy;
+    };
+    // The second axis turns about the first in 1. In 2 the first turns about the second the other way.
+    add(at.axis, at.now.first(), n, transpose_times(a.director, transpose_times(rest, b.axis)), m, 1, memory.first);
+    add(at.second, at.now.second(), m, transpose_times(b.director, rest * a.axis), n, -1,
+        *reinterpret_cast<AxisMemory<P>*>(memory.more));
+}
+
+/// A vector no longer than the limit.
+template <int W> SKEIN_INLINE Vec3<Pack<W>> no_longer(const Vec3<Pack<W>>& v, double most) {
+    using P = Pack<W>;
+    const P length = sqrt(dot(v, v));
+    return select(length > P(most), P(most) / max(length, P(1e-150)), P(1.0)) * v;
+}
+
+/// Couple of a spherical joint's motor on the second side, in its axes, as are `turn` of it against the first, and
+/// `rate`. n and u are its directions.
+template <int W> SKEIN_INLINE Vec3<Pack<W>> ball_motor(const AxisAt& at, const Quaternion<Pack<W>>& turn,
+                                                       const Vec3<Pack<W>>& rate, const Vec3<Pack<W>>& n,
+                                                       const Vec3<Pack<W>>& u) {
+    using P = Pack<W>;
+    const Motor& motor = at.axis.motor;
+    const auto own = [&](const Vec3d& v) { return P(v.x) * n + P(v.y) * u + P(v.z) * cross(n, u); };
+    const auto carried = [&](const Vec3<P>& v) { return at.to_world ? v : turn * v; };
+    const Vec3<P> value = own(at.now.value);
+    Vec3<P> couple{};
+    switch (motor.kind) {
+    case MotorKind::none:
+        return couple;
+    case MotorKind::position:
+        couple = P(-motor.stiffness) * relative_rotation(turn, rotation(value)) +
+                 P(motor.damping) * (own(at.now.rate) - rate);
+        break;
+    case MotorKind::rate:
+        couple = P(motor.damping) * (carried(value) - rate);
+        break;
+    case MotorKind::force:
+        couple = carried(value);
+        break;
+    }
+    return motor.most > 0 ? no_longer<W>(couple, motor.most) : couple;
+}
+
+/// Adds the stops at the cone and the limits of the twist of a spherical joint about n, the axis in the second side.
+/// The dissipative part goes to `lost`.
+template <int W> SKEIN_INLINE void add_ball_stops(const AxisAt& at, const Quaternion<Pack<W>>& director,
+                                                  const Quaternion<Pack<W>>& frame, const Vec3<Pack<W>>& n,
+                                                  const Vec3<Pack<W>>& rate, Vec3<Pack<W>>& elastic,
+                                                  Vec3<Pack<W>>& lost, Pack<W>& energy) {
+    using P = Pack<W>;
+    const auto add = [&](double low, double high, const P& angle, const Vec3<P>& slope) {
+        const StopForce<P> stop = stop_force<W>(at.axis, low, high, angle, dot(slope, rate));
+        elastic += stop.elastic * slope;
+        lost += (stop.total - stop.elastic) * slope;
+        energy += stop.energy;
+    };
+    if (at.law.cone > 0) {
+        const Vec3<P> of_first = director * transpose_times(frame, n), about = cross(of_first, n);
+        const P sine = sqrt(dot(about, about));
+        add(-at.law.cone, at.law.cone, angle_of<W>(dot(of_first, n), sine), (P(1.0) / max(sine, P(1e-150))) * about);
+    }
+    if (!at.axis.limits.empty()) {
+        const TurnAbout<P> twist = turn_about<W>(director, frame, n, 0.0);
+        add(at.axis.limits[0], at.axis.limits[1], twist.angle, twist.slope);
+    }
+}
+
+/// Adds the couples of a spherical joint.
+template <int W> SKEIN_INLINE void add_ball(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+                                            const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
+                                            BallMemory<Pack<W>>& memory, JointLoad<Pack<W>>& load,
+                                            JointLoad<Pack<W>>& other, JointFigures<Pack<W>>* figures) {
+    using P = Pack<W>;
+    const AxisSpec& axis = at.axis;
+    const P none(0.0), one(1.0), half(0.5);
+    const Quaternion<P> frame = rest * a.director, turn = b.director * inverse(frame);
+    const Vec3<P> lagging = b.spin - b.director * transpose_times(a.director, a.spin);
+    const Mask<W> moved = memory.steps > none;
+    const Vec3<P> way = relative_rotation(turn, select(moved, memory.turn, turn));
+    const P interval = half * (P(at.h) + select(moved, memory.interval, P(at.h)));
+    const Vec3<P> before = select(moved, (one / interval) * way, lagging),
+                  rate =
+                      figures ? lagging : before + select(memory.steps > one, half * (before - memory.rate), Vec3<P>{});
+    Vec3<P> elastic{}, lost = P(-axis.damping) * rate;
+    P energy = none;
+    if (axis.spring > 0) {
+        const Vec3<P> phi = relative_rotation(b.director, frame);
+        elastic = P(-axis.spring) * phi;
+        energy = P(0.5 * axis.spring) * dot(phi, phi);
+    }
+    add_ball_stops<W>(at, b.director, frame, rest * a.axis, rate, elastic, lost, energy);
+    Quaternion<P> anchor = turn; // a branch may add friction
+    if (axis.friction > 0) {
+        anchor = select(moved, memory.anchor, turn);
+        const Vec3<P> held =
+            P(-axis.friction_stiffness) * relative_rotation(turn, anchor) - P(axis.friction_damping) * rate;
+        const Vec3<P> friction = no_longer<W>(held, axis.friction);
+        const Mask<W> slips = dot(held, held) > P(axis.friction * axis.friction);
+        anchor = select(slips, rotation(P(1 / axis.friction_stiffness) * friction) * turn, anchor);
+        lost += friction;
+    }
+    const Vec3<P> motor = ball_motor<W>(at, turn, rate, rest * a.axis, rest * b.axis);
+    const Vec3<P> first = P(0.5 * at.h) * lagging; // the drift that led to the first step
+    memory.motor_work += select(moved, half * dot(memory.motor + motor, way), dot(motor, first));
+    memory.lost_work += select(moved, half * dot(memory.lost + lost, way), dot(lost, first));
+    if (!figures) {
+        memory.anchor = anchor;
+        memory.turn = turn;
+        memory.rate = before;
+        memory.interval = P(at.h);
+        memory.steps = min(memory.steps + one, P(2.0));
+        memory.motor = motor;
+        memory.lost = lost;
+    } else figures->energy += energy;
+    const Vec3<P> couple = elastic + lost + motor;
+    other.couple += couple;
+    load.couple += a.director * (-transpose_times(b.director, couple));
 }
 
 /// Adds the forces of a slider, or of a distance.
@@ -233,7 +443,7 @@ template <JointForm Form, int W> SKEIN_INLINE void add_way(const AxisAt& at, con
     const Vec3<P> va = between(a.share_before, a.share, a.velocity, a.next_velocity) + cross(wa, ra),
                   vb = between(b.share_before, b.share, b.velocity, b.next_velocity) + cross(wb, rb);
     const auto along = [&](const P& way, const P& rate) {
-        return axis_force<false, W>(at.axis, at.now, way, rate, way - P(at.now.value), at.h, memory,
+        return axis_force<false, W>(at.axis, at.now.first(), way, rate, way - P(at.now.value.x), at.h, memory,
                                     figures != nullptr);
     };
     const auto add = [&](const Vec3<P>& on_a, const Vec3<P>& lever_b) {
@@ -269,7 +479,7 @@ template <JointForm Form, int W> SKEIN_INLINE void add_way(const AxisAt& at, con
 template <JointForm Form, int W>
 SKEIN_INLINE JointLoad<Pack<W>> form_load(const AxisAt& at, const JoinedElement<Pack<W>>& a,
                                           const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
-                                          const Pack<W>& length, AxisMemory<Pack<W>>& memory, JointLoad<Pack<W>>& other,
+                                          const Pack<W>& length, AxesMemory<Pack<W>> memory, JointLoad<Pack<W>>& other,
                                           JointFigures<Pack<W>>* figures = nullptr) {
     constexpr JointTurn turn = Form == JointForm::hinge    ? JointTurn::hinge
                                : Form == JointForm::slider ? JointTurn::fixed
@@ -278,10 +488,15 @@ SKEIN_INLINE JointLoad<Pack<W>> form_load(const AxisAt& at, const JoinedElement<
     if (Form == JointForm::slider || Form == JointForm::distance || Form == JointForm::bushing)
         base.stiffness = base.damping = 0;
     JointLoad<Pack<W>> load = joint_load<turn, true, false, W>(base, a, b, rest, length, other, figures);
-    if constexpr (Form == JointForm::universal) detail::add_universal<W>(at, a, b, load, other, figures);
+    if constexpr (Form == JointForm::universal) {
+        detail::add_universal<W>(at, a, b, load, other, figures);
+        if (memory.more) detail::add_two_turns<W>(at, a, b, rest, memory, load, other, figures);
+    } else if constexpr (Form == JointForm::ball)
+        detail::add_ball<W>(at, a, b, rest, *reinterpret_cast<BallMemory<Pack<W>>*>(memory.more), load, other, figures);
     else if constexpr (Form == JointForm::bushing) detail::add_bushing<W>(at, a, b, rest, load, other, figures);
-    else if constexpr (Form == JointForm::hinge) detail::add_turn<W>(at, a, b, rest, memory, load, other, figures);
-    else detail::add_way<Form, W>(at, a, b, length, memory, load, other, figures);
+    else if constexpr (Form == JointForm::hinge)
+        detail::add_turn<W>(at, a, b, rest, memory.first, load, other, figures);
+    else detail::add_way<Form, W>(at, a, b, length, memory.first, load, other, figures);
     return load;
 }
 

@@ -13,7 +13,8 @@ void Motor::use(const FormulaScope& names, bool turns) {
     const char* const unit = kind == MotorKind::position ? (turns ? "rad" : "m")
                              : kind == MotorKind::rate   ? (turns ? "rad/s" : "m/s")
                                                          : (turns ? "N m" : "N");
-    formula = std::make_shared<VectorOfTime>(names, std::vector<std::string>{value, "0", "0"}, unit);
+    formula = std::make_shared<VectorOfTime>(names, values.empty() ? std::vector<std::string>{value, "0", "0"} : values,
+                                             unit);
     constexpr int times = 64;
     for (int n = 0; n <= times; ++n) largest = std::max(largest, std::abs(at(names.duration * n / times).value));
 }
@@ -28,6 +29,11 @@ MotorNow Motor::at(double time) const {
     return {now.value.x, now.rate.x};
 }
 
+MotorsNow Motor::vector_at(double time) const {
+    const VectorOfTime::Point now = (*formula)(time);
+    return {now.value, now.rate};
+}
+
 void Motor::fields(FieldVisitor& f) {
     f.choice({.name = "kind",
               .unit = "",
@@ -40,6 +46,13 @@ void Motor::fields(FieldVisitor& f) {
                  "formula of `t`: angle [rad] or way [m] from the start, rate, or couple [N m] or force [N]; tables "
                  "that it names can be driven"},
             value);
+    f.visit({.name = "values",
+             .unit = "rad, rad/s or N m",
+             .text =
+                 "spherical, in the place of `value`: three formulas, of the rotation vector from the start, of the "
+                 "rate of turning or of the couple; along the axes of the assembly at the start, which the first "
+                 "side carries"},
+            values);
     f.visit({.name = "stiffness", .unit = "N m/rad or N/m", .text = "position: of its spring", .at_least = 0},
             stiffness);
     f.visit({.name = "damping", .unit = "N m s/rad or N s/m", .text = "position, rate: of its dashpot", .at_least = 0},
@@ -63,7 +76,8 @@ double AxisSpec::drag_bound() const {
 void AxisSpec::fields(FieldVisitor& f) {
     f.visit({.name = "spring",
              .unit = "N m/rad or N/m",
-             .text = "of the free axis: stiffness of a spring along it; the axis counts from 0 at the start",
+             .text = "of the free axis: stiffness of a spring along it; the axis counts from 0 at the start; "
+                     "spherical: towards the attitude of the start",
              .at_least = 0},
             spring);
     f.visit({.name = "spring_rest", .unit = "rad or m", .text = "where that spring rests"}, spring_rest);
@@ -74,16 +88,21 @@ void AxisSpec::fields(FieldVisitor& f) {
             damping);
     f.visit({.name = "limits",
              .unit = "rad or m",
-             .text = "of the free axis: least and largest; angles between -3 and 3 rad"},
+             .text = "of the free axis: least and largest; angles count whole turns; spherical: of the twist about "
+                     "`axis`, between -3 and 3 rad"},
             limits);
-    f.visit({.name = "stop_stiffness", .unit = "N m/rad or N/m", .text = "of the stops at `limits`", .at_least = 0},
+    f.visit({.name = "stop_stiffness",
+             .unit = "N m/rad or N/m",
+             .text = "of the stops at `limits`, and at `cone`",
+             .at_least = 0},
             stop_stiffness);
     f.visit(
         {.name = "stop_damping", .unit = "N m s/rad or N s/m", .text = "of the stops, which never pull", .at_least = 0},
         stop_damping);
     f.visit({.name = "friction",
              .unit = "N m or N",
-             .text = "of the free axis: largest couple or force of dry friction, which holds what is at rest",
+             .text = "of the free axis: largest couple or force of dry friction, which holds what is at rest; "
+                     "spherical: in all directions",
              .at_least = 0},
             friction);
     f.visit({.name = "friction_stiffness",

@@ -1,5 +1,6 @@
-// Keys of a joint about its free axis: the angle of a hinge, the way of a slider, the length of a distance. All count
-// from 0 at the start. A force is a couple for a hinge, N m; stiffnesses are N m/rad then.
+// Keys of a joint about a free axis: the angle of a hinge or of one axis of a universal joint, the way of a slider, the
+// length of a distance, the turn of a spherical joint. All count from 0 at the start. A force is a couple for angles, N
+// m; stiffnesses are N m/rad then.
 #pragma once
 
 #include "skein/core/fields.hpp"
@@ -23,22 +24,33 @@ inline constexpr std::string_view motor_names[] = {"none", "position", "rate", "
 struct MotorNow {
     double value = 0, rate = 0;
 };
+/// Motors of a joint at a time: x and y of both axes of a universal joint, x of other free axes; of a spherical joint
+/// the vector, along its own directions, and the rate of turning that goes with it.
+struct MotorsNow {
+    Vec3d value{0, 0, 0}, rate{0, 0, 0};
+
+    MotorNow first() const { return {value.x, rate.x}; }
+    MotorNow second() const { return {value.y, rate.y}; }
+};
 
 /// Drives the free axis.                                                                        theory.md (73h)
 struct Motor {
     MotorKind kind = MotorKind::none;
-    std::string value;    ///< formula of t: position, rate or force
-    double stiffness = 0; ///< position: force over the distance from it
-    double damping = 0;   ///< position, rate: force over the difference of rates
-    double most = 0;      ///< largest force; 0: without limit
+    std::string value;               ///< formula of t: position, rate or force
+    std::vector<std::string> values; ///< of a spherical joint: rotation vector, rate or couple
+    double stiffness = 0;            ///< position: force over the distance from it
+    double damping = 0;              ///< position, rate: force over the difference of rates
+    double most = 0;                 ///< largest force; 0: without limit
 
     std::shared_ptr<const VectorOfTime> formula; ///< as read by `use`
     double largest = 0;                          ///< of the value, at times of the run
 
-    /// Reads the formula, which may hold these names, in the unit of `kind` for an angle or a way.
+    /// Reads the formulas, which may hold these names, in the unit of `kind` for an angle or a way.
     void use(const FormulaScope& names, bool turns);
     const std::vector<FormulaFault>& faults() const;
     MotorNow at(double time) const;
+    /// Of a spherical joint, in the axes of the assembly.
+    MotorsNow vector_at(double time) const;
     void fields(FieldVisitor& f);
 };
 

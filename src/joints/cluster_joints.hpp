@@ -59,7 +59,7 @@ SKEIN_INLINE JointNodeLoads<Pack<W>> node_loads(const JointLaw& law, const Joine
 template <JointForm Form, int W>
 [[gnu::noinline]] JointNodeLoads<Pack<W>> node_loads(const AxisAt& at, const JoinedElement<Pack<W>>& a,
                                                      const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
-                                                     const Pack<W>& length, AxisMemory<Pack<W>>& memory,
+                                                     const Pack<W>& length, AxesMemory<Pack<W>> memory,
                                                      JointFigures<Pack<W>>* figures = nullptr) {
     JointLoad<Pack<W>> on_b;
     const JointLoad<Pack<W>> on_a = form_load<Form, W>(at, a, b, rest, length, memory, on_b, figures);
@@ -67,7 +67,7 @@ template <JointForm Form, int W>
             b.share * on_b.force,        on_a.couple,          on_b.couple};
 }
 
-/// Calls f.operator()<Form>() for a table with a free axis.
+/// Calls f.operator()<Form>() for a table with free axes.
 template <class F> auto with_form(const JointSpec& spec, F&& f) {
     switch (form_of(spec)) {
     case JointForm::universal:
@@ -78,6 +78,8 @@ template <class F> auto with_form(const JointSpec& spec, F&& f) {
         return f.template operator()<JointForm::distance>();
     case JointForm::bushing:
         return f.template operator()<JointForm::bushing>();
+    case JointForm::ball:
+        return f.template operator()<JointForm::ball>();
     default:
         return f.template operator()<JointForm::hinge>();
     }
@@ -132,7 +134,7 @@ public:
             world_ = true;
             for (Layout* layout : {&across_, &within_}) layout->world = layout->slots++;
         }
-        axes_of_group_ = axes_of_groups(tables, joints, groups.size());
+        memory_of_group_ = joint_memory_of_groups(tables, joints, groups.size());
         for (std::size_t j = 0; j < joints.size(); ++j) {
             if (!has_springs(tables[joints[j].table])) continue;
             if (runs_.empty() || joints[j].table != runs_.back().table) open(joints[j].table, tables[joints[j].table]);
@@ -154,15 +156,14 @@ public:
 
     void prepare(std::span<const Step> steps) override {
         for (Run& run : runs_)
-            if (run.axis.motor.kind != MotorKind::none)
-                for (const Step& step : steps) nth(run.motor, step.slot) = run.axis.motor.at(step.time);
+            if (run.spec.has_motor())
+                for (const Step& step : steps) nth(run.motor, step.slot) = run.spec.motors_at(step.time);
     }
     void run(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, P* memory, JoinedLoad<W>* load,
              bool across) const override {
         std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_) {
-            const At at{slot, nth(run.motor, step.slot), step.dt, step.time, reinterpret_cast<JointMemory<P>*>(memory),
-                        load};
+            const At at{slot, nth(run.motor, step.slot), step.dt, step.time, memory, load};
             if (across) (this->*run.across)(run, at);
             else (this->*run.within)(run, at);
         }
@@ -171,23 +172,19 @@ public:
     }
 
     std::size_t memory_packs(bool across) const override {
-        std::size_t rows = 0;
-        for (const Run& run : runs_) rows = std::max(rows, memory_end(run, across));
-        return rows * joint_memory_numbers;
+        return runs_.empty() ? 0 : memory_end(runs_.back(), across);
     }
     void append_memory(const P* memory, bool across, JoinedRod rod, std::vector<double>& numbers) const override {
-        const std::size_t end = numbers.size() + axes_of_group_[to_index(rod.group)] * joint_memory_numbers;
-        for_memory(across, rod, [&](std::size_t row, int lane) {
-            for (std::size_t n = 0; n < joint_memory_numbers; ++n)
-                numbers.push_back(memory[row * joint_memory_numbers + n][lane]);
+        const std::size_t end = numbers.size() + memory_of_group_[to_index(rod.group)];
+        for_memory(across, rod, [&](std::size_t first, std::size_t count, int lane) {
+            for (std::size_t n = first; n < first + count; ++n) numbers.push_back(memory[n][lane]);
         });
         numbers.resize(end, 0.0);
     }
     void restore(P* memory, bool across, JoinedRod rod, std::span<const double> numbers) const override {
         std::size_t at = 0;
-        for_memory(across, rod, [&](std::size_t row, int lane) {
-            for (std::size_t n = 0; n < joint_memory_numbers; ++n)
-                memory[row * joint_memory_numbers + n].set(lane, numbers[at++]);
+        for_memory(across, rod, [&](std::size_t first, std::size_t count, int lane) {
+            for (std::size_t n = first; n < first + count; ++n) memory[n].set(lane, numbers[at++]);
         });
     }
 
@@ -196,24 +193,26 @@ private:
     /// Slots, motor and memory at a step, and the loads to add to.
     struct At {
         const Slot<W>* slot;
-        MotorNow motor;
+        MotorsNow motor;
         double h;    ///< s, since the last step
         double time; ///< s
-        JointMemory<P>* memory;
+        P* memory;
         JoinedLoad<W>* load;
     };
     using Kernel = void (JointsOfCluster::*)(const Run&, const At&) const;
     struct Run {
         std::size_t table;
-        JointLaw law;
-        AxisSpec axis;
+        JointSpec spec;
         Kernel across, within;
-        std::size_t first = 0, end = 0;                 ///< range of joints
-        std::size_t first_pack = 0, end_pack = 0;       ///< range of packs of W joints
-        std::size_t first_memory = 0, first_packed = 0; ///< rows of memory, across and within
-        bool remembers = false, length_is_given = false;
-        JointEvents events = {};
-        std::array<MotorNow, Clock::largest_batch> motor{}; ///< by slot of the step
+        std::size_t first = 0, end = 0;                      ///< range of joints
+        std::size_t first_pack = 0, end_pack = 0;            ///< range of packs of W joints
+        std::size_t first_memory = 0, first_packed = 0;      ///< packs of memory, across and within
+        std::size_t numbers = 0, more = 0;                   ///< of a joint's memory; of them besides the first axis
+        std::array<MotorsNow, Clock::largest_batch> motor{}; ///< by slot of the step
+
+        AxisAt laws(const At& at) const {
+            return {spec.law, spec.axis_law, spec.about_second, at.motor, at.h, spec.to_world()};
+        }
     };
     /// Slots of a joint's elements: their nodes, of a body twice the same.
     struct Slots {
@@ -278,20 +277,19 @@ protected:
 
 private:
     void open(std::size_t table, const JointSpec& spec) {
-        Run run{table, spec.law, spec.axis_law, nullptr, nullptr};
+        Run run{table, spec, nullptr, nullptr};
         if (!runs_.empty()) {
             run.first_memory = memory_end(runs_.back(), true);
             run.first_packed = memory_end(runs_.back(), false);
         }
-        run.remembers = remembers(spec);
-        run.events = spec.events;
-        run.length_is_given = spec.length > 0;
+        run.numbers = memory_numbers(spec);
+        run.more = run.numbers > 0 ? more_memory_numbers(spec) : 0;
         if (spec.events.any())
             with_event(spec, [&]<JointForm Form, JointTurn Turn>() {
                 run.across = &JointsOfCluster::template run_events<true, Form, Turn>;
                 run.within = &JointsOfCluster::template run_events<false, Form, Turn>;
             });
-        else if (run.remembers)
+        else if (run.numbers > 0)
             with_form(spec, [&]<JointForm Form>() {
                 run.across = &JointsOfCluster::template run_form<true, Form>;
                 run.within = &JointsOfCluster::template run_form<false, Form>;
@@ -305,20 +303,21 @@ private:
         run.first_pack = run.end_pack = gathered_.size();
         runs_.push_back(std::move(run));
     }
-    /// Behind the rows of memory of a run.
+    /// Behind the memory of a run.
     static std::size_t memory_end(const Run& run, bool across) {
-        if (!run.remembers) return across ? run.first_memory : run.first_packed;
-        return across ? run.first_memory + (run.end - run.first) : run.first_packed + (run.end_pack - run.first_pack);
+        return across ? run.first_memory + run.numbers * (run.end - run.first)
+                      : run.first_packed + run.numbers * (run.end_pack - run.first_pack);
     }
-    /// f(row, lane) for the memory of joints whose first side is this rod. Spare lanes are those of the last copy.
+    /// f(first, count, lane) for the memory of joints whose first side is this rod. Spare lanes are those of the last
+    /// copy.
     template <class F> void for_memory(bool across, JoinedRod rod, F&& f) const {
         for (const Run& run : runs_) {
-            if (!run.remembers) continue;
+            if (run.numbers == 0) continue;
             for (std::size_t j = run.first; j < run.end; ++j) {
                 if (first_of_[j] != std::pair(rod.group, rod.rod)) continue;
                 const std::size_t i = j - run.first;
-                if (!across) f(run.first_packed + i / W, static_cast<int>(i % W));
-                else f(run.first_memory + i, rod.lane);
+                if (!across) f(run.first_packed + run.numbers * (i / W), run.numbers, static_cast<int>(i % W));
+                else f(run.first_memory + run.numbers * i, run.numbers, rod.lane);
             }
         }
     }
@@ -421,15 +420,17 @@ private:
     template <JointForm Form, JointTurn Turn>
     [[gnu::noinline]] static JointNodeLoads<P> event_loads(const Run& run, const At& at, JoinedElement<P> a,
                                                            JoinedElement<P> b, const Quaternion<P>& rest,
-                                                           const P& length, JointMemory<P>& memory) {
+                                                           const P& length, P* packs) {
         const P one(1.0);
-        if (at.time < run.events.from) return {};
+        const JointEvents& events = run.spec.events;
+        JointMemory<P>& memory = *reinterpret_cast<JointMemory<P>*>(packs);
+        const AxesMemory<P> axes = axes_memory(packs, run.more);
+        if (at.time < events.from) return {};
         const Mask<W> fresh = memory.state < one;
         if (any(fresh)) { // of all copies at once; spare lanes after a restart too
             const JointRest<P> start{a.arm, a.axis, b.arm, b.axis, rest, length};
             memory.made = select_packs<W>(
-                fresh, run.events.from > 0 ? made_here<Form, W>(a, b, run.length_is_given, length) : start,
-                memory.made);
+                fresh, events.from > 0 ? made_here<Form, W>(a, b, run.spec.length > 0, length) : start, memory.made);
             memory.state = max(memory.state, one);
         }
         if (!any(memory.state < P(2.0))) return {};
@@ -437,25 +438,29 @@ private:
         a.axis = memory.made.axis_a;
         b.arm = memory.made.arm_b;
         b.axis = memory.made.axis_b;
-        const AxisAt laws{run.law, run.axis, at.motor, at.h};
+        const AxisAt laws = run.laws(at);
         const AxisMemory<P> before = memory.axis;
+        std::array<P, most_more_memory> more_before;
+        std::copy_n(axes.more, run.more, more_before.begin());
         const JointNodeLoads<P> loads = [&] {
             if constexpr (Form == JointForm::spring)
-                return node_loads<Turn, true, true, W>(run.law, a, b, memory.made.rest, memory.made.length);
-            else return node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, memory.axis);
+                return node_loads<Turn, true, true, W>(run.spec.law, a, b, memory.made.rest, memory.made.length);
+            else return node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, axes);
         }();
         const Mask<W> holds = memory.state < P(2.0);
         memory.axis = select_packs<W>(holds, memory.axis, before);
-        const P strongest(run.events.break_force > 0 ? run.events.break_force : HUGE_VAL);
+        for (std::size_t n = 0; n < run.more; ++n) axes.more[n] = select(holds, axes.more[n], more_before[n]);
+        const P strongest(events.break_force > 0 ? events.break_force : HUGE_VAL);
         const Vec3<P> force = loads.force_a + loads.force_a_next;
-        const bool over = run.events.until > 0 && at.time >= run.events.until;
+        const bool over = events.until > 0 && at.time >= events.until;
         const Mask<W> ends = over ? holds : holds & (dot(force, force) > strongest * strongest);
         if (any(ends)) { // what its springs hold is lost
             JointFigures<P> figures;
             JointLoad<P> other;
             if constexpr (Form == JointForm::spring)
-                joint_load<Turn, true, true, W>(run.law, a, b, memory.made.rest, memory.made.length, other, &figures);
-            else node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, memory.axis, &figures);
+                joint_load<Turn, true, true, W>(run.spec.law, a, b, memory.made.rest, memory.made.length, other,
+                                                &figures);
+            else node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, axes, &figures);
             memory.axis.lost_work = memory.axis.lost_work - select(ends, figures.energy, P(0.0));
             memory.state = select(ends, P(2.0), memory.state);
         }
@@ -517,9 +522,9 @@ private:
         }
     }
 
-    /// Row of memory of a run's joint i, or pack i of joints within.
-    template <bool Across> static std::size_t row(const Run& run, std::size_t i) {
-        return (Across ? run.first_memory : run.first_packed) + i;
+    /// Memory of a run's joint i, or pack i of joints within.
+    template <bool Across> static P* memory_of(const Run& run, const At& at, std::size_t i) {
+        return at.memory + (Across ? run.first_memory : run.first_packed) + run.numbers * i;
     }
     template <bool Across, bool Damped, class Law>
     SKEIN_INLINE void for_joints(const Run& run, const At& at, Law&& law) const {
@@ -531,15 +536,15 @@ private:
         for_joints<Across, Damped>(
             run, at,
             [&](std::size_t, const auto& a, const auto& b, const auto& rest, const P& length) __attribute__((
-                always_inline)) { return node_loads<Turn, Damped, Repels, W>(run.law, a, b, rest, length); });
+                always_inline)) { return node_loads<Turn, Damped, Repels, W>(run.spec.law, a, b, rest, length); });
     }
     template <bool Across, JointForm Form> void run_form(const Run& run, const At& at) const {
         for_joints<Across, true>(
             run, at,
             [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
                 __attribute__((always_inline)) {
-                    return node_loads<Form, W>(AxisAt{run.law, run.axis, at.motor, at.h}, a, b, rest, length,
-                                               at.memory[row<Across>(run, i)].axis);
+                    return node_loads<Form, W>(run.laws(at), a, b, rest, length,
+                                               axes_memory(memory_of<Across>(run, at, i), run.more));
                 });
     }
     template <bool Across, JointForm Form, JointTurn Turn> void run_events(const Run& run, const At& at) const {
@@ -547,7 +552,7 @@ private:
             run, at,
             [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
                 __attribute__((always_inline)) {
-                    return event_loads<Form, Turn>(run, at, a, b, rest, length, at.memory[row<Across>(run, i)]);
+                    return event_loads<Form, Turn>(run, at, a, b, rest, length, memory_of<Across>(run, at, i));
                 });
     }
 
@@ -568,7 +573,7 @@ private:
     std::vector<Run> runs_;
     std::vector<Slots> slots_across_;
     std::vector<JointConstants<double>> constants_;
-    std::vector<std::size_t> axes_of_group_;
+    std::vector<std::size_t> memory_of_group_;           ///< numbers
     std::vector<std::pair<int, std::int64_t>> first_of_; ///< group and rod of the first side, by joint
     AlignedVector<Gathered> gathered_;
     std::optional<ClusterJunctions<W>> junctions_;

@@ -17,13 +17,12 @@ template <class P> struct JointRest {
     P length;
 };
 
-/// Memory of a joint from step to step; all zero before its first.
+/// Memory of a joint from step to step; all zero before its first. That of free axes besides the first follows it.
 template <class P> struct JointMemory {
     AxisMemory<P> axis;
     P state;           ///< 0: not made yet; 1: made; 2: ended
     JointRest<P> made; ///< where it has been made, of tables with events
 };
-inline constexpr std::size_t joint_memory_numbers = sizeof(JointMemory<double>) / sizeof(double);
 
 /// Lane by lane a or b, of structures that hold nothing but packs.
 template <int W, class T> SKEIN_INLINE T select_packs(const Mask<W>& which, const T& a, const T& b) {
@@ -36,6 +35,15 @@ template <int W, class T> SKEIN_INLINE T select_packs(const Mask<W>& which, cons
 
 /// True where joints of a table have such a memory.
 inline bool remembers(const JointSpec& spec) { return form_of(spec) != JointForm::spring || spec.events.any(); }
+/// Numbers of the memory of one.
+inline constexpr std::size_t base_memory_numbers = sizeof(JointMemory<double>) / sizeof(double);
+inline std::size_t memory_numbers(const JointSpec& spec) {
+    return remembers(spec) ? base_memory_numbers + more_memory_numbers(spec) : 0;
+}
+/// That memory of free axes, of the packs of a joint; `more`: numbers besides the first axis.
+template <class P> SKEIN_INLINE AxesMemory<P> axes_memory(P* memory, std::size_t more) {
+    return {reinterpret_cast<JointMemory<P>*>(memory)->axis, more > 0 ? memory + base_memory_numbers : nullptr};
+}
 
 /// The joint of two elements as they are, of which the constants of the start are given.
 template <JointForm Form, int W>
@@ -58,6 +66,7 @@ SKEIN_INLINE JointRest<Pack<W>> made_here(const JoinedElement<Pack<W>>& a, const
     } else if constexpr (Form == JointForm::universal) {
         const Vec3<P> m = transpose_times(b.director, b.axis), across = m - dot(m, n) * n;
         made.axis_b = b.director * ((P(1.0) / max(sqrt(dot(across, across)), P(1e-150))) * across);
+    } else if constexpr (Form == JointForm::ball) { // both directions are of the first
     } else {
         made.axis_b = b.director * n;
         const Vec3<P> c = half * ((b.node + b.next) - (a.node + a.next));

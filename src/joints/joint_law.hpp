@@ -38,12 +38,14 @@ inline JointTurn turn_of(const JointSpec& spec) {
     return spec.kind == JointKind::fixed || spec.kind == JointKind::slider ? JointTurn::fixed : JointTurn::hinge;
 }
 
-/// Joints with a free axis or two axes (joints/axis_law.hpp); spring: all others.
-enum class JointForm { spring, hinge, universal, slider, distance, bushing };
+/// Joints with free axes (joints/axis_law.hpp), ball: spherical ones; spring: all others.
+enum class JointForm { spring, hinge, universal, slider, distance, bushing, ball };
 inline JointForm form_of(const JointSpec& spec) {
     switch (spec.kind) {
     case JointKind::hinge:
         return spec.axis_law.any() ? JointForm::hinge : JointForm::spring;
+    case JointKind::spherical:
+        return spec.has_axes() ? JointForm::ball : JointForm::spring;
     case JointKind::universal:
         return JointForm::universal;
     case JointKind::slider:

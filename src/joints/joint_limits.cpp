@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 #include <map>
 
 namespace skein {
@@ -84,6 +85,23 @@ double slider_way(const JointSpec& table, const Joint& joint) {
 
 namespace {
 
+/// Stiffness and drag of free axes together, of a spherical joint with its cone. A twist turns by 1/cos(swing/2) faster
+/// than the side.
+struct AxesBound {
+    double stiffness, drag;
+};
+AxesBound axes_bound(const JointSpec& table) {
+    const AxisSpec &first = table.axis_law, &second = table.about_second;
+    AxesBound bound{first.stiffness_bound() + second.stiffness_bound(), first.drag_bound() + second.drag_bound()};
+    if (table.law.cone > 0) {
+        const double cosine = std::cos(0.55 * table.law.cone), // a tenth beyond the cone
+            stops = (first.limits.empty() ? 0 : 1 / (cosine * cosine) - 1) + 1;
+        bound.stiffness += stops * first.stop_stiffness;
+        bound.drag += stops * first.stop_damping;
+    }
+    return bound;
+}
+
 /// End of a joint with its longest lever. That of a slider's second side, and of a bushing's first, grows by the way.
 JointEnd at_full_reach(const JointSpec& table, const Joint& joint, const JointEnd& end) {
     const JointEnd* grows = table.kind == JointKind::slider    ? &joint.second
@@ -120,9 +138,10 @@ std::vector<JointBounds> joint_bounds(std::span<const JointSpec> tables, std::sp
                                        (turns ? table.law.torsional_stiffness * m.turn : 0));
                 sums.drag += 2 * (table.law.damping * m.shift + (turns ? table.law.torsional_damping * m.turn : 0));
                 if (form_of(table) == JointForm::spring) continue;
-                const double per = table.kind == JointKind::hinge ? m.turn : m.shift;
-                sums.stiffness += 2 * table.axis_law.stiffness_bound() * per;
-                sums.drag += 4 * table.axis_law.drag_bound() * per; // rates are extrapolated
+                const double per = turns_freely(table.kind) ? m.turn : m.shift;
+                const AxesBound axes = axes_bound(table);
+                sums.stiffness += 2 * axes.stiffness * per;
+                sums.drag += 4 * axes.drag * per; // rates are extrapolated
             }
         }
     std::vector<JointBounds> bounds(groups.size());
@@ -145,10 +164,10 @@ std::vector<JointHolds> joint_holds(std::span<const JointSpec> tables, std::span
     for (const std::vector<Joint>& assembly : joints)
         for (const Joint& joint : assembly) {
             const JointSpec& table = tables[joint.table];
-            const AxisSpec& axis = table.axis_law;
-            const bool about = table.kind == JointKind::hinge; // what the free axis is
-            const double along = table.law.stiffness + (about ? 0 : axis.stiffness_bound()),
-                         turning = table.law.torsional_stiffness + (about ? axis.stiffness_bound() : 0);
+            const double of_axes = axes_bound(table).stiffness;
+            const bool about = turns_freely(table.kind);
+            const double along = table.law.stiffness + (about ? 0 : of_axes),
+                         turning = table.law.torsional_stiffness + (about ? of_axes : 0);
             for (const JointEnd* end : {&joint.first, &joint.second}) {
                 if (end->of_world()) continue;
                 const RodGroup& group = nth(groups, end->group);
@@ -196,7 +215,7 @@ double star_energy(const Star& star,
 }
 
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
-                       const Slot<1>& b, const Slot<1>& b_next, double time, const JointMemory<double>& memory) {
+                       const Slot<1>& b, const Slot<1>& b_next, double time, std::span<const double> memory) {
     using P = Pack<1>;
     const JointConstants<double> c = constants_of(joint);
     const auto element = [](const Slot<1>& at, const Slot<1>& next, double share, double before, const Vec3d& arm,
@@ -209,9 +228,26 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
     P length(c.rest_distance);
     auto first = element(a, a_next, c.share_a, c.share_before_a, c.arm_a, c.axis_a),
          second = element(b, b_next, c.share_b, c.share_before_b, c.arm_b, c.axis_b);
+    AlignedVector<P> own(memory.begin(), memory.end()); // of a copy that goes on to this time
+    const auto works = [&](JointState state) {
+        if (own.empty()) return state;
+        const AxesMemory<P> axes = axes_memory(own.data(), more_memory_numbers(table));
+        state.motor_work = axes.first.motor_work[0];
+        state.lost_work = axes.first.lost_work[0];
+        const auto add = [&](const auto& of) {
+            state.motor_work += of.motor_work[0];
+            state.lost_work += of.lost_work[0];
+        };
+        if (axes.more && table.kind == JointKind::universal) add(*reinterpret_cast<AxisMemory<P>*>(axes.more));
+        else if (axes.more) add(*reinterpret_cast<BallMemory<P>*>(axes.more));
+        return state;
+    };
+    const auto force = [](const JointLoad<P>& load) { return norm(lane(load.force + load.push, 0)); };
     if (table.events.any()) {
-        if (memory.state != 1) return {0, 0, memory.axis.motor_work, memory.axis.lost_work};
-        const JointRest<double>& made = memory.made;
+        JointMemory<double> numbers{};
+        if (!memory.empty()) std::memcpy(&numbers, memory.data(), sizeof numbers);
+        if (numbers.state != 1) return works({});
+        const JointRest<double>& made = numbers.made;
         first.arm = broadcast<1>(made.arm_a);
         first.axis = broadcast<1>(made.axis_a);
         second.arm = broadcast<1>(made.arm_b);
@@ -220,24 +256,22 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
         length = P(made.length);
     }
     if (form_of(table) != JointForm::spring) {
+        if (own.empty()) own.assign(memory_numbers(table), P(0.0)); // as before the first step
         JointLoad<P> other;
-        const AxisMemory<double>& was = memory.axis;
-        AxisMemory<P> of_axis{P(was.anchor), P(was.position), P(was.rate),       P(was.steps),    P(was.interval),
-                              P(was.motor),  P(was.lost),     P(was.motor_work), P(was.lost_work)};
         constexpr double no_first_step = 0;
-        const Motor& motor = table.axis_law.motor;
-        const MotorNow driven = motor.kind == MotorKind::none ? MotorNow{} : motor.at(time);
-        with_form(table, [&]<JointForm Form>() {
-            form_load<Form, 1>(AxisAt{table.law, table.axis_law, driven, no_first_step}, first, second, rest, length,
-                               of_axis, other, &figures);
+        const AxisAt at{table.law,     table.axis_law,  table.about_second, table.motors_at(time),
+                        no_first_step, table.to_world()};
+        const JointLoad<P> load = with_form(table, [&]<JointForm Form>() {
+            return form_load<Form, 1>(at, first, second, rest, length,
+                                      axes_memory(own.data(), more_memory_numbers(table)), other, &figures);
         });
-        return {figures.energy[0], figures.gap[0], of_axis.motor_work[0], of_axis.lost_work[0]};
+        return works({figures.energy[0], figures.gap[0], force(load)});
     }
-    with_joint(table, [&]<JointTurn Turn, bool Damped, bool Repels>() {
+    const JointLoad<P> load = with_joint(table, [&]<JointTurn Turn, bool Damped, bool Repels>() {
         JointLoad<P> other;
-        joint_load<Turn, Damped, Repels, 1>(table.law, first, second, rest, length, other, &figures);
+        return joint_load<Turn, Damped, Repels, 1>(table.law, first, second, rest, length, other, &figures);
     });
-    return {figures.energy[0], figures.gap[0]};
+    return works({figures.energy[0], figures.gap[0], force(load)});
 }
 
 } // namespace skein

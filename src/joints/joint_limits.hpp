@@ -38,16 +38,17 @@ struct JointHolds {
 std::vector<JointHolds> joint_holds(std::span<const JointSpec> tables, std::span<const std::vector<Joint>> joints,
                                     std::span<const RodGroup> groups);
 
-/// Energy of a joint's springs, J, and distance of its points, m; works along its free axis since the start, J.
+/// Energy of a joint's springs, J, distance of its points, m, and force between them, N; works along its free axes
+/// since the start, J.
 struct JointState {
-    double energy = 0, gap = 0, motor_work = 0, lost_work = 0;
+    double energy = 0, gap = 0, force = 0, motor_work = 0, lost_work = 0;
 };
 /// Energy of a junction's half cells, J. element_of(group, rod, k): a slot and the next.
 double star_energy(const Star& star,
                    const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of);
 /// Slots are node and next of the first element, then of the second, at `time`; a body has one slot twice. `memory`: of
-/// the joint, where it has one.
+/// the joint; none: as before its first step.
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
-                       const Slot<1>& b, const Slot<1>& b_next, double time, const JointMemory<double>& memory = {});
+                       const Slot<1>& b, const Slot<1>& b_next, double time, std::span<const double> memory = {});
 
 } // namespace skein

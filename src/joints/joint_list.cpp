@@ -185,10 +185,16 @@ private:
             a.axis = first_.director(i, k) * unit(spec_.axis);
             b.axis = second_.director(j, l) * second_axis();
         }
+        if (spec_.kind == JointKind::spherical) set_twist(a, b, first_.director(i, k), 1);
         add(a, b);
         if (apart) joints_.back().rest_distance = length_between(x, y);
     }
 
+    /// Directions of a spherical joint, both fixed in the first side.
+    void set_twist(JointEnd& a, JointEnd& b, const Quaterniond& director, double sign) const {
+        a.axis = director * (sign * spec_.twist_axis());
+        b.axis = director * (sign * spec_.across_twist());
+    }
     /// Direction that is fixed in the second side: the axis, of universal joints the other one.
     Vec3d second_axis() const { return unit(spec_.kind == JointKind::universal ? spec_.second_axis : spec_.axis); }
     double length_between(const Vec3d& x, const Vec3d& y) const {
@@ -206,6 +212,7 @@ private:
             b.axis = -second_axis(); // angles and ways are those of the rod against the world
             a.axis = first_.director(i, k) * -unit(spec_.axis);
         }
+        if (spec_.kind == JointKind::spherical) set_twist(a, b, first_.director(i, k), -1);
         const bool apart = spec_.kind == JointKind::distance;
         if (apart) a = first_.end(i, k, s, first_.place(i, k, s));
         joints_.push_back(
@@ -280,13 +287,14 @@ private:
 
 } // namespace
 
-std::vector<std::size_t> axes_of_groups(std::span<const JointSpec> tables, std::span<const Joint> joints,
-                                        std::size_t groups) {
+std::vector<std::size_t> joint_memory_of_groups(std::span<const JointSpec> tables, std::span<const Joint> joints,
+                                                std::size_t groups) {
     std::map<std::pair<int, std::int64_t>, std::size_t> of_rod;
     for (const Joint& joint : joints)
-        if (remembers(tables[joint.table])) ++of_rod[{joint.first.group, joint.first.rod}];
+        if (const std::size_t numbers = memory_numbers(tables[joint.table]); numbers > 0)
+            of_rod[{joint.first.group, joint.first.rod}] += numbers;
     std::vector<std::size_t> most(groups, 0);
-    for (const auto& [rod, axes] : of_rod) nth(most, rod.first) = std::max(nth(most, rod.first), axes);
+    for (const auto& [rod, numbers] : of_rod) nth(most, rod.first) = std::max(nth(most, rod.first), numbers);
     return most;
 }
 

@@ -19,7 +19,7 @@ struct JointEnd {
     int element;
     double share; ///< share of the second node in the point's place; 0 of a body
     Vec3d arm;    ///< from there to the point, body, m
-    Vec3d axis;   ///< axis of a hinge, body
+    Vec3d axis;   ///< axis of a hinge, body; of spherical joints both are of the first: its axis, and one across
 
     bool of_world() const { return group == world; }
 };
@@ -31,10 +31,10 @@ struct Joint {
     double rest_distance; ///< distance of the elements' centres at the start, m
 };
 
-/// Most joints with a free axis that a rod of a group is the first side of, by group of the scene: all of its rods have
-/// memory for as many.
-std::vector<std::size_t> axes_of_groups(std::span<const JointSpec> tables, std::span<const Joint> joints,
-                                        std::size_t groups);
+/// Numbers of the memory of joints that a rod of a group is the first side of at most, by group of the scene: all of
+/// its rods have as many.
+std::vector<std::size_t> joint_memory_of_groups(std::span<const JointSpec> tables, std::span<const Joint> joints,
+                                                std::size_t groups);
 
 /// Joints of a scene: its tables, and the joints of a copy of each assembly.
 struct JointLists {

@@ -2,7 +2,59 @@
 
 #include "time/stage_spec.hpp"
 
+#include <cmath>
+
 namespace skein {
+
+namespace {
+
+/// Rate of turning of R(p), in its own axes, from the rate of p.
+Vec3d turning_of(const Vec3d& p, const Vec3d& rate) {
+    const double angle = norm(p), squared = angle * angle;
+    if (angle < 1e-4) return rate - 0.5 * cross(p, rate) + (1.0 / 6) * cross(p, cross(p, rate));
+    return rate - ((1 - std::cos(angle)) / squared) * cross(p, rate) +
+           ((angle - std::sin(angle)) / (squared * angle)) * cross(p, cross(p, rate));
+}
+
+} // namespace
+
+Vec3d JointSpec::twist_axis() const { return zero(axis) ? Vec3d{0, 0, 1} : unit(axis); }
+
+Vec3d JointSpec::across_twist() const {
+    const Vec3d n = twist_axis(), size{std::abs(n.x), std::abs(n.y), std::abs(n.z)};
+    const Vec3d least = size.x <= size.y && size.x <= size.z ? Vec3d{1, 0, 0}
+                        : size.y <= size.z                   ? Vec3d{0, 1, 0}
+                                                             : Vec3d{0, 0, 1};
+    return unit(cross(n, least));
+}
+
+void JointSpec::use(const FormulaScope& names) {
+    for (AxisSpec* law : {&axis_law, &about_second}) law->motor.use(names, turns_freely(kind));
+}
+
+MotorsNow JointSpec::motors_at(double time) const {
+    if (!has_motor()) return {};
+    if (kind == JointKind::spherical) {
+        const MotorsNow lab = axis_law.motor.vector_at(time);
+        const Vec3d n = twist_axis(), u = across_twist(), w = cross(n, u);
+        // Of the world against the first it is the opposite, and so are n and u.
+        const auto own = [&](const Vec3d& v) {
+            return Vec3d{dot(n, v), dot(u, v), to_world() ? -dot(w, v) : dot(w, v)};
+        };
+        const Vec3d p = own(lab.value);
+        return {p, turning_of(p, own(lab.rate))};
+    }
+    MotorsNow now;
+    const auto set = [&](const Motor& motor, double Vec3d::*axis) {
+        if (motor.kind == MotorKind::none) return;
+        const MotorNow one = motor.at(time);
+        now.value.*axis = one.value;
+        now.rate.*axis = one.rate;
+    };
+    set(axis_law.motor, &Vec3d::x);
+    set(about_second.motor, &Vec3d::y);
+    return now;
+}
 
 void JointSpec::fields(FieldVisitor& f) {
     f.choice(
@@ -25,6 +77,12 @@ void JointSpec::fields(FieldVisitor& f) {
              "places of its rods are joined where they start, in each copy",
          .required = true},
         between);
+    f.visit({.name = "name",
+             .unit = "",
+             .text =
+                 "adds columns to the time series: the largest force [N] that one of its joints carries, NAME_force, "
+                 "and the widest gap [m], NAME_gap"},
+            name);
     f.choice({.name = "pairs",
               .unit = "",
               .text = "spherical, hinge, fixed: which rods are joined, by their numbers in a copy: i and i, i and i + "
@@ -36,6 +94,7 @@ void JointSpec::fields(FieldVisitor& f) {
     place_fields(f);
     law.fields(f);
     axis_law.fields(f);
+    f.table({.name = "about_second"}, about_second);
     events.fields(f);
     f.visit(stages_field, stages);
 }
@@ -75,8 +134,9 @@ void JointSpec::place_fields(FieldVisitor& f) {
         {.name = "axis",
          .unit = "-",
          .text =
-             "hinge, slider, universal: direction at the start, in the axes of the assembly; of universal it is fixed "
-             "in the first. Angles and ways are those of the second against the first, of a rod or body "
+             "hinge, slider, universal, spherical: direction at the start, in the axes of the assembly; of universal "
+             "it is fixed in the first, of spherical that of `cone` and of the twist. Angles and ways are those of the "
+             "second against the first, of a rod or body "
              "against the world"},
         axis);
     f.visit({.name = "second_axis", .unit = "-", .text = "universal: direction that is fixed in the second"},
@@ -137,6 +197,13 @@ void JointLaw::fields(FieldVisitor& f) {
              .at_least = 0},
             repulsion);
     f.visit({.name = "rope", .unit = "", .text = "distance: it pulls and never pushes"}, rope);
+    f.visit({.name = "cone",
+             .unit = "rad",
+             .text = "spherical: largest angle by which `axis` of one side leaves that of the other, with the stops of "
+                     "`limits`; 0: without limit",
+             .at_least = 0,
+             .at_most = 2.5},
+            cone);
 }
 
 } // namespace skein

@@ -23,9 +23,14 @@ inline constexpr std::string_view joint_names[] = {"spherical", "hinge",  "fixed
 constexpr bool has_axis(JointKind kind) {
     return kind == JointKind::hinge || kind == JointKind::slider || kind == JointKind::universal;
 }
-/// Kinds with a free axis, which may have springs, stops, friction and a motor.
+/// Kinds with free axes, which may have springs, stops, friction and a motor.
 constexpr bool has_free_axis(JointKind kind) {
-    return kind == JointKind::hinge || kind == JointKind::slider || kind == JointKind::distance;
+    return kind == JointKind::hinge || kind == JointKind::slider || kind == JointKind::distance ||
+           kind == JointKind::universal || kind == JointKind::spherical;
+}
+/// Kinds whose free axes are angles.
+constexpr bool turns_freely(JointKind kind) {
+    return kind == JointKind::hinge || kind == JointKind::universal || kind == JointKind::spherical;
 }
 /// Kinds that join a place of one rod or body to a place of another.
 constexpr bool joins_places(JointKind kind) {
@@ -48,6 +53,7 @@ struct JointLaw {
     double torsional_damping = 0;   ///< nu_t, N m s/rad
     double repulsion = 0;           ///< k_r, N/m^1.5
     bool rope = false;              ///< distance: pulls only
+    double cone = 0;                ///< spherical: largest angle between both axes, rad; 0: without limit
     Vec3d along{1, 1, 1};           ///< bushing: shares of k and nu along d1, d2, d3 of the first
     Vec3d about{1, 1, 1};           ///< bushing: shares of k_t and nu_t about them
 
@@ -72,20 +78,35 @@ struct JointSpec {
     std::vector<long> first, second; ///< listed: numbers of rods
     std::vector<double> at{1, 0};    ///< places on both, over the length; of a body unused
     std::optional<Vec3d> place;      ///< of the joint at the start, m, in the axes of the assembly
-    Vec3d axis{0, 0, 0};             ///< of a hinge or slider, on the first of universal; at the start, as `place`
+    Vec3d axis{0, 0, 0};             ///< of a hinge or slider, on the first of universal; at the start, as `place`;
+                                     ///< of the cone and twist of spherical
     Vec3d second_axis{0, 0, 0};      ///< universal: on the second
     double length = 0;               ///< distance, m; 0: that at the start
     double gap = 0; ///< m: elements whose surfaces are farther apart are not side by side; 0: 1 % of their radii
     JointLaw law;
-    AxisSpec axis_law; ///< along the free axis
+    AxisSpec axis_law;     ///< along the free axis
+    AxisSpec about_second; ///< universal: about the second axis
     JointEvents events;
     std::vector<std::string> stages; ///< in which it holds; empty: all
+    std::string name;                ///< of its columns of the time series; empty: none
     std::string source;              ///< file:line of the table, for messages
 
     void take_away_dashpots() {
         law.damping = law.torsional_damping = 0;
-        axis_law.damping = axis_law.stop_damping = axis_law.friction_damping = 0;
+        for (AxisSpec* axis : {&axis_law, &about_second})
+            axis->damping = axis->stop_damping = axis->friction_damping = 0;
     }
+    /// True where something acts along free axes.
+    bool has_axes() const { return axis_law.any() || about_second.any() || law.cone > 0; }
+    bool has_motor() const {
+        return axis_law.motor.kind != MotorKind::none || about_second.motor.kind != MotorKind::none;
+    }
+    /// Of spherical joints: the axis of cone and twist, and a direction across it, at the start.
+    Vec3d twist_axis() const;
+    Vec3d across_twist() const;
+    /// Reads the formulas of motors.
+    void use(const FormulaScope& names);
+    MotorsNow motors_at(double time) const;
     bool to_world() const { return between.size() == 2 && between[1] == world_name; }
     void fields(FieldVisitor& f);
 

@@ -2,6 +2,7 @@
 copies went, nor where the run was interrupted."""
 
 import pathlib
+import re
 import subprocess
 import unittest
 
@@ -156,6 +157,84 @@ break_force = 3.2
 """
 
 
+GIMBALS = """
+title = "Gimbals and balls that turn round"
+time = {duration = 0.03, dt = 1e-5}
+load = [{kind = "gravity"}]
+output = {series = 0.001, checkpoint = 0.001}
+
+[[assembly]]
+name = "rack"
+placement = {kind = "list", origins = [[0, 0, 0], [0, 2, 0], [0, 4, 0], [3, 0, 0], [3, 2, 0]], tangents = [[0, 0, 1], [0, 0.6, 0.8], [0, 0, 1], [0, 0, 1], [0.6, 0, 0.8]]}
+
+[[bodies]]
+name = "wheels"
+assembly = "rack"
+mass = 0.5
+inertia = [0.001, 0.001, 0.001]
+spheres.radii = [0.05]
+angular_velocity = [100.0, 600.0, 50.0]
+placement = {kind = "list", origins = [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]]}
+
+[[bodies]]
+name = "frames"
+assembly = "rack"
+mass = 0.5
+inertia = [0.001, 0.002, 0.003]
+spheres.radii = [0.05]
+placement = {kind = "list", origins = [[0, 0, 0.2], [0.5, 0, 0.2], [1, 0, 0.2]]}
+
+[[joint]]
+kind = "hinge"
+between = ["wheels", "world"]
+pairs = "listed"
+first = [0]
+axis = [0.0, 1.0, 0.0]
+stiffness = 1e4
+torsional_stiffness = 50.0
+spring = 2.0
+spring_rest = 9.0
+friction = 0.1
+friction_stiffness = 50.0
+motor = {kind = "position", value = "1000*t", stiffness = 1.0, most = 5.0}
+
+[[joint]]
+kind = "universal"
+name = "cross"
+between = ["wheels", "frames"]
+pairs = "listed"
+first = [1]
+second = [1]
+axis = [0.0, 1.0, 0.0]
+second_axis = [1.0, 0.0, 0.0]
+stiffness = 1e4
+torsional_stiffness = 50.0
+friction = 0.1
+friction_stiffness = 50.0
+about_second = {limits = [-0.1, 8.0], stop_stiffness = 20.0, stop_damping = 1e-3, motor = {kind = "rate", value = "900", damping = 1e-3}}
+from = 0.001
+
+[[joint]]
+kind = "spherical"
+name = "ball"
+between = ["wheels", "frames"]
+pairs = "listed"
+first = [2]
+second = [2]
+axis = [0.0, 0.6, 0.8]
+stiffness = 1e4
+spring = 1.0
+cone = 0.5
+limits = [-0.2, 0.4]
+stop_stiffness = 20.0
+stop_damping = 1e-3
+friction = 0.1
+friction_stiffness = 50.0
+motor = {kind = "position", values = ["0.1*sin(300*t)", "20*t", "0"], stiffness = 1.0, damping = 1e-4, most = 0.5}
+break_force = 300.0
+"""
+
+
 class Joints(DriverTest):
     def test_robots_that_touch(self):
         self.scene.write_text(SWARM)
@@ -203,6 +282,26 @@ class Joints(DriverTest):
         self.run_skein("whole", *steps, "--set", "joint.2.break_force=1e9")
         self.assertNotEqual(self.digest("whole"), self.digest("one"), "some joint has broken")
         self.assert_any_way("600", ((1, 2), (2, 1), (3, 1)))
+
+    def test_turns_are_remembered(self):
+        """Hinges beyond a turn, both axes of universal joints, and spherical joints with friction, stops and motors: any ranks, owners, lanes, and parts of a run."""
+        self.scene.write_text(GIMBALS)
+        self.run_skein("one", "--steps", "2000")
+        self.run_skein("held", "--steps", "2000", "--set", "joint.2.break_force=1e9")
+        self.assertNotEqual(self.digest("held"), self.digest("one"), "some joint has broken")
+        self.assertGreater(max(self.series("one")["cross_forceN"]), 0)
+        self.assert_any_way("2000", ((1, 2), (2, 1), (3, 1)))
+
+    def test_turns_of_one_copy(self):
+        self.scene.write_text(re.sub(r"origins = \[\[0, 0, 0\], \[0, 2, 0\].*", "origins = [[0, 0, 0]]}", GIMBALS, count=1))
+        self.run_skein("one", "--steps", "2000", "--lanes", "1")
+        for lanes in ("2", "4"):
+            self.run_skein("lanes" + lanes, "--steps", "2000", "--lanes", lanes)
+            self.run_skein("parts" + lanes, "--steps", "700", "--lanes", lanes)
+            self.run_skein("parts" + lanes, "--steps", "2000", "--lanes", lanes)
+            for out in ("lanes" + lanes, "parts" + lanes):
+                self.assertEqual(self.digest(out), self.digest("one"), out)
+                self.assert_same_series(out, "one")
 
     def test_joints_of_one_copy(self):
         """Joints that are made and break, whose lanes are joints: lanes, and a run in two parts."""

@@ -83,10 +83,10 @@ class Units:
             return COUPLES["rod" if table.get("at", "rod") != "rod" else table.get("per", "length")]
         unit = self.keys[path]["unit"]
         if path.startswith("joint.") and " or " in unit:  # of a turn or of a way; a motor's table knows its joint's kind
-            turns = table.get("of", table["kind"]) == "hinge"
+            turns = (table["of"] if "of" in table else table["kind"]) in ("hinge", "universal", "spherical")
             choices = re.split(", | or ", unit)
-            of_motor = ("position", "rate", "force").index(table["kind"]) if path == "joint.motor.value" else 0
-            return choices[2 * of_motor + (0 if turns else 1)]
+            of_motor = ("position", "rate", "force").index(table["kind"]) if re.search(r"motor\.values?$", path) else 0
+            return choices[of_motor] if path.endswith("values") else choices[2 * of_motor + (0 if turns else 1)]
         if ", " in unit:
             return unit.split(", ")[table.get("law", "hertz") == "hertz"]
         if " or " in unit:
@@ -157,8 +157,12 @@ class Scaled:
                 scaled[key] = {name: one | {"value": one["value"] * self.factor(one["unit"])} if isinstance(one, dict) else one for name, one in value.items()}
             elif of_key in ("load", "damping") and path == "":
                 scaled[key] = [self.of_table(one, f"load.{one['kind']}" if key == "load" else key) for one in value]
-            elif of_key == "joint.motor":
-                scaled[key] = {name: self.of_key(f"{of_key}.{name}", one, value | {"of": table["kind"]}) for name, one in value.items()}
+            elif of_key == "joint.about_second":
+                scaled[key] = {name: one for name, one in self.of_table(value | {"of": table["kind"]}, of_key).items() if name != "of"}
+            elif of_key == "joint.about_second.of":
+                scaled[key] = value
+            elif of_key.startswith("joint.") and key == "motor":
+                scaled[key] = {name: self.of_key(f"{of_key}.{name}", one, value | {"of": table.get("of", table.get("kind"))}) for name, one in value.items()}
             elif isinstance(value, dict):
                 scaled[key] = self.of_table(value, of_key)
             elif isinstance(value, list) and value and isinstance(value[0], dict):

@@ -234,6 +234,9 @@ def rows_of(folder):
         world("joint to the world", kind="spherical"),
         world("joint.limits", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, limits=[1e-9, 1.0], stop_stiffness=0.1, stop_damping=1e-6),
         world("joint.friction", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, friction=1e-3, friction_stiffness=0.1),
+        world("joint.cone", kind="spherical", axis=[0.0, 0.0, 1.0], cone=1e-3, limits=[1e-9, 1.0], stop_stiffness=0.1, spring=0.01, friction=1e-3, friction_stiffness=0.1),
+        world("joint.about_second", kind="universal", axis=[0.0, 0.0, 1.0], second_axis=[0.0, 1.0, 0.0], torsional_stiffness=0.1, spring=0.01, about_second={"spring": 0.01, "limits": [1e-9, 1.0], "stop_stiffness": 0.1}),
+        world("joint.motor.values", kind="spherical", motor={"kind": "position", "values": ["0.01", "0.02", "0"], "stiffness": 0.1}),
         world("joint.until", kind="spherical", until=1e-6), world("joint.from", kind="spherical", **{"from": 1e-6}), world("joint.break_force", kind="spherical", break_force=1e-4),
         *(world(f"joint.motor.kind = {kind}", kind="hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1, motor={"kind": kind, "value": "0.01", **keys})
           for kind, keys in (("position", {"stiffness": 0.1}), ("rate", {"damping": 1e-6}), ("force", {}))),
@@ -274,7 +277,7 @@ NOT_ROWS = {
     "rods.magnetisation.pattern = none": "the default", "contact.friction = anisotropic": "for walls alone", "contact_pair.friction": "as of [contact]", "contact_pair.law": "as of [contact]",
     "fluid.along_x": "rows fluid.along", "fluid.along_y": "rows fluid.along", "fluid.along_z": "rows fluid.along", "fluid.moving_walls": "which walls a velocity is of",
     "load.ramp_shape": "shape of a ramp", "load.frame": "axes of a load", "load.per": "unit of a formula", "load.at": "place of a formula",
-    "joint.pairs": "which rods are joined", "wall.side": "side of tubes and balls",
+    "joint.pairs": "which rods are joined", "joint.about_second.motor.kind": "as joint.motor.kind", "wall.side": "side of tubes and balls",
     "fluid_output.kind": "files", "fluid_output.precision": "files", "fluid_output.across": "files", "fluid_output.criterion": "files",
     "output.precision": "files", "output.paraview": "files", "start.time": "of branches",
 }

@@ -415,5 +415,214 @@ class Linkages(unittest.TestCase):
         self.assertLess(gaps, 2e-4)  # m: 1.45e4 N over k
 
 
+def rotation(v):
+    """The matrix that turns by a rotation vector."""
+    angle = np.linalg.norm(v)
+    cross = np.array([[0.0, -v[2], v[1]], [v[2], 0.0, -v[0]], [-v[1], v[0], 0.0]])
+    return np.eye(3) + np.sinc(angle / np.pi) * cross + 0.5 * np.sinc(0.5 * angle / np.pi)**2 * cross @ cross
+
+
+def rotation_vector(r):
+    sine = 0.5 * np.array([r[2, 1] - r[1, 2], r[0, 2] - r[2, 0], r[1, 0] - r[0, 1]])
+    angle = np.arctan2(np.linalg.norm(sine), 0.5 * (np.trace(r) - 1))
+    return sine / np.sinc(angle / np.pi)
+
+
+def attitude(name="bob"):
+    """The matrix that has turned a body since the start."""
+    return lambda run, start: run[name].directors[0, 0].T @ start[name]
+
+
+def on_the_spot(joint, duration, dt, inertia=(0.02, 0.03, 0.04), spin=(3.0, 1.0, 2.0), **tables):
+    """A body that turns about its centre, where it is joined to the world, so that the spring between the points is at rest."""
+    body = {"name": "bob", "mass": 1.0, "inertia": list(inertia), "spheres": {"radii": [0.05]}, "placement": {"origin": [0.0, 0.0, 0.0]}, "angular_velocity": list(spin)}
+    return scene([body], [{"between": ["bob", "world"], "place": [0.0, 0.0, 0.0], "stiffness": 1e4, **joint}], duration, dt, **tables)
+
+
+def turning(couple, duration, inertia=(0.02, 0.03, 0.04), spin=(3.0, 1.0, 2.0), steps=4000):
+    """The attitude of a body under couple(t, attitude, spin), all in lab axes; d1, d2 and d3 are at x, y and z at the start."""
+    def rates(y):
+        r, w = y[1:10].reshape(3, 3), y[10:]
+        about = r @ np.diag(inertia) @ r.T
+        return np.concatenate([[1.0], (np.cross(w, r.T).T).ravel(), np.linalg.solve(about, couple(y[0], r, w) - np.cross(w, about @ w))])
+
+    return solved(rates, np.concatenate([[0.0], np.eye(3).ravel(), spin]), duration, steps)[0][1:10].reshape(3, 3)
+
+
+class FreeAxes(unittest.TestCase):
+    SPRING, DASHPOT = {"spring": 3.0, "axis_damping": 0.02}, 0.02
+    # Keys of a spherical joint to the world, and the couple on the body.
+    BALLS = {
+        "spring and dashpot": (SPRING, lambda t, r, w: -3.0 * rotation_vector(r) - 0.02 * w),
+        "position": ({"motor": {"kind": "position", "values": ["0.5*sin(10*t)", "1.5*t", "0.2*sin(7*t)"], "stiffness": 5.0, "damping": 0.05}},
+                     lambda t, r, w: FreeAxes.led(t, r, w)),
+        "rate": ({"motor": {"kind": "rate", "values": ["5*t", "2", "-3*t"], "damping": 0.05}}, lambda t, r, w: 0.05 * (np.array([5 * t, 2.0, -3 * t]) - w)),
+        "force": ({"motor": {"kind": "force", "values": ["0.1*sin(20*t)", "0.05", "-0.2*t"]}}, lambda t, r, w: np.array([0.1 * np.sin(20 * t), 0.05, -0.2 * t])),
+    }
+
+    @staticmethod
+    def led(t, r, w):
+        def target(at): return rotation(np.array([0.5 * np.sin(10 * at), 1.5 * at, 0.2 * np.sin(7 * at)]))
+
+        h = 1e-5
+        rate = rotation_vector(target(t + h) @ target(t - h).T) / (2 * h)
+        return -5.0 * rotation_vector(r @ target(t).T) + 0.05 * (rate - w)
+
+    def off(self, joint, duration, dt, truth):
+        found, = samples(on_the_spot(joint, duration, dt), 1, attitude())
+        return np.linalg.norm(rotation_vector(found[0] @ truth.T))
+
+    def test_spherical_joints_are_of_second_order(self):
+        """Springs, dashpots and motors turn a body of three moments of inertia as the differential equation says."""
+        for name, (keys, couple) in self.BALLS.items():
+            truth = turning(couple, 0.5)
+            off = [self.off({"kind": "spherical", **keys}, 0.5, dt, truth) for dt in (2e-3, 1e-3, 5e-4)]
+            print(f"spherical joint, {name}: off by", *(f"{error:.3e}" for error in off), "rad")
+            with self.subTest(name):
+                for coarse, fine in zip(off, off[1:]): self.assertAlmostEqual(coarse / fine, 4.0, delta=0.3)
+                self.assertLess(off[-1], 1e-4)
+
+    def test_stops_of_a_spherical_joint(self):
+        """A ball with three equal moments of inertia strikes the cone, or the limit of its twist, and comes back as from a spring."""
+        about, speed, stiffness = 0.02, 4.0, 50.0
+        contact = np.pi * np.sqrt(about / stiffness)
+        for name, axis, spin, limit in (("cone", [0.0, 0.0, 1.0], [0.0, 1.0, 0.0], 0.4), ("twist", [0.0, 1.0, 0.0], [0.0, 1.0, 0.0], 0.3), ("twist back", [0.0, 1.0, 0.0], [0.0, -1.0, 0.0], 0.2)):
+            stop = {"kind": "spherical", "axis": axis, "cone": 0.4, "limits": [-0.2, 0.3], "stop_stiffness": stiffness}
+            tables = on_the_spot(stop, limit / speed + contact + 0.05, 1e-5, (about,) * 3, speed * np.array(spin))
+            found, times = samples(tables, 20, lambda run, start: np.dot(spin, rotation_vector(attitude()(run, start))), lambda run, start: run.time)
+            back = 2 * limit - speed * (times[-1] - contact)
+            print(f"stop of a spherical joint, {name}: back at {found[-1]:.8f} rad, by the closed form {back:.8f} rad")
+            with self.subTest(name):
+                self.assertAlmostEqual(found[-1], back, delta=1e-6)
+                self.assertLess(found.max(), limit + speed * np.sqrt(about / stiffness) + 1e-6)
+                self.assertGreater(found.max(), limit + 0.5 * speed * np.sqrt(about / stiffness))
+
+    def test_friction_of_a_spherical_joint(self):
+        """Friction brings a ball to rest on the way of constant deceleration, whatever the axis, and holds it against a couple below its own."""
+        about, speed, couple = 0.02, 9.0, 1.0
+        axis = np.array([1.0, 2.0, 2.0]) / 3
+        joint = {"kind": "spherical", "friction": couple, "friction_stiffness": 5e3, "friction_damping": 10.0,
+                 "motor": {"kind": "force", "values": [f"if(t < 0.5, 0, {0.4 * c})" for c in (0.0, 1.0, -1.0)]}}
+        placed, loss, work = samples(on_the_spot(joint, 1.5, 2e-5, (about,) * 3, speed * axis), 150, attitude(),
+                                     lambda run, start: run.observables["joint_loss[J]"], lambda run, start: run.observables["joint_motor_work[J]"])
+        way = 0.5 * about * speed**2 / couple
+        turned, gives, creep = (rotation_vector(placed[i] @ placed[j].T) for i, j in ((45, 0), (-1, 45), (-1, 80)))
+        turned = turned + rotation_vector(placed[0])  # about one axis
+        np.testing.assert_allclose(turned, way * axis, atol=1e-3 * way)
+        self.assertAlmostEqual(loss[45], 0.5 * about * speed**2, delta=1e-4)
+        print(f"friction of a spherical joint: stops after {np.linalg.norm(turned):.6f} rad of {way:.6f}; gives way by {np.linalg.norm(gives):.4e} rad under a couple, then creeps by {np.abs(creep).max():.1e} rad")
+        np.testing.assert_allclose(gives, np.array([0.0, 0.4, -0.4]) / 5e3, atol=1e-9)
+        self.assertLess(np.abs(creep).max(), 1e-12)
+        self.assertGreater(work[-1], 0.0)
+
+    def test_universal_joint_with_laws(self):
+        """Both axes as a hinge's: the body's angles follow Lagrange's equations, to second order in the step, up to a share of 1/torsional_stiffness."""
+        first, second, (a, b, c) = (2.0, 0.01), (3.0, 0.02), (0.02, 0.03, 0.04)
+
+        def rates(y):
+            t, beta, alpha, u, v = y  # about the first axis, y, which the body carries, and about x of the world
+            about, slope = a * np.cos(beta)**2 + c * np.sin(beta)**2, 2 * (c - a) * np.sin(beta) * np.cos(beta)
+            motor = 4.0 * (0.5 * np.sin(10 * t) - alpha) + 0.03 * (5 * np.cos(10 * t) - v)
+            return np.array([1.0, u, v, (0.5 * slope * v * v - first[0] * (beta - 0.1) - first[1] * u) / b,
+                             (-slope * u * v - second[0] * alpha - second[1] * v + motor) / about])
+
+        truth = solved(rates, np.array([0.0, 0.0, 0.0, 3.0, 2.0]), 0.5, 4000)[0][1:3]
+
+        def angles(run, start):
+            r = attitude()(run, start)
+            return np.array([np.arctan2(r[0, 2], r[0, 0]), np.arctan2(r[2, 1], r[1, 1])])
+
+        def found(turning, dt):
+            joint = {"kind": "universal", "axis": [0.0, 1.0, 0.0], "second_axis": [1.0, 0.0, 0.0], "torsional_stiffness": turning, "spring": first[0], "spring_rest": 0.1,
+                     "axis_damping": first[1], "about_second": {"spring": second[0], "axis_damping": second[1],
+                                                                "motor": {"kind": "position", "value": "0.5*sin(10*t)", "stiffness": 4.0, "damping": 0.03}}}
+            return samples(on_the_spot(joint, 0.5, dt, (a, b, c), (2.0, 3.0, 0.0)), 1, angles)[0][0]
+
+        soft = [found(100.0, dt) for dt in (4e-4, 2e-4, 1e-4)]
+        order = np.log2(np.linalg.norm(soft[0] - soft[1]) / np.linalg.norm(soft[1] - soft[2]))
+        off = [np.abs(found(k, dt) - truth).max() for k, dt in ((1e3, 5e-5), (1e4, 2e-5))]
+        print(f"universal joint with springs, dashpots and a motor: order {order:.3f}; off by {off[0]:.2e} rad, with ten times k {off[1]:.2e} rad")
+        self.assertAlmostEqual(order, 2.0, delta=0.1)
+        self.assertAlmostEqual(off[1] / off[0], 0.1, delta=0.02)
+
+    def test_energy_and_momenta(self):
+        """Of two bodies that tumble, with springs and stops of all axes: the energy swings by the square of the step, and momenta stay."""
+        stops = {"limits": [-0.3, 0.25], "stop_stiffness": 20.0}
+        joints = ({"kind": "universal", "axis": [0.0, 1.0, 0.0], "second_axis": [0.0, 0.0, 1.0], "torsional_stiffness": 5.0, "spring": 2.0, "about_second": {"spring": 1.0, **stops}},
+                  {"kind": "spherical", "axis": [0.6, 0.0, 0.8], "cone": 0.3, "spring": 0.5, **stops})
+        for joint in joints:
+            swing = []
+            for dt in (4e-5, 2e-5):
+                bodies = [{"name": name, "mass": 1.0, "inertia": [0.02, 0.015, 0.01], "spheres": {"radii": [0.02]}, "placement": {"origin": [0.3 * i, 0.0, 0.0]}, "angular_velocity": spin}
+                          for i, (name, spin) in enumerate((("one", [3.0, 1.0, 2.0]), ("two", [-1.0, 2.0, 0.5])))]
+                tables = scene(bodies, [{"between": ["one", "two"], "place": [0.15, 0.0, 0.1], "stiffness": 1e3, **joint}], 1.0, dt, output={"observables": ["angular_momentum"]})
+                with opened(tables) as run:
+                    before, found = run.observables, [energy(run)]
+                    while not run.finished: found.append(energy(run.step(100)))
+                    after = run.observables
+                for name in before:
+                    if "momentum" in name: self.assertAlmostEqual(before[name], after[name], delta=2e-13, msg=name)
+                swing.append(np.ptp(found) / found[0])
+            print(f"energy with a {joint['kind']} joint of springs and stops swings by {swing[0]:.2e} and {swing[1]:.2e} of itself")
+            with self.subTest(joint["kind"]):
+                self.assertLess(swing[1], 1e-5)
+                self.assertAlmostEqual(swing[0] / swing[1], 4.0, delta=0.6)
+
+    def test_books_of_free_axes(self):
+        """Works of motors and losses of dashpots close the balance of energy to second order."""
+        def off(joint, dt):
+            with opened(on_the_spot(joint, 0.3, dt, spin=(3.0, 2.0, 0.0))) as run:
+                start, o = energy(run), run.step(run.steps).observables
+                return energy(run) - start - o["joint_motor_work[J]"] + o["joint_loss[J]"]
+
+        motor = {"kind": "position", "stiffness": 5.0, "damping": 0.05}
+        joints = {"spherical": {"kind": "spherical", "spring": 1.0, "axis_damping": 0.02, "motor": motor | {"values": ["2*t", "sin(9*t)", "-1*t"]}},
+                  "universal": {"kind": "universal", "axis": [0.0, 1.0, 0.0], "second_axis": [1.0, 0.0, 0.0], "torsional_stiffness": 50.0, "axis_damping": 0.02, "motor": motor | {"value": "2*t"},
+                                "about_second": {"spring": 1.0, "axis_damping": 0.01, "motor": {"kind": "rate", "value": "-4*t", "damping": 0.1}}}}
+        for name, joint in joints.items():
+            errors = np.array([off(joint, dt) for dt in (4e-4, 2e-4, 1e-4)])
+            print(f"books of a {name} joint: off by {errors} J")
+            with self.subTest(name):
+                self.assertLess(abs(errors[-1]), 1e-4)
+                for coarse, fine in zip(errors, errors[1:]): self.assertAlmostEqual(coarse / fine, 4.0, delta=0.6)
+
+    def test_hinges_count_whole_turns(self):
+        """A wheel on a spring swings two turns each way; stops lie beyond a turn; and a motor winds up to its value."""
+        about, spring, most = 0.02, 0.5, 4 * np.pi
+        rate = np.sqrt(spring / about)
+        wheel = {"kind": "hinge", "axis": [0.0, 1.0, 0.0], "torsional_stiffness": 10.0}
+
+        def end(joint, duration, dt, spin):
+            with opened(on_the_spot(wheel | joint, duration, dt, (about,) * 3, [0.0, spin, 0.0])) as run:
+                angle, last, figure, start = 0.0, 0.0, turn("bob", (0, 1, 0)), {"bob": run["bob"].directors[0, 0].copy()}
+                while not run.finished:
+                    now = figure(run.step(run.steps // 200), start)
+                    angle, last = angle + within_a_turn(now - last), now
+                return angle
+
+        off = [abs(end({"spring": spring}, 2.0, dt, most * rate) - most * np.sin(2.0 * rate)) for dt in (1e-3, 5e-4)]
+        print(f"a wheel on a spring, two turns each way: off by {off[0]:.2e} and {off[1]:.2e} rad")
+        self.assertAlmostEqual(off[0] / off[1], 4.0, delta=0.3)
+        stopped = end({"limits": [-1.0, 10.0], "stop_stiffness": 50.0}, 1.2 + np.pi * np.sqrt(about / 50.0), 1e-5, 10.0)
+        self.assertAlmostEqual(stopped, 8.0, delta=1e-4)
+        wound = end({"motor": {"kind": "position", "value": "6*pi", "stiffness": 0.5, "damping": 0.2}}, 4.0, 1e-3, 0.0)
+        self.assertAlmostEqual(wound, 6 * np.pi, delta=1e-3)
+
+    def test_columns_of_a_joint(self):
+        """A bob at rest on a named joint: its weight, and that over the stiffness."""
+        joint = {"kind": "spherical", "name": "hook", "damping": 100.0}
+        with opened(on_the_spot(joint, 2.0, 1e-4, spin=(0.0, 0.0, 0.0), load=WEIGHT)) as run:
+            o = run.step(run.steps).observables
+        self.assertAlmostEqual(o["hook_force[N]"], GRAVITY, delta=1e-9)
+        self.assertAlmostEqual(o["hook_gap[m]"], GRAVITY / 1e4, delta=1e-12)
+
+    def test_a_stage_ends_by_a_joint(self):
+        """A bob falls into a spring, whose force is its weight times 1 - cos(100 t) by itself."""
+        stages = [{"name": "fall", "until": "hook_force > 5", "check_every": 1e-4}, {"name": "rest"}]
+        with opened(on_the_spot({"kind": "spherical", "name": "hook"}, 0.05, 1e-5, spin=(0.0, 0.0, 0.0), load=WEIGHT, stage=stages)) as run:
+            while run.stage == "fall": run.step(1)
+            self.assertAlmostEqual(run.time, np.arccos(1 - 5 / GRAVITY) / 100, delta=1.3e-4)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -77,6 +77,21 @@ inline std::vector<JointExample> joint_examples(double stiffness = 1e4, double d
                       .damping = 0.001 * damping,
                       .limits = {-0.05, 0.05},
                       .stop_stiffness = 0.1 * turning}});
+    add("universal with springs and a stop", along, on,
+        {.kind = JointKind::universal,
+         .axis = {0, 0, 1},
+         .second_axis = {0, 1, 0},
+         .law = {.torsional_stiffness = turning, .torsional_damping = 0.01 * damping},
+         .axis_law = {.spring = 0.1 * turning, .damping = 0.001 * damping},
+         .about_second = {.spring = 0.05 * turning, .limits = {-0.05, 0.05}, .stop_stiffness = 0.1 * turning}});
+    add("spherical with a spring, a cone and a twist", along, on,
+        {.kind = JointKind::spherical,
+         .axis = {0.6, 0, 0.8},
+         .law = {.cone = 0.05},
+         .axis_law = {.spring = 0.1 * turning,
+                      .damping = 0.001 * damping,
+                      .limits = {-0.03, 0.04},
+                      .stop_stiffness = 0.1 * turning}});
     add("distance", along, stick("on", {0.3, 0, 0.1}, {0, 1, 0}), {.kind = JointKind::distance, .at = {0.4, 0.3}});
     add("bushing", along, on,
         {.kind = JointKind::bushing,

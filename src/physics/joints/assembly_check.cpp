@@ -52,7 +52,9 @@ void to_world(const JointSpec& spec, const RodSpec& rods, Objections& objections
 }
 
 void check_axes(const JointSpec& spec, Objections& objections, const std::string& where) {
-    if (!has_axis(spec.kind)) objections.unused({"axis"}, where);
+    const bool of_cone = spec.kind == JointKind::spherical;
+    if (of_cone && spec.law.cone == 0) objections.unused({"axis"}, where + " without 'cone'");
+    else if (!has_axis(spec.kind) && !of_cone) objections.unused({"axis"}, where);
     else if (zero(spec.axis)) objections.add("axis", fmt::format("'axis', a direction, is needed {}", where));
     if (spec.kind != JointKind::universal) return objections.unused({"second_axis"}, where);
     if (zero(spec.second_axis))
@@ -61,26 +63,59 @@ void check_axes(const JointSpec& spec, Objections& objections, const std::string
         objections.add("second_axis", "'axis' and 'second_axis' must be at right angles");
 }
 
-/// Springs, stops, friction and motor along a free axis.
-void check_free_axis(const SceneSpec& scene, const JointSpec& spec, Objections& objections, const std::string& where) {
-    const AxisSpec& axis = spec.axis_law;
-    if (!has_free_axis(spec.kind)) {
-        objections.unused({"spring", "axis_damping", "limits", "friction"}, where);
-        if (axis.motor.kind != MotorKind::none)
-            objections.add("motor", fmt::format("a motor drives one free axis, and a joint of kind \"{}\" has none",
-                                                nth(joint_names, spec.kind)));
+void check_motor(const SceneSpec& scene, const JointSpec& spec, const Motor& motor, Objections& objections) {
+    TableObjections table(objections, "motor");
+    if (motor.kind == MotorKind::none)
+        return table.unused({"value", "values", "stiffness", "damping", "most"}, "without 'kind'");
+    const std::string kind(nth(motor_names, motor.kind));
+    const bool ball = spec.kind == JointKind::spherical;
+    const char* const key = ball ? "values" : "value";
+    table.unused({ball ? "value" : "values"}, fmt::format("for a joint of kind \"{}\"", nth(joint_names, spec.kind)));
+    if (ball && motor.values.size() != 3)
+        return table.add(
+            "", fmt::format("a motor of kind \"{}\" of a spherical joint needs 'values', three formulas", kind));
+    if (!ball && motor.value.empty()) return table.add("", fmt::format("a motor of kind \"{}\" needs 'value'", kind));
+    if (motor.kind == MotorKind::position && motor.stiffness == 0)
+        table.add("", "a motor of kind \"position\" needs 'stiffness'");
+    if (motor.kind == MotorKind::rate && motor.damping == 0) table.add("", "a motor of kind \"rate\" needs 'damping'");
+    if (motor.kind != MotorKind::position) table.unused({"stiffness"}, fmt::format("for a motor of kind \"{}\"", kind));
+    if (motor.kind == MotorKind::force) table.unused({"damping"}, "for a motor of kind \"force\"");
+    Motor read = motor;
+    read.use(names_for_formulas(scene), turns_freely(spec.kind));
+    if (ball) return add_faults(key, read.faults(), table);
+    for (const FormulaFault& fault : read.faults()) {
+        const std::string message = fmt::format("'value': {}", fault.message);
+        if (fault.part.formula < 0) table.add("value", message);
+        else table.add_within("value", fault.part.begin, fault.part.length, message);
     }
+}
+
+void check_limits(const JointSpec& spec, const AxisSpec& axis, Objections& objections) {
+    if (axis.limits.empty() && spec.law.cone == 0)
+        return objections.unused({"stop_stiffness", "stop_damping"}, "without 'limits'");
+    const bool ball = spec.kind == JointKind::spherical;
+    if (!axis.limits.empty()) {
+        if (axis.limits.size() != 2 || !(axis.limits[0] < axis.limits[1]))
+            return objections.add("limits", "'limits' needs two numbers, the least and the largest");
+        if (ball && (axis.limits[0] < -3 || axis.limits[1] > 3))
+            return objections.add("limits",
+                                  "a twist beyond 3 rad cannot be told from one the other way round: 'limits' "
+                                  "lie between -3 and 3");
+        if (ball && spec.law.cone == 0)
+            return objections.add("limits", "the twist of a spherical joint has no meaning where its axis is turned "
+                                            "round: 'limits' need 'cone'");
+    }
+    if (axis.stop_stiffness == 0)
+        objections.add("", fmt::format("'{}' need{} 'stop_stiffness'", axis.limits.empty() ? "cone" : "limits",
+                                       axis.limits.empty() ? "s" : ""));
+}
+
+/// Springs, stops, friction and motor along a free axis.
+void check_free_axis(const SceneSpec& scene, const JointSpec& spec, const AxisSpec& axis, Objections& objections) {
     if (axis.spring == 0) objections.unused({"spring_rest"}, "without 'spring'");
-    else if (spec.kind == JointKind::hinge && std::abs(axis.spring_rest) > 3)
-        objections.add("spring_rest", "the spring of a hinge rests between -3 and 3 rad; a motor of kind \"position\" "
-                                      "may go round");
-    if (axis.limits.empty()) objections.unused({"stop_stiffness", "stop_damping"}, "without 'limits'");
-    else if (axis.limits.size() != 2 || !(axis.limits[0] < axis.limits[1]))
-        objections.add("limits", "'limits' needs two numbers, the least and the largest");
-    else if (spec.kind == JointKind::hinge && (axis.limits[0] < -3 || axis.limits[1] > 3))
-        objections.add("limits", "a hinge cannot tell turns beyond 3 rad from those the other way round: 'limits' lie "
-                                 "between -3 and 3");
-    else if (axis.stop_stiffness == 0) objections.add("", "'limits' need 'stop_stiffness'");
+    else if (spec.kind == JointKind::spherical)
+        objections.unused({"spring_rest"}, "of a spherical joint, whose spring rests at the start");
+    check_limits(spec, axis, objections);
     if (axis.friction == 0) objections.unused({"friction_stiffness", "friction_damping"}, "without 'friction'");
     else if (axis.friction_stiffness == 0)
         objections.add("", "'friction' needs 'friction_stiffness', of the spring by which it holds");
@@ -88,23 +123,21 @@ void check_free_axis(const SceneSpec& scene, const JointSpec& spec, Objections& 
         (axis.friction > 0 || axis.damping > 0 || axis.stop_damping > 0 || axis.motor.damping > 0))
         objections.add("", "friction and dashpots of joints need integrator = \"verlet\": the kicks of \"pefrl\" go "
                            "backwards too");
-    TableObjections table(objections, "motor");
-    const Motor& motor = axis.motor;
-    if (motor.kind == MotorKind::none) return table.unused({"value", "stiffness", "damping", "most"}, "without 'kind'");
-    const char* const kind = motor_names[static_cast<std::size_t>(motor.kind)].data();
-    if (motor.value.empty()) return table.add("", fmt::format("a motor of kind \"{}\" needs 'value'", kind));
-    if (motor.kind == MotorKind::position && motor.stiffness == 0)
-        table.add("", "a motor of kind \"position\" needs 'stiffness'");
-    if (motor.kind == MotorKind::rate && motor.damping == 0) table.add("", "a motor of kind \"rate\" needs 'damping'");
-    if (motor.kind != MotorKind::position) table.unused({"stiffness"}, fmt::format("for a motor of kind \"{}\"", kind));
-    if (motor.kind == MotorKind::force) table.unused({"damping"}, "for a motor of kind \"force\"");
-    Motor read = motor;
-    read.use(names_for_formulas(scene), spec.kind == JointKind::hinge);
-    for (const FormulaFault& fault : read.faults()) {
-        const std::string message = fmt::format("'value': {}", fault.message);
-        if (fault.part.formula < 0) table.add("value", message);
-        else table.add_within("value", fault.part.begin, fault.part.length, message);
+    check_motor(scene, spec, axis.motor, objections);
+}
+
+void check_free_axes(const SceneSpec& scene, const JointSpec& spec, Objections& objections, const std::string& where) {
+    if (!has_free_axis(spec.kind)) {
+        objections.unused({"spring", "axis_damping", "limits", "friction"}, where);
+        if (spec.axis_law.motor.kind != MotorKind::none)
+            objections.add("motor", fmt::format("a motor drives a free axis, and a joint of kind \"{}\" has none",
+                                                nth(joint_names, spec.kind)));
     }
+    if (spec.kind != JointKind::spherical) objections.unused({"cone"}, where);
+    check_free_axis(scene, spec, spec.axis_law, objections);
+    if (spec.kind != JointKind::universal) return objections.unused({"about_second"}, where);
+    TableObjections second(objections, "about_second");
+    check_free_axis(scene, spec, spec.about_second, second);
 }
 
 void check_events(const SceneSpec& scene, const JointSpec& spec, Objections& objections) {
@@ -159,7 +192,7 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
     if (kind != JointKind::distance) objections.unused({"length", "rope"}, where);
     if (kind != JointKind::bushing) objections.unused({"along", "about"}, where);
     check_axes(spec, objections, where);
-    check_free_axis(scene, spec, objections, where);
+    check_free_axes(scene, spec, objections, where);
     check_events(scene, spec, objections);
     if (kind != JointKind::side_by_side && kind != JointKind::tip_to_side)
         objections.unused({"repulsion", "gap"}, where);
@@ -210,9 +243,29 @@ void check_assemblies(const SceneSpec& scene, Objections& objections) {
     }
 }
 
+/// Names of columns, which walls have too.
+void check_name(const SceneSpec& scene, std::size_t j, Objections& objections) {
+    const JointSpec& spec = scene.joints[j];
+    if (spec.name.empty()) return;
+    if (!good_name(spec.name) || spec.name == "joint")
+        objections.add("name",
+                       fmt::format("'{}' cannot name a joint: use letters, digits, _ and -, and another word than "
+                                   "\"joint\"",
+                                   spec.name));
+    const auto named = [&](const auto& other) { return other.name == spec.name; };
+    if (std::any_of(scene.joints.begin(), scene.joints.begin() + static_cast<std::ptrdiff_t>(j), named))
+        objections.add("name", fmt::format("two joints are named '{}'", spec.name));
+    if (std::any_of(scene.walls.begin(), scene.walls.end(), named))
+        objections.add("name", fmt::format("a wall is named '{}' too, and has a column of that name", spec.name));
+    if (shares_node(spec))
+        objections.add("name", "places that are one node, with stiffness = \"auto\", have no force of their own: give "
+                               "'stiffness' [N/m] and 'torsional_stiffness' [N m/rad]");
+}
+
 void check_joints(const SceneSpec& scene, Objections& objections) {
     for (std::size_t j = 0; j < scene.joints.size(); ++j) {
         TableObjections table(objections, fmt::format("joint.{}", j));
+        check_name(scene, j, table);
         joint(scene, scene.joints[j], table);
     }
 }

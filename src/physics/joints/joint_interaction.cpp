@@ -6,8 +6,8 @@
 #include "tiles/clusters.hpp"
 
 #include <algorithm>
-#include <cstring>
 #include <map>
+#include <span>
 #include <utility>
 
 namespace skein {
@@ -20,25 +20,23 @@ public:
     /// `rods`: places in all.local().
     JointMemories(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all,
                   std::span<const std::size_t> rods) {
-        std::map<int, std::vector<std::size_t>> axes; // by assembly and group
+        std::map<int, std::vector<std::size_t>> of_groups; // by assembly and group
         for (const std::size_t i : rods) {
             const LocalRod& rod = all.local()[i];
             const int assembly = nth(groups, rod.group).assembly()->number;
-            auto& of_assembly = axes[assembly];
+            auto& of_assembly = of_groups[assembly];
             if (of_assembly.empty())
                 of_assembly =
-                    axes_of_groups(plan.joints->tables, nth(plan.joints->of_assembly, assembly), groups.size());
-            const std::size_t numbers = nth(of_assembly, rod.group) * joint_memory_numbers;
+                    joint_memory_of_groups(plan.joints->tables, nth(plan.joints->of_assembly, assembly), groups.size());
+            const std::size_t numbers = nth(of_assembly, rod.group);
             numbers_.push_back(numbers > 0 ? all.memory(i) : std::vector<double>());
             next_.push_back(numbers_.back().size() - numbers);
         }
     }
-    /// The next one of a rod, by its place in `rods`.
-    JointMemory<double> next(std::size_t rod) {
-        JointMemory<double> memory;
-        std::memcpy(&memory, &numbers_[rod][std::exchange(next_[rod], next_[rod] + joint_memory_numbers)],
-                    sizeof memory);
-        return memory;
+    /// The next one of a rod, by its place in `rods`, of a joint of this table.
+    std::span<const double> next(std::size_t rod, const JointSpec& table) {
+        const std::size_t count = memory_numbers(table);
+        return std::span(numbers_[rod]).subspan(std::exchange(next_[rod], next_[rod] + count), count);
     }
 
 private:
@@ -86,6 +84,8 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
              [&](int, std::size_t i, const RodCopy& rod) { state[i].assign(rod.state.begin(), rod.state.end()); });
     JointMemories memory(plan, groups, all, rods);
     JointsNow found;
+    found.forces.assign(plan.joints->tables.size(), 0);
+    found.gaps = found.forces;
     for (std::size_t a = 0; a < plan.assemblies.size(); ++a)
         for (const Joint& joint : plan.joints->of_assembly[a]) {
             const auto of_group = [&](int group) -> const RodGroup& { return nth(groups, group); };
@@ -104,15 +104,15 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
                 const auto k = static_cast<std::size_t>(joint.first.element),
                            l = static_cast<std::size_t>(joint.second.element);
                 const JointSpec& table = plan.joints->tables[joint.table];
-                JointMemory<double> of_joint{};
-                if (remembers(table)) of_joint = memory.next(at->second);
-                const JointState now =
-                    joint_state(table, joint, first[k], first[std::min(k + 1, first.size() - 1)], second[l],
-                                second[std::min(l + 1, second.size() - 1)], at_time.time, of_joint);
+                const JointState now = joint_state(table, joint, first[k], first[std::min(k + 1, first.size() - 1)],
+                                                   second[l], second[std::min(l + 1, second.size() - 1)], at_time.time,
+                                                   memory.next(at->second, table));
                 found.motor_works.push_back(now.motor_work);
                 found.losses.push_back(-now.lost_work);
                 found.energies.push_back(now.energy);
                 found.gap = std::max(found.gap, now.gap);
+                found.forces[joint.table] = std::max(found.forces[joint.table], now.force);
+                found.gaps[joint.table] = std::max(found.gaps[joint.table], now.gap);
             }
         }
     add_stars(plan, groups, place, state, found);
@@ -126,6 +126,12 @@ std::vector<Figure> JointInteraction::figures(const Sample& sample) const {
     if (plan_.has_axes()) {
         figures.push_back({"joint_motor_work[J]", Figure::Of::sum, std::move(now.motor_works)});
         figures.push_back({"joint_loss[J]", Figure::Of::sum, std::move(now.losses)});
+    }
+    for (std::size_t t = 0; t < plan_.joints->tables.size(); ++t) {
+        const std::string& name = plan_.joints->tables[t].name;
+        if (name.empty()) continue;
+        figures.push_back({name + "_force[N]", Figure::Of::largest, {now.forces[t]}});
+        figures.push_back({name + "_gap[m]", Figure::Of::largest, {now.gaps[t]}});
     }
     return figures;
 }

@@ -12,6 +12,7 @@ struct JointsNow {
     std::vector<double> energies;
     double gap = 0;
     std::vector<double> motor_works, losses; ///< of free axes since the start, J
+    std::vector<double> forces, gaps;        ///< largest of each table, N and m
 };
 /// `lag`: by which positions are behind the rates, s. This rank alone.
 JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, const Rods& all, const Sample& at_time);

@@ -23,6 +23,16 @@ namespace skein {
 
 namespace {
 
+std::string axis_text(const AxisSpec& axis) {
+    std::string text;
+    if (axis.spring > 0) text += fmt::format(", spring {:.4g} along its axis", axis.spring);
+    if (!axis.limits.empty()) text += fmt::format(", stops at {:g} and {:g}", axis.limits[0], axis.limits[1]);
+    if (axis.friction > 0) text += fmt::format(", friction {:.4g}", axis.friction);
+    if (axis.motor.kind != MotorKind::none)
+        text += fmt::format(", motor of given {}", nth(motor_names, axis.motor.kind));
+    return text;
+}
+
 std::string joint_text(const JointSpec& joint, std::size_t count) {
     const JointLaw& law = joint.law;
     std::string text =
@@ -33,12 +43,9 @@ std::string joint_text(const JointSpec& joint, std::size_t count) {
     if (law.torsional_stiffness > 0) text += fmt::format(", torsional {:.4g} N m/rad", law.torsional_stiffness);
     if (law.torsional_damping > 0) text += fmt::format(", {:.4g} N m s/rad", law.torsional_damping);
     if (law.repulsion > 0) text += fmt::format(", repulsion {:.4g} N/m^1.5", law.repulsion);
-    const AxisSpec& axis = joint.axis_law;
-    if (axis.spring > 0) text += fmt::format(", spring {:.4g} along its axis", axis.spring);
-    if (!axis.limits.empty()) text += fmt::format(", stops at {:g} and {:g}", axis.limits[0], axis.limits[1]);
-    if (axis.friction > 0) text += fmt::format(", friction {:.4g}", axis.friction);
-    if (axis.motor.kind != MotorKind::none)
-        text += fmt::format(", motor of given {}", nth(motor_names, axis.motor.kind));
+    text += axis_text(joint.axis_law);
+    if (law.cone > 0) text += fmt::format(", a cone of {:g} rad", law.cone);
+    if (joint.about_second.any()) text += ", about its second axis" + axis_text(joint.about_second);
     const JointEvents& events = joint.events;
     if (events.from > 0) text += fmt::format(", made at {:g} s", events.from);
     if (events.until > 0) text += fmt::format(", until {:g} s", events.until);
@@ -83,7 +90,7 @@ public:
         auto lists = std::make_shared<JointLists>();
         lists->tables = scene.joints;
         for (JointSpec& table : lists->tables) {
-            table.axis_law.motor.use(names_for_formulas(scene), table.kind == JointKind::hinge);
+            table.use(names_for_formulas(scene));
             if (scene.time.relax) table.take_away_dashpots(); // pseudo-velocities are none
         }
         for (const AssemblyGroups& of : assemblies_of(input.groups)) {

@@ -25,7 +25,7 @@ struct JointPlan {
     /// True where something acts along a free axis, or a joint comes to an end.
     bool has_axes() const {
         return std::any_of(joints->tables.begin(), joints->tables.end(),
-                           [](const JointSpec& table) { return table.axis_law.any() || table.events.any(); });
+                           [](const JointSpec& table) { return table.has_axes() || table.events.any(); });
     }
 };
 

@@ -58,7 +58,7 @@ void contact_law(const ContactLaw& law, Objections& table) {
 }
 
 void check_joint(const JointSpec& spec, Objections& table) {
-    if (spec.axis_law.motor.kind != MotorKind::none)
+    if (spec.has_motor())
         table.add("motor",
                   "time.relax has no time that a motor could follow: 'spring' and 'spring_rest' hold the axis");
     if (spec.events.from > 0 || spec.events.until > 0)
