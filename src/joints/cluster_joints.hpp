@@ -457,10 +457,13 @@ private:
         if (any(ends)) { // what its springs hold is lost
             JointFigures<P> figures;
             JointLoad<P> other;
+            AxisMemory<P> axis = memory.axis; // figures add works, of lanes that ended before too
+            std::copy_n(axes.more, run.more, more_before.begin());
+            const AxesMemory<P> copy{axis, run.more > 0 ? more_before.data() : nullptr};
             if constexpr (Form == JointForm::spring)
                 joint_load<Turn, true, true, W>(run.spec.law, a, b, memory.made.rest, memory.made.length, other,
                                                 &figures);
-            else node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, axes, &figures);
+            else node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, copy, &figures);
             memory.axis.lost_work = memory.axis.lost_work - select(ends, figures.energy, P(0.0));
             memory.state = select(ends, P(2.0), memory.state);
         }
