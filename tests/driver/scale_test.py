@@ -247,6 +247,7 @@ class Scale(unittest.TestCase):
             path = path.replace("end_motion", "start_motion").replace("rods.end", "rods.start") if path in ("rods.end", "rods.end_free") else path.replace("end_motion", "start_motion")
             if re.match(r"(contact_pair|wall)\.", path) and f"contact.{path.split('.', 1)[1]}" in self.units.keys:
                 path = f"contact.{path.split('.', 1)[1]}"
+            path = path.replace("joint.about_second.", "joint.")
             return re.sub(r"^load\.\w+\.(ramp|onset|ramp_shape)$", r"load.*.\1", path)
 
         def look(table, path):
