@@ -54,88 +54,100 @@ template <class F> double falling_root(F&& f, double value) {
 void ContactLaw::fields(FieldVisitor& f) {
     normal_fields(f);
     friction_fields(f);
-    f.visit(
-        {.name = "soft_until", .unit = "s", .text = "until then soft_stiffness and soft_damping hold", .at_least = 0},
-        soft_until);
-    f.visit({.name = "soft_stiffness", .unit = "N/m, N/m^1.5", .text = "k at the beginning", .at_least = 0},
+    f.visit({.name = "soft_until",
+             .unit = "s",
+             .text = "time until which soft_stiffness and soft_damping replace stiffness and damping",
+             .at_least = 0},
+            soft_until);
+    f.visit({.name = "soft_stiffness", .unit = "N/m, N/m^1.5", .text = "k before soft_until", .at_least = 0},
             soft_stiffness);
-    f.visit({.name = "soft_damping", .unit = "N s/m, N s/m^1.5", .text = "c at the beginning", .at_least = 0},
+    f.visit({.name = "soft_damping", .unit = "N s/m, N s/m^1.5", .text = "c before soft_until", .at_least = 0},
             soft_damping);
-    f.visit({.name = "friction_from", .unit = "s", .text = "no friction before", .at_least = 0}, friction_from);
+    f.visit({.name = "friction_from", .unit = "s", .text = "time at which friction begins", .at_least = 0},
+            friction_from);
 }
 
 void ContactLaw::normal_fields(FieldVisitor& f) {
-    f.choice({.name = "law",
-              .unit = "",
-              .text = "linear: k g + c u_n; hertz: sqrt(g) times that; g: overlap, u_n: speed of approach"},
-             normal, contact_normal_names);
+    f.choice(
+        {.name = "law",
+         .unit = "",
+         .text = "normal force; linear: k g + c u_n; hertz: sqrt(g) (k g + c u_n); g: overlap, u_n: speed of approach"},
+        normal, contact_normal_names);
     f.visit({.name = "stiffness",
              .unit = "N/m, N/m^1.5",
-             .text = "k, at least 0; or \"auto\": such that the contact that bears most overlaps by `accepted_overlap` "
+             .text = "k, at least 0; or \"auto\": the most heavily loaded contact overlaps by `accepted_overlap` "
                      "(docs/theory.md 18)",
              .automatic = automatic},
             stiffness);
     f.visit({.name = "accepted_overlap",
              .unit = "-",
-             .text = "with stiffness = \"auto\": over the diameter, of the contact that bears most",
+             .text = "with stiffness = \"auto\": overlap of the most heavily loaded contact, over the diameter",
              .above = 0,
              .at_most = 0.5},
             accepted_overlap);
     f.visit({.name = "damping",
              .unit = "N s/m, N s/m^1.5",
-             .text = "c; a contact never pulls, whatever its damping",
+             .text = "c; with any damping, a contact never pulls",
              .at_least = 0},
             damping);
     f.visit({.name = "restitution",
              .unit = "-",
-             .text = "instead of stiffness and damping, with collision_time: speed after a central collision of two "
-                     "whole rods over that "
-                     "before; 0: as those say",
+             .text = "coefficient of restitution for a central collision of two whole rods; with collision_time, it "
+                     "replaces stiffness and damping; 0: not used",
              .at_least = 0,
              .at_most = 1},
             restitution);
-    f.visit(
-        {.name = "collision_time", .unit = "s", .text = "how long two colliding rods push each other", .at_least = 0},
-        collision_time);
+    f.visit({.name = "collision_time",
+             .unit = "s",
+             .text = "duration of the collision of two rods, for `restitution`",
+             .at_least = 0},
+            collision_time);
     f.visit({.name = "collision_speed",
              .unit = "m/s",
-             .text = "hertz: the speed of approach of which these two are meant",
+             .text = "hertz: speed of approach for `restitution` and `collision_time`",
              .at_least = 0},
             collision_speed);
 }
 
 void ContactLaw::friction_fields(FieldVisitor& f) {
-    f.choice(
-        {.name = "friction",
-         .unit = "",
-         .text =
-             "memory: a tangential spring that slides at mu N (Cundall, Strack); regularised: mu_k N u_t/max(|u_t|, "
-             "slip_speed); published: none below "
-             "slip_speed, mu_k N from 1.5 times that on; anisotropic, of walls: regularised, with coefficients "
-             "forward, "
-             "backward and sideways"},
-        friction, contact_friction_names);
-    f.visit({.name = "static_friction", .unit = "-", .text = "mu_s of memory", .at_least = 0}, static_friction);
-    f.visit({.name = "kinetic_friction", .unit = "-", .text = "mu_k; below 0: as static_friction", .at_least = -1},
+    f.choice({.name = "friction",
+              .unit = "",
+              .text = "memory: a tangential spring that slides at mu N (Cundall, Strack); regularised: mu_k N "
+                      "u_t/max(|u_t|, slip_speed); published: none below slip_speed, mu_k N above 1.5 slip_speed; "
+                      "anisotropic (walls): regularised, with coefficients forward, backward and sideways"},
+             friction, contact_friction_names);
+    f.visit(
+        {.name = "static_friction", .unit = "-", .text = "memory: mu_s, coefficient of static friction", .at_least = 0},
+        static_friction);
+    f.visit({.name = "kinetic_friction",
+             .unit = "-",
+             .text = "mu_k, coefficient of kinetic friction; below 0: equal to static_friction",
+             .at_least = -1},
             kinetic_friction);
     f.visit({.name = "kinetic_backward",
              .unit = "-",
-             .text = "anisotropic: mu_k of motion against the tangent; kinetic_friction is that along it",
+             .text = "anisotropic: mu_k for motion against the tangent; kinetic_friction is for motion along it",
              .at_least = 0},
             kinetic_backward);
     f.visit({.name = "kinetic_sideways",
              .unit = "-",
-             .text = "anisotropic: mu_k of motion across the tangent",
+             .text = "anisotropic: mu_k for motion across the tangent",
              .at_least = 0},
             kinetic_sideways);
     f.visit({.name = "tangential_share",
              .unit = "-",
-             .text = "memory: stiffness of the tangential spring over the normal one's",
+             .text = "memory: ratio of the tangential to the normal stiffness",
              .above = 0},
             tangential_share);
-    f.visit({.name = "tangential_damping", .unit = "N s/m", .text = "memory: of the tangential spring", .at_least = 0},
+    f.visit({.name = "tangential_damping",
+             .unit = "N s/m",
+             .text = "memory: damping of the tangential spring",
+             .at_least = 0},
             tangential_damping);
-    f.visit({.name = "slip_speed", .unit = "m/s", .text = "regularised, published, anisotropic", .at_least = 0},
+    f.visit({.name = "slip_speed",
+             .unit = "m/s",
+             .text = "regularised, published, anisotropic: speed of the transition from sticking to sliding",
+             .at_least = 0},
             slip_speed);
 }
 

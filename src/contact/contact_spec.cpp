@@ -4,36 +4,37 @@ namespace skein {
 
 void ContactSpec::fields(FieldVisitor& f) {
     law.fields(f);
-    f.visit({.name = "self", .unit = "", .text = "rods touch themselves too"}, self);
-    f.visit({.name = "self_gap",
-             .unit = "m",
-             .text = "elements of one rod nearer than this along it, round a ring either way, never touch, nor do "
-                     "those of two joined rods whose way over the joint is shorter; 0: half the way round the section",
-             .at_least = 0},
-            self_gap);
+    f.visit({.name = "self", .unit = "", .text = "true: a rod may also touch itself"}, self);
+    f.visit(
+        {.name = "self_gap",
+         .unit = "m",
+         .text =
+             "elements of one rod closer than this along the rod (on a ring, either way) never touch; the same holds "
+             "for elements of two joined rods, along the path over the joint; 0: half the circumference of the section",
+         .at_least = 0},
+        self_gap);
     f.visit({.name = "joined",
              .unit = "",
-             .text = "rods and bodies that joints connect, and all of one copy of an assembly, touch each other, but "
-                     "for elements nearer to a joint than `self_gap`; false: they never touch"},
+             .text = "true: rods and bodies connected by joints, or in one copy of an assembly, may touch each other, "
+                     "except elements closer to a joint than `self_gap`; false: they never touch"},
             joined);
     f.visit({.name = "overlap",
              .unit = "-",
-             .text = "over the diameter: the largest that the limit of the time step allows for",
+             .text = "largest overlap, over the diameter, allowed for in the limit of the time step",
              .above = 0,
              .at_most = 1},
             overlap);
     f.visit({.name = "allow_overlap",
              .unit = "",
-             .text = "rods and bodies may overlap at the start by more than `overlap`, and are pushed apart as the law "
-                     "says; elements "
-                     "that never touch, and those whose law has soft_until, may without it; bodies whose axes begin "
-                     "nearer than half "
-                     "the sum of radii may pass each other until they have come apart that far"},
+             .text =
+                 "true: rods and bodies may overlap at the start by more than `overlap`; the contact law pushes them "
+                 "apart. Elements that never touch, or with soft_until, need no such permission. Bodies whose axes "
+                 "start closer than half the sum of their radii may pass each other until they are that far apart"},
             allow_overlap);
 }
 
 void ContactPair::fields(FieldVisitor& f) {
-    f.visit({.name = "between", .unit = "", .text = "two groups, or one twice", .required = true}, between);
+    f.visit({.name = "between", .unit = "", .text = "two groups, or one group twice", .required = true}, between);
     law.fields(f);
 }
 

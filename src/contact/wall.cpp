@@ -45,91 +45,93 @@ void add_sides(const Wall& box, std::vector<Wall>& out) {
 void ServoSpec::fields(FieldVisitor& f) {
     f.visit({.name = "speed",
              .unit = "m/s",
-             .text = "along the wall's velocity, or where it has none along the normal of a plane",
+             .text = "speed along the wall's velocity, or, without one, along the normal of the plane",
              .required = true,
              .above = 0},
             speed);
     f.visit({.name = "watch",
              .unit = "",
-             .text = "name of the wall whose stress decides; of a box a side, as in \"box z-\"",
+             .text = "name of the wall whose stress controls the motion; for a box, one side, such as \"box z-\"",
              .required = true},
             watch);
     f.visit({.name = "area",
              .unit = "m^2",
-             .text = "over which the force on the watched wall is spread",
+             .text = "area by which the force on the watched wall is divided",
              .required = true,
              .above = 0},
             area);
     f.visit({.name = "turn_back_above",
              .unit = "Pa",
-             .text = "stress at which it turns back, with the weight of the rods",
+             .text = "stress at which the wall moves back; it includes the weight of the rods",
              .required = true},
             turn_back_above);
     f.visit({.name = "turn_forth_below",
              .unit = "Pa",
-             .text = "stress below which it turns forth again, with the weight of the rods",
+             .text = "stress below which the wall moves forward again; it includes the weight of the rods",
              .required = true},
             turn_forth_below);
     f.visit({.name = "not_before",
              .unit = "m",
-             .text = "it turns forth only when its point, measured against its way forth, is beyond this: of a lid "
-                     "that goes down "
-                     "z, the height"},
+             .text = "the wall moves forward again only if its point, measured against the forward direction, is above "
+                     "this; for a lid that moves down z, the height"},
             not_before);
-    f.visit(
-        {.name = "cycles", .unit = "-", .text = "ways forth and back before it stops; 0: without end", .at_least = 0},
-        cycles);
+    f.visit({.name = "cycles",
+             .unit = "-",
+             .text = "number of cycles forward and back before it stops; 0: no end",
+             .at_least = 0},
+            cycles);
     f.visit({.name = "average",
              .unit = "s",
-             .text = "time over which the stress is averaged (exponentially), as rods that hit the watched wall make "
-                     "it jump; 0: none",
+             .text = "time constant of the exponential average of the stress, which jumps when rods hit the watched "
+                     "wall; 0: no average",
              .at_least = 0},
             average);
     f.visit({.name = "approach",
              .unit = "m/s",
-             .text = "speed at first, until something touches the wall or it is at approach_to; 0: as speed",
+             .text = "initial speed, until something touches the wall or it reaches approach_to; 0: equal to speed",
              .at_least = 0},
             approach);
     f.visit({.name = "approach_to",
              .unit = "m",
-             .text = "where its point, measured against its way forth, ends the approach"},
+             .text = "position of its point, measured against the forward direction, at which the approach ends"},
             approach_to);
-    f.visit({.name = "ends_run", .unit = "", .text = "the run ends when the last cycle is done"}, ends_run);
+    f.visit({.name = "ends_run", .unit = "", .text = "true: the run ends with the last cycle"}, ends_run);
 }
 
 void Wall::fields(FieldVisitor& f) {
-    f.visit({.name = "name", .unit = "", .text = "of the wall, in tables and for servos", .required = true}, name);
-    f.choice({.name = "kind", .unit = "", .text = "which shape", .required = true}, kind, wall_names);
-    f.visit({.name = "point", .unit = "m", .text = "on a plane, on a tube's axis, or a ball's centre"}, point);
-    f.visit({.name = "normal", .unit = "-", .text = "plane: direction of the side where rods are"}, normal);
-    f.visit({.name = "axis", .unit = "-", .text = "tube: its direction"}, axis);
-    f.visit({.name = "radius", .unit = "m", .text = "tube, ball", .at_least = 0}, radius);
-    f.choice({.name = "side", .unit = "", .text = "tube, ball: where rods are"}, side, wall_side_names);
+    f.visit({.name = "name", .unit = "", .text = "name of the wall, in tables and for servos", .required = true}, name);
+    f.choice({.name = "kind", .unit = "", .text = "shape of the wall", .required = true}, kind, wall_names);
+    f.visit({.name = "point",
+             .unit = "m",
+             .text = "a point on the plane, a point on the axis of the tube, or the centre of the ball"},
+            point);
+    f.visit({.name = "normal", .unit = "-", .text = "plane: normal, towards the rods"}, normal);
+    f.visit({.name = "axis", .unit = "-", .text = "tube: direction of its axis"}, axis);
+    f.visit({.name = "radius", .unit = "m", .text = "tube, ball: radius", .at_least = 0}, radius);
+    f.choice({.name = "side", .unit = "", .text = "tube, ball: side of the rods"}, side, wall_side_names);
     f.visit({.name = "lower", .unit = "m", .text = "box: corner with the smallest coordinates; rods are inside"},
             lower);
     f.visit({.name = "upper", .unit = "m", .text = "box: corner with the largest coordinates"}, upper);
     f.visit({.name = "open", .unit = "", .text = "box: sides left open, of x-, x+, y-, y+, z-, z+"}, open);
     law.fields(f);
-    f.visit({.name = "rods", .unit = "", .text = "groups it acts on; all where absent"}, rods);
+    f.visit({.name = "rods", .unit = "", .text = "groups on which it acts; default: all"}, rods);
     f.choice({.name = "touches",
               .unit = "",
-              .text = "what of the rods touches it: their surface, with round ends, or their axis, as if they were cut "
-                      "off flat and had "
-                      "no width"},
+              .text = "part of the rods that touches the wall; surface: with round ends; axis: the centreline, without "
+                      "width and round ends"},
              touches, wall_touch_names);
     f.visit({.name = "allow_overlap",
              .unit = "",
-             .text = "free nodes may be behind it at the start, or in it by more than 0.1 of the diameter; with "
-                     "soft_until they may "
-                     "without it"},
+             .text = "true: free nodes may start behind the wall, or in it by more than 0.1 of the diameter; with "
+                     "soft_until they may in any case"},
             allow_overlap);
     f.visit({.name = "velocity",
              .unit = "m/s",
-             .text = "at which it moves steadily; with a servo the direction of its way forth"},
+             .text = "constant velocity of the wall; with a servo, its forward direction"},
             velocity);
-    f.visit({.name = "from", .unit = "s", .text = "time from which it moves", .at_least = 0}, from);
+    f.visit({.name = "from", .unit = "s", .text = "time at which the wall begins to move", .at_least = 0}, from);
     f.visit(stages_field, stages);
-    f.table({.name = "servo", .unit = "", .text = "moves the wall forth and back by the stress on a wall"}, servo);
+    f.table({.name = "servo", .unit = "", .text = "moves the wall forward and back by the stress on a wall"}, servo);
 }
 
 bool Wall::acts_on(const std::string& group) const {

@@ -15,9 +15,8 @@ void FluidSpec::fields(FieldVisitor& f) {
     drive_fields(f);
     f.visit({.name = "velocity_formula",
              .unit = "m/s",
-             .text = "three formulas of x, y and z: velocity at the start, of which the part without divergence is "
-                     "taken; empty: at rest, "
-                     "or the inflow"},
+             .text = "three formulas of x, y and z: velocity at the start; its divergence-free part is used; empty: "
+                     "fluid at rest, or the inflow"},
             velocity_formula);
     scheme_fields(f);
     pressure_fields(f);
@@ -26,9 +25,8 @@ void FluidSpec::fields(FieldVisitor& f) {
 void FluidSpec::box_fields(FieldVisitor& f) {
     f.visit({.name = "cells",
              .unit = "-",
-             .text = "numbers of cells along x, y and z: products of 2, 3, 5 and 7 where the pressure is direct; "
-                     "needed but with "
-                     "margins"},
+             .text = "numbers of cells along x, y and z; with direct pressure, products of 2, 3, 5 and 7; required "
+                     "unless margins are given"},
             cells);
     f.visit({.name = "spacing", .unit = "m", .text = "edge of a cell, which is a cube", .required = true, .above = 0},
             spacing);
@@ -36,19 +34,20 @@ void FluidSpec::box_fields(FieldVisitor& f) {
     f.visit_optional(
         {.name = "margin_lower",
          .unit = "m",
-         .text = "instead of `cells` and `lower`: the box reaches so far beyond the axes of rods at the start, as if "
-                 "they were straight, towards lower x, y and z; what smooth numbers of cells add is shared by both "
-                 "sides"},
+         .text =
+             "margins between the axes of rods at the start, taken as straight, and the box, towards lower x, y and z; "
+             "replaces `cells` and `lower`. If the numbers of cells are rounded up, both sides share the addition"},
         margin_lower);
     f.visit_optional(
-        {.name = "margin_upper", .unit = "m", .text = "the same towards upper x, y and z; absent: as the other one"},
+        {.name = "margin_upper", .unit = "m", .text = "margins towards upper x, y and z; default: `margin_lower`"},
         margin_upper);
-    f.visit({.name = "follows_rods",
-             .unit = "",
-             .text = "the box moves along x with the middle of all rods, by whole cells: fluid at rest comes in on one "
-                     "side, and "
-                     "what leaves on the other is gone. Needs along_x = \"free_slip\" or \"no_slip\""},
-            follows_rods);
+    f.visit(
+        {.name = "follows_rods",
+         .unit = "",
+         .text =
+             "true: the box moves along x with the middle of all rods, by whole cells. Fluid at rest enters on one "
+             "side, and the fluid that leaves on the other is discarded. Needs along_x = \"free_slip\" or \"no_slip\""},
+        follows_rods);
 }
 
 void FluidSpec::boundary_fields(FieldVisitor& f) {
@@ -56,40 +55,38 @@ void FluidSpec::boundary_fields(FieldVisitor& f) {
         f.choice({.name = name, .unit = "", .text = text}, value, fluid_boundary_names);
     };
     boundary("along_x",
-             "what bounds the box across x: through, in at the lower face and out at the upper one, is for x alone",
+             "boundary condition at the faces normal to x; through (only x): inflow at the lower face, outflow at the "
+             "upper face",
              along_x);
-    boundary("along_y", "the same across y", along_y);
-    boundary("along_z", "the same across z", along_z);
-    f.visit({.name = "inflow", .unit = "m/s", .text = "velocity at the lower face where the fluid flows through"},
-            inflow);
+    boundary("along_y", "boundary condition at the faces normal to y", along_y);
+    boundary("along_z", "boundary condition at the faces normal to z", along_z);
+    f.visit({.name = "inflow", .unit = "m/s", .text = "with \"through\": velocity at the lower face"}, inflow);
     f.choice({.name = "inflow_profile",
               .unit = "",
-              .text = "parabolic: that of a channel between no_slip walls across y or z, whose mean is `inflow`; "
-                      "between walls across both "
-                      "the product of two parabolas, 7 % faster in the middle of a square than the flow of a duct, "
-                      "which forms on "
-                      "the way"},
+              .text = "parabolic: profile of a channel between no_slip walls normal to y or z, with the mean `inflow`. "
+                      "Between walls in both directions it is the product of two parabolas. In the middle of a square "
+                      "this is 7 % faster than the flow of a duct, which develops downstream"},
              inflow_profile, inflow_profile_names);
 }
 
 void FluidSpec::drive_fields(FieldVisitor& f) {
-    f.visit({.name = "acceleration", .unit = "m/s^2", .text = "of all of the fluid, by what drives it"}, acceleration);
+    f.visit({.name = "acceleration", .unit = "m/s^2", .text = "acceleration of the fluid by a uniform driving force"},
+            acceleration);
     f.visit({.name = "lower_wall_velocity",
              .unit = "m/s",
-             .text = "of the lower no_slip wall, along itself; see moving_walls"},
+             .text = "velocity of the lower no_slip wall, in its plane; see moving_walls"},
             lower_wall_velocity);
-    f.visit({.name = "upper_wall_velocity", .unit = "m/s", .text = "of the upper one"}, upper_wall_velocity);
+    f.visit({.name = "upper_wall_velocity", .unit = "m/s", .text = "velocity of the upper no_slip wall, in its plane"},
+            upper_wall_velocity);
     f.choice({.name = "moving_walls",
               .unit = "",
-              .text = "direction across which the walls with these velocities lie, all others rest; auto: that of the "
-                      "no_slip walls, "
-                      "where they are of one direction"},
+              .text = "normal direction of the walls with these velocities; other walls are at rest; auto: direction "
+                      "of the no_slip walls, if there is only one"},
              moving_walls, moving_walls_names);
     f.visit({.name = "frequency",
              .unit = "Hz",
-             .text = "acceleration and velocities of walls are multiplied by cos(2 pi frequency t), and a step is at "
-                     "most a fortieth of "
-                     "a period; 0: they are steady",
+             .text = "frequency f of a factor cos(2 pi f t) on the acceleration and the velocities of walls; a step is "
+                     "at most a fortieth of a period; 0: they are steady",
              .at_least = 0},
             frequency);
 }
@@ -104,30 +101,27 @@ void FluidSpec::scheme_fields(FieldVisitor& f) {
                   "not limit the "
                   "step, for low Reynolds numbers"},
              scheme, flow_scheme_names);
+    f.visit({.name = "courant",
+             .unit = "-",
+             .text = "largest Courant number: sum over directions of velocity times step over spacing; a longer step "
+                     "of the scene is divided",
+             .above = 0,
+             .at_most = 1.5},
+            courant);
     f.visit(
-        {.name = "courant",
-         .unit = "-",
+        {.name = "expected_speed",
+         .unit = "m/s",
          .text =
-             "largest sum over directions of velocity times step over spacing; longer steps of the scene are divided",
-         .above = 0,
-         .at_most = 1.5},
-        courant);
-    f.visit({.name = "expected_speed",
-             .unit = "m/s",
-             .text = "speed that plans predict the number of steps from, and with rods take the longest step of the "
-                     "fluid from. 0: "
-                     "the largest of inflow, walls, an acceleration that swings, velocity at the start, obstacles and "
-                     "what rods are "
-                     "bound to do: by velocities at the start, moved ends, weight, muscles and rest curvature",
-             .at_least = 0},
-            expected_speed);
+             "largest fluid speed expected; predicts the number of steps and, with rods, sets the fluid step. 0: "
+             "largest of inflow, walls, oscillating acceleration, velocity at the start, obstacles, and the expected "
+             "speed of rods (from velocities at the start, moved ends, weight, muscles and rest curvature)",
+         .at_least = 0},
+        expected_speed);
     f.visit({.name = "largest_slip",
              .unit = "-",
-             .text = "of rods that feel the fluid by direct forcing: where the difference of velocities at markers is "
-                     "above this share "
-                     "of the largest speed, steps of the fluid become shorter, down to 15 steps of rods (1 of "
-                     "one-stage schemes); 0: "
-                     "they do not",
+             .text = "largest slip over the largest speed, for two-way coupling by direct forcing. If the slip at "
+                     "markers is larger, the fluid step becomes shorter, down to 15 steps of the rods (1 with "
+                     "one-stage schemes); 0: no limit",
              .at_least = 0},
             largest_slip);
 }
@@ -135,34 +129,28 @@ void FluidSpec::scheme_fields(FieldVisitor& f) {
 void FluidSpec::pressure_fields(FieldVisitor& f) {
     f.choice({.name = "pressure",
               .unit = "",
-              .text = "direct: Poisson's equation by transforms; multigrid: by iterations, for any numbers of cells, "
-                      "at many times "
-                      "the cost, with bits that depend on the number of ranks; needs PETSc"},
+              .text = "solver of the pressure; direct: transforms; multigrid: iterations with PETSc, for any numbers "
+                      "of cells; it costs many times more, and its bits depend on the number of ranks"},
              pressure, pressure_method_names);
     f.choice({.name = "pressure_exchange",
               .unit = "",
-              .text = "what ranks exchange in a direct solve: transposes: coefficients, which change ranks and come "
-                      "back, with the "
-                      "same bits on any ranks; interfaces: numbers at interfaces of slabs alone, far fewer, with "
-                      "results that agree "
-                      "to about 1e-12 on other numbers of ranks, not in bits"},
+              .text = "messages of a direct solve; transposes: all coefficients, forth and back, with the same bits on "
+                      "any number of ranks; interfaces: only the numbers at interfaces of slabs, far fewer; results on "
+                      "other numbers of ranks agree to about 1e-12, not in bits"},
              pressure_exchange, column_exchange_names);
     f.visit({.name = "pressure_tolerance",
              .unit = "-",
-             .text = "residual at which multigrid is done, over the right side",
+             .text = "relative residual at which multigrid stops",
              .at_least = 1e-14,
              .at_most = 1e-2},
             pressure_tolerance);
-    f.visit(
-        {.name = "ranks_across",
-         .unit = "-",
-         .text =
-             "ranks that share the rows of a slab of planes along y: a divisor of the number of ranks, all of which "
-             "then "
-             "make fewer slabs; a rank needs two rows, and two planes. 0: as few as the planes allow. With transposes "
-             "results do not depend on it, and it may change at a restart",
-         .at_least = 0},
-        ranks_across);
+    f.visit({.name = "ranks_across",
+             .unit = "-",
+             .text = "number of ranks that share the rows of a slab of planes along y, a divisor of the number of "
+                     "ranks. A larger number makes fewer slabs; a rank needs two rows and two planes. 0: as few as the "
+                     "planes allow. With transposes results do not depend on it, and it may change at a restart",
+             .at_least = 0},
+            ranks_across);
 }
 
 int FluidSpec::moving_direction() const {

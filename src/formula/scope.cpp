@@ -13,8 +13,8 @@
 namespace skein {
 
 void FormulaTable::fields(FieldVisitor& f) {
-    f.visit({.name = "name", .text = "name in formulas, as in gust(t)", .required = true}, name);
-    f.visit({.name = "at", .text = "points in rising order: times, or values of another variable"}, at);
+    f.visit({.name = "name", .text = "name in formulas, such as gust for gust(t)", .required = true}, name);
+    f.visit({.name = "at", .text = "points in ascending order: times, or values of another variable"}, at);
     f.visit({.name = "value", .text = "values at the points, with linear interpolation between them"}, value);
     f.visit({.name = "file",
              .text = "file of comma-separated values, relative to the scene, instead of `at` and `value`: a line of "

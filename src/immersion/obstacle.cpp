@@ -9,32 +9,32 @@
 namespace skein {
 
 void Obstacle::fields(FieldVisitor& f) {
-    f.visit({.name = "name", .unit = "", .text = "of its columns in the time series"}, name);
+    f.visit({.name = "name", .unit = "", .text = "name of its columns in the time series"}, name);
     f.choice({.name = "kind", .unit = "", .text = "sphere, or cylinder along z through the whole box"}, kind,
              obstacle_names);
-    f.visit(
-        {.name = "centre", .unit = "m", .text = "of it at the start; of a cylinder z has no meaning", .required = true},
-        centre);
+    f.visit({.name = "centre",
+             .unit = "m",
+             .text = "centre at the start; z has no meaning for a cylinder",
+             .required = true},
+            centre);
     f.visit({.name = "radius",
              .unit = "m",
-             .text = "radius; of a cylinder with a second one that along x",
+             .text = "radius; for a cylinder with second_radius, half axis along x",
              .required = true,
              .above = 0},
             radius);
     f.visit({.name = "second_radius",
              .unit = "m",
-             .text = "of a cylinder: half axis along y; 0: as `radius`",
+             .text = "cylinder: half axis along y; 0: equal to `radius`",
              .at_least = 0},
             second_radius);
     f.visit({.name = "velocity", .unit = "m/s", .text = "steady velocity"}, velocity);
-    f.visit({.name = "amplitude", .unit = "m", .text = "of a sine that is added to its place"}, amplitude);
-    f.visit({.name = "frequency", .unit = "Hz", .text = "of that sine", .at_least = 0}, frequency);
+    f.visit({.name = "amplitude", .unit = "m", .text = "amplitude of a sinusoidal displacement"}, amplitude);
+    f.visit({.name = "frequency", .unit = "Hz", .text = "frequency of this displacement", .at_least = 0}, frequency);
     f.visit({.name = "retraction",
              .unit = "-",
-             .text = "how far markers lie within the surface, over the spacing of the grid: a body acts as if it were "
-                     "larger than its "
-                     "markers. 0.4 is for the drag at Re = 100 with two sweeps of an explicit scheme, 0.3 for that of "
-                     "Stokes flow",
+             .text = "inward offset of the markers, in cells (immersed bodies appear too large); 0.4 fits the drag at "
+                     "Re = 100 with two sweeps of an explicit scheme, 0.3 the drag in Stokes flow",
              .at_least = 0,
              .at_most = 2},
             retraction);

@@ -9,15 +9,13 @@ namespace skein {
 void StartSpec::fields(FieldVisitor& f) {
     f.visit({.name = "from",
              .unit = "",
-             .text = "run whose state this one begins with: its directory, newest checkpoint, or directory@step; "
-                     "relative to this "
-                     "file's folder"},
+             .text = "run whose state is the initial state: its directory (newest checkpoint) or directory@step; "
+                     "relative to this file's folder"},
             from);
     f.choice({.name = "time",
               .unit = "",
-              .text = "goes_on: time and steps go on from that state's; zero: both begin anew, and with them whatever "
-                      "is a function "
-                      "of time"},
+              .text = "goes_on: time and steps continue from this state; zero: both begin at zero, and with them all "
+                      "functions of time"},
              time, start_time_names);
 }
 

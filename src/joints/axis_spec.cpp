@@ -37,28 +37,29 @@ MotorsNow Motor::vector_at(double time) const {
 void Motor::fields(FieldVisitor& f) {
     f.choice({.name = "kind",
               .unit = "",
-              .text = "position: a spring and a dashpot draw the axis to `value`; rate: a dashpot to that rate; force: "
-                      "that force or couple"},
+              .text = "position: a spring and a dashpot pull the axis to `value`; rate: a dashpot drives it at this "
+                      "rate; force: this force or couple acts"},
              kind, motor_names);
     f.visit({.name = "value",
              .unit = "rad, m, rad/s, m/s, N m or N",
-             .text =
-                 "formula of `t`: angle [rad] or way [m] from the start, rate, or couple [N m] or force [N]; tables "
-                 "that it names can be driven"},
+             .text = "formula of `t`: angle [rad] or displacement [m] from the start, rate, or couple [N m] or force "
+                     "[N]; a program can drive the tables in it"},
             value);
     f.visit({.name = "values",
              .unit = "rad, rad/s or N m",
              .text =
-                 "spherical, in the place of `value`: three formulas, of the rotation vector from the start, of the "
-                 "rate of turning or of the couple; along the axes of the assembly at the start, which the first "
+                 "spherical, instead of `value`: three formulas of the rotation vector from the start, of the rate of "
+                 "turning, or of the couple; components in the axes of the assembly at the start, which the first "
                  "side carries"},
             values);
-    f.visit({.name = "stiffness", .unit = "N m/rad or N/m", .text = "position: of its spring", .at_least = 0},
+    f.visit({.name = "stiffness", .unit = "N m/rad or N/m", .text = "position: stiffness of the spring", .at_least = 0},
             stiffness);
-    f.visit({.name = "damping", .unit = "N m s/rad or N s/m", .text = "position, rate: of its dashpot", .at_least = 0},
+    f.visit({.name = "damping",
+             .unit = "N m s/rad or N s/m",
+             .text = "position, rate: damping of the dashpot",
+             .at_least = 0},
             damping);
-    f.visit({.name = "most", .unit = "N m or N", .text = "largest couple or force; 0: without limit", .at_least = 0},
-            most);
+    f.visit({.name = "most", .unit = "N m or N", .text = "largest couple or force; 0: no limit", .at_least = 0}, most);
 }
 
 double AxisSpec::reach() const {
@@ -76,43 +77,50 @@ double AxisSpec::drag_bound() const {
 void AxisSpec::fields(FieldVisitor& f) {
     f.visit({.name = "spring",
              .unit = "N m/rad or N/m",
-             .text = "of the free axis: stiffness of a spring along it; the axis counts from 0 at the start; "
-                     "spherical: towards the attitude of the start",
+             .text =
+                 "free axis: stiffness of a spring along it; its coordinate is 0 at the start; spherical: towards the "
+                 "attitude at the start",
              .at_least = 0},
             spring);
-    f.visit({.name = "spring_rest", .unit = "rad or m", .text = "where that spring rests"}, spring_rest);
+    f.visit({.name = "spring_rest",
+             .unit = "rad or m",
+             .text = "free axis: coordinate at which the spring is free of force"},
+            spring_rest);
     f.visit({.name = "axis_damping",
              .unit = "N m s/rad or N s/m",
-             .text = "of the free axis: of a dashpot along it",
+             .text = "free axis: damping of a dashpot along it",
              .at_least = 0},
             damping);
     f.visit({.name = "limits",
              .unit = "rad or m",
-             .text = "of the free axis: least and largest; angles count whole turns; spherical: of the twist about "
-                     "`axis`, between -3 and 3 rad"},
+             .text = "free axis: smallest and largest coordinate; angles count whole turns; spherical: limits of the "
+                     "twist about `axis`, between -3 and 3 rad"},
             limits);
     f.visit({.name = "stop_stiffness",
              .unit = "N m/rad or N/m",
-             .text = "of the stops at `limits`, and at `cone`",
+             .text = "stiffness of the stops at `limits` and at `cone`",
              .at_least = 0},
             stop_stiffness);
-    f.visit(
-        {.name = "stop_damping", .unit = "N m s/rad or N s/m", .text = "of the stops, which never pull", .at_least = 0},
-        stop_damping);
+    f.visit({.name = "stop_damping",
+             .unit = "N m s/rad or N s/m",
+             .text = "damping of the stops, which never pull",
+             .at_least = 0},
+            stop_damping);
     f.visit({.name = "friction",
              .unit = "N m or N",
-             .text = "of the free axis: largest couple or force of dry friction, which holds what is at rest; "
-                     "spherical: in all directions",
+             .text =
+                 "free axis: largest couple or force of dry friction, which holds the axis at rest; spherical: in all "
+                 "directions",
              .at_least = 0},
             friction);
     f.visit({.name = "friction_stiffness",
              .unit = "N m/rad or N/m",
-             .text = "of the spring by which friction holds",
+             .text = "stiffness of the spring by which friction holds",
              .at_least = 0},
             friction_stiffness);
     f.visit({.name = "friction_damping",
              .unit = "N m s/rad or N s/m",
-             .text = "of the dashpot beside that spring, while it holds",
+             .text = "damping of the dashpot parallel to that spring, while friction holds",
              .at_least = 0},
             friction_damping);
     f.table({.name = "motor"}, motor);

@@ -60,33 +60,29 @@ void JointSpec::fields(FieldVisitor& f) {
     f.choice(
         {.name = "kind",
          .unit = "",
-         .text =
-             "spherical: two points stay together; hinge: and an axis; fixed: and both frames; side_by_side: sides of "
-             "neighbouring elements; tip_to_side: an end and the nearest side, as a hinge about the end's own axis; "
-             "universal: two points, and two axes at right angles; slider: both frames, while a point moves along "
-             "`axis`; distance: two points keep their distance; bushing: springs and dashpots along and about d1, d2, "
-             "d3 of "
-             "the first, in shares of their numbers",
+         .text = "spherical: joins two points; hinge: two points and an axis; fixed: two points and both frames; "
+                 "side_by_side: sides of neighbouring elements; tip_to_side: an end and the nearest side, like a hinge "
+                 "about the end's own axis; universal: two points, with two axes at right angles; slider: both frames, "
+                 "with one point free along `axis`; distance: keeps the distance of two points; bushing: springs and "
+                 "dashpots along and about d1, d2, d3 of the first, in shares of the given numbers",
          .required = true},
         kind, joint_names);
-    f.visit(
-        {.name = "between",
-         .unit = "",
-         .text =
-             "two groups outside assemblies, or of one assembly; twice the same; or a group and \"world\", to which "
-             "places of its rods are joined where they start, in each copy",
-         .required = true},
-        between);
+    f.visit({.name = "between",
+             .unit = "",
+             .text = "two groups, both outside assemblies or both of one assembly; one group twice; or a group and "
+                     "\"world\": places of its rods are joined to their positions at the start, in each copy",
+             .required = true},
+            between);
     f.visit({.name = "name",
              .unit = "",
              .text =
-                 "adds columns to the time series: the largest force [N] that one of its joints carries, NAME_force, "
-                 "and the widest gap [m], NAME_gap"},
+                 "adds columns to the time series: NAME_force, the largest force [N] that one of its joints carries, "
+                 "and NAME_gap, the widest gap [m]"},
             name);
     f.choice({.name = "pairs",
               .unit = "",
-              .text = "spherical, hinge, fixed: which rods are joined, by their numbers in a copy: i and i, i and i + "
-                      "1, or listed"},
+              .text = "spherical, hinge, fixed: numbers of the joined rods in a copy; same: i and i; next: i and i + "
+                      "1; listed: in `first` and `second`"},
              pairs, joint_pairs_names);
     f.visit({.name = "first", .unit = "-", .text = "listed: numbers of rods of the first group", .at_least = 0}, first);
     f.visit({.name = "second", .unit = "-", .text = "listed: numbers of rods of the second group", .at_least = 0},
@@ -102,79 +98,78 @@ void JointSpec::fields(FieldVisitor& f) {
 void JointEvents::fields(FieldVisitor& f) {
     f.visit({.name = "from",
              .unit = "s",
-             .text = "when it is made, where both sides are then and free of strain; 0: at the start, as the scene "
-                     "places them",
+             .text = "time at which the joint is made, free of strain at the positions then; 0: at the start, at the "
+                     "positions of the scene",
              .at_least = 0},
             from);
-    f.visit({.name = "until", .unit = "s", .text = "when it lets go; 0: never", .at_least = 0}, until);
+    f.visit({.name = "until", .unit = "s", .text = "time at which the joint is released; 0: never", .at_least = 0},
+            until);
     f.visit({.name = "break_force",
              .unit = "N",
-             .text = "it breaks for good where it carries more than this; 0: never",
+             .text = "force above which the joint breaks permanently; 0: never",
              .at_least = 0},
             break_force);
 }
 
 void JointSpec::place_fields(FieldVisitor& f) {
-    f.visit(
-        {.name = "at",
-         .unit = "-",
-         .text =
-             "where both are joined, over their length: 0 is the start, 1 the end; a body is joined where the rod is, "
-             "to the world at its centre of mass; tip_to_side: 0 or 1, the end of the first",
-         .at_least = 0,
-         .at_most = 1},
-        at);
+    f.visit({.name = "at",
+             .unit = "-",
+             .text =
+                 "places of the joint on both, over their length: 0 is the start, 1 the end; a body is joined at the "
+                 "place on the rod, or to the world at its centre of mass; tip_to_side: 0 or 1, the end of the first",
+             .at_least = 0,
+             .at_most = 1},
+            at);
     f.visit_optional(
         {.name = "place",
          .unit = "m",
-         .text = "of one joint of a kind with one point: place at the start, in the axes of the assembly, from which "
-                 "arms go to both; absent: midway between both places, or that of the rod"},
+         .text = "for a single joint of a kind with one point: its place at the start, in the axes of the assembly, "
+                 "with arms to both sides; default: midway between both places, or the place on the rod"},
         place);
-    f.visit(
-        {.name = "axis",
-         .unit = "-",
-         .text =
-             "hinge, slider, universal, spherical: direction at the start, in the axes of the assembly; of universal "
-             "it is fixed in the first, of spherical that of `cone` and of the twist. Angles and ways are those of the "
-             "second against the first, of a rod or body "
-             "against the world"},
-        axis);
-    f.visit({.name = "second_axis", .unit = "-", .text = "universal: direction that is fixed in the second"},
-            second_axis);
-    f.visit({.name = "length", .unit = "m", .text = "distance: of the points; 0: as at the start", .at_least = 0},
-            length);
-    f.visit({.name = "gap",
+    f.visit({.name = "axis",
+             .unit = "-",
+             .text = "hinge, slider, universal, spherical: direction at the start, in the axes of the assembly; for "
+                     "universal it is fixed in the first, for spherical it is the axis of `cone` and of the twist. "
+                     "Angles and displacements are of the second relative to the first, or of a "
+                     "rod or body relative to the world"},
+            axis);
+    f.visit({.name = "second_axis", .unit = "-", .text = "universal: direction fixed in the second"}, second_axis);
+    f.visit({.name = "length",
              .unit = "m",
-             .text = "side_by_side: elements are joined whose surfaces are at most so far apart at the start; 0: 1 % "
-                     "of their radii",
+             .text = "distance: distance of the points; 0: distance at the start",
              .at_least = 0},
-            gap);
+            length);
+    f.visit(
+        {.name = "gap",
+         .unit = "m",
+         .text =
+             "side_by_side: largest gap between the surfaces of joined elements at the start; 0: 1 % of their radii",
+         .at_least = 0},
+        gap);
 }
 
 void JointLaw::fields(FieldVisitor& f) {
+    f.visit({.name = "stiffness",
+             .unit = "N/m",
+             .text = "k, stiffness of the spring between both points; all kinds except fixed need a number. \"auto\" "
+                     "(fixed joints): the two places are one node, and the half elements beside it bend and twist as "
+                     "within a rod (docs/theory.md 22)",
+             .above = 0,
+             .automatic = 0},
+            stiffness);
     f.visit(
-        {.name = "stiffness",
-         .unit = "N/m",
-         .text =
-             "k, of the spring between both points; of all kinds but fixed by number. \"auto\", of fixed joints: the "
-             "two places are one node, and the halves of elements beside it bend and twist as within a rod "
-             "(docs/theory.md "
-             "22)",
-         .above = 0,
-         .automatic = 0},
-        stiffness);
-    f.visit({.name = "damping", .unit = "N s/m", .text = "of their relative velocity", .at_least = 0}, damping);
+        {.name = "damping", .unit = "N s/m", .text = "damping of the relative velocity of both points", .at_least = 0},
+        damping);
     f.visit({.name = "torsional_stiffness",
              .unit = "N m/rad",
-             .text = "hinge, fixed, tip_to_side, universal, slider: of the spring that turns back; a fixed joint with "
-                     "stiffness = "
-                     "\"auto\" has it only "
-                     "where it is given, in the place of the half elements",
+             .text =
+                 "hinge, fixed, tip_to_side, universal, slider: stiffness of the restoring torsional spring. A fixed "
+                 "joint with stiffness = \"auto\" has this spring only if it is given; it replaces the half elements",
              .at_least = 0},
             torsional_stiffness);
     f.visit({.name = "torsional_damping",
              .unit = "N m s/rad",
-             .text = "of all with a torsional_stiffness: of the relative spin",
+             .text = "kinds with a torsional_stiffness: damping of the relative spin",
              .at_least = 0},
             torsional_damping);
     f.visit({.name = "along",
@@ -185,22 +180,22 @@ void JointLaw::fields(FieldVisitor& f) {
             along);
     f.visit({.name = "about",
              .unit = "-",
-             .text = "bushing: shares of torsional_stiffness and torsional_damping about them",
+             .text = "bushing: shares of torsional_stiffness and torsional_damping about these axes",
              .at_least = 0,
              .at_most = 1},
             about);
     f.visit({.name = "repulsion",
              .unit = "N/m^1.5",
-             .text = "side_by_side, tip_to_side: k_r of a force k_r d^1.5 that parts elements whose centres are by d "
-                     "closer than "
-                     "at the start",
+             .text = "side_by_side, tip_to_side: k_r of a repulsive force k_r d^1.5 between elements whose centres are "
+                     "closer by d than at the start",
              .at_least = 0},
             repulsion);
-    f.visit({.name = "rope", .unit = "", .text = "distance: it pulls and never pushes"}, rope);
+    f.visit({.name = "rope", .unit = "", .text = "distance: true: the joint only pulls, like a rope"}, rope);
     f.visit({.name = "cone",
              .unit = "rad",
-             .text = "spherical: largest angle by which `axis` of one side leaves that of the other, with the stops of "
-                     "`limits`; 0: without limit",
+             .text =
+                 "spherical: largest angle between `axis` of one side and of the other, with the stops of `limits`; "
+                 "0: no limit",
              .at_least = 0,
              .at_most = 2.5},
             cone);

@@ -27,15 +27,15 @@ struct Damping {
         f.choice({.name = "kind", .text = "damping law", .required = true}, kind, damping_names);
         f.visit({.name = "rate",
                  .unit = "1/s",
-                 .text = "uniform, legacy: c; laplacian: decay rate of motion that alternates from node to node",
+                 .text = "uniform, legacy: c; laplacian: decay rate of motion with alternating sign from node to node",
                  .at_least = 0},
                 rate);
         f.visit({.name = "translational", .unit = "kg/s", .text = "physical: ct", .at_least = 0}, translational);
         f.visit({.name = "rotational", .unit = "kg m^2/s", .text = "physical: cr", .at_least = 0}, rotational);
         f.visit({.name = "order",
                  .unit = "-",
-                 .text = "laplacian: p; waves of phase t from node to node decay at rate sin(t/2)^(2p): a higher order "
-                         "damps long waves less",
+                 .text = "laplacian: p; waves with a phase t from node to node decay at `rate` times sin(t/2)^(2p), so "
+                         "a higher order damps long waves less",
                  .at_least = 0,
                  .at_most = 1000},
                 order);

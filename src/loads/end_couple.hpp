@@ -26,7 +26,7 @@ struct EndCouple {
         f.visit({.name = "start", .unit = "N m", .text = "couple on the first element"}, start);
         f.visit({.name = "end", .unit = "N m", .text = "couple on the last element"}, end);
         f.choice(
-            {.name = "frame", .text = "axes of `start` and `end`: body axes turn with the element (a follower couple)"},
+            {.name = "frame", .text = "axes of `start` and `end`; body axes turn with the element (a follower couple)"},
             frame, load_frame_names);
         ramp.fields(f);
     }

@@ -16,7 +16,8 @@ struct Gravity {
     Ramp ramp;
 
     void fields(FieldVisitor& f) {
-        f.visit({.name = "acceleration", .unit = "m/s^2", .text = "g, lab frame"}, acceleration);
+        f.visit({.name = "acceleration", .unit = "m/s^2", .text = "gravitational acceleration g, lab frame"},
+                acceleration);
         ramp.fields(f);
     }
 

@@ -5,12 +5,12 @@
 namespace skein {
 
 namespace {
-constexpr Field groups{.name = "rods", .unit = "", .text = "groups it acts on; all where absent"};
+constexpr Field groups{.name = "rods", .unit = "", .text = "groups on which it acts; default: all"};
 }
 
 void LoadSpec::fields(FieldVisitor& f) {
     int kind = load.number();
-    f.visit_choice({.name = "kind", .unit = "", .text = "which load", .required = true}, kind, load_kinds());
+    f.visit_choice({.name = "kind", .unit = "", .text = "kind of load", .required = true}, kind, load_kinds());
     if (kind != load.number()) load = make_load(kind);
     f.visit(groups, rods);
     f.visit(stages_field, stages);

@@ -33,10 +33,11 @@ struct MagneticField {
     void fields(FieldVisitor& f) {
         f.visit({.name = "constant", .unit = "T", .text = "B0, constant part, lab frame"}, constant);
         f.visit({.name = "rotating", .unit = "T", .text = "B, strength of the rotating part", .at_least = 0}, rotating);
-        f.visit({.name = "sine_axis", .unit = "-", .text = "u: the rotating part is B (u sin wt + v cos wt)"},
-                sine_axis);
-        f.visit({.name = "cosine_axis", .unit = "-", .text = "v"}, cosine_axis);
-        f.visit({.name = "period", .unit = "s", .text = "2 pi/w; a negative period turns the other way"}, period);
+        f.visit(
+            {.name = "sine_axis", .unit = "-", .text = "first axis, u; the rotating part is B (u sin wt + v cos wt)"},
+            sine_axis);
+        f.visit({.name = "cosine_axis", .unit = "-", .text = "second axis, v"}, cosine_axis);
+        f.visit({.name = "period", .unit = "s", .text = "2 pi/w; a negative period reverses the rotation"}, period);
         ramp.fields(f);
         f.visit({.name = "until",
                  .unit = "s",

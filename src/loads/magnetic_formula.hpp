@@ -28,12 +28,10 @@ struct MagneticFormula {
                  .text = "three formulas: B in the middle of elements, lab frame",
                  .required = true},
                 field);
-        f.visit(
-            {.name = "magnetisation",
-             .unit = "A/m",
-             .text =
-                 "three formulas of s, L, rod: magnetisation along d1, d2, d3; default: that of [rods.magnetisation]"},
-            magnetisation);
+        f.visit({.name = "magnetisation",
+                 .unit = "A/m",
+                 .text = "three formulas of s, L, rod: magnetisation along d1, d2, d3; default: [rods.magnetisation]"},
+                magnetisation);
     }
     /// Reads the formulas. It is called first, with all names that they may hold.
     void use(const FormulaScope& scope);

@@ -38,12 +38,12 @@ struct MuscleFormula {
                 moment);
         f.visit({.name = "curvature",
                  .unit = "1/m",
-                 .text = "instead of `moment`: change of the rest curvature about d1, d2, d3 at the vertex by muscles"},
+                 .text = "three formulas: change of the rest curvature about d1, d2, d3 at the vertex by muscles; "
+                         "instead of `moment`"},
                 curvature);
         f.choice(
             {.name = "frame",
-             .text =
-                 "axes of `moment`: body axes (d1, d2, d3) turn with the rod, as a change of its rest curvature does"},
+             .text = "axes of `moment`; body axes (d1, d2, d3) turn with the rod, like a change of its rest curvature"},
             frame, load_frame_names);
     }
     /// Reads the formulas. It is called first, with all names that they may hold.

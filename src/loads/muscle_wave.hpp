@@ -41,16 +41,19 @@ struct MuscleWave : WaveLoad<MuscleWave> {
         f.visit({.name = "amplitude", .unit = "N m", .text = "A, couple", .required = true}, amplitude);
         f.visit({.name = "profile",
                  .unit = "-",
-                 .text = "A of every inner vertex (elements - 1; a ring has elements, the last where it closes) over "
-                         "`amplitude`, or A at the places `profile_at`; empty: 1"},
+                 .text = "A over `amplitude` at every inner vertex (elements - 1; a ring: elements, the last at its "
+                         "closing point), or at the places `profile_at`; empty: 1"},
                 profile);
         f.visit({.name = "profile_at",
                  .unit = "-",
-                 .text = "places of `profile` over the length of the rod, rising: linear between them, constant beyond "
-                         "them; such a profile fits any number of elements"},
+                 .text = "places of `profile` over the length of the rod, in ascending order; linear between them, "
+                         "constant outside; such a profile fits any number of elements"},
                 profile_at);
         f.visit({.name = "period", .unit = "s", .text = "T", .required = true, .above = 0}, period);
-        f.visit({.name = "wavelength", .unit = "m", .text = "lambda; negative: towards the start", .required = true},
+        f.visit({.name = "wavelength",
+                 .unit = "m",
+                 .text = "lambda; negative: the wave travels towards the start",
+                 .required = true},
                 wavelength);
         common_fields(f, *this);
     }

@@ -53,8 +53,8 @@ struct PlaneFriction {
         f.visit({.name = "point", .unit = "m", .text = "a point on the plane"}, point);
         f.visit({.name = "normal",
                  .unit = "-",
-                 .text = "normal of the plane, towards the rods; friction counts all forces that press them on the "
-                         "plane: loads, contacts and walls"},
+                 .text = "normal of the plane, towards the rods; the normal force of friction includes loads, contacts "
+                         "and walls"},
                 normal);
         f.visit({.name = "stiffness",
                  .unit = "N/m",
@@ -64,14 +64,13 @@ struct PlaneFriction {
                 stiffness);
         f.visit({.name = "damping", .unit = "N s/m", .text = "damping of the plane per element", .at_least = 0},
                 damping);
-        f.visit(
-            {.name = "tolerance",
-             .unit = "m",
-             .text =
-                 "largest gap at which an element touches and is held; or \"auto\": a hundredth of the least radius",
-             .at_least = 0,
-             .automatic = automatic},
-            tolerance);
+        f.visit({.name = "tolerance",
+                 .unit = "m",
+                 .text = "largest gap at which an element touches the plane and is held; or \"auto\": a hundredth of "
+                         "the smallest radius",
+                 .at_least = 0,
+                 .automatic = automatic},
+                tolerance);
         const auto coefficient = [&](std::string_view name, std::string_view text, double& value) {
             f.visit({.name = name, .unit = "-", .text = text, .at_least = 0}, value);
         };
@@ -83,8 +82,8 @@ struct PlaneFriction {
         coefficient("static_sideways", "static friction sideways, which makes rods roll without slip", static_sideways);
         f.visit({.name = "slip_speed",
                  .unit = "m/s",
-                 .text = "v_s: elements below it are held, elements above twice this speed slide; or \"auto\": 2^-24 "
-                         "sqrt(g r) under the scene's gravity, 2^-24 (r/L) sqrt(E/rho) without",
+                 .text = "v_s; elements below this speed are held, elements above twice this speed slide; or \"auto\": "
+                         "2^-24 sqrt(g r) with the scene's gravity, 2^-24 (r/L) sqrt(E/rho) without",
                  .above = 0,
                  .automatic = automatic},
                 slip_speed);

@@ -26,11 +26,11 @@ struct SinusoidalEndForce {
     double period = 4; ///< T, s
 
     void fields(FieldVisitor& f) {
-        f.visit({.name = "start", .unit = "N", .text = "size of the force on the first node"}, start);
-        f.visit({.name = "end", .unit = "N", .text = "size of the force on the last node"}, end);
+        f.visit({.name = "start", .unit = "N", .text = "magnitude of the force on the first node"}, start);
+        f.visit({.name = "end", .unit = "N", .text = "magnitude of the force on the last node"}, end);
         f.visit({.name = "normal",
                  .unit = "-",
-                 .text = "the force turns in the plane of `normal` and `normal` x `tangent`, lab frame"},
+                 .text = "the force rotates in the plane of `normal` and `normal` x `tangent`, lab frame"},
                 normal);
         f.visit({.name = "tangent", .unit = "-", .text = "tangent of the rod at the start, lab frame"}, tangent);
         f.visit({.name = "hold",
@@ -38,8 +38,8 @@ struct SinusoidalEndForce {
                  .text = "time until which the force is steady, along `normal`",
                  .at_least = 0},
                 hold);
-        f.visit({.name = "steady", .unit = "-", .text = "ratio of the steady force to the turning one"}, steady);
-        f.visit({.name = "period", .unit = "s", .text = "period of a turn", .above = 0}, period);
+        f.visit({.name = "steady", .unit = "-", .text = "ratio of the steady force to the rotating one"}, steady);
+        f.visit({.name = "period", .unit = "s", .text = "period of the rotation", .above = 0}, period);
     }
     void check(RodSpecs, Objections& objections) const {
         if (start == 0 && end == 0) objections.add("", "a sinusoidal_end_force needs 'start' or 'end' [N]: both are 0");

@@ -29,8 +29,7 @@ struct SlenderBodyDrag {
     void fields(FieldVisitor& f) {
         f.visit({.name = "viscosity",
                  .unit = "Pa s",
-                 .text = "viscosity of the fluid, which is at rest; the rate of this explicit load is among the limits "
-                         "of the step",
+                 .text = "viscosity of the fluid, which is at rest; the rate of this explicit load limits the step",
                  .required = true,
                  .above = 0},
                 viscosity);

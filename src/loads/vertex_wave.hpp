@@ -167,7 +167,7 @@ protected:
         f.visit({.name = "phase", .unit = "rad", .text = "phi"}, load.phase);
         f.visit({.name = "direction", .unit = "-", .text = "axis of the couple"}, load.direction);
         f.choice(
-            {.name = "frame", .text = "axes of `direction`: body axes (d1, d2, d3) turn with the rod, as muscles do"},
+            {.name = "frame", .text = "axes of `direction`; body axes (d1, d2, d3) turn with the rod, like muscles"},
             load.frame, load_frame_names);
         load.ramp.fields(f);
     }

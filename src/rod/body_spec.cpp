@@ -23,18 +23,19 @@ void BoxParts::fields(FieldVisitor& f) {
             sizes);
     f.visit({.name = "radii",
              .unit = "m",
-             .text = "radius of the edges of each box; in contacts it counts as the radius of a rod does",
+             .text = "radius of the edges of each box; contacts use it like the radius of a rod",
              .above = 0},
             radii);
 }
 
 void BodySpec::fields(FieldVisitor& f) {
     f.visit({.name = "mass", .unit = "kg", .text = "mass, instead of a density", .at_least = 0}, mass);
-    f.visit_optional({.name = "centre", .unit = "m", .text = "centre of mass; default: that of the parts"}, centre);
+    f.visit_optional({.name = "centre", .unit = "m", .text = "centre of mass; default: centre of mass of the parts"},
+                     centre);
     f.visit({.name = "inertia",
              .unit = "kg m^2",
              .text = "inertia about the centre of mass, along the axes of the parts: J_xx, J_yy, J_zz, or these and "
-                     "J_xy, J_xz, J_yz (the elements of the matrix); default: that of the parts"},
+                     "J_xy, J_xz, J_yz (the elements of the matrix); default: inertia of the parts"},
             inertia);
     f.table({.name = "spheres"}, spheres);
     f.table({.name = "capsules"}, capsules);

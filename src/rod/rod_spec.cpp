@@ -5,9 +5,8 @@ namespace skein {
 void Material::fields(FieldVisitor& f) {
     f.visit({.name = "density", .unit = "kg/m^3", .text = "mass density", .required = true, .above = 0}, density);
     f.choice({.name = "law",
-              .text = "rod law (docs/theory.md 3); neo_hookean: sections of that material; elastica: as published, "
-                      "without an energy, for "
-                      "comparison"},
+              .text = "rod law (docs/theory.md 3); neo_hookean: sections of that material; elastica: the published "
+                      "law, without an energy, for comparison"},
              law, law_names);
     f.visit({.name = "youngs_modulus", .unit = "Pa", .text = "E", .required = true, .above = 0}, youngs_modulus);
     f.visit(
@@ -70,8 +69,8 @@ void Section::fields(FieldVisitor& f) {
         radius_2_formula);
     f.visit({.name = "torsion_constant",
              .unit = "m^4",
-             .text = "torsional stiffness over G where `radius` holds; it goes with the fourth power of the radius "
-                     "along the rod; 0: St Venant's constant of the shape",
+             .text = "torsional stiffness over G for a section of `radius`; it varies with the fourth power of the "
+                     "radius along the rod; 0: St Venant's constant of the shape",
              .at_least = 0},
             torsion_constant);
     f.visit({.name = "shear_factors",
@@ -82,8 +81,8 @@ void Section::fields(FieldVisitor& f) {
             shear_factors);
     f.visit({.name = "bending_stiffness",
              .unit = "N m^2",
-             .text = "E I1 about d1 and E I2 about d2 where `radius` holds; they go with the fourth power of the "
-                     "radius along the rod; default: those of the shape",
+             .text = "E I1 about d1 and E I2 about d2 for a section of `radius`; they vary with the fourth power of "
+                     "the radius along the rod; default: values of the shape",
              .above = 0},
             bending_stiffness);
 }

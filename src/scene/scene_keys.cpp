@@ -17,7 +17,8 @@ constexpr std::string_view absent = "-";
 /// An entry of [constants]: any name.
 constexpr Field constant_field{.name = "(any name)",
                                .unit = "",
-                               .text = "a number, or `{ value = 2.0, unit = \"N/m\" }`: formulas know it by this name"};
+                               .text =
+                                   "a number, or `{ value = 2.0, unit = \"N/m\" }`; its name in formulas is this key"};
 
 std::string text_of(double x) { return fmt::format("{}", x); }
 std::string text_of(long i) { return fmt::format("{}", i); }

@@ -14,11 +14,10 @@ namespace skein {
 
 inline constexpr Field include_field{.name = "include",
                                      .unit = "",
-                                     .text = "files beside this one whose tables are part of the scene: their lists "
-                                             "stand before its own, and where both set a key, the "
-                                             "scene's counts"};
+                                     .text = "files beside this one whose tables are added to the scene: their lists "
+                                             "come before its own; if both set a key, the scene's value is used"};
 inline constexpr Field title_field{
-    .name = "title", .unit = "", .text = "what the scene shows, for summaries and pictures"};
+    .name = "title", .unit = "", .text = "title of the scene, for summaries and pictures"};
 
 /// True if scenes have a list of tables of this name.
 bool is_list(std::string_view name);

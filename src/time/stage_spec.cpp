@@ -17,25 +17,25 @@ std::string_view trimmed(std::string_view text) {
 } // namespace
 
 void StageSpec::fields(FieldVisitor& f) {
-    f.visit({.name = "name", .unit = "", .text = "of the stage, for tables and messages", .required = true}, name);
+    f.visit({.name = "name", .unit = "", .text = "name of the stage, for tables and messages", .required = true}, name);
     f.visit({.name = "duration",
              .unit = "s",
-             .text = "the stage ends after it; 0: with `until`, and the last one with the run",
+             .text = "duration of the stage; 0: it ends by `until`, the last stage with the run",
              .at_least = 0},
             duration);
     f.visit({.name = "until",
              .unit = "",
-             .text = "the stage ends where it holds: a column of the time series, < or >, and a number in the column's "
-                     "unit, as \"max_speed < 1e-4\""},
+             .text = "condition that ends the stage: a column of the time series, < or >, and a number in the column's "
+                     "unit, such as \"max_speed < 1e-4\""},
             until);
     f.visit({.name = "check_every",
              .unit = "s",
-             .text = "interval at which `until` is looked at; 0: a thousandth of the run's duration",
+             .text = "interval between checks of `until`; 0: a thousandth of the run's duration",
              .at_least = 0},
             check_every);
     f.visit({.name = "change",
              .unit = "",
-             .text = "keys that have other values from its begin on, each \"path=value\" as for --set"},
+             .text = "keys that change at the start of the stage, each \"path=value\" as for --set"},
             change);
 }
 

@@ -28,7 +28,7 @@ inline constexpr const char* stage_begin_name = "stage_begin";
 
 /// Key `stages` of tables that act in some stages alone.
 inline constexpr Field stages_field{
-    .name = "stages", .unit = "", .text = "stages in which it acts, by name, one after the other; all where absent"};
+    .name = "stages", .unit = "", .text = "names of consecutive stages in which it acts; default: all"};
 
 /// Stages in which a table acts, as the present one sees them.
 struct ActingStages {

@@ -30,7 +30,7 @@ struct Ramp {
     void fields(FieldVisitor& f) {
         f.visit({.name = "ramp", .unit = "s", .text = "time of the rise from 0", .at_least = 0}, duration);
         f.visit({.name = "onset", .unit = "s", .text = "time at which the load begins", .at_least = 0}, onset);
-        f.choice({.name = "ramp_shape", .text = "shape of the rise: a line, or half a cosine wave, which is smooth"},
+        f.choice({.name = "ramp_shape", .text = "shape of the rise: linear, or half a cosine wave, which is smooth"},
                  shape, ramp_shape_names);
     }
     double at(double time) const { return ramp_at(time - onset, duration, shape); }

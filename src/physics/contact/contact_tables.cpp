@@ -11,8 +11,8 @@ void tidy_echo(nlohmann::json& table, const ContactPair& pair, const CoreTables&
 
 std::string_view ContactTables::remark(std::string_view table) {
     static const std::map<std::string_view, std::string_view> remarks = {
-        {"contact", "Without this table rods do not feel each other, and nothing is searched, kept or sent."},
-        {"contact_pair", "Another law between two groups than `[contact]` says."},
+        {"contact", "Without this table there are no contacts between rods, and no cost for them."},
+        {"contact_pair", "A law between two groups that differs from `[contact]`."},
     };
     const auto at = remarks.find(table);
     return at == remarks.end() ? "" : at->second;

@@ -54,23 +54,20 @@ void tidy_echo(nlohmann::json& table, const LoadSpec& spec, const CoreTables&, b
 std::string_view LoadTables::remark(std::string_view table) {
     static const std::map<std::string_view, std::string_view> remarks = {
         {"load.formula",
-         "A formula is a text of numbers, names, `+ - * / ^`, brackets and comparisons (`< <= > >= == !=`, which "
-         "are 1 or 0). Names are "
-         "the scene's `[constants]` and `[[table]]`s; `x y z` [m] and `vx vy vz` [m/s], lab position and velocity "
-         "of the node (for couples: of "
-         "the middle of the element); `X Y Z` [m], its position at the start; `s` [m], arc length at rest; `L` "
-         "[m], length of the rod; `rod`, its "
-         "number in the group from 0; `t` [s]; `pi`, `e`. Functions are `sin cos tan atan exp log sqrt abs floor "
-         "tanh sign`, `step(a)` (0 below 0, "
-         "else 1), `ramp(a, b)` (0 below 0, a/b, 1 from b on), `min max hypot` of two and more, `atan2 mod` and "
-         "`if(condition, then, else)`. Units are "
-         "checked where all parts have one; a plain number fits any. Values must be finite at the start of the "
-         "rods, at 16 times of the run."},
+         "A formula is a text of numbers, names, `+ - * / ^`, brackets and comparisons (`< <= > >= == !=`, which are 1 "
+         "or 0). Names are the scene's `[constants]` and `[[table]]`s, `pi`, `e`, and these variables: `x y z` [m] and "
+         "`vx vy vz` [m/s], lab position and velocity of the node (for couples: of the middle of the element). They "
+         "also include `X Y Z` [m], its position at the start, and `s` [m], arc length at rest. The other variables "
+         "are `L` [m], length of the rod, `rod`, its number in the group from 0, and `t` [s]. Functions are `sin cos "
+         "tan atan exp log sqrt abs floor tanh sign`, `step(a)` (0 below 0, else 1), `ramp(a, b)` (0 below 0, a/b, 1 "
+         "from b on), `min max hypot` of two or more, `atan2 mod` and `if(condition, then, else)`. Units are checked "
+         "if all parts have one; a plain number fits any. Values must be finite at the start of the rods, at 16 times "
+         "of the run."},
         {"load.magnetic_formula", "Formulas as in `[[load]]` of kind `formula`; places are the middles of elements. "
                                   "Rods need `[rods.magnetisation]`."},
         {"load.muscle_formula",
-         "Formulas as in `[[load]]` of kind `formula`. A vertex is where two elements meet, where a ring closes, and "
-         "a clamped end; what acts on the elements beside it is equal and opposite."},
+         "Formulas as in `[[load]]` of kind `formula`. Vertices are between two elements, at the closing point of a "
+         "ring, and at clamped ends. The moments on the two elements beside a vertex are equal and opposite."},
         {"damping", "Rates of several `[[damping]]` on one group add up."},
     };
     const auto at = remarks.find(table);
