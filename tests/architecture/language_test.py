@@ -5,7 +5,6 @@
 
 import pathlib
 import re
-import subprocess
 import sys
 
 TURN = re.compile(r"^\| [^|]+ \| `([^`]+)` \|", re.MULTILINE)
@@ -21,8 +20,8 @@ def turns(style):
 
 
 def pages(root):
-    listed = subprocess.run(["git", "ls-files", "*.md"], cwd=root, capture_output=True, text=True, check=True).stdout.split()
-    return [page for page in listed if not page.startswith("bench/") and page != "docs/style.md"]
+    found = [page for pattern in ("*.md", "apps/**/*.md", "docs/*.md", "tests/**/*.md") for page in root.glob(pattern)]
+    return sorted(str(page.relative_to(root)) for page in found if page.name != "style.md")
 
 
 def prose(text):
