@@ -52,4 +52,4 @@ def polygons(parts):
     """Points [points, 3], [corners of each polygon] and the number of each polygon's wall."""
     lines = parts["Polys"]
     ends = lines["offsets"]
-    return parts["Points"]["Points"], np.split(lines["connectivity"], ends[:-1]), next(iter(parts["CellData"].values()))
+    return parts["Points"]["Points"], np.split(lines["connectivity"], ends[:-1])[:len(ends)], next(iter(parts["CellData"].values()))

@@ -1,8 +1,12 @@
-// Frames for ParaView, with walls where these move or have not been written.
+// Frames for ParaView, with walls where these change in the run or have not been written.
 #include "io/vtk_series.hpp"
 #include "physics/contact/contact_interaction.hpp"
+#include "scene/scene_stages.hpp"
 #include "simulation/output.hpp"
 #include "simulation/wall_meshes.hpp"
+
+#include <algorithm>
+#include <memory>
 
 namespace skein {
 
@@ -10,9 +14,10 @@ namespace {
 
 class PolyDataOutput final : public PeriodicOutput {
 public:
-    /// `walls`: null where there are none to show.
-    PolyDataOutput(std::int64_t every, std::unique_ptr<VtkSeries> frames, std::unique_ptr<WallMeshes> walls)
-        : PeriodicOutput(every), frames_(std::move(frames)), walls_(std::move(walls)) {}
+    /// `walls`: null where there are none to show; `change`: a frame of them is needed at each time.
+    PolyDataOutput(std::int64_t every, std::unique_ptr<VtkSeries> frames, std::unique_ptr<WallMeshes> walls,
+                   bool change)
+        : PeriodicOutput(every), frames_(std::move(frames)), walls_(std::move(walls)), walls_change_(change) {}
 
     void write(const Moment& now) override {
         frames_->write(now.step, now.time, now.lag);
@@ -31,11 +36,22 @@ private:
         if (shows_walls()) names.push_back(VtkSeries::frame_name("walls", step));
         return names;
     }
-    bool shows_walls() const { return walls_ && (walls_->move() || !frames_->has_walls()); }
+    bool shows_walls() const { return walls_ && (walls_change_ || !frames_->has_walls()); }
 
     std::unique_ptr<VtkSeries> frames_;
     std::unique_ptr<WallMeshes> walls_;
+    bool walls_change_;
 };
+
+/// True where a wall moves in some stage, or stands in some stages alone: so it is in all parts of a run alike.
+bool walls_change(const SceneSpec& scene) {
+    const auto changes = [](const Wall& wall) { return wall.servo.drives() || wall.moves_steadily() || !wall.stands; };
+    for (std::size_t stage = 0; stage < std::max<std::size_t>(1, scene.stages.size()); ++stage) {
+        const SceneSpec now = stage_scene(scene, nominal_begins(scene, stage));
+        if (std::any_of(now.walls.begin(), now.walls.end(), changes)) return true;
+    }
+    return false;
+}
 
 } // namespace
 
@@ -53,7 +69,8 @@ std::unique_ptr<Output> make_poly_data(const OutputParts& parts) {
     std::unique_ptr<WallMeshes> walls;
     if (world.walls())
         walls = std::make_unique<WallMeshes>(world.comm, *world.walls(), world.groups, world.rods().local());
-    return std::make_unique<PolyDataOutput>(parts.plan().cadence.of("trajectory"), std::move(frames), std::move(walls));
+    return std::make_unique<PolyDataOutput>(parts.plan().cadence.of("trajectory"), std::move(frames), std::move(walls),
+                                            walls_change(parts.scene));
 }
 
 } // namespace skein

@@ -35,7 +35,7 @@ std::vector<Vec3d> cut(const std::vector<Vec3d>& polygon, const Vec3d& point, co
 
 /// Planes at rest do, and those that go along with a wall, as the sides of a box.
 bool bounds(const Wall& plane, const Wall& wall) {
-    if (plane.servo.drives()) return false;
+    if (plane.kind != WallKind::plane || !plane.stands || plane.servo.drives()) return false;
     const Vec3d apart = plane.velocity - wall.velocity;
     return !plane.moves_steadily() || (!wall.servo.drives() && dot(apart, apart) == 0 && plane.from == wall.from);
 }
@@ -65,7 +65,6 @@ WallMeshes::WallMeshes(const Communicator& comm, const Walls& walls, std::span<c
             const Vec3d middle = 0.5 * (bounds.lower + bounds.upper);
             bounds.take(wall.point + dot(middle - wall.point, wall.axis) * wall.axis, wall.radius);
         }
-        move_ |= wall.servo.drives() || wall.moves_steadily();
     }
     centre_ = 0.5 * (bounds.lower + bounds.upper);
     reach_ = 0.75 * norm(bounds.upper - bounds.lower);
@@ -120,12 +119,13 @@ std::vector<WallMeshes::Polygon> WallMeshes::facets(std::size_t wall) const {
 PolygonMesh WallMeshes::at(double time) const {
     PolygonMesh mesh;
     for (std::size_t w = 0; w < walls_.count(); ++w) {
+        if (!walls_.wall[w].stands) continue;
         const Vec3d offset = walls_.at(w, time).offset;
         for (Polygon polygon : facets(w)) {
             for (Vec3d& p : polygon) p = p + offset;
             for (std::size_t other = 0; other < walls_.count(); ++other) {
                 const Wall& plane = walls_.wall[other];
-                if (other != w && plane.kind == WallKind::plane && bounds(plane, walls_.wall[w]) && !polygon.empty())
+                if (other != w && bounds(plane, walls_.wall[w]) && !polygon.empty())
                     polygon = cut(polygon, plane.point + walls_.at(other, time).offset, plane.normal, 1e-9 * reach_);
             }
             if (polygon.size() < 3) continue;

@@ -1,5 +1,6 @@
 // Walls as polygons for those who look: planes as quads about as large as the scene, tubes and balls in facets, cut off
-// where planes that stand still, or move along, bound them. A box is its planes, each cut by its neighbours.
+// where planes that stand still, or move along, bound them. A box is its planes, each cut by its neighbours. Walls that
+// do not stand in the present stage are not shown, and cut nothing.
 #pragma once
 
 #include "contact/wall.hpp"
@@ -20,7 +21,6 @@ public:
     WallMeshes(const Communicator& comm, const Walls& walls, std::span<const RodGroup> groups,
                std::span<const LocalRod> own);
 
-    bool move() const { return move_; }
     /// Numbers of polygons are those of the walls. `time`: s, for walls that move steadily.
     PolygonMesh at(double time) const;
 
@@ -34,7 +34,6 @@ private:
     const Walls& walls_;
     Vec3d centre_{0, 0, 0}; ///< of the scene, m
     double reach_ = 0;      ///< from there, m
-    bool move_ = false;
 };
 
 } // namespace skein

@@ -2,12 +2,17 @@
 nor where the run was interrupted."""
 
 import math
+import pathlib
 import re
+import sys
 import unittest
 
 import numpy
 
 from driver import DriverTest
+
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[2] / "python"))
+from skein import polydata  # noqa: E402
 
 # Five rods fall onto a gate, which is taken away; the first three are joined meanwhile, and a floor stops all of them.
 BED = """
@@ -61,6 +66,9 @@ change = ["contact.static_friction=0.1", "rods.rods.material.youngs_modulus=2e6"
 name = "down"
 change = ["wall.floor.velocity=[0, 0, 0.05]"]
 """
+
+# The same with stages of given durations.
+FIXED = BED.replace('duration = 0.05\nuntil = "gate_force > 2"\ncheck_every = 0.001', "duration = 0.05").replace('until = "floor_force > 0.5"\ncheck_every = 0.001', "duration = 0.03")
 
 # A rod swings from a wall, falls, is caught by its other end, and is led by it.
 ROD = """
@@ -300,6 +308,35 @@ class Stages(DriverTest):
         self.assertTrue((rows["lid_forceN"][rows["step"] <= ends["open"]] == 0).all())
         gap = lambda row: 0.05 - 0.1 * (row["times"] - ends["open"] * 1e-4)
         self.assertGreater(gap(rows[-1]), 0.045)  # had it moved from the start, it would be at 0.038
+
+    def walls_of(self, out):
+        """[(time, numbers of the walls that are drawn, their lowest height)] of frames."""
+        found = []
+        for time, path in polydata.listed(self.directory / out / "walls.pvd"):
+            points, polygons, number = polydata.polygons(polydata.read(path))
+            heights = {int(wall): float(points[polygon, 2].min()) for wall, polygon in zip(number, polygons)}
+            found.append((time, set(heights), heights))
+        return found
+
+    def test_walls_are_drawn_while_they_stand_and_where_they_are(self):
+        """The gate up to its last step, and the floor as it rises; a restart between shows the same."""
+        self.scene.write_text(BED.replace("series = 0.002,", 'series = 0.002, trajectory = 0.005, paraview = "vtp",'))
+        ends = self.begins(self.run_skein("one"))
+        frames = self.walls_of("one")
+        self.assertEqual(len(frames), 25)
+        for time, drawn, _ in frames:
+            self.assertEqual(drawn, {0} if time <= ends["fall"] * 1e-4 + 1e-9 else {1}, time)  # the gate cuts off what is below it
+        self.assertAlmostEqual(frames[-1][2][1], -0.02 + 0.05 * (0.12 - ends["open"] * 1e-4), places=9)
+        self.run_skein("parts", "--steps", str(ends["fall"] + 37))
+        self.run_skein("parts")
+        self.assertEqual(self.walls_of("parts"), frames)
+
+    def test_nothing_to_draw(self):
+        """Frames at which no wall stands are read."""
+        self.scene.write_text(BED.replace("series = 0.002,", 'series = 0.002, trajectory = 0.005, paraview = "vtp",').replace('name = "floor"\n', 'name = "floor"\nstages = ["open", "down"]\n')
+                              .replace('stages = ["fall"]\n[[wall]]', 'stages = ["open"]\n[[wall]]').replace('until = "gate_force > 2"\ncheck_every = 0.001\n', "").replace("duration = 0.05", "duration = 0.01"))
+        self.run_skein("one")
+        self.assertEqual([drawn for time, drawn, _ in self.walls_of("one")][:4], 3 * [set()] + [{0}])
 
     def test_a_frozen_end_does_not_snap(self):
         """The element of a clamp that is frozen keeps its frame."""

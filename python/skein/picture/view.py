@@ -145,7 +145,12 @@ class View:
         axis, sign = self.up_axis, self.up_sign
         under, slack = self.lowest_axis, 0.02 * self.size + self.radius
         found = []
-        for wall in self.results.physics.get("wall", []):
+        walls = self.results.physics.get("wall", [])
+        changes = [change.split("=")[0].split(".") for stage in self.results.physics.get("stage", []) for change in stage["change"]]
+        changed = {path[1].strip() for path in changes if path[0].strip() == "wall" and path[-1].strip() in ("velocity", "from")}
+        for number, wall in enumerate(walls):
+            if wall["stages"] or changed & {wall["name"], str(number)}:
+                continue  # it is not there, or not at rest, all the time
             if wall["kind"] == "plane" and wall["normal"][axis] * sign > 0.99 * np.linalg.norm(wall["normal"]) and not np.any(wall["velocity"]) and not (wall.get("servo") or {}).get("speed"):
                 found.append(sign * wall["point"][axis])
             if wall["kind"] == "box" and "xyz"[axis] + ("-" if sign > 0 else "+") not in wall["open"]:
