@@ -2,13 +2,18 @@
 
 namespace skein {
 
-Servo::Servo(const Wall& wall) : spec_(wall.servo), from_(wall.from) {
+Servo::Servo(const Wall& wall) : spec_(wall.servo), stands_(wall.stands), from_(wall.from) {
     const double speed = norm(wall.velocity);
     forth_ = speed > 0 ? (1 / speed) * wall.velocity : wall.normal;
     start_height_ = -dot(wall.point, forth_);
 }
 
 void Servo::step(double force_on_watched, bool touched, double h) {
+    if (!stands_) {
+        direction_ = 0;
+        time_ += h;
+        return;
+    }
     if (direction_ == 0 && turns() == 0 && time_ >= from_) {
         direction_ = 1;
         speed_ = spec_.approach > 0 ? spec_.approach : spec_.speed;

@@ -4,6 +4,7 @@
 //   at first       at the speed of approach, until something touches the wall or the place of approach is reached
 //   back -> forth   where it is below turn_forth_below and the wall is beyond not_before; after the last cycle it stops
 //   there
+// It drives while its wall stands: not before the first stage of that, and no longer after the last (docs/stages.md).
 #pragma once
 
 #include "contact/wall.hpp"
@@ -36,6 +37,7 @@ public:
 
 private:
     ServoSpec spec_;
+    bool stands_; ///< its wall, in the present stage
     Vec3d forth_;
     double from_, start_height_;
     double time_ = 0, offset_ = 0, direction_ = 0, speed_ = 0, stress_ = 0;

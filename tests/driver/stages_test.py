@@ -338,6 +338,21 @@ class Stages(DriverTest):
         self.run_skein("one")
         self.assertEqual([drawn for time, drawn, _ in self.walls_of("one")][:4], 3 * [set()] + [{0}])
 
+    def test_a_servo_begins_with_its_stage(self):
+        lid = '[[wall]]\nname = "lid"\nkind = "plane"\npoint = [0, 0, 0.3]\nnormal = [0, 0, -1]\nstiffness = 1e4\nstages = ["open"]\nservo = {speed = 0.5, watch = "floor", area = 0.01, turn_back_above = 1e9, turn_forth_below = 0}\n'
+        text = FIXED.replace('[[wall]]\nname = "floor"', lid + '[[wall]]\nname = "floor"').replace("{series = 0.002,", "{series = 1e-4,")
+        self.scene.write_text(text)
+        self.run_skein("one")
+        rows = self.series("one")
+        way = 0.5 * numpy.clip(rows["step"] - 500, 0, 300) * 1e-4
+        self.assertLess(abs(rows["lid_heightm"] - (0.3 - way)).max(), 1e-12)
+        for step in (499, 500, 501, 799, 800, 801):
+            self.run_skein(f"parts{step}", "--steps", str(step))
+            self.run_skein(f"parts{step}")
+            self.assertEqual(self.digest(f"parts{step}"), self.digest("one"), step)
+        self.scene.write_text(text.replace('watch = "floor"', 'watch = "gate"'))
+        self.assertIn("'gate' does not stand in stage 'open', in which its stress decides", self.run_skein("refused", expect=2).stderr)
+
     def test_a_frozen_end_does_not_snap(self):
         """The element of a clamp that is frozen keeps its frame."""
         self.scene.write_text(ROD.split("[[stage]]\nname = \"caught\"")[0].replace("duration = 0.1\nchange = [\"rods.rod.start=free\"]", "change = [\"rods.rod.start=clamped_frozen\"]"))

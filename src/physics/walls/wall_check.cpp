@@ -7,21 +7,35 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cstddef>
 
 namespace skein {
 
 namespace {
 
-/// A wall or a side of a box.
-void watched(const SceneSpec& scene, const std::string& name, Objections& objections) {
+/// A servo watches a wall, or a side of a box, that stands as long as its own.
+void watched(const SceneSpec& scene, const Wall& driven, Objections& objections) {
+    const std::string& name = driven.servo.watch;
     std::vector<std::string> names;
+    const Wall* found = nullptr;
     for (const Wall& wall : scene.walls) {
+        const std::size_t before = names.size();
         if (wall.kind != WallKind::box) names.push_back(wall.name);
         else
             for (const std::string_view side : box_side_names)
                 if (has_side(wall, side)) names.push_back(fmt::format("{} {}", wall.name, side));
+        if (std::find(names.begin() + static_cast<std::ptrdiff_t>(before), names.end(), name) != names.end())
+            found = &wall;
     }
-    if (std::find(names.begin(), names.end(), name) != names.end()) return;
+    if (found) {
+        for (const StageSpec& stage : scene.stages)
+            if (acts_in(driven.stages, stage) && !acts_in(found->stages, stage))
+                objections.add("servo.watch",
+                               fmt::format("'{}' does not stand in stage '{}', in which its stress decides: add the "
+                                           "stage to its 'stages', or take it out of those of '{}'",
+                                           name, stage.name, driven.name));
+        return;
+    }
     const std::vector<std::string_view> known(names.begin(), names.end());
     objections.add("servo.watch",
                    fmt::format("there is no wall '{}' to watch{}", name, suggestion(name, known, "the walls are")));
@@ -39,7 +53,7 @@ void WallTables::check(const SceneSpec& scene, Objections& objections) {
             if (scene.walls[j].name == wall.name) table.add("name", fmt::format("two walls are named '{}'", wall.name));
         acted_on(scene, wall.rods, table);
         check_law(wall.law, ContactSpec{}.overlap, table);
-        if (wall.servo.drives()) watched(scene, wall.servo.watch, table);
+        if (wall.servo.drives()) watched(scene, wall, table);
     }
     if (!scene.walls.empty() && scene.time.integrator != Integrator::verlet)
         objections.add("wall.0", "walls need integrator = \"verlet\"");

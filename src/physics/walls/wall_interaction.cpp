@@ -66,7 +66,7 @@ void WallInteraction::watch(const Step& step) {
 Interaction::Ending WallInteraction::ending() const {
     Ending ending = Ending::never;
     for (const DrivenWall& d : driven_) {
-        if (!wall(d).servo.ends_run) continue;
+        if (!wall(d).servo.ends_run || !wall(d).stands) continue;
         if (!d.servo.finished()) return Ending::not_yet;
         ending = Ending::now;
     }

@@ -12,7 +12,8 @@ void tidy_echo(nlohmann::json& table, const Wall& wall, const CoreTables&, bool)
 
 bool stays_in_stage(Wall& wall, const ActingStages& acting) {
     wall.stands = acting.now;
-    if (acting.begin > 0) wall.from = std::max(wall.from, acting.begin); // at rest until then
+    if (!wall.servo.drives() && acting.begin > 0) // at rest until then; a servo drives what stands
+        wall.from = std::max(wall.from, acting.begin);
     return true;
 }
 
