@@ -179,7 +179,15 @@ void Simulation::begin_due_stage() {
     };
     stages_over_ = stages_.is_last();
     if (stages_over_) return tell("; it was the last");
-    next_stage();
+    try {
+        next_stage();
+    } catch (const InputError& error) { // another scene may go on from where it is
+        if (!checkpoints_ || !options_.checkpoint) throw;
+        write(*checkpoints_);
+        throw InputError(fmt::format("{}\n  the state at its begin is kept in the checkpoint of step {}, from which a "
+                                     "branch may go on",
+                                     error.what(), world_.clock.done()));
+    }
     tell(fmt::format("; stage '{}' begins", stages_.spec().name));
 }
 
@@ -187,14 +195,8 @@ void Simulation::next_stage() {
     if (!stages_.any() || stages_.is_last())
         throw InputError(stages_.any() ? fmt::format("stage '{}' is the last", stages_.spec().name)
                                        : std::string("the scene has no [[stage]]"));
-    std::vector<double> begins = stages_.begins();
-    begins.push_back(world_.clock.time());
-    enter_stage(std::move(begins));
-}
-
-void Simulation::enter_stage(std::vector<double> begins) {
     observation_.leave_stage();
-    stages_.enter(std::move(begins), world_);
+    stages_.begin_next(world_);
     observation_.enter_stage(world_);
     rewind_.forget();
     for (const auto& output : outputs_) output->rebind(world_.rods());

@@ -61,8 +61,6 @@ public:
         return world_.clock.done() >= world_.plan.steps || ended() || (stages_.is_last() && !stages_.over().empty());
     }
     const Stages& stages() const { return stages_; }
-    /// Changes the world to a stage; `begins`: times at which those so far have begun, s. Collective.
-    void enter_stage(std::vector<double> begins);
 
 private:
     enum class Verdict { go_on, warn, stop_at_limit, fail };

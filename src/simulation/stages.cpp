@@ -3,6 +3,7 @@
 #include "plan/plan_steps.hpp"
 #include "scene/make_plan.hpp"
 #include "simulation/progress.hpp"
+#include "simulation/start_check.hpp"
 #include "skein/core/error.hpp"
 
 #include <fmt/format.h>
@@ -39,12 +40,19 @@ void Stages::go_on(std::vector<double> begins, const World& world) {
     check_ = stage.until.empty() ? 0 : whole(check);
 }
 
-void Stages::enter(std::vector<double> begins, World& world) {
+void Stages::begin_next(World& world) {
+    std::vector<double> begins = begins_;
+    begins.push_back(world.clock.time());
+    enter(std::move(begins), world, true);
+}
+
+void Stages::enter(std::vector<double> begins, World& world, bool now) {
     const std::int64_t steps = world.plan.steps;
     std::vector<RodGroup> groups = groups_in_stage(scene_, begins, world.groups);
     Plan plan = plan_in_stage(scene_, begins, world.plan.dt, groups, world.plan.machine);
     plan.steps = steps;
     plan.stages = world.plan.stages;
+    if (now) refuse_new_walls(world, plan, scene_.stages[begins.size() - 1].name);
     world.change(std::move(groups), std::move(plan));
     go_on(std::move(begins), world);
 }

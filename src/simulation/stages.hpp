@@ -24,8 +24,11 @@ public:
     void find_columns(const std::vector<std::string>& names);
     /// Goes on in the stage of which these are the begins of all so far, s; the world is to be that of this stage.
     void go_on(std::vector<double> begins, const World& world);
-    /// Changes the world to the scene of the stage. Collective.
-    void enter(std::vector<double> begins, World& world);
+    /// Changes the world to the scene of the stage. `now`: it begins with the present step, so that walls that it lets
+    /// appear must stand clear of bodies, or InputError is thrown and the world stays. Collective.
+    void enter(std::vector<double> begins, World& world, bool now = false);
+    /// Enters the stage after the present one. Collective.
+    void begin_next(World& world);
 
     bool any() const { return !scene_.stages.empty(); }
     bool is_last() const { return begins_.size() >= scene_.stages.size(); }

@@ -4,6 +4,7 @@
 #include "contact/contact_solver.hpp"
 #include "core/closest_points.hpp"
 #include "kernels/kernels.hpp"
+#include "mechanics/rod_copies.hpp"
 #include "physics/contact/contact_plan.hpp"
 #include "physics/fluid/fluid_plan.hpp"
 #include "physics/walls/wall_plan.hpp"
@@ -146,10 +147,10 @@ std::string place_in_scene(const SceneSlots& scene, std::span<const RodGroup> gr
     return fmt::format("{} ({} {})", name_of_body(groups, gid), strained ? "element" : "part", strained ? k : k / 2);
 }
 
-/// Depth of a ball in a wall at t = 0, m.
-double depth_in(const Wall& wall, const Vec3d& place, double radius) {
+/// Depth of a ball in a wall that has moved from its place, m.
+double depth_in(const Wall& wall, const Vec3d& moved, const Vec3d& place, double radius) {
     const double width = wall.touches == WallTouch::axis ? 0 : radius;
-    const Vec3d from = place - wall.point;
+    const Vec3d from = place - (wall.point + moved);
     if (wall.kind == WallKind::plane) return width - dot(wall.normal, from);
     const double away = wall.kind == WallKind::tube ? norm(from - dot(from, wall.axis) * wall.axis) : norm(from);
     return wall.side == WallSide::inside ? away + width - wall.radius : wall.radius + width - away;
@@ -163,18 +164,24 @@ bool in_obstacle(const Obstacle& obstacle, const Vec3d& place) {
     return x * x + y * y < 1;
 }
 
+constexpr double allowed_in_walls = ContactSpec{}.overlap; ///< of the diameter
+
+/// True where a wall that stands takes bodies of the group from a time on, s, no deeper than is allowed.
+bool refuses_depth(const Wall& wall, const RodGroup& group, double time) {
+    return wall.stands && wall.acts_on(group.name()) && !wall.allow_overlap && wall.law.soft_until <= time;
+}
+
 /// Fault of the place of a ball: a free node, or a point of a body's surface; empty: none.
 std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::string& what, const Vec3d& place,
                            double radius) {
-    constexpr double allowed = ContactSpec{}.overlap;
     const auto* walls = plan.find<WallPlan>();
     for (const Wall& wall : walls ? std::span<const Wall>(walls->walls) : std::span<const Wall>()) {
-        if (!wall.stands || !wall.acts_on(group.name()) || wall.allow_overlap || wall.law.soft_until > 0) continue;
-        if (const double share = depth_in(wall, place, radius) / (2 * radius); share > allowed)
+        if (!refuses_depth(wall, group, 0)) continue;
+        if (const double share = depth_in(wall, {0, 0, 0}, place, radius) / (2 * radius); share > allowed_in_walls)
             return fmt::format(
                 "{}: {} is {:.3g} of its diameter deep in the wall '{}' at the start, and {:g} is allowed: move it, or "
                 "let it start there with allow_overlap = true in that [[wall]]",
-                wall.source, what, share, wall.name, allowed);
+                wall.source, what, share, wall.name, allowed_in_walls);
     }
     const auto* fluid = plan.find<FluidPlan>();
     if (!fluid) return {};
@@ -195,22 +202,27 @@ std::string fault_of_place(const Plan& plan, const RodGroup& group, const std::s
     return {};
 }
 
-/// The first body of this rank that stands where it cannot, by its number in the scene; empty: none.
-std::pair<std::int64_t, std::string> fault_of_places(const Plan& plan, std::span<const RodGroup> groups,
-                                                     std::span<const LocalRod> bodies) {
-    std::pair<std::int64_t, std::string> first{std::numeric_limits<std::int64_t>::max(), ""};
-    if (!plan.has<WallPlan>() && !plan.has<FluidPlan>()) return first;
-    for (const LocalRod& body : bodies) {
+/// A body, by its number in the scene, and its fault; empty: none.
+using FaultOfBody = std::pair<std::int64_t, std::string>;
+
+/// The first body of this rank that stands where it cannot. `state_of(group, number of the body here)`;
+/// `fault_of(group, name, place, radius)` of a ball.
+template <class StateOf, class FaultOf> FaultOfBody first_fault(std::span<const RodGroup> groups,
+                                                                std::span<const LocalRod> bodies, StateOf&& state_of,
+                                                                FaultOf&& fault_of) {
+    FaultOfBody first{std::numeric_limits<std::int64_t>::max(), ""};
+    for (std::size_t number = 0; number < bodies.size(); ++number) {
+        const LocalRod& body = bodies[number];
         if (body.gid >= first.first) continue;
         const RodGroup& group = nth(groups, body.group);
         std::string fault;
         const auto look = [&](const char* part, std::size_t i, const Vec3d& place, double radius) {
             if (!fault.empty()) return;
             const std::string what = fmt::format("{} ({} {})", name_of_body(groups, body.gid), part, i);
-            fault = fault_of_place(plan, group, what, place, radius);
+            fault = fault_of(group, what, place, radius);
         };
         if (const BodyShape* shape = group.body()) {
-            const std::vector<Slot<1>> state = start_of(group, body);
+            const std::vector<Slot<1>> state = state_of(group, number);
             for (std::size_t i = 0; i < shape->point.size(); ++i)
                 look("point", i,
                      lane(state[0].position + transpose_times(state[0].director, broadcast<1>(shape->point[i].place)),
@@ -218,7 +230,7 @@ std::pair<std::int64_t, std::string> fault_of_places(const Plan& plan, std::span
                      shape->point[i].radius);
         } else {
             with_rod(group, body.index, [&](const RodGroup& own) {
-                const std::vector<Slot<1>> state = start_of(own, body);
+                const std::vector<Slot<1>> state = state_of(own, number);
                 for (std::size_t i = 0; i < state.size(); ++i)
                     if (!own.holds_node(static_cast<int>(i)) && !own.slides(static_cast<int>(i)))
                         look("node", i, lane(state[i].position, 0), node_radius(own, static_cast<std::int64_t>(i)));
@@ -227,6 +239,15 @@ std::pair<std::int64_t, std::string> fault_of_places(const Plan& plan, std::span
         if (!fault.empty()) first = {body.gid, fault};
     }
     return first;
+}
+
+FaultOfBody fault_of_places(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> bodies) {
+    if (!plan.has<WallPlan>() && !plan.has<FluidPlan>()) return {std::numeric_limits<std::int64_t>::max(), ""};
+    return first_fault(
+        groups, bodies, [&](const RodGroup& group, std::size_t i) { return start_of(group, bodies[i]); },
+        [&](const RodGroup& group, const std::string& what, const Vec3d& place, double radius) {
+            return fault_of_place(plan, group, what, place, radius);
+        });
 }
 
 /// `comm`: null where this process is alone, which may be without MPI.
@@ -279,6 +300,40 @@ void refuse_start(const SceneSpec& scene, const Plan& plan, std::span<const RodG
     std::unique_ptr<Exposure> exposure;
     if (plan.has<ContactPlan>()) exposure = std::make_unique<Exposure>(groups, bodies);
     refuse(nullptr, Threads(1), plan, groups, bodies, exposure.get(), nullptr);
+}
+
+void refuse_new_walls(const World& world, const Plan& plan, const std::string& stage) {
+    const auto *was = world.plan.find<WallPlan>(), *now = plan.find<WallPlan>();
+    if (!was || !now) return;
+    const double time = world.clock.time();
+    const Walls walls(now->walls);
+    const auto moved = [&](std::size_t w) {
+        return walls.wall[w].servo.drives() ? world.walls()->state[w].offset : walls.at(w, time).offset;
+    };
+    const auto fault_of = [&](const RodGroup& group, const std::string& what, const Vec3d& place, double radius) {
+        for (std::size_t w = 0; w < walls.count(); ++w) {
+            const Wall& wall = walls.wall[w];
+            if (was->walls[w].stands || !refuses_depth(wall, group, time)) continue;
+            const double depth = depth_in(wall, moved(w), place, radius), share = depth / (2 * radius);
+            if (share > allowed_in_walls)
+                return fmt::format(
+                    "{}: {} is {:.3g} m, {:.3g} of its diameter, deep in the wall '{}', which appears at t = {:g} s as "
+                    "stage '{}' begins, and {:g} is allowed: let the stage before end where nothing is in its way, put "
+                    "it elsewhere, or let it appear there with allow_overlap = true in that [[wall]]",
+                    wall.source, what, depth, share, wall.name, time, stage, allowed_in_walls);
+        }
+        return std::string();
+    };
+    const auto state_of = [&](const RodGroup& group, std::size_t i) {
+        std::vector<Slot<1>> state(static_cast<std::size_t>(group.slots()));
+        world.rods().export_rod(i, state);
+        synchronise(group, state, world.clock.lag());
+        return state;
+    };
+    const auto [gid, fault] = first_fault(world.groups, world.rods().local(), state_of, fault_of);
+    const bool mine_is_first = gid == world.comm.min(gid);
+    if (const std::string text = world.comm.first_text(mine_is_first ? fault : ""); !text.empty())
+        throw InputError(text);
 }
 
 } // namespace skein

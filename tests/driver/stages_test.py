@@ -353,6 +353,23 @@ class Stages(DriverTest):
         self.scene.write_text(text.replace('watch = "floor"', 'watch = "gate"'))
         self.assertIn("'gate' does not stand in stage 'open', in which its stress decides", self.run_skein("refused", expect=2).stderr)
 
+    def test_a_wall_does_not_appear_in_rods(self):
+        text = FIXED.replace('[[wall]]\nname = "floor"', '[[wall]]\nname = "blade"\nkind = "plane"\npoint = [0.1, 0, 0]\nnormal = [1, 0, 0]\nstiffness = 1e4\nstages = ["open", "down"]\n[[wall]]\nname = "floor"')
+        self.scene.write_text(text)
+        for ranks in (1, 3):
+            said = self.run_skein(f"refused{ranks}", ranks=ranks, expect=2).stderr
+            self.assertRegex(said, r"rod 0 of 'rods' \(node 0\) is 0\.1\d* m, 5\.\d* of its diameter, deep in the wall 'blade', which appears at t = 0\.05 s as stage 'open' begins")
+            self.assertIn("allow_overlap = true", said)
+            self.assertIn("checkpoint of step 500", said)
+        new = self.directory / "new"
+        self.skein_says("branch", f"{self.directory / 'refused1'}@500", new, "--set", "wall.blade.allow_overlap=true", "--set", "wall.blade.stiffness=1e-3")
+        self.skein_says("run", new)
+        self.scene.write_text(text.replace("point = [0.1, 0, 0]", "allow_overlap = true\npoint = [0.1, 0, 0]").replace("[1, 0, 0]\nstiffness = 1e4", "[1, 0, 0]\nstiffness = 1e-3"))
+        self.run_skein("allowed")
+        self.assertEqual(self.digest("new"), self.digest("allowed"))
+        self.scene.write_text(text.replace("point = [0.1, 0, 0]", "point = [-0.05, 0, 0]"))
+        self.run_skein("clear")
+
     def test_a_frozen_end_does_not_snap(self):
         """The element of a clamp that is frozen keeps its frame."""
         self.scene.write_text(ROD.split("[[stage]]\nname = \"caught\"")[0].replace("duration = 0.1\nchange = [\"rods.rod.start=free\"]", "change = [\"rods.rod.start=clamped_frozen\"]"))
