@@ -4,6 +4,8 @@
 #include "formula/unit.hpp"
 #include "skein/core/fields.hpp"
 
+#include <algorithm>
+#include <limits>
 #include <memory>
 #include <string>
 #include <string_view>
@@ -40,10 +42,24 @@ private:
     std::pair<double, double> line(double x) const; ///< value and slope at x
 };
 
+/// A part of the run, s.
+struct TimeSpan {
+    double begin = 0, end = std::numeric_limits<double>::max();
+
+    TimeSpan within(const TimeSpan& other) const { return {std::max(begin, other.begin), std::min(end, other.end)}; }
+    bool empty() const { return begin > end; }
+    /// The time at a share of the way from its begin to its end.
+    double at(double share) const { return begin + (end - begin) * share; }
+};
+
 struct FormulaScope {
     std::vector<FormulaConstant> constants;
     std::vector<FormulaTable> tables;
     double duration = 0; ///< duration of the run, s
+    TimeSpan acts{};     ///< in which formulas surely act, and must have values: the present stage
+
+    TimeSpan run() const { return {0, duration}; }
+    TimeSpan tried() const { return run().within(acts); }
 };
 
 /// Variables, in this order. A place is a node for forces, and the middle of an element for couples.

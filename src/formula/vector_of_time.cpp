@@ -28,15 +28,15 @@ VectorOfTime::VectorOfTime(const FormulaScope& scope, const std::vector<std::str
     if (!faults_.empty()) return;
     value_ = value;
     for (const int node : value_) rate_.push_back(graph_.derivative(node, Variable::t));
-    try_times(scope.duration);
+    try_times(scope.tried());
     for (std::size_t i = 0; i < faults_.size(); ++i)
         faults_[i].part.length = nth(texts, faults_[i].part.formula).size();
 }
 
-void VectorOfTime::try_times(double duration) {
+void VectorOfTime::try_times(const TimeSpan& span) {
     constexpr int times = 64;
-    for (int n = 0; n <= times; ++n) {
-        const double t = duration * n / times;
+    for (int n = 0; n <= times && !span.empty(); ++n) {
+        const double t = span.at(static_cast<double>(n) / times);
         const Point p = (*this)(t);
         const std::array<double, 3> value = {p.value.x, p.value.y, p.value.z}, rate = {p.rate.x, p.rate.y, p.rate.z};
         for (std::size_t i = 0; i < 3; ++i) {
@@ -46,7 +46,7 @@ void VectorOfTime::try_times(double duration) {
                  fmt::format("{} is not finite at t = {:.6g} s", std::isfinite(value[i]) ? "its rate" : "it", t)});
             return;
         }
-        if (!(duration > 0)) return;
+        if (!(span.end > span.begin)) return;
     }
 }
 

@@ -26,12 +26,12 @@ public:
     /// True where component i is 0 at all times.
     bool vanishes(std::size_t i) const;
 
-    /// Faults of formula part.formula, or of all formulas where that is -1. Values and rates are tried at the start of
-    /// the run, at its end and at some times between.
+    /// Faults of formula part.formula, or of all formulas where that is -1. Values and rates are tried at the begin of
+    /// the time in which they act, at its end and at some times between.
     const std::vector<FormulaFault>& faults() const { return faults_; }
 
 private:
-    void try_times(double duration);
+    void try_times(const TimeSpan& span);
 
     Graph graph_;
     std::vector<int> value_, rate_; ///< nodes, [3] or none

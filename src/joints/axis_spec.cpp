@@ -16,7 +16,9 @@ void Motor::use(const FormulaScope& names, bool turns) {
     formula = std::make_shared<VectorOfTime>(names, values.empty() ? std::vector<std::string>{value, "0", "0"} : values,
                                              unit);
     constexpr int times = 64;
-    for (int n = 0; n <= times; ++n) largest = std::max(largest, std::abs(at(names.duration * n / times).value));
+    for (int n = 0; n <= times; ++n)
+        if (const double size = std::abs(at(names.duration * n / times).value); std::isfinite(size))
+            largest = std::max(largest, size);
 }
 
 const std::vector<FormulaFault>& Motor::faults() const {

@@ -64,17 +64,20 @@ std::vector<std::int64_t> some_of(std::int64_t count, std::int64_t most) {
     return chosen;
 }
 
-/// Start and end of the run, and times between them without a common period.
-std::vector<double> some_times(double duration) {
-    std::vector<double> times = {0};
-    if (duration > 0) times.push_back(duration);
-    for (int i = 1; duration > 0 && i < 15; ++i) times.push_back(duration * std::fmod(0.6180339887498949 * i, 1.0));
+/// Begin and end of a part of the run, and times between them without a common period.
+std::vector<double> some_times(const TimeSpan& span) {
+    if (span.empty()) return {};
+    const bool lasts = span.end > span.begin;
+    std::vector<double> times = {span.begin};
+    if (lasts) times.push_back(span.end);
+    for (int i = 1; lasts && i < 15; ++i) times.push_back(span.at(std::fmod(0.6180339887498949 * i, 1.0)));
     return times;
 }
 
 /// Calls `sample` for some rods of a group until it returns false. Rods of a file are those that this rank holds.
-template <class Use> void over_samples(const RodGroup& group, double duration, bool middles, Use use) {
+template <class Use> void over_samples(const RodGroup& group, const TimeSpan& span, bool middles, Use use) {
     if (!group.strained()) return;
+    const std::vector<double> times = some_times(span);
     const bool from_file = group.places().from_file();
     const std::vector<std::int64_t> held = from_file ? group.places().held() : std::vector<std::int64_t>{};
     for (const std::int64_t rod : some_of(group.count(), 32)) {
@@ -100,7 +103,7 @@ template <class Use> void over_samples(const RodGroup& group, double duration, b
             set(Variable::vz, v.z);
             for (int i = static_cast<int>(Variable::s); i < variables; ++i)
                 set(static_cast<Variable>(i), along.value(static_cast<Variable>(i), k));
-            for (const double t : some_times(duration)) {
+            for (const double t : times) {
                 set(Variable::t, t);
                 if (!use(sample)) return;
             }
@@ -179,7 +182,7 @@ void FormulaReading::add_faults(Objections& objections) const {
 std::string FormulaReading::fault(const char* key, const RodGroup& group, const std::vector<int>& nodes,
                                   bool middles) const {
     std::string fault;
-    over_samples(group, scope_.duration, middles, [&](const Sample& sample) {
+    over_samples(group, scope_.tried(), middles, [&](const Sample& sample) {
         const std::vector<double> values = graph.values(sample.at);
         for (std::size_t i = 0; i < nodes.size(); ++i) {
             const int where = where_it_breaks(graph, values, nodes[i]);
@@ -210,8 +213,9 @@ std::string FormulaReading::fault(const char* key, const RodGroup& group, const 
 DragRate FormulaReading::largest(const RodGroup& group, bool middles, const Worth& worth) const {
     DragRate largest;
     if (group.places().from_file()) return largest; // ranks that hold other rods would choose other steps
-    over_samples(group, scope_.duration, middles, [&](const Sample& sample) {
-        if (const double here = worth(graph.values(sample.at), sample.place); here > largest.value)
+    over_samples(group, scope_.run(), middles, [&](const Sample& sample) {
+        const double here = worth(graph.values(sample.at), sample.place);
+        if (std::isfinite(here) && here > largest.value) // else the formula does not act at that time
             largest = {here, std::min(sample.place, group.elements() - 1)};
         return true;
     });

@@ -32,13 +32,13 @@ public:
     const std::vector<Fault>& faults() const { return faults_; }
     void add_faults(Objections& objections) const;
 
-    /// First value that is not finite over a group's start state, at the start of the run, its end and some times
-    /// between; empty where all are finite. Some rods and places of a group are sampled, of a file among the rods that
-    /// this rank holds.
+    /// First value that is not finite over a group's start state, at the begin of the time in which the load acts, its
+    /// end and some times between; empty where all are finite. Some rods and places of a group are sampled, of a file
+    /// among the rods that this rank holds.
     std::string fault(const char* key, const RodGroup& group, const std::vector<int>& values, bool middles) const;
 
-    /// Largest value of `worth(values of all of the graph, place)` over the same places and times, except for rods of a
-    /// file.
+    /// Largest finite value of `worth(values of all of the graph, place)` over the same places and times of the whole
+    /// run, except for rods of a file.
     using Worth = std::function<double(const std::vector<double>&, int)>;
     DragRate largest(const RodGroup& group, bool middles, const Worth& worth) const;
 

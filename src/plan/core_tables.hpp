@@ -21,6 +21,7 @@ struct CoreTables {
     std::vector<FormulaTable> tables;
     std::vector<StageSpec> stages; ///< one after the other; none: the scene is the same throughout
     double stage_begin = 0;        ///< s: when the present stage has begun
+    TimeSpan stage_lasts{};        ///< surely: without what depends on conditions that end stages
     OutputSpec output;
     StartSpec start;
     std::string file; ///< origin of the scene; relative paths in it start there
@@ -28,7 +29,7 @@ struct CoreTables {
 
 /// Names that formulas of a scene may hold.
 inline FormulaScope names_for_formulas(const CoreTables& scene) {
-    FormulaScope names{scene.constants, scene.tables, scene.time.duration};
+    FormulaScope names{scene.constants, scene.tables, scene.time.duration, scene.stage_lasts};
     if (!scene.stages.empty()) names.constants.push_back({stage_begin_name, scene.stage_begin, "s"});
     return names;
 }

@@ -212,7 +212,7 @@ std::string source_prefix(const SceneSpec& scene, const std::string& path) {
 } // namespace
 
 std::vector<Contradiction> contradictions(const SceneSpec& scene, const std::set<std::string>& given) {
-    return Checker(scene, given).run();
+    return Checker(as_it_begins(scene), given).run();
 }
 
 std::set<std::string> needed_keys(const SceneSpec& scene) {

@@ -41,6 +41,27 @@ ActingStages acting_stages(const std::vector<std::string>& named, const std::vec
             first == 0 && end == stages.size()};
 }
 
+/// When a stage surely lasts, s. Conditions end stages at times that none knows before, but for a begin that has come.
+TimeSpan surely_lasts(const SceneSpec& scene, std::span<const double> begins) {
+    constexpr TimeSpan unknown{ActingStages::never, 0};
+    const std::size_t number = begins.size() - 1;
+    const std::vector<double> nominal = nominal_begins(scene, number);
+    for (std::size_t i = 0; i < number; ++i)
+        if (!scene.stages[i].until.empty() && std::equal(begins.begin(), begins.end(), nominal.begin())) return unknown;
+    const StageSpec& stage = scene.stages[number];
+    const double begin = begins.back();
+    if (!stage.until.empty()) return {begin, begin};
+    return {begin, stage.duration > 0 ? begin + stage.duration : scene.time.duration};
+}
+
+/// Formulas of the scene act in this stage alone; motors of joints that are not made in it, never.
+void let_formulas_act(SceneSpec& scene, const std::vector<StageSpec>& stages, const TimeSpan& lasts,
+                      std::size_t stage) {
+    scene.stage_lasts = lasts;
+    for (JointSpec& joint : scene.joints)
+        if (!joint.stages.empty()) joint.events.from = acts_in(joint.stages, stages[stage]) ? 0 : ActingStages::never;
+}
+
 /// Takes away the tables that do not act now, but for those whose physics keeps them.
 template <class Spec>
 void keep_acting(std::vector<Spec>& specs, const std::vector<StageSpec>& stages, std::span<const double> begins) {
@@ -127,6 +148,7 @@ SceneSpec stage_scene(const SceneSpec& scene, std::span<const double> begins) {
         if constexpr (requires { specs.front().stages; }) keep_acting(specs, scene.stages, begins);
     });
     now.stage_begin = begins.back();
+    now.stage_lasts = surely_lasts(scene, begins);
     return now;
 }
 
@@ -214,13 +236,23 @@ void check_stages(const SceneSpec& scene, Objections& objections) {
     check_tables(scene, objections);
 }
 
+SceneSpec as_it_begins(SceneSpec scene) {
+    if (scene.stages.empty()) return scene;
+    const std::vector<StageSpec> stages = scene.stages;
+    let_formulas_act(scene, stages, surely_lasts(scene, std::vector<double>{0.0}), 0);
+    return scene;
+}
+
 namespace {
 
-/// The scene with its tables as they are when they act, and without what is of the start alone.
-SceneSpec without_stages(SceneSpec scene, bool starts) {
+/// The scene of a stage with its tables as they are when they act, and without what is of the start alone.
+SceneSpec without_stages(SceneSpec scene, std::span<const double> begins) {
+    const std::size_t stage = begins.size() - 1;
     for (RodSpec& rods : scene.rods)
-        if (!starts) rods.shape.velocity = rods.shape.angular_velocity = rods.shape.element_spin = {0, 0, 0};
-    scene.constants.push_back({stage_begin_name, 0, "s"});
+        if (stage > 0) rods.shape.velocity = rods.shape.angular_velocity = rods.shape.element_spin = {0, 0, 0};
+    const std::vector<StageSpec> stages = scene.stages;
+    let_formulas_act(scene, stages, surely_lasts(scene, begins), stage);
+    scene.constants.push_back({stage_begin_name, begins.back(), "s"});
     scene.stages.clear();
     for_each_list(scene, [](const char*, auto& specs) {
         if constexpr (requires { specs.front().stages; })
@@ -244,7 +276,7 @@ std::string fault_of_stage(const SceneSpec& scene, std::size_t stage) {
     const std::vector<double> begins = nominal_begins(scene, stage);
     const std::span<const double> before = std::span(begins).first(std::max<std::size_t>(1, stage));
     try {
-        const SceneSpec was = without_stages(stage == 0 ? scene : changed_scene(scene, before), stage == 0);
+        const SceneSpec was = without_stages(stage == 0 ? scene : changed_scene(scene, before), begins);
         SceneSpec now = was;
         change_for(now, scene.stages[stage]);
         if (stage > 0) catch_ends(was.rods, now.rods, stage);
@@ -262,10 +294,11 @@ std::string fault_of_stage(const SceneSpec& scene, std::size_t stage) {
 } // namespace
 
 void check_changes(const SceneSpec& scene, Objections& objections) {
-    for (std::size_t i = 0; i < scene.stages.size(); ++i) {
-        if (scene.stages[i].change.empty()) continue;
+    for (std::size_t i = 1; i < scene.stages.size(); ++i) {
         if (const std::string fault = fault_of_stage(scene, i); !fault.empty()) {
-            objections.add(fmt::format("stage.{}.change", i), fault);
+            const bool changes = !scene.stages[i].change.empty(); // else a formula has no value in it
+            objections.add(changes ? fmt::format("stage.{}.change", i) : fmt::format("stage.{}", i),
+                           changes ? fault : fmt::format("stage '{}': {}", scene.stages[i].name, fault));
             return; // later stages have it too
         }
     }

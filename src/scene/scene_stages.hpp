@@ -18,6 +18,9 @@ SceneSpec stage_scene(const SceneSpec& scene, std::span<const double> begins);
 /// Times at which stages up to `stage` begin where none ends by a condition, s.
 std::vector<double> nominal_begins(const SceneSpec& scene, std::size_t stage);
 
+/// The scene with its formulas at work in the first stage alone.
+SceneSpec as_it_begins(SceneSpec scene);
+
 /// Objects to contradictions in [[stage]] and the keys `stages`.
 void check_stages(const SceneSpec& scene, Objections& objections);
 

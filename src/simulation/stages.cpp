@@ -1,5 +1,6 @@
 #include "simulation/stages.hpp"
 
+#include "physics/loads/load_plan.hpp"
 #include "plan/plan_steps.hpp"
 #include "scene/make_plan.hpp"
 #include "simulation/progress.hpp"
@@ -52,7 +53,12 @@ void Stages::enter(std::vector<double> begins, World& world, bool now) {
     Plan plan = plan_in_stage(scene_, begins, world.plan.dt, groups, world.plan.machine);
     plan.steps = steps;
     plan.stages = world.plan.stages;
-    if (now) refuse_new_walls(world, plan, scene_.stages[begins.size() - 1].name);
+    if (now) {
+        refuse_new_walls(world, plan, scene_.stages[begins.size() - 1].name);
+        if (has_rods_of_files(groups))
+            if (const std::string fault = world.comm.first_text(fault_of_read_rods(plan, groups)); !fault.empty())
+                throw InputError(fault);
+    }
     world.change(std::move(groups), std::move(plan));
     go_on(std::move(begins), world);
 }

@@ -370,6 +370,33 @@ class Stages(DriverTest):
         self.scene.write_text(text.replace("point = [0.1, 0, 0]", "point = [-0.05, 0, 0]"))
         self.run_skein("clear")
 
+    def test_formulas_where_they_act(self):
+        """A formula must have values in the stages of its load alone, and in those in which it leads an end or drives a motor."""
+        load = '{kind = "formula", per = "rod", force = ["1e-3*sqrt(F)", "0", "0"], stages = ["open"]}'
+        motor = '[[joint]]\nkind = "hinge"\nbetween = ["rods", "rods"]\npairs = "listed"\nfirst = [3]\nsecond = [4]\nat = [0.5, 0.5]\naxis = [0, 0, 1]\nstiffness = 20.0\ntorsional_stiffness = 0.01\nmotor = {kind = "force", value = "1e-6*sqrt(F + 1e-9)"}\n'
+        gate = '[[wall]]\nname = "gate"'
+        bare = re.sub(r", stages = \[[^]]*\]|\nstages = \[[^]]*\]", "", BED.split("[[stage]]")[0])
+        led = """duration = 0.1\nchange = ["rods.rod.end=clamped", 'rods.rod.end_motion.translation_formula=["0", "0", "0.01*sqrt(F + 1e-3)"]']"""
+        cases = []
+        for formula, good in (("(t - 0.049)*(0.081 - t)", True), ("t - stage_begin", True), ("0.06 - t", False), ("t - 0.06", False)):
+            cases.append((FIXED.replace("ramp = 0.01}]", "ramp = 0.01}, " + load.replace("F", formula) + "]"), good))
+            cases.append((FIXED.replace(gate, motor.replace("F", formula) + 'stages = ["open"]\n' + gate), good))
+            if "stage" not in formula:
+                cases.append((bare.replace(gate, motor.replace("F", formula) + "from = 0.05\nuntil = 0.08\n" + gate), good))
+        for formula, good in (("(t - 0.2)*(0.301 - t)", True), ("t - stage_begin", True), ("0.25 - t", False), ("t - 0.25", False)):
+            cases.append((ROD.split('[[stage]]\nname = "led"')[0].replace('duration = 0.1\nchange = ["rods.rod.end=clamped"]', led.replace("F", formula)) + '[[stage]]\nname = "after"\nchange = [\'rods.rod.end_motion.translation_formula=["0", "0", "0"]\']\n', good))
+        until = BED.replace("ramp = 0.01}]", "ramp = 0.01}, " + load.replace("F", "t - 0.01") + "]")
+        cases.append((until, True))  # it begins where the gate has been pressed
+        for number, (text, good) in enumerate(cases):
+            with self.subTest(number):
+                self.scene.write_text(text)
+                done = self.run_skein(f"case{number}", "--until", "0.11", expect=0 if good else 2)
+                if not good: self.assertRegex(done.stderr, "root of a negative number|not finite")
+        self.scene.write_text(until.replace("t - 0.01", "0.01 - t"))
+        said = self.run_skein("late", expect=2).stderr  # as soon as it is known when
+        self.assertIn("is the root of a negative number", said)
+        self.assertIn("is kept in the checkpoint of step", said)
+
     def test_a_frozen_end_does_not_snap(self):
         """The element of a clamp that is frozen keeps its frame."""
         self.scene.write_text(ROD.split("[[stage]]\nname = \"caught\"")[0].replace("duration = 0.1\nchange = [\"rods.rod.start=free\"]", "change = [\"rods.rod.start=clamped_frozen\"]"))

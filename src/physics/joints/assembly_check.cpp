@@ -81,7 +81,10 @@ void check_motor(const SceneSpec& scene, const JointSpec& spec, const Motor& mot
     if (motor.kind != MotorKind::position) table.unused({"stiffness"}, fmt::format("for a motor of kind \"{}\"", kind));
     if (motor.kind == MotorKind::force) table.unused({"damping"}, "for a motor of kind \"force\"");
     Motor read = motor;
-    read.use(names_for_formulas(scene), turns_freely(spec.kind));
+    FormulaScope names = names_for_formulas(scene);
+    const JointEvents& events = spec.events;
+    names.acts = names.acts.within({events.from, events.until > 0 ? events.until : names.duration});
+    read.use(names, turns_freely(spec.kind));
     if (ball) return add_faults(key, read.faults(), table);
     for (const FormulaFault& fault : read.faults()) {
         const std::string message = fmt::format("'value': {}", fault.message);

@@ -16,10 +16,10 @@ namespace skein {
 
 namespace {
 
-constexpr int looks = 2048;               ///< over the run
+constexpr int looks = 2048;               ///< over the time in which formulas act
 constexpr int halvings = 100;             ///< of the interval between two
 constexpr double vanishing = 1e-6;        ///< of the largest denominator: 0, but for rounding
-constexpr double near = 1e-8, far = 1e-4; ///< of the run, from the pole
+constexpr double near = 1e-8, far = 1e-4; ///< of that time, from the pole
 constexpr double steep = 100;             ///< times that a formula is larger near than far; of a simple pole 1e4
 
 /// Values of a graph as functions of time alone; places and velocities are 1, so that no factor vanishes.
@@ -58,11 +58,12 @@ double zero_between(OfTime& value, int node, double begin, double end) {
     return 0.5 * (begin + end);
 }
 
-/// The first time of the run at which a formula, `node`, has a pole since the value of `below` is 0.
-std::optional<double> pole(OfTime& value, int node, int below, double duration) {
+/// The first time at which a formula, `node`, has a pole since the value of `below` is 0.
+std::optional<double> pole(OfTime& value, int node, int below, const TimeSpan& span) {
     std::vector<double> found(looks + 1);
     double largest = 0;
-    const auto time = [&](int i) { return duration * i / looks; };
+    const double duration = span.end - span.begin;
+    const auto time = [&](int i) { return span.at(static_cast<double>(i) / looks); };
     for (int i = 0; i <= looks; ++i) {
         nth(found, i) = value(below, time(i));
         if (!std::isfinite(nth(found, i))) return std::nullopt;
@@ -109,11 +110,12 @@ private:
         Graph graph(scope_.tables);
         std::vector<FormulaFault> faults;
         const auto read = read_formula(graph, scope_, text, 0, "", faults);
-        if (!read || !(scope_.duration > 0)) return;
+        const TimeSpan span = scope_.tried();
+        if (!read || !(span.end > span.begin)) return;
         OfTime value(graph);
         for (const Graph::Node& node : graph.nodes()) {
             if (node.op != Op::divide || graph[node.of[1]].changes != with_time) continue;
-            const auto at = pole(value, read->node, node.of[1], scope_.duration);
+            const auto at = pole(value, read->node, node.of[1], span);
             if (!at) continue;
             found_.push_back(fmt::format(
                 "{}.{}: '{}' has a pole at t = {:.6g} s, between two steps: there it divides by 0, and what it "

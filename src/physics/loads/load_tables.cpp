@@ -62,7 +62,7 @@ std::string_view LoadTables::remark(std::string_view table) {
          "tan atan exp log sqrt abs floor tanh sign`, `step(a)` (0 below 0, else 1), `ramp(a, b)` (0 below 0, a/b, 1 "
          "from b on), `min max hypot` of two or more, `atan2 mod` and `if(condition, then, else)`. Units are checked "
          "if all parts have one; a plain number fits any. Values must be finite at the start of the rods, at 16 times "
-         "of the run."},
+         "of the run, or of each stage in which the load acts."},
         {"load.magnetic_formula", "Formulas as in `[[load]]` of kind `formula`; places are the middles of elements. "
                                   "Rods need `[rods.magnetisation]`."},
         {"load.muscle_formula",
