@@ -5,6 +5,7 @@
 #include "scene/scene_keys.hpp"
 #include "skein/core/error.hpp"
 
+#include <algorithm>
 #include <charconv>
 
 #include <fmt/format.h>
@@ -82,26 +83,9 @@ private:
     }
 
     TomlValue& item(TomlArray& list, const std::string& part, const std::string& so_far) const {
-        std::size_t number = 0;
-        const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
-        if (error == std::errc{} && end == part.data() + part.size()) {
-            if (number >= list.size())
-                fail(
-                    fmt::format("there is no '{}.{}': '{}' has {}, counted from 0", so_far, part, so_far, list.size()));
-            return list[number];
-        }
-        TomlValue* match = nullptr;
         std::vector<std::string_view> names;
-        for (TomlValue& candidate : list) {
-            names.push_back(name_of(candidate));
-            if (names.back() != part) continue;
-            if (match)
-                fail(fmt::format("'{}.{}' is not the only one of this name; use its number, counted from 0", so_far,
-                                 part));
-            match = &candidate;
-        }
-        if (!match) fail(fmt::format("there is no '{}.{}'{}", so_far, part, suggestion(part, names, "there are")));
-        return *match;
+        for (const TomlValue& one : list) names.push_back(name_of(one));
+        return list[number_of_table(so_far, part, names, place_)];
     }
 
     std::string text_;
@@ -119,6 +103,24 @@ KeyValue key_value(const std::string& text, const Place& place) {
         if (part.empty())
             throw InputError(message_at(place, fmt::format("a name is missing in the path; {}", expected)));
     return {std::move(path), value_of(trimmed(text.substr(equals + 1)), place)};
+}
+
+std::size_t number_of_table(const std::string& list, const std::string& part, std::span<const std::string_view> names,
+                            const Place& place) {
+    const auto fail = [&](const std::string& message) { throw InputError(message_at(place, message)); };
+    std::size_t number = 0;
+    const auto [end, error] = std::from_chars(part.data(), part.data() + part.size(), number);
+    if (error == std::errc{} && end == part.data() + part.size()) {
+        if (number >= names.size())
+            fail(fmt::format("there is no '{}.{}': '{}' has {}, counted from 0", list, part, list, names.size()));
+        return number;
+    }
+    const auto match = std::find(names.begin(), names.end(), part);
+    if (match == names.end())
+        fail(fmt::format("there is no '{}.{}'{}", list, part, suggestion(part, names, "there are")));
+    if (std::find(match + 1, names.end(), part) != names.end())
+        fail(fmt::format("'{}.{}' is not the only one of this name; use its number, counted from 0", list, part));
+    return static_cast<std::size_t>(match - names.begin());
 }
 
 void apply_override(TomlValue& root, const std::string& override) { Override(override).apply(root); }

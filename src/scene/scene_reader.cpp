@@ -354,22 +354,15 @@ private:
     template <class Spec, class Accept> void change_one(std::vector<Spec>& specs, Accept&& accept) {
         const std::string& table = change_.path.front();
         if (change_.path.size() < 2) fail("a path names a key, not a whole table");
-        const std::string& part = change_.path[1];
+        std::vector<Spec*> tables;
         std::vector<std::string> names;
-        Spec* match = nullptr;
         for (Spec& spec : specs) {
             if (!accept(spec)) continue;
-            const std::string name = name_of_table(spec), number = std::to_string(names.size());
-            names.push_back(name);
-            if (part != name && part != number) continue;
-            if (match)
-                fail(fmt::format("'{}.{}' is not the only one of this name; use its number, counted from 0", table,
-                                 part));
-            match = &spec;
+            tables.push_back(&spec);
+            names.push_back(name_of_table(spec));
         }
         const std::vector<std::string_view> known(names.begin(), names.end());
-        if (!match) fail(fmt::format("there is no '{}.{}'{}", table, part, suggestion(part, known, "there are")));
-        read(*match, table, 2);
+        read(*tables[number_of_table(table, change_.path[1], known, change_.value.place)], table, 2);
     }
 
     /// Reads the key, which is in as many tables as the path has parts from `first` on.
