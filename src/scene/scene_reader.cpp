@@ -341,6 +341,9 @@ public:
             found = true;
             read(spec, name, 1);
         });
+        if (table == "table")
+            fail("a stage does not change the points of a [[table]], which hold for all of the run, and which a "
+                 "program may drive: give another [[table]], and let the stage change the formula that names it");
         if (!found)
             fail(fmt::format("a stage changes rods, bodies and the tables of physics that the scene has, not '{}'",
                              table));

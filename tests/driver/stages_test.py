@@ -397,6 +397,17 @@ class Stages(DriverTest):
         self.assertIn("is the root of a negative number", said)
         self.assertIn("is kept in the checkpoint of step", said)
 
+    def test_tables_stay_and_formulas_change(self):
+        text = BED.replace('{kind = "uniform_force", force', '{kind = "formula", per = "rod", force = ["push(t)", "0", "0"]}, {kind = "uniform_force", force')
+        text = text.replace('[[wall]]\nname = "gate"', '[[table]]\nname = "push"\nat = [0, 1]\nvalue = [0, 0.01]\n[[table]]\nname = "pull"\nat = [0, 1]\nvalue = [0, -0.01]\n[[wall]]\nname = "gate"')
+        self.scene.write_text(text.replace('change = ["contact.static_friction=0.1",', """change = ['load.formula.force=["pull(t)", "0", "0"]', "contact.static_friction=0.1","""))
+        self.run_skein("changed")
+        self.scene.write_text(text)
+        self.run_skein("same")
+        self.assertNotEqual(self.digest("changed"), self.digest("same"))
+        self.change('change = ["contact.static_friction=0.1",', 'change = ["table.push.value=[0, 1]",')
+        self.assertIn("a stage does not change the points of a [[table]]", self.run_skein("refused", expect=2).stderr)
+
     def test_a_frozen_end_does_not_snap(self):
         """The element of a clamp that is frozen keeps its frame."""
         self.scene.write_text(ROD.split("[[stage]]\nname = \"caught\"")[0].replace("duration = 0.1\nchange = [\"rods.rod.start=free\"]", "change = [\"rods.rod.start=clamped_frozen\"]"))
