@@ -3,10 +3,13 @@
 #include "io/rod_file.hpp"
 #include "rod/shape_places.hpp"
 #include "scene/scene_file.hpp"
+#include "scene/scene_rebuild.hpp"
+#include "scene/scene_stages.hpp"
 #include "skein/core/error.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -126,6 +129,57 @@ void refine_rods(RodSpec& rods, const Refinement& by) {
     refine_hold(rods, was.elements, by);
 }
 
+using Json = nlohmann::json;
+
+/// Keys that have another value in the second of two scenes with the same tables, each "path=value".
+void append_changes(const Json& was, const Json& now, const std::string& path, std::vector<std::string>& changes) {
+    const auto has_tables = [](const Json& list) { return list.is_array() && !list.empty() && list[0].is_object(); };
+    if (was == now) return;
+    if (now.is_object() && was.is_object()) {
+        for (const auto& [key, value] : now.items())
+            append_changes(was.value(key, Json()), value, path.empty() ? key : path + "." + key, changes);
+    } else if (has_tables(now) && has_tables(was)) {
+        for (std::size_t i = 0; i < now.size(); ++i)
+            append_changes(was[i], now[i], fmt::format("{}.{}", path, i), changes);
+    } else {
+        changes.push_back(fmt::format("{}={}", path, now.dump()));
+    }
+}
+
+std::vector<std::string> changes_between(const SceneSpec& was, const SceneSpec& now) {
+    std::vector<std::string> changes;
+    append_changes(Json::parse(physics_json(was, {}, 1)), Json::parse(physics_json(now, {}, 1)), "", changes);
+    return changes;
+}
+
+SceneSpec with_other_elements(const SceneSpec& scene, const Refinement& by) {
+    SceneSpec out = scene;
+    const std::string directory = std::filesystem::path(scene.file).parent_path().string();
+    for (RodSpec& rods : out.rods) {
+        if (rods.body) continue;
+        refuse_nodes_of_file(rods, directory);
+        refine_rods(rods, by);
+    }
+    PhysicsTables::refine(out, scene, by);
+    return out;
+}
+
+/// What stages change by element, node or vertex goes along, and what follows from it in the refined scene.
+void refine_stages(const SceneSpec& scene, SceneSpec& out, const Refinement& by) {
+    for (std::size_t i = 1; i < scene.stages.size(); ++i) {
+        if (scene.stages[i].change.empty()) continue;
+        const SceneSpec was = with_changes(scene, i - 1), now = with_changes(scene, i);
+        std::vector<std::string> changes;
+        try {
+            changes = changes_between(with_other_elements(was, by), with_other_elements(now, by));
+        } catch (const InputError& error) {
+            throw InputError(
+                fmt::format("{}: stage '{}': {}", scene.stages[i].source, scene.stages[i].name, error.what()));
+        }
+        if (changes != changes_between(was, now)) out.stages[i].change = std::move(changes);
+    }
+}
+
 } // namespace
 
 SceneSpec refined(const SceneSpec& scene, const Refinement& by) {
@@ -135,14 +189,8 @@ SceneSpec refined(const SceneSpec& scene, const Refinement& by) {
             fmt::format("start.from: the state of '{}' has its own elements; a scene that begins with shapes of its "
                         "own can be refined",
                         scene.start.from));
-    SceneSpec out = scene;
-    const std::string directory = std::filesystem::path(scene.file).parent_path().string();
-    for (RodSpec& rods : out.rods) {
-        if (rods.body) continue;
-        refuse_nodes_of_file(rods, directory);
-        refine_rods(rods, by);
-    }
-    PhysicsTables::refine(out, scene, by);
+    SceneSpec out = with_other_elements(scene, by);
+    refine_stages(scene, out, by);
     check_scene(out);
     return out;
 }

@@ -141,6 +141,11 @@ SceneSpec changed_scene(const SceneSpec& scene, std::span<const double> begins) 
 
 } // namespace
 
+SceneSpec with_changes(SceneSpec scene, std::size_t stage) {
+    for (std::size_t i = 0; i <= stage; ++i) change_for(scene, StageSpec(scene.stages[i]));
+    return scene;
+}
+
 SceneSpec stage_scene(const SceneSpec& scene, std::span<const double> begins) {
     if (scene.stages.empty()) return scene;
     SceneSpec now = changed_scene(scene, begins);

@@ -15,6 +15,9 @@ namespace skein {
 /// where a change cannot be made.
 SceneSpec stage_scene(const SceneSpec& scene, std::span<const double> begins);
 
+/// The scene with the keys that stages up to this one change, and all else as written.
+SceneSpec with_changes(SceneSpec scene, std::size_t stage);
+
 /// Times at which stages up to `stage` begin where none ends by a condition, s.
 std::vector<double> nominal_begins(const SceneSpec& scene, std::size_t stage);
 

@@ -8,6 +8,7 @@
 #include "loads/plane_friction.hpp"
 #include "plan/plan.hpp"
 #include "scene/make_groups.hpp"
+#include "scene/scene_stages.hpp"
 #include "scene_fixture.hpp"
 
 #include <gtest/gtest.h>
@@ -195,6 +196,45 @@ TEST(SceneRefine, WhatCannotBeRefinedIsNamed) {
     EXPECT_NE(refused(bodies, {2, 1}).find("damping.rods"), std::string::npos);
     const SceneSpec traced = read_scene(std::string(SHIPPED_SCENES) + "/traced/traced.toml");
     EXPECT_NE(refused(traced, {2, 1}).find("placement.file"), std::string::npos);
+}
+
+const std::string stages_text = R"(
+[[damping]]
+kind = "physical"
+translational = 1e-3
+[[stage]]
+name = "a"
+duration = 0.5
+[[stage]]
+name = "b"
+)";
+const std::vector<double> first_stage{0.0}, second_stage{0.0, 0.5};
+
+TEST(SceneRefine, WhatStagesChangeGoesAlong) {
+    const SceneSpec scene = scene_of(stages_text + R"(change = ["damping.physical.translational=4e-3",
+        "rods.one.hold.nodes=[2]", "rods.one.material.youngs_modulus=2e6"])"),
+                    fine = refined(scene, {2, 1}), later = stage_scene(fine, second_stage);
+    EXPECT_EQ(later.damping[0].damping.translational, 2e-3);
+    EXPECT_EQ(later.rods[0].hold.nodes, std::vector<long>{4});
+    EXPECT_EQ(later.rods[0].material.youngs_modulus, 2e6);
+    EXPECT_EQ(stage_scene(fine, first_stage).damping[0].damping.translational, 0.5e-3);
+    const SceneSpec stiffer = scene_of(stages_text + "change = [\"rods.one.material.youngs_modulus=2e6\"]");
+    EXPECT_EQ(refined(stiffer, {2, 1}).stages[1].change, stiffer.stages[1].change);
+}
+
+TEST(SceneRefine, InertiaThatAStageScalesStaysThatOfItsElements) {
+    const SceneSpec scene = scene_of(stages_text + "change = [\"rods.one.material.rotary_inertia_for_dt=2e-3\"]"),
+                    fine = refined(scene, {4, 1});
+    const auto scales = [](const SceneSpec& s) { return make_groups(s, second_stage)[0].rotary_inertia_scale; };
+    EXPECT_GT(scales(scene)[2], 1);
+    EXPECT_EQ(scales(fine), std::vector<double>(16, scales(scene)[2]));
+}
+
+TEST(SceneRefine, WhatAStageChangesAndCannotBeRefinedIsNamed) {
+    const SceneSpec odd = scene_of(stages_text + "change = [\"rods.one.hold.nodes=[1]\"]");
+    const std::string text = refused(odd, {1, 2});
+    EXPECT_NE(text.find("stage 'b'"), std::string::npos) << text;
+    EXPECT_NE(text.find("hold.nodes: node 1 of 'one' falls between two nodes"), std::string::npos) << text;
 }
 
 TEST(SceneRefine, BodiesKeepTheirDamping) {
