@@ -454,17 +454,22 @@ private:
         const Vec3<P> force = loads.force_a + loads.force_a_next;
         const bool over = events.until > 0 && at.time >= events.until;
         const Mask<W> ends = over ? holds : holds & (dot(force, force) > strongest * strongest);
-        if (any(ends)) { // what its springs hold is lost
+        if (any(ends)) { // what its springs hold as the step begins is lost: the step is made without it
+            const JoinedElement<P> first = half_a_step_before<W>(a, at.h), second = half_a_step_before<W>(b, at.h);
             JointFigures<P> figures;
             JointLoad<P> other;
-            AxisMemory<P> axis = memory.axis; // figures add works, of lanes that ended before too
-            std::copy_n(axes.more, run.more, more_before.begin());
-            const AxesMemory<P> copy{axis, run.more > 0 ? more_before.data() : nullptr};
+            AxisMemory<P> last = before;
+            AxisAt laws_then = laws;
+            laws_then.h = 0;
+            const AxesMemory<P> then{last, run.more > 0 ? more_before.data() : nullptr};
             if constexpr (Form == JointForm::spring)
-                joint_load<Turn, true, true, W>(run.spec.law, a, b, memory.made.rest, memory.made.length, other,
-                                                &figures);
-            else node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, copy, &figures);
-            memory.axis.lost_work = memory.axis.lost_work - select(ends, figures.energy, P(0.0));
+                joint_load<Turn, true, true, W>(run.spec.law, first, second, memory.made.rest, memory.made.length,
+                                                other, &figures);
+            else
+                node_loads<Form, W>(laws_then, first, second, memory.made.rest, memory.made.length, then, &figures);
+            last.lost_work = last.lost_work - figures.energy;
+            memory.axis = select_packs<W>(ends, last, memory.axis);
+            for (std::size_t n = 0; n < run.more; ++n) axes.more[n] = select(ends, more_before[n], axes.more[n]);
             memory.state = select(ends, P(2.0), memory.state);
         }
         return select_packs<W>(memory.state < P(2.0), loads, JointNodeLoads<P>{});

@@ -45,6 +45,16 @@ template <class P> SKEIN_INLINE AxesMemory<P> axes_memory(P* memory, std::size_t
     return {reinterpret_cast<JointMemory<P>*>(memory)->axis, more > 0 ? memory + base_memory_numbers : nullptr};
 }
 
+/// An element when its step began. Places are those of the middle of a step, half a step beyond the rates that led
+/// there.
+template <int W> SKEIN_INLINE JoinedElement<Pack<W>> half_a_step_before(JoinedElement<Pack<W>> e, double h) {
+    const Pack<W> back(-0.5 * h);
+    e.node += back * e.velocity;
+    e.next += back * e.next_velocity;
+    e.director = rotation(back * e.spin) * e.director;
+    return e;
+}
+
 /// The joint of two elements as they are, of which the constants of the start are given.
 template <JointForm Form, int W>
 SKEIN_INLINE JointRest<Pack<W>> made_here(const JoinedElement<Pack<W>>& a, const JoinedElement<Pack<W>>& b,

@@ -216,6 +216,21 @@ class Mechanisms(unittest.TestCase):
                     self.assertAlmostEqual(run.observables["joint_loss[J]"], 0.5 * strength**2 / 1e4, delta=1e-3 * strength**2 / 1e4)
                 self.assertAlmostEqual(energy(run) + MASS * GRAVITY * lowest + run.observables["joint_loss[J]"], 0, delta=1e-4)
 
+    def test_books_of_a_break(self):
+        """Where a joint breaks or lets go, in a step of any length, what energies lack falls with the square of that length."""
+        rope = {"kind": "distance", "stiffness": 1e3, "place": [ARM, 0.0, 0.2], "rope": True}
+        point = {"kind": "spherical", "stiffness": 1e3}
+        driven = HINGE | {"stiffness": 1e4, "torsional_stiffness": 100.0, "axis_damping": 0.3, "motor": {"kind": "force", "value": "3 + 20*t"}}
+        for joint in (rope | {"until": 0.1}, rope | {"break_force": 15.0}, point | {"until": 0.1}, point | {"break_force": 8.0}, driven | {"until": 0.1}):
+            lacks = []
+            for dt in (4e-4, 2e-4, 1e-4):
+                with opened(scene(joint, dt=dt, duration=0.2)) as run:
+                    o = run.step(run.steps).observables
+                    self.assertEqual(o["joint_energy[J]"], 0)
+                    books = energy(run) + MASS * GRAVITY * run["bob"].position[0, 0, 2] + o["joint_loss[J]"] - o["joint_motor_work[J]"]
+                    lacks.append(abs(books))
+            with self.subTest(joint=joint, lacks=lacks): self.assertGreater(lacks[0] / lacks[2], 12)
+
     def test_motor_driven_in_a_loop(self):
         """A controller drives the table that a motor follows; the scene with the points it left repeats the run."""
         tables = scene(HINGE | {"motor": {"kind": "position", "value": "target(t)", "stiffness": 300.0, "damping": 8.0}}, duration=0.4)
