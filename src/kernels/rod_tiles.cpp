@@ -175,9 +175,18 @@ template <int W> std::vector<std::string_view> RodTiles<W>::passes(std::size_t g
     return programs_[group].names;
 }
 
+template <int W> bool RodTiles<W>::moves_as_resolved(const RodTile<W>& tile) const {
+    if (tile.strands || !watch_.restrains(*tile.group)) return true; // bodies lie across
+    const Slot<W>& s = tile.slot[0];
+    const double speed = watch_.most_speed(*tile.group), spin = watch_.most_spin();
+    return !any(dot(s.velocity, s.velocity) > Pack<W>(speed * speed)) &&
+           !any(dot(s.spin, s.spin) > Pack<W>(spin * spin));
+}
+
 template <int W> bool RodTiles<W>::healthy(const RodTile<W>& tile) {
     if (!valid(tile)) return false;
     if (watch_.dt == 0) return true;
+    if (!moves_as_resolved(tile)) return false;
     const Pack<W> share_squared = Pack<W>(watch_.share_squared()) * largest_eigenvalue(tile);
     if (!any(share_squared > Pack<W>(StepWatch::feeds * StepWatch::feeds))) return true;
     const std::size_t group = to_index(tile.group_of(0).id());
@@ -484,7 +493,7 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
                   static_cast<double>(step) * dt, dt);
     std::vector<Slot<1>> state;
     std::vector<bool> invalid(tiles_.size());
-    for (std::size_t t = 0; t < tiles_.size(); ++t) invalid[t] = !valid(tiles_[t]);
+    for (std::size_t t = 0; t < tiles_.size(); ++t) invalid[t] = !valid(tiles_[t]) || !moves_as_resolved(tiles_[t]);
     for (std::size_t rod = 0; rod < local_.size(); ++rod) {
         if (!invalid[place_[rod].tile]) continue;
         const RodGroup& group = nth(groups_, local_[rod].group);
@@ -493,6 +502,8 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
         with_rod(group, local_[rod].index, [&](const RodGroup& own) {
             if (const auto invalid = find_invalid(own, state))
                 throw NumericalError(name_of(rod) + invalid->reason + where + tension_hint(own, state));
+            if (const std::string text = unresolved_motion(own, state, watch_); !text.empty())
+                throw NumericalError(name_of(rod) + text + where);
         });
     }
     const NearLimit found = nearest_limit();
@@ -500,7 +511,8 @@ template <int W> void RodTiles<W>::inspect(std::int64_t step, double dt) const {
 }
 
 template <int W> std::string RodTiles<W>::name_of(std::size_t i) const {
-    return "rod " + std::to_string(local_[i].index) + " of '" + nth(groups_, local_[i].group).name() + "', ";
+    const RodGroup& group = nth(groups_, local_[i].group);
+    return (group.strained() ? "rod " : "body ") + std::to_string(local_[i].index) + " of '" + group.name() + "', ";
 }
 
 template <int W> typename RodTiles<W>::NearLimit RodTiles<W>::nearest_limit() const {

@@ -146,6 +146,8 @@ private:
     /// `group`: constants of rod i.
     std::vector<PassEffect> dissect(std::size_t i, const RodGroup& group, std::span<const Step> stages);
     bool healthy(const RodTile<W>& tile);
+    /// False where a step of a body is longer than its motion can be followed for.
+    bool moves_as_resolved(const RodTile<W>& tile) const;
 
     /// Rod whose strains leave the least margin of the step.
     struct NearLimit {

@@ -8,6 +8,22 @@
 
 namespace skein {
 
+bool StepWatch::restrains(const RodGroup& group) const {
+    return dt > 0 && to_index(group.id()) < acted_on.size() && nth(acted_on, group.id()) != 0;
+}
+
+std::string unresolved_motion(const RodGroup& group, std::span<const Slot<1>> state, const StepWatch& watch) {
+    if (!watch.restrains(group)) return {};
+    const double speed = norm(lane(state[0].velocity, 0)), spin = norm(lane(state[0].spin, 0));
+    if (speed > watch.most_speed(group))
+        return fmt::format("its velocity of {:.4g} m/s moves it by {:.3g} of its size within a step", speed,
+                           speed / watch.most_speed(group));
+    if (spin > watch.most_spin())
+        return fmt::format("its angular velocity of {:.4g} rad/s turns it by {:.3g} rad within a step", spin,
+                           spin * watch.dt);
+    return {};
+}
+
 Tightest tightest(const RodGroup& group, std::span<Slot<1>> state) {
     Tightest found;
     present_eigenvalues(tile_of(group, state), [&](int k, const PresentEigenvalues<Pack<1>>& l) {

@@ -1,6 +1,7 @@
 // Ratio of the step to its limit at present strains, and the place in a rod where it is largest. theory.md (51)
 #pragma once
 
+#include "rod/body_shape.hpp"
 #include "skein/rod/rod_group.hpp"
 #include "skein/rod/slot.hpp"
 
@@ -25,6 +26,13 @@ struct StepWatch {
     static constexpr double keeps = 0.35; ///< ratio at which their energy keeps to a hundredth of the work of loads
     std::vector<char> undamped;           ///< by group: true where nothing damps its modes; empty where unknown
 
+    static constexpr double most_turn = 3; ///< of a body within a step, rad: beyond it none knows which way it turns
+    std::vector<char> acted_on;            ///< by group: true of bodies that something touches or holds
+    /// Speed at which a body moves by its own size within a step, m/s.
+    double most_speed(const RodGroup& body) const { return 2 * body.body()->reach / dt; }
+    double most_spin() const { return most_turn / dt; }
+    bool restrains(const RodGroup& group) const;
+
     /// (dt over the limit)^2 of a mode over its eigenvalue, s^2.
     double share_squared() const { return 0.25 * dt * dt / (stability * stability); }
     /// dt over the limit of a mode with this eigenvalue, 1/s^2.
@@ -32,6 +40,10 @@ struct StepWatch {
     /// Limit of the step for a mode with this eigenvalue, s.
     double limit(double eigenvalue) const { return 2 * stability / std::sqrt(eigenvalue); }
 };
+
+/// Motion of a body that its step does not resolve, in words: it would pass through what touches it, or turn any way
+/// round; empty: the step resolves it.
+std::string unresolved_motion(const RodGroup& group, std::span<const Slot<1>> state, const StepWatch& watch);
 
 /// Place in a rod with the shortest limit at present strains.
 struct Tightest {

@@ -140,15 +140,17 @@ bool Plan::acts_between_rods() const {
 StepWatch step_watch(const Plan& plan) {
     if (plan.pseudo_time) return {};
     double inertia = 1;
-    std::vector<char> undamped;
+    std::vector<char> undamped, acted_on;
     for (const GroupPlan& group : plan.groups) {
+        acted_on.push_back(!group.body.empty() && group.limits.front().dt < HUGE_VAL);
         inertia = std::min(inertia, group.effective_inertia());
         undamped.push_back(group.undamped && !group.inertia);
     }
     return {.dt = plan.dt,
             .stability = std::sqrt(inertia) * scheme_of(plan.integrator).stability,
             .stops = !plan.force_dt,
-            .undamped = std::move(undamped)};
+            .undamped = std::move(undamped),
+            .acted_on = std::move(acted_on)};
 }
 
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes) {

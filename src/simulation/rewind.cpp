@@ -89,7 +89,8 @@ InvalidRod first_invalid_rod(const World& world) {
         const RodGroup& group = nth(world.groups, rod.group);
         state.resize(static_cast<std::size_t>(group.slots()));
         world.rods().export_rod(i, state);
-        const std::string name = fmt::format("rod {} of '{}', ", rod.index, group.name());
+        const std::string name =
+            fmt::format("{} {} of '{}', ", group.strained() ? "rod" : "body", rod.index, group.name());
         with_rod(group, rod.index, [&](const RodGroup& own) {
             if (const auto invalid = find_invalid(own, state)) {
                 first = {rod.gid,
@@ -98,6 +99,9 @@ InvalidRod first_invalid_rod(const World& world) {
                          false,
                          name + invalid->reason + tension_hint(own, state),
                          law_hint(own, state)};
+            } else if (!own.strained()) {
+                if (const std::string text = unresolved_motion(own, state, watch); !text.empty())
+                    first = {rod.gid, i, false, false, name + text, ""}; // by loads of this very step
             } else if (const Tightest at = tightest(own, state); watch.stops && watch.share(at.eigenvalue) > 1) {
                 first = {rod.gid, i, true, true, name + text_of(at, watch), law_hint(own, state)};
             }
@@ -117,7 +121,8 @@ double present_limit(const World& world) {
         state.resize(static_cast<std::size_t>(group.slots()));
         world.rods().export_rod(i, state);
         with_rod(group, rod.index, [&](const RodGroup& own) {
-            if (!find_invalid(own, state)) least = std::min(least, watch.limit(tightest(own, state).eigenvalue));
+            if (own.strained() && !find_invalid(own, state))
+                least = std::min(least, watch.limit(tightest(own, state).eigenvalue));
         });
     }
     return world.comm.min(std::min(least, step_limit(world.interactions())));
@@ -234,7 +239,8 @@ Failure Rewind::find(const std::function<void()>& show) {
     if (plan.events_every == 1) { // a fluid starts from ends of its own steps alone
         const std::int64_t last = failure.step + std::max(searched.steps, failure.step / tried_beyond);
         const double beyond = world_.clock.shift() + static_cast<double>(last) * plan.dt;
-        try_shorter_steps(failure, *found.start, beyond, rounded_down(std::min(held * limit, 0.5 * plan.dt)));
+        try_shorter_steps(failure, *found.start, beyond,
+                          rounded_down(std::clamp(held * limit, 0.1 * shortest_proposed * plan.dt, 0.5 * plan.dt)));
     }
     if (!failure.cause.empty() && likely.empty()) failure.settings = settings_of(world_);
     return failure;

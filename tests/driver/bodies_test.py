@@ -1,5 +1,6 @@
 """Rigid bodies of all kinds of parts among rods: the same bits on any ranks, widths and across restarts; what files show of them."""
 
+import re
 import unittest
 import xml.etree.ElementTree as xml
 
@@ -132,6 +133,36 @@ class Bodies(DriverTest):
         self.run_skein("parts", ranks=1)
         self.assertEqual(self.digest("parts"), self.digest("one"))
         self.assert_same_series("parts", "one", besides=SEARCH)
+
+    def test_bodies_that_blow_up_stop(self):
+        """A step beyond the limit of joints drives bodies apart, or round, faster than it can follow; the end of a run is no excuse."""
+        joined = """
+[time]
+duration = 0.1
+dt = 2e-3
+force_dt = true
+[[bodies]]
+name = "balls"
+density = 1000.0
+angular_velocity = [0.0, 1e-3, 0.0]
+spheres = {radii = [0.01]}
+placement = {kind = "list", origins = [[0, 0, 0.02], [0.05, 0, 0]]}
+[[load]]
+kind = "gravity"
+"""
+        point = '[[joint]]\nkind = "spherical"\nbetween = ["balls", "world"]\nstiffness = 1e5\n'
+        fixed = '[[joint]]\nkind = "fixed"\nbetween = ["balls", "world"]\nstiffness = 1.0\ntorsional_stiffness = 100.0\n'
+        for joint, said in ((point, r"its velocity of \S+ m/s moves it by \S+ of its size within a step"), (fixed, r"its angular velocity of \S+ rad/s turns it by \S+ rad within a step")):
+            self.scene.write_text(joined + joint)
+            message = self.run_skein("out", "--overwrite", expect=4).stderr
+            self.assertRegex(message, r"body [01] of 'balls', " + said + r" at step \d+ \(t = \S+ s, dt = 0.002 s\)")
+            self.assertIn("pass 'joints'", message)
+            self.assertRegex(message, r"the same steps hold with time\.dt = (\S+): it was tried")
+            step = re.search(r"time\.dt = (\S+): it was tried", message)[1]
+            self.run_skein("held", "--overwrite", "--set", f"time.dt={step}")
+        # What nothing holds may fly and spin as fast as it likes.
+        self.scene.write_text(joined.replace("angular_velocity = [0.0, 1e-3, 0.0]", "angular_velocity = [0, 1e5, 0]\nvelocity = [1e3, 0, 0]"))
+        self.run_skein("free")
 
     def test_are_in_the_trajectory(self):
         self.run_skein("out")

@@ -16,7 +16,7 @@ def named(cell):
 
 
 rows = re.findall(r"^\| (\d+) \| (.+?) \| (.+?) \| (.+?) \|$", page, re.M)
-problems = [] if [int(row[0]) for row in rows] == list(range(1, 36)) else [f"rows {[row[0] for row in rows]}"]
+problems = [] if [int(row[0]) for row in rows] == list(range(1, 37)) else [f"rows {[row[0] for row in rows]}"]
 seen = set()
 for number, _, _, cell in rows:
     found = list(named(cell))
