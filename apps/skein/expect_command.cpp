@@ -20,7 +20,7 @@ struct Comparison {
     bool met() const { return std::abs(difference) <= expected.allowed(); } // never of NaN
 };
 
-std::string text_of(const std::vector<Comparison>& all) {
+std::string table_of(const std::vector<Comparison>& all) {
     std::size_t width = 6;
     for (const Comparison& one : all) width = std::max(width, one.expected.column.size());
     std::string text = fmt::format("{:<{}}  {:<8}{:>14}{:>14}{:>11}{:>11}  reference\n", "column", width, "take",
@@ -57,7 +57,7 @@ int compare(const SceneSpec& scene, const std::string& out, bool json) {
             all.push_back({expected, found, found - expected.value});
             met = met && all.back().met();
         }
-        fmt::print("{}", json ? json_of(all) : text_of(all));
+        fmt::print("{}", json ? json_of(all) : table_of(all));
     });
     return code != 0 ? code : met ? 0 : static_cast<int>(Exit::unexpected);
 }

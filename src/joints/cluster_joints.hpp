@@ -465,8 +465,7 @@ private:
             if constexpr (Form == JointForm::spring)
                 joint_load<Turn, true, true, W>(run.spec.law, first, second, memory.made.rest, memory.made.length,
                                                 other, &figures);
-            else
-                node_loads<Form, W>(laws_then, first, second, memory.made.rest, memory.made.length, then, &figures);
+            else node_loads<Form, W>(laws_then, first, second, memory.made.rest, memory.made.length, then, &figures);
             last.lost_work = last.lost_work - figures.energy;
             memory.axis = select_packs<W>(ends, last, memory.axis);
             for (std::size_t n = 0; n < run.more; ++n) axes.more[n] = select(ends, more_before[n], axes.more[n]);

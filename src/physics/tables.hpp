@@ -73,7 +73,7 @@ private:
     template <class F> static void for_each(F&& f) { (f(std::type_identity<Physics>{}), ...); }
 };
 
-using PhysicsTables =
-    TablesOf<LoadTables, JointTables, ContactTables, WallTables, FluidTables, RelaxationTables, AuditTables, ProbeTables, ExpectTables>;
+using PhysicsTables = TablesOf<LoadTables, JointTables, ContactTables, WallTables, FluidTables, RelaxationTables,
+                               AuditTables, ProbeTables, ExpectTables>;
 
 } // namespace skein

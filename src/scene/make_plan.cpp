@@ -37,6 +37,7 @@ Plan plan_of_stage(SceneSpec now, const std::string& name, double dt, std::span<
         plan.automatic_dt = automatic;
         return plan;
     } catch (const InputError& error) {
+        if (name.empty()) throw;
         throw InputError(fmt::format("{}, in stage '{}'", error.what(), name));
     }
 }
@@ -52,7 +53,8 @@ std::vector<RodGroup> groups_in_stage(const SceneSpec& scene, std::span<const do
 
 Plan plan_in_stage(const SceneSpec& scene, std::span<const double> begins, double dt, std::span<const RodGroup> groups,
                    const Machine& machine) {
-    return plan_of_stage(stage_scene(scene, begins), scene.stages[begins.size() - 1].name, dt, groups, machine);
+    const std::string name = scene.stages.empty() ? "" : scene.stages[begins.size() - 1].name;
+    return plan_of_stage(stage_scene(scene, begins), name, dt, groups, machine);
 }
 
 namespace {

@@ -54,13 +54,13 @@ std::string dotted(std::string pointer) {
 }
 
 /// True if a state keeps its meaning under another value of this key.
-bool may_change(const KeyChange& change, ChangedBy by) {
+bool may_change(const KeyChange& change) {
     const std::string_view table = change.part(0), key = change.part(2);
     if (table == "rods") {
         if (key == "material") return change.parts() == 4 && change.part(3) != "law";
         const bool moved_file = key == "placement" && change.last() == "file";
         const bool ends = key.starts_with("start") || key.starts_with("end") || key == "hold"; // caught where they are
-        return key == "magnetisation" || moved_file || (by == ChangedBy::stage && ends);
+        return key == "magnetisation" || moved_file || ends;
     }
     if (table == "stage") return true;
     if (table == "bodies") return key == "density" || key == "mass";
@@ -297,7 +297,7 @@ std::vector<KeyChange> key_changes(const std::string& old_json, const std::strin
     return changes;
 }
 
-std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics, ChangedBy by) {
+std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const std::string& new_physics) {
     std::vector<KeyChange> forbidden;
     const Json was = Json::parse(old_physics, nullptr, false), now = Json::parse(new_physics, nullptr, false);
     const auto presence = [](bool there) { return there ? "present" : "absent"; };
@@ -310,7 +310,7 @@ std::vector<KeyChange> forbidden_changes(const std::string& old_physics, const s
         }
     });
     for (KeyChange& change : key_changes(old_physics, new_physics))
-        if (!may_change(change, by)) forbidden.push_back(std::move(change));
+        if (!may_change(change)) forbidden.push_back(std::move(change));
     return forbidden;
 }
 

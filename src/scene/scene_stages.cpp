@@ -54,12 +54,19 @@ TimeSpan surely_lasts(const SceneSpec& scene, std::span<const double> begins) {
     return {begin, stage.duration > 0 ? begin + stage.duration : scene.time.duration};
 }
 
-/// Formulas of the scene act in this stage alone; motors of joints that are not made in it, never.
+/// Formulas of the scene act in this stage alone; those of tables with events, between these.
 void let_formulas_act(SceneSpec& scene, const std::vector<StageSpec>& stages, const TimeSpan& lasts,
                       std::size_t stage) {
     scene.stage_lasts = lasts;
-    for (JointSpec& joint : scene.joints)
-        if (!joint.stages.empty()) joint.events.from = acts_in(joint.stages, stages[stage]) ? 0 : ActingStages::never;
+    for_each_list(scene, [&](const char*, auto& specs) {
+        if constexpr (requires {
+                          specs.front().stages;
+                          specs.front().events;
+                      })
+            for (auto& spec : specs)
+                if (!spec.stages.empty())
+                    spec.events.from = acts_in(spec.stages, stages[stage]) ? 0 : ActingStages::never;
+    });
 }
 
 /// Takes away the tables that do not act now, but for those whose physics keeps them.
@@ -77,31 +84,35 @@ bool same_vectors(const std::vector<Vec3d>& a, const std::vector<Vec3d>& b) {
     return std::equal(a.begin(), a.end(), b.begin(), b.end(), same);
 }
 
+bool same_motion(const EndMotion& a, const EndMotion& b) {
+    return a.times == b.times && a.translation_formula == b.translation_formula &&
+           a.rotation_formula == b.rotation_formula && a.smooth == b.smooth && a.period == b.period &&
+           a.phase == b.phase && same_vectors(a.translation, b.translation) && same_vectors(a.rotation, b.rotation) &&
+           same(a.amplitude, b.amplitude) && same(a.rotation_amplitude, b.rotation_amplitude);
+}
+bool same_start(const RodSpec& a, const RodSpec& b) {
+    return a.start == b.start && a.start_free == b.start_free && same_motion(a.start_motion, b.start_motion);
+}
+bool same_end(const RodSpec& a, const RodSpec& b) {
+    return a.end == b.end && a.end_free == b.end_free && same_motion(a.end_motion, b.end_motion);
+}
+
+/// True where a formula counts from the begin of the stage.
+bool begins_anew(const EndMotion& motion) {
+    const auto names_it = [](const std::string& formula) {
+        return formula.find(stage_begin_name) != std::string::npos;
+    };
+    return std::any_of(motion.translation_formula.begin(), motion.translation_formula.end(), names_it) ||
+           std::any_of(motion.rotation_formula.begin(), motion.rotation_formula.end(), names_it);
+}
+
 /// Ends that are held in another way than before are caught where they are.
 void catch_ends(const std::vector<RodSpec>& before, std::vector<RodSpec>& rods, std::size_t stage) {
-    const auto begins_anew = [](const EndMotion& motion) { // where a formula counts from the begin of the stage
-        const auto names_it = [](const std::string& formula) {
-            return formula.find(stage_begin_name) != std::string::npos;
-        };
-        return std::any_of(motion.translation_formula.begin(), motion.translation_formula.end(), names_it) ||
-               std::any_of(motion.rotation_formula.begin(), motion.rotation_formula.end(), names_it);
-    };
-    const auto same_motion = [](const EndMotion& a, const EndMotion& b) {
-        return a.times == b.times && a.translation_formula == b.translation_formula &&
-               a.rotation_formula == b.rotation_formula && a.smooth == b.smooth && a.period == b.period &&
-               a.phase == b.phase && same_vectors(a.translation, b.translation) &&
-               same_vectors(a.rotation, b.rotation) && same(a.amplitude, b.amplitude) &&
-               same(a.rotation_amplitude, b.rotation_amplitude);
-    };
     for (std::size_t i = 0; i < rods.size(); ++i) {
-        const RodSpec& was = before[i];
         RodSpec& now = rods[i];
-        if (now.start != EndKind::free &&
-            (now.start != was.start || now.start_free != was.start_free || begins_anew(now.start_motion) ||
-             !same_motion(now.start_motion, was.start_motion)))
+        if (now.start != EndKind::free && (!same_start(now, before[i]) || begins_anew(now.start_motion)))
             now.start_caught = stage;
-        if (now.end != EndKind::free && (now.end != was.end || now.end_free != was.end_free ||
-                                         begins_anew(now.end_motion) || !same_motion(now.end_motion, was.end_motion)))
+        if (now.end != EndKind::free && (!same_end(now, before[i]) || begins_anew(now.end_motion)))
             now.end_caught = stage;
     }
 }
@@ -140,6 +151,43 @@ SceneSpec changed_scene(const SceneSpec& scene, std::span<const double> begins) 
 }
 
 } // namespace
+
+bool ends_alike(const std::vector<RodSpec>& a, const std::vector<RodSpec>& b) {
+    return std::equal(a.begin(), a.end(), b.begin(), b.end(), [](const RodSpec& x, const RodSpec& y) {
+        return same_start(x, y) && same_end(x, y) && x.start_caught == y.start_caught && x.end_caught == y.end_caught;
+    });
+}
+
+void hold_ends_like(const std::vector<RodSpec>& others, std::vector<RodSpec>& rods) {
+    for (std::size_t i = 0; i < rods.size(); ++i) {
+        const RodSpec& other = others[i];
+        RodSpec& now = rods[i];
+        now.start = other.start;
+        now.end = other.end;
+        now.start_free = other.start_free;
+        now.end_free = other.end_free;
+        now.start_motion = other.start_motion;
+        now.end_motion = other.end_motion;
+        now.start_caught = other.start_caught;
+        now.end_caught = other.end_caught;
+    }
+}
+
+void catch_ends_of_branch(std::vector<RodSpec>& parent, std::vector<RodSpec>& branch) {
+    constexpr std::size_t before = std::size_t{1} << 20, anew = before + 1; // beyond those of stages
+    for (std::size_t i = 0; i < branch.size(); ++i) {
+        RodSpec &was = parent[i], &now = branch[i];
+        if (was.start_caught > 0) was.start_caught = before;
+        if (was.end_caught > 0) was.end_caught = before;
+        now.start_caught = now.start == EndKind::free || same_start(now, was) ? was.start_caught : anew;
+        now.end_caught = now.end == EndKind::free || same_end(now, was) ? was.end_caught : anew;
+    }
+}
+
+bool led_from_stage(const RodSpec& rods) {
+    return (rods.start != EndKind::free && begins_anew(rods.start_motion)) ||
+           (rods.end != EndKind::free && begins_anew(rods.end_motion));
+}
 
 SceneSpec with_changes(SceneSpec scene, std::size_t stage) {
     for (std::size_t i = 0; i <= stage; ++i) change_for(scene, StageSpec(scene.stages[i]));
@@ -285,8 +333,7 @@ std::string fault_of_stage(const SceneSpec& scene, std::size_t stage) {
         SceneSpec now = was;
         change_for(now, scene.stages[stage]);
         if (stage > 0) catch_ends(was.rods, now.rods, stage);
-        if (const auto forbidden =
-                forbidden_changes(physics_json(was, {}, 1), physics_json(now, {}, 1), ChangedBy::stage);
+        if (const auto forbidden = forbidden_changes(physics_json(was, {}, 1), physics_json(now, {}, 1));
             stage > 0 && !forbidden.empty())
             return fmt::format("a stage has the rods, bodies and tables of the one before it, so it cannot change:{}",
                                text_of(forbidden));

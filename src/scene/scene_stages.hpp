@@ -15,6 +15,16 @@ namespace skein {
 /// where a change cannot be made.
 SceneSpec stage_scene(const SceneSpec& scene, std::span<const double> begins);
 
+/// True where ends of groups are held alike, and caught alike.
+bool ends_alike(const std::vector<RodSpec>& a, const std::vector<RodSpec>& b);
+/// Holds ends as those of other groups are held, and have been caught.
+void hold_ends_like(const std::vector<RodSpec>& others, std::vector<RodSpec>& rods);
+/// Numbers the ends that a branch catches, and those that were caught before: all that differ do so in their numbers.
+void catch_ends_of_branch(std::vector<RodSpec>& parent, std::vector<RodSpec>& branch);
+
+/// True where a motion that holds an end counts from the begin of the stage.
+bool led_from_stage(const RodSpec& rods);
+
 /// The scene with the keys that stages up to this one change, and all else as written.
 SceneSpec with_changes(SceneSpec scene, std::size_t stage);
 

@@ -53,31 +53,53 @@ std::vector<double> stage_begins_of(const CheckpointInfo& parent, StartTime time
     return parent.stage_begins.empty() ? std::vector<double>{now} : parent.stage_begins;
 }
 
-/// Throws InputError where ends of rods are held in another way than those of the parent: there they would have to be
-/// caught.
-void refuse_other_ends(const CheckpointInfo& parent, const BranchOf& branch) {
-    if (parent.stage_begins.empty() && branch.stages == 0) return;
-    const StartTime time = branch.scene.start.time;
+constexpr const char* caught_ends = "caught_ends"; ///< in the ancestry: by group, of the start and of the end
+
+/// How a branch holds ends, and how its parent has held them.
+struct EndsOfBranch {
+    std::vector<RodSpec> before, after;
+};
+
+/// Throws InputError where stages that have begun hold ends in another way than those of the parent: a branch catches
+/// ends as it begins, and not in the past.
+EndsOfBranch ends_of_branch(const CheckpointInfo& parent, const BranchOf& branch) {
     const std::vector<double> begun = parent.stage_begins.empty() ? std::vector<double>{0.0} : parent.stage_begins;
-    const SceneSpec was = stage_scene(rebuilt_scene(parent.scene, parent.settings, parent.file), begun);
-    const std::vector<double> begins = stage_begins_of(parent, time, 0);
-    const std::size_t stages = branch.scene.stages.size();
-    if (stages > 0 && begins.size() > stages) return; // which is refused later
-    const SceneSpec now = stages == 0 ? branch.scene : stage_scene(branch.scene, begins);
-    for (std::size_t i = 0; i < std::min(was.rods.size(), now.rods.size()); ++i) {
-        const RodSpec &a = was.rods[i], &b = now.rods[i];
-        if (a.start == b.start && a.end == b.end && a.start_free == b.start_free && a.end_free == b.end_free &&
-            a.start_caught == b.start_caught && a.end_caught == b.end_caught)
-            continue;
-        throw InputError(fmt::format("{}: the ends of '{}' are held in another way there; a branch begins with its "
-                                     "parent's, and a later [[stage]] may change them",
-                                     parent.file, b.name));
-    }
+    SceneSpec written = rebuilt_scene(parent.scene, parent.settings, parent.file);
+    written.rods = with_caught_ends(std::move(written.rods), parent.ancestry);
+    const SceneSpec was = stage_scene(written, begun);
+    const bool same_stages =
+        branch.stages > 0 && !parent.stage_begins.empty() && branch.scene.start.time == StartTime::goes_on;
+    EndsOfBranch ends{same_stages ? written.rods : was.rods, branch.scene.rods};
+    for (std::size_t i = 0; i < was.rods.size() && !same_stages; ++i)
+        if (led_from_stage(was.rods[i]))
+            throw InputError(fmt::format("{}: an end of '{}' is led from the begin of a stage there, which the branch "
+                                         "lacks: give it the [[stage]]s of its parent, or begin before that stage",
+                                         parent.file, was.rods[i].name));
+    catch_ends_of_branch(ends.before, ends.after);
+    if (!same_stages || begun.size() > branch.scene.stages.size()) return ends; // the latter is refused later
+    SceneSpec as_before = branch.scene;
+    hold_ends_like(written.rods, as_before.rods);
+    if (!ends_alike(stage_scene(as_before, begun).rods, was.rods))
+        throw InputError(fmt::format("{}: stages of the branch that have begun there hold ends of rods in another way "
+                                     "than the parent's; change the keys of [[rods]], or later stages",
+                                     parent.file));
+    return ends;
 }
 
 bool stores_energy(const KeyChange& c) { return c.key.find(".material.") != std::string::npos; }
 
 } // namespace
+
+std::vector<RodSpec> with_caught_ends(std::vector<RodSpec> rods, const std::string& ancestry) {
+    const Json json = Json::parse(ancestry, nullptr, false);
+    if (!json.is_object() || !json.contains(caught_ends)) return rods;
+    const Json& numbers = json[caught_ends];
+    for (std::size_t i = 0; i < std::min(rods.size(), numbers.size()); ++i) {
+        rods[i].start_caught = numbers[i][0].get<std::size_t>();
+        rods[i].end_caught = numbers[i][1].get<std::size_t>();
+    }
+    return rods;
+}
 
 std::vector<std::string> checkpoints_of(const Communicator& comm, const std::string& name, const std::string& folder) {
     const CheckpointName wanted = checkpoint_name(name);
@@ -114,19 +136,20 @@ void refuse_other_rods(const CheckpointInfo& parent, const std::string& physics)
             parent.file, text_of(forbidden)));
 }
 
-CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, std::span<const RodGroup> groups,
-                            Rods& rods, std::span<const std::string> kept,
-                            const std::function<void(const std::string&)>& warn) {
+Branched begin_branch(const Communicator& comm, const BranchOf& branch, std::span<const RodGroup> groups, Rods& rods,
+                      std::span<const std::string> kept, const std::function<void(const std::string&)>& warn) {
     const StartSpec& start = branch.scene.start;
     auto files = checkpoints_of(comm, start.from, fs::path(branch.scene.file).parent_path().string());
     if (const auto first = std::find(files.begin(), files.end(), branch.newest); first != files.end())
         files.erase(files.begin(), first);
+    EndsOfBranch ends;
     const auto accept = [&](const CheckpointInfo& parent) {
         refuse_other_rods(parent, branch.physics);
         const std::size_t begun = std::max<std::size_t>(1, parent.stage_begins.size());
-        refuse_other_ends(parent, branch);
         if (branch.stages > 0 && start.time == StartTime::goes_on && begun != branch.stages)
             throw OtherStage{parent.stage_begins, parent.file};
+        ends = ends_of_branch(parent, branch);
+        if (!ends_alike(ends.before, branch.held)) throw OtherEnds{std::move(ends.before), parent.file};
     };
     CheckpointInfo info;
     for (const std::string& file : files) {
@@ -157,15 +180,17 @@ CheckpointInfo begin_branch(const Communicator& comm, const BranchOf& branch, st
                      {"digest", digest_text(info.digest)},
                      {"changes", list}};
     if (!info.ancestry.empty()) ancestry["ancestry"] = Json::parse(info.ancestry, nullptr, false);
+    if (std::any_of(ends.after.begin(), ends.after.end(), [](const RodSpec& rods) { return rods.ends_caught(); }))
+        for (const RodSpec& group : ends.after) ancestry[caught_ends].push_back({group.start_caught, group.end_caught});
     info.ancestry = ancestry.dump();
     info.step = after.done();
     info.dt = branch.dt;
     info.shift = after.shift();
     info.stage_over = info.stage_over && branch.stages > 0 && start.time == StartTime::goes_on;
     info.stage_begins = branch.stages > 0 ? stage_begins_of(info, start.time, after.time()) : std::vector<double>();
-    if (std::any_of(changes.begin(), changes.end(), stores_energy))
+    if (std::any_of(changes.begin(), changes.end(), stores_energy) || !ends_alike(ends.before, ends.after))
         info.audited_from.reset(); // the energy budget begins anew
-    return info;
+    return {std::move(info), std::move(ends.after)};
 }
 
 std::string with_ancestry(const std::string& physics, const std::string& ancestry) {

@@ -3,6 +3,7 @@
 #include "physics/loads/load_plan.hpp"
 #include "plan/plan_steps.hpp"
 #include "scene/make_plan.hpp"
+#include "scene/scene_stages.hpp"
 #include "simulation/progress.hpp"
 #include "simulation/start_check.hpp"
 #include "skein/core/error.hpp"
@@ -16,8 +17,7 @@
 namespace skein {
 
 Stages::Stages(const SceneSpec& scene, std::span<const RodGroup> groups)
-    : scene_(scene.stages.empty() ? SceneSpec{} : resolved(scene, groups)), begins_(scene.stages.empty() ? 0 : 1, 0.0) {
-}
+    : scene_(resolved(scene, groups)), begins_(scene.stages.empty() ? 0 : 1, 0.0) {}
 
 void Stages::find_columns(const std::vector<std::string>& names) {
     conditions_.clear();
@@ -41,6 +41,11 @@ void Stages::go_on(std::vector<double> begins, const World& world) {
     check_ = stage.until.empty() ? 0 : whole(check);
 }
 
+void Stages::hold_ends(const std::vector<RodSpec>& like, World& world) {
+    hold_ends_like(like, scene_.rods);
+    enter(any() ? begins_ : std::vector<double>{0.0}, world);
+}
+
 void Stages::begin_next(World& world) {
     std::vector<double> begins = begins_;
     begins.push_back(world.clock.time());
@@ -60,7 +65,7 @@ void Stages::enter(std::vector<double> begins, World& world, bool now) {
                 throw InputError(fault);
     }
     world.change(std::move(groups), std::move(plan));
-    go_on(std::move(begins), world);
+    if (any()) go_on(std::move(begins), world);
 }
 
 std::int64_t Stages::next(std::int64_t done) const {

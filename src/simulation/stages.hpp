@@ -27,9 +27,12 @@ public:
     /// Changes the world to the scene of the stage. `now`: it begins with the present step, so that walls that it lets
     /// appear must stand clear of bodies, or InputError is thrown and the world stays. Collective.
     void enter(std::vector<double> begins, World& world, bool now = false);
+    /// Holds and catches ends as those of these groups. Collective.
+    void hold_ends(const std::vector<RodSpec>& like, World& world);
     /// Enters the stage after the present one. Collective.
     void begin_next(World& world);
 
+    const std::vector<RodSpec>& rods() const { return scene_.rods; } ///< of the first stage
     bool any() const { return !scene_.stages.empty(); }
     bool is_last() const { return begins_.size() >= scene_.stages.size(); }
     const std::vector<double>& begins() const { return begins_; }

@@ -124,7 +124,7 @@ class Branch(BranchTest):
         for change, key in (("rods.cilia.section.radius=0.16", "rods.0.section.radius: was 0.15, now 0.16"),
                             ("rods.cilia.shape.elements=11", "rods.0.shape.elements: was 10, now 11"),
                             ("rods.cilia.placement.counts=[5,4]", "rods.0.placement.counts.1: was 5, now 4"),
-                            ("rods.leaning.start=clamped", 'rods.1.start: was "pinned", now "clamped"'),
+                            ("rods.leaning.shape.length=1.5", "rods.1.shape.length: was 1.0, now 1.5"),
                             ("rods.leaning.section.taper=0.5", "rods.1.section.taper: was 0.6, now 0.5")):
             done = self.branch("first", "second", "--set", change, expect=2)
             self.assertIn(key, done.stderr)

@@ -6,7 +6,17 @@
 
 namespace skein {
 
-enum class Exit { done = 0, input = 2, limit = 3, numerical = 4, io = 5, internal = 6, differs = 7, unsettled = 8, unexpected = 9 };
+enum class Exit {
+    done = 0,
+    input = 2,
+    limit = 3,
+    numerical = 4,
+    io = 5,
+    internal = 6,
+    differs = 7,
+    unsettled = 8,
+    unexpected = 9
+};
 
 /// Base of every error that Skein raises on purpose. The message states what happened, where, why, and a remedy.
 class Error : public std::runtime_error {
