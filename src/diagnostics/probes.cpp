@@ -31,7 +31,10 @@ Place place_on(const RodGroup& rod, double at) {
     return {0, 0};
 }
 
-template <class T> T between(const T& first, const T& second, double share) { return first + share * (second - first); }
+/// Exact at both ends.
+template <class T> T between(const T& first, const T& second, double share) {
+    return (1 - share) * first + share * second;
+}
 
 /// Quantity at a place of a body.
 Vec3d of_body(ProbeQuantity quantity, const RodCopy& body) {

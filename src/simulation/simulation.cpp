@@ -18,6 +18,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <set>
+#include <span>
 
 namespace skein {
 
@@ -39,6 +41,16 @@ SceneTexts texts_of(const SceneSpec& scene, std::span<const RodGroup> groups, do
     return {physics_json(resolved(scene, groups), groups, dt), settings_json(scene), output_json(scene), {}};
 }
 
+/// Columns are found by their names without units.
+void refuse_repeated_columns(std::span<const std::string> names) {
+    std::set<std::string> seen;
+    for (const std::string& column : names)
+        if (const std::string name = column.substr(0, column.find('[')); !seen.insert(name).second)
+            throw InputError(fmt::format("the time series has two columns '{}': give the [[probe]], [[joint]] or "
+                                         "[[wall]] of one another 'name'",
+                                         name));
+}
+
 } // namespace
 
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene,
@@ -49,6 +61,7 @@ Simulation::Simulation(const Communicator& comm, const Threads& threads, const S
       observation_(world_, scene), warnings_(world_, options_.quiet), rewind_(world_, options_.rewind, options_.out) {
     const bool writes = !options_.out.empty();
     Plan& made = world_.plan;
+    refuse_repeated_columns(observation_.names());
     stages_.find_columns(observation_.names());
     for (const ExpectSpec& expected : scene.expected)
         columns_of("expect.column", std::vector{expected.column}, observation_.names());

@@ -25,7 +25,7 @@ mass = 1.0
 inertia = [0.1, 0.2, 0.3]
 capsules = {from = [[0, 0, -0.1]], to = [[0, 0, 0.1]], radii = [0.02]}
 placement.origin = [0.0, 0.0, 3.0]
-shape.angular_velocity = [0.1, 0.2, 3.0]
+angular_velocity = [0.1, 0.2, 3.0]
 [[load]]
 kind = "gravity"
 [output]
@@ -56,7 +56,7 @@ number = 2
 at = 0.25
 quantity = "curvature"
 [[probe]]
-name = "centre"
+name = "top"
 of = "top"
 [[probe]]
 name = "turning"
@@ -65,12 +65,12 @@ quantity = "spin"
 """
 EXPECTED = """
 [[expect]]
-column = "centre_z"
+column = "top_z"
 value = 2.2152         # 3 - g t^2/2
 tolerance = 1e-3
 reference = "free fall"
 [[expect]]
-column = "centre_z"
+column = "top_z"
 take = "mean"
 from = 0.1
 until = 0.3
@@ -107,7 +107,7 @@ class Expect(DriverTest):
             top = file["groups/top/position"][:]
         for i, axis in enumerate("xyz"):
             numpy.testing.assert_array_equal(series[f"tip_{axis}[m]"], beams[:, 3, -1, i])
-            numpy.testing.assert_array_equal(series[f"centre_{axis}[m]"], top[:, 0, 0, i])
+            numpy.testing.assert_array_equal(series[f"top_{axis}[m]"], top[:, 0, 0, i])
         way = beams[:, 0, 3] - beams[:, 0, 2]  # of the element at 0.3
         seen = numpy.stack([series[f"way_{axis}[-]"] for axis in "xyz"], axis=1)
         self.assertLess(numpy.linalg.norm(numpy.cross(way, seen), axis=1).max(), 1e-3 * 0.3 / 8)
@@ -152,6 +152,7 @@ class Expect(DriverTest):
             (("number = 3", "number = 5"), "the group 'beams' has 5, counted from 0"),
             (("name = \"bend\"\nof = \"beams\"\nnumber = 2\nat = 0.25", "name = \"bend\"\nof = \"top\""), "is a rigid body, which has no curvature"),
             (("name = \"way\"", "name = \"tip\""), "a probe 'tip' stands above already"),
+            (('name = "top"\nof = "top"\n[[probe]]', 'name = "centre"\nof = "top"\n[[probe]]'), "the time series has two columns 'centre_x'"),
             (("series = 0.1\n", ""), "the scene has no time series: set 'series' in [output]"),
         ):
             text = SCENE + PROBES + EXPECTED
