@@ -1,8 +1,11 @@
 // Contacts of elements with boxes, one by one, after those of the block's capsules. The order of both depends on the
-// scene alone. The candidate of a box is the ball around it. The law is that of capsules. An element that lies
-// near-parallel to a face or an edge pushes at both ends of what lies beside it. The nearest point has the rest of the
-// force and all friction. Two boxes: contact_box_pairs.cpp.
-#include "contact/box_distance.hpp"
+// scene alone. The candidate of a box is the ball around it.                                            theory.md (59e)
+//   normal    every feature that touches pushes with its own spring and dashpot, its share T/x of the law, and what
+//             changes with shares acts besides
+//   friction  at the mean place of what pushes, across its mean normal, pressed by all of it
+// The memory of dashpots is that of their sum along the mean normal; what they take besides, as an element rocks, is
+// that of this step alone. Two boxes: contact_box_pairs.cpp.
+#include "contact/segment_meeting.hpp"
 #include "contact/work_area.hpp"
 #include "skein/core/index.hpp"
 
@@ -42,31 +45,26 @@ public:
         : bodies(bodies), element(element), box(box), node(&bodies.node[element]), motion(&bodies.motion[element]),
           box_motion(&bodies.motion[box_slot]),
           centre(bodies.node[box_slot].position), axes{box_motion[1].velocity, box_motion[1].spin,
-                                                       cross(box_motion[1].velocity, box_motion[1].spin)},
-          start(node[0].position), edge(node[1].position - start), vertices(bodies.vertices[element]) {}
+                                                       cross(box_motion[1].velocity, box_motion[1].spin)} {}
 
-    /// Point of the contact at share s of the element.
-    struct Point {
-        ContactState<Pack<1>> state;
-        Vec3d arm; ///< from the box's centre to its point, lab, m
-    };
-    Point at(double s) const {
-        const BoxPoint point = nearest_on_box(axes * (start + s * edge - centre), box.half);
-        const Vec3d arm = transpose_times(axes, point.on_box);
-        return {{broadcast<1>(-transpose_times(axes, point.outwards)), point.distance, node->radius, box.radius,
-                 broadcast<1>(motion[0].velocity + s * (motion[1].velocity - motion[0].velocity)),
-                 broadcast<1>(motion->spin), broadcast<1>(box_motion->velocity + cross(box_motion->spin, arm)),
-                 broadcast<1>(box_motion->spin)},
-                arm};
+    double reach() const { return node->radius + box.radius; }
+    SegmentMeeting meeting(ContactNormal normal) const { return meeting_of(element, normal); }
+    /// The same of another element of the rod.
+    SegmentMeeting meeting_of(std::uint32_t slot, ContactNormal normal) const {
+        const unsigned vertices = bodies.vertices[slot];
+        const Vec3d &from = bodies.node[slot].position, &to = bodies.node[slot + 1].position;
+        return {{axes * (from - centre),
+                 axes * (to - from),
+                 {vertices & at_start ? 0.5 : 1.0, vertices & at_end ? 0.5 : 1.0}},
+                box.half,
+                bodies.node[slot].radius + box.radius,
+                normal};
     }
-
-    /// Nearest point among shares of the element from `low` to `high`, in shares of the whole element.
-    SegmentToBox nearest_between(double low, double high) const {
-        SegmentToBox found =
-            nearest_to_box(axes * (start + low * edge - centre), axes * ((high - low) * edge), box.half);
-        for (double* share : {&found.s, &found.first, &found.last}) *share = low + *share * (high - low);
-        return found;
-    }
+    Vec3d to_lab(const Vec3d& in_box) const { return transpose_times(axes, in_box); }
+    /// On the axis of the element, from the box's centre.
+    Vec3d axis_at(double s) const { return node[0].position + s * (node[1].position - node[0].position) - centre; }
+    Vec3d velocity_at(double s) const { return motion[0].velocity + s * (motion[1].velocity - motion[0].velocity); }
+    Vec3d box_velocity_at(const Vec3d& arm) const { return box_motion->velocity + cross(box_motion->spin, arm); }
 
     const Exposure& bodies;
     const std::uint32_t element;
@@ -75,66 +73,84 @@ public:
     const ExposedMotion *const motion, *const box_motion;
     const Vec3d centre; ///< centre of the box, m
     const Mat3d axes;   ///< axes of the box, as neighbourhood/surface.hpp exposes them
-    const Vec3d start, edge;
-    const unsigned vertices;
 };
 
-/// Forces at the ends of the part of an element that is near-parallel to a face or an edge.
-struct Contacts::BoxEnds {
-    double share = 0, lambda = 1; ///< a and Lambda of theory.md (56b), (56e)
-    double elsewhere = 0;         ///< normal force of both, N
-    double elastic_energy = 0, viscous_work = 0, stiffness = 0;
+/// Features of an element at a box together; places from the box's centre, lab.
+struct Contacts::BoxPressure {
+    double s = 0;                           ///< mean share of the element
+    Vec3d middle{0, 0, 0}, normal{0, 0, 0}; ///< mean place, m; from the element to the box, a unit vector
+    double pressed = 0, viscous = 0;        ///< along the normal: force of all, and that of dashpots, N
 };
 
-void Contacts::exert_on_both(const ContactForce<Pack<1>>& f, double s, const Vec3d& arm, BoxContact& out) {
-    const Vec3d force = lane(f.on_1, 0), moment = lane(f.moment, 0);
-    out.on_element.first += (1 - s) * force;
-    out.on_element.second += s * force;
-    out.on_element.couple += f.arm_1[0] * moment;
-    out.on_box.first -= force;
-    out.on_box.couple += f.arm_2[0] * moment - cross(arm, force);
-}
-
-/// Weight of a contact near a vertex, theory.md (59e). Takes the nearest point back to where the contact is.
-double Contacts::weight_at_vertex(const BoxPair& pair, SegmentToBox& near) const {
-    const double reach = pair.bodies.scene().vertex_reach(), s = near.s;
-    const int side = vertex_side(s, pair.vertices, reach);
-    if (side == 0) return 1;
-    const BoxPoint point = nearest_on_box(pair.axes * (pair.start + s * pair.edge - pair.centre), pair.box.half);
-    const Vec3d &vertex = pair.node[side > 0].position, on_box = pair.centre + transpose_times(pair.axes, point.on_box);
-    const std::uint32_t next = neighbour(pair.bodies, pair.element, side > 0) + (side > 0);
-    const auto share = vertex_share<1>(reach, side > 0 ? 1 - s : s, broadcast<1>(vertex),
-                                       broadcast<1>(pair.node[side <= 0].position - vertex),
-                                       broadcast<1>(pair.bodies.node[next].position - vertex), broadcast<1>(on_box));
-    const double apart = sharing<1>(near.sine_squared, share.bend[0] * (pair.node->radius + pair.box.radius))[0],
-                 beyond = apart * share.beyond[0];
-    near.s = std::clamp(s, side < 0 ? -beyond : 0.0, side > 0 ? 1 + beyond : 1.0);
-    return 1 + apart * (share.weight[0] - 1);
-}
-
-/// Adds the forces at both ends of what lies beside a face or an edge.
-Contacts::BoxEnds Contacts::push_box_ends(const BoxPair& pair, const SegmentToBox& near, double h,
-                                          const ContactNumbers<Pack<1>>& law, BoxContact& out) const {
-    BoxEnds ends;
-    if (!(near.sine_squared < blend * blend && near.last > near.first)) return ends;
-    ends.share = 1 - near.sine_squared / (blend * blend);
-    const SegmentToBox line = pair.nearest_between(-1, 2); // the part beside the face may go on beyond the element
-    const double first = std::clamp(line.first, 0.0, 1.0), last = std::clamp(line.last, 0.0, 1.0);
-    if ((line.first < 0 && (pair.vertices & at_start)) || (line.last > 1 && (pair.vertices & at_end)))
-        ends.lambda = std::max(0.0, last - first) / std::min(1.0, line.last - line.first);
-    for (const double s : {first, last}) {
-        const BoxPair::Point end = pair.at(s);
+/// Adds the normal forces of all features, and finds their mean by what their springs bear.
+Contacts::BoxPressure Contacts::press_on_box(const BoxPair& pair, const SegmentMeeting& meeting,
+                                             const ContactNumbers<Pack<1>>& law, double h, BoxContact& out) const {
+    BoxPressure mean;
+    double sum = 0;
+    Vec3d viscous{0, 0, 0};
+    for (const SegmentMeeting::Touch& touch : meeting.touches()) {
+        const SegmentMeeting::Gap& gap = touch.gap;
+        const Vec3d normal = -pair.to_lab(gap.outwards), arm = pair.to_lab(gap.on_box);
+        const ContactState<Pack<1>> state{broadcast<1>(normal),
+                                          gap.distance,
+                                          pair.node->radius,
+                                          pair.box.radius,
+                                          broadcast<1>(pair.velocity_at(gap.s)),
+                                          broadcast<1>(pair.motion->spin),
+                                          broadcast<1>(pair.box_velocity_at(arm)),
+                                          broadcast<1>(pair.box_motion->spin)};
         ContactMemory<Pack<1>> none{};
-        const Pack<1> weight = 0.5 * ends.share * ends.lambda;
-        const auto f =
-            contact_force<1>({kinds_.normal, ContactFriction::none}, law, end.state, h, none, {weight, weight});
-        ends.elsewhere += f.normal[0];
-        ends.elastic_energy += f.elastic_energy[0];
-        ends.viscous_work += 2 * f.viscous_work[0];
-        ends.stiffness = std::max(ends.stiffness, f.stiffness[0]);
-        exert_on_both(f, s, end.arm, out);
+        const Pack<1> share(touch.share);
+        const auto f = contact_force<1>({kinds_.normal, ContactFriction::none}, law, state, h, none, {share, share});
+        const double push = f.normal[0],
+                     spring = touch.share * SegmentMeeting::force_of(kinds_.normal, touch.overlap); // over k
+        out.exert(gap.s, -push * normal, arm);
+        out.force.elastic_energy += f.elastic_energy;
+        out.force.viscous_work += f.viscous_work + f.viscous_work; // of a step with this force
+        out.force.stiffness = max(out.force.stiffness, f.stiffness);
+        viscous += (push - law.stiffness[0] * spring) * normal;
+        sum += spring;
+        mean.s += spring * gap.s;
+        mean.normal += spring * normal;
+        mean.middle += spring * (arm - (pair.box.radius - 0.5 * touch.overlap) * normal);
     }
-    return ends;
+    mean.s /= sum;
+    mean.middle = (1 / sum) * mean.middle;
+    mean.normal =
+        norm(mean.normal) > 1e-9 * sum ? unit(mean.normal) : -pair.to_lab(meeting.touches().front().gap.outwards);
+    const SegmentMeeting::Load& change = meeting.change();
+    out.on_element.first += law.stiffness[0] * pair.to_lab(change.first);
+    out.on_element.second += law.stiffness[0] * pair.to_lab(change.second);
+    out.on_box.first -= law.stiffness[0] * pair.to_lab(change.first + change.second);
+    out.on_box.couple += law.stiffness[0] * pair.to_lab(change.couple);
+    mean.pressed = std::max(0.0, dot(out.on_box.first, mean.normal));
+    mean.viscous = dot(viscous, mean.normal);
+    return mean;
+}
+
+/// Adds friction at the mean place of what pushes. `memory` becomes that of this step.
+void Contacts::rub_on_box(const BoxPair& pair, const BoxPressure& mean, const ContactNumbers<Pack<1>>& law, double h,
+                          ContactMemory<Pack<1>>& memory, BoxContact& out) const {
+    using Q = Pack<1>;
+    const Vec3d &n = mean.normal, arm = mean.middle - pair.axis_at(mean.s);
+    const double approach = dot(out.slip, n), before = -dot(lane(memory.viscous_part, 0), n);
+    const Vec3d slip = out.slip - approach * n;
+    const detail::Sliding<1> sliding{broadcast<1>(n),
+                                     broadcast<1>(slip),
+                                     broadcast<1>(0.5 * h * slip),
+                                     Q(h),
+                                     Q(0.5 * h * dot(pair.motion->spin + pair.box_motion->spin, n)),
+                                     Q(mean.pressed),
+                                     Q(kinds_.normal == ContactNormal::hertz ? sqrt(out.overlap) : 1.0),
+                                     Q(out.weight),
+                                     Q(0.0) < Q(1.0)};
+    const auto friction = detail::add_friction<1>(kinds_, law, sliding, memory, nullptr, out.force);
+    memory = friction.memory;
+    out.force.viscous_work += 0.5 * h * approach * (before - mean.viscous);
+    memory.viscous_part -= broadcast<1>(mean.viscous * n);
+    const Vec3d force = lane(friction.force, 0);
+    out.exert(mean.s, force, mean.middle);
+    out.on_element.couple += cross(arm, force);
 }
 
 /// Memory that a contact goes on from: its own, or the spring of a neighbour if it begins near a vertex.
@@ -146,6 +162,15 @@ ContactMemory<double> Contacts::memory_before(const Exposure& bodies, std::uint3
     return {inherited_spring(bodies, pair, box_first ? 0.5 : s, box_first ? s : 0.5), last.viscous_part, last.weight};
 }
 
+/// Share in a contact of bodies: energy over that of a spring at the largest overlap here and on both neighbours.
+double Contacts::weight_of(const BoxPair& pair, const SegmentMeeting& meeting) const {
+    double most = meeting.deepest();
+    for (const bool end : {false, true})
+        if (pair.bodies.vertices[pair.element] & (end ? at_end : at_start))
+            most = std::max(most, pair.meeting_of(neighbour(pair.bodies, pair.element, end), kinds_.normal).deepest());
+    return meeting.energy() / SegmentMeeting::energy_of(kinds_.normal, most);
+}
+
 /// `now`: the memory of the contact, in place of the one that a step moves on.
 Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, std::uint32_t number,
                                             const ContactMemory<double>* now) const {
@@ -155,38 +180,25 @@ Contacts::BoxContact Contacts::evaluate_box(const Exposure& bodies, double h, st
     if (first && second) return evaluate_boxes(bodies, h, number, now);
     BoxContact out;
     const BoxPair pair(bodies, first ? b : a, first ? a : b, first ? *first : *second);
-    const double seen = seen_beyond(bodies.scene().vertex_reach());
-    SegmentToBox near =
-        pair.nearest_between(pair.vertices & at_start ? -seen : 0, pair.vertices & at_end ? 1 + seen : 1);
-    const double weight = weight_at_vertex(pair, near);
-    const BoxPair::Point nearest = pair.at(near.s);
-    const ContactState<Q>& state = nearest.state;
-    out.s = near.s;
-    out.overlap = pair.node->radius + pair.box.radius - state.distance[0];
+    const SegmentMeeting meeting = pair.meeting(kinds_.normal);
+    out.overlap = meeting.deepest();
     out.diameter = 2 * std::min(pair.node->radius, pair.box.radius);
-    out.touches = out.overlap > 0;
+    out.touches = meeting.energy() > 0;
     if (!out.touches) return out;
-    out.normal = lane(state.normal, 0);
-    const Vec3d arm_1 = (pair.node->radius - 0.5 * out.overlap) * out.normal,
-                arm_2 = -(pair.box.radius - 0.5 * out.overlap) * out.normal;
-    out.place = pair.start + near.s * pair.edge + arm_1;
-    out.slip = lane(state.velocity_1, 0) + cross(pair.motion->spin, arm_1) - lane(state.velocity_2, 0) -
-               cross(pair.box_motion->spin, arm_2);
-
     const ContactNumbers<Q> law = numbers<1>(bodies, &list_.pair[number]);
-    const BoxEnds ends = push_box_ends(pair, near, h, law, out);
+    out.force.elastic_energy = out.force.friction_work = out.force.viscous_work = out.force.stiffness = 0.0;
+    const BoxPressure mean = press_on_box(pair, meeting, law, h, out);
+    out.s = mean.s;
+    out.weight = weight_of(pair, meeting);
+    out.normal = mean.normal;
+    out.place = pair.centre + mean.middle;
+    out.slip = pair.velocity_at(mean.s) + cross(pair.motion->spin, mean.middle - pair.axis_at(mean.s)) -
+               pair.box_velocity_at(mean.middle);
     ContactMemory<Q> memory{};
     if (now) memory.spring = {broadcast<1>(now->spring.x), now->spring.stiffness};
-    else set_lane(memory, 0, memory_before(bodies, number, near.s, first != nullptr));
-    const double normal_weight = (1 - ends.share) * weight;
-    out.weight = normal_weight + ends.share * ends.lambda;
-    out.touches = out.weight > 0;
-    out.force = contact_force<1>(kinds_, law, state, h, memory, {normal_weight, out.weight}, ends.elsewhere);
-    exert_on_both(out.force, near.s, nearest.arm, out);
+    else set_lane(memory, 0, memory_before(bodies, number, mean.s, first != nullptr));
+    rub_on_box(pair, mean, law, h, memory, out);
     out.memory = lane(memory, 0);
-    out.force.elastic_energy += ends.elastic_energy;
-    out.force.viscous_work += ends.viscous_work;
-    out.force.stiffness = max(out.force.stiffness, Q(ends.stiffness));
     return out;
 }
 

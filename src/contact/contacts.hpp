@@ -20,13 +20,14 @@
 #include "contact/response.hpp"
 #include "contact/vertex_terms.hpp"
 #include "contact/vertices.hpp"
+#include "core/closest_points.hpp"
 
 #include <mutex>
 #include <optional>
 
 namespace skein {
 
-struct SegmentToBox;
+class SegmentMeeting;
 
 class Contacts final : public ContactSolver {
 public:
@@ -68,8 +69,8 @@ private:
     struct PairContact;
     struct WorkArea;
     struct Sums;
-    /// An element in contact with a box, with all of its points: sums, and both of memory and place of the nearest one.
-    /// Of two boxes the first one is the element, and the place is the mean of all points.
+    /// An element in contact with a box, or two boxes, of which the first one is the element: sums over all points, and
+    /// their mean place.
     struct BoxContact {
         bool touches = false, intersect = false; ///< the latter of two boxes without their rounding
         ContactForce<Pack<1>> force{};
@@ -77,6 +78,14 @@ private:
         ElementLoad<double> on_element{}, on_box{};
         double s = 0, overlap = 0, diameter = 1, weight = 1;
         Vec3d place{}, normal{}, slip{}; ///< as of Contact, the element being the first
+
+        /// Adds a force on the axis of the element at share s, and its opposite on the box; `arm`: from its centre.
+        void exert(double s, const Vec3d& force, const Vec3d& arm) {
+            on_element.first += (1 - s) * force;
+            on_element.second += s * force;
+            on_box.first -= force;
+            on_box.couple -= cross(arm, force);
+        }
     };
 
     static Places places(const Exposure& bodies, std::size_t first);
@@ -181,11 +190,12 @@ private:
     const PartBox* box_at(const Exposure& bodies, std::uint32_t slot) const;
     void find_boxes(const Exposure& bodies);
     class BoxPair;
-    struct BoxEnds;
-    static void exert_on_both(const ContactForce<Pack<1>>& f, double s, const Vec3d& arm, BoxContact& out);
-    double weight_at_vertex(const BoxPair& pair, SegmentToBox& near) const;
-    BoxEnds push_box_ends(const BoxPair& pair, const SegmentToBox& near, double h, const ContactNumbers<Pack<1>>& law,
-                          BoxContact& out) const;
+    struct BoxPressure;
+    BoxPressure press_on_box(const BoxPair& pair, const SegmentMeeting& meeting, const ContactNumbers<Pack<1>>& law,
+                             double h, BoxContact& out) const;
+    void rub_on_box(const BoxPair& pair, const BoxPressure& mean, const ContactNumbers<Pack<1>>& law, double h,
+                    ContactMemory<Pack<1>>& memory, BoxContact& out) const;
+    double weight_of(const BoxPair& pair, const SegmentMeeting& meeting) const;
     ContactMemory<double> memory_before(const Exposure& bodies, std::uint32_t pair, double s, bool box_first) const;
     BoxContact evaluate_box(const Exposure& bodies, double h, std::uint32_t number,
                             const ContactMemory<double>* now = nullptr) const;

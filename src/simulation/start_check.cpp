@@ -2,6 +2,7 @@
 
 #include "contact/box_pair.hpp"
 #include "contact/contact_solver.hpp"
+#include "contact/segment_meeting.hpp"
 #include "core/closest_points.hpp"
 #include "kernels/kernels.hpp"
 #include "mechanics/rod_copies.hpp"
@@ -108,7 +109,7 @@ private:
             const bool known = axes_.contains(near_.in_scene(a)) && axes_.contains(near_.in_scene(b));
             return known ? distance_of_boxes(placed(a), placed(b), radius(a) + radius(b)) : HUGE_VAL;
         }
-        if (box(a) || box(b)) return distance_to_box(box(a) ? a : b, at(box(a) ? b : a), at((box(a) ? b : a) + 1));
+        if (box(a) || box(b)) return box(a) ? distance_to_box(a, b) : distance_to_box(b, a);
         const auto found = closest_points(broadcast<1>(at(a)), broadcast<1>(at(a + 1) - at(a)), broadcast<1>(at(b)),
                                           broadcast<1>(at(b + 1) - at(b)));
         return norm(lane(found.apart, 0));
@@ -123,15 +124,17 @@ private:
         const double apart = separation(one, two, true);
         return apart < 0 ? apart : reach - BoxMeeting(one, two, reach).deepest();
     }
-    /// Overlap of a segment and the box of an own body, which has its axes here; other ranks test their own boxes.
-    double distance_to_box(std::uint32_t slot, const Vec3d& from, const Vec3d& to) const {
+    /// Distance of an element and the box of an own body, which has its axes here; other ranks test their own boxes.
+    double distance_to_box(std::uint32_t slot, std::uint32_t element) const {
         const auto own = near_.owns_slot(slot) ? own_.find(near_.in_scene(slot)) : std::optional<std::uint32_t>();
         if (!own) return HUGE_VAL;
         const ExposedMotion& shown = own_.motion[*own + 1];
         const Mat3d axes{shown.velocity, shown.spin, cross(shown.velocity, shown.spin)};
-        const Vec3d centre = near_.node[slot].position, half = box(slot)->half;
-        const double s = nearest_to_box(axes * (from - centre), axes * (to - from), half).s;
-        return nearest_on_box(axes * (from + s * (to - from) - centre), half).distance;
+        const Vec3d &from = near_.node[element].position, &to = near_.node[element + 1].position;
+        const double reach = radius(slot) + radius(element);
+        const SegmentMeeting meeting({axes * (from - near_.node[slot].position), axes * (to - from), {1, 1}},
+                                     box(slot)->half, reach, ContactNormal::linear);
+        return reach - meeting.deepest();
     }
 
     const ContactPlan& plan_;

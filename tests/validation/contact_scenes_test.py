@@ -97,6 +97,26 @@ class Boxes(SingleRuns):
         self.assertLess(places[1:, 2].max(), 0.032, "and lie on the floor")
 
 
+class RodsOnBox(SingleRuns):
+    """Rods that fall across a box, lie on it and hang over its edges; with and without all that dissipates in contacts."""
+
+    def test_keep_their_books(self):
+        text = (APPS / "contact/rods_on_box.toml").read_text().replace("rate = 2.0 ", "rate = 0.0 ")
+        self.assertIn("rate = 0.0", text)
+        elastic = "\n".join(line for line in text.replace("damping = 1.0 ", "damping = 0.0 ").replace('friction = "memory"', "").splitlines() if "static_friction" not in line)
+        for name, scene, most in (("damped", text, 1e-3), ("elastic", elastic, 5e-4)):
+            path = self.directory / f"{name}.toml"
+            path.write_text(scene)
+            self.run_alone(name, "time.dt=1e-5", scene=path)
+            series = self.series(name)
+            stored = [column for column in series if column.startswith(("kinetic_", "elastic_"))]
+            energy = sum(series[column] for column in stored + ["contact_energy", "contact_friction_work", "contact_viscous_work", "wall_energy", "wall_friction_work",
+                                                                "wall_viscous_work", "potential"])
+            self.assertLess(abs(energy - energy[0]).max(), most * energy[0], name)
+            dissipated = series["contact_friction_work"][-1] + series["contact_viscous_work"][-1]
+            self.assertEqual(dissipated > 0.1 * energy[0], name == "damped")
+
+
 class Plectoneme(SingleRuns):
     """Wall to wall, twist + writhe is the rotation of the end. The series counts twist between the outermost elements' middles: of n cells
     one, two halves, is missing, in a rod at rest as twisted as the others."""

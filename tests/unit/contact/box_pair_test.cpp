@@ -4,6 +4,7 @@
 
 #include "contact/contact_solver.hpp"
 #include "support/exposed_bodies.hpp"
+#include "support/turned_frame.hpp"
 
 #include <gtest/gtest.h>
 
@@ -14,18 +15,7 @@ namespace {
 
 constexpr double stiffness = 1e5, step = 1e-5;
 
-/// `frame` turned by a rotation vector of the lab.
-Mat3d turned_by(const Mat3d& frame, const Vec3d& angle) {
-    const double all = norm(angle);
-    if (all == 0) return frame;
-    const Vec3d k = (1 / all) * angle;
-    const auto turn = [&](const Vec3d& v) {
-        return std::cos(all) * v + std::sin(all) * cross(k, v) + ((1 - std::cos(all)) * dot(k, v)) * k;
-    };
-    return {turn(frame.d1), turn(frame.d2), turn(frame.d3)};
-}
-
-const Mat3d upright{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+using test::turned_by, test::upright;
 
 struct TwoBoxes {
     PlacedBox box[2];

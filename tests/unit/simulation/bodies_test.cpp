@@ -307,49 +307,6 @@ TEST(Body, BouncesOffEveryFaceOfABox) {
     }
 }
 
-// A stiff rod on a box, over whose edges it hangs on both sides: each element beside the face bears as much, and all of
-// them its weight.
-TEST(Body, ABoxBearsARodThatLiesOnIt) {
-    RodSpec rod = test::simple_rod(8);
-    rod.section.radius = 0.01;
-    rod.material.youngs_modulus = 1e9;
-    rod.shape.length = 0.2;
-    rod.placement.tangent = {1, 0, 0};
-    rod.placement.origin = {-0.1, 0, 0.06 + 0.01};
-    RodSpec box = test::box_body({0.12, 0.1, 0.06});
-    box.name = "box";
-    box.placement.origin = {0, 0, 0.03};
-    SceneSpec scene;
-    scene.rods = {rod, box};
-    const double k = 1e3;
-    scene.contact = ContactSpec{.law = {.normal = ContactNormal::linear,
-                                        .stiffness = k,
-                                        .damping = 10,
-                                        .friction = ContactFriction::memory,
-                                        .static_friction = 0.3}};
-    scene.walls = {floor_of({.normal = ContactNormal::linear, .stiffness = 1e5, .damping = 100})};
-    scene.loads = {{.load = Gravity{{0, 0, -test::gravity}}}};
-    scene.damping = {{.damping = {.kind = DampingKind::uniform, .rate = 20}}};
-    scene.time = {.duration = 1, .dt = 5e-6};
-    scene.time.force_dt = true;
-    Meeting stage(scene);
-    stage.advance(200000);
-    double rod_mass = 0;
-    for (const double m : stage.groups[0].node_mass) rod_mass += m;
-    const double weight = rod_mass * test::gravity, all = weight + stage.groups[1].node_mass[0] * test::gravity;
-    Vec3d on_rod{0, 0, 0}, on_box{0, 0, 0};
-    for (std::size_t k_ = 0; k_ < 9; ++k_) on_rod += stage.around.loads->load[k_].force;
-    for (std::size_t k_ = 9; k_ < 11; ++k_) on_box += stage.around.loads->load[k_].force;
-    EXPECT_NEAR(on_rod.z, weight, 1e-3 * weight);
-    EXPECT_LT(norm(on_rod + on_box), 1e-12 * weight);
-    EXPECT_NEAR(stage.around.wall_contacts[1]->figures({0, 0}, 0).normal, all, 1e-3 * all);
-    EXPECT_NEAR(stage.contacts->figures().weight, 4, 1e-6)
-        << "as many elements are as long as the face without its rounding";
-    const double overlap =
-        stage.contacts->figures().max_overlap * 0.01; // over the smaller diameter, of the box's edges
-    EXPECT_NEAR(overlap, weight / (4 * k), 0.02 * overlap);
-}
-
 /// Balls and capsules packed over a floor, with rods among them.
 SceneSpec heap() {
     SceneSpec scene;
