@@ -18,10 +18,9 @@ namespace skein {
 namespace {
 
 Vec3d middle(const Exposure& c, std::size_t slot) { return 0.5 * (c.node[slot].position + c.node[slot + 1].position); }
-/// Half of the axis, m, with the reach beyond vertices at both ends even if only one has a vertex.
+/// Half of the axis, m.
 Vec3d half_axis(const Exposure& c, std::size_t slot) {
-    const double half = c.vertices[slot] ? 0.5 + c.scene().searched_reach() : 0.5;
-    return half * (c.node[slot + 1].position - c.node[slot].position);
+    return 0.5 * (c.node[slot + 1].position - c.node[slot].position);
 }
 Vec3d least_of(const Vec3d& a, const Vec3d& b) { return {std::min(a.x, b.x), std::min(a.y, b.y), std::min(a.z, b.z)}; }
 Vec3d most_of(const Vec3d& a, const Vec3d& b) { return {std::max(a.x, b.x), std::max(a.y, b.y), std::max(a.z, b.z)}; }
@@ -52,16 +51,9 @@ void BroadPhase::append_near(const Exposure& c, const TouchRules& rules, double 
             __builtin_prefetch(later + 1);
         },
         [&](std::size_t i, const CapsuleTile& tile) {
-            std::uint8_t vertices[W];
             alignas(64) double pace[W];
-            for (std::size_t l = 0; l < W; ++l) {
-                vertices[l] = vertices_of_pair(c, {a[i + l], b[i + l]});
-                pace[l] = c.pace_of(a[i + l]) + c.pace_of(b[i + l]);
-            }
-            const auto apart =
-                closest_points(tile.p, tile.d1, tile.q, tile.d2, range_of(vertices, 0, c.scene().searched_reach()),
-                               range_of(vertices, 1, c.scene().searched_reach()))
-                    .apart;
+            for (std::size_t l = 0; l < W; ++l) pace[l] = c.pace_of(a[i + l]) + c.pace_of(b[i + l]);
+            const auto apart = closest_points(tile.p, tile.d1, tile.q, tile.d2).apart;
             const auto both = tile.radius_1 + tile.radius_2,
                        reach = both + Pack<W>(0.5 * skin) * detail::pack_at<W>(pace), squared = dot(apart, apart);
             unsigned bits = bits_of(squared < reach * reach) & (count - i < W ? (1u << (count - i)) - 1 : 0xffu);

@@ -42,10 +42,9 @@ SKEIN_INLINE Contacts::Places Contacts::places(const Exposure& bodies, std::size
         .vector;
 }
 
-/// Squared distances, m^2, that a tile of nodes may go: half the skin by their paces, and less where the contacts of an
-/// element lie beyond its ends.
+/// Squared distances, m^2, that a tile of nodes may go: half the skin by their paces.
 Pack<Contacts::places_at_once> Contacts::farthest_squared(const Exposure& bodies, std::size_t first, double skin) {
-    const double half_way = 0.5 * skin / (1 + 2 * bodies.scene().searched_reach());
+    const double half_way = 0.5 * skin;
     alignas(64) double squared[places_at_once];
     for (int l = 0; l < places_at_once; ++l) {
         const double way = half_way * bodies.pace[std::min(first + to_index(l), bodies.slots() - 1)];

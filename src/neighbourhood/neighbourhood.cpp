@@ -62,10 +62,8 @@ struct Box {
 Box box_of(const Exposure& bodies, std::size_t slot) {
     Box box;
     const ExposedNode& n = bodies.node[slot];
-    const Vec3d &start = n.position, &end = bodies.node[slot + 1].position,
-                beyond = bodies.scene().searched_reach() * (end - start);
-    box.add(bodies.vertices[slot] & at_start ? start - beyond : start, n.radius);
-    box.add(bodies.vertices[slot] & at_end ? end + beyond : end, n.radius);
+    box.add(n.position, n.radius);
+    box.add(bodies.node[slot + 1].position, n.radius);
     return box;
 }
 

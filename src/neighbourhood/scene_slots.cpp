@@ -34,12 +34,10 @@ std::vector<SceneSlots::Alike> alike(std::span<const RodGroup> groups) {
 } // namespace
 
 SceneSlots::SceneSlots(std::span<const RodGroup> groups) : SceneSlots(alike(groups)) {
-    for (const RodGroup& group : groups) {
-        has_boxes_ |= group.body() && group.body()->has_boxes();
+    for (const RodGroup& group : groups)
         for (const ElementConstants& c : group.element)
             if (group.strained())
                 vertex_reach_ = std::max(vertex_reach_, std::min(0.4 * c.radius / c.rest_length, 0.25));
-    }
 }
 
 SceneSlots::SceneSlots(std::span<const Alike> groups) {

@@ -40,10 +40,9 @@ public:
     /// Number of the body's block, rising with gid. Blocks are consecutive bodies with no more than block_slots()
     /// slots, or one body. One task sums the loads of a block, so sums depend on the scene alone.
     std::int64_t block_of(std::int64_t gid) const;
-    /// Elements reach beyond their vertices by this share of their length, where they meet others. theory.md (56c)
+    /// A contact that begins within 5/4 of this share of an element from a vertex follows one of the neighbour.
+    /// theory.md (59e)
     double vertex_reach() const { return vertex_reach_; }
-    /// Reach beyond vertices in the search for pairs: boxes alone meet elements there.
-    double searched_reach() const { return has_boxes_ ? vertex_reach_ : 0; }
 
     /// Slots of a block: a sixteenth of the scene, for threads to share. At least 256 fill the packs. At most 1024 keep
     /// what contacts read and write in the second cache.
@@ -65,7 +64,7 @@ private:
     std::int64_t bodies_ = 0, slots_ = 0;
     std::int64_t block_slots_;
     double vertex_reach_ = 0.05;
-    bool has_kin_ = false, has_boxes_ = false;
+    bool has_kin_ = false;
 };
 
 } // namespace skein
