@@ -17,10 +17,9 @@ namespace skein::test {
 struct InteractionExample {
     std::string name;
     std::function<SceneSpec(const ContactLaw&, const Turn&)> scene;
-    bool has_walls = false;   ///< which take momentum
-    bool can_turn = true;     ///< else it can only be shifted
-    bool conservative = true; ///< without friction and dashpots, forces are those of an energy
-    double lost = 2e-6;       ///< of the energy, at most, where nothing takes any
+    bool has_walls = false; ///< which take momentum
+    bool can_turn = true;   ///< else it can only be shifted
+    double lost = 2e-6;     ///< of the energy, at most, where nothing takes any
 };
 
 static_assert(PhysicsTables::count == 7,
@@ -113,16 +112,15 @@ inline std::vector<InteractionExample> interaction_examples() {
         rod.shape.start_curvature = Vec3d{0.4, 0.2, 0.4};
         return rod;
     }());
-    const auto add_body = [&](const std::string& name, const RodSpec& body, double height, bool conservative = true) {
-        all.push_back(
-            {.name = name,
-             .scene = [=](const ContactLaw& law, const Turn& turn) { return upon_rod(body, height, law, turn); },
-             .conservative = conservative});
+    const auto add_body = [&](const std::string& name, const RodSpec& body, double height) {
+        all.push_back({.name = name, .scene = [=](const ContactLaw& law, const Turn& turn) {
+                           return upon_rod(body, height, law, turn);
+                       }});
     };
     add_body("a ball", rigid_body(0, 0.03), 0.0525);
     add_body("a capsule", rigid_body(0.1, 0.015), 0.0375);
     add_body("a body of three parts", crooked_body(), 0.07);
-    add_body("a box", box_body({0.1, 0.06, 0.04}), 0.0525, false); // ends of what lies beside a face move along the rod
+    add_body("a box", box_body({0.1, 0.06, 0.04}), 0.0525);
     all.push_back({.name = "two boxes",
                    .scene = [](const ContactLaw& law, const Turn& turn) { return two_boxes(law, turn); },
                    .lost = 1e-5});
