@@ -13,7 +13,7 @@ quick=()
 while (($#)); do
     if [[ $1 == --quick ]]; then
         quick=(core_test_x86_64 core_test_x86_64_v3 parallel_test loads_test published_loads_test ring_loads_test
-               laplacian_filter_test plane_friction_test contact_test io_test scene_test)
+               laplacian_filter_test plane_friction_test contact_test io_test)
         shift
         continue
     fi

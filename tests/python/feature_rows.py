@@ -263,6 +263,9 @@ def rows_of(folder):
         second("load.stages", "load", kind="uniform_force", force=[0.03, 0.02, 0.01]), second("wall.stages", "wall", name="late", kind="plane", stiffness=1e4),
         second("joint.stages", "joint", kind="spherical", between=["left", "right"], at=[0.0, 0.5], stiffness=1e3, **LISTED),
         of_scene("output.audit", "output.audit", "work_loads[J]", output={"audit": True}),
+        Row("probe", lambda scene, where: scene.setdefault("probe", []).extend(
+            {"name": f"seen_{quantity}", "of": where, "at": 0.3, "quantity": quantity}
+            for quantity in ("position", "velocity", "direction", "spin", "strain", "curvature")), "probe", True, looks="seen_position_x[m]"),
         of_scene("output.observables", "output.observables", "angular_momentum_x[kg m^2/s]", output={"observables": ["angular_momentum", "curvature", "order"]}),
     ]
     names = [row.name for row in rows]
@@ -279,5 +282,6 @@ NOT_ROWS = {
     "load.ramp_shape": "shape of a ramp", "load.frame": "axes of a load", "load.per": "unit of a formula", "load.at": "place of a formula",
     "joint.pairs": "which rods are joined", "joint.about_second.motor.kind": "as joint.motor.kind", "wall.side": "side of tubes and balls",
     "fluid_output.kind": "files", "fluid_output.precision": "files", "fluid_output.across": "files", "fluid_output.criterion": "files",
+    "probe.quantity": "all in the row probe", "expect.take": "compares numbers of a run that has ended",
     "output.precision": "files", "output.paraview": "files", "start.time": "of branches",
 }
