@@ -240,7 +240,7 @@ CLI::App* add_expect(CLI::App& app, skein::ExpectArguments& expect) {
 
 CLI::App* add_new(CLI::App& app, skein::NewArguments& arguments) {
     CLI::App& command = *app.add_subcommand("new", "write a commented scene to begin from; without KIND: list all");
-    command.add_option("KIND", arguments.kind, "of the scene, e.g. arm, pile, motor");
+    command.add_option("KIND", arguments.kind, "of the scene, e.g. cantilever, pile, motor");
     command.add_option("FILE", arguments.file, "to write; default KIND.toml");
     return &command;
 }

@@ -48,9 +48,9 @@ class Recipes(unittest.TestCase):
                 self.done(SKEIN, "check", f"{kind}.toml")
 
     def test_nothing_is_overwritten_and_names_are_guessed(self):
-        self.done(SKEIN, "new", "arm")
-        again = self.call(SKEIN, "new", "arm")
-        self.assertEqual((again.returncode, again.stderr), (2, "error: arm.toml exists; give another name\n"))
+        self.done(SKEIN, "new", "cantilever")
+        again = self.call(SKEIN, "new", "cantilever")
+        self.assertEqual((again.returncode, again.stderr), (2, "error: cantilever.toml exists; give another name\n"))
         wrong = self.call(SKEIN, "new", "pil")
         self.assertEqual((wrong.returncode, wrong.stderr), (2, "error: there is no kind 'pil' of scenes; did you mean 'pile'?\n"))
 
