@@ -120,8 +120,9 @@ std::vector<double> probe_values(const Communicator& comm, std::span<const RodGr
         const std::size_t first = columns.size();
         columns.resize(first + (probe.strained() ? 1 : 3));
         const Copy copy = probe.strained() ? Copy::strained : Copy::frames;
-        rods.read(own_of(probe, groups, rods), copy, lag, [&](int, std::size_t i, const RodCopy& one) {
-            const LocalRod& local = rods.local()[i];
+        const std::vector<std::size_t> own_rods = own_of(probe, groups, rods);
+        rods.read(own_rods, copy, lag, [&](int, std::size_t i, const RodCopy& one) {
+            const LocalRod& local = rods.local()[own_rods[i]];
             Vec3d value;
             with_rod(nth(groups, local.group), local.index, [&](const RodGroup& own) {
                 value = own.strained() ? of_rod(probe.quantity, one, place_on(own, probe.at))

@@ -206,7 +206,8 @@ Json whole(const std::string& physics, const std::string& settings, const std::s
 SceneSpec scene_of(Json scene, const std::string& name, const std::vector<std::string>& overrides) {
     const std::string file = scene.value("file", "");
     scene.erase("file");
-    Problems defaults; // that no scene may give
+    if (scene["time"].value("relax", false)) scene["time"].erase("dt"); // which no scene may give beside it
+    Problems defaults;                                                  // that no scene may give
     const Place place{std::make_shared<SourceText>(SourceText{name, {}})};
     Pruner(read_tables(tree_of(scene, place), defaults)).prune(scene);
     TomlValue root = tree_of(scene, place);

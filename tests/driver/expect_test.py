@@ -106,7 +106,7 @@ class Expect(DriverTest):
             beams = file["groups/beams/position"][:]
             top = file["groups/top/position"][:]
         for i, axis in enumerate("xyz"):
-            numpy.testing.assert_array_equal(series[f"tip_{axis}[m]"], beams[:, 3, -1, i])
+            numpy.testing.assert_allclose(series[f"tip_{axis}[m]"], beams[:, 3, -1, i], rtol=0, atol=1e-15)
             numpy.testing.assert_array_equal(series[f"top_{axis}[m]"], top[:, 0, 0, i])
         way = beams[:, 0, 3] - beams[:, 0, 2]  # of the element at 0.3
         seen = numpy.stack([series[f"way_{axis}[-]"] for axis in "xyz"], axis=1)

@@ -438,7 +438,7 @@ TEST(Ball, StaysWhereItIsInADenseStackAtItsContactLimit) {
                      (1e-6 / radius) * Vec3d{std::sin(3.1 * phase), std::sin(9.3 * phase), std::sin(8.7 * phase)});
             stage.rods->import_rod(i, state);
         }
-        stage.advance(steps);
+        stage.advance(steps, share <= 1);
         double most = 0;
         for (std::size_t i = 0; i < count; ++i)
             most = std::max({most, norm(stage.velocity(i)), radius * norm(stage.spin(i))});
