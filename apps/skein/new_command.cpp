@@ -21,7 +21,7 @@ std::string_view purpose(const Recipe& recipe) { return recipe.text.substr(2, re
 
 std::string list_of_recipes() {
     std::string text;
-    for (const Recipe& recipe : recipes) text += fmt::format("  {:<10}{}\n", recipe.kind, purpose(recipe));
+    for (const Recipe& recipe : recipes) text += fmt::format("  {:<12}{}\n", recipe.kind, purpose(recipe));
     return text;
 }
 

@@ -206,8 +206,7 @@ Json whole(const std::string& physics, const std::string& settings, const std::s
 SceneSpec scene_of(Json scene, const std::string& name, const std::vector<std::string>& overrides) {
     const std::string file = scene.value("file", "");
     scene.erase("file");
-    if (scene["time"].value("relax", false)) scene["time"].erase("dt"); // which no scene may give beside it
-    Problems defaults;                                                  // that no scene may give
+    Problems defaults; // that no scene may give
     const Place place{std::make_shared<SourceText>(SourceText{name, {}})};
     Pruner(read_tables(tree_of(scene, place), defaults)).prune(scene);
     TomlValue root = tree_of(scene, place);
@@ -221,6 +220,9 @@ SceneSpec scene_of(Json scene, const std::string& name, const std::vector<std::s
     spec.file = file;
     std::set<std::string> given = given_keys(root);
     given.insert(needed.begin(), needed.end());
+    // The step that a run has had, also of scenes that may give none.
+    if (std::none_of(overrides.begin(), overrides.end(), [](const auto& o) { return o.starts_with("time.dt="); }))
+        given.erase("time.dt");
     refuse_contradictions(spec, given);
     return spec;
 }

@@ -22,9 +22,10 @@ struct InteractionExample {
     double lost = 2e-6;     ///< of the energy, at most, where nothing takes any
 };
 
-static_assert(PhysicsTables::count == 9,
-              "contact and walls have examples here; loads, joints, the fluid, relaxation, the audit, probes and expected "
-              "values have tests of their own: a new physics needs examples");
+static_assert(
+    PhysicsTables::count == 9,
+    "contact and walls have examples here; loads, joints, the fluid, relaxation, the audit, probes and expected "
+    "values have tests of their own: a new physics needs examples");
 static_assert(std::size(wall_names) == 4, "a new kind of wall needs an example");
 
 /// Half a metre long, its middle at `middle`, in motion.
