@@ -27,7 +27,7 @@ SCALES = {f"{what} times 2^{power}": tuple(power * (what == one) for one in ("le
 # Keys of wall time, and those that count.
 EXEMPT = {"output.checkpoint_wall", "output.frames_wall"}
 # Texts that name something; all other texts are formulas and need a unit.
-NAMES = {"include", "title", "name", "assembly", "file", "start_free", "end_free", "directions", "axes", "at_unit", "unit", "rods", "along", "between", "open", "watch", "fields",
+NAMES = {"of", "column", "reference", "include", "title", "name", "assembly", "file", "start_free", "end_free", "directions", "axes", "at_unit", "unit", "rods", "along", "between", "open", "watch", "fields",
          "observables", "progress", "from", "stages", "until", "change"}
 OWN_UNIT = {"table.at", "table.value", "constants.(any name)"}  # of which the scene says the unit
 # No choice of physics: files alone; and what needs another library, or other ranks.
@@ -272,7 +272,7 @@ class Scale(unittest.TestCase):
         missing = set()
         for path, entry in self.units.keys.items():
             one = "load.kind" if re.fullmatch(r"load\.\w+\.kind", path) else alike(path)
-            if path in EXEMPT or path in NO_PHYSICS or path.startswith(("output.", "start.")):
+            if path in EXEMPT or path in NO_PHYSICS or path.startswith(("output.", "start.", "probe.", "expect.")):
                 continue
             if entry["type"] == "choice":
                 missing |= {f"{one} = {choice}" for choice in entry["choices"] if (one, choice) not in chosen and (one, choice) not in NOT_HERE}
