@@ -153,7 +153,7 @@ void refuse_faults(const SceneSpec& scene, const Plan& plan, std::span<const Rod
 
 } // namespace
 
-int run_command(RunArguments arguments, int& argc, char**& argv) {
+int run_command(RunArguments arguments, int& argc, char**& argv, const BesideRun& beside) {
     const double began = wall_seconds();
     look_into_directory(arguments.scene, arguments.options.out);
     MpiSession session(argc, argv);
@@ -161,6 +161,7 @@ int run_command(RunArguments arguments, int& argc, char**& argv) {
     stop_on_signals();
     return guarded(comm, [&] {
         auto [scene, groups] = prepare(comm, arguments.scene);
+        if (beside.before) beside.before(scene);
         const Machine machine = machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping);
         const Threads threads(machine.threads, arguments.shuffle);
         Plan plan = make_plan(scene, groups, machine);
@@ -179,6 +180,7 @@ int run_command(RunArguments arguments, int& argc, char**& argv) {
                             ? "Stopped at a limit, with a checkpoint of step %lld; the same command resumes.\n"
                             : "Stopped at a limit at step %lld.\n",
                         static_cast<long long>(result.step));
+        if (beside.after && comm.root() && result.code == Exit::done) return beside.after(scene, options.out);
         return static_cast<int>(result.code);
     });
 }

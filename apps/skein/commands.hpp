@@ -76,7 +76,12 @@ std::string default_out(const std::string& scene);
 /// Where a scene is a directory, its scene.toml, with that directory for results unless `out` names another.
 void look_into_directory(SceneArguments& scene, std::string& out);
 
-int run_command(RunArguments arguments, int& argc, char**& argv);
+/// Work beside a run: before it, on all ranks, and after it, on root alone, which returns the exit code.
+struct BesideRun {
+    std::function<void(const SceneSpec& scene)> before;
+    std::function<int(const SceneSpec& scene, const std::string& out)> after;
+};
+int run_command(RunArguments arguments, int& argc, char**& argv, const BesideRun& beside = {});
 int branch_command(const BranchArguments& arguments, int& argc, char**& argv);
 int verify_command(const VerifyArguments& arguments, int& argc, char**& argv);
 int converge_command(ConvergeArguments arguments, int& argc, char**& argv);
@@ -85,7 +90,7 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv);
 int self_check_command(int threads, int lanes, int& argc, char**& argv);
 int check_command(SceneArguments arguments);
 /// Runs a scene, then compares its time series with its [[expect]] tables.
-int expect_command(ExpectArguments arguments, int& argc, char**& argv, bool first_process);
+int expect_command(ExpectArguments arguments, int& argc, char**& argv);
 /// Writes a scene to begin from.
 int new_command(const NewArguments& arguments);
 int describe_command(const DescribeArguments& arguments, int& argc, char**& argv);

@@ -1,12 +1,13 @@
 // Runs a scene, then compares its time series with the values that its [[expect]] tables name.
 #include "commands.hpp"
 #include "io/csv_table.hpp"
-#include "scene/scene_file.hpp"
+#include "physics/scene_spec.hpp"
 #include "skein/core/error.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 
 namespace skein {
@@ -46,39 +47,32 @@ std::string json_of(const std::vector<Comparison>& all) {
     return rows.dump(2) + "\n";
 }
 
-/// The exit code: of the comparison.
+/// Prints the comparison and returns its exit code.
 int compare(const SceneSpec& scene, const std::string& out, bool json) {
-    bool met = true;
-    const int code = alone([&] {
-        const CsvTable series = read_csv(out + "/observables.csv");
-        std::vector<Comparison> all;
-        for (const ExpectSpec& expected : scene.expected) {
-            const double found = found_in(series, expected);
-            all.push_back({expected, found, found - expected.value});
-            met = met && all.back().met();
-        }
-        fmt::print("{}", json ? json_of(all) : table_of(all));
-    });
-    return code != 0 ? code : met ? 0 : static_cast<int>(Exit::unexpected);
+    const CsvTable series = read_csv(out + "/observables.csv");
+    std::vector<Comparison> all;
+    for (const ExpectSpec& expected : scene.expected) {
+        const double found = found_in(series, expected);
+        all.push_back({expected, found, found - expected.value});
+    }
+    fmt::print("{}", json ? json_of(all) : table_of(all));
+    return std::all_of(all.begin(), all.end(), [](const Comparison& one) { return one.met(); })
+               ? 0
+               : static_cast<int>(Exit::unexpected);
 }
 
 } // namespace
 
-int expect_command(ExpectArguments arguments, int& argc, char**& argv, bool first_process) {
-    RunArguments& run = arguments.run;
-    look_into_directory(run.scene, run.options.out);
-    SceneSpec scene;
-    const int read = alone([&] {
-        scene = read_scene(run.scene.file, run.scene.overrides);
-        if (scene.expected.empty())
-            throw InputError(fmt::format("{}: the scene expects nothing; it has no [[expect]]", run.scene.file));
-    });
-    if (read != 0) return read;
-    if (run.options.out.empty()) run.options.out = default_out(run.scene.file);
-    run.options.quiet = true;
-    const std::string out = run.options.out;
-    if (const int code = run_command(run, argc, argv); code != 0) return code;
-    return first_process ? compare(scene, out, arguments.json) : 0;
+int expect_command(ExpectArguments arguments, int& argc, char**& argv) {
+    arguments.run.options.quiet = true;
+    const std::string file = arguments.run.scene.file;
+    const BesideRun beside{
+        [&](const SceneSpec& scene) {
+            if (scene.expected.empty())
+                throw InputError(fmt::format("{}: the scene expects nothing; it has no [[expect]]", file));
+        },
+        [&](const SceneSpec& scene, const std::string& out) { return compare(scene, out, arguments.json); }};
+    return run_command(std::move(arguments.run), argc, argv, beside);
 }
 
 } // namespace skein

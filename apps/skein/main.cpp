@@ -306,7 +306,7 @@ int main(int argc, char** argv) {
     }
 
     if (run_command->parsed()) return skein::run_command(run, argc, argv);
-    if (expect_command->parsed()) return skein::expect_command(expect, argc, argv, first_process());
+    if (expect_command->parsed()) return skein::expect_command(expect, argc, argv);
     if (branch_command->parsed()) return skein::branch_command(branch, argc, argv);
     if (verify_command->parsed()) return skein::verify_command(verify, argc, argv);
     if (converge_command->parsed()) return skein::converge_command(converge, argc, argv);
