@@ -74,10 +74,13 @@ Vec3d of_rod(ProbeQuantity quantity, const RodCopy& rod, const Place& at) {
 
 /// Rod or body of a probe on this rank, by its place in rods.local(); none on other ranks.
 std::vector<std::size_t> own_of(const ProbeSpec& probe, std::span<const RodGroup> groups, const Rods& rods) {
+    const auto group =
+        std::find_if(groups.begin(), groups.end(), [&](const RodGroup& one) { return one.name() == probe.of; });
+    const std::int64_t gid = group->first_gid() + probe.number;
     const auto local = rods.local();
-    for (std::size_t i = 0; i < local.size(); ++i)
-        if (nth(groups, local[i].group).name() == probe.of && local[i].index == probe.number) return {i};
-    return {};
+    const auto own = std::find_if(local.begin(), local.end(), [&](const LocalRod& one) { return one.gid == gid; });
+    if (own == local.end()) return {};
+    return {static_cast<std::size_t>(own - local.begin())};
 }
 
 } // namespace

@@ -36,9 +36,9 @@ std::vector<RodGroup> checked(const Communicator& comm, const Plan& plan, std::v
     return groups;
 }
 
-/// `groups`: with all of their rods, whose weight an automatic stiffness follows from.
-SceneTexts texts_of(const SceneSpec& scene, std::span<const RodGroup> groups, double dt) {
-    return {physics_json(resolved(scene, groups), groups, dt), settings_json(scene), output_json(scene), {}};
+/// `numbers`: the scene with numbers in place of "auto"; `groups`: with all of their rods.
+SceneTexts texts_of(const SceneSpec& scene, const SceneSpec& numbers, std::span<const RodGroup> groups, double dt) {
+    return {physics_json(numbers, groups, dt), settings_json(scene), output_json(scene), {}};
 }
 
 /// Columns are found by their names without units.
@@ -56,15 +56,16 @@ void refuse_repeated_columns(std::span<const std::string> names) {
 Simulation::Simulation(const Communicator& comm, const Threads& threads, const SceneSpec& scene,
                        std::vector<RodGroup> groups, Plan plan, RunOptions options)
     : options_(std::move(options)), started_(options_.began > 0 ? options_.began : wall_seconds()),
-      texts_(texts_of(scene, groups, plan.dt)), stages_(scene, groups),
+      stages_(scene, groups), texts_(texts_of(scene, stages_.scene(), groups, plan.dt)),
       world_(comm, threads, checked(comm, plan, std::move(groups)), plan, options_.protocol, options_.balance),
       observation_(world_, scene), warnings_(world_, options_.quiet), rewind_(world_, options_.rewind, options_.out) {
     const bool writes = !options_.out.empty();
     Plan& made = world_.plan;
-    refuse_repeated_columns(observation_.names());
-    stages_.find_columns(observation_.names());
+    const std::vector<std::string> columns = observation_.names();
+    refuse_repeated_columns(columns);
+    stages_.find_columns(columns);
     for (const ExpectSpec& expected : scene.expected)
-        columns_of("expect.column", std::vector{expected.column}, observation_.names());
+        columns_of("expect.column", std::vector{expected.column}, columns);
     refuse_bad_start(world_, scene, options_);
     on_root(comm, [&] {
         if (writes) directory_ = std::make_unique<ResultsDirectory>(options_.out, options_.overwrite);

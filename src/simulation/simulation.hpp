@@ -96,8 +96,8 @@ private:
 
     RunOptions options_;
     double started_, setup_s_ = 0;
-    SceneTexts texts_; ///< of all rods: the world keeps those of this rank
-    Stages stages_;    ///< with numbers from all rods too
+    Stages stages_;    ///< with numbers from all rods: the world keeps those of this rank
+    SceneTexts texts_; ///< of all rods too
     World world_;
     Observation observation_;
     Warnings warnings_;

@@ -32,6 +32,8 @@ public:
     /// Enters the stage after the present one. Collective.
     void begin_next(World& world);
 
+    /// The scene as written, with numbers in place of "auto".
+    const SceneSpec& scene() const { return scene_; }
     const std::vector<RodSpec>& rods() const { return scene_.rods; } ///< of the first stage
     bool any() const { return !scene_.stages.empty(); }
     bool is_last() const { return begins_.size() >= scene_.stages.size(); }
