@@ -31,4 +31,13 @@ inline BoxPoint nearest_on_box(const Vec3d& x, const Vec3d& half) {
     return {{on[0], on[1], on[2]}, {normal[0], normal[1], normal[2]}, std::abs(at[least]) - h[least]};
 }
 
+/// Vertex by signs as bits.
+inline Vec3d box_vertex(const Vec3d& half, unsigned bits) {
+    return {bits & 1 ? half.x : -half.x, bits & 2 ? half.y : -half.y, bits & 4 ? half.z : -half.z};
+}
+/// True of bits that are those of another vertex of a box without extent along some axis.
+inline bool repeats_vertex(const Vec3d& half, unsigned bits) {
+    return (bits & 1 && half.x == 0) || (bits & 2 && half.y == 0) || (bits & 4 && half.z == 0);
+}
+
 } // namespace skein

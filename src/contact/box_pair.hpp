@@ -4,7 +4,7 @@
 //   vertex     T = x (1 + product(1 - x_j/x))/2     j: vertices of the other box, each with this vertex alone
 //   edges      T = x product(1 - x_j/x)             j: ends of both, each with the other edge
 //   all        G = (sum T)^(1/4); the spring of the contact is pressed by G
-// What two features have in common counts once, so G is continuous as a vertex leaves a face over its edge. Vertices
+// A point that two features share counts once, so G is continuous as a vertex leaves a face over its edge. Vertices
 // and edges in other places have the same distance as these wherever one is nearest. Sharp boxes must not meet.
 // Cost: 600 flop for boxes that are apart, some 10 000 for two faces.
 #pragma once
@@ -30,16 +30,9 @@ struct PlacedBox {
         const Vec3d c = axes * along;
         return std::abs(c.x) * half.x + std::abs(c.y) * half.y + std::abs(c.z) * half.z;
     }
-    /// Vertex by signs as bits.
-    Vec3d vertex(unsigned bits) const {
-        return centre + transpose_times(axes, {bits & 1 ? half.x : -half.x, bits & 2 ? half.y : -half.y,
-                                               bits & 4 ? half.z : -half.z});
-    }
+    Vec3d vertex(unsigned bits) const { return centre + transpose_times(axes, box_vertex(half, bits)); }
     bool flat(int axis) const { return (axis == 0 ? half.x : axis == 1 ? half.y : half.z) == 0; }
-    /// True of bits that are those of another vertex of a box without extent along some axis.
-    bool repeats(unsigned bits) const {
-        return (bits & 1 && flat(0)) || (bits & 2 && flat(1)) || (bits & 4 && flat(2));
-    }
+    bool repeats(unsigned bits) const { return repeats_vertex(half, bits); }
 };
 
 /// A box of an exposure; places are from `origin` on. Its axes: neighbourhood/surface.hpp.

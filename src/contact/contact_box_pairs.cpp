@@ -32,7 +32,7 @@ double share_of_law(ContactNormal normal, double depth) {
     return normal == ContactNormal::hertz ? depth * sqrt(depth) : depth * depth;
 }
 
-/// What the features of a contact do together.
+/// Sums over the features of a contact.
 struct Pressed {
     BoxMeeting::Wrench load;
     Vec3d pushes{0, 0, 0};                  ///< force on the second, N

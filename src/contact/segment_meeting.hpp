@@ -179,9 +179,8 @@ private:
 
     void add_vertices() {
         for (unsigned bits = 0; bits < 8; ++bits) {
-            if ((bits & 1 && half_.x == 0) || (bits & 2 && half_.y == 0) || (bits & 4 && half_.z == 0)) continue;
-            const Gap gap = to_vertex(
-                {bits & 1 ? half_.x : -half_.x, bits & 2 ? half_.y : -half_.y, bits & 4 ? half_.z : -half_.z});
+            if (repeats_vertex(half_, bits)) continue;
+            const Gap gap = to_vertex(box_vertex(half_, bits));
             const double g = reach_ - gap.distance;
             if (!(g > 0 && gap.s > 0 && gap.s < 1) || is_inside(place(gap.s))) continue;
             Parts parts;
