@@ -49,7 +49,7 @@ struct Motor {
     void use(const FormulaScope& names, bool turns);
     const std::vector<FormulaFault>& faults() const;
     MotorNow at(double time) const;
-    /// Of a spherical joint, in the axes of the assembly.
+    /// Motor of a spherical joint at a time, in the axes of the assembly.
     MotorsNow vector_at(double time) const;
     void fields(FieldVisitor& f);
 };

@@ -1,22 +1,11 @@
 #include "joints/joint_spec.hpp"
 
+#include "mechanics/moving_ends.hpp"
 #include "time/stage_spec.hpp"
 
 #include <cmath>
 
 namespace skein {
-
-namespace {
-
-/// Rate of turning of R(p), in its own axes, from the rate of p.
-Vec3d turning_of(const Vec3d& p, const Vec3d& rate) {
-    const double angle = norm(p), squared = angle * angle;
-    if (angle < 1e-4) return rate - 0.5 * cross(p, rate) + (1.0 / 6) * cross(p, cross(p, rate));
-    return rate - ((1 - std::cos(angle)) / squared) * cross(p, rate) +
-           ((angle - std::sin(angle)) / (squared * angle)) * cross(p, cross(p, rate));
-}
-
-} // namespace
 
 Vec3d JointSpec::twist_axis() const { return zero(axis) ? Vec3d{0, 0, 1} : unit(axis); }
 
@@ -37,12 +26,12 @@ MotorsNow JointSpec::motors_at(double time) const {
     if (kind == JointKind::spherical) {
         const MotorsNow lab = axis_law.motor.vector_at(time);
         const Vec3d n = twist_axis(), u = across_twist(), w = cross(n, u);
-        // Of the world against the first it is the opposite, and so are n and u.
+        // The turn of the world against the first is the opposite, and so are n and u.
         const auto own = [&](const Vec3d& v) {
             return Vec3d{dot(n, v), dot(u, v), to_world() ? -dot(w, v) : dot(w, v)};
         };
         const Vec3d p = own(lab.value);
-        return {p, turning_of(p, own(lab.rate))};
+        return {p, spin_of(-p, own(lab.rate))}; // in the axes of R(p)
     }
     MotorsNow now;
     const auto set = [&](const Motor& motor, double Vec3d::*axis) {

@@ -101,7 +101,7 @@ struct JointSpec {
     bool has_motor() const {
         return axis_law.motor.kind != MotorKind::none || about_second.motor.kind != MotorKind::none;
     }
-    /// Of spherical joints: the axis of cone and twist, and a direction across it, at the start.
+    /// Axis of cone and twist of a spherical joint, and a direction across it, at the start.
     Vec3d twist_axis() const;
     Vec3d across_twist() const;
     /// Reads the formulas of motors.

@@ -52,7 +52,7 @@ inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, 
             .lengths = scheme.kicks.size()};
 }
 
-/// Those of rods that relax, which bring their nodes to one place by mass.
+/// Gains of rods that relax: shared nodes come to one place by mass.
 inline KickGains gains_by_mass(std::span<const RodGroup> groups) {
     return {.node = [groups](int group, int node, std::size_t) { return 1 / nth(nth(groups, group).node_mass, node); },
             .body = {}};

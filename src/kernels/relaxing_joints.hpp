@@ -51,7 +51,7 @@ private:
         std::size_t tile, number;
         int node, lane, end_lane;
     };
-    /// Those of all hubs, one after another.
+    /// Members of all hubs, one hub after another.
     std::vector<Member> find_members(const Tiles& tiles, const Slot<W>* slot, bool across) const {
         std::vector<Member> members;
         for (const std::vector<Place>& hub : hubs_)
@@ -121,7 +121,8 @@ private:
             }
         }
     }
-    /// Cholesky's, of the lower half.
+    /// Solves by Cholesky's factors of the lower half, in an order that has the same bits at every level of
+    /// instructions.
     static void solve(std::vector<double>& a, std::vector<double>& x) {
         const std::size_t n = x.size();
         for (std::size_t j = 0; j < n; ++j) {

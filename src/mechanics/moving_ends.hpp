@@ -12,7 +12,7 @@
 namespace skein {
 
 /// Angular velocity, lab, rad/s, of a frame Q R(r) where the rotation vector r changes at `rate`.
-inline Vec3d spin_of(const Vec3d& r, const Vec3d& rate) {
+SKEIN_INLINE Vec3d spin_of(const Vec3d& r, const Vec3d& rate) {
     const double x = dot(r, r), angle = std::sqrt(x);
     const bool small = x < 1e-4; // differences lose digits there; first omitted terms x^3/40320 and x^3/362880
     const double b = small ? 0.5 - x / 24 + x * x / 720 : (1 - std::cos(angle)) / x;

@@ -9,7 +9,7 @@
 
 namespace skein {
 
-/// Those of this rank's rods; a node that is held takes all loads.
+/// Shared nodes of this rank's rods; a held node takes all loads.
 std::vector<SharedNode> shared_nodes(const InteractionParts& parts, const FluidPlan& plan);
 
 } // namespace skein
