@@ -4,7 +4,7 @@
 //   walls        -h f.v - h c.w at held nodes and elements, f and c all loads there; the couple on the far side of a
 //                half cell (12); and the kinetic energy that walls give to held nodes and elements
 //   dissipated   work of all loads on free nodes and elements, less the gain of their kinetic energy
-//   fluid        h f.(v- + v+)/2 of its loads, and the gain of kinetic energy that the fluid bears for the rod: kicks
+//   fluid        h f.(v- + v+)/2 of its loads, and the gain of kinetic energy that the fluid carries for the rod: kicks
 //                feel a share of the rod's inertia, and the fluid's reaction is that of the rest
 // v-, w- hold before the kick and v+, w+ at the end of the step. Sums run along the rod and in time, lane by lane: the
 // same bits for any ranks, threads and lanes. Passes run before moving ends are moved, after the elastic pass, before
@@ -41,9 +41,9 @@ template <int W> struct EnergyBudget {
         AlignedVector<SlotLoad<W>> medium;     ///< loads of the fluid, [n + 1]; none without it
         bool noted = false;                    ///< true while `all` holds the loads before contacts
         AlignedVector<Rates> before;           ///< rates before the kick, [n + 1]
-        P held_before{};       ///< kinetic energy of held nodes and elements before their walls moved, J
-        P held_before_borne{}; ///< its part that the fluid bears, J
-        P wall_power{};        ///< power of the couples of half cells on walls, W
+        P held_before{};         ///< kinetic energy of held nodes and elements before their walls moved, J
+        P held_before_carried{}; ///< its part that the fluid carries, J
+        P wall_power{};          ///< power of the couples of half cells on walls, W
         P loads{}, walls{}, dissipated{}, fluid{}; ///< sums, J
     };
     AlignedVector<TileBudget> tiles;
@@ -76,11 +76,11 @@ template <int W> struct EnergyBudget {
     P element_energy(const Vec3<P>& w, int k) const {
         return element_energy_of(broadcast<W>(nth(group_.element, k).inertia), w);
     }
-    /// The parts of these that the fluid bears.
-    P node_energy_borne(const Vec3<P>& v, int i) const { return P(1 - nth(kicked.of_nodes, i)) * node_energy(v, i); }
-    P element_energy_borne(const Vec3<P>& w, int k) const {
-        const Vec3d borne = Vec3d{1, 1, 1} - nth(kicked.of_elements, k);
-        return element_energy_of(broadcast<W>(scale(borne, nth(group_.element, k).inertia)), w);
+    /// The parts of these that the fluid carries.
+    P node_energy_carried(const Vec3<P>& v, int i) const { return P(1 - nth(kicked.of_nodes, i)) * node_energy(v, i); }
+    P element_energy_carried(const Vec3<P>& w, int k) const {
+        const Vec3d carried = Vec3d{1, 1, 1} - nth(kicked.of_elements, k);
+        return element_energy_of(broadcast<W>(scale(carried, nth(group_.element, k).inertia)), w);
     }
     /// Held directions of a node that slides: 1, and 0 in the free ones.
     Vec3<P> held_directions(int i) const { return broadcast<W>(Vec3d{1, 1, 1} - group_.free_directions(i)); }
@@ -90,11 +90,11 @@ template <int W> struct EnergyBudget {
             rod, [&](const Vec3<P>& v, int i) { return node_energy(v, i); },
             [&](const Vec3<P>& w, int k) { return element_energy(w, k); });
     }
-    /// The part of it that the fluid bears.
-    P held_energy_borne(const RodTile<W>& rod) const {
+    /// The part of it that the fluid carries.
+    P held_energy_carried(const RodTile<W>& rod) const {
         return held_sum(
-            rod, [&](const Vec3<P>& v, int i) { return node_energy_borne(v, i); },
-            [&](const Vec3<P>& w, int k) { return element_energy_borne(w, k); });
+            rod, [&](const Vec3<P>& v, int i) { return node_energy_carried(v, i); },
+            [&](const Vec3<P>& w, int k) { return element_energy_carried(w, k); });
     }
 
 private:
@@ -158,7 +158,7 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
         auto& tile = this->of(rod);
         tile.held_before = this->budget().held_energy(rod);
-        if (this->budget().kicked.any()) tile.held_before_borne = this->budget().held_energy_borne(rod);
+        if (this->budget().kicked.any()) tile.held_before_carried = this->budget().held_energy_carried(rod);
     }
 };
 
@@ -242,26 +242,26 @@ public:
         using P = Pack<W>;
         const EnergyBudget<W>& budget = this->budget();
         auto& tile = this->of(rod);
-        P power(0.0), borne(0.0);
+        P power(0.0), carried(0.0);
         for (int i = 0; i < rod.group->nodes(); ++i) {
             const Vec3<P>&before = tile.before[to_index(i)].velocity, &after = rod.slot[i].velocity;
             power = power + dot(tile.medium[to_index(i)].force, P(0.5) * (before + after));
             if (rod.group->holds_node(i)) continue;
             const Vec3d free = rod.group->slides(i) ? rod.group->free_directions(i) : Vec3d{1, 1, 1};
             const auto energy = [&](const Vec3<P>& v) {
-                return budget.node_energy_borne(scale(broadcast<W>(free), v), i);
+                return budget.node_energy_carried(scale(broadcast<W>(free), v), i);
             };
-            borne = borne + (energy(after) - energy(before));
+            carried = carried + (energy(after) - energy(before));
         }
         for (int k = 0; k < rod.n; ++k) {
             const Vec3<P>&before = tile.before[to_index(k)].spin, &after = rod.slot[k].spin;
             power = power + dot(tile.medium[to_index(k)].couple, P(0.5) * (before + after));
             if (rod.group->holds_element(k)) continue;
-            borne = borne + (budget.element_energy_borne(after, k) - budget.element_energy_borne(before, k));
+            carried = carried + (budget.element_energy_carried(after, k) - budget.element_energy_carried(before, k));
         }
-        const P held = moving_ ? budget.held_energy_borne(rod) - tile.held_before_borne : P(0.0);
-        tile.fluid = fma(P(step.kick), power, tile.fluid) + borne + held;
-        tile.dissipated = tile.dissipated + borne;
+        const P held = moving_ ? budget.held_energy_carried(rod) - tile.held_before_carried : P(0.0);
+        tile.fluid = fma(P(step.kick), power, tile.fluid) + carried + held;
+        tile.dissipated = tile.dissipated + carried;
         tile.walls = tile.walls - held;
     }
 
