@@ -72,6 +72,9 @@ def swimmer(**keys):
 # name: (scene, steps; of a fluid many of these are one of its own)
 SCENES = {
     "loads": ({"time": {"duration": 0.1},
+               "probe": [{"name": f"seen_{quantity}", "of": "r1", "at": 0.3, "quantity": quantity} for quantity in ("position", "velocity", "direction", "spin", "strain", "curvature")],
+               "expect": [{"column": "seen_strain", "take": take, "value": 0.0, "scale": 1.0, "tolerance": 1.0, "reference": "a bound"} |
+                          ({} if take == "end" else {"from": 0.01, "until": 0.09}) for take in ("end", "largest", "least", "mean")],
                "rods": [beam(f"r{i}", 0.05 * i, shape=CURVED if i % 2 else {}) for i in range(8)],
                "load": [GRAVITY | RAMP, {"kind": "uniform_force", "force": [0.01, 0.0, 0.02], "rods": ["r0"]} | RAMP,
                         {"kind": "uniform_couple", "couple": [1e-4, 0.0, 2e-4], "rods": ["r1"]} | RAMP,
@@ -88,7 +91,7 @@ SCENES = {
                "damping": [{"kind": "uniform", "rate": 3.0, "rods": ["r0", "r1"]}, {"kind": "uniform", "rate": 2.0, "rods": ["r2"]},
                            {"kind": "physical", "translational": 1e-3, "rotational": 1e-8, "rods": ["r3"]},
                            {"kind": "laplacian", "rate": 100.0, "order": 4, "rods": ["r4"]}],
-               "output": {"audit": True, "observables": ["angular_momentum", "curvature", "order"]}}, 200),
+               "output": {"series": 0.05, "audit": True, "observables": ["angular_momentum", "curvature", "order"]}}, 200),
     "magnets": ({"time": {"duration": 0.1},
                  "rods": [beam("one", 0.0, magnetisation={"pattern": "uniform", "strength": 1e4, "direction": [0.6, 0.0, 0.8]}),
                           beam("row", 0.1, placement={"kind": "line", "counts": [3], "spacing": [0.05], "origin": [0.0, 0.1, 0.0]},

@@ -19,6 +19,7 @@ import h5py
 import numpy
 from driver import ALONE, SKEIN
 from scale_scenes import CSV, FILES, NODES, SCENES
+from scene_text import scene_text
 
 BASE = {"m": (1, 0, 0, 0), "s": (0, 1, 0, 0), "kg": (0, 0, 1, 0), "A": (0, 0, 0, 1), "N": (1, -2, 1, 0), "Pa": (-1, -2, 1, 0), "J": (2, -2, 1, 0), "W": (2, -3, 1, 0), "Hz": (0, -1, 0, 0),
         "T": (0, -2, 1, -1), "rad": (0,) * 4, "deg": (0,) * 4, "-": (0,) * 4, "1": (0,) * 4}
@@ -184,18 +185,6 @@ class Scaled:
         return self.numbers(value, self.factor(self.units.unit(path, table)))
 
 
-def toml(value):
-    if isinstance(value, dict):
-        return "{" + ", ".join(f"{json.dumps(key)} = {toml(item)}" for key, item in value.items()) + "}"
-    if isinstance(value, list):
-        return "[" + ", ".join(toml(item) for item in value) + "]"
-    return json.dumps(value) if isinstance(value, (str, bool)) else repr(value)
-
-
-def scene_text(scene):
-    return "".join(f"{key} = {toml(value)}\n" for key, value in scene.items())
-
-
 def run(directory, scaled, steps):
     """Runs a scene; {what: (unit, numbers)} of its end, the unit absent of numbers that have several."""
     directory.mkdir(parents=True)
@@ -272,7 +261,7 @@ class Scale(unittest.TestCase):
         missing = set()
         for path, entry in self.units.keys.items():
             one = "load.kind" if re.fullmatch(r"load\.\w+\.kind", path) else alike(path)
-            if path in EXEMPT or path in NO_PHYSICS or path.startswith(("output.", "start.", "probe.", "expect.")):
+            if path in EXEMPT or path in NO_PHYSICS or path.startswith(("output.", "start.")):
                 continue
             if entry["type"] == "choice":
                 missing |= {f"{one} = {choice}" for choice in entry["choices"] if (one, choice) not in chosen and (one, choice) not in NOT_HERE}
