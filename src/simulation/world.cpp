@@ -29,10 +29,12 @@ void require_memory(const Communicator& comm, const Plan& plan) {
     const double needed = (plan.state_bytes + plan.frame_bytes) / comm.size(), there = free_memory() / sharing;
     std::string message;
     if (needed > there)
-        message = fmt::format(
-            "{} rods with {} elements need {:.3g} GB on {}, of which {:.3g} GB are free; fewer rods or more machines "
-            "would do",
-            plan.rods, plan.elements, 1e-9 * needed * sharing, host_name(), 1e-9 * there * sharing);
+        message =
+            fmt::format("the scene needs {:.3g} GB on {}, of which {:.3g} GB are free: {:.3g} GB for {} rods with {} "
+                        "elements, the rest for what acts on them and for output; fewer rods, coarser cells of a "
+                        "fluid or more machines would do",
+                        1e-9 * needed * sharing, host_name(), 1e-9 * there * sharing,
+                        1e-9 * plan.rod_bytes / comm.size() * sharing, plan.rods, plan.elements);
     message = comm.first_text(message);
     if (!message.empty()) throw InputError(message);
 }

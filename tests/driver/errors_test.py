@@ -52,7 +52,7 @@ class Errors(DriverTest):
     def test_rods_that_do_not_fit_are_refused_before_they_are_made(self):
         for ranks in (1, 2):
             done = self.run_skein("many", "--set", "rods.cilia.placement.counts=[1000000, 100000]", expect=2, ranks=ranks)
-            self.assertRegex(done.stderr, r"100000000003 rods with 1000000000021 elements need [0-9.e+]+ GB on .*, of which [0-9.e+]+ GB are free")
+            self.assertRegex(done.stderr, r"needs [0-9.e+]+ GB on .*, of which [0-9.e+]+ GB are free: [0-9.e+]+ GB for 100000000003 rods with 1000000000021 elements")
             self.assertFalse((self.directory / "many").exists())
 
     def test_singleton_run_without_mpirun(self):

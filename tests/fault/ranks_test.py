@@ -108,7 +108,7 @@ class Ranks(FaultTest):
             starved = subprocess.Popen([MPIRUN, *parts[0], ":", *parts[1]], stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
             code, told, errors = self.end_of(starved)
             self.assertNotEqual(code, 0, told + errors)
-            self.assertRegex(errors, "need [0-9.e+]+ GB .* GB are free|rank [01].*memory")
+            self.assertRegex(errors, "needs [0-9.e+]+ GB .* GB are free|rank [01].*memory")
             self.assertFalse((self.directory / "small").exists())
 
     def same_on(self, name, ranks, *keys):

@@ -131,7 +131,7 @@ class Scenes(FaultTest):
             elif code in (0, 3):
                 outcome = "ran" if not wrong_key else "ran with a wrong key"
             elif code == 2:
-                outcome = "refused at a line" if places or included else "refused by its numbers" if f"error: {path}: " in errors and "'" in errors else "refused without a place"
+                outcome = "refused at a line" if places or included else "refused by its numbers" if f"error: {path}: " in errors and "'" in errors else "too large" if " GB are free" in errors else "refused without a place"
                 named = wrong_key and f"did you mean '{KEY.match(lines[wrong_key - 1])[2]}'" in errors  # a constant of formulas is missed where it is used
                 if wrong_key and wrong_key not in places and not named and "missing key" not in errors:  # that table's other keys are then not looked at
                     outcome = "refused at another place"
@@ -140,7 +140,7 @@ class Scenes(FaultTest):
             else:
                 outcome = f"code {code}"
             found[outcome] += 1
-            if outcome not in ("ran", "refused at a line", "refused by its numbers", "stopped, naming the rod"):
+            if outcome not in ("ran", "refused at a line", "refused by its numbers", "too large", "stopped, naming the rod"):
                 bad.append(f"{outcome}: {scene.name}, trial {trial}, {kind}\n{errors[-600:]}")
                 if os.environ.get("SKEIN_KEEP"):
                     pathlib.Path(os.environ["SKEIN_KEEP"], f"{trial}_{kind}_{scene.name}").write_text(path.read_text())
