@@ -97,6 +97,6 @@ int describe_command(const DescribeArguments& arguments, int& argc, char**& argv
 int info_command(SceneArguments scene, std::string out, int& argc, char**& argv);
 /// Becomes Skein's Python package (python/), with all words behind the program's name; returns where that cannot be
 /// started.
-int draw_command(int argc, char** argv);
+int python_command(int argc, char** argv);
 
 } // namespace skein

@@ -1,4 +1,5 @@
-// The driver: skein new | run | expect | branch | verify | converge | plan | check | describe | info | draw.
+// The driver: skein new | run | expect | branch | verify | converge | plan | check | describe | info | draw | plot |
+// doctor.
 #include "commands.hpp"
 #include "unknown_word.hpp"
 
@@ -21,10 +22,17 @@ constexpr const char* examples = R"(Examples:
   skein verify out/farm                           compute the segment between two checkpoints again and compare the bits
   skein converge carpet_8x8.toml --tolerance 1e-3 runs of other elements and steps: how large the errors are, and what would do
   skein draw out/carpet_8x8 --movie carpet.mp4    a picture, a movie or a page of any run
+  skein plot out/net --columns 'joint_*'          columns of the time series of any run
   skein plan carpet_8x8.toml                      what will run: step, memory, predicted cost; -v: passes, limits
   skein describe rods.material                    the keys of a table; skein describe: all of them
 Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle, 9 not as expected.
 )";
+
+/// Commands of the Python package.
+const std::map<std::string, const char*, std::less<>> in_python = {
+    {"draw", "pictures, movies and pages of a run's results; draw --help"},
+    {"plot", "columns of observables.csv over time; plot --help"},
+    {"doctor", "checks MPI, HDF5, Python and VTK, and prints what to install"}};
 
 /// Rank among the processes of an MPI launcher, without starting MPI.
 bool first_process() {
@@ -163,7 +171,7 @@ CLI::App* add_verify(CLI::App& app, skein::VerifyArguments& verify) {
 CLI::App* add_converge(CLI::App& app, skein::ConvergeArguments& converge) {
     CLI::App& command = *app.add_subcommand(
         "converge",
-        "how large is the error of a scene: runs n, 2n and 4n elements and half the step, and tells orders, Richardson "
+        "report the error of a scene: run n, 2n and 4n elements and half the step; print orders, Richardson "
         "values and error bars of every observable");
     add_scene_options(command, converge.scene);
     command.add_option("-o,--out", converge.out, "directory of all runs; default out/<scene name>_converge");
@@ -292,8 +300,8 @@ int main(int argc, char** argv) {
     const CLI::App* check_command = add_check(app, check);
     const CLI::App* describe_command = add_describe(app, describe);
     const CLI::App* info_command = add_info(app, info, info_out);
-    app.add_subcommand("draw", "pictures, movies and pages of a run's results; draw --help");
-    if (argc > 1 && std::string_view(argv[1]) == "draw") return first_process() ? skein::draw_command(argc, argv) : 0;
+    for (const auto& [name, text] : in_python) app.add_subcommand(name, text);
+    if (argc > 1 && in_python.contains(argv[1])) return first_process() ? skein::python_command(argc, argv) : 0;
 
     try {
         app.parse(argc, argv);

@@ -85,6 +85,15 @@ class Gallery(unittest.TestCase):
                     if done.returncode == NOT_MET: missed.add(name)
             self.assertEqual({path.stem for path in self.scenes} - missed, set(), "scenes without a cause")
 
+    def test_page_shows_every_scene(self):
+        gallery = APPS / "gallery"
+        page = (gallery / "README.md").read_text()
+        for scene in sorted(gallery.glob("*.toml")):
+            with self.subTest(scene=scene.stem):
+                self.assertIn(f"skein expect apps/gallery/{scene.name}", page)
+                self.assertIn(f"](../../docs/images/gallery/{scene.stem}.png)", page)
+                self.assertTrue((APPS.parent / "docs/images/gallery" / f"{scene.stem}.png").exists())
+
 
 if __name__ == "__main__":
     unittest.main()

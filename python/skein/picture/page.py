@@ -24,7 +24,7 @@ def page(run, to=None, every=None, first=None, last=None, time=None, rate=12, **
     """Writes OUT/view.html or `to`, and returns the path. `every`: N-th frames; where it is not given, as many frames as fit 5 MB. It opens at the frame
     nearest to `time`, s, and plays from the start where none is given."""
     run, choice = _asked(run, choice)
-    scripts = _three()
+    scripts = three()
     frames = [k for k in range(len(run.frames)) if (first is None or run.time[k] >= first) and (last is None or run.time[k] <= last)][::every or 1]
     if not frames:
         raise NotResults(f"{run.directory}: no frames to show")
@@ -44,7 +44,7 @@ def page(run, to=None, every=None, first=None, last=None, time=None, rate=12, **
     return to
 
 
-def _three():
+def three():
     """three.js and its controls for turning, as scripts."""
     given = os.environ.get("SKEIN_THREE")
     for home in (Path(given),) if given else HOMES:

@@ -13,12 +13,13 @@
 
 namespace skein {
 
-int draw_command(int argc, char** argv) {
+int python_command(int argc, char** argv) {
     std::error_code none;
     const auto program = std::filesystem::read_symlink("/proc/self/exe", none);
     const auto package = program.parent_path().parent_path() / "share/skein/python";
     if (none || !std::filesystem::is_directory(package / "skein")) {
-        fmt::print(stderr, "error: 'draw' is done by Skein's Python package, which is not in {}\n", package.string());
+        fmt::print(stderr, "error: '{}' is a command of Skein's Python package, which is not in {}\n", argv[1],
+                   package.string());
         return static_cast<int>(Exit::input);
     }
     const char* const before = std::getenv("PYTHONPATH");

@@ -2,35 +2,15 @@
 
 import argparse
 import sys
-from difflib import get_close_matches
 import time as clock
 from pathlib import Path
 
 from .needs import in_words, need
-
-
-class _Parser(argparse.ArgumentParser):
-    """Whose errors have the form of the program's, and name the option that was probably meant."""
-
-    def parse_args(self, words=None):
-        given, others = self.parse_known_args(words)
-        if others:
-            self.error(self._unknown(others[0]))
-        return given
-
-    def _unknown(self, word):
-        if not word.startswith("-"):
-            return f"'{word}' is one word too many; draw takes one directory"
-        name = word.split("=")[0]
-        near = get_close_matches(name, [option for action in self._actions for option in action.option_strings], 1)
-        return f"draw has no option '{name}'; " + (f"did you mean '{near[0]}'?" if near else "skein draw --help lists all")
-
-    def error(self, message):
-        self.exit(2, f"error: {message}\n")
+from .parser import Parser
 
 
 def parser():
-    p = _Parser(prog="skein draw", description="Draws what a run has written: a picture of its last frame, or of a time; a movie; a page for browsers.",
+    p = Parser(prog="skein draw", takes="one directory", description="Draws what a run has written: a picture of its last frame, or of a time; a movie; a page for browsers.",
                                 epilog="examples: skein draw out/nest --colour contact_force | skein draw out/carpet --movie carpet.mp4 --every 2 | skein draw out/nest --html nest.html")
     p.add_argument("out", type=Path, metavar="OUT", help="directory of a run's results")
     p.add_argument("--to", type=Path, metavar="PNG", help="picture to write; default OUT/picture.png")
@@ -106,7 +86,3 @@ def _draw(given):
 
 def _progress(done, count):
     print(f"\rframe {done} of {count}", end="\n" if done == count else "", file=sys.stderr, flush=True)
-
-
-if __name__ == "__main__":
-    main()
