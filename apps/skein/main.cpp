@@ -1,6 +1,7 @@
 // The driver: skein new | run | expect | branch | verify | converge | plan | check | describe | info | draw | plot |
 // doctor.
 #include "commands.hpp"
+#include "manual.hpp"
 #include "unknown_word.hpp"
 
 #include <CLI/CLI.hpp>
@@ -300,6 +301,9 @@ int main(int argc, char** argv) {
     const CLI::App* check_command = add_check(app, check);
     const CLI::App* describe_command = add_describe(app, describe);
     const CLI::App* info_command = add_info(app, info, info_out);
+    const CLI::App* manual_command = app.add_subcommand("manual", "print the man page: skein manual | man -l -");
+    const CLI::App* completion_command =
+        app.add_subcommand("completion", "print a script for bash: source <(skein completion)");
     for (const auto& [name, text] : in_python) app.add_subcommand(name, text);
     if (argc > 1 && in_python.contains(argv[1])) return first_process() ? skein::python_command(argc, argv) : 0;
 
@@ -320,6 +324,8 @@ int main(int argc, char** argv) {
     if (converge_command->parsed()) return skein::converge_command(converge, argc, argv);
     if (check_command->parsed() && check.self) return skein::self_check_command(check.threads, check.lanes, argc, argv);
     if (!first_process()) return 0;
+    if (manual_command->parsed()) return std::fputs(skein::manual_page(app, SKEIN_VERSION).c_str(), stdout) < 0;
+    if (completion_command->parsed()) return std::fputs(skein::completion_script(app).c_str(), stdout) < 0;
     if (new_command->parsed()) return skein::new_command(scene);
     if (plan_command->parsed()) return skein::plan_command(plan, argc, argv);
     if (check_command->parsed()) return skein::check_command(check.scene);

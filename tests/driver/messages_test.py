@@ -2,6 +2,7 @@
 
 import json
 import re
+import shutil
 import subprocess
 import unittest
 
@@ -63,6 +64,22 @@ class Messages(DriverTest):
                 slip = option[:3] + option[4] + option[3] + option[5:]
                 if slip != option:
                     self.assertIn(f"did you mean '{option}'?", self.said(command, slip))
+
+    def test_man_page_and_completion_have_every_command_and_option(self):
+        manual = self.skein("manual").stdout.replace("\\-", "-")
+        script = self.directory / "completion.sh"
+        script.write_text(self.skein("completion").stdout)
+        for command in re.findall(r"^  ([a-z]+) {2,}", self.skein("--help").stdout, re.M):
+            self.assertIn(f".SS skein {command}\n", manual)
+            if command in ("draw", "plot", "doctor"):
+                continue
+            for option in re.findall(r"^ +(?:-\w,)?(--[a-z-]{4,})", self.skein(command, "--help").stdout, re.M):
+                self.assertIn(option, manual)
+                done = subprocess.run(["bash", "-c", f"source {script}; COMP_WORDS=(skein {command} {option[:-1]}); COMP_CWORD=2; _skein; echo ${{COMPREPLY[*]}}"],
+                                      capture_output=True, text=True, check=True)
+                self.assertIn(option, done.stdout.split())
+        warnings = subprocess.run(["man", "--warnings", "-l", "-"], input=self.skein("manual").stdout, capture_output=True, text=True, check=False) if shutil.which("man") else None
+        self.assertEqual(warnings.stderr if warnings else "", "")
 
     def test_descriptions_as_json_are_those_of_the_page(self):
         whole = json.loads(self.skein("describe", "--json").stdout)
