@@ -13,6 +13,7 @@ import numpy as np
 from . import polydata
 from .frames import Segments, Snapshot
 from .needs import Damaged, NotResults, need_files, reading
+from . import notebook
 from .own_file import OwnFile
 
 FIELDS = ("velocity", "strain", "curvature", "energy", "contact_force")  # of nodes, in the poly data
@@ -46,10 +47,19 @@ class Results:
 
     def __repr__(self):
         times = f" from {self.time[0]:.6g} to {self.time[-1]:.6g} s" if len(self.frames) else ""
-        state = "not ended" if not self.summary else "ended" if self.summary.get("finished", True) else "stopped"
         step = self.summary.get("steps", self.checkpoints[-1] if self.checkpoints else 0)
         groups = ", ".join(f"'{name}'" for name in self.groups) or "none"
-        return f"<Results {self.directory}: {self.title!r}, {state} at step {step}, {len(self.frames)} frames{times}, {len(self.tips)} of tips, groups {groups}>"
+        return f"<Results {self.directory}: {self.title!r}, {self._ended()} at step {step}, {len(self.frames)} frames{times}, {len(self.tips)} of tips, groups {groups}>"
+
+    def _ended(self):
+        return "not ended" if not self.summary else "ended" if self.summary.get("finished", True) else "stopped"
+
+    def _repr_html_(self):
+        """A table of the run, with the picture of `skein draw` if there is one."""
+        rows = [("directory", self.directory), ("state", self._ended()),
+                ("steps", self.summary.get("steps")), ("time [s]", self.summary.get("time_s")), ("wall time [s]", self.summary.get("wall_s")),
+                ("frames", len(self.frames)), ("digest", self.summary.get("digest")), *((f"group {name}", group.content()) for name, group in self.groups.items())]
+        return notebook.table(self.title, rows) + notebook.picture(self.directory / "picture.png")
 
     def __getitem__(self, name):
         """The group of this name."""
@@ -192,12 +202,15 @@ class Group:
         self.physics = bodies[name] if self.is_body else rods[name]
 
     def __repr__(self):
+        return f"<Group '{self.name}': {self.content()}, {len(self._results.frames)} frames>"
+
+    def content(self):
+        """How many rods or bodies it has, in words."""
         try:
             count = f"{self.count} "
         except NotResults:  # no frames yet: how many there are is not known
             count = ""
-        what = f"{count}rigid bodies" if self.is_body else f"{count}rods of {self.elements} elements"
-        return f"<Group '{self.name}': {what}, {len(self._results.frames)} frames>"
+        return f"{count}rigid bodies" if self.is_body else f"{count}rods of {self.elements} elements"
 
     def __len__(self):
         return self.count

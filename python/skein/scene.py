@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 
+from . import notebook
 from .program import RunFailed, _toml, as_file, command, environment, lists, overrides
 
 IN_TEXT = 32  # rods whose places are written into the scene; of more they go into an HDF5 file beside it
@@ -46,6 +47,17 @@ class Scene:
                 parts.append(f"{table} {', '.join(names)}")
         duration = self._tree.get("time", {}).get("duration")
         return f"<Scene '{self.name}': {'; '.join(parts) or 'empty'}{f'; {duration:g} s' if isinstance(duration, (int, float)) else ''}>"
+
+    def _repr_html_(self):
+        """A row for each table: its keys, and of lists of tables a row for each entry."""
+        rows = []
+        for table, value in self._tree.items():
+            entries = value if isinstance(value, list) and value and all(isinstance(entry, dict) for entry in value) else [value]
+            for entry in entries:
+                keys = {key: item for key, item in entry.items() if key != "name"} if isinstance(entry, dict) else None
+                name = f"{table} {entry['name']}" if isinstance(entry, dict) and "name" in entry else table
+                rows.append((name, ", ".join(f"{key} = {_toml(item)}" for key, item in keys.items()) if keys is not None else _toml(entry)))
+        return notebook.table(self.name, rows)
 
     def rods(self, name, origins=None, directions=None, normals=None, lengths=None, radii=None, nodes=None, **keys):
         """Adds a group. Places as arrays: origins, directions (d3 at the start), normals (d1 there) [rods, 3], lengths, radii [rods], or whole centrelines, nodes

@@ -9,6 +9,7 @@ import subprocess
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
+from . import notebook
 from .program import RunFailed, as_file, command, run
 
 JOB = """#!/usr/bin/env bash
@@ -33,6 +34,11 @@ class Table(list):
         lines = ["  ".join([*(f"{key} = {row.get(key)}" for key in self.keys_swept), str(row["out"]),
                             f"error: {str(row['error']).splitlines()[0][:100]}" if "error" in row else f"digest {row.get('digest')}"]) for row in self]
         return "\n".join([f"<Table of {len(self)} runs, {sum('error' in row for row in self)} failed or not ended>", *lines])
+
+    def _repr_html_(self):
+        results = sorted({key for row in self for key in row} - {*self.keys_swept, "out", "digest", "finished", "wall_s", "error"})
+        heading = ["out", *self.keys_swept, "wall_s", *results, "error"]
+        return notebook.table(f"Sweep of {len(self)} runs", [[row.get(key) for key in heading] for row in self], heading)
 
     def to_pandas(self):
         import pandas

@@ -37,6 +37,20 @@ class Results(unittest.TestCase):
         with self.assertRaisesRegex(KeyError, "did you mean 'reeds'"):
             self.run_["reds"]
 
+    def test_html_for_notebooks_is_escaped(self):
+        html = self.run_._repr_html_()
+        self.assertIn(self.run_.summary["digest"], html)
+        self.assertIn("<th style='text-align:left'>group reeds</th><td>3 rods of 12 elements</td>", html)
+        self.assertNotIn("<img", html)
+        (self.directory.out / "picture.png").write_bytes(b"a picture")
+        self.addCleanup((self.directory.out / "picture.png").unlink)
+        self.assertIn("<img style='max-width:480px' src='data:image/png;base64,YSBwaWN0dXJl'>", self.run_._repr_html_())
+        scene = skein.Scene("filament", time={"duration": 2.0}, title="<script>alert(1)</script>", rods=[{"name": "arm", "section": {"radius": 1e-3}}])
+        html = scene._repr_html_()
+        self.assertIn("&lt;script&gt;", html)
+        self.assertNotIn("<script>", html)
+        self.assertIn("<th style='text-align:left'>rods arm</th><td>section = {radius = 0.001}</td>", html)
+
     def test_every_way_of_indexing_is_numpys(self):
         for group, name in (("reeds", "position"), ("flat", "directors"), ("ball", "position")):
             whole, lazy = self.whole(name, group), getattr(self.run_[group], name)

@@ -113,6 +113,9 @@ class Scenes(unittest.TestCase):
         self.assertEqual([(row["rods.filament.shape.elements"], row["damping.0.rate"]) for row in rows], [(4, 1.0), (4, 20.0), (8, 1.0), (8, 20.0)])
         self.assertGreater(rows[1]["tip"], rows[0]["tip"], "the more damped falls less")
         self.assertEqual(len(set(rows.column("digest"))), 4)
+        html = rows._repr_html_()
+        self.assertEqual(html.count("<tr>"), 5, "a heading and four runs")
+        self.assertIn(f"<td>{rows[1]['tip']:.6g}</td>", html)
         again = skein.sweep(scene, keys, self.folder / "sweep", measure=measure)
         self.assertEqual(again, rows, "runs that have ended are left as they are")
         with self.assertRaisesRegex(FileExistsError, "another sweep"):
