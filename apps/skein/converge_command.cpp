@@ -86,7 +86,7 @@ Exit make_runs(const Communicator& comm, const Machine& machine, const Study& st
             throw Error(result.code, "run " + run.name + ": its rods have not settled; raise time.duration");
         if (result.code != Exit::done) {
             if (comm.root())
-                std::printf("Stopped in the run %s at step %lld; the same command goes on.\n", run.name.c_str(),
+                std::printf("Stopped in the run %s at step %lld; the same command continues.\n", run.name.c_str(),
                             static_cast<long long>(result.step));
             return result.code;
         }

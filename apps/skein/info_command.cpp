@@ -98,7 +98,7 @@ void tell_results(const std::string& directory, int& argc, char**& argv) {
     std::error_code error;
     std::printf("  %s\n", fs::exists(directory + "/summary.json", error)
                               ? "the run ended or was stopped: summary.json"
-                              : "no summary.json: the run goes on, or was killed");
+                              : "no summary.json: the run is still active, or was killed");
 }
 
 } // namespace

@@ -127,13 +127,13 @@ CLI::App* add_run(CLI::App& app, skein::RunArguments& run) {
         ->option_text("{auto,always,never}=auto");
     command
         .add_option("--balance", run.options.balance,
-                    "whether rods that touch may go to other ranks while the run goes on; auto: where the time that "
+                    "whether rods that touch may go to other ranks during the run; auto: where the time that "
                     "it saves pays "
                     "for it; always: at every list of candidates, for checks; the same bits")
         ->transform(CLI::CheckedTransformer(balances))
         ->option_text("{auto,always,never}=auto");
     command.add_flag("--overwrite", run.options.overwrite,
-                     "start anew; earlier results go to a folder previous_1, _2, ... in it");
+                     "start again; earlier results go to a folder previous_1, _2, ... in it");
     add_progress(command, run.options.progress);
     command.add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
     command.add_flag("-v,--verbose", run.verbose, "print the whole plan: passes, limits, physics, outputs");
@@ -145,7 +145,7 @@ CLI::App* add_branch(CLI::App& app, skein::BranchArguments& branch) {
         *app.add_subcommand("branch", "begin a new directory with the state of a checkpoint, under changed keys");
     command.add_option("FROM", branch.from, "directory of a run, for its newest checkpoint, or DIRECTORY@STEP")
         ->required();
-    command.add_option("NEW", branch.to, "directory to begin; `skein run NEW` goes on there")->required();
+    command.add_option("NEW", branch.to, "directory to begin; `skein run NEW` continues there")->required();
     command
         .add_option("--set", branch.overrides,
                     "change a key, e.g. --set time.dt=1e-4 (may be repeated): times, loads, damping, contact laws, "
@@ -203,14 +203,14 @@ CLI::App* add_plan(CLI::App& app, skein::PlanArguments& plan) {
     command.add_flag("-v,--verbose", plan.verbose, "print the whole plan: passes, limits, physics, outputs");
     command
         .add_option("-o,--out", plan.out,
-                    "results that a run would go on from: time of the steps that are left after the newest checkpoint")
+                    "results that a run would continue: time of the steps that are left after the newest checkpoint")
         ->check(CLI::ExistingDirectory);
     command
         .add_option("--ranks", plan.ranks,
                     "number of ranks to plan for: rods, ghosts, messages, memory and time of each")
         ->check(CLI::PositiveNumber);
     command
-        .add_option("--machine", plan.machine, "what messages cost there: a file that bench/scaling/netcal has written")
+        .add_option("--machine", plan.machine, "cost of messages there: a file that bench/scaling/netcal has written")
         ->type_name("FILE");
     command.add_option("-t,--threads", plan.threads, "threads per rank")->check(CLI::PositiveNumber);
     add_lanes(command, plan.lanes);
@@ -255,8 +255,8 @@ CLI::App* add_new(CLI::App& app, skein::NewArguments& arguments) {
 }
 
 CLI::App* add_describe(CLI::App& app, skein::DescribeArguments& describe) {
-    CLI::App& command = *app.add_subcommand(
-        "describe", "a scene as TOML with all keys and what they mean, or the keys that scenes know");
+    CLI::App& command =
+        *app.add_subcommand("describe", "a scene as TOML with all keys and their meanings, or the keys of scenes");
     command.add_option("SCENE_OR_KEY", describe.what,
                        "scene file, directory of a run's results, or a key such as rods.material; default: all keys");
     command.add_flag("--json", describe.json, "keys as JSON: paths, units, types, bounds, defaults");

@@ -30,7 +30,7 @@ class Results:
 
     title       of the scene
     physics     the scene's numbers, every key of docs/scene.md but times and outputs
-    summary     of the end: digest, times, phases; empty while the run goes on
+    summary     of the end: digest, times, phases; empty during the run
     groups      {name: Group}, in order of the scene, bodies last
     frames      steps and times of the trajectory; tips: those of the tips
     series      columns of observables.csv
@@ -128,7 +128,7 @@ class Results:
         steps = self.contact_steps
         step = steps[-1] if step is None and steps else step
         if step not in steps:
-            raise NotResults(f"{self.directory}: no contacts of step {step}; " + (f"there are those of {steps}" if steps else "set output.contacts in the scene"))
+            raise NotResults(f"{self.directory}: no contacts of step {step}; " + (f"there are steps {steps}" if steps else "set output.contacts in the scene"))
         return _table(self.directory / f"contacts_{step:012d}.csv", "rod_1")
 
     @cached_property

@@ -343,7 +343,7 @@ CheckpointInfo load_checkpoint(const Communicator& comm, const std::string& path
     if (info.version < (in_fluid ? format_version : version_of_springs) && !saved.empty())
         throw InputError(fmt::format("{}: the format has version {}, which saved contacts, walls or rods in a fluid "
                                      "differently; finish that run "
-                                     "with the program that began it, or start anew with --overwrite",
+                                     "with the program that began it, or start again with --overwrite",
                                      path, info.version));
     if (read_state(comm, file, path, groups, info.audited_from.has_value(), rods, &rods, may_begin_memory) +
             info.beyond !=
@@ -383,11 +383,10 @@ std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const st
         names.erase(names.begin(), first);
     const auto same_scene = [&](const CheckpointInfo& info) {
         if (info.scene != scene)
-            throw InputError(
-                info.file +
-                ": belongs to another scene; `skein branch` continues from it with changed numbers, --overwrite "
-                "starts anew, or restore:" +
-                scene_differences(info.scene, scene));
+            throw InputError(info.file +
+                             ": belongs to another scene; `skein branch` continues from it with changed numbers, "
+                             "--overwrite starts again, or restore:" +
+                             scene_differences(info.scene, scene));
         if (accept) accept(info);
     };
     for (const std::string& name : names) {
@@ -398,7 +397,7 @@ std::optional<CheckpointInfo> read_checkpoint(const Communicator& comm, const st
         }
     }
     if (names.empty()) return std::nullopt;
-    throw IoError(fmt::format("{}: none of its {} checkpoints can be read; start anew with --overwrite", directory,
+    throw IoError(fmt::format("{}: none of its {} checkpoints can be read; start again with --overwrite", directory,
                               names.size()));
 }
 

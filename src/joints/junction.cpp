@@ -152,8 +152,8 @@ private:
         if (g.slides(node))
             refuse(fmt::format("is at an end of '{}' that slides: give {}", g.name(), springs(g, end.element)));
         if (takes_end_weights(g.spec()))
-            refuse(fmt::format("is at an end of '{}' with end_weights = \"gregory\", which are for ends where "
-                               "nothing goes on: leave them out",
+            refuse(fmt::format("is at an end of '{}' with end_weights = \"gregory\", which are for ends without a "
+                               "joint: leave them out",
                                g.name()));
     }
 

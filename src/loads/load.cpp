@@ -22,7 +22,7 @@ void object_to_rings(const std::string& what, RodSpecs groups, Objections& objec
 void object_to_rigid_bodies(const std::string& what, RodSpecs groups, Objections& objections) {
     for (const RodSpec* rods : groups)
         if (rods->body)
-            objections.add(choice_of_groups(objections), what + " is not for rigid bodies, as those of group '" +
+            objections.add(choice_of_groups(objections), what + " is not for rigid bodies, such as group '" +
                                                              rods->name + "': name other groups in 'rods'");
 }
 

@@ -77,11 +77,12 @@ std::string law_hint(const RodGroup& group, std::span<const Slot<1>> state) {
     const double share = 1 - c.rest_stretch / most.dilatation;
     if (!(share > near)) return {};
     char text[320];
-    std::snprintf(text, sizeof text,
-                  "\n  the law \"incompressible\" bears a pull of at most E A = %.4g N: element %d is stretched to e = "
-                  "%.4g, by %.2g of "
-                  "it; a weaker load, a larger radius or youngs_modulus, or the law \"neo_hookean\" would do",
-                  c.stiffness.z, most.element, most.dilatation, share);
+    std::snprintf(
+        text, sizeof text,
+        "\n  the law \"incompressible\" supports a pull of at most E A = %.4g N: element %d is stretched to e = "
+        "%.4g, by %.2g of "
+        "it; a weaker load, a larger radius or youngs_modulus, or the law \"neo_hookean\" would do",
+        c.stiffness.z, most.element, most.dilatation, share);
     return text;
 }
 

@@ -53,7 +53,7 @@ Interval interval_to_divide(const Plan& plan, const CoreTables& scene, double lo
         common = common == 0 ? interval : common_divisor(std::max(common, interval), std::min(common, interval));
     }
     const bool together = common > 0 && common < shortest.length && common >= fewest_steps * longest_step;
-    return together ? Interval{common, "what divides the intervals of all outputs"} : shortest;
+    return together ? Interval{common, "common divisor of all output intervals"} : shortest;
 }
 
 std::string Interval::text() const { return fmt::format("{:g} s ({})", length, of); }

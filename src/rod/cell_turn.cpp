@@ -55,11 +55,10 @@ void refuse_large_turns(const RodGroup& group) {
         if (group.heterogeneous()) put_sizes(places, spec, i, own);
         const auto [most, curvature] = largest_turn(own.shape);
         if (most.angle < CellTurn::largest) return;
-        throw InputError(
-            fmt::format("{}: the {} curvature of rod {} of '{}', {:g} m long by file '{}', {}; two that follow each "
-                        "other can be told apart up to pi: at most {:.4g} 1/m there",
-                        spec.source, curvature, i, spec.name, own.shape.length, spec.placement.file, text_of(most),
-                        most.curvature(CellTurn::largest)));
+        throw InputError(fmt::format("{}: the {} curvature of rod {} of '{}', {:g} m long by file '{}', {}; neighbours "
+                                     "can be distinguished up to pi: at most {:.4g} 1/m there",
+                                     spec.source, curvature, i, spec.name, own.shape.length, spec.placement.file,
+                                     text_of(most), most.curvature(CellTurn::largest)));
     };
     const std::vector<std::int64_t> held = places.held();
     if (held.empty()) return;

@@ -63,7 +63,7 @@ namespace {
 void refuse_other_events(const Plan& first, const Plan& plan, const StageSpec& stage) {
     if (plan.events_every == first.events_every) return;
     throw InputError(
-        fmt::format("stage '{}': its bodies would all stand every {} steps, and those of the first stage every {}: "
+        fmt::format("stage '{}': its bodies would all stand every {} steps, and in the first stage every {}: "
                     "give a 'dt' under which both are the same",
                     stage.name, plan.events_every, first.events_every));
 }

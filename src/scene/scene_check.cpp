@@ -185,7 +185,7 @@ private:
                                                          rods.end_motion.moves() || rods.end_motion.turns()))
                 add("start.time",
                     fmt::format("the ends of group '{}' are moved as functions of time: at time zero they would jump "
-                                "back; let time go on",
+                                "back; let time continue",
                                 rods.name));
     }
 

@@ -86,7 +86,7 @@ std::string CheckpointOutput::rescue(const Moment& now) {
         return fmt::format("\n  there is no last checkpoint either: {}", error.what());
     }
     std::string text = fmt::format(
-        "\n  the state of step {} is kept in a last checkpoint, from which the same command goes on", now.step);
+        "\n  the state of step {} is kept in a last checkpoint, from which the same command continues", now.step);
     for (const auto& output : others_) text += output->lost_before(now.step);
     return text;
 }

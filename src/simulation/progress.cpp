@@ -37,10 +37,9 @@ std::string clock_text(double seconds) {
 std::string share_done(std::int64_t step, std::int64_t steps) {
     if (step <= steps)
         return fmt::format("{:.1f} % done", 100.0 * static_cast<double>(step) / static_cast<double>(steps));
-    return fmt::format(
-        "beyond the {} steps of the present time.duration: the run kept here is a longer one; a longer time.duration "
-        "goes on with it, another --out or --overwrite begins a shorter one",
-        steps);
+    return fmt::format("beyond the {} steps of the present time.duration: the run kept here is a longer one; a longer "
+                       "time.duration continues it, another --out or --overwrite begins a shorter one",
+                       steps);
 }
 
 bool under_launcher() {
@@ -101,7 +100,7 @@ void Progress::show(std::int64_t step, std::span<const double> values, std::stri
     errno = 0;
     if ((std::fputs(text.c_str(), stdout) < 0 || std::fflush(stdout) != 0) && !told_) {
         told_ = true;
-        std::fprintf(stderr, "note: standard output is gone (%s); the run goes on\n", std::strerror(errno));
+        std::fprintf(stderr, "note: standard output is gone (%s); the run continues\n", std::strerror(errno));
     }
     open_ = bar_;
 }

@@ -61,10 +61,9 @@ void ResultsDirectory::begin(const std::string& physics) const {
         const bool unfinished =
             !fs::exists(path_ + "/summary.json") && fs::is_regular_file(record) && read_file(record) == physics;
         if (!unfinished)
-            throw IoError(
-                "'" + path_ + "' holds results ('" + names.front() +
-                "') but no checkpoint to resume from; use another --out, or --overwrite, which moves them to a folder "
-                "of their own and starts anew");
+            throw IoError("'" + path_ + "' holds results ('" + names.front() +
+                          "') but no checkpoint to resume from; use another --out, or --overwrite, which moves them to "
+                          "a folder of their own and starts again");
         std::printf("No checkpoint in %s yet: starting again from the beginning\n", path_.c_str());
     }
     write_file(record, physics);

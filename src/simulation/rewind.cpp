@@ -331,12 +331,13 @@ std::string text_of(const Failure& failure, const Plan& plan, std::int64_t last_
             text += fmt::format("\n  a shorter step does not help: the same steps fail with time.dt = {:g} too",
                                 failure.dt);
     } else if (too_short)
-        text += fmt::format("\n  likely cause: what acts on the rods; it would take steps of {:g} s, where one now has "
-                            "{:g} s: weaken the load, or give the rods a larger radius or a larger youngs_modulus",
-                            failure.dt, dt);
+        text +=
+            fmt::format("\n  likely cause: the loads on the rods; they would take steps of {:g} s, where one now has "
+                        "{:g} s: weaken the load, or give the rods a larger radius or a larger youngs_modulus",
+                        failure.dt, dt);
     else if (no_step)
         text += fmt::format(
-            "\n  likely cause: what acts on the rods, or too few elements; a shorter step does not help: the same "
+            "\n  likely cause: the loads on the rods, or too few elements; a shorter step does not help: the same "
             "steps fail with time.dt = {:g} too; weaken the load, or give the rods more elements, a larger radius or a "
             "larger youngs_modulus",
             failure.dt);
@@ -358,7 +359,7 @@ std::string text_of(const Failure& failure, const Plan& plan, std::int64_t last_
     if (last_checkpoint < 0)
         return text +
                fmt::format("\n  there is no checkpoint yet: begin again in another directory, with --set {}", change);
-    return text + fmt::format("\n  the last good checkpoint is of step {}; to go on from it:\n"
+    return text + fmt::format("\n  the last good checkpoint is of step {}; to continue from it:\n"
                               "    skein branch {}@{} {}_2 --set {}",
                               last_checkpoint, directory, last_checkpoint, directory, change);
 }

@@ -116,7 +116,7 @@ Run::TablePoints Run::table(const std::string& name) const {
 
 void Run::drive(const std::string& name, double until, double value) {
     FormulaTable& table = parts_->driven_table(name);
-    if (table.periodic) throw InputError(fmt::format("table '{}' is periodic: it has no end to go on from", name));
+    if (table.periodic) throw InputError(fmt::format("table '{}' is periodic: it has no end to continue from", name));
     if (table.at.back() > time())
         throw InputError(
             fmt::format("table '{}' is given up to {:.6g} s already; now is {:.6g} s", name, table.at.back(), time()));

@@ -198,9 +198,9 @@ void Simulation::begin_due_stage() {
     } catch (const InputError& error) { // another scene may go on from where it is
         if (!checkpoints_ || !options_.checkpoint) throw;
         write(*checkpoints_);
-        throw InputError(fmt::format("{}\n  the state at its begin is kept in the checkpoint of step {}, from which a "
-                                     "branch may go on",
-                                     error.what(), world_.clock.done()));
+        throw InputError(fmt::format(
+            "{}\n  the state at its begin is kept in the checkpoint of step {}, from which a branch may continue",
+            error.what(), world_.clock.done()));
     }
     tell(fmt::format("; stage '{}' begins", stages_.spec().name));
 }

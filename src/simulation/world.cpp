@@ -31,7 +31,7 @@ void require_memory(const Communicator& comm, const Plan& plan) {
     if (needed > there)
         message =
             fmt::format("the scene needs {:.3g} GB on {}, of which {:.3g} GB are free: {:.3g} GB for {} rods with {} "
-                        "elements, the rest for what acts on them and for output; fewer rods, coarser cells of a "
+                        "elements, the rest for interactions and output; fewer rods, coarser cells of a "
                         "fluid or more machines would do",
                         1e-9 * needed * sharing, host_name(), 1e-9 * there * sharing,
                         1e-9 * plan.rod_bytes / comm.size() * sharing, plan.rods, plan.elements);

@@ -92,7 +92,7 @@ StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& sam
                                                 study.runs[k].name, study.duration));
         if (!study.at_rest && end + interval_of(samples[0]) < (1 + 1e-9) * study.duration)
             figures.notes.push_back(
-                fmt::format("the run {} ended by itself, at {:g} of {:g} s: all are compared up to {:g} s",
+                fmt::format("the run {} ended early, at {:g} of {:g} s: all are compared up to {:g} s",
                             study.runs[k].name, end, study.duration, samples[0].times[count - 1]));
     }
     std::map<std::string, double> largest; // range, by unit

@@ -85,7 +85,7 @@ std::string to_text(const Study& study, const Advice& advice) {
         text = fmt::format("For {:g} of the range: not with 64 times as many elements\n", advice.tolerance);
     }
     if (!advice.untold.empty())
-        text += fmt::format("  no numbers can be told for what does not converge smoothly: {}\n",
+        text += fmt::format("  no numbers for quantities that do not converge smoothly: {}\n",
                             fmt::join(advice.untold, ", "));
     if (advice.by.empty() && advice.untold.empty())
         text += "No observable changes: there is nothing to choose numbers by\n";

@@ -66,6 +66,20 @@ def words(text):
     return len(WORD.findall(text))
 
 
+STRING = re.compile(r'"((?:[^"\\\n]|\\.)*)"')
+
+
+def printed(root):
+    """(place, text) of sentences in literals of the program and of the Python package, which they print."""
+    for path in sorted([*root.glob("src/**/*.[ch]pp"), *root.glob("apps/skein/*.[ch]pp"), *root.glob("python/skein/**/*.py")]):
+        text = path.read_text()
+        # Docstrings are not printed; literals that follow each other are one text.
+        text = re.sub(r'""".*?"""', lambda match: "\n" * match.group().count("\n"), text, flags=re.DOTALL) if path.suffix == ".py" else re.sub(r'"\s*\n\s*"', "", text)
+        for number, line in enumerate(text.splitlines(), 1):
+            if not re.match(r"\s*(//|#)", line):
+                yield from ((f"{path.relative_to(root)}:{number}", literal) for literal in STRING.findall(line) if " " in literal)
+
+
 def report(root, names, expressions):
     for name in names:
         text = prose((root / name).read_text())
@@ -89,6 +103,8 @@ def check(root, expressions):
         hits = [f"{name}: '{m.group().strip()}'" for name, text in texts.items() for m in expression.finditer(text)]
         if 1000 * len(hits) / total >= MOST_PER_1000_WORDS:
             problems.append(f"{len(hits)} hits in {total} words of {expression.pattern}: {hits[:5]}")
+    literals = list(printed(root))
+    problems += [f"{place}: '{m.group().strip()}' in '{text[:100]}'" for place, text in literals for expression in expressions for m in expression.finditer(text)]
     lengths = []
     for name, text in texts.items():
         for number, sentence in sentences(text):
@@ -98,7 +114,7 @@ def check(root, expressions):
     mean = sum(lengths) / len(lengths)
     if mean > LONGEST_MEAN:
         problems.append(f"sentences have {mean:.1f} words on average")
-    print("\n".join(problems) or f"{total} words, {len(lengths)} sentences of {mean:.1f} words on average")
+    print("\n".join(problems) or f"{total} words, {len(lengths)} sentences of {mean:.1f} words on average; {len(literals)} printed texts")
     return 1 if problems else 0
 
 

@@ -108,7 +108,7 @@ class Converge(DriverTest):
                                        "cycles": 1, "ends_run": True})
         self.scene.write_text(HEAP.replace("[output]", lid + servo + "[output]"))
         done = self.converge("lid", "--set", "output.series=0.005", "--set", "time.duration=1.0", sets=())
-        self.assertEqual(done.stdout.count("ended by itself"), 4, done.stdout)
+        self.assertEqual(done.stdout.count("ended early"), 4, done.stdout)
         ends = [self.series(f"lid/{run['directory']}")["times"][-1] for run in self.figures("lid")["runs"]]
         self.assertGreater(min(ends), 0.05)
         self.assertLess(max(ends), 0.995)

@@ -24,7 +24,7 @@ GAINED = r"rods without damping may have gained energy.*time\.dt = ([0-9.e+-]+) 
 MOST_CURES = 2  # one after the other
 RIGID = r"they bend as if [0-9.e-]+ m of them were rigid; stiffness = \"auto\" without a torsional_stiffness bends there as within a rod"
 SHOCK = r"starts with a shock, of up to 1[0-9.]+ m/s.*a factor such as ramp\(t, T\) in a formula"
-NO_STEP = r"likely cause: what acts on the rods, or too few elements; a shorter step does not help"
+NO_STEP = r"likely cause: the loads on the rods, or too few elements; a shorter step does not help"
 
 
 @dataclass
@@ -134,7 +134,7 @@ def keeps_energy(test, path):
 
 
 FOUND = {
-    "bigforce": Row(4, r"likely cause: what acts on the rods; it would take steps of [0-9.e-]+ s.*weaken the load", ["constants.f.value=1e-33"]),
+    "bigforce": Row(4, r"likely cause: the loads on the rods; they would take steps of [0-9.e-]+ s.*weaken the load", ["constants.f.value=1e-33"]),
     "balls_pass": Row(4, r"contact\.collision_time = ([0-9.e+-]+) in place of 0\.01", ["contact.collision_time={1}"], until=0, cured=bounced),
     "rods_pass": Row(4, r"contact\.stiffness = ([0-9.e+-]+) in place of 0\.1", ["contact.stiffness={1}"], until=2e-5, settings=["output.trajectory=1e-6"], cured=stayed_above),
     "relax_without_its_end": Row(right=at_rest),

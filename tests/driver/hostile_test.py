@@ -154,7 +154,7 @@ class Hostile(DriverTest):
         began = time.monotonic()
         text = self.skein("run", self.scene, "--out", "out2", "-q", code=4, seconds=100)
         self.assertLess(time.monotonic() - began - before, 12, alone)
-        self.assertRegex(text, r"likely cause: what acts on the rods; it would take steps of [0-9.e-]+ s")
+        self.assertRegex(text, r"likely cause: the loads on the rods; they would take steps of [0-9.e-]+ s")
         self.assertNotRegex(text, r"--set time\.dt=|may hold")
         self.skein("run", self.scene, "--out", "weaker", "-q", "--set", "constants.f.value=1e-33", code=0)
 

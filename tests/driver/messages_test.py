@@ -170,9 +170,9 @@ class Messages(DriverTest):
         scene = ROD.replace("2e6}", "5e3, shear_modulus = 5e3}").replace('{kind = "gravity"}', '{kind = "end_force", end = [2.0, 0.0, 0.0], ramp = 0.05}')
         self.scene.write_text(scene)
         text = self.run_skein("out", expect=4).stderr
-        self.assertIn("likely cause: what acts on the rods, or too few elements; a shorter step does not help", text)
+        self.assertIn("likely cause: the loads on the rods, or too few elements; a shorter step does not help", text)
         self.assertNotRegex(text, r"likely cause: dt|--set time\.dt=")
-        self.assertRegex(text, r'the law "incompressible" bears a pull of at most E A = 0.1414 N: element \d+ is stretched to e = ')
+        self.assertRegex(text, r'the law "incompressible" supports a pull of at most E A = 0.1414 N: element \d+ is stretched to e = ')
         self.run_skein("weaker", "--set", "load.0.end=[0.02,0,0]")
         self.run_skein("stiffer", "--set", "rods.arm.material.youngs_modulus=1e6", "--set", "rods.arm.material.shear_modulus=3e5")
 

@@ -15,9 +15,9 @@ std::string unfitted(const SceneSpec& scene) {
     for (const RodSpec& rods : scene.rods)
         if (rods.placement.kind == PlacementKind::packing || rods.placement.kind == PlacementKind::file ||
             !rods.assembly.empty())
-            return fmt::format(
-                "margins need rods whose places the scene says: those of '{}' are packed, of a file or of an assembly",
-                rods.name);
+            return fmt::format("margins need rods whose places stand in the scene: rods of '{}' are packed, of a file "
+                               "or of an assembly",
+                               rods.name);
     return {};
 }
 

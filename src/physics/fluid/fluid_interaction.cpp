@@ -178,7 +178,7 @@ std::string FluidInteraction::warning() const {
     return fmt::format(
         "velocities of fluid and rods differ by {:.3g} m/s at the end, {:.2g} of the largest speed, although steps of "
         "the "
-        "fluid are as short as they can be: what rods do in it is wrong by about as much; {} makes them shorter",
+        "fluid are as short as they can be: the motion of rods in it is wrong by about as much; {} makes them shorter",
         found->slip, found->share,
         automatic_dt_
             ? fmt::format("fluid.expected_speed = {:g}", rounded_up(plan_.courant * plan_.constants.grid.h / wanted))
@@ -263,8 +263,7 @@ std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, cons
     const bool could_follow = face.direction == 0 && !plan_.follows_rods && bound != FluidBoundary::through;
     return fmt::format("rod {} of '{}': element {} has left the fluid through its {} face across {} (\"{}\", {} = {:g} "
                        "m) by t = {:.6g} s: "
-                       "nothing "
-                       "there bears the inertia and the drag that it has within the fluid\n"
+                       "nothing there carries the inertia and the drag that it has within the fluid\n"
                        "  what holds: more cells along {} (fluid.cells, fluid.lower, or margins){}, an end before it "
                        "gets there, time.duration = "
                        "{:.6g}, or immersion.coupling = \"one_way\"",
@@ -358,7 +357,7 @@ std::string FluidInteraction::invalid() const {
     if (!failure_.empty()) return failure_;
     return std::isfinite(flow_->largest_speed())
                ? std::string()
-               : std::string("the velocity of the fluid is not finite: its step is too long for what drives it") +
+               : std::string("the velocity of the fluid is not finite: its step is too long for its driving") +
                      (groups_.empty() ? "; a smaller fluid.courant would do" : "");
 }
 
@@ -453,7 +452,7 @@ void FluidInteraction::restore(const SavedNumbers& kept) {
         gain.resize(exchange.layout().size());
     if ((kept.columns != state.numbers_of_plane() && gain.empty()) ||
         kept.rows.size() != kept.columns * static_cast<std::size_t>(state.planes().count))
-        throw IoError("a checkpoint holds another fluid than that of the scene");
+        throw IoError("the fluid of a checkpoint differs from the fluid of the scene");
     steps_ = steps_before_ = static_cast<std::int64_t>(kept.numbers.at(0));
     auto from = kept.rows.begin();
     const auto take = [&](std::span<double> row) {

@@ -101,9 +101,9 @@ void check_limits(const JointSpec& spec, const AxisSpec& axis, Objections& objec
         if (axis.limits.size() != 2 || !(axis.limits[0] < axis.limits[1]))
             return objections.add("limits", "'limits' needs two numbers, the least and the largest");
         if (ball && (axis.limits[0] < -3 || axis.limits[1] > 3))
-            return objections.add("limits",
-                                  "a twist beyond 3 rad cannot be told from one the other way round: 'limits' "
-                                  "lie between -3 and 3");
+            return objections.add(
+                "limits", "a twist beyond 3 rad cannot be distinguished from one in the other direction: 'limits' "
+                          "lie between -3 and 3");
         if (ball && spec.law.cone == 0)
             return objections.add("limits", "the twist of a spherical joint has no meaning where its axis is turned "
                                             "round: 'limits' need 'cone'");

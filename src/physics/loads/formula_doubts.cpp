@@ -117,11 +117,11 @@ private:
             if (node.op != Op::divide || graph[node.of[1]].changes != with_time) continue;
             const auto at = pole(value, read->node, node.of[1], span);
             if (!at) continue;
-            found_.push_back(fmt::format(
-                "{}.{}: '{}' has a pole at t = {:.6g} s, between two steps: there it divides by 0, and what it "
-                "does depends on how near a step comes; keep what it divides by away from 0, or let the run "
-                "end before",
-                fmt::join(path_, "."), f.name, text, *at));
+            found_.push_back(
+                fmt::format("{}.{}: '{}' has a pole at t = {:.6g} s, between two steps: there it divides by 0, and its "
+                            "effect depends on how near a step comes; keep the divisor away from 0, or let the run "
+                            "end before",
+                            fmt::join(path_, "."), f.name, text, *at));
             return;
         }
     }

@@ -101,8 +101,8 @@ public:
             for (const std::size_t i : of_group[g])
                 if (const auto* plane = loads[i].get_if<PlaneFriction>())
                     lines.push_back({"plane",
-                                     fmt::format("elements of '{}' touch it up to a gap of {:.3g} m; what slips slower "
-                                                 "than {:.3g} m/s is held",
+                                     fmt::format("elements of '{}' touch it up to a gap of {:.3g} m; elements that "
+                                                 "slip slower than {:.3g} m/s are held",
                                                  p.groups[g].name, plane->tolerance, plane->slip_speed),
                                      "",
                                      {}});

@@ -64,11 +64,10 @@ void curvatures(const RodSpec& rods, TableObjections& objections) {
     if (rods.placement.kind == PlacementKind::file) return;
     const auto look = [&](const std::string& name, const CellTurn& most, bool listed) {
         if (most.angle < CellTurn::largest) return;
-        objections.add(
-            listed ? fmt::format("{}.{}", name, most.cell) : name,
-            fmt::format("'{}' {}; two that follow each other can be told apart up to pi: at most {:.4g} 1/m there, or "
-                        "shorter elements",
-                        name, text_of(most), most.curvature(CellTurn::largest)));
+        objections.add(listed ? fmt::format("{}.{}", name, most.cell) : name,
+                       fmt::format("'{}' {}; neighbours can be distinguished up to pi: at most {:.4g} 1/m there, or "
+                                   "shorter elements",
+                                   name, text_of(most), most.curvature(CellTurn::largest)));
     };
     if (!s.rest_curvature_formula.empty()) look("rest_curvature_formula", rest_turn(s), false);
     else if (!s.rest_curvature_profile.empty()) look("rest_curvature_profile", rest_turn(s), true);
@@ -88,7 +87,7 @@ void shape(const RodSpec& rods, Objections& of_group) {
     if (!zero(s.angular_velocity) && (both || clamped(rods.start) || clamped(rods.end)))
         objections.add("angular_velocity",
                        "'angular_velocity' turns a rod as a whole, which must be free or pinned at one end "
-                       "only; 'element_spin' is that of elements in their places");
+                       "only; 'element_spin' turns elements in their places");
     if (s.rest_strain.z <= -1)
         objections.add("rest_strain", fmt::format("'rest_strain' of {} along d3 leaves no length: it must be above -1",
                                                   s.rest_strain.z));

@@ -32,7 +32,7 @@ void watched(const SceneSpec& scene, const Wall& driven, Objections& objections)
             if (acts_in(driven.stages, stage) && !acts_in(found->stages, stage))
                 objections.add("servo.watch",
                                fmt::format("'{}' does not stand in stage '{}', in which its stress decides: add the "
-                                           "stage to its 'stages', or take it out of those of '{}'",
+                                           "stage to its 'stages', or remove it from the 'stages' of '{}'",
                                            name, stage.name, driven.name));
         return;
     }
