@@ -93,6 +93,7 @@ std::string summary_json(const RunFigures& f) {
     for (const LargestOverlap& o : f.overlaps) overlaps[o.of == "rods" ? "rods" : "wall " + o.of] = o.overlap;
     for (std::size_t i = 0; i < f.end.names.size(); ++i) observables[f.end.names[i]] = f.end.observables[i];
     nlohmann::ordered_json json = {
+        {"version", SKEIN_VERSION},
         {"title", f.plan.title},
         {"finished", f.end.finished},
         {"digest", digest_text(f.result.digest)},

@@ -99,6 +99,7 @@ class Messages(DriverTest):
             self.assertRegex(text, r"step \d+ of \d+, 50.0 % done; t = 0.05 s of 0.1 s")
             self.assertIn("group 'arm': rods of 20 elements", text)
         self.assertIn("no checkpoint in out/scene", self.skein("info", "scene.toml").stdout)
+        self.assertEqual(f"skein {self.summary('out')['version']}\n", self.skein("--version").stdout)
         described = self.skein("describe", "out").stdout
         (self.directory / "again.toml").write_text(described)
         self.skein("check", "again.toml")
