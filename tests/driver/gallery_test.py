@@ -26,8 +26,9 @@ CAUSES = {
     "joint": ["joint"],
     "start_motion": ["rods.start_motion"],
     "end_motion": ["rods.end_motion"],
-    "velocity": ["rods.velocity", "bodies.velocity"],
-    "angular_velocity": ["bodies.angular_velocity"],
+    "velocity": ["rods.shape.velocity", "bodies.velocity"],
+    "angular_velocity": ["rods.shape.angular_velocity", "bodies.angular_velocity"],
+    "wall": ["wall"],
 }
 
 
@@ -69,9 +70,8 @@ class Gallery(unittest.TestCase):
                 whole = tomllib.loads(path.read_text())
                 for cause, keys in CAUSES.items():
                     scene = copy.deepcopy(whole)
-                    if not without(scene, keys[0]):
+                    if not any([without(scene, key) for key in keys]):
                         continue
-                    for key in keys[1:]: without(scene, key)
                     changed = pathlib.Path(directory, f"{path.stem}_{cause}", path.name)
                     changed.parent.mkdir()
                     for beside in path.parent.iterdir():
