@@ -29,9 +29,15 @@ CAUSES = {
     "velocity": ["rods.shape.velocity", "bodies.velocity"],
     "angular_velocity": ["rods.shape.angular_velocity", "bodies.angular_velocity"],
     "wall": ["wall"],
+    "rest_curvature": ["rods.shape.rest_curvature"],
+    "obstacle": ["obstacle"],
+    "acceleration": ["fluid.acceleration"],
+    "start_of_fluid": ["fluid.velocity_formula"],
+    "inflow": ["fluid.inflow", "fluid.along_x"],
+    "moving_wall": ["fluid.lower_wall_velocity", "fluid.frequency"],
 }
-# Loads that choose the way in which a rod buckles, which rounding does without them.
-SEEDS = {("plectoneme", "load")}
+# Causes that a value outlives: a load that chooses the way in which a rod buckles, which rounding does too; the link of a ring at any rest shape.
+NOT_NEEDED = {("plectoneme", "load"), ("minicircle", "rest_curvature")}
 
 
 def without(scene, path):
@@ -72,7 +78,7 @@ class Gallery(unittest.TestCase):
                 whole = tomllib.loads(path.read_text())
                 for cause, keys in CAUSES.items():
                     scene = copy.deepcopy(whole)
-                    if (path.stem, cause) in SEEDS or not any([without(scene, key) for key in keys]):
+                    if (path.stem, cause) in NOT_NEEDED or not any([without(scene, key) for key in keys]):
                         continue
                     changed = pathlib.Path(directory, f"{path.stem}_{cause}", path.name)
                     changed.parent.mkdir()
