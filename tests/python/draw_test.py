@@ -227,6 +227,11 @@ class Draw(unittest.TestCase):
             self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
         self.assertIn("is no direction", self.command(self.out, "--camera", "1,2", code=2).stderr)
 
+    def test_colours_of_rods_need_rods(self):
+        door = self.directory.path / "door"
+        subprocess.run([SKEIN, "run", str(APPS / "mechanisms/door.toml"), "--out", str(door), "-q", "--set=time.duration=0.04"], check=True)
+        self.assertIn("bodies alone", self.command(door, "--colour", "speed", code=2).stderr)
+
     def test_a_run_with_frames_alone(self):
         alone = self.directory.path / "alone"
         subprocess.run([SKEIN, "run", str(self.directory.scene), "--out", str(alone), "-q", *(f"--set=output.{name}=0" for name in ("series", "tips", "contacts")),

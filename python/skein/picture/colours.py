@@ -134,6 +134,7 @@ class Paint:
         if by == "auto":
             self.by = by = self._fitting()
         if by in QUANTITIES:
+            if not results.rods: raise NotResults(f"colour '{by}' is of rods, and there are bodies alone; give rod or group")
             self._measure(frames, limits)
         elif by == "phase":
             self._beat()
