@@ -5,7 +5,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 LENGTH, ELEMENTS, ANGLE = 1.0, 100, 0.02  # the pins are at the ends of a polygon that turns by ANGLE from element to element
-AREA = np.pi * 1e-3**2
+AREA = np.pi * 2e-3**2
 EA, q = 2e5 * AREA, 1100 * 9.81 * AREA
 span = LENGTH / ELEMENTS * np.sin(ELEMENTS * ANGLE / 2) / np.sin(ANGLE / 2)
 half = q * LENGTH / 2

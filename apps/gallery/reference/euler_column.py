@@ -5,7 +5,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
-LENGTH, P = 1.0, 0.447648
+LENGTH, P = 0.5, 1.790592
 B = 2.1e11 * np.pi * 1e-3**4 / 4
 ratio = P / (np.pi**2 * B / (4 * LENGTH**2))
 m = brentq(lambda m: ellipk(m) - np.pi / 2 * np.sqrt(ratio), 1e-9, 0.9)
