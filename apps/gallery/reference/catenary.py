@@ -1,5 +1,5 @@
 #!/usr/bin/python3
-"""Middle of the rope of catenary.toml, under its pins: the catenary with stretch (Irvine 1981, section 1.3)."""
+"""Middle of the rope of catenary.toml, under its pins: the catenary with stretch (Irvine 1981)."""
 
 import numpy as np
 from scipy.optimize import brentq
