@@ -14,6 +14,7 @@
 #include <bit>
 #include <cassert>
 #include <cstdint>
+#include <map>
 #include <memory>
 #include <optional>
 #include <type_traits>
@@ -135,23 +136,28 @@ public:
             for (Layout* layout : {&across_, &within_}) layout->world = layout->slots++;
         }
         memory_of_group_ = joint_memory_of_groups(tables, joints, groups.size());
+        std::map<std::size_t, JointMemoryPlace> tearing; // by joint
         for (std::size_t j = 0; j < joints.size(); ++j) {
-            if (!has_springs(tables[joints[j].table])) continue;
-            if (runs_.empty() || joints[j].table != runs_.back().table) open(joints[j].table, tables[joints[j].table]);
+            const JointSpec& table = tables[joints[j].table];
+            if (!has_springs(table) && !tears(table)) continue;
+            if (runs_.empty() || joints[j].table != runs_.back().table) open(joints[j].table, table);
             add(joints[j]);
+            if (tears(table)) tearing[j] = state_of_last();
         }
         if (!junctions.empty())
             junctions_.emplace(
                 junctions, [&](int group, std::int64_t rod, int slot) { return place(groups, group, rod, slot); },
-                gains);
+                gains, tearing);
     }
 
     bool has_world() const override { return world_; }
     bool shares_nodes() const override { return junctions_.has_value(); }
     bool wants_moments() const override { return junctions_ && junctions_->turns(); }
-    void gather(Slot<W>* slot, bool across) const override { junctions_->gather(slot, across); }
-    void move_as_one(Slot<W>* slot, const Step& step, bool across) const override {
-        junctions_->move_as_one(slot, step, across);
+    void gather(Slot<W>* slot, const P* memory, bool across) const override {
+        junctions_->gather(slot, memory, across);
+    }
+    void move_as_one(Slot<W>* slot, const P* memory, const Step& step, bool across) const override {
+        junctions_->move_as_one(slot, memory, step, across);
     }
 
     void prepare(std::span<const Step> steps) override {
@@ -167,7 +173,7 @@ public:
             if (across) (this->*run.across)(run, at);
             else (this->*run.within)(run, at);
         }
-        if (junctions_) junctions_->add_loads(slot, moments, load, across);
+        if (junctions_) junctions_->add_loads(slot, moments, load, memory, step.dt, across);
         if (!across) fill_spare_lanes(load);
     }
 
@@ -284,7 +290,8 @@ private:
         }
         run.numbers = memory_numbers(spec);
         run.more = run.numbers > 0 ? more_memory_numbers(spec) : 0;
-        if (spec.events.any())
+        if (tears(spec)) run.across = run.within = &JointsOfCluster::run_nothing; // the junctions tear
+        else if (spec.events.any())
             with_event(spec, [&]<JointForm Form, JointTurn Turn>() {
                 run.across = &JointsOfCluster::template run_events<true, Form, Turn>;
                 run.within = &JointsOfCluster::template run_events<false, Form, Turn>;
@@ -302,6 +309,13 @@ private:
         run.first = run.end = slots_across_.size();
         run.first_pack = run.end_pack = gathered_.size();
         runs_.push_back(std::move(run));
+    }
+    void run_nothing(const Run&, const At&) const {}
+    /// Where the memory of the last joint added is.
+    JointMemoryPlace state_of_last() const {
+        const Run& run = runs_.back();
+        const std::size_t i = run.end - run.first - 1;
+        return {run.first_memory + run.numbers * i, run.first_packed + run.numbers * (i / W), static_cast<int>(i % W)};
     }
     /// Behind the memory of a run.
     static std::size_t memory_end(const Run& run, bool across) {

@@ -6,11 +6,15 @@
 // In a block of copies a junction is between the same slots in all lanes. In a copy by itself it has one lane.
 #pragma once
 
+#include "joints/joint_events.hpp"
 #include "joints/star_law.hpp"
 #include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
+#include <cmath>
 #include <functional>
+#include <map>
+#include <optional>
 #include <vector>
 
 namespace skein {
@@ -21,6 +25,11 @@ struct ClusterPlace {
     std::size_t within;         ///< slot, in a copy by itself
     int lane = 0, end_lane = 1; ///< lane there; end of the lanes that repeat it
     std::size_t tile_across = 0, tile_within = 0;
+};
+/// Place of a joint's memory in that of a cluster, in packs.
+struct JointMemoryPlace {
+    std::size_t across, within;
+    int lane; ///< within
 };
 using PlaceInCluster = std::function<ClusterPlace(int group, std::int64_t rod, int slot)>;
 
@@ -43,16 +52,23 @@ std::vector<HubShares> hub_shares(const Hub& hub, const KickGains& gains);
 
 template <int W> class ClusterJunctions {
 public:
-    ClusterJunctions(const Junctions& all, const PlaceInCluster& place, const KickGains& gains) {
+    /// `tearing`: memory of joints that tear, by number.
+    ClusterJunctions(const Junctions& all, const PlaceInCluster& place, const KickGains& gains,
+                     const std::map<std::size_t, JointMemoryPlace>& tearing) {
+        const auto memory = [&](std::size_t joint) {
+            return joint == no_joint ? std::nullopt : std::optional(tearing.at(joint));
+        };
         for (const Hub& hub : all.hubs) {
-            HubOfCluster& h = hubs_.emplace_back(HubOfCluster{hub.body, {}, {}, hub_shares(hub, gains)});
+            HubOfCluster& h =
+                hubs_.emplace_back(HubOfCluster{hub.body, {}, {}, hub_shares(hub, gains), memory(hub.joint)});
             for (const Hub::Member& m : hub.members) {
                 h.places.push_back(place(m.group, m.rod, m.node));
                 h.arms.push_back(m.arm);
             }
         }
         for (const Star& star : all.stars) {
-            StarOfCluster& s = stars_.emplace_back(StarOfCluster{star, {}, {}});
+            StarOfCluster& s = stars_.emplace_back(
+                StarOfCluster{star, {}, {}, memory(star.joint), star.break_strain, star.rest_dilatation()});
             for (std::size_t i = 0; i < star.members.size(); ++i) {
                 const Star::Member& m = star.members[i];
                 s.element.push_back(place(m.group, m.rod, m.element));
@@ -64,24 +80,23 @@ public:
     bool turns() const { return !stars_.empty(); }
 
     /// Adds loads of half cells; `moments`: by tile of the cluster, null where none are made.
-    void add_loads(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, bool across) const {
+    /// Stars tear before; `h`: the step, s.
+    void add_loads(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, Pack<W>* memory, double h,
+                   bool across) const {
         for (const StarOfCluster& s : stars_)
             with_star_law(s.star, [&]<class L>(L) {
-                if (across) add_star<L>(s, Across{slot, moments, load});
-                else add_star<L>(s, Within{slot, moments, load});
+                if (across) add_star<L>(s, Across{slot, moments, load, memory, h});
+                else add_star<L>(s, Within{slot, moments, load, memory, h});
             });
     }
     /// Takes nodes to their hubs' places, after a drift.
-    void gather(Slot<W>* slot, bool across) const {
-        for (const HubOfCluster& h : hubs_)
-            if (across) gather(h, [&](std::size_t i) { return WholeSlot{slot[h.places[i].across]}; });
-            else gather(h, [&](std::size_t i) { return LaneOfSlot{slot[h.places[i].within], h.places[i]}; });
+    void gather(Slot<W>* slot, const Pack<W>* memory, bool across) const {
+        for (const HubOfCluster& h : hubs_) for_whole(h, slot, memory, across, [&](auto&& at) { gather(h, at); });
     }
     /// Gives them their velocities, after a kick.
-    void move_as_one(Slot<W>* slot, const Step& step, bool across) const {
+    void move_as_one(Slot<W>* slot, const Pack<W>* memory, const Step& step, bool across) const {
         for (const HubOfCluster& h : hubs_)
-            if (across) move_as_one(h, step, [&](std::size_t i) { return WholeSlot{slot[h.places[i].across]}; });
-            else move_as_one(h, step, [&](std::size_t i) { return LaneOfSlot{slot[h.places[i].within], h.places[i]}; });
+            for_whole(h, slot, memory, across, [&](auto&& at) { move_as_one(h, step, at); });
     }
 
 private:
@@ -90,14 +105,31 @@ private:
         std::vector<ClusterPlace> places;
         std::vector<Vec3d> arms;
         std::vector<HubShares> shares;
+        std::optional<JointMemoryPlace> memory; ///< of the joint that may tear
     };
     struct StarOfCluster {
         Star star;
         std::vector<ClusterPlace> element, next;
+        std::optional<JointMemoryPlace> memory;
+        double break_strain, rest_dilatation;
     };
+    static const JointMemory<Pack<W>>& memory_at(const Pack<W>* memory, std::size_t place) {
+        return *reinterpret_cast<const JointMemory<Pack<W>>*>(memory + place);
+    }
+    /// f(at), at(i) gives access to slot i of a hub where it has not been torn.
+    template <class F>
+    static void for_whole(const HubOfCluster& h, Slot<W>* slot, const Pack<W>* memory, bool across, F&& f) {
+        const Pack<W> torn(2.0);
+        if (!across) {
+            if (!h.memory || memory_at(memory, h.memory->within).state[h.memory->lane] < 2)
+                f([&](std::size_t i) { return LaneOfSlot{slot[h.places[i].within], h.places[i]}; });
+        } else if (!h.memory) f([&](std::size_t i) { return WholeSlot{slot[h.places[i].across]}; });
+        else if (const Mask<W> whole = memory_at(memory, h.memory->across).state < torn; any(whole))
+            f([&](std::size_t i) { return SomeLanes{slot[h.places[i].across], whole}; });
+    }
     template <class F> static void with_star_law(const Star& star, F&& f) { with_energy_law(star.law, f); }
 
-    // Access to a slot in all lanes, and in one.
+    // Access to a slot in all lanes, in some, and in one.
     struct WholeSlot {
         static constexpr int width = W;
         Slot<W>& slot;
@@ -105,6 +137,15 @@ private:
         void place(const Vec3<Pack<W>>& x) const { slot.position = x; }
         void velocity(const Vec3<Pack<W>>& v) const { slot.velocity = v; }
         void spin(const Vec3<Pack<W>>& w) const { slot.spin = w; }
+    };
+    struct SomeLanes {
+        static constexpr int width = W;
+        Slot<W>& slot;
+        Mask<W> which;
+        Slot<W> read() const { return slot; }
+        void place(const Vec3<Pack<W>>& x) const { slot.position = select(which, x, slot.position); }
+        void velocity(const Vec3<Pack<W>>& v) const { slot.velocity = select(which, v, slot.velocity); }
+        void spin(const Vec3<Pack<W>>& w) const { slot.spin = select(which, w, slot.spin); }
     };
     struct LaneOfSlot {
         static constexpr int width = 1;
@@ -175,6 +216,13 @@ private:
         const Slot<W>* slot;
         const EndMoments<W>* moments;
         JoinedLoad<W>* load;
+        Pack<W>* memory;
+        double h;
+        /// f(state, lost work) of a joint that may tear.
+        template <class F> void with_memory(const JointMemoryPlace& at, F&& f) const {
+            JointMemory<Pack<W>>& own = *reinterpret_cast<JointMemory<Pack<W>>*>(memory + at.across);
+            f(own.state, own.axis.lost_work);
+        }
         Slot<W> read(const ClusterPlace& at) const { return slot[at.across]; }
         EndMoment<Pack<W>> moment(const ClusterPlace& at, bool start) const {
             const EndMoments<W>& m = moments[at.tile_across];
@@ -188,6 +236,15 @@ private:
         const Slot<W>* slot;
         const EndMoments<W>* moments;
         JoinedLoad<W>* load;
+        Pack<W>* memory;
+        double h;
+        template <class F> void with_memory(const JointMemoryPlace& at, F&& f) const {
+            JointMemory<Pack<W>>& own = *reinterpret_cast<JointMemory<Pack<W>>*>(memory + at.within);
+            Pack<1> state(own.state[at.lane]), lost(own.axis.lost_work[at.lane]);
+            f(state, lost);
+            own.state.set(at.lane, state[0]);
+            own.axis.lost_work.set(at.lane, lost[0]);
+        }
         Slot<1> read(const ClusterPlace& at) const { return lane(slot[at.within], at.lane); }
         EndMoment<Pack<1>> moment(const ClusterPlace& at, bool start) const {
             const EndMoment<Pack<W>>& m = start ? moments[at.tile_within].start : moments[at.tile_within].end;
@@ -218,6 +275,9 @@ private:
             }
         }
         star_loads<L, V>(s.star, layout.moments != nullptr, now, out);
+        if (s.memory)
+            layout.with_memory(*s.memory,
+                               [&](P& state, P& lost_work) { tear<L>(s, layout, now, out, state, lost_work); });
         for (std::size_t i = 0; i < n; ++i) {
             layout.add_couple(s.element[i], out[i].couple);
             if constexpr (L::bending_pulls)
@@ -225,6 +285,47 @@ private:
                     layout.add_force(s.element[i], out[i].force);
                     layout.add_force(s.next[i], -out[i].force);
                 }
+        }
+    }
+
+    /// Elements of a star as the step began.
+    template <class Layout> static auto half_a_step_before(const StarOfCluster& s, const Layout& layout) {
+        using P = Pack<Layout::width>;
+        const P back(-0.5 * layout.h);
+        StarElements<P> then;
+        for (std::size_t i = 0; i < s.element.size(); ++i) {
+            const auto element = layout.read(s.element[i]), next = layout.read(s.next[i]);
+            then[i] = {rotation(back * element.spin) * element.director,
+                       next.position - element.position + back * (next.velocity - element.velocity),
+                       {P(0.0), P(0.0), P(0.0)}};
+        }
+        return then;
+    }
+    /// Ends a star whose elements are strained too much. Its half cells lose the energy that they had as the step
+    /// began: the step is made without them.
+    template <class L, class Layout>
+    static void tear(const StarOfCluster& s, const Layout& layout, const StarElements<Pack<Layout::width>>& now,
+                     StarLoads<Pack<Layout::width>>& out, Pack<Layout::width>& state, Pack<Layout::width>& lost_work) {
+        constexpr int V = Layout::width;
+        using P = Pack<V>;
+        const P torn(2.0), none(0.0);
+        P dilatation = none;
+        for (std::size_t i = 0; i < s.element.size(); ++i) {
+            const Star::Member& m = s.star.members[i];
+            dilatation += P(m.share / m.length) * (now[i].director * now[i].edge).z;
+        }
+        const Mask<V> tears = (state < torn) & (dilatation > P((1 + s.break_strain) * s.rest_dilatation));
+        if (any(tears)) {
+            P energy = none;
+            StarLoads<P> unused;
+            star_loads<L, V>(s.star, false, half_a_step_before(s, layout), unused, &energy);
+            lost_work = lost_work - select(tears, energy, none);
+            state = select(tears, torn, state);
+        }
+        const Mask<V> whole = state < torn;
+        for (std::size_t i = 0; i < s.element.size(); ++i) {
+            out[i].couple = select(whole, out[i].couple, Vec3<P>{none, none, none});
+            out[i].force = select(whole, out[i].force, Vec3<P>{none, none, none});
         }
     }
 

@@ -214,6 +214,12 @@ double star_energy(const Star& star,
     return energy[0];
 }
 
+bool has_ended(std::span<const double> memory) {
+    JointMemory<double> numbers{};
+    if (!memory.empty()) std::memcpy(&numbers, memory.data(), sizeof numbers);
+    return numbers.state == 2;
+}
+
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
                        const Slot<1>& b, const Slot<1>& b_next, double time, std::span<const double> memory) {
     using P = Pack<1>;
@@ -243,7 +249,8 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
         return state;
     };
     const auto force = [](const JointLoad<P>& load) { return norm(lane(load.force + load.push, 0)); };
-    if (table.events.any()) {
+    if (tears(table) && has_ended(memory)) return works({});
+    if (table.events.any() && !tears(table)) {
         JointMemory<double> numbers{};
         if (!memory.empty()) std::memcpy(&numbers, memory.data(), sizeof numbers);
         if (numbers.state != 1) return works({});

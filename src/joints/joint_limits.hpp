@@ -46,6 +46,8 @@ struct JointState {
 /// Energy of a junction's half cells, J. element_of(group, rod, k): a slot and the next.
 double star_energy(const Star& star,
                    const std::function<std::pair<Slot<1>, Slot<1>>(int, std::int64_t, int)>& element_of);
+/// True of a joint with this memory that has come to an end.
+bool has_ended(std::span<const double> memory);
 /// Slots are node and next of the first element, then of the second, at `time`; a body has one slot twice. `memory`: of
 /// the joint; none: as before its first step.
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,

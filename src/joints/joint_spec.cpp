@@ -98,6 +98,13 @@ void JointEvents::fields(FieldVisitor& f) {
              .text = "force above which the joint breaks permanently; 0: never",
              .at_least = 0},
             break_force);
+    f.visit({.name = "break_strain",
+             .unit = "-",
+             .text =
+                 "mean axial strain of the two elements beside a common node, stiffness = \"auto\", above which rods "
+                 "tear permanently; 0: never",
+             .at_least = 0},
+            break_strain);
 }
 
 void JointSpec::place_fields(FieldVisitor& f) {

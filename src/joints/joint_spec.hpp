@@ -66,8 +66,9 @@ struct JointLaw {
 struct JointEvents {
     double from = 0, until = 0; ///< s; until 0: never
     double break_force = 0;     ///< N; 0: never
+    double break_strain = 0;    ///< of two places that are one node; 0: never
 
-    bool any() const { return from > 0 || until > 0 || break_force > 0; }
+    bool any() const { return from > 0 || until > 0 || break_force > 0 || break_strain > 0; }
     void fields(FieldVisitor& f);
 };
 

@@ -65,15 +65,24 @@ public:
                 refuse("joins two bodies, between which nothing bends: give 'stiffness' [N/m] and "
                        "'torsional_stiffness' [N m/rad]");
             if (a.node_held && b.node_held) refuse(fmt::format("joins two places that are held: leave it out"));
+            if (tears(table) && (a.body || b.body || a.inner || b.inner || a.element_held || b.element_held))
+                refuse(
+                    "tears at a body, an inner node or a held element: 'break_strain' needs two ends that turn freely");
             hub(a, b);
             if (turns_by_half_cells(table)) star(a, b, joint);
+            if (tears(table)) tearing_[a.key()] = tearing_[b.key()] = to_index(&joint - joints_.data());
         }
         Junctions all;
         for (std::size_t h = 0; h < hubs_.size(); ++h)
-            if (!hubs_[h].sides.empty()) all.hubs.push_back(finished_hub(hubs_[h]));
+            if (!hubs_[h].sides.empty()) {
+                all.hubs.push_back(finished_hub(hubs_[h]));
+                all.hubs.back().joint = tearing_joint(hubs_[h]);
+            }
         for (std::size_t s = 0; s < stars_.size(); ++s) {
             if (stars_[s].sides.empty()) continue;
             all.stars.push_back(finished_star(stars_[s]));
+            all.stars.back().joint = tearing_joint(stars_[s]);
+            all.stars.back().break_strain = stars_[s].table->events.break_strain;
             // The rod has the cell around an inner node itself: it is taken off again.
             const std::vector<Side>& sides = stars_[s].sides;
             for (std::size_t i = 0; i + 1 < sides.size(); ++i)
@@ -89,6 +98,18 @@ private:
         const JointSpec* table;
     };
 
+    /// The joint by which two ends tear from each other.
+    std::size_t tearing_joint(const Set& set) {
+        for (const Side& s : set.sides) {
+            const auto at = tearing_.find(s.key());
+            if (at == tearing_.end()) continue;
+            table_ = set.table;
+            if (set.sides.size() != 2)
+                refuse("tears where more than two ends meet: 'break_strain' needs two ends that turn freely");
+            return at->second;
+        }
+        return no_joint;
+    }
     [[noreturn]] void refuse(const std::string& what) const {
         throw InputError(fmt::format("{}: the joint between '{}' and '{}' {}", table_->source, table_->between[0],
                                      table_->between[1], what));
@@ -341,7 +362,8 @@ private:
     std::vector<Set> hubs_, stars_;
     std::map<std::tuple<int, std::int64_t, int>, std::size_t> place_of_hub_;
     std::map<std::tuple<int, std::int64_t, int, std::int64_t>, std::size_t> place_of_star_;
-    std::map<std::tuple<int, std::int64_t, int>, Vec3d> arm_; ///< arms of nodes on bodies, m
+    std::map<std::tuple<int, std::int64_t, int>, Vec3d> arm_;           ///< arms of nodes on bodies, m
+    std::map<std::tuple<int, std::int64_t, int>, std::size_t> tearing_; ///< joints that tear, by the places of both
 };
 
 } // namespace

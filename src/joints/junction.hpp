@@ -20,10 +20,14 @@ inline bool shares_node(const JointSpec& spec) { return spec.kind == JointKind::
 inline bool turns_by_half_cells(const JointSpec& spec) {
     return shares_node(spec) && spec.law.torsional_stiffness == 0;
 }
+/// Such a joint comes apart where rods are strained too much.
+inline bool tears(const JointSpec& spec) { return shares_node(spec) && spec.events.break_strain > 0; }
 /// True where a table has springs or dashpots besides.
 inline bool has_springs(const JointSpec& spec) {
     return !shares_node(spec) || spec.law.damped() || spec.law.torsional_stiffness > 0;
 }
+
+inline constexpr std::size_t no_joint = static_cast<std::size_t>(-1);
 
 /// Nodes that move as one. The first may be held, or a body with the others at fixed places of it.
 struct Hub {
@@ -34,8 +38,9 @@ struct Hub {
         Vec3d arm;        ///< from a body's centre to this node, body axes of the body, m
     };
     std::vector<Member> members;
-    bool body = false; ///< the first is one
-    bool held = false; ///< the first does not move by loads
+    bool body = false;            ///< the first is one
+    bool held = false;            ///< the first does not move by loads
+    std::size_t joint = no_joint; ///< whose tearing ends it
 };
 
 /// Half cells that meet in a place. Element i turns against the first by log(Q_i (C_i Q_0)^T). Moments of the half
@@ -59,11 +64,20 @@ struct Star {
         double rest_stretch; ///< e0
     };
     std::vector<Member> members;
-    bool rigid = false;      ///< the first is a body, or held
-    bool along_axes = false; ///< C_i keep d3, so that bending and twist stay apart
-    Law law = Law::linear;   ///< law of all members; linear where they differ
-    double inv_cell = 0;     ///< 2/sum of lengths, 1/m
-    double largest = 0;      ///< bound of K between two members, N m/rad
+    bool rigid = false;           ///< the first is a body, or held
+    bool along_axes = false;      ///< C_i keep d3, so that bending and twist stay apart
+    Law law = Law::linear;        ///< law of all members; linear where they differ
+    double inv_cell = 0;          ///< 2/sum of lengths, 1/m
+    double largest = 0;           ///< bound of K between two members, N m/rad
+    std::size_t joint = no_joint; ///< whose tearing ends it
+    double break_strain = 0;
+
+    /// Mean stretch of its elements over that at rest, as they are.
+    double rest_dilatation() const {
+        double sum = 0;
+        for (const Member& m : members) sum += m.share * m.rest_stretch;
+        return sum;
+    }
 };
 
 struct Junctions {

@@ -28,11 +28,11 @@ public:
         }
     }
 
-    void gather(Slot<W>* slot, bool across) const override {
+    void gather(Slot<W>* slot, const P* memory, bool across) const override {
         relaxing_tiles<W>().clear();
-        JointsOfCluster<W>::gather(slot, across);
+        JointsOfCluster<W>::gather(slot, memory, across);
     }
-    void move_as_one(Slot<W>* slot, const Step& step, bool across) const override {
+    void move_as_one(Slot<W>* slot, const P*, const Step& step, bool across) const override {
         Tiles& tiles = relaxing_tiles<W>();
         const std::vector<Member> members = find_members(tiles, slot, across);
         if (across)

@@ -143,7 +143,7 @@ template <int W> void RodTiles<W>::advance_cluster(const Cluster& cluster, const
             run_passes(tile, load, first, shares_nodes ? end - programs_[tile.program].last : end, step);
         });
         if (!shares_nodes) continue;
-        cluster.joints->move_as_one(tiles_[cluster.tiles.front()].slot, step, cluster.across);
+        cluster.joints->move_as_one(tiles_[cluster.tiles.front()].slot, cluster.memory.data(), step, cluster.across);
         with_passes(Part::after, [&](const RodTile<W>& tile, std::size_t, std::size_t end) {
             run_passes(tile, load, end - programs_[tile.program].last, end, step);
         });
@@ -153,7 +153,7 @@ template <int W> void RodTiles<W>::advance_cluster(const Cluster& cluster, const
 template <int W> JoinedLoad<W>* RodTiles<W>::couple(const Cluster& cluster, const Step& step, int thread) const {
     JoinedLoad<W>* joined = nth(joined_, thread).data();
     Slot<W>* slot = tiles_[cluster.tiles.front()].slot;
-    if (cluster.joints->shares_nodes()) cluster.joints->gather(slot, cluster.across);
+    if (cluster.joints->shares_nodes()) cluster.joints->gather(slot, cluster.memory.data(), cluster.across);
     cluster.joints->run(slot, end_moments(cluster, step, thread), step, cluster.memory.data(), joined, cluster.across);
     return joined;
 }

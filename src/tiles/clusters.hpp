@@ -89,10 +89,10 @@ public:
     virtual bool wants_moments() const { return false; }
     /// True where several rods share a node; only then are the next two functions called.
     virtual bool shares_nodes() const { return false; }
-    /// Moves shared nodes to one place, after a drift and before loads.
-    virtual void gather(Slot<W>*, bool) const {}
+    /// Moves shared nodes to one place, after a drift and before loads; `memory` as in run().
+    virtual void gather(Slot<W>*, const Pack<W>*, bool) const {}
     /// Gives shared nodes one velocity, after a kick.
-    virtual void move_as_one(Slot<W>*, const Step&, bool) const {}
+    virtual void move_as_one(Slot<W>*, const Pack<W>*, const Step&, bool) const {}
 };
 
 /// Adds the loads of joints, before the kick.

@@ -235,6 +235,33 @@ break_force = 300.0
 """
 
 
+# Links that spin about their own middles pull each other apart.
+WHIPS = """
+title = "Whips that tear"
+time = {duration = 0.1, dt = 5e-5}
+load = [{kind = "gravity"}]
+output = {series = 0.001, checkpoint = 0.001, audit = true}
+
+[[assembly]]
+name = "whip"
+placement = {kind = "list", origins = [[0, 0, 0], [0, 2, 0], [0, 4, 0], [3, 0, 0], [3, 2, 0]], tangents = [[0, 0, 1], [0, 0.6, 0.8], [1, 0, 0], [0, 1, 0], [0.6, 0, 0.8]]}
+
+[[rods]]
+name = "links"
+assembly = "whip"
+material = {density = 1000.0, youngs_modulus = 1e6}
+section.radius = 0.02
+shape = {length = 0.5, elements = 6, angular_velocity = [8.0, 12.0, 4.0]}
+placement = {kind = "list", origins = [[0, 0, 0], [0.5, 0, 0], [1, 0, 0]], tangents = [[1, 0, 0], [1, 0, 0], [1, 0, 0]]}
+
+[[joint]]
+kind = "fixed"
+between = ["links", "links"]
+pairs = "next"
+break_strain = 0.02
+"""
+
+
 class Joints(DriverTest):
     def test_robots_that_touch(self):
         self.scene.write_text(SWARM)
@@ -299,6 +326,31 @@ class Joints(DriverTest):
             self.run_skein("lanes" + lanes, "--steps", "2000", "--lanes", lanes)
             self.run_skein("parts" + lanes, "--steps", "700", "--lanes", lanes)
             self.run_skein("parts" + lanes, "--steps", "2000", "--lanes", lanes)
+            for out in ("lanes" + lanes, "parts" + lanes):
+                self.assertEqual(self.digest(out), self.digest("one"), out)
+                self.assert_same_series(out, "one")
+
+    def assert_tears(self, times):
+        """At so many times rods of the run `one` tear, after the first part of the other runs and before the last."""
+        loss, time = self.series("one")["joint_lossJ"], self.series("one")["times"]
+        torn = [at for at, before, after in zip(time[1:], loss, loss[1:]) if after > before]
+        self.assertGreaterEqual(len(torn), times)
+        self.assertTrue(all(0.01 < at < 0.02 for at in torn), torn)
+
+    def test_rods_that_tear(self):
+        """Common nodes of copies that part at different steps: any ranks, owners, lanes, and parts of a run."""
+        self.scene.write_text(WHIPS)
+        self.run_skein("one", "--steps", "600")
+        self.assert_tears(2)
+        self.assert_any_way("600", ((1, 2), (2, 1), (3, 1)))
+
+    def test_rods_of_one_copy_tear(self):
+        self.scene.write_text(re.sub(r"origins = \[\[0, 0, 0\], \[0, 2, 0\].*", "origins = [[0, 0, 0]]}", WHIPS, count=1))
+        self.run_skein("one", "--steps", "600", "--lanes", "1")
+        self.assert_tears(1)
+        for lanes in ("2", "4"):
+            self.run_skein("lanes" + lanes, "--steps", "600", "--lanes", lanes)
+            for steps in ("200", "400", "600"): self.run_skein("parts" + lanes, "--steps", steps, "--lanes", lanes)
             for out in ("lanes" + lanes, "parts" + lanes):
                 self.assertEqual(self.digest(out), self.digest("one"), out)
                 self.assert_same_series(out, "one")

@@ -124,12 +124,12 @@ def relax(scene, where):
             one.get("shape", one).pop(key, None)
 
 
-def branch(scene, where):
+def branch(scene, where, **keys):
     """A rod from the start of `left`, with a joint as within a rod."""
     start = group(scene, "left")["placement"].get("origin", [-0.1, 0.0, HEIGHT])
     scene["rods"].append({"name": "branch", "material": {"density": 1200.0, "youngs_modulus": 1e6}, "section": {"radius": RADIUS}, "shape": {"length": 0.1, "elements": 4},
                           "placement": {"origin": start, "tangent": [0.0, 0.6, 0.8]}})
-    scene.setdefault("joint", []).append({"kind": "fixed", "between": ["left", "branch"], "at": [0.0, 0.0], **LISTED})
+    scene.setdefault("joint", []).append({"kind": "fixed", "between": ["left", "branch"], "at": [0.0, 0.0], **LISTED, **keys})
 
 
 def scene_of(*edits):
@@ -227,7 +227,7 @@ def rows_of(folder):
         entry("damping", "damping.kind = physical", kind="physical", translational=1e-3, rotational=1e-9),
         entry("damping", "damping.kind = laplacian", kind="laplacian", rate=100.0, order=1),
         joint("spherical"), joint("hinge", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1), joint("fixed", torsional_stiffness=0.1),
-        Row("joint.stiffness = auto", branch, "joint"),
+        Row("joint.stiffness = auto", branch, "joint"), Row("joint.break_strain", lambda scene, where: branch(scene, where, break_strain=1e-9), "joint"),
         joint("universal", axis=[0.0, 0.0, 1.0], second_axis=[0.0, 1.0, 0.0], torsional_stiffness=0.1),
         joint("slider", axis=[0.0, 0.0, 1.0], torsional_stiffness=0.1), joint("distance", length=0.09),
         joint("bushing", torsional_stiffness=0.1, along=[1.0, 0.5, 0.2], about=[0.1, 1.0, 0.3]),

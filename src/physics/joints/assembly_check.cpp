@@ -149,9 +149,15 @@ void check_events(const SceneSpec& scene, const JointSpec& spec, Objections& obj
     if (!events.any() && spec.stages.empty()) return;
     if (events.until > 0 && events.until <= events.from)
         objections.add("until", fmt::format("it would let go before it is made, at {:g} s", events.from));
-    if (shares_node(spec))
+    const bool held = events.from > 0 || events.until > 0 || events.break_force > 0 || !spec.stages.empty();
+    if (shares_node(spec) && held)
         objections.add("", "places that are one node, with stiffness = \"auto\", stay so: for 'from', 'until' and "
                            "'break_force' give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad]");
+    if (!shares_node(spec))
+        objections.unused({"break_strain"}, "with 'stiffness' [N/m]: 'break_force' breaks such joints");
+    else if (tears(spec) && has_springs(spec))
+        objections.add("break_strain", "rods that tear have no springs or dashpots beside their common node: leave out "
+                                       "'torsional_stiffness' and 'torsional_damping'");
     if (scene.time.integrator != Integrator::verlet)
         objections.add("",
                        "joints that are made or come to an end need integrator = \"verlet\", which evaluates forces "

@@ -7,7 +7,9 @@
 
 #include <algorithm>
 #include <map>
+#include <set>
 #include <span>
+#include <tuple>
 #include <utility>
 
 namespace skein {
@@ -44,11 +46,12 @@ private:
     std::vector<std::size_t> next_;
 };
 
-using PlacesOfRods = std::map<std::pair<int, std::int64_t>, std::size_t>; ///< by group and index
+using PlacesOfRods = std::map<std::pair<int, std::int64_t>, std::size_t>;        ///< by group and index
+using TornJoints = std::set<std::tuple<std::size_t, std::size_t, std::int64_t>>; ///< assembly, number and copy
 
 /// Energies of half cells that meet.
 void add_stars(const JointPlan& plan, std::span<const RodGroup> groups, const PlacesOfRods& place,
-               std::span<const std::vector<Slot<1>>> state, JointsNow& found) {
+               std::span<const std::vector<Slot<1>>> state, const TornJoints& torn, JointsNow& found) {
     for (std::size_t a = 0; a < plan.assemblies.size(); ++a) {
         const AssemblyPlan& assembly = plan.assemblies[a];
         const Junctions junctions = junctions_of(plan.joints->tables, plan.joints->of_assembly[a], groups);
@@ -57,7 +60,9 @@ void add_stars(const JointPlan& plan, std::span<const RodGroup> groups, const Pl
                 const auto rod = [&](int group, std::int64_t number) {
                     return place.find({group, copy * nth(groups, group).rods_per_copy() + number});
                 };
-                if (rod(star.members[0].group, star.members[0].rod) == place.end()) continue;
+                if (rod(star.members[0].group, star.members[0].rod) == place.end() ||
+                    torn.contains({a, star.joint, copy}))
+                    continue;
                 found.energies.push_back(star_energy(star, [&](int group, std::int64_t number, int k) {
                     const auto& slots = state[rod(group, number)->second];
                     const auto at = static_cast<std::size_t>(k);
@@ -84,10 +89,12 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
              [&](int, std::size_t i, const RodCopy& rod) { state[i].assign(rod.state.begin(), rod.state.end()); });
     JointMemories memory(plan, groups, all, rods);
     JointsNow found;
+    TornJoints torn;
     found.forces.assign(plan.joints->tables.size(), 0);
     found.gaps = found.forces;
     for (std::size_t a = 0; a < plan.assemblies.size(); ++a)
-        for (const Joint& joint : plan.joints->of_assembly[a]) {
+        for (std::size_t j = 0; j < plan.joints->of_assembly[a].size(); ++j) {
+            const Joint& joint = plan.joints->of_assembly[a][j];
             const auto of_group = [&](int group) -> const RodGroup& { return nth(groups, group); };
             const bool to_world = joint.second.of_world();
             const std::int64_t first_rods = of_group(joint.first.group).rods_per_copy(),
@@ -104,9 +111,11 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
                 const auto k = static_cast<std::size_t>(joint.first.element),
                            l = static_cast<std::size_t>(joint.second.element);
                 const JointSpec& table = plan.joints->tables[joint.table];
-                const JointState now = joint_state(table, joint, first[k], first[std::min(k + 1, first.size() - 1)],
-                                                   second[l], second[std::min(l + 1, second.size() - 1)], at_time.time,
-                                                   memory.next(at->second, table));
+                const std::span<const double> of_joint = memory.next(at->second, table);
+                if (tears(table) && has_ended(of_joint)) torn.insert({a, j, copy});
+                const JointState now =
+                    joint_state(table, joint, first[k], first[std::min(k + 1, first.size() - 1)], second[l],
+                                second[std::min(l + 1, second.size() - 1)], at_time.time, of_joint);
                 found.motor_works.push_back(now.motor_work);
                 found.losses.push_back(-now.lost_work);
                 found.energies.push_back(now.energy);
@@ -115,7 +124,7 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
                 found.gaps[joint.table] = std::max(found.gaps[joint.table], now.gap);
             }
         }
-    add_stars(plan, groups, place, state, found);
+    add_stars(plan, groups, place, state, torn, found);
     return found;
 }
 

@@ -50,6 +50,7 @@ std::string joint_text(const JointSpec& joint, std::size_t count) {
     if (events.from > 0) text += fmt::format(", made at {:g} s", events.from);
     if (events.until > 0) text += fmt::format(", until {:g} s", events.until);
     if (events.break_force > 0) text += fmt::format(", breaks at {:.4g} N", events.break_force);
+    if (events.break_strain > 0) text += fmt::format(", tears at a strain of {:g}", events.break_strain);
     return text;
 }
 

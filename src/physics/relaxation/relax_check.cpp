@@ -63,6 +63,8 @@ void check_joint(const JointSpec& spec, Objections& table) {
                   "time.relax has no time that a motor could follow: 'spring' and 'spring_rest' hold the axis");
     if (spec.events.from > 0 || spec.events.until > 0)
         table.add("", "time.relax has no time for 'from' and 'until': leave them out, or give 'stages'");
+    if (spec.events.break_strain > 0)
+        table.add("break_strain", "time.relax passes strains that no motion has: leave it out");
 }
 
 } // namespace
