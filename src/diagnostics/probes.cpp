@@ -99,7 +99,8 @@ void ProbeSpec::fields(FieldVisitor& f) {
             at);
     f.choice({.name = "quantity",
               .unit = "",
-              .text = "position [m], velocity [m/s], direction (d3 of the element or body), spin [rad/s]: columns "
+              .text = "position [m], velocity [m/s], direction (d3 of the element; of a body the principal axis whose "
+                      "1/J differs most from the others'), spin [rad/s]: columns "
                       "<name>_x, _y, _z; strain of the axis, curvature [1/m]: one column <name>"},
              quantity, probe_quantity_names);
 }
