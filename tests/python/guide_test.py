@@ -1,4 +1,4 @@
-"""docs/python.md and the README's own scene, done as they are written."""
+"""docs/python.md and the README's own scene, done as they are written; messages and scenes of other pages."""
 
 import os
 import pathlib
@@ -16,6 +16,27 @@ from pages import blocks  # noqa: E402
 
 GUIDE, README = ROOT / "docs/python.md", ROOT / "README.md"
 THREE = pathlib.Path("/usr/share/javascript/three/build/three.min.js").exists()
+
+
+class Pages(unittest.TestCase):
+    def test_messages_of_troubleshooting_are_printed(self):
+        sources = [*ROOT.glob("src/**/*.cpp"), *ROOT.glob("src/**/*.hpp"), *ROOT.glob("apps/skein/*.cpp"), *ROOT.glob("python/skein/**/*.py")]
+        texts = "".join(re.sub(r'"\s*\n\s*f?"', "", path.read_text()) for path in sources)
+        page = (ROOT / "docs/troubleshooting.md").read_text()
+        found = [line.split("|")[1] for line in page.splitlines() if line.startswith("| `") and "mpirun has" not in line and "slots" not in line]
+        self.assertGreater(len(found), 20)
+        for message in (part for cell in found for part in re.findall("`([^`]+)`", cell)):
+            with self.subTest(message=message):
+                for words in re.split(r" ?\.\.\. ?", message):
+                    self.assertIn(words.removeprefix("error: ").removeprefix("draw "), texts)
+
+    def test_scenes_of_pages_are_good(self):
+        with tempfile.TemporaryDirectory() as folder:
+            for number, scene in enumerate(re.findall(r"```toml\n(.*?)```", (ROOT / "docs/coming_from.md").read_text(), re.S)):
+                path = pathlib.Path(folder, f"{number}.toml")
+                path.write_text(scene)
+                done = subprocess.run([SKEIN, "check", str(path)], capture_output=True, text=True)
+                self.assertEqual(done.returncode, 0, done.stderr)
 
 
 class Guide(unittest.TestCase):
