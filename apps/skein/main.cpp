@@ -1,5 +1,5 @@
 // The driver: skein new | run | expect | branch | verify | converge | plan | check | describe | info | draw | plot |
-// doctor.
+// doctor | manual | completion.
 #include "commands.hpp"
 #include "manual.hpp"
 #include "unknown_word.hpp"

@@ -311,7 +311,7 @@ private:
         runs_.push_back(std::move(run));
     }
     void run_nothing(const Run&, const At&) const {}
-    /// Where the memory of the last joint added is.
+    /// Place of the memory of the last joint that was added.
     JointMemoryPlace state_of_last() const {
         const Run& run = runs_.back();
         const std::size_t i = run.end - run.first - 1;
