@@ -7,16 +7,16 @@ from importlib import import_module
 from . import needs
 
 DEBIAN = "/usr/bin/python3"  # has the packages that jobscripts/install.sh installs, whatever python3 is first in PATH
-NEEDS = {"draw": ("numpy", "h5py", "matplotlib"), "plot": ("numpy", "h5py", "matplotlib"), "doctor": ("numpy", "h5py", "matplotlib")}
+COMMANDS = ("draw", "plot", "doctor")
 
 
 def main():
     words = sys.argv[1:]
     name = words[0] if words else ""
-    if name not in NEEDS:
+    if name not in COMMANDS:
         from .program import program
         os.execv(program(), ["skein", *words])
-    lacking = any(needs.missing(NEEDS[name]))
+    lacking = any(needs.missing(("numpy", "h5py", "matplotlib")))
     if lacking and os.path.exists(DEBIAN) and not os.environ.get("PYTHON") and os.path.realpath(sys.executable) != os.path.realpath(DEBIAN):
         os.environ["PYTHON"] = DEBIAN
         os.execv(DEBIAN, [DEBIAN, "-m", "skein", *words])

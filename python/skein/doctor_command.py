@@ -6,6 +6,7 @@ import shutil
 import subprocess
 import sys
 import tempfile
+from functools import cache
 from importlib import import_module
 from pathlib import Path
 
@@ -60,8 +61,9 @@ def _last(text):
     return next((line for line in lines if "error" in line.lower() or "not" in line), lines[-1] if lines else "no message")
 
 
+@cache
 def _run_of(*launcher):
-    """The digest of a run of four small rods and its file of frames, read back; else what went wrong."""
+    """The digest of a run of four small rods, which writes a checkpoint and reads it back; else none, and what went wrong."""
     with tempfile.TemporaryDirectory() as folder:
         scene = Path(folder, "scene.toml")
         scene.write_text(SCENE)

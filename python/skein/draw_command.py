@@ -11,7 +11,7 @@ from .parser import Parser
 
 def parser():
     p = Parser(prog="skein draw", takes="one directory", description="Draws what a run has written: a picture of its last frame, or of a time; a movie; a page for browsers.",
-                                epilog="examples: skein draw out/nest --colour contact_force | skein draw out/carpet --movie carpet.mp4 --every 2 | skein draw out/nest --html nest.html")
+               epilog="examples: skein draw out/nest --colour contact_force | skein draw out/carpet --movie carpet.mp4 --every 2 | skein draw out/nest --html nest.html")
     p.add_argument("out", type=Path, metavar="OUT", help="directory of a run's results")
     p.add_argument("--to", type=Path, metavar="PNG", help="picture to write; default OUT/picture.png")
     p.add_argument("--time", type=float, metavar="S", help="of the frame, s; default: the last")
