@@ -72,6 +72,7 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Responses& 
 
 template <class Slots, class Member> void ForceBalance::share(Slots& of_slots, Member member) const {
     for (const SharedNode& node : shared_) {
+        if (node.is_torn && node.is_torn(rods_.rods())) continue;
         Vec3d sum{0, 0, 0};
         for (const std::size_t slot : node.slots) sum += of_slots[slot].*member;
         for (std::size_t i = 0; i < node.slots.size(); ++i) of_slots[node.slots[i]].*member = node.shares[i] * sum;

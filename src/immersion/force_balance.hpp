@@ -33,8 +33,9 @@ namespace skein {
 /// Slots of this rank whose nodes are one: what they have of its loads. By the mass that kicks feel, implicit drags
 /// take each of them, before it moves as one, to velocities whose mean is that of the one node.
 struct SharedNode {
-    std::vector<std::size_t> slots; ///< numbers in FluidLoads
-    std::vector<double> shares;     ///< sum 1
+    std::vector<std::size_t> slots;                ///< numbers in FluidLoads
+    std::vector<double> shares;                    ///< sum 1
+    std::function<bool(const Rods&)> is_torn = {}; ///< true where each keeps its own from now on; empty: it never tears
 };
 
 /// Momenta in transit between the fluid and one slot, lab components.

@@ -298,6 +298,15 @@ std::vector<std::size_t> joint_memory_of_groups(std::span<const JointSpec> table
     return most;
 }
 
+JointNumbers numbers_of_joint(std::span<const JointSpec> tables, std::span<const Joint> joints, std::size_t joint) {
+    const JointEnd& side = joints[joint].first;
+    std::size_t before = 0;
+    for (const Joint& earlier : joints.first(joint))
+        if (earlier.first.group == side.group && earlier.first.rod == side.rod)
+            before += memory_numbers(tables[earlier.table]);
+    return {before, memory_numbers(tables[joints[joint].table])};
+}
+
 std::vector<Joint> joints_of(std::span<const JointSpec> tables, std::span<const RodGroup> groups, int assembly) {
     std::vector<Joint> joints;
     for (std::size_t t = 0; t < tables.size(); ++t) {

@@ -36,6 +36,12 @@ struct Joint {
 std::vector<std::size_t> joint_memory_of_groups(std::span<const JointSpec> tables, std::span<const Joint> joints,
                                                 std::size_t groups);
 
+/// Range of a joint's numbers among those of the rod that is its first side, as many as of its group.
+struct JointNumbers {
+    std::size_t before, count;
+};
+JointNumbers numbers_of_joint(std::span<const JointSpec> tables, std::span<const Joint> joints, std::size_t joint);
+
 /// Joints of a scene: its tables, and the joints of a copy of each assembly.
 struct JointLists {
     std::vector<JointSpec> tables;

@@ -43,8 +43,8 @@ audit = true
 """
 
 
-def in_pieces(pieces, elements, cells, free=False, radius=0.02, density=1.5):
-    """A rod across a stream that goes to both sides, clamped or free."""
+def in_pieces(pieces, elements, cells, free=False, radius=0.02, density=1.5, tears=None):
+    """A rod across a stream that goes to both sides, clamped or free; it tears at a strain where that is given."""
     text = f"""
 title = "pieces"
 [time]
@@ -70,8 +70,18 @@ audit = true
         text += (f'[[rods]]\nname = "piece{i}"\n' + ('start = "clamped"\n' if i == 0 and not free else "") + f"material = {{density = {density}, youngs_modulus = 2e4}}\nsection.radius = {radius}\n"
                  f"shape = {{length = {0.6 / pieces!r}, elements = {elements // pieces}}}\nplacement = {{origin = [0.6, 0.3, {0.1 + 0.6 * i / pieces!r}], tangent = [0.0, 0.0, 1.0]}}\n")
     for i in range(pieces - 1):
-        text += f'[[joint]]\nkind = "fixed"\nbetween = ["piece{i}", "piece{i + 1}"]\nat = [1, 0]\n'
+        text += f'[[joint]]\nkind = "fixed"\nbetween = ["piece{i}", "piece{i + 1}"]\nat = [1, 0]\n' + (f"break_strain = {tears!r}\n" if tears else "")
     return text
+
+
+# Pulls the outer ones of three pieces apart, more and more.
+PULLED = "".join(f"""
+[[load]]
+kind = "end_force"
+rods = ["{rod}"]
+{end} = [0.0, 0.0, {force}]
+ramp = 0.3
+""" for rod, end, force in (("piece0", "start", -8.0), ("piece2", "end", 8.0)))
 
 
 class FluidBooks(DriverTest):
@@ -150,6 +160,29 @@ class FluidBooks(DriverTest):
         self.run_skein("parts", "--until", "0.21")
         self.assertIn("Resuming from", self.run_skein("parts", ranks=2).stdout)
         for out in ("two", "threads", "parts"):
+            self.assertEqual(self.digest(out), self.digest("whole"), out)
+            self.assertEqual((self.directory / out / "observables.csv").read_bytes(), (self.directory / "whole/observables.csv").read_bytes(), out)
+
+    def test_rods_tear_in_a_fluid(self):
+        """The stream pulls the pieces apart: momentum is kept, the books close, the bits are those of any layout."""
+        scene = in_pieces(3, 12, 24, free=True, radius=0.08, tears=0.005) + PULLED
+        scene = scene.replace("duration = 0.3\n", "duration = 0.11\n").replace("series = 0.05", "series = 0.01")
+        series = self.series_of("whole", scene)
+        torn = numpy.flatnonzero(numpy.diff(series["joint_lossJ"]))
+        self.assertTrue(len(torn) and 0 < torn[0] < len(series["times"]) - 2, torn)
+        exchanged = abs(series["fluid_momentum_xkg_ms"] - series["fluid_momentum_xkg_ms"][0]).max()
+        for axis in "xyz":
+            kept = series[f"coupled_momentum_{axis}kg_ms"]
+            self.assertLess(abs(kept - kept[0]).max(), 1e-11 * exchanged, axis)
+        self.assertLess(abs(series["energy_defectJ"]).max(), 1e-2 * abs(series["work_fluidJ"]).max())
+        self.run_skein("never", "--set", "joint.0.break_strain=10", "--set", "joint.1.break_strain=10")
+        self.assertNotEqual(self.digest("never"), self.digest("whole"))
+        before = series["times"][torn[0]]
+        self.run_skein("two", ranks=2)
+        self.run_skein("before", "--until", str(before), ranks=2)
+        self.run_skein("after", "--until", str(series["times"][torn[0] + 1]))
+        for out in ("two", "before", "after"):
+            if out != "two": self.assertIn("Resuming from", self.run_skein(out, ranks=2).stdout)
             self.assertEqual(self.digest(out), self.digest("whole"), out)
             self.assertEqual((self.directory / out / "observables.csv").read_bytes(), (self.directory / "whole/observables.csv").read_bytes(), out)
 

@@ -38,7 +38,6 @@ REFUSED = (
     (r"m off the axis of", "common nodes", "rods placed at random", "Their axes do not meet; a joint of given stiffness bridges a gap."),
     (r"must start straight, without rest_strain", "packings", "rods that are curved or strained at the start", "A packing places straight capsules; `start_curvature` lets curved rods begin straight."),
     (r"rigid bodies are not felt by a fluid", "rigid bodies", "fluids", None),
-    (r"rods that feel the fluid cannot tear", "`break_strain`", "fluids that rods feel", None),
     (r"have lengths, radii or shapes of their own|of a file are not for|rods of a file", "rods of a file", "most other features", None),
     (r"time.relax passes strains", "relaxation", "`break_strain`", "A relaxation passes strains that no motion has."),
     (r"'break_strain' needs two ends", "`break_strain`", "rings, held elements", "Rods tear where two ends meet that turn freely."),

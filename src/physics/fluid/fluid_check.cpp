@@ -119,10 +119,6 @@ void check_two_way(const SceneSpec& scene, Objections& objections) {
     if (scene.time.integrator != Integrator::verlet)
         objections.add("time.integrator",
                        one_way("rods that feel the fluid need the integrator \"verlet\", whose kicks all go forward"));
-    for (std::size_t i = 0; i < scene.joints.size(); ++i)
-        if (scene.joints[i].events.break_strain > 0)
-            objections.add(fmt::format("joint.{}.break_strain", i),
-                           one_way("rods that feel the fluid cannot tear yet"));
 }
 
 /// Springs and dampers, or none.

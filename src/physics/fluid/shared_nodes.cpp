@@ -1,5 +1,6 @@
 #include "physics/fluid/shared_nodes.hpp"
 
+#include "joints/joint_limits.hpp"
 #include "joints/junction.hpp"
 #include "skein/core/index.hpp"
 
@@ -33,6 +34,20 @@ SharedNode shared_node(const Hub& hub, std::int64_t copy, const PlacesOfRods& pl
     return node;
 }
 
+/// Asks the memory of a joint that may tear. Memory of joints stands last in that of the first rod of each.
+std::function<bool(const Rods&)> tearing_of(const JointLists& all, const std::vector<Joint>& joints, std::size_t joint,
+                                            std::int64_t copy, const PlacesOfRods& place,
+                                            const InteractionParts& parts) {
+    const JointEnd& side = joints[joint].first;
+    const std::size_t rod = place.at({side.group, copy * nth(parts.groups, side.group).rods_per_copy() + side.rod});
+    const std::size_t of_joints = nth(joint_memory_of_groups(all.tables, joints, parts.groups.size()), side.group);
+    const JointNumbers own = numbers_of_joint(all.tables, joints, joint);
+    return [=](const Rods& rods) {
+        const std::vector<double> memory = rods.memory(rod);
+        return has_ended(std::span(memory).last(of_joints).subspan(own.before, own.count));
+    };
+}
+
 } // namespace
 
 std::vector<SharedNode> shared_nodes(const InteractionParts& parts, const FluidPlan& plan) {
@@ -46,8 +61,11 @@ std::vector<SharedNode> shared_nodes(const InteractionParts& parts, const FluidP
             const Hub::Member& first = hub.members.front();
             const RodGroup& group = nth(parts.groups, first.group);
             for (std::int64_t copy = 0; copy < group.count() / group.rods_per_copy(); ++copy)
-                if (place.contains({first.group, copy * group.rods_per_copy() + first.rod}))
+                if (place.contains({first.group, copy * group.rods_per_copy() + first.rod})) {
                     nodes.push_back(shared_node(hub, copy, place, parts, plan));
+                    if (hub.joint != no_joint)
+                        nodes.back().is_torn = tearing_of(*parts.around.joints, joints, hub.joint, copy, place, parts);
+                }
         }
     return nodes;
 }
