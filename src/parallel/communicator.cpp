@@ -4,14 +4,20 @@
 #include "skein/core/index.hpp"
 
 #include <mpi.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <exception>
+#include <iterator>
 #include <limits>
 #include <new>
 #include <numeric>
+#include <optional>
+#include <set>
+#include <utility>
 
 namespace skein {
 
@@ -249,9 +255,48 @@ void on_out_of_memory() { MpiSession::abort("out of memory", static_cast<int>(Ex
     MpiSession::abort(message, code);
 }
 
+/// True where a launcher has started this process, and its MPI library is to find the others.
+bool launched() {
+    constexpr const char* names[] = {"OMPI_COMM_WORLD_SIZE", "PMIX_RANK", "PMIX_NAMESPACE", "PMI_RANK", "PMI_FD"};
+    return std::any_of(std::begin(names), std::end(names), [](const char* name) { return std::getenv(name); });
+}
+
+/// Settings of Open MPI while a process by itself initialises. It would start a daemon and look for networks, for most
+/// of a second. All such processes have one job number without the daemon, so they must not share a directory of the
+/// session either. What the user has set stays; other libraries do not read these. Afterwards the environment is as it
+/// was, as the library leaves variables there with which mpirun would fail in a process that this one starts.
+class AloneSettings {
+public:
+    AloneSettings() {
+        for (char** variable = environ; *variable; ++variable) before_.insert(name_of(*variable));
+        for (const auto& [name, value] :
+             {std::pair("ess_singleton_isolated", "1"), std::pair("orte_create_session_dirs", "0"),
+              std::pair("pml", "ob1"), std::pair("btl", "self"), std::pair(read_later, "individual")})
+            setenv((prefix + std::string(name)).c_str(), value, 0);
+    }
+    ~AloneSettings() {
+        std::vector<std::string> added;
+        for (char** variable = environ; *variable; ++variable)
+            if (const std::string name = name_of(*variable); !before_.contains(name) && name != prefix + read_later)
+                added.push_back(name);
+        for (const std::string& name : added) unsetenv(name.c_str());
+    }
+    AloneSettings(const AloneSettings&) = delete;
+    AloneSettings& operator=(const AloneSettings&) = delete;
+
+private:
+    static inline const std::string prefix = "OMPI_MCA_";
+    static constexpr const char* read_later = "sharedfp"; ///< when a file is opened
+    static std::string name_of(const char* variable) { return {variable, std::strcspn(variable, "=")}; }
+
+    std::set<std::string> before_;
+};
+
 } // namespace
 
 MpiSession::MpiSession(int& argc, char**& argv) : exceptions_at_start_(std::uncaught_exceptions()) {
+    std::optional<AloneSettings> alone;
+    if (!launched()) alone.emplace();
     int provided = 0;
     MPI_Init_thread(&argc, &argv, MPI_THREAD_FUNNELED, &provided);
     if (provided < MPI_THREAD_FUNNELED)

@@ -14,9 +14,6 @@ import numpy
 SKEIN, MPIRUN = sys.argv[1:3]
 del sys.argv[1:3]
 
-# For a rank by itself: Open MPI starts no daemon for it, which takes longer than most of these runs. Such ranks all have one job number, and with
-# it one directory for the session, which the first to end would take from the others; so they have none, nor shared file pointers, kept there.
-ALONE = os.environ | {"OMPI_MCA_ess_singleton_isolated": "1", "OMPI_MCA_orte_create_session_dirs": "0", "OMPI_MCA_sharedfp": "individual"}
 # For a command that all ranks are to end by themselves with another exit code than 0: mpirun then sleeps for 2 s before it kills those that
 # are left, and does so even where none is.
 REFUSED = os.environ | {"OMPI_MCA_odls_base_sigkill_timeout": "0"}
@@ -266,7 +263,7 @@ SEARCH = ("candidates", "rebuilds", "skinm")  # which a restart begins anew
 
 def launch(*words, ranks=1, refused=False, timeout=200):
     """A rank by itself without mpirun, which would take longer than most of these runs."""
-    command, environment = [SKEIN, *map(str, words)], ALONE
+    command, environment = [SKEIN, *map(str, words)], None
     if ranks > 1:
         command, environment = [MPIRUN, "-n", str(ranks), *command], REFUSED if refused else None
     return subprocess.run(command, capture_output=True, text=True, timeout=timeout, env=environment)

@@ -7,7 +7,7 @@ import unittest
 
 import h5py
 import numpy
-from driver import ALONE, SKEIN, DriverTest
+from driver import SKEIN, DriverTest
 
 SCENE = """
 [time]
@@ -93,8 +93,7 @@ class Expect(DriverTest):
         return {name: numpy.array([float(row[i]) for row in rows]) for i, name in enumerate(header)}
 
     def expect(self, *arguments, code=0):
-        done = subprocess.run([SKEIN, "expect", self.scene, "--out", self.directory / "e", "--overwrite", *arguments], capture_output=True, text=True,
-                              env=ALONE)
+        done = subprocess.run([SKEIN, "expect", self.scene, "--out", self.directory / "e", "--overwrite", *arguments], capture_output=True, text=True)
         self.assertEqual(done.returncode, code, done.stdout + done.stderr)
         return done
 

@@ -10,7 +10,7 @@ import subprocess
 import tempfile
 import unittest
 
-from driver import ALONE, SKEIN
+from driver import SKEIN
 
 APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 MOST_CELLS = 250_000  # more are made coarser until there are fewer
@@ -74,7 +74,7 @@ class Outputs(unittest.TestCase):
     def digest(self, scene, steps, keys):
         with tempfile.TemporaryDirectory() as out:
             done = subprocess.run([SKEIN, "run", scene, "-q", "--steps", str(steps), "--threads", "1", "--out", out, *settings(*keys)],
-                                  capture_output=True, text=True, check=False, env=ALONE)
+                                  capture_output=True, text=True, check=False)
             summary = pathlib.Path(out, "summary.json")
             if not summary.exists(): raise AssertionError(f"{scene.stem} {keys}: {done.stderr}")
             return json.loads(summary.read_text())["digest"]

@@ -5,7 +5,7 @@ import random
 import subprocess
 
 from contact_test import SCENE as TOUCHING
-from driver import ALONE, REFUSED, SCENE as FREE, DriverTest
+from driver import REFUSED, SCENE as FREE, DriverTest
 
 ALL = os.environ.get("SKEIN_LONG") == "1"  # all trials, as jobscripts/faults.sh asks; otherwise some of them
 SEED = os.environ.get("SKEIN_SEED", "1")
@@ -52,7 +52,7 @@ class FaultTest(DriverTest):
 
     def run_to_end(self, out, *arguments, expect=0, ranks=1, **keys):
         """Output and errors. Nothing befalls it but what it finds."""
-        environment = ALONE if ranks == 1 else REFUSED if expect else None
+        environment = REFUSED if ranks > 1 and expect else None
         code, told, errors = self.end_of(self.start(out, *arguments, ranks=ranks, **{"env": environment, **keys}))
         self.assertEqual(code, expect, told + errors)
         return told, errors

@@ -10,7 +10,7 @@ import signal
 import subprocess
 import unittest
 
-from driver import ALONE, SKEIN
+from driver import SKEIN
 from faults import ALL, FaultTest
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
@@ -103,7 +103,7 @@ class Scenes(FaultTest):
         """Exit code, errors; None for a run that neither ended nor could be stopped."""
         command = [SKEIN, "run", str(path), "--quiet", "--steps", "12", "--no-checkpoint", "--threads", "1", "--overwrite", "--walltime", "20", "--out", str(self.directory / "out")]
         limit = lambda: resource.setrlimit(resource.RLIMIT_AS, (CHILD_MEMORY, CHILD_MEMORY))
-        run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=limit, env=ALONE)
+        run = subprocess.Popen(command, stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, preexec_fn=limit)
         for wait, then in ((25, signal.SIGTERM), (15, signal.SIGKILL)):
             try:
                 errors = run.communicate(timeout=wait)[1]

@@ -7,7 +7,7 @@ import unittest
 
 import numpy as np
 
-from package import APPS, MPIRUN, ROOT, Directory, skein
+from package import APPS, MPIRUN, ROOT, SKEIN, Directory, skein
 
 CARPET = APPS / "cilia_carpet/carpet_8x8.toml"
 SHORT = {"time.duration": 7.2, "output.checkpoint": 7.2, "output.trajectory": 3.6, "output.tips": 3.6, "output.series": 0.72}
@@ -107,6 +107,13 @@ class InProcess(unittest.TestCase):
                                                                "output.tips": 0.2, "output.checkpoint": 0.2, "output.contacts": 0.2})
         with self.assertRaisesRegex(skein.RunFailed, "of '(reeds|flat)'"):
             simulation.step(simulation.steps)
+
+    def test_runs_on_ranks_from_the_same_process(self):
+        """What this process by itself needs of MPI does not reach the ranks that it starts."""
+        program = (f"import sys; sys.path.insert(0, {str(ROOT / 'python')!r})\nimport skein, subprocess\nskein.Simulation({str(self.directory.scene)!r}, threads=1).step(1)\n"
+                   f"subprocess.run([{MPIRUN!r}, '-n', '2', {SKEIN!r}, 'run', {str(self.directory.scene)!r}, '--steps', '10', '--quiet', '--out', {str(self.directory.path / 'ranks')!r}], check=True)\n")
+        subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, timeout=100)
+        self.assertEqual(skein.open(self.directory.path / "ranks").summary["ranks"], 2)
 
     def test_under_mpirun(self):
         """Ranks write files of their own: what they print may be mixed."""
