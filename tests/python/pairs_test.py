@@ -52,7 +52,7 @@ INERT = (
 HEAD = """# What goes with what
 
 `python.pairs` (`tests/python/pairs_test.py`) runs every feature of scenes beside every other: {rows} features, {pairs} pairs, fifteen steps each, or sixty with stages. A pair passes if the
-state differs from that with either feature alone. {refused} pairs ({share:.1f} %) are refused. A refusal names the table and the line, and what to leave out.
+state differs from that with either feature alone. {refused} pairs ({share:.1f} %) are refused. A refusal names the table, the line and the feature to leave out.
 
 ## Refused for a reason in physics
 
