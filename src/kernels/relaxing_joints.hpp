@@ -5,10 +5,13 @@
 #pragma once
 
 #include "joints/cluster_joints.hpp"
+#include "relaxation/envelope_matrix.hpp"
 #include "relaxation/relaxing_tile.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -86,20 +89,29 @@ private:
             at += hub.size();
         }
         const std::size_t n = 3 * pairs.size();
-        std::vector<double> matrix(n * n), force(n);
-        for (std::size_t i = 0; i < n; ++i) {
-            const Pair& row = pairs[i / 3];
-            const std::size_t c = i % 3;
-            const auto now = [&](const Member& m) { return tiles[m.tile].correction[to_index(m.node)].u[c][m.lane]; };
-            force[i] = now(*row.leader) - now(*row.follower);
-            for (std::size_t j = 0; j <= i; ++j) {
-                const Pair& column = pairs[j / 3];
-                const auto by = [&](const Member& a, const Member& b) { return moved(tiles, a, c, b, j % 3); };
-                matrix[i * n + j] = by(*row.follower, *column.follower) - by(*row.follower, *column.leader) -
-                                    by(*row.leader, *column.follower) + by(*row.leader, *column.leader);
+        std::map<std::pair<std::size_t, int>, std::size_t> first_pair; // at a rod, by its tile and lane
+        EnvelopeMatrix matrix;
+        std::vector<double> force(n);
+        for (std::size_t p = 0; p < pairs.size(); ++p) {
+            std::size_t first = p;
+            for (const Member* m : {pairs[p].leader, pairs[p].follower})
+                first = std::min(first, first_pair.try_emplace({m->tile, m->lane}, p).first->second);
+            for (std::size_t c = 0; c < 3; ++c) {
+                const auto now = [&](const Member& m) {
+                    return tiles[m.tile].correction[to_index(m.node)].u[c][m.lane];
+                };
+                const auto [leader, follower] = pairs[p];
+                force[3 * p + c] = now(*leader) - now(*follower);
+                double* const row = matrix.add_row(3 * first);
+                for (std::size_t j = 3 * first; j <= 3 * p + c; ++j) {
+                    const Pair& column = pairs[j / 3];
+                    const auto by = [&](const Member& x, const Member& y) { return moved(tiles, x, c, y, j % 3); };
+                    row[j] = by(*follower, *column.follower) - by(*follower, *column.leader) -
+                             by(*leader, *column.follower) + by(*leader, *column.leader);
+                }
             }
         }
-        solve(matrix, force);
+        matrix.solve(force);
         for (std::size_t i = 0; i < n; ++i) {
             push(tiles, *pairs[i / 3].follower, i % 3, force[i]);
             push(tiles, *pairs[i / 3].leader, i % 3, -force[i]);
@@ -121,28 +133,6 @@ private:
             }
         }
     }
-    /// Solves by Cholesky's factors of the lower half, in an order that has the same bits at every level of
-    /// instructions.
-    static void solve(std::vector<double>& a, std::vector<double>& x) {
-        const std::size_t n = x.size();
-        for (std::size_t j = 0; j < n; ++j) {
-            for (std::size_t m = 0; m < j; ++m) a[j * n + j] -= a[j * n + m] * a[j * n + m];
-            a[j * n + j] = std::sqrt(a[j * n + j]);
-            for (std::size_t i = j + 1; i < n; ++i) {
-                for (std::size_t m = 0; m < j; ++m) a[i * n + j] -= a[i * n + m] * a[j * n + m];
-                a[i * n + j] /= a[j * n + j];
-            }
-        }
-        for (std::size_t i = 0; i < n; ++i) {
-            for (std::size_t m = 0; m < i; ++m) x[i] -= a[i * n + m] * x[m];
-            x[i] /= a[i * n + i];
-        }
-        for (std::size_t i = n; i-- > 0;) {
-            for (std::size_t m = i + 1; m < n; ++m) x[i] -= a[m * n + i] * x[m];
-            x[i] /= a[i * n + i];
-        }
-    }
-
     /// All rods of a copy as one: their power, and what is left of their step.
     static void move(const Tiles& tiles, double h, bool across) {
         P power(0.0), reach(1.0), excess(0.0);
