@@ -343,10 +343,11 @@ std::string text_of(const Failure& failure, const Plan& plan, std::int64_t last_
             failure.dt);
     else if (!failure.likely.empty()) text += "\n  likely cause: " + failure.likely;
     else
-        text +=
-            fmt::format("\n  likely cause: dt is {} of the rest-state limit {:.4g} s{}", share_text(ratio), plan.limit,
-                        ratio > 0.95 ? ", too close to it; lower dt"
-                                     : "; strains have grown beyond what it allows, or a load is too strong");
+        text += fmt::format("\n  likely cause: dt is {} the rest-state limit {:.4g} s{}",
+                            ratio > 1 ? share_text(ratio) + " times" : share_text(ratio) + " of", plan.limit,
+                            ratio > 1      ? "; lower dt"
+                            : ratio > 0.95 ? ", too close to it; lower dt"
+                                           : "; strains have grown beyond what it allows, or a load is too strong");
     if (!failure.frame.empty()) text += "\n  " + failure.frame;
     if (failure.remedy == Remedy::step)
         text += fmt::format("\n  the same steps hold with time.dt = {:g}: it was tried", failure.dt);
@@ -354,14 +355,15 @@ std::string text_of(const Failure& failure, const Plan& plan, std::int64_t last_
         text += fmt::format("\n  time.dt = {:g} may hold; to try it would take longer than {:g} s", failure.dt,
                             trial_seconds);
     std::string change = fmt::format("time.dt={:g}", failure.dt > 0 ? failure.dt : rounded_down(0.5 * dt));
-    if (!failure.likely.empty()) change = failure.settings;
-    else if (no_step) change = failure.settings.empty() ? "KEY=VALUE" : failure.settings;
+    if (!failure.likely.empty() || no_step) change = failure.settings; // empty: no setting is known that would do
     if (last_checkpoint < 0)
-        return text +
-               fmt::format("\n  there is no checkpoint yet: begin again in another directory, with --set {}", change);
-    return text + fmt::format("\n  the last good checkpoint is of step {}; to continue from it:\n"
-                              "    skein branch {}@{} {}_2 --set {}",
-                              last_checkpoint, directory, last_checkpoint, directory, change);
+        return text + "\n  there is no checkpoint yet: begin again in another directory" +
+               (change.empty() ? ", with another scene" : ", with --set " + change);
+    text += fmt::format("\n  the last good checkpoint is of step {}", last_checkpoint);
+    if (change.empty())
+        return text + fmt::format(": {}@{}; skein branch begins with it under other keys", directory, last_checkpoint);
+    return text + fmt::format("; to continue from it:\n    skein branch {}@{} {}_2 --set {}", directory,
+                              last_checkpoint, directory, change);
 }
 
 } // namespace skein
