@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <string_view>
 
 #include <fmt/format.h>
 
@@ -140,6 +141,20 @@ void find_odd_materials(const RodGroup& group, double duration, std::vector<std:
                         group.name(), 1 / crossings, m.density, m.youngs_modulus));
 }
 
+/// Ends that slide along an axis along which the other end is free: the support turns no load of that direction.
+void find_sliding_rods(const RodGroup& group, std::vector<std::string>& found) {
+    const RodSpec& rods = group.spec();
+    const std::string start = rods.start == EndKind::free ? "xyz" : rods.start_free,
+                      end = rods.end == EndKind::free ? "xyz" : rods.end_free;
+    if (rods.start == rods.end && rods.start == EndKind::free) return;
+    for (const char axis : std::string_view("xyz")) {
+        const bool held = !rods.hold.nodes.empty() && rods.hold.directions.find(axis) != std::string::npos;
+        if (held || start.find(axis) == std::string::npos || end.find(axis) == std::string::npos) continue;
+        found.push_back(fmt::format("rods.{}.{}_free: no end is held along {}, so loads along {} move the whole rod",
+                                    group.name(), rods.start_free.empty() ? "end" : "start", axis, axis));
+    }
+}
+
 } // namespace
 
 ScaleDoubts::ScaleDoubts(double duration, std::span<const RodGroup> groups)
@@ -158,6 +173,7 @@ std::vector<std::string> doubts(const CoreTables& scene, std::span<const RodGrou
         find_jumps(group, found);
         find_odd_units(group, found);
         find_odd_materials(group, scene.time.duration, found);
+        find_sliding_rods(group, found);
     }
     if (scene.time.duration / dt > 1e13)
         found.push_back(fmt::format("time.duration = {:g} s is {:.0e} steps of {:g} s", scene.time.duration,
