@@ -1,5 +1,6 @@
 #include "simulation/warnings.hpp"
 
+#include "core/troubleshooting.hpp"
 #include "core/two_digits.hpp"
 
 #include <fmt/format.h>
@@ -10,13 +11,13 @@
 
 namespace skein {
 
-void print_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", text.c_str()); }
+void print_warning(const std::string& text) { std::fprintf(stderr, "warning: %s\n", with_place_on_page(text).c_str()); }
 
 void Warnings::warn(const std::string& about, bool bad, const std::string& text) {
     if (!bad || !printed_.insert(about).second) return;
     if (!world_.comm.root() || quiet_) return;
     end_line();
-    std::fprintf(stderr, "warning: step %lld: %s\n", static_cast<long long>(world_.clock.done()), text.c_str());
+    print_warning(fmt::format("step {}: {}", world_.clock.done(), text));
 }
 
 bool Warnings::due() const {
