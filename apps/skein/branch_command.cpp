@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "document.hpp"
 
 #include "partition/partition.hpp"
 #include "scene/make_groups.hpp"
@@ -7,9 +8,12 @@
 #include "scene/scene_rebuild.hpp"
 #include "simulation/branch.hpp"
 #include "simulation/summary.hpp"
+#include "simulation/warnings.hpp"
 
 #include "io/disk.hpp"
 #include "io/files.hpp"
+
+#include <nlohmann/json.hpp>
 
 #include <cstdio>
 #include <filesystem>
@@ -39,10 +43,20 @@ CheckpointInfo parent_of(const Communicator& comm, const std::string& name) {
             return read_checkpoint_info(comm, file);
         } catch (const IoError& error) {
             if (&file == &files.back()) throw;
-            if (comm.root()) std::fprintf(stderr, "warning: %s\n", error.what());
+            if (comm.root()) print_warning(error.what());
         }
     }
     return {};
+}
+
+std::string json_of_branch(const std::string& scene, const std::string& parent, std::int64_t step, double time,
+                           const std::vector<KeyChange>& changes) {
+    nlohmann::ordered_json changed = nlohmann::ordered_json::array();
+    for (const KeyChange& c : changes) changed.push_back({{"key", c.key}, {"was", c.was}, {"now", c.now}});
+    return nlohmann::ordered_json{
+               {"scene", scene}, {"parent", parent}, {"step", step}, {"time_s", time}, {"changes", changed}}
+               .dump(2) +
+           "\n";
 }
 
 } // namespace
@@ -72,9 +86,10 @@ int branch_command(const BranchArguments& arguments, int& argc, char**& argv) {
         on_root(comm, [&] {
             fs::create_directories(to);
             write_file(scene.file, branch_file(scene, parent, changes));
+            const double time = parent.shift + static_cast<double>(parent.step) * parent.dt;
+            if (arguments.json) return print_result(json_of_branch(scene.file, directory, parent.step, time, changes));
             std::printf("%s begins with step %lld of %s, t = %g s%s%s\nRun it: skein run %s\n", scene.file.c_str(),
-                        static_cast<long long>(parent.step), directory.c_str(),
-                        parent.shift + static_cast<double>(parent.step) * parent.dt,
+                        static_cast<long long>(parent.step), directory.c_str(), time,
                         changes.empty() ? "" : "; changed:", text_of(changes).c_str(), arguments.to.c_str());
         });
         return static_cast<int>(Exit::done);

@@ -1,8 +1,12 @@
 #include "commands.hpp"
 
+#include "document.hpp"
+
 #include "core/level.hpp"
 #include "core/stop.hpp"
 #include "core/timer.hpp"
+#include "core/troubleshooting.hpp"
+#include "io/files.hpp"
 #include "partition/partition.hpp"
 #include "physics/loads/load_plan.hpp"
 #include "scene/make_groups.hpp"
@@ -13,9 +17,13 @@
 #include "simulation/signals.hpp"
 #include "simulation/start_check.hpp"
 #include "simulation/summary.hpp"
+#include "simulation/warnings.hpp"
 #include "studies/cost_trial.hpp"
 #include "studies/rank_forecast.hpp"
 #include "studies/self_check.hpp"
+
+#include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cstdio>
@@ -27,6 +35,16 @@
 #include <thread>
 
 namespace skein {
+
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+void tell_error(const std::string& message) {
+    std::fprintf(stderr, "error: %s\n", with_place_on_page(message).c_str());
+}
+
+} // namespace
 
 int guarded(const Communicator& comm, const std::function<int()>& work) {
     int code = 0;
@@ -41,7 +59,7 @@ int guarded(const Communicator& comm, const std::function<int()>& work) {
         message = e.what();
     }
     message = comm.first_text(message);
-    if (comm.root() && !message.empty()) std::fprintf(stderr, "error: %s\n", message.c_str());
+    if (comm.root() && !message.empty()) tell_error(message);
     return static_cast<int>(comm.max(static_cast<std::int64_t>(code)));
 }
 
@@ -64,10 +82,10 @@ int alone(const std::function<void()>& work) {
         work();
         return 0;
     } catch (const Error& e) {
-        std::fprintf(stderr, "error: %s\n", e.what());
+        tell_error(e.what());
         return static_cast<int>(e.code());
     } catch (const std::exception& e) {
-        std::fprintf(stderr, "error: %s\n", e.what());
+        tell_error(e.what());
         return static_cast<int>(Exit::internal);
     }
 }
@@ -88,11 +106,10 @@ namespace {
 void advise_on_binding(const Machine& m) {
     const int online = static_cast<int>(std::thread::hardware_concurrency());
     if (m.threads > m.cores)
-        std::fprintf(
-            stderr,
-            "warning: %d threads on the %d core%s this rank may use; start with mpirun -n %d --map-by slot:PE=%d "
-            "--bind-to core, or --bind-to none\n",
-            m.threads, m.cores, m.cores == 1 ? "" : "s", m.ranks, m.threads);
+        print_warning(
+            fmt::format("{} threads on the {} core{} this rank may use; start with mpirun -n {} --map-by slot:PE={} "
+                        "--bind-to core, or --bind-to none",
+                        m.threads, m.cores, m.cores == 1 ? "" : "s", m.ranks, m.threads));
     else if (m.ranks * m.threads < online && m.cores < online / std::max(1, m.ranks))
         std::fprintf(
             stderr,
@@ -180,6 +197,7 @@ int run_command(RunArguments arguments, int& argc, char**& argv, const BesideRun
                             ? "Stopped at a limit, with a checkpoint of step %lld; the same command resumes.\n"
                             : "Stopped at a limit at step %lld.\n",
                         static_cast<long long>(result.step));
+        if (arguments.json && comm.root()) print_result(read_file(options.out + "/summary.json"));
         if (beside.after && comm.root() && result.code == Exit::done) return beside.after(scene, options.out);
         return static_cast<int>(result.code);
     });
@@ -211,7 +229,7 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
                 const MpiSession session(argc, argv); // of this process alone, as steps are made
                 measure_cost(plan, scene, groups, arguments.out);
             }
-            std::printf("%s", (arguments.json ? to_json(plan) : to_text(plan, all)).c_str());
+            print_result(arguments.json ? to_json(plan) : to_text(plan, all));
             return;
         }
         if (!arguments.json) std::printf("%s", to_text(plan, all).c_str());
@@ -220,11 +238,11 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
             throw InputError("skein plan --ranks works shares out in one process: start it without mpirun");
         const MpiSession session(argc, argv); // of this process alone, as steps are made
         const RankForecast forecast = forecast_ranks(plan, groups, ranks, machine);
-        std::printf("%s", (arguments.json ? to_json(plan, forecast) : to_text(forecast)).c_str());
+        print_result(arguments.json ? to_json(plan, forecast) : to_text(forecast));
     });
 }
 
-int check_command(SceneArguments arguments) {
+int check_command(SceneArguments arguments, bool json) {
     std::string out;
     look_into_directory(arguments, out);
     return alone([&] {
@@ -233,6 +251,15 @@ int check_command(SceneArguments arguments) {
         const Plan plan = make_plan(scene, groups, {});
         refuse_faults(scene, plan, groups);
         refuse_run_beyond_memory(scene, plan);
+        if (json)
+            return print_result(Json{{"scene", arguments.file},
+                                     {"rods", plan.rods},
+                                     {"elements", plan.elements},
+                                     {"steps", plan.steps},
+                                     {"dt_s", plan.dt},
+                                     {"notes", plan.notes}}
+                                    .dump(2) +
+                                "\n");
         std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
                     static_cast<long long>(plan.rods), static_cast<long long>(plan.elements),
                     static_cast<long long>(plan.steps), plan.dt);
@@ -240,7 +267,7 @@ int check_command(SceneArguments arguments) {
     });
 }
 
-int self_check_command(int threads_wanted, int lanes_wanted, int& argc, char**& argv) {
+int self_check_command(int threads_wanted, int lanes_wanted, bool json, int& argc, char**& argv) {
     MpiSession session(argc, argv);
     const Communicator comm = Communicator::world();
     return guarded(comm, [&] {
@@ -252,7 +279,16 @@ int self_check_command(int threads_wanted, int lanes_wanted, int& argc, char**& 
                                  digest_text(self_check_digest) + ": this build computes wrong on this machine (" +
                                  std::to_string(machine.lanes) + " lanes, " + SKEIN_COMPILER +
                                  "); trust no result of it");
-        if (comm.root())
+        if (json && comm.root())
+            print_result(Json{{"ranks", machine.ranks},
+                              {"threads", machine.threads},
+                              {"lanes", machine.lanes},
+                              {"level", level_name(machine.lanes)},
+                              {"seconds", wall_seconds() - started},
+                              {"digest", digest_text(digest)}}
+                             .dump(2) +
+                         "\n");
+        else if (comm.root())
             std::printf("self-check: good on %d x %d, %d lanes (%s), in %.2f s; digest %s\n", machine.ranks,
                         machine.threads, machine.lanes, std::string(level_name(machine.lanes)).c_str(),
                         wall_seconds() - started, digest_text(digest).c_str());

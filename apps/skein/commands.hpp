@@ -18,6 +18,7 @@ struct RunArguments {
     SceneArguments scene;
     RunOptions options;
     bool verbose = false; ///< all lines of the plan
+    bool json = false;    ///< the summary at the end
     int threads = 0;      ///< 0: the cores this rank may use
     unsigned shuffle = 0;
     int lanes = 0; ///< 0: as many as the registers hold
@@ -34,16 +35,18 @@ struct PlanArguments {
 struct BranchArguments {
     std::string from, to; ///< DIRECTORY or DIRECTORY@STEP; a new directory
     std::vector<std::string> overrides;
+    bool json = false;
 };
 struct VerifyArguments {
     std::string directory;
     std::string segment; ///< a number, or "random"; empty: the last
     RunArguments layout; ///< threads, lanes and mapping
+    bool json = false;
 };
 struct ConvergeArguments {
     SceneArguments scene;
     std::string out; ///< empty: out/<scene name>_converge
-    bool coarser = false, dry_run = false;
+    bool coarser = false, dry_run = false, json = false;
     double tolerance = 0;                 ///< of each observable's range; 0: none asked for
     std::vector<std::string> observables; ///< for the tolerance; empty: those that count
     int threads = 0, lanes = 0;           ///< 0: those of this machine
@@ -57,9 +60,16 @@ struct ExpectArguments {
 struct NewArguments {
     std::string kind; ///< of apps/recipes; empty: list all
     std::string file; ///< empty: <kind>.toml
+    bool json = false;
 };
 struct DescribeArguments {
     std::string what; ///< scene, results, key or table; empty: all keys
+    bool json = false;
+};
+
+struct InfoArguments {
+    SceneArguments scene; ///< or a directory of results; empty: the build alone
+    std::string out;
     bool json = false;
 };
 
@@ -87,14 +97,14 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv);
 int converge_command(ConvergeArguments arguments, int& argc, char**& argv);
 int plan_command(PlanArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.
-int self_check_command(int threads, int lanes, int& argc, char**& argv);
-int check_command(SceneArguments arguments);
+int self_check_command(int threads, int lanes, bool json, int& argc, char**& argv);
+int check_command(SceneArguments arguments, bool json);
 /// Runs a scene, then compares its time series with its [[expect]] tables.
 int expect_command(ExpectArguments arguments, int& argc, char**& argv);
 /// Writes a scene to begin from.
 int new_command(const NewArguments& arguments);
 int describe_command(const DescribeArguments& arguments, int& argc, char**& argv);
-int info_command(SceneArguments scene, std::string out, int& argc, char**& argv);
+int info_command(InfoArguments arguments, int& argc, char**& argv);
 /// Becomes Skein's Python package (python/), with all words behind the program's name; returns where that cannot be
 /// started.
 int python_command(int argc, char** argv);

@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "document.hpp"
 
 #include "core/timer.hpp"
 #include "io/disk.hpp"
@@ -12,6 +13,7 @@
 #include "studies/convergence_text.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <array>
 #include <cstdio>
@@ -121,7 +123,19 @@ std::string tell_figures(const Study& study, const ConvergeArguments& arguments,
     std::printf("%s%s", to_text(study, figures).c_str(), advice ? to_text(study, *advice).c_str() : "");
     std::printf("Figures: %s/%s, %s; a plot of error against core-seconds: apps/figures/converge.py %s\n", out.c_str(),
                 figures_name.c_str(), table_name.c_str(), out.c_str());
+    if (arguments.json) print_result(read_file(out + "/" + figures_name));
     return unknown;
+}
+
+std::string json_of_runs(const Study& study) {
+    nlohmann::ordered_json runs = nlohmann::ordered_json::array();
+    for (const StudyRun& run : study.made())
+        runs.push_back({{"name", run.name},
+                        {"elements", run.elements},
+                        {"dt_s", run.dt},
+                        {"steps", run.steps},
+                        {"predicted_core_seconds", run.predicted}});
+    return runs.dump(2) + "\n";
 }
 
 } // namespace
@@ -144,6 +158,7 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
                         runs_text(study).c_str());
             std::fflush(stdout);
         }
+        if (arguments.dry_run && arguments.json && comm.root()) print_result(json_of_runs(study));
         if (arguments.dry_run) return static_cast<int>(Exit::done);
         on_root(comm, [&] { require_own(out); });
         const Exit code = make_runs(comm, machine, study, out, arguments.progress);

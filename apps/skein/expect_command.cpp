@@ -1,5 +1,6 @@
 // Runs a scene, then compares its time series with the values that its [[expect]] tables name.
 #include "commands.hpp"
+#include "document.hpp"
 #include "io/csv_table.hpp"
 #include "physics/scene_spec.hpp"
 #include "skein/core/error.hpp"
@@ -55,7 +56,7 @@ int compare(const SceneSpec& scene, const std::string& out, bool json) {
         const double found = found_in(series, expected);
         all.push_back({expected, found, found - expected.value});
     }
-    fmt::print("{}", json ? json_of(all) : table_of(all));
+    print_result(json ? json_of(all) : table_of(all));
     return std::all_of(all.begin(), all.end(), [](const Comparison& one) { return one.met(); })
                ? 0
                : static_cast<int>(Exit::unexpected);

@@ -1,5 +1,6 @@
 // What is known of the build, of a scene, of a run's results, and of the keys of scenes.
 #include "commands.hpp"
+#include "document.hpp"
 
 #include "core/level.hpp"
 #include "io/checkpoint.hpp"
@@ -11,8 +12,10 @@
 #include "scene/scene_rebuild.hpp"
 #include "simulation/progress.hpp"
 #include "simulation/summary.hpp"
+#include "simulation/warnings.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -26,6 +29,7 @@ namespace skein {
 namespace {
 
 namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
 
 bool holds_results(const std::string& directory) {
     std::error_code error;
@@ -65,40 +69,65 @@ Kept kept_in(const std::string& directory, int& argc, char**& argv) {
             return {info, rebuilt_scene(info.scene, info.settings, info.file), files.size()};
         } catch (const IoError& error) {
             if (&file == &files.back()) throw;
-            std::fprintf(stderr, "warning: %s\n", error.what());
+            print_warning(error.what());
         }
     }
     return {};
 }
 
-void tell_results(const std::string& directory, int& argc, char**& argv) {
-    std::printf("%s: results of a run\n", directory.c_str());
-    if (numbered_files(directory, "checkpoint_", ".h5").empty()) {
-        std::printf("  no checkpoint yet: the same command begins at the start\n");
-    } else {
-        const Kept kept = kept_in(directory, argc, argv);
-        const double time = kept.info.shift + static_cast<double>(kept.info.step) * kept.info.dt;
-        const auto steps =
-            static_cast<std::int64_t>(std::llround((kept.scene.time.duration - kept.info.shift) / kept.info.dt));
-        std::printf("  scene '%s', from %s\n", kept.scene.title.c_str(),
-                    kept.scene.file.empty() ? "a program" : kept.scene.file.c_str());
-        for (const RodSpec& rods : kept.scene.rods)
-            std::printf("  group '%s': %s\n", rods.name.c_str(),
-                        rods.body ? "rigid bodies" : fmt::format("rods of {} elements", rods.shape.elements).c_str());
-        std::printf("  newest of %zu checkpoints: step %lld of %lld, %s; t = %.6g s of %.6g s, dt = %.6g s\n",
-                    kept.files, static_cast<long long>(kept.info.step), static_cast<long long>(steps),
-                    share_done(kept.info.step, steps).c_str(), time, kept.scene.time.duration, kept.info.dt);
-        std::printf("  digest %s\n", digest_text(kept.info.digest).c_str());
-    }
-    for (const auto& [prefix, what] :
-         {std::pair{"trajectory_", "segments of frames"}, std::pair{"tips_", "segments of tips"}})
-        if (const auto files = numbered_files(directory, prefix, ".h5"); !files.empty())
-            std::printf("  %zu %s, from step %lld on\n", files.size(), what,
-                        static_cast<long long>(files.front().number));
+Json json_of_results(const std::string& directory, int& argc, char**& argv) {
+    Json json = {{"directory", directory}};
     std::error_code error;
-    std::printf("  %s\n", fs::exists(directory + "/summary.json", error)
-                              ? "the run ended or was stopped: summary.json"
-                              : "no summary.json: the run is still active, or was killed");
+    json["ended"] = fs::exists(directory + "/summary.json", error);
+    for (const auto& [key, prefix] :
+         {std::pair{"checkpoints", "checkpoint_"}, std::pair{"frames", "trajectory_"}, std::pair{"tips", "tips_"}}) {
+        const auto files = numbered_files(directory, prefix, ".h5");
+        json[key] = {{"files", files.size()}};
+        if (!files.empty()) json[key]["first_step"] = files.front().number;
+    }
+    if (json["checkpoints"]["files"] == 0) return json;
+    const Kept kept = kept_in(directory, argc, argv);
+    json["title"] = kept.scene.title;
+    json["scene"] = kept.scene.file;
+    json["groups"] = Json::array();
+    for (const RodSpec& rods : kept.scene.rods)
+        json["groups"].push_back({{"name", rods.name}, {"elements", rods.body ? 0 : rods.shape.elements}});
+    json["step"] = kept.info.step;
+    json["steps"] =
+        static_cast<std::int64_t>(std::llround((kept.scene.time.duration - kept.info.shift) / kept.info.dt));
+    json["time_s"] = kept.info.shift + static_cast<double>(kept.info.step) * kept.info.dt;
+    json["duration_s"] = kept.scene.time.duration;
+    json["dt_s"] = kept.info.dt;
+    json["digest"] = digest_text(kept.info.digest);
+    return json;
+}
+
+std::string text_of_results(const Json& run) {
+    std::string text = fmt::format("{}: results of a run\n", run["directory"].get<std::string>());
+    if (!run.contains("step")) {
+        text += "  no checkpoint yet: the same command begins at the start\n";
+    } else {
+        const auto file = run["scene"].get<std::string>();
+        text +=
+            fmt::format("  scene '{}', from {}\n", run["title"].get<std::string>(), file.empty() ? "a program" : file);
+        for (const Json& group : run["groups"]) {
+            const auto elements = group["elements"].get<long>();
+            text += fmt::format("  group '{}': {}\n", group["name"].get<std::string>(),
+                                elements ? fmt::format("rods of {} elements", elements) : "rigid bodies");
+        }
+        const auto step = run["step"].get<std::int64_t>(), steps = run["steps"].get<std::int64_t>();
+        text += fmt::format(
+            "  newest of {} checkpoints: step {} of {}, {}; t = {:.6g} s of {:.6g} s, dt = {:.6g} s\n  digest {}\n",
+            run["checkpoints"]["files"].get<std::size_t>(), step, steps, share_done(step, steps),
+            run["time_s"].get<double>(), run["duration_s"].get<double>(), run["dt_s"].get<double>(),
+            run["digest"].get<std::string>());
+    }
+    for (const auto& [key, what] : {std::pair{"frames", "segments of frames"}, std::pair{"tips", "segments of tips"}})
+        if (run[key].contains("first_step"))
+            text += fmt::format("  {} {}, from step {} on\n", run[key]["files"].get<std::size_t>(), what,
+                                run[key]["first_step"].get<std::int64_t>());
+    return text + (run["ended"].get<bool>() ? "  the run ended or was stopped: summary.json\n"
+                                            : "  no summary.json: the run is still active, or was killed\n");
 }
 
 } // namespace
@@ -109,7 +138,7 @@ int describe_command(const DescribeArguments& arguments, int& argc, char**& argv
         if (arguments.json) {
             const std::string text = description_json(what);
             if (text.empty()) throw InputError(fmt::format("there is no key or table '{}'{}", what, nearest_key(what)));
-            std::printf("%s", text.c_str());
+            print_result(text);
         } else if (what.empty()) {
             std::printf("%s", scene_reference().c_str());
         } else if (what.ends_with(".toml")) {
@@ -127,22 +156,35 @@ int describe_command(const DescribeArguments& arguments, int& argc, char**& argv
     });
 }
 
-int info_command(SceneArguments scene, std::string out, int& argc, char**& argv) {
+int info_command(InfoArguments arguments, int& argc, char**& argv) {
     return alone([&] {
-        std::printf("skein %s, built with %s\n", SKEIN_VERSION, SKEIN_COMPILER);
-        std::printf("kernels for %s: %d lanes%s\n", std::string(level_name(widest_lanes())).c_str(), widest_lanes(),
-                    std::getenv("SKEIN_LANES") ? " (SKEIN_LANES)" : "");
-        std::printf("this process may use %d of %u cores\n", Threads::available_cores(),
-                    std::thread::hardware_concurrency());
-        std::fflush(stdout);
-        if (scene.file.empty()) return;
-        if (holds_results(scene.file)) return tell_results(scene.file, argc, argv);
-        refuse_other_directory(scene.file);
-        look_into_directory(scene, out);
-        const SceneSpec spec = read_scene(scene.file, scene.overrides);
-        if (out.empty()) out = default_out(scene.file);
-        if (holds_results(out)) return tell_results(out, argc, argv);
-        std::printf("%s: no checkpoint in %s\n", scene.file.c_str(), out.c_str());
+        auto& [scene, out, as_json] = arguments;
+        const bool chosen = std::getenv("SKEIN_LANES");
+        Json json = {{"version", SKEIN_VERSION},
+                     {"compiler", SKEIN_COMPILER},
+                     {"level", level_name(widest_lanes())},
+                     {"lanes", widest_lanes()},
+                     {"available_cores", Threads::available_cores()},
+                     {"cores", std::thread::hardware_concurrency()}};
+        std::string text = fmt::format(
+            "skein {}, built with {}\nkernels for {}: {} lanes{}\nthis process may use {} of "
+            "{} cores\n",
+            SKEIN_VERSION, SKEIN_COMPILER, level_name(widest_lanes()), widest_lanes(), chosen ? " (SKEIN_LANES)" : "",
+            Threads::available_cores(), std::thread::hardware_concurrency());
+        std::string results = scene.file;
+        if (!scene.file.empty() && !holds_results(scene.file)) {
+            refuse_other_directory(scene.file);
+            look_into_directory(scene, out);
+            const SceneSpec spec = read_scene(scene.file, scene.overrides);
+            results = out.empty() ? default_out(scene.file) : out;
+        }
+        if (holds_results(results)) {
+            json["run"] = json_of_results(results, argc, argv);
+            text += text_of_results(json["run"]);
+        } else if (!results.empty()) {
+            text += fmt::format("{}: no checkpoint in {}\n", scene.file, results);
+        }
+        print_result(as_json ? json.dump(2) + "\n" : text);
     });
 }
 

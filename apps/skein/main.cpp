@@ -1,6 +1,7 @@
 // The driver: skein new | run | expect | branch | verify | converge | plan | check | describe | info | draw | plot |
 // doctor | manual | completion.
 #include "commands.hpp"
+#include "document.hpp"
 #include "manual.hpp"
 #include "unknown_word.hpp"
 
@@ -61,6 +62,16 @@ void add_overrides(CLI::App& command, skein::SceneArguments& scene) {
         ->allow_extra_args(false);
 }
 
+void add_json(CLI::App& command, bool& json, const char* text) {
+    command.add_flag_callback(
+        "--json",
+        [&json] {
+            json = true;
+            skein::keep_standard_output_for_document();
+        },
+        text);
+}
+
 void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
     command.add_option("SCENE", scene.file, "scene file (TOML), or a directory that a branch began in")->required();
     add_overrides(command, scene);
@@ -92,7 +103,7 @@ void add_lanes(CLI::App& command, int& lanes) {
 
 struct CheckArguments {
     skein::SceneArguments scene;
-    bool self = false; ///< this build instead of a scene
+    bool self = false, json = false; ///< `self`: this build instead of a scene
     int threads = 0, lanes = 0;
 };
 
@@ -136,6 +147,7 @@ CLI::App* add_run(CLI::App& app, skein::RunArguments& run) {
                      "start again; earlier results go to a folder previous_1, _2, ... in it");
     add_progress(command, run.options.progress);
     command.add_flag("-q,--quiet", run.options.quiet, "no plan, no progress, no table");
+    add_json(command, run.json, "the summary as JSON at the end; all else goes to standard error");
     command.add_flag("-v,--verbose", run.verbose, "print the whole plan: passes, limits, physics, outputs");
     return &command;
 }
@@ -146,6 +158,7 @@ CLI::App* add_branch(CLI::App& app, skein::BranchArguments& branch) {
     command.add_option("FROM", branch.from, "directory of a run, for its newest checkpoint, or DIRECTORY@STEP")
         ->required();
     command.add_option("NEW", branch.to, "directory to begin; `skein run NEW` continues there")->required();
+    add_json(command, branch.json, "step, time and changes as JSON");
     command
         .add_option("--set", branch.overrides,
                     "change a key, e.g. --set time.dt=1e-4 (may be repeated): times, loads, damping, contact laws, "
@@ -162,6 +175,7 @@ CLI::App* add_verify(CLI::App& app, skein::VerifyArguments& verify) {
     command.add_option("DIRECTORY", verify.directory, "of a run")->required();
     command.add_option("--segment", verify.segment, "which segment, from 0, or random; default: the last")
         ->type_name("NUMBER");
+    add_json(command, verify.json, "steps and digests as JSON");
     command.add_option("-t,--threads", verify.layout.threads, "threads per rank; default: the cores this rank may use")
         ->check(CLI::PositiveNumber);
     add_lanes(command, verify.layout.lanes);
@@ -188,6 +202,8 @@ CLI::App* add_converge(CLI::App& app, skein::ConvergeArguments& converge) {
     command.add_flag("--coarser", converge.coarser,
                      "n/2, n and 2n elements: a third of the cost, and a less certain error bar");
     command.add_flag("--dry-run", converge.dry_run, "print the runs with their predicted cost, and make none");
+    add_json(command, converge.json,
+             "converge.json at the end, or the runs of --dry-run; all else goes to standard error");
     command.add_option("-t,--threads", converge.threads, "threads per rank; default: the cores this rank may use")
         ->check(CLI::PositiveNumber);
     add_lanes(command, converge.lanes);
@@ -199,7 +215,7 @@ CLI::App* add_converge(CLI::App& app, skein::ConvergeArguments& converge) {
 CLI::App* add_plan(CLI::App& app, skein::PlanArguments& plan) {
     CLI::App& command = *app.add_subcommand("plan", "print what a run would do");
     add_scene_options(command, plan.scene);
-    command.add_flag("--json", plan.json, "as JSON");
+    add_json(command, plan.json, "the plan as JSON");
     command.add_flag("-v,--verbose", plan.verbose, "print the whole plan: passes, limits, physics, outputs");
     command
         .add_option("-o,--out", plan.out,
@@ -223,6 +239,7 @@ CLI::App* add_check(CLI::App& app, CheckArguments& check) {
         *app.add_subcommand("check", "read and check a scene, run nothing; or check this build (--self)");
     command.add_option("SCENE", check.scene.file, "scene file (TOML), or a directory that a branch began in");
     add_overrides(command, check.scene);
+    add_json(command, check.json, "size, step and notes as JSON; with --self: the digest");
     command.add_flag("--self", check.self,
                      "check this build instead: step a known scene, on all ranks, and compare its digest");
     command.add_option("-t,--threads", check.threads, "of the self-check")->check(CLI::PositiveNumber);
@@ -243,7 +260,7 @@ CLI::App* add_expect(CLI::App& app, skein::ExpectArguments& expect) {
         ->check(CLI::PositiveNumber);
     add_lanes(command, expect.run.lanes);
     add_mapping(command, expect.run.mapping);
-    command.add_flag("--json", expect.json, "as JSON");
+    add_json(command, expect.json, "a list of the values as JSON; messages go to standard error");
     return &command;
 }
 
@@ -251,6 +268,7 @@ CLI::App* add_new(CLI::App& app, skein::NewArguments& arguments) {
     CLI::App& command = *app.add_subcommand("new", "write a commented scene to begin from; without KIND: list all");
     command.add_option("KIND", arguments.kind, "of the scene, e.g. cantilever, pile, motor");
     command.add_option("FILE", arguments.file, "to write; default KIND.toml");
+    add_json(command, arguments.json, "the kinds, or the name of the file, as JSON");
     return &command;
 }
 
@@ -259,16 +277,17 @@ CLI::App* add_describe(CLI::App& app, skein::DescribeArguments& describe) {
         *app.add_subcommand("describe", "a scene as TOML with all keys and their meanings, or the keys of scenes");
     command.add_option("SCENE_OR_KEY", describe.what,
                        "scene file, directory of a run's results, or a key such as rods.material; default: all keys");
-    command.add_flag("--json", describe.json, "keys as JSON: paths, units, types, bounds, defaults");
+    add_json(command, describe.json, "keys as JSON: paths, units, types, bounds, defaults");
     return &command;
 }
 
-CLI::App* add_info(CLI::App& app, skein::SceneArguments& info, std::string& out) {
+CLI::App* add_info(CLI::App& app, skein::InfoArguments& info) {
     CLI::App& command =
         *app.add_subcommand("info", "build and machine; with a scene or a directory of results, how far the run is");
-    command.add_option("SCENE", info.file, "scene file (TOML), or the directory of a run's results");
-    command.add_option("-o,--out", out, "directory of the scene's results; default out/<scene name>");
-    add_overrides(command, info);
+    command.add_option("SCENE", info.scene.file, "scene file (TOML), or the directory of a run's results");
+    command.add_option("-o,--out", info.out, "directory of the scene's results; default out/<scene name>");
+    add_json(command, info.json, "as JSON");
+    add_overrides(command, info.scene);
     return &command;
 }
 
@@ -287,8 +306,7 @@ int main(int argc, char** argv) {
     skein::PlanArguments plan;
     CheckArguments check;
     skein::DescribeArguments describe;
-    skein::SceneArguments info;
-    std::string info_out;
+    skein::InfoArguments info;
     skein::ExpectArguments expect;
     const CLI::App* expect_command = add_expect(app, expect);
     skein::NewArguments scene;
@@ -300,7 +318,7 @@ int main(int argc, char** argv) {
     const CLI::App* plan_command = add_plan(app, plan);
     const CLI::App* check_command = add_check(app, check);
     const CLI::App* describe_command = add_describe(app, describe);
-    const CLI::App* info_command = add_info(app, info, info_out);
+    const CLI::App* info_command = add_info(app, info);
     const CLI::App* manual_command = app.add_subcommand("manual", "print the man page: skein manual | man -l -");
     const CLI::App* completion_command =
         app.add_subcommand("completion", "print a script for bash: source <(skein completion)");
@@ -322,14 +340,15 @@ int main(int argc, char** argv) {
     if (branch_command->parsed()) return skein::branch_command(branch, argc, argv);
     if (verify_command->parsed()) return skein::verify_command(verify, argc, argv);
     if (converge_command->parsed()) return skein::converge_command(converge, argc, argv);
-    if (check_command->parsed() && check.self) return skein::self_check_command(check.threads, check.lanes, argc, argv);
+    if (check_command->parsed() && check.self)
+        return skein::self_check_command(check.threads, check.lanes, check.json, argc, argv);
     if (!first_process()) return 0;
     if (manual_command->parsed()) return std::fputs(skein::manual_page(app, SKEIN_VERSION).c_str(), stdout) < 0;
     if (completion_command->parsed()) return std::fputs(skein::completion_script(app).c_str(), stdout) < 0;
     if (new_command->parsed()) return skein::new_command(scene);
     if (plan_command->parsed()) return skein::plan_command(plan, argc, argv);
-    if (check_command->parsed()) return skein::check_command(check.scene);
+    if (check_command->parsed()) return skein::check_command(check.scene, check.json);
     if (describe_command->parsed()) return skein::describe_command(describe, argc, argv);
-    if (info_command->parsed()) return skein::info_command(info, info_out, argc, argv);
+    if (info_command->parsed()) return skein::info_command(info, argc, argv);
     return static_cast<int>(skein::Exit::internal);
 }

@@ -1,11 +1,14 @@
 // Scenes to begin from: the shipped ones of apps/recipes, which are part of the program.
 #include "commands.hpp"
+#include "document.hpp"
+
 #include "core/nearest.hpp"
 #include "io/files.hpp"
 #include "recipes.hpp"
 #include "skein/core/error.hpp"
 
 #include <fmt/format.h>
+#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <filesystem>
@@ -19,6 +22,16 @@ namespace {
 /// First line of a recipe, without its mark.
 std::string_view purpose(const Recipe& recipe) { return recipe.text.substr(2, recipe.text.find('\n') - 2); }
 
+nlohmann::ordered_json json_of_recipe(const Recipe& recipe) {
+    return {{"kind", recipe.kind}, {"purpose", purpose(recipe)}};
+}
+
+std::string json_of_recipes() {
+    nlohmann::ordered_json all = nlohmann::ordered_json::array();
+    for (const Recipe& recipe : recipes) all.push_back(json_of_recipe(recipe));
+    return all.dump(2) + "\n";
+}
+
 std::string list_of_recipes() {
     std::string text;
     for (const Recipe& recipe : recipes) text += fmt::format("  {:<12}{}\n", recipe.kind, purpose(recipe));
@@ -30,6 +43,7 @@ std::string list_of_recipes() {
 int new_command(const NewArguments& arguments) {
     return alone([&] {
         if (arguments.kind.empty()) {
+            if (arguments.json) return print_result(json_of_recipes());
             fmt::print("Kinds of scenes:\n{}\nskein new KIND writes KIND.toml; skein new KIND FILE another file.\n",
                        list_of_recipes());
             return;
@@ -45,6 +59,11 @@ int new_command(const NewArguments& arguments) {
         const std::string file = arguments.file.empty() ? arguments.kind + ".toml" : arguments.file;
         if (std::filesystem::exists(file)) throw InputError(fmt::format("{} exists; give another name", file));
         write_file(file, std::string(recipe->text));
+        if (arguments.json) {
+            nlohmann::ordered_json json = json_of_recipe(*recipe);
+            json["file"] = file;
+            return print_result(json.dump(2) + "\n");
+        }
         fmt::print("{}: {}\nskein run {}\n", file, purpose(*recipe), file);
     });
 }

@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "document.hpp"
 
 #include "partition/partition.hpp"
 #include "scene/make_groups.hpp"
@@ -8,6 +9,8 @@
 #include "simulation/summary.hpp"
 #include "skein/core/index.hpp"
 #include "studies/verify.hpp"
+
+#include <nlohmann/json.hpp>
 
 #include <charconv>
 #include <cstdio>
@@ -76,6 +79,17 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
         const std::uint64_t digest = simulation.world().digest();
         std::string difference = skein::difference_to(simulation, to.file);
         if (difference.empty() && digest != to.digest) difference = "the digest of the state is another one";
+        if (arguments.json && comm.root())
+            print_result(nlohmann::ordered_json{{"directory", arguments.directory},
+                                                {"segment", segment},
+                                                {"from_step", from.step},
+                                                {"to_step", to.step},
+                                                {"written", digest_text(to.digest)},
+                                                {"computed", digest_text(digest)},
+                                                {"same", difference.empty()},
+                                                {"difference", difference}}
+                             .dump(2) +
+                         "\n");
         if (!difference.empty())
             throw DifferenceError(arguments.directory + ": steps " + std::to_string(from.step) + " to " +
                                   std::to_string(to.step) + " computed again lead to digest " + digest_text(digest) +

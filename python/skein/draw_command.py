@@ -1,6 +1,7 @@
 """skein draw: pictures, movies and pages of any run's results."""
 
 import argparse
+import json
 import sys
 import time as clock
 from pathlib import Path
@@ -36,6 +37,7 @@ def parser():
     p.add_argument("--from", dest="first", type=float, metavar="S", help="of a movie or page: first time, s")
     p.add_argument("--until", dest="last", type=float, metavar="S", help="of a movie or page: last time, s")
     p.add_argument("--rate", type=float, default=25, help="of a movie: frames per second; default 25")
+    p.add_argument("--json", action="store_true", help="the name of the file and the time taken, as JSON")
     return p
 
 
@@ -81,7 +83,8 @@ def _draw(given):
         to = page(given.out, given.html, every=given.every, first=given.first, last=given.last, time=given.time, **choice)
     else:
         to = draw(given.out, given.to, given.time, **common)
-    print(f"{to}  ({clock.monotonic() - began:.1f} s)")
+    seconds = clock.monotonic() - began
+    print(json.dumps({"file": str(to), "seconds": seconds}) if given.json else f"{to}  ({seconds:.1f} s)")
 
 
 def _progress(done, count):

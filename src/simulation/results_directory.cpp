@@ -46,7 +46,7 @@ void move_to_previous(const std::string& directory) {
     }
     std::error_code others_are_there;
     fs::remove(directory + "/" + frames_folder, others_are_there);
-    std::printf("Earlier results are now in %s\n", previous().c_str());
+    std::fprintf(stderr, "Earlier results are now in %s\n", previous().c_str());
 }
 
 } // namespace

@@ -172,10 +172,26 @@ class Messages(DriverTest):
         self.scene.write_text(scene)
         text = self.run_skein("out", expect=4).stderr
         self.assertIn("likely cause: the loads on the rods, or too few elements; a shorter step does not help", text)
-        self.assertNotRegex(text, r"likely cause: dt|--set time\.dt=")
+        self.assertNotRegex(text, r"likely cause: dt|--set time\.dt=|KEY=VALUE")
+        self.assertIn("#loads-too-strong" if "supports" not in text else "#pull-too-strong", text)
         self.assertRegex(text, r'the law "incompressible" supports a pull of at most E A = 0.1414 N: element \d+ is stretched to e = ')
         self.run_skein("weaker", "--set", "load.0.end=[0.02,0,0]")
         self.run_skein("stiffer", "--set", "rods.arm.material.youngs_modulus=1e6", "--set", "rods.arm.material.shear_modulus=3e5")
+
+    def test_a_step_far_beyond_the_limit_is_so_many_times_it(self):
+        self.scene.write_text(ROD)
+        failed = self.run_skein("out", "--set", "time.dt=5e-3", "--set", "time.force_dt=true", expect=4).stderr
+        self.assertRegex(failed, r"likely cause: dt is 44\.\d times the rest-state limit 0\.000111\d* s; lower dt")
+        self.assertTrue(failed.endswith("  see docs/troubleshooting.md#strained\n"), failed)
+
+    def test_rods_that_no_end_holds_along_an_axis_are_noted(self):
+        self.scene.write_text(ROD)
+        said = "no end is held along z, so loads along z move the whole rod"
+        slides = ("--set", "rods.arm.start_free=z")
+        for words, noted in (((), False), (slides, True), ((*slides, "--set", "rods.arm.end=pinned"), False), ((*slides, "--set", "rods.arm.end=pinned", "--set", "rods.arm.end_free=xz"), True),
+                             ((*slides, "--set", "rods.arm.hold.nodes=[3]"), False)):
+            with self.subTest(words=words):
+                self.assertEqual(said in self.skein("check", "scene.toml", *words).stdout, noted)
 
     def test_shares_of_a_limit_show_their_side_of_it(self):
         limit = float(re.search(r"of the limit ([0-9.e+-]+) s", self.skein("plan", "scene.toml", "--set", "time.dt=1e-3").stdout)[1])
