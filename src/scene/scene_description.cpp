@@ -2,6 +2,7 @@
 
 #include "core/nearest.hpp"
 #include "physics/scene_spec.hpp"
+#include "physics/table_examples.hpp"
 #include "scene/scene_keys.hpp"
 
 #include <algorithm>
@@ -38,11 +39,12 @@ Json json_of_key(const KeyEntry& key) {
 } // namespace
 
 std::string description_json(const std::string& path) {
-    Json tables = Json::array(), keys = Json::array();
+    Json tables = Json::array(), keys = Json::array(), examples = Json::object();
     std::vector<std::string> named;
     for (const KeyEntry& key : all_keys()) {
         if (!is_within(key, path)) continue;
         keys.push_back(json_of_key(key));
+        examples[key.table] = example_of(key.table);
         const std::string table =
             key.table.empty() && key.field.name == "constants" ? "constants" : key.table.substr(0, key.table.find('.'));
         if (table.empty() || std::find(named.begin(), named.end(), table) != named.end()) continue;
@@ -50,7 +52,7 @@ std::string description_json(const std::string& path) {
         tables.push_back({{"name", table}, {"heading", table_heading(table)}, {"list", is_list(table)}});
     }
     if (keys.empty()) return {};
-    return Json{{"tables", tables}, {"keys", keys}}.dump(1) + "\n";
+    return Json{{"tables", tables}, {"keys", keys}, {"examples", examples}}.dump(1) + "\n";
 }
 
 std::string nearest_key(const std::string& path) {

@@ -1,3 +1,4 @@
+#include "physics/table_examples.hpp"
 #include "scene/scene_file.hpp"
 #include "scene/scene_keys.hpp"
 
@@ -87,6 +88,7 @@ std::string scene_reference() {
         page += fmt::format("\n## `{}`\n\n", table_heading(table));
         if (!note(table).empty()) page += fmt::format("{}\n\n", note(table));
         page += "| key | type | unit | default | meaning |\n|---|---|---|---|---|\n" + rows[table];
+        page += fmt::format("\n```toml\n{}```\n", example_of(table));
     }
     return page;
 }
