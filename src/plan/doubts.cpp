@@ -3,6 +3,7 @@
 #include "core/field_looker.hpp"
 #include "rod/cell_turn.hpp"
 #include "skein/core/index.hpp"
+#include "time/stage_spec.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -101,6 +102,7 @@ private:
     void look(const Field& f, double x) {
         const auto compare = [&](std::string_view unit, double scale, std::string_view what) {
             if (f.unit != unit || !(x > beyond * scale) || !std::isfinite(x) || !(scale > 0)) return;
+            if (x == ActingStages::never) return; // a stage after one with a condition: none knows when
             std::string key = table_;
             for (const std::string& table : inner_) key += "." + table;
             found_.push_back(fmt::format("{}.{} = {:g} {} is {:.0e} times {}", key, f.name, x, unit, x / scale, what));

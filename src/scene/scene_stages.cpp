@@ -139,13 +139,24 @@ void change_for(SceneSpec& scene, const StageSpec& stage) {
     for (const std::string& change : stage.change) change_scene(scene, key_value(change, place_of(stage, change)));
 }
 
+/// Tables that stay in all stages, as the last of these sees them: at rest until the first in which they act.
+void let_tables_begin(SceneSpec& scene, const std::vector<StageSpec>& stages, std::span<const double> begins) {
+    for_each_list(scene, [&](const char*, auto& specs) {
+        using Specs = std::decay_t<decltype(specs)>;
+        if constexpr (requires(typename Specs::value_type spec, ActingStages acting) { stays_in_stage(spec, acting); })
+            for (auto& spec : specs) stays_in_stage(spec, acting_stages(spec.stages, stages, begins));
+    });
+}
+
 /// The scene with its changes, before tables that do not act are left out.
 SceneSpec changed_scene(const SceneSpec& scene, std::span<const double> begins) {
     SceneSpec now = scene;
     for (std::size_t stage = 0; stage < begins.size(); ++stage) {
-        const SceneSpec before = now;
+        SceneSpec before = now;
         change_for(now, scene.stages[stage]);
-        if (stage > 0) go_on_from(before, now, stage, begins[stage]);
+        if (stage == 0) continue;
+        let_tables_begin(before, scene.stages, begins.first(stage));
+        go_on_from(before, now, stage, begins[stage]);
     }
     return now;
 }

@@ -438,6 +438,22 @@ class Stages(DriverTest):
             differences = [abs(a[name] - b[name]) for a, b in zip(found, found[1:])]
             self.assertGreater(differences[1] / differences[2], 3.7, (name, differences))
 
+    def test_a_wall_of_later_stages_goes_on_from_where_it_is(self):
+        """A lid that stands from the second stage on and stops in the third has the bits of one that rests above the rods in the first."""
+        fall = '[[stage]]\nname = "fall"\nuntil = "max_speed > 0.2"\ncheck_every = 0.004\n[[stage]]\nname = "press"\nduration = 0.02\n'
+        rods = "[[rods]]" + BED.split("[[rods]]")[1].split("[[joint]]")[0]
+        lid = ('[[wall]]\nname = "lid"\nkind = "plane"\nnormal = [0, 0, -1]\npoint = [0, 0, 0.072]\nstiffness = 1e4\n'
+               '[[wall]]\nname = "floor"\nkind = "plane"\nstiffness = 1e4\npoint = [0, 0, -0.02]\n')
+        head = 'time = {duration = 0.1, dt = 1e-4}\nload = [{kind = "gravity"}]\noutput.series = 0.002\n'
+        rest = '[[stage]]\nname = "rest"\nchange = ["wall.lid.velocity=[0, 0, 0]"]\n'
+        self.scene.write_text(head + rods + lid.replace("stiffness = 1e4\n", 'stiffness = 1e4\nvelocity = [0, 0, -1.5]\nstages = ["press", "rest"]\n', 1) + fall + rest)
+        self.assertNotIn("wall.lid.from", self.plan_text(), "its stage begins at a time that is not known yet")
+        self.run_skein("later")
+        self.scene.write_text(head + rods + lid + fall + 'change = ["wall.lid.velocity=[0, 0, -1.5]"]\n' + rest)
+        self.run_skein("always")
+        self.assertGreater(self.series("later")["lid_forceN"].max(), 0.1, "it presses")
+        self.assertEqual(self.digest("later"), self.digest("always"))
+
     def test_tables_stay_and_formulas_change(self):
         text = BED.replace('{kind = "uniform_force", force', '{kind = "formula", per = "rod", force = ["push(t)", "0", "0"]}, {kind = "uniform_force", force')
         text = text.replace('[[wall]]\nname = "gate"', '[[table]]\nname = "push"\nat = [0, 1]\nvalue = [0, 0.01]\n[[table]]\nname = "pull"\nat = [0, 1]\nvalue = [0, -0.01]\n[[wall]]\nname = "gate"')
