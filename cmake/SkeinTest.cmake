@@ -47,7 +47,7 @@ function(skein_unit_test name)
   endif()
   target_link_libraries(${name} PRIVATE ${ARG_DEPENDS} GTest::gtest_main)
   add_test(NAME ${name} COMMAND ${name})
-  set_tests_properties(${name} PROPERTIES LABELS "unit;fast;sanitized" TIMEOUT $<IF:$<CONFIG:Debug>,900,120>)
+  set_tests_properties(${name} PROPERTIES LABELS "unit;fast;sanitized" TIMEOUT $<IF:$<CONFIG:Debug>,900,300>)
   add_dependencies(sanitized_tests ${name})
 endfunction()
 
