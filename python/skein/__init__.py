@@ -16,7 +16,13 @@ __all__ = list(_HOMES)
 def __getattr__(name):
     if name not in _HOMES:
         raise AttributeError(f"module 'skein' has no attribute '{name}'")
-    return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    try:
+        return getattr(import_module(f".{_HOMES[name]}", __name__), name)
+    except ModuleNotFoundError as error:
+        if error.name.partition(".")[0] == __name__:
+            raise
+        lacks = import_module(".needs", __name__).lacks
+        raise ModuleNotFoundError(lacks([error.name]), name=error.name) from None
 
 
 def __dir__():

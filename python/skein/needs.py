@@ -51,13 +51,17 @@ def missing(packages):
             yield name
 
 
+def lacks(names):
+    """A sentence on packages that this Python does not have."""
+    debian = " ".join(f"python3-{name}" for name in names)
+    return f"{sys.executable} has no {', '.join(names)}; on Debian 'apt install {debian}', and start with /usr/bin/python3"
+
+
 def need(*packages):
     """Ends the program unless all of these packages can be imported."""
     names = list(missing(packages))
     if names:
-        debian = " ".join(f"python3-{name}" for name in names)
-        sys.exit(f"{Path(sys.argv[0]).name}: {sys.executable} has no {', '.join(names)}; on Debian 'apt install {debian}', "
-                 "and start with /usr/bin/python3")
+        sys.exit(f"{Path(sys.argv[0]).name}: {lacks(names)}")
 
 
 def need_files(directory, *patterns):

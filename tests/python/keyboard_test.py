@@ -8,7 +8,7 @@ import sys
 import tempfile
 import unittest
 
-from package import SKEIN
+from package import ROOT, SKEIN
 from PIL import Image
 
 SCENE = """
@@ -41,6 +41,12 @@ class Plot(unittest.TestCase):
         (self.directory / "beam.toml").write_text(SCENE)
         for out, density in (("light", 1000.0), ("heavy", 2000.0)):
             command("run", self.directory / "beam.toml", "--set", f"rods.beam.material.density={density}", "--quiet", "--threads", "1", "--out", self.directory / out)
+
+    def test_a_python_without_packages(self):
+        """As seen by a Python that looks nowhere else."""
+        program = f"import sys; sys.path.insert(0, {str(ROOT / 'python')!r}); import skein; skein.open"
+        done = subprocess.run([sys.executable, "-I", "-S", "-c", program], capture_output=True, text=True)
+        self.assertRegex(done.stderr.splitlines()[-1], r"ModuleNotFoundError: \S+ has no numpy; on Debian 'apt install python3-numpy'")
 
     def test_pictures_of_columns(self):
         light, heavy = self.directory / "light", self.directory / "heavy"
