@@ -147,7 +147,7 @@ def main():
     view = SimpleNamespace(camera=framed(mesh.points, given.camera, up, width / height), up=up, centre=mesh.points.mean(axis=0))
     view.camera.angle /= given.zoom
     image = vtk_stage.Stage(width, height).draw(view, Shown(mesh, mesh, None, time, 0))
-    page = sheet.Sheet(width, height, f"{run.title}: Q = {given.level:g}/T²", scale)
+    page = sheet.Sheet(width, height, f"{run.title}: Q = {given.level:g}/T²", [scale])
     to = given.to or given.directory / "wakes.png"
     to.parent.mkdir(parents=True, exist_ok=True)
     Image.fromarray(page.filled(image, f"{time / period:.3g} T")).save(to, optimize=True)

@@ -6,7 +6,7 @@ import sys
 import time as clock
 from pathlib import Path
 
-from .needs import in_words, need
+from .needs import NotResults, in_words, need
 from .parser import Parser
 
 
@@ -18,6 +18,11 @@ def parser():
     p.add_argument("--time", type=float, metavar="S", help="of the frame, s; default: the last")
     p.add_argument("--colour", "--color", default="auto", help="by strain, curvature, bending, speed, energy, contact_force, height, radius, phase (of a beat), rod, group or magnetisation; "
                                                               "default: curvature of one group, else the group")
+    p.add_argument("--slice", type=_plane, action="append", default=[], metavar="AXIS=S", help="the fluid in a plane, e.g. z=0.5, m; may be repeated")
+    p.add_argument("--q", type=_level, metavar="VALUE|auto", help="surfaces of equal Q of the fluid, 1/s^2, around its vortices; auto: around 2 %% of its volume")
+    p.add_argument("--fluid", default="auto", metavar="QUANTITY", help="colour of slices and surfaces: speed, vorticity (its magnitude), vorticity_x, _y, _z, velocity_x, _y, _z, q or pressure; "
+                                                                       "default: speed, else the vorticity that the run has")
+    p.add_argument("--fluid-range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the colours of the fluid, SI units")
     p.add_argument("--range", nargs=2, type=float, metavar=("LOW", "HIGH"), help="of the colours, SI units")
     p.add_argument("--group", action="append", default=[], metavar="NAME", help="only this group; may be repeated")
     p.add_argument("--camera", type=_vector, metavar="X,Y,Z", help="direction from which to look; default: by the shape of the scene")
@@ -48,6 +53,23 @@ def _vector(text):
     return tuple(numbers)
 
 
+def _plane(text):
+    axis, _, place = text.partition("=")
+    try:
+        if axis in ("x", "y", "z"):
+            return axis, float(place)
+    except ValueError:
+        pass
+    raise argparse.ArgumentTypeError(f"'{text}' is no plane; give e.g. z=0.5")
+
+
+def _level(text):
+    try:
+        return text if text == "auto" else float(text)
+    except ValueError:
+        raise argparse.ArgumentTypeError(f"'{text}' is no level of Q; give a number, 1/s^2, or auto") from None
+
+
 def _size(text):
     try:
         width, height = (int(word) for word in text.split("x"))
@@ -72,11 +94,14 @@ def _draw(given):
     from .picture.page import page
     from .picture.state import state
     choice = {"colour": given.colour, "limits": given.range and tuple(given.range), "groups": tuple(given.group), "walls": given.walls, "ground": given.ground,
-              "stripe": {"yes": True, "no": False}.get(given.stripe, "auto"), "camera": given.camera, "up": given.up, "zoom": given.zoom, "detail": given.detail}
+              "stripe": {"yes": True, "no": False}.get(given.stripe, "auto"), "camera": given.camera, "up": given.up, "zoom": given.zoom, "detail": given.detail,
+              "slices": tuple(given.slice), "q": given.q, "fluid": given.fluid, "fluid_limits": given.fluid_range and tuple(given.fluid_range)}
     began = clock.monotonic()
     common = {"size": given.size, "renderer": given.renderer, "words": given.words, **choice}
     if given.movie:
-        to = movie(given.out, given.movie, every=given.every or 1, first=given.first, last=given.last, rate=given.rate, told=_progress if sys.stderr.isatty() else None, **common)
+        to = movie(given.out, given.movie, every=given.every or 1, first=given.first, last=given.last, rate=given.rate, told=_teller(began) if sys.stderr.isatty() else None, **common)
+    elif (given.paraview or given.html) and (given.slice or given.q is not None):
+        raise NotResults("--slice and --q are of pictures and movies; ParaView opens fields.xdmf and fluid_NAME.xdmf")
     elif given.paraview:
         to = state(given.out, given.paraview, given.time, **choice)
     elif given.html:
@@ -87,5 +112,15 @@ def _draw(given):
     print(json.dumps({"file": str(to), "seconds": seconds}) if given.json else f"{to}  ({seconds:.1f} s)")
 
 
-def _progress(done, count):
-    print(f"\rframe {done} of {count}", end="\n" if done == count else "", file=sys.stderr, flush=True)
+def _teller(began):
+    """A line that is written over frame by frame, with the time that is left."""
+    def progress(done, count):
+        spent = clock.monotonic() - began
+        left = f"{_duration(spent / done * (count - done))} left" if done < count else f"{_duration(spent)}"
+        print(f"\rframe {done} of {count}, {left}\033[K", end="\n" if done == count else "", file=sys.stderr, flush=True)
+    return progress
+
+
+def _duration(seconds):
+    minutes, rest = divmod(round(seconds), 60)
+    return f"{minutes // 60} h {minutes % 60} min" if minutes >= 60 else f"{minutes} min {rest} s" if minutes else f"{rest} s"

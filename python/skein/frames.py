@@ -140,6 +140,23 @@ def _plain(rest):
     return all(isinstance(k, slice) for k in rest)
 
 
+class Times:
+    """Frames in which there are no rods."""
+
+    paths = ()
+
+    def __init__(self, step, time):
+        self.step, self.time = step, time
+
+    def __len__(self):
+        return len(self.step)
+
+    def has(self, group, name):
+        return False
+
+    nearest = Segments.nearest
+
+
 class Snapshot:
     """The newest checkpoint as the only frame of a run that has written none: nodes half a step before its time, no directors; rods alone."""
 

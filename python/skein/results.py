@@ -10,8 +10,9 @@ from pathlib import Path
 
 import numpy as np
 
-from . import polydata
-from .frames import Segments, Snapshot
+from . import fluid, polydata
+from .formula import evaluate
+from .frames import Segments, Snapshot, Times
 from .needs import Damaged, NotResults, need_files, reading
 from . import notebook
 from .own_file import OwnFile
@@ -33,6 +34,7 @@ class Results:
     summary     of the end: digest, times, phases; empty during the run
     groups      {name: Group}, in order of the scene, bodies last
     frames      steps and times of the trajectory; tips: those of the tips
+    fluid       {name: fluid.Output}, frames of a fluid
     series      columns of observables.csv
     """
 
@@ -119,6 +121,16 @@ class Results:
         return {name: values for name, values in self.series.items() if self.series.units[name] == "J"}
 
     @cached_property
+    def fluid(self):
+        return fluid.outputs(self.directory)
+
+    def of_fluid(self, output):
+        """The same run with the frames of an output of its fluid, and no rods."""
+        found = Results(self.directory)
+        found.frames, found.groups = Times(output.step, output.time), {}
+        return found
+
+    @cached_property
     def contact_steps(self):
         """Steps at which all contacts were written."""
         return [int(path.stem.split("_")[1]) for path in sorted(self.directory.glob("contacts_*.csv"))]
@@ -175,11 +187,15 @@ class Results:
             return []
         return [name for name in FIELDS if name in polydata.read(next(iter(self._polydata.values())))["PointData"]]
 
+    def has_field(self, frame, name):
+        path = self._polydata.get(f"{self.frames.step[frame]:012d}")
+        return path is not None and name in polydata.read(path)["PointData"]
+
     def _field(self, frame, name):
         """[nodes of all rods] of a frame, in order of the scene."""
         step = f"{self.frames.step[frame]:012d}"
         if step not in self._polydata:
-            raise NotResults(f"{self.directory}: no poly data of step {int(step)}; set output.paraview = \"vtp\" in the scene")
+            raise NotResults(f"{self.directory}: no poly data of step {int(step)}; set output.paraview = \"vtp\" and output.trajectory in the scene")
         data = polydata.read(self._polydata[step])["PointData"]
         if name not in data:
             raise NotResults(f"{self.directory}: no {name} in {self._polydata[step]}; there are {', '.join(data)}")
@@ -237,6 +253,31 @@ class Group:
     @cached_property
     def radius(self):
         return self._constant("radius")
+
+    @property
+    def rest_lengths(self):
+        """[elements], m, without strain at rest; None of rods whose lengths are their own."""
+        shape = self.physics["shape"]
+        if self.physics["placement"]["kind"] == "file" or np.any(shape["rest_strain"]):
+            return None
+        share = np.asarray(shape["length_profile"] or np.ones(self.elements))
+        return shape["length"] * share / share.sum()
+
+    @cached_property
+    def flatness(self):
+        """[nodes]: how far sections reach along d2, over how far along d1. Of elements, and their means at nodes."""
+        section, elements = self.physics["section"], self.elements
+        if section["kind"] == "circular" or self.is_body:
+            return np.ones(elements + 1)
+        s = (np.arange(elements) + 0.5) / elements * self.physics["shape"]["length"]
+        reach = []
+        for name, profile in (("radius", "profile"), ("radius_2", "profile_2")):
+            if section.get(f"{name}_formula"):
+                reach.append(evaluate(section[f"{name}_formula"], **self._results.constants, s=s, L=self.physics["shape"]["length"]))
+            else:
+                reach.append(section[name] * np.asarray(section[profile] or section["profile"] or 1.0))
+        ratio = np.broadcast_to(reach[1] / reach[0], elements)
+        return np.concatenate([ratio[:1], 0.5 * (ratio[1:] + ratio[:-1]), ratio[-1:]])
 
     @cached_property
     def origin(self):

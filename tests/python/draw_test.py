@@ -1,19 +1,23 @@
 """skein draw: a picture of any run, by VTK and without; what it shows is where the rods are."""
 
+import json
 import os
 import subprocess
 import sys
 import unittest
 
+import h5py
 import numpy as np
 
 from package import APPS, SKEIN, Directory, skein
 
 from PIL import Image
-from skein.picture import shapes, sky, vtk_stage
+from skein.fluid import Field, cut, q_of, vorticity_of
+from skein.needs import NotResults
+from skein.picture import flow, shapes, sheet, sky, vtk_stage
 from skein.picture.camera import framed
-from skein.picture.colours import CHOICES, phases
-from skein.picture.draw import Pictures
+from skein.picture.colours import CHOICES, Scale, bright, named, phases, strain_of
+from skein.picture.draw import Pictures, movie
 from skein.picture.view import Choice, View
 
 # Fewer of the same rods, each of which takes milliseconds in matplotlib; pit_1024 and nest_460 have all of theirs.
@@ -85,6 +89,254 @@ class Shapes(unittest.TestCase):
         np.testing.assert_allclose((found - phase + 0.5) % 1 - 0.5, 0, atol=0.08)
 
 
+    def test_sections_may_change_their_shape(self):
+        """The file has the root of the product of both semi-axes, here constant; the ratio grows from 0.25 to 4."""
+        nodes, flat = np.linspace([0, 0, 0], [0, 0, 1], 5)[None], np.array([[0.25, 0.5, 1, 2, 4]])
+        mesh = shapes.tubes(nodes, 0.1 / np.sqrt(flat), np.ones((1, 5, 3)), 64, np.tile([1.0, 0, 0], (1, 5, 1)), flat, caps=0)
+        for k, ratio in enumerate(flat[0]):
+            ring = mesh.points[np.isclose(mesh.points[:, 2], 0.25 * k)]
+            self.assertAlmostEqual(ring[:, 0].max(), 0.1 / np.sqrt(ratio), places=6)
+            self.assertAlmostEqual(ring[:, 1].max(), 0.1 * np.sqrt(ratio), places=6)
+
+    def test_rectangular_sections_lie_along_their_directors(self):
+        nodes = np.linspace([0, 0, 0], [0, 0, 1], 5)[None]
+        d1, d2 = np.array([0.6, 0.8, 0]), np.array([-0.8, 0.6, 0])
+        mesh = shapes.bars(nodes, np.full((1, 5), 0.1), np.full((1, 5), 0.03), np.ones((1, 5, 3)), np.tile(d1, (1, 5, 1)), 3)
+        along, across = mesh.points @ d1, mesh.points @ d2
+        np.testing.assert_allclose(np.maximum(np.abs(along) / 0.1, np.abs(across) / 0.03), 1, atol=1e-12)
+        corner = mesh.points[mesh.faces]
+        cross = 0.5 * np.cross(corner[:, 2] - corner[:, 0], corner[:, 3] - corner[:, 1])
+        self.assertAlmostEqual(np.sum(cross * corner.mean(axis=1)) / 3, 0.2 * 0.06 * 1.0, places=12)
+        self.assertTrue(np.all(np.sum(cross * mesh.normals[mesh.faces].mean(axis=1), axis=1) > 0), "normals point outwards")
+
+    def test_strain_of_elements(self):
+        nodes = np.cumsum([[0, 0, 0], [0.11, 0, 0], [0, 0.22, 0], [0, 0, 0.3]], axis=0)[None]
+        np.testing.assert_allclose(strain_of(nodes, np.array([0.1, 0.2, 0.3])), [[0.1, 0.1, 0.05, 0.0]], atol=1e-12)
+
+    def test_maps_of_two_hues_have_their_middle_at_zero(self):
+        middle = np.asarray(bright("RdBu_r")(0.5)[:3])
+        self.assertLess(np.ptp(middle), 0.02)
+        self.assertGreater(middle.min(), 0.9)
+        for name in ("viridis", "cividis", "magma"):
+            self.assertGreater(sum(bright(name)(0.0)[:3]), 0.3 + 0.05, "what is darkest stays readable")
+
+    def test_words_of_colour_bars_do_not_touch(self):
+        """Numbers of any size, on a bar of a small picture."""
+        for low, high, unit in ((0, 3.2e-8, ""), (-4.1e-5, 4.1e-5, ""), (0, 2.3e-7, "1/m"), (0, 7.7e6, "1/s"), (1.0, 1.00003, "m"), (-123456, 98765, "1/s"), (0, 5.5e-13, "N"), (0, 0.31, "m/s"), (3, 3.0002, "Pa")):
+            with self.subTest(low=low, high=high, unit=unit):
+                words, factor = named("some quantity", unit, max(abs(low), abs(high)))
+                figure = sheet.blank(480, 360)
+                sheet.colour_bar(figure, [0.36, 0.062, 0.28, 0.011], Scale(words, low, high, bright("viridis"), factor), 4)
+                figure.canvas.draw()
+                axes = figure.axes[0]
+                shown = [label for label in axes.get_xticklabels() if label.get_text()]
+                boxes = [label.get_window_extent() for label in shown]
+                self.assertGreaterEqual(len(boxes), 1)
+                self.assertFalse([1 for a, b in zip(boxes, boxes[1:]) if a.x1 > b.x0], [label.get_text() for label in shown])
+                self.assertEqual(len({label.get_text() for label in shown}), len(shown))
+                for label, place in zip(shown, axes.get_xticks()):
+                    self.assertAlmostEqual(float(label.get_text().replace("\u2212", "-")), place, delta=0.02 * factor * (high - low))
+
+    def test_units_of_small_numbers(self):
+        for most, unit, words, factor in ((2e-7, "1/m", "w [10⁻⁹ 1/m]", 1e9), (0.5, "1/m", "w [1/m]", 1), (3e-8, "", "w [10⁻⁹]", 1e9), (4e-5, "", "w [10⁻⁶]", 1e6), (2e-3, "N", "w [mN]", 1e3),
+                                          (2e-14, "N", "w [10⁻¹⁵ N]", 1e15), (5e6, "1/s", "w [10⁶ 1/s]", 1e-6)):
+            self.assertEqual(named("w", unit, most)[0], words)
+            self.assertAlmostEqual(named("w", unit, most)[1] / factor, 1)
+
+
+def vortex(cells, length=2.0, lower=(-1.0, -1.0, -1.0)):
+    """A swirl about z that decays outwards: velocity, vorticity and Q [z, y, x(, 3)] at the middles of cells."""
+    spacing = length / cells
+    z, y, x = np.meshgrid(*[np.asarray(lower)[i] + spacing * (np.arange(cells) + 0.5) for i in (2, 1, 0)], indexing="ij")
+    e = np.exp(-4 * (x**2 + y**2))
+    velocity = np.stack([-y * e, x * e, 0.1 * np.sin(z)], axis=-1)
+    vorticity = np.stack([0 * x, 0 * x, (2 - 8 * (x**2 + y**2)) * e], axis=-1)
+    du_dx, du_dy, dv_dx, dv_dy, dw_dz = 8 * x * y * e, (8 * y**2 - 1) * e, (1 - 8 * x**2) * e, -8 * x * y * e, 0.1 * np.cos(z)
+    return velocity, vorticity, -0.5 * (du_dx**2 + dv_dy**2 + dw_dz**2 + 2 * du_dy * dv_dx), spacing
+
+
+class Vortices(unittest.TestCase):
+    """Pictures of a fluid whose field is known."""
+
+    @classmethod
+    def setUpClass(cls):
+        cls.directory = Directory()
+        cls.out = cls.directory.path / "vortex"
+        cls.write(cls.out, ("velocity", "vorticity", "q"))
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.directory.close()
+
+    @classmethod
+    def write(cls, out, fields, cells=24):
+        """The files of a run that has written them at two times, the second with the swirl reversed; a sphere rests in it."""
+        out.mkdir()
+        velocity, vorticity, q, spacing = vortex(cells)
+        (out / "physics.json").write_text(json.dumps({
+            "time": {}, "fluid": {"cells": [cells] * 3, "spacing": spacing, "lower": [-1, -1, -1]},
+            "obstacle": [{"kind": "sphere", "centre": [0.0, 0.0, 0.0], "radius": 0.1, "velocity": [0, 0, 0], "amplitude": [0, 0, 0], "frequency": 0}]}))
+        for number, sign in enumerate((1, -1)):
+            with h5py.File(out / f"fields_{number * 10:012d}.h5", "w") as file:
+                file.attrs.update({"format": "skein fields", "kind": "box", "spacing": spacing, "time": 0.5 * number, "step": 10 * number, "lower_x": -1.0, "lower_y": -1.0, "lower_z": -1.0})
+                for name, values in (("velocity", sign * velocity), ("vorticity", sign * vorticity), ("q", q)):
+                    if name in fields:
+                        file[name] = values.astype(np.float32)
+
+    def image(self, out=None, time=0.0, **choice):
+        return Pictures(out or self.out, [time], (320, 240), "plain", **choice)
+
+    def test_vorticity_and_q_are_of_second_order(self):
+        errors = []
+        for cells in (16, 32, 64):
+            velocity, vorticity, q, spacing = vortex(cells)
+            errors.append([np.abs(vorticity_of(velocity, spacing) - vorticity).max(), np.abs(q_of(velocity, spacing) - q).max()])
+        ratio = np.array(errors[1]) / errors[2]
+        self.assertTrue(np.all((ratio > 3.3) & (ratio < 5)), errors)
+
+    def test_velocities_alone_are_enough(self):
+        """For vorticity and Q, which agree with those in the files of a run that has them."""
+        alone = self.directory.path / "velocity_alone"
+        self.write(alone, ("velocity",))
+        output, full = skein.open(alone).fluid["fields"], skein.open(self.out).fluid["fields"]
+        for quantity in ("vorticity_z", "vorticity", "q"):
+            self.assertTrue(output.has(quantity))
+            exact = full.read(0, quantity).values
+            np.testing.assert_allclose(output.read(0, quantity).values, exact, atol=0.06 * np.abs(exact).max())
+        self.assertFalse(output.has("pressure"))
+
+    def test_cuts_are_linear_between_cells(self):
+        z, y, x = np.meshgrid(*[np.arange(4) + 0.5] * 3, indexing="ij")
+        field = Field(3 * x + 5 * y + 7 * z, np.zeros(3), 1.0)
+        for axis, slope, at in (("x", 3, 1.2), ("y", 5, 2.0), ("z", 7, 3.4)):
+            values = cut(field, axis, at).values
+            others = field.values - slope * {"x": x, "y": y, "z": z}[axis]
+            np.testing.assert_allclose(np.ravel(values), np.ravel(np.take(others, [0], 2 - "xyz".index(axis)) + slope * at))
+        with self.assertRaisesRegex(NotResults, "between z = 0 and 4 m"):
+            cut(field, "z", 4.5)
+
+    def test_level_surfaces_of_a_ball(self):
+        """Area and volume to second order, closed, normals outwards, values at points."""
+        errors = []
+        for cells in (12, 24):
+            axis = (np.arange(cells) + 0.5) / cells * 2 - 1
+            z, y, x = np.meshgrid(axis, axis, axis, indexing="ij")
+            points, normals, triangles, values = flow.level_surface(0.49 - x**2 - y**2 - z**2, 0.0, x)
+            points = (points + 0.5) / cells * 2 - 1
+            corner = points[triangles]
+            cross = 0.5 * np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+            self.assertTrue(np.all(np.sum(normals * points, axis=1) > 0.6))
+            np.testing.assert_allclose(cross.sum(axis=0), 0, atol=1e-12)
+            np.testing.assert_allclose(values, points[:, 0], atol=1e-12)
+            errors.append([np.linalg.norm(cross, axis=1).sum() / (4 * np.pi * 0.49) - 1, np.sum(cross * corner.mean(axis=1)) / 3 / (4 / 3 * np.pi * 0.343) - 1])
+        self.assertTrue(np.all(np.abs(errors[1]) < 0.03) and np.all(np.abs(errors[0]) > 2.5 * np.abs(errors[1])), errors)
+
+    def test_colours_of_a_slice_are_those_of_the_bar(self):
+        for renderer in RENDERERS:
+            pictures = Pictures(self.out, [0.0], (320, 240), renderer, slices=(("z", 0.3),), fluid="vorticity_z")
+            output = skein.open(self.out).fluid["fields"]
+            field = cut(output.read(0, "vorticity_z"), "z", 0.3)
+            for row, column in ((3, 3), (12, 20), (5, 17), (20, 9)):
+                place = field.lower + field.spacing * (np.array([column, row, 0]) + 0.5)
+                x, y = pictures.pixels(place[None])[0]
+                expected = 255 * pictures.view.flow.scale.paint(field.values[0, row, column:column + 1])[0]
+                np.testing.assert_allclose(pictures.images[0][int(y), int(x)], expected, atol=22, err_msg=f"{renderer} {row} {column}")
+
+    def test_planes_and_times_differ(self):
+        shown = {"slices": (("x", 0.2),), "fluid": "velocity_y", "fluid_limits": (-0.3, 0.3)}
+        one = self.image(**shown).images[0].astype(int)
+        for other in (self.image(**shown | {"slices": (("x", 0.6),)}), self.image(**shown | {"slices": (("y", 0.2),)}), self.image(time=0.5, **shown), self.image(**shown | {"fluid": "vorticity_z"})):
+            self.assertGreater(np.mean(np.abs(other.images[0].astype(int) - one).max(axis=2) > 20), 0.02)
+
+    def test_ranges_of_colours(self):
+        speed = self.image(slices=(("z", 0.0),)).view.flow
+        self.assertEqual((speed.quantity, speed.scale.low), ("speed", 0.0))
+        signed = self.image(slices=(("z", 0.0),), fluid="vorticity_z").view.flow.scale
+        self.assertEqual(signed.low, -signed.high)
+        self.assertLess(signed.high, 2.01)
+        given = self.image(slices=(("z", 0.0),), fluid_limits=(0.1, 0.2)).view.flow.scale
+        self.assertEqual((given.low, given.high), (0.1, 0.2))
+
+    def test_surfaces_lie_where_q_has_the_level(self):
+        """Around the axis of the swirl, beyond the sphere; the automatic one around 2 % of the volume."""
+        view = self.image(q=0.5).view
+        points = view.flow.surfaces(0.0).points
+        x, y, z = points.T
+        radius = np.hypot(x, y)
+        e = np.exp(-4 * radius**2)
+        exact = -0.5 * ((8 * x * y * e)**2 * 2 + (0.1 * np.cos(z))**2 + 2 * (8 * y**2 - 1) * e * (1 - 8 * x**2) * e)
+        np.testing.assert_allclose(exact, 0.5, atol=0.04)  # linear between cells
+        automatic = self.image(q="auto").view.flow
+        q = skein.open(self.out).fluid["fields"].read(0, "q").values
+        self.assertAlmostEqual(np.mean(q > automatic.level), 0.02, delta=0.008)
+
+    def test_obstacles_are_drawn(self):
+        picture = self.image(slices=(("z", 0.0),), fluid="vorticity_z")
+        x, y = picture.pixels(np.array([[0.0, 0.0, 0.1]]))[0]
+        self.assertLess(np.ptp(picture.images[0][int(y), int(x)].astype(int)), 40, "grey over the reddest place")
+
+    def test_axes_of_a_plane(self):
+        """Words at places of the plane that they name; of two planes there are none."""
+        view = self.image(slices=(("y", 0.2),)).view
+        for point, words, where in view.flow.marks():
+            if where in ("below", "left"):
+                self.assertAlmostEqual(point[0 if where == "below" else 2], float(words))
+            self.assertEqual(point[1], 0.2)
+        self.assertEqual({words for _, words, where in view.flow.marks() if "all" in where}, {"x [m]", "z [m]"})
+        self.assertFalse(self.image(slices=(("y", 0.2), ("x", 0.0))).view.flow.marks())
+
+    def test_movies_have_the_frames_of_the_fluid(self):
+        told = []
+        to = movie(self.out, self.directory.path / "swirl.gif", size=(160, 120), renderer="plain", slices=(("z", 0.0),), fluid="vorticity_z", told=lambda *counts: told.append(counts))
+        with Image.open(to) as drawn:
+            self.assertEqual(drawn.n_frames, 2)
+        self.assertEqual(told, [(1, 2), (2, 2)])
+
+    def test_blocks_are_put_in_their_places(self):
+        blocks = self.directory.path / "blocks"
+        self.write(blocks, ("velocity",), 8)
+        for path in blocks.glob("fields_*"):
+            path.unlink()
+        with h5py.File(blocks / "fluid_eddies_000000000004.h5", "w") as file:
+            file.attrs.update({"format": "skein fields", "kind": "blocks", "spacing": 0.25, "time": 0.1, "step": 4, "lower_x": -1.0, "lower_y": -1.0, "lower_z": -1.0})
+            file["lower"] = np.array([[-1.0, -1.0, -1.0], [0.0, -1.0, -1.0]])
+            file["q"] = np.stack([np.full((4, 4, 4), 1.0), np.full((4, 4, 4), 2.0)])
+        output = skein.open(blocks).fluid["eddies"]
+        field = output.read(0, "q")
+        np.testing.assert_allclose(field.lower, -1.25)
+        self.assertEqual(field.values.shape, (6, 6, 10))
+        np.testing.assert_array_equal(field.values[2, 2], [0, 1, 1, 1, 1, 2, 2, 2, 2, 0])
+        np.testing.assert_array_equal(field.values[0], 0)
+
+    def test_mistakes_are_sentences(self):
+        for words, said in ((("--slice", "w=1"), "is no plane"), (("--slice", "z"), "is no plane"), (("--slice", "z=3"), "there is -1 to 1 m"), (("--q", "much"), "no level of Q"), (("--slice", "z=0", "--fluid", "heat"), "no quantity 'heat'"),
+                            (("--slice", "z=0", "--fluid", "pressure"), "has pressure"), (("--slice", "z=0", "--html", "no.html"), "--slice and --q are of pictures"), ((), "--slice and --q draw the fluid")):
+            done = subprocess.run([SKEIN, "draw", self.out, *words], capture_output=True, text=True, timeout=100, env=dict(os.environ, PYTHON=sys.executable))
+            self.assertEqual(done.returncode, 2, done.stderr)
+            self.assertIn(said, done.stderr)
+            self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+
+    def test_a_run_with_rods_in_a_fluid(self):
+        """The frames of the program itself: of those with rods the picture takes one at which there is a fluid too."""
+        out = self.directory.path / "filament"
+        done = subprocess.run([SKEIN, "run", str(APPS / "recipes/fluid.toml"), "--out", str(out), "-q", "--set=time.duration=0.06", "--set=fluid.cells=[32,16,16]", "--set=fluid.spacing=0.1",
+                               "--set=output.fields=0.05", "--set=output.trajectory=0.01", "--set=output.series=0.03"], capture_output=True, text=True, timeout=200)
+        if "SKEIN_FLUID" in done.stderr:
+            self.skipTest("built without the fluid")
+        self.assertEqual(done.returncode, 0, done.stderr)
+        run = skein.open(out)
+        self.assertGreaterEqual(len(run.fluid["fields"].paths), 2)
+        image = self.image(out, time=0.05, slices=(("y", 0.0),), fluid="vorticity_y", colour="group")
+        self.assertEqual(image.view.legend, [])
+        found = run.fluid["fields"]
+        inner = (slice(1, -1),) * 3
+        computed = vorticity_of(found.read(0, "velocity_x").values[..., None] * [1.0, 0, 0], found.spacing)
+        self.assertEqual(computed.shape, (16, 16, 32, 3))
+        velocity = np.stack([found.read(-1, f"velocity_{axis}").values for axis in "xyz"], axis=-1)
+        np.testing.assert_allclose(vorticity_of(velocity, found.spacing)[inner][..., 1], found.read(-1, "vorticity_y").values[inner],
+                                   atol=0.3 * np.abs(found.read(-1, "vorticity_y").values).max())
+
+
 class Draw(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
@@ -143,6 +395,50 @@ class Draw(unittest.TestCase):
         lit, bare = (Pictures(self.out, [0.2], (320, 240), "vtk", ground=ground, groups=("reeds",)).images[0] for ground in (True, False))
         grey = lambda image: np.sum((image.max(axis=2) < 250) & (np.ptp(image, axis=2) < 6))  # noqa: E731
         self.assertGreater(grey(lit), 3 * grey(bare) + 200)
+
+    def test_groups_have_a_legend(self):
+        """Of the groups that are shown, where the colour is theirs and there are several."""
+        run = skein.open(self.out)
+        view = View(run, [0], Choice(colour="group"), 1.0)
+        self.assertEqual([name for name, _ in view.legend], ["reeds", "flat"])
+        for name, colour in view.legend:
+            np.testing.assert_array_equal(view.paint.of(run[name], 0)[0, 0], colour)
+        self.assertFalse(View(run, [0], Choice(colour="group", groups=("flat",)), 1.0).legend)
+        self.assertFalse(View(run, [0], Choice(colour="curvature"), 1.0).legend)
+        plain, named_ones = (sheet.Sheet(400, 300, "t", [], True, legend).filled(np.full((300, 400, 3), 255, np.uint8), "") for legend in ([], view.legend))
+        changed = np.any(plain != named_ones, axis=2)
+        self.assertGreater(changed.sum(), 60)
+        self.assertFalse(changed[:260].any(), "in the room for words")
+
+    def test_many_groups_fit_their_legend(self):
+        drawn = sheet.Sheet(400, 300, "t", [], True, [(f"a group with a long name {k}", (0.2, 0.4, 0.6)) for k in range(30)])
+        drawn.figure.canvas.draw()
+        box = drawn.figure.legends[0].get_window_extent()
+        self.assertTrue(box.x0 >= 0 and box.x1 <= 400 and len(drawn.figure.legends[0].get_texts()) <= sheet.MOST_NAMED)
+
+    def test_strain_of_a_relaxation(self):
+        """It has no poly data of its last step; with frames the poly data has the same strain."""
+        scene, out = APPS / "gallery/elastica.toml", [self.directory.path / name for name in ("relaxed", "with_frames")]
+        for to, keys in zip(out, ((), ("--set=output.trajectory=0.1",))):
+            subprocess.run([SKEIN, "run", str(scene), "--out", str(to), "-q", *keys], check=True, timeout=100)
+        runs = [skein.open(to) for to in out]
+        self.assertFalse(runs[0].has_field(0, "strain"))
+        exact = runs[1].rods[0].field(len(runs[1].frames) - 1, "strain")
+        found = View(runs[0], [0], Choice(colour="strain"), 1.0).paint._values_of(runs[0].rods[0], 0)
+        np.testing.assert_allclose(found, exact, atol=0.05 * np.abs(exact).max())
+
+    def test_progress_is_for_terminals(self):
+        """A line with the time that is left on a terminal, nothing in a pipe."""
+        import pty
+        words = [SKEIN, "draw", str(self.out), "--movie", str(self.directory.path / "told.gif"), "--every", "8", "--size", "160x120", "--renderer", "plain", "--detail", "0.2"]
+        self.assertEqual(self.command(*words[2:]).stderr, "")
+        ours, theirs = pty.openpty()
+        subprocess.run(words, stdout=subprocess.DEVNULL, stderr=theirs, timeout=100, check=True, env=dict(os.environ, PYTHON=sys.executable))
+        os.close(theirs)
+        said = os.read(ours, 4096).decode()
+        os.close(ours)
+        self.assertRegex(said, r"frame 1 of 3, \d+ s left")
+        self.assertRegex(said, r"frame 3 of 3, \d+ s")
 
     def test_every_colour(self):
         for colour in CHOICES:

@@ -45,7 +45,7 @@ def upright(from_where, up):
     raise ValueError("a camera needs a direction")
 
 
-def framed(points, from_where, up, aspect, margin=0.06, angle=VIEW_ANGLE):
+def framed(points, from_where, up, aspect, margin=0.06, angle=VIEW_ANGLE, below=BELOW):
     """The camera in direction `from_where` that shows all of these points."""
     from_where, up = unit(np.asarray(from_where, float)), upright(from_where, up)
     right = unit(np.cross(up, from_where))
@@ -58,7 +58,7 @@ def framed(points, from_where, up, aspect, margin=0.06, angle=VIEW_ANGLE):
         high, low = np.max(along + near * far), np.min(along - near * back)
         return (high - low) / (far + back), (low * far + high * back) / (far + back)
 
-    wide, tall = fit(across, *[(1 - margin) * aspect * tangent] * 2), fit(upward, ABOVE * tangent, BELOW * tangent)
+    wide, tall = fit(across, *[(1 - margin) * aspect * tangent] * 2), fit(upward, ABOVE * tangent, below * tangent)
     distance = max(wide[0], tall[0], near.max() + 1e-9)
     target = wide[1] * right + tall[1] * above
     middle = 0.5 * (near.min() + near.max())

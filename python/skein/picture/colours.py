@@ -34,8 +34,8 @@ def bright(name):
     import matplotlib
     from matplotlib.colors import ListedColormap
     found = matplotlib.colormaps[name]
-    dark_first = found(0.0)[:3] < found(1.0)[:3]
-    part = np.linspace(0.12 if np.all(dark_first) or name == "viridis" else 0, 1, 256)
+    dark_first = sum(found(0.0)[:3]) < sum(found(1.0)[:3])  # maps of two hues are as dark at both ends, and keep their middle
+    part = np.linspace(0.12 if dark_first else 0, 1, 256)
     return ListedColormap(0.1 + 0.88 * found(part)[:, :3], name=f"bright_{name}")
 
 
@@ -62,13 +62,26 @@ def curvature_of(nodes, closed=False):
     return np.concatenate([joint[:, None], inner, joint[:, None]], axis=1)
 
 
+def _strain(group, frame):
+    """From the poly data, or the lengths of the elements: a relaxation that asks for no frames has no poly data of its last one."""
+    if group._results.has_field(frame, "strain") or group.rest_lengths is None:
+        return group.field(frame, "strain")
+    return strain_of(group.position[frame].astype(float), group.rest_lengths)
+
+
+def strain_of(nodes, lengths):
+    """[rods, nodes]: of elements of these lengths at rest, means of those that meet at a node."""
+    strain = np.linalg.norm(np.diff(nodes, axis=1), axis=-1) / lengths - 1
+    return np.concatenate([strain[:, :1], 0.5 * (strain[:, 1:] + strain[:, :-1]), strain[:, -1:]], axis=1)
+
+
 def _bending(group, frame):
     return np.broadcast_to(group.radius, (group.count, group.elements + 1)) * _curvature(group, frame)
 
 
 # name: (values [rods, nodes] of a group in a frame, words, unit, colours, whether they have a sign)
 QUANTITIES = {
-    "strain": (lambda group, frame: group.field(frame, "strain"), "axial strain", "", "RdBu_r", True),
+    "strain": (_strain, "axial strain", "", "RdBu_r", True),
     "curvature": (_curvature, "curvature", "1/m", "viridis", False),
     "bending": (_bending, "strain by bending", "", "YlOrBr", False),
     "speed": (_speed, "speed", "m/s", "cividis", False),
@@ -82,14 +95,23 @@ CHOICES = ("auto", *QUANTITIES, "phase", "rod", "group", "magnetisation")
 PREFIXES = {-9: "n", -6: "µ", -3: "m", 0: "", 3: "k", 6: "M"}
 
 
+def _power(power):
+    return "10" + str(power).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+
+
 def named(words, unit, most):
     """Words of an axis, and the factor to the unit that suits numbers up to `most`."""
     if not unit:
-        return (f"{words} [-]", 1) if most >= 0.5 else (f"{words} [%]", 100) if most > 1e-4 else (f"{words} [10⁻⁶]", 1e6)
-    if unit in ("m", "N", "J", "m/s", "J/m"):
-        power = int(np.clip(3 * np.floor(np.log10(max(most, 1e-30)) / 3), -9, 6))
+        if most > 1e-4:
+            return (f"{words} [-]", 1) if most >= 0.5 else (f"{words} [%]", 100)
+        power = int(3 * np.floor(np.log10(max(most, 1e-30)) / 3))
+        return f"{words} [{_power(power)}]", 10.0**-power
+    power = int(3 * np.floor(np.log10(max(most, 1e-30)) / 3))
+    if unit in ("m", "N", "J", "m/s", "J/m", "Pa") and power in PREFIXES:
         return f"{words} [{PREFIXES[power]}{unit}]", 10.0**-power
-    return f"{words} [{unit}]", 1
+    if 0.01 <= most < 1e4:
+        return f"{words} [{unit}]", 1
+    return f"{words} [{_power(power)} {unit}]", 10.0**-power
 
 
 def circle():
@@ -189,6 +211,9 @@ class Paint:
         """[rods, nodes] on the scale, 0 to 1 or beyond."""
         return self.scale.share(self._values_of(group, frame))
 
+    def of_group(self, group):
+        return GROUPS[[g.name for g in self.results.rods].index(group.name) % len(GROUPS)]
+
     def of(self, group, frame):
         """[rods, nodes, 3]."""
         if self.scale is not None:
@@ -200,5 +225,5 @@ class Paint:
         elif self.by == "rod":
             one = GROUPS[np.arange(group.count) % len(GROUPS)]
         else:
-            one = np.tile(GROUPS[[g.name for g in self.results.rods].index(group.name) % len(GROUPS)], (group.count, 1))
+            one = np.tile(self.of_group(group), (group.count, 1))
         return np.broadcast_to(one[:, None], (group.count, group.elements + 1, 3))

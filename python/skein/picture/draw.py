@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from . import plain_stage, sheet, vtk_stage
+from . import flow, plain_stage, sheet, vtk_stage
 from .view import Choice, View
 from .. import results as results_of
 from ..needs import NotResults
@@ -22,10 +22,11 @@ def draw(run, to=None, time=None, size=None, renderer="auto", words=True, sample
     results. `choice`: the fields of view.Choice, such as colour="strain", camera=(0, -1, 0.3)."""
     from PIL import Image
     run, choice = _asked(run, choice)
-    frame = len(run.frames) - 1 if time is None else run.frames.nearest(time)
+    frames = _frames(run, choice) or [-1]  # of none View reports why
+    frame = frames[-1] if time is None else min(frames, key=lambda k: abs(run.time[k] - time))
     width, height = size or SIZE
     view, stage = _staged(run, [frame], choice, renderer, width, height, samples)
-    page = sheet.Sheet(width, height, run.title, view.paint.scale, words)
+    page = sheet.Sheet(width, height, run.title, view.scales, words, view.legend, view.marks(width, height))
     to = Path(to or run.directory / "picture.png")
     _saved(to, lambda path: Image.fromarray(_one(view, stage, page, frame)).save(path, optimize=True))
     return to
@@ -67,14 +68,14 @@ def movie(run, to=None, every=1, first=None, last=None, rate=25, size=None, rend
     after each frame."""
     run, choice = _asked(run, choice)
     to = Path(to or run.directory / "movie.mp4")
-    frames = [k for k in range(0, len(run.frames), every) if (first is None or run.time[k] >= first) and (last is None or run.time[k] <= last)]
+    frames = [k for k in _frames(run, choice)[::every] if (first is None or run.time[k] >= first) and (last is None or run.time[k] <= last)]
     if not frames:
         raise NotResults(f"{run.directory}: no frames between {first} and {last} s")
     width, height = size or MOVIE_SIZE
     width, height = width - width % 2, height - height % 2
     write = _writer(to, width, height, rate)
     view, stage = _staged(run, frames, choice, renderer, width, height, samples)
-    page = sheet.Sheet(width, height, run.title, view.paint.scale, words)
+    page = sheet.Sheet(width, height, run.title, view.scales, words, view.legend, view.marks(width, height))
 
     def images():
         for done, frame in enumerate(frames, 1):
@@ -91,10 +92,17 @@ def _asked(run, choice):
     if unknown:
         raise TypeError(f"no choice {', '.join(sorted(unknown))}; there are {', '.join(Choice.__dataclass_fields__)}")
     run = run if isinstance(run, results_of.Results) else results_of.open(run)
-    if not len(run.frames) and run.checkpoints:
+    if flow.wanted(Choice(**choice)) and not len(run.frames):
+        return run.of_fluid(flow.Flow(run, Choice(**choice)).rarest), Choice(**choice)
+    if not len(run.frames) and run.checkpoints and run.physics.get("rods"):
         print(f"note: {run.directory} has no frames (output.trajectory); its newest checkpoint, of step {run.checkpoints[-1]}, is drawn", file=sys.stderr)
         run = run.of_checkpoint()
     return run, Choice(**choice)
+
+
+def _frames(run, choice):
+    """Frames that may be drawn: with a fluid, those at which it has one."""
+    return flow.Flow(run, choice).frames(run) if flow.wanted(choice) else list(range(len(run.frames)))
 
 
 def _staged(run, frames, choice, renderer, width, height, samples):
@@ -114,7 +122,9 @@ def _staged(run, frames, choice, renderer, width, height, samples):
 
 def _one(view, stage, page, frame):
     shown = view.shown(frame)
-    return page.filled(stage.draw(view, shown), sheet.time_words(shown.time, float(view.results.time[-1])))
+    steps = view.results.physics["time"].get("relax")  # of a relaxation there is no time
+    words = f"{view.results.frames.step[frame]} steps" if steps else sheet.time_words(shown.time, float(view.results.time[-1]))
+    return page.filled(stage.draw(view, shown), words)
 
 
 def _saved(to, write):

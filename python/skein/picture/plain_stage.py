@@ -17,7 +17,8 @@ class Stage:
 
     def draw(self, view, shown):
         from matplotlib.collections import PolyCollection
-        mesh, camera = shown.mesh, view.camera
+        lit, camera = len(shown.mesh.faces), view.camera
+        mesh = shown.mesh if shown.flat is None else type(shown.mesh).joined([shown.mesh, shown.flat])
         right, _, back = camera.axes
         lamp = unit(0.9 * view.up - 0.5 * right + 0.35 * back)
         corner = mesh.points[mesh.faces]
@@ -29,6 +30,8 @@ class Stage:
         chosen = seen[far_first]
         bright = 0.34 + 0.24 * (1 + normal[chosen] @ view.up) + 0.5 * np.clip(normal[chosen] @ lamp, 0, 1)
         shine = 0.22 * np.clip(np.sum(normal[chosen] * unit(lamp + towards_eye[chosen]), axis=1), 0, 1)[:, None] ** 40
+        flat = chosen >= lit
+        bright[flat], shine[flat] = 1, 0
         faces = np.clip(mesh.colours[mesh.faces[chosen]].mean(axis=1) * bright[:, None] + shine, 0, 1)
         figure = blank(self.width, self.height)
         axes = figure.add_axes([0, 0, 1, 1])

@@ -20,6 +20,8 @@ class Mesh:
 
     @staticmethod
     def joined(meshes):
+        if not meshes:
+            return Mesh(np.zeros((0, 3)), np.zeros((0, 3)), np.zeros((0, 4), int), np.zeros((0, 3)))
         first = np.cumsum([0] + [len(mesh.points) for mesh in meshes])
         return Mesh(*(np.concatenate([getattr(mesh, name) for mesh in meshes]) for name in ("points", "normals")),
                     np.concatenate([mesh.faces + start for mesh, start in zip(meshes, first)]),
@@ -60,15 +62,15 @@ def carried_normals(tangent):
 
 def tubes(nodes, radius, colours, sides, normals=None, flat=None, caps=CAP_RINGS):
     """Rods of nodes [rods, nodes, 3], radius and colours [rods, nodes(, 3)]. `normals`: d1 at nodes, from which angles count; `flat`: the semi-axis along
-    d2 over that along d1; caps: rings of the half spheres on both ends, 0 for none."""
+    d2 over that along d1, a number or [rods or 1, nodes]; caps: rings of the half spheres on both ends, 0 for none."""
     tangent = unit(np.gradient(nodes, axis=1))
     first = carried_normals(tangent) if normals is None else unit(normals - np.sum(normals * tangent, axis=-1, keepdims=True) * tangent)
     second = np.cross(tangent, first)
     angle = 2 * np.pi * np.arange(sides) / sides
-    flat = 1 if flat is None else flat
+    flat = np.broadcast_to(1.0 if flat is None else flat, nodes.shape[:2])[..., None, None]
     cos, sin = np.cos(angle)[:, None], np.sin(angle)[:, None]
     ring = first[:, :, None] * cos + flat * second[:, :, None] * sin
-    out = unit(flat * first[:, :, None] * cos + second[:, :, None] * sin) if flat != 1 else ring
+    out = unit(flat * first[:, :, None] * cos + second[:, :, None] * sin)
     r = radius[..., None, None]
     points, normal, paint = [nodes[:, :, None] + r * ring], [out], [colours]
     if caps:
@@ -76,12 +78,33 @@ def tubes(nodes, radius, colours, sides, normals=None, flat=None, caps=CAP_RINGS
         c, s = np.cos(slope)[None, :, None, None], np.sin(slope)[None, :, None, None]
         for end, sign in ((-1, 1), (0, -1)):
             along = sign * tangent[:, end, None, None]
-            cap = nodes[:, end, None, None] + r[:, end, None] * (c * ring[:, end, None] + min(flat, 1) * s * along), unit(c * out[:, end, None] + s * along)
+            cap = nodes[:, end, None, None] + r[:, end, None] * (c * ring[:, end, None] + np.minimum(flat[:, end, None], 1) * s * along), unit(c * out[:, end, None] + s * along)
             shown = np.repeat(colours[:, end, None], caps, axis=1)
             for parts, part in zip((points, normal, paint), (*cap, shown)):
                 parts.append(part) if end else parts.insert(0, part[:, ::-1])
     points, normal, paint = (np.concatenate(parts, axis=1) for parts in (points, normal, paint))
     return Mesh(points.reshape(-1, 3), normal.reshape(-1, 3), ring_faces(*points.shape[:3]), np.repeat(paint, sides, axis=1).reshape(-1, 3))
+
+
+def bars(nodes, half, half_2, colours, normals, times=4, caps=True):
+    """Rods of rectangular sections with half sides along d1 and d2 [rods, nodes] and sharp edges; `normals`: d1 at nodes; `times`: faces across a side."""
+    tangent = unit(np.gradient(nodes, axis=1))
+    first = unit(normals - np.sum(normals * tangent, axis=-1, keepdims=True) * tangent)
+    second = np.cross(tangent, first)
+    meshes = []
+    along = np.linspace(-1, 1, times + 1)[:, None]
+    for out, side, far, wide in ((first, second, half, half_2), (second, -first, half_2, half), (-first, -second, half, half_2), (-second, first, half_2, half)):
+        far, wide = (np.broadcast_to(value, nodes.shape[:2])[..., None, None] for value in (far, wide))
+        points = nodes[:, :, None] + far * out[:, :, None] + along * wide * side[:, :, None]
+        number = np.arange(points[..., 0].size).reshape(points.shape[:-1])
+        faces = np.stack([number[:, :-1, :-1], number[:, :-1, 1:], number[:, 1:, 1:], number[:, 1:, :-1]], axis=-1).reshape(-1, 4)
+        meshes.append(Mesh(points.reshape(-1, 3), np.broadcast_to(out[:, :, None], points.shape).reshape(-1, 3), faces, np.repeat(colours, times + 1, axis=1).reshape(-1, 3)))
+    for end, sign in ((0, -1), (-1, 1)) if caps else ():
+        reach, reach_2 = ((np.broadcast_to(value, nodes.shape[:2])[:, end, None] * axis[:, end])[:, None] for value, axis in ((half, first), (half_2, second)))
+        points = nodes[:, end, None] + np.concatenate([i * reach + j * reach_2 for i, j in ((-1, -1), (1, -1), (1, 1), (-1, 1))], axis=1)
+        faces = np.arange(4 * len(nodes)).reshape(-1, 4)[:, ::sign]
+        meshes.append(Mesh(points.reshape(-1, 3), np.repeat(sign * tangent[:, end], 4, axis=0), faces, np.repeat(colours[:, end], 4, axis=0)))
+    return Mesh.joined(meshes)
 
 
 def ring_faces(rods, rings, sides):
@@ -103,6 +126,17 @@ def capsules(start, end, radius, colour, sides=48):
     centre = np.where((slope < 0)[None, :, None], start[:, None], end[:, None])
     points = centre[:, :, None] + np.asarray(radius)[:, None, None, None] * normal
     return Mesh(points.reshape(-1, 3), normal.reshape(-1, 3), ring_faces(*points.shape[:3]), np.tile(colour, (points[..., 0].size, 1)))
+
+
+def columns(ends, first, second, colour, sides=96):
+    """An elliptic cylinder along z, with semi-axes along x and y, between two points [2, 3], closed above."""
+    angle = 2 * np.pi * np.arange(sides) / sides
+    ring = np.stack([first * np.cos(angle), second * np.sin(angle), np.zeros(sides)], axis=1)
+    out = unit(np.stack([second * np.cos(angle), first * np.sin(angle), np.zeros(sides)], axis=1))
+    up = np.tile([0.0, 0.0, 1.0], (sides, 1))
+    points = np.concatenate([ends[0] + ring, ends[1] + ring, ends[1] + ring, ends[1] + 0 * ring])
+    faces = np.concatenate([ring_faces(1, 2, sides), 2 * sides + ring_faces(1, 2, sides)])
+    return Mesh(points, np.concatenate([out, out, up, up]), faces, np.tile(colour, (len(points), 1)))
 
 
 def axes_of(quaternion):

@@ -4,13 +4,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from . import shapes
+from . import flow, shapes
 from .camera import framed
 from .colours import BODY, Paint
 from ..needs import NotResults
 
 WIRE = np.array([0.62, 0.65, 0.70])
 GROUND = np.ones(3)  # as white as the paper: only shadows show
+FLAT_ANGLE = 3.0  # degrees: planes of a fluid are seen from afar, so that rods before them stay in their place
 OBLIQUE, ABOVE, FRONT = (-0.50, -1.75, 1.05), (-0.15, -0.85, 1.75), (-0.25, -2.0, 0.35)
 
 
@@ -22,6 +23,7 @@ class Shown:
     ground: shapes.Mesh   # or None
     time: float           # s
     radius: float         # of the thinnest rod, m
+    flat: shapes.Mesh = None  # on which no light falls
 
 
 @dataclass
@@ -38,13 +40,18 @@ class Choice:
     zoom: float = 1.0
     span: float = None         # height of the picture at its middle, m: for several runs to one scale
     detail: float = 1.0
+    slices: tuple = ()         # of the fluid: (axis, place in m)
+    q: object = None           # of surfaces, 1/s^2, or "auto"
+    fluid: str = "auto"        # colour of the fluid
+    fluid_limits: tuple = None # of its colours, SI
 
 
 class View:
     def __init__(self, results, frames, choice, aspect):
         self.results, self.frames, self.choice = results, list(frames), choice
-        if not results.groups:
-            raise NotResults(f"{results.directory}: no rods to draw; apps/flow/plot.py draws fields of a fluid")
+        self.flow = flow.Flow(results, choice) if flow.wanted(choice) else None
+        if not results.groups and not self.flow:
+            raise NotResults(f"{results.directory}: no rods to draw" + ("; --slice and --q draw the fluid" if results.fluid else ""))
         if not len(results.frames):
             raise NotResults(f"{results.directory}: no trajectory_*.h5, so no rods to draw; set output.trajectory in the scene")
         for name in choice.groups:
@@ -52,7 +59,8 @@ class View:
                 raise NotResults(f"{results.directory}: no group '{name}'; there are {', '.join(results.groups)}")
         self.groups = [group for group in results.groups.values() if not choice.groups or group.name in choice.groups]
         self.rods = [group for group in self.groups if not group.is_body]
-        self.paint = Paint(results, choice.colour, self.frames[:: max(1, len(self.frames) // 12)], choice.limits)
+        by = "group" if self.flow and isinstance(choice.colour, str) and choice.colour == "auto" else choice.colour
+        self.paint = Paint(results, by, self.frames[:: max(1, len(self.frames) // 12)], choice.limits)
         self.up_axis, self.up_sign = self._up()
         self.up = self.up_sign * np.eye(3)[self.up_axis] if choice.up is None else np.asarray(choice.up, float) / np.linalg.norm(choice.up)
         slots = sum(group.count * (group.elements + 1) for group in self.rods)
@@ -61,14 +69,42 @@ class View:
         self.times = int(np.clip(choice.detail * 60000 / max(slots, 1), 1, 8))
         self.sides = int(np.clip(6 + choice.detail * 600000 / max(slots * self.times, 1), 5, 48))
         self.coarse = 2 if slots < 4000 else 1
+        times = [float(results.time[frame]) for frame in self.frames]
+        times = [times[k] for k in sorted({0, len(times) // 3, 2 * len(times) // 3, len(times) - 1})]
+        if self.flow:
+            self.flow.measure(times)
+            self.flow_corners = self.flow.corners(times)
         self._measure()
         self.ground_height = self._ground()
         corners = np.concatenate([self._corners(), self.wire_ends(float(results.time[self.frames[-1]])).reshape(-1, 3)])
-        self.camera = framed(corners, choice.camera or self._side(), self.up, aspect)
+        if self.flow:
+            corners = np.concatenate([corners, self.flow_corners])
+        flat = {"margin": 0.13, "angle": FLAT_ANGLE, "below": 0.66} if self.flow and self.flow.axis and not choice.camera else {}
+        self.camera = framed(corners, choice.camera or self._side(), self.up, aspect, **flat)
         if choice.span:
             far = np.linalg.norm(self.camera.eye - self.camera.target)
             self.camera.angle = 2 * np.degrees(np.arctan(0.5 * choice.span / far))
         self.camera.angle /= choice.zoom
+
+    @property
+    def scales(self):
+        return [self.paint.scale, self.flow.scale if self.flow else None]
+
+    @property
+    def legend(self):
+        """[(name, colour)] of groups of rods, where there are several and the colour is theirs."""
+        if self.paint.by != "group" or len(self.rods) < 2:
+            return []
+        return [(group.name, self.paint.of_group(group)) for group in self.rods]
+
+    def marks(self, width, height):
+        """Of the fluid's plane, in pixels from the upper left corner."""
+        marks = self.flow.marks() if self.flow else []
+        if not marks:
+            return []
+        place = self.camera.project(np.array([point for point, _, _ in marks]))[0]
+        pixels = 0.5 * np.array([width, height]) + 0.5 * height * place * [1, -1]
+        return [(*pixel, words, where) for pixel, (_, words, where) in zip(pixels, marks)]
 
     def _up(self):
         if self.choice.up is not None:
@@ -96,6 +132,9 @@ class View:
                 lowest.append(np.min(self.up_sign * nodes[:, self.up_axis]))
                 low.append(nodes.min(axis=0) - reach)
                 high.append(nodes.max(axis=0) + reach)
+        if not low:
+            low, high = [self.flow_corners.min(axis=0)], [self.flow_corners.max(axis=0)]
+            lowest = [np.min(self.up_sign * self.flow_corners[:, self.up_axis])]
         self.lowest_axis = min(lowest)  # against up_sign, m
         self.low, self.high = np.min(low, axis=0), np.max(high, axis=0)
         self.centre, self.size = 0.5 * (self.low + self.high), 0.5 * np.linalg.norm(self.high - self.low)
@@ -119,10 +158,12 @@ class View:
                 nodes = nodes[:: max(1, len(nodes) // 20000)]
                 reach = self._reach(group)
                 points += [nodes + reach * offset for offset in np.concatenate([np.eye(3), -np.eye(3)])]
-        return np.concatenate(points)
+        return np.concatenate([np.zeros((0, 3)), *points])
 
     def _side(self):
-        """Obliquely from above; flat beds from higher up, flat curtains from the front."""
+        """Obliquely from above; flat beds from higher up, flat curtains from the front; a plane of the fluid from before it."""
+        if self.flow and self.flow.axis:
+            return {"x": (1.0, 0.0, 0.0), "y": (0.0, -1.0, 0.0), "z": (0.0, 0.0, 1.0)}[self.flow.axis]
         extent = (self.high - self.low)[[(self.up_axis + 1) % 3, (self.up_axis + 2) % 3, self.up_axis]]
         if extent[2] < 0.08 * max(extent):
             view = ABOVE
@@ -138,7 +179,7 @@ class View:
 
     def _ground(self):
         """Height of the ground: of a wall at rest below, of a plane on which rods lie, of the feet of rods that are held there; None: there is none."""
-        if self.choice.ground is False:
+        if self.choice.ground is False or self.flow and self.choice.ground == "auto":
             return None
         if self.choice.ground is not True and self.choice.ground != "auto":
             return float(self.choice.ground)
@@ -178,16 +219,17 @@ class View:
         good = np.isfinite(nodes).all(axis=(1, 2))
         paint = self.paint.of(group, frame)[:, drawn]
         radius = np.broadcast_to(group.radius, (group.count, group.elements + 1))[:, drawn]
-        section = group.physics["section"]
-        flat = section["radius_2"] / section["radius"] if section["kind"] == "elliptic" and section["radius_2"] > 0 else None
-        if flat:
-            radius = radius / np.sqrt(flat)  # the file has that of the circle of equal area
-        normals, striped = None, caps and self._striped(group)
-        if (flat or striped) and self.results.frames.has(group.name, "normal"):
+        normals, flat, striped = None, None, caps and self._striped(group)
+        if (group.physics["section"]["kind"] != "circular" or striped) and self.results.frames.has(group.name, "normal"):
             normals = shapes.refined(group.normal[frame].astype(float)[:, drawn][good], times, group.closed)
-        elif flat:
-            radius, flat = radius * np.sqrt(flat), None  # without directors sections are drawn round
-        nodes, radius, paint = nodes[good], shapes.linear(radius[good], times), shapes.linear(paint[good], times)
+            flat = group.flatness[None, drawn]  # without directors sections are drawn round
+        nodes, radius, paint = nodes[good], radius[good], shapes.linear(paint[good], times)
+        if flat is not None:
+            radius, flat = radius / np.sqrt(flat), shapes.linear(flat, times)  # the file has that of the square of equal area
+        radius = shapes.linear(radius, times)
+        if flat is not None and group.physics["section"]["kind"] == "rectangular":
+            mesh = shapes.bars(shapes.refined(nodes, times, group.closed), radius, flat * radius, paint, normals, 1 if sides <= 6 else 4, not group.closed)
+            return mesh
         mesh = shapes.tubes(shapes.refined(nodes, times, group.closed), radius, paint, sides, normals, flat, 0 if group.closed else caps)
         if striped:
             side = np.arange(len(mesh.points)) % sides
@@ -234,7 +276,13 @@ class View:
         bodies = [mesh for group in self.groups if group.is_body for mesh in self._bodies(group, frame)]
         fine = [self._rods(group, frame, self.times, self.sides, shapes.CAP_RINGS if self.sides > 6 else 1) for group in self.rods]
         coarse = [self._rods(group, frame, self.coarse, 6 if self.coarse > 1 else 4, 0) for group in self.rods]
-        return Shown(shapes.Mesh.joined(fine + bodies + self._wires(time)), shapes.Mesh.joined(coarse + bodies), self._plate(), time, self.radius)
+        if not self.flow:
+            return Shown(shapes.Mesh.joined(fine + bodies + self._wires(time)), shapes.Mesh.joined(coarse + bodies), self._plate(), time, self.radius)
+        vortices = self.flow.surfaces(time)
+        bodies += self.flow.obstacles(time) + ([vortices] if vortices else [])
+        planes = [self.flow.plane(number, time, self.camera.eye) for number in range(len(self.flow.planes))]
+        return Shown(shapes.Mesh.joined(fine + bodies + self._wires(time)), shapes.Mesh.joined(coarse + bodies), self._plate(), time, self.radius,
+                     shapes.Mesh.joined(planes) if planes else None)
 
     def _plate(self):
         if self.ground_height is None:

@@ -139,6 +139,8 @@ class Stage:
         bright[rods] += sky.from_the_eye(shown.mesh.points, shown.mesh.normals, view.camera.eye)
         colours = surface.colours * bright[:, None]
         colours[rods] += sky.highlight(shown.mesh.points, shown.mesh.normals, view.camera.eye, self._sun(view))[:, None] * np.clip(bright[rods, None] - 0.3, 0, 1)
+        if shown.flat is not None:
+            surface, colours = type(shown.mesh).joined([surface, shown.flat]), np.concatenate([colours, shown.flat.colours])
         self.picture.put(surface.points - view.centre, surface.faces, colours)
         camera = self.picture.camera
         camera.SetPosition(*(view.camera.eye - view.centre))
@@ -158,6 +160,8 @@ class Stage:
         return 0.9 * view.up - 0.5 * right + 0.35 * back
 
     def _light(self, view, shown, surface):
+        if not len(shown.casts.points):
+            return np.ones(len(surface.points))
         low, high = shown.casts.points.min(axis=0), shown.casts.points.max(axis=0)
         centre, size = 0.5 * (low + high), 0.51 * np.linalg.norm(high - low)
         self.shade.put(shown.casts.points - centre, shown.casts.faces)
