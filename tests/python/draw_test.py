@@ -4,6 +4,7 @@ import json
 import os
 import subprocess
 import sys
+import tempfile
 import unittest
 
 import h5py
@@ -558,6 +559,37 @@ class Draw(unittest.TestCase):
         done = self.command(self.out, code=1, PYTHONPATH=str(stub))
         self.assertIn("python3-numpy", done.stderr)
         self.assertEqual(len(done.stderr.strip().splitlines()), 1, done.stderr)
+
+
+class Gallery(unittest.TestCase):
+    """Movies of all its scenes."""
+
+    def run_script(self, *words):
+        return subprocess.run([sys.executable, str(APPS / "gallery/movies.py"), *map(str, words), "--skein", SKEIN], capture_output=True, text=True, timeout=200,
+                              env=dict(os.environ, PYTHON=sys.executable))
+
+    def test_scenes_and_options_are_those_of_the_page(self):
+        sys.path.insert(0, str(APPS / "gallery"))
+        import movies
+        known = movies.scenes((APPS / "gallery/README.md").read_text())
+        own = {path.stem for path in (APPS / "gallery").glob("*.toml")}
+        self.assertEqual(own - set(known), {"stokes_second"}, "a column of cells has no plane to draw")
+        self.assertEqual(known["hertz"][2], ["--ground", "0", "--zoom", "0.5"])
+        self.assertEqual(known["ring"][1], ["--set", "time.duration=9.4"])
+        self.assertEqual(movies.times_of(*known["ring"][:2]), (9.4, False, True))
+        self.assertEqual(movies.times_of(*known["taylor_green"][:2])[2], False)
+        self.assertTrue(movies.times_of(*known["elastica"][:2])[1])
+
+    def test_movies_and_pictures(self):
+        with tempfile.TemporaryDirectory() as folder:
+            done = self.run_script(folder, "slope", "elastica", "--frames", "3", "--size", "160x120")
+            self.assertEqual(done.returncode, 0, done.stdout + done.stderr)
+            with Image.open(f"{folder}/slope.gif") as drawn:
+                self.assertEqual((drawn.size, drawn.n_frames), ((160, 120), 4))
+            with Image.open(f"{folder}/elastica.png") as drawn:
+                self.assertEqual(drawn.size, (160, 120))
+            unknown = self.run_script(folder, "slpe")
+            self.assertEqual((unknown.returncode, len(unknown.stderr.strip().splitlines())), (1, 1))
 
 
 if __name__ == "__main__":
