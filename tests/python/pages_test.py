@@ -50,6 +50,15 @@ def words_of(scene, free=("constants",)):
             if isinstance(one, dict): yield from words_of(one)
 
 
+class Version(unittest.TestCase):
+    def test_one_version(self):
+        found = {name: re.search(pattern, (ROOT / name).read_text(), re.M).group(1) for name, pattern in (
+            ("CMakeLists.txt", r"project\(skein VERSION (\S+)"), ("python/pyproject.toml", r'^version = "(.*)"'), ("CITATION.cff", r"^version: (.*)"),
+            ("README.md", r"version = \{(.*?)\}"), ("CHANGELOG.md", r"^## ([\d.]+)"))}
+        found["skein"] = subprocess.run([SKEIN, "--version"], capture_output=True, text=True, check=True).stdout.split()[1].rstrip(",")
+        self.assertEqual(len(set(found.values())), 1, found)
+
+
 class Commands(unittest.TestCase):
     @classmethod
     def setUpClass(cls):
