@@ -11,7 +11,7 @@ import tempfile
 import tomllib
 import unittest
 
-from driver import ALONE, SKEIN
+from driver import SKEIN
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 KEPT = ROOT / "tests/data/digests.csv"
@@ -35,7 +35,7 @@ class Digests(unittest.TestCase):
         with tempfile.TemporaryDirectory() as out:
             subprocess.run([SKEIN, "run", scene, "-q", "--no-checkpoint", "--steps", str(steps), "--lanes", str(lanes), "--out", out,
                             "--set=output.trajectory=0", "--set=output.tips=0", f"--set=output.series={series!r}"],
-                           stdout=subprocess.DEVNULL, check=False, env=ALONE)
+                           stdout=subprocess.DEVNULL, check=False)
             summary = json.loads(pathlib.Path(out, "summary.json").read_text())
             self.touched |= any(summary["observables"].get(f"contact_{kind}[J]", 0) != 0 for kind in ("energy", "friction_work", "viscous_work"))
             return summary["digest"]

@@ -11,7 +11,7 @@ import tempfile
 import tomllib
 import unittest
 
-from driver import ALONE, SKEIN
+from driver import SKEIN
 from scene_text import scene_text
 
 APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
@@ -51,8 +51,7 @@ def without(scene, path):
 
 def expect(scene, *words):
     with tempfile.TemporaryDirectory() as out:
-        return subprocess.run([SKEIN, "expect", str(scene), "--out", f"{out}/run", "--threads", "1", *words], capture_output=True, text=True, check=False,
-                              env=ALONE)
+        return subprocess.run([SKEIN, "expect", str(scene), "--out", f"{out}/run", "--threads", "1", *words], capture_output=True, text=True, check=False)
 
 
 class Gallery(unittest.TestCase):

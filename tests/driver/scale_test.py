@@ -17,7 +17,7 @@ import unittest
 
 import h5py
 import numpy
-from driver import ALONE, SKEIN
+from driver import SKEIN
 from scale_scenes import CSV, FILES, NODES, SCENES
 from scene_text import scene_text
 
@@ -196,7 +196,7 @@ def run(directory, scaled, steps):
         file["nodes"] = scaled.factor("m") * numpy.array(NODES)
     (directory / "scene.toml").write_text(scene_text(scaled.scene))
     command = [SKEIN, "run", str(directory / "scene.toml"), "--out", str(directory / "out"), "--threads", "1", "--quiet", *(["--steps", str(steps)] if steps else [])]
-    done = subprocess.run(command, capture_output=True, text=True, timeout=200, env=ALONE)
+    done = subprocess.run(command, capture_output=True, text=True, timeout=200)
     if done.returncode:
         raise RuntimeError(done.stdout + done.stderr)
     found = {}

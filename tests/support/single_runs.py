@@ -8,7 +8,7 @@ import subprocess
 import h5py
 import numpy
 
-from driver import ALONE, SKEIN, DriverTest
+from driver import SKEIN, DriverTest
 
 APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 
@@ -19,7 +19,7 @@ class SingleRuns(DriverTest):
         arguments = [SKEIN, "run", str(scene or self.scene), "--out", str(self.directory / out), "--threads", "1", "--quiet", "--overwrite"]
         for setting in settings:
             arguments += ["--set", setting]
-        done = subprocess.run(arguments, capture_output=True, text=True, timeout=200, env=ALONE)
+        done = subprocess.run(arguments, capture_output=True, text=True, timeout=200)
         self.assertEqual(done.returncode, expect, done.stdout + done.stderr)
         return done
 
