@@ -113,7 +113,9 @@ void Shape::fields(FieldVisitor& f) {
                      "instead of "
                      "the other two"},
             rest_curvature_formula);
-    f.visit({.name = "rest_strain", .unit = "-", .text = "sigma0: shear along d1, d2 and stretch along d3"},
+    f.visit({.name = "rest_strain",
+             .unit = "-",
+             .text = "sigma0: shear along d1, d2 and stretch along d3; rods begin in their rest shape, free of forces"},
             rest_strain);
     f.visit(
         {.name = "closed",

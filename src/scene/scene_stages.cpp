@@ -227,7 +227,7 @@ std::vector<std::string> stage_changes(const SceneSpec& scene, std::size_t stage
     std::vector<std::string> all = scene.stages[stage].change;
     const auto tell = [&](const char* list, const std::string& name, const std::vector<std::string>& stages) {
         const bool now = acts_in(stages, scene.stages[stage]),
-                   before = stage == 0 || acts_in(stages, scene.stages[stage - 1]);
+                   before = stage == 0 ? now : acts_in(stages, scene.stages[stage - 1]);
         if (now != before) all.push_back(fmt::format("{} '{}' {}", list, name, now ? "begins" : "ends"));
     };
     for_each_list(scene, [&](const char* list, const auto& specs) {

@@ -448,6 +448,8 @@ class Stages(DriverTest):
         rest = '[[stage]]\nname = "rest"\nchange = ["wall.lid.velocity=[0, 0, 0]"]\n'
         self.scene.write_text(head + rods + lid.replace("stiffness = 1e4\n", 'stiffness = 1e4\nvelocity = [0, 0, -1.5]\nstages = ["press", "rest"]\n', 1) + fall + rest)
         self.assertNotIn("wall.lid.from", self.plan_text(), "its stage begins at a time that is not known yet")
+        self.assertNotIn("wall 'lid' ends", self.plan_text(), "it has not begun in the first stage")
+        self.assertEqual(self.plan_text().count("wall 'lid' begins"), 1)
         self.run_skein("later")
         self.scene.write_text(head + rods + lid + fall + 'change = ["wall.lid.velocity=[0, 0, -1.5]"]\n' + rest)
         self.run_skein("always")
