@@ -62,7 +62,7 @@ set(SKEIN_MPI_ENVIRONMENT
 function(skein_mpi_run name)
   cmake_parse_arguments(ARG "" "RANKS" "COMMAND" ${ARGN})
   add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ARG_RANKS} ${ARG_COMMAND})
-  set_tests_properties(${name} PROPERTIES LABELS mpi PROCESSORS ${ARG_RANKS} TIMEOUT 300 ENVIRONMENT "${SKEIN_MPI_ENVIRONMENT}")
+  set_tests_properties(${name} PROPERTIES LABELS mpi PROCESSORS ${ARG_RANKS} TIMEOUT 900 ENVIRONMENT "${SKEIN_MPI_ENVIRONMENT}")
 endfunction()
 
 # skein_mpi_test(<name> SOURCES ... [DEPENDS ...]): GoogleTest cases on 1, 2, 3 and 4 ranks.

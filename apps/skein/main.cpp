@@ -20,9 +20,9 @@ constexpr const char* examples = R"(Examples:
   mpirun -n 4 skein run carpet_8x8.toml           run; the same command again resumes from the last checkpoint
   skein run row_8.toml --set time.duration=72 --out out/short
   mpirun -n 2 --map-by slot:PE=8 --bind-to core skein run farm.toml --threads 8 --walltime 3600
-  skein branch out/farm@12800 out/finer --set time.dt=1e-4    go on from a state under other numbers; then skein run out/finer
+  skein branch out/farm@12800 out/finer --set time.dt=1e-4    continue from a state under other numbers; then skein run out/finer
   skein verify out/farm                           compute the segment between two checkpoints again and compare the bits
-  skein converge carpet_8x8.toml --tolerance 1e-3 runs of other elements and steps: how large the errors are, and what would do
+  skein converge carpet_8x8.toml --tolerance 1e-3 errors and costs of other numbers of elements and steps
   skein draw out/carpet_8x8 --movie carpet.mp4    a picture, a movie or a page of any run
   skein plot out/net --columns 'joint_*'          columns of the time series of any run
   skein plan carpet_8x8.toml                      what will run: step, memory, predicted cost; -v: passes, limits

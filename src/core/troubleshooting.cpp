@@ -22,7 +22,7 @@ constexpr Explained explained[] = {
     {" is given twice", "given-twice"},
     {"' has no use", "no-use"},
     {": there is no such file", "no-such-file"},
-    {": expected ", "wrong-type"},
+    {", found ", "wrong-type"},
     {" s is beyond the stable limit ", "step-too-long"},
     {"time.dt: nothing limits the time step", "no-limit"},
     {" s is longer than 'duration'", "step-and-duration"},

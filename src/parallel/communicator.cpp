@@ -264,7 +264,8 @@ bool launched() {
 /// Settings of Open MPI while a process by itself initialises. It would start a daemon and look for networks, for most
 /// of a second. All such processes have one job number without the daemon, so they must not share a directory of the
 /// session either. What the user has set stays; other libraries do not read these. Afterwards the environment is as it
-/// was, as the library leaves variables there with which mpirun would fail in a process that this one starts.
+/// was but for the setting of files, as the library leaves variables there with which mpirun would fail in a process
+/// that this one starts.
 class AloneSettings {
 public:
     AloneSettings() {

@@ -287,7 +287,7 @@ about_second.motor = {kind = "force", value = "1e-4*sin(6*t)"}
 )toml"},
     {"contact_pair", R"toml([[contact_pair]]
 between = ["arm", "leg"]
-law = "hertz"                     # law and kind of friction are those of [contact]
+law = "hertz"                     # law and friction have the same kind as in [contact]
 stiffness = 2e3
 friction = "memory"
 static_friction = 0.6

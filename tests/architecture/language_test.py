@@ -91,6 +91,9 @@ def printed(root):
         text = path.read_text()
         # Docstrings are not printed; literals that follow each other are one text.
         text = re.sub(r'""".*?"""', lambda match: "\n" * match.group().count("\n"), text, flags=re.DOTALL) if path.suffix == ".py" else re.sub(r'"\s*\n\s*"', "", text)
+        for raw in re.finditer(r'R"(\w*)\((.*?)\)\1"', text, flags=re.DOTALL):
+            first = text.count("\n", 0, raw.start()) + 1
+            yield from ((f"{path.relative_to(root)}:{number}", line) for number, line in enumerate(raw[2].splitlines(), first))
         for number, line in enumerate(text.splitlines(), 1):
             if not re.match(r"\s*(//|#)", line):
                 yield from ((f"{path.relative_to(root)}:{number}", literal) for literal in STRING.findall(line) if " " in literal)

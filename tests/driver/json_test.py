@@ -63,6 +63,13 @@ class Documents(DriverTest):
                     document = json.loads(done.stdout)
                     self.assertIn(key, document[0] if isinstance(document, list) else document)
 
+    def test_a_document_that_cannot_be_written(self):
+        self.scene.write_text(ARM)
+        with open("/dev/full", "w") as full:
+            done = subprocess.run([SKEIN, "check", "scene.toml", "--json"], stdout=full, stderr=subprocess.PIPE, text=True, cwd=self.directory, check=False)
+        self.assertNotEqual(done.returncode, 0)
+        self.assertIn("standard output: No space left on device", done.stderr)
+
     def test_an_error_prints_no_document_and_its_place_on_the_page(self):
         self.scene.write_text(ARM.replace("radius", "radios"))
         for command in ("run", "check", "plan", "converge", "expect"):

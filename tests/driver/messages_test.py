@@ -192,6 +192,8 @@ class Messages(DriverTest):
                              ((*slides, "--set", "rods.arm.hold.nodes=[3]"), False)):
             with self.subTest(words=words):
                 self.assertEqual(said in self.skein("check", "scene.toml", *words).stdout, noted)
+        self.scene.write_text(ROD + '[[joint]]\nkind = "spherical"\nbetween = ["arm", "world"]\nat = [1.0]\nstiffness = 1e4\n')
+        self.assertNotIn(said, self.skein("check", "scene.toml", *slides).stdout, "the joint holds it")
 
     def test_shares_of_a_limit_show_their_side_of_it(self):
         limit = float(re.search(r"of the limit ([0-9.e+-]+) s", self.skein("plan", "scene.toml", "--set", "time.dt=1e-3").stdout)[1])

@@ -3,6 +3,7 @@
 Recipes, tutorials, the guide and the tour are typed by tests of their own.
 """
 
+import difflib
 import glob
 import json
 import pathlib
@@ -79,15 +80,25 @@ class Commands(unittest.TestCase):
             if word.startswith(PLACES) and not re.search(r"[<>…]|\b(NAME|STEM|SCENE)\b", word):
                 self.assertTrue(glob.glob(str(ROOT / re.split("[=@]", word)[0])), f"{where}: {word}")
 
+    def assert_known(self, word, where):
+        """A word that is nearly a program of the page is one that is misspelt."""
+        known = ["build/bin/skein", "skein", "mpirun", "bash", "/usr/bin/python3"]
+        self.assertTrue(word in known or not difflib.get_close_matches(word, known, cutoff=0.8), f"{where}: {word}")
+
     def check(self, words, where, page=""):
         """True if the words are a command of Skein, of a script or of a program that is built."""
         self.assert_files(words, where)
         programs = [i for i, word in enumerate(words) if word.startswith("build/bin/") or word == "skein"]
         if words[0] in LAUNCHERS and programs: words = words[programs[0]:]
-        elif words[0] == "bash" and len(words) > 1 and words[1].startswith("jobscripts/"):
-            self.assert_options([w.partition("=")[0] for w in words[2:] if w.startswith("--")], self.help("bash", words[1], "--help"), where)
+        elif words[0] in ("bash", "/usr/bin/python3") and len(words) > 1 and words[1].endswith((".sh", ".py")) and words[1].startswith(PLACES):
+            options = [w.partition("=")[0] for w in words[2:] if w.startswith("--")]
+            if options:
+                self.assertRegex((ROOT / words[1]).read_text(), "take_option|help|argparse|Parser", f"{where}: no --help")
+                self.assert_options(options, self.help(*words[:2], "--help"), where)
             return True
-        elif not programs or programs[0] != 0: return words[0].endswith("python3")
+        elif not programs or programs[0] != 0:
+            self.assert_known(words[0], where)
+            return False
         program = pathlib.Path(words[0]).name
         if program != "skein":
             self.assertTrue((pathlib.Path(SKEIN).parent / program).exists(), f"{where}: {program} is not built")
@@ -120,7 +131,7 @@ class Commands(unittest.TestCase):
 
     def test_what_is_wrong_is_found(self):
         for line in ("build/bin/skein run apps/nest/nest_1535.toml", "build/bin/skein rum apps/nest/nest_1536.toml", "build/bin/skein run apps/nest/nest_1536.toml --thread 2",
-                     "build/bin/bench_nothing", "bash jobscripts/test.sh --job 2", "build/bin/skein check apps/nest/nest_1536.toml --set time.durations=1"):
+                     "build/bin/bench_nothing", "bulid/bin/skein info", "skien info", "/usr/bin/python3 apps/gallery/movies.py out --frame 3", "bash jobscripts/test.sh --job 2", "build/bin/skein check apps/nest/nest_1536.toml --set time.durations=1"):
             with self.assertRaises(AssertionError, msg=line):
                 self.check(shlex.split(line), line)
 

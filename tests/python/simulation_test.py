@@ -110,9 +110,19 @@ class InProcess(unittest.TestCase):
 
     def test_runs_on_ranks_from_the_same_process(self):
         """What this process by itself needs of MPI does not reach the ranks that it starts."""
-        program = (f"import sys; sys.path.insert(0, {str(ROOT / 'python')!r})\nimport skein, subprocess\nskein.Simulation({str(self.directory.scene)!r}, threads=1).step(1)\n"
-                   f"subprocess.run([{MPIRUN!r}, '-n', '2', {SKEIN!r}, 'run', {str(self.directory.scene)!r}, '--steps', '10', '--quiet', '--out', {str(self.directory.path / 'ranks')!r}], check=True)\n")
-        subprocess.run([sys.executable, "-c", program], check=True, capture_output=True, text=True, timeout=100)
+        program = f"""
+import sys; sys.path.insert(0, {str(ROOT / "python")!r})
+import skein, subprocess
+def environment():
+    return set(subprocess.run(["env"], capture_output=True, text=True, check=True).stdout.splitlines())
+before = environment()
+skein.Simulation({str(self.directory.scene)!r}, threads=1).step(1)
+assert environment() - before <= {{"OMPI_MCA_sharedfp=individual"}}, environment() - before
+subprocess.run([{MPIRUN!r}, "-n", "2", {SKEIN!r}, "run", {str(self.directory.scene)!r}, "--steps", "10", "--quiet", "--out", {str(self.directory.path / "ranks")!r}], check=True)
+"""
+        plain = {name: value for name, value in os.environ.items() if not name.startswith(("OMPI_MCA_pml", "OMPI_MCA_btl", "OMPI_MCA_mtl"))}
+        done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, timeout=100, env=plain)
+        self.assertEqual(done.returncode, 0, done.stderr)
         self.assertEqual(skein.open(self.directory.path / "ranks").summary["ranks"], 2)
 
     def test_under_mpirun(self):

@@ -6,6 +6,8 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
+#include <span>
 #include <utility>
 
 namespace skein {
@@ -34,18 +36,40 @@ SharedNode shared_node(const Hub& hub, std::int64_t copy, const PlacesOfRods& pl
     return node;
 }
 
-/// Asks the memory of a joint that may tear. Memory of joints stands last in that of the first rod of each.
-std::function<bool(const Rods&)> tearing_of(const JointLists& all, const std::vector<Joint>& joints, std::size_t joint,
-                                            std::int64_t copy, const PlacesOfRods& place,
-                                            const InteractionParts& parts) {
-    const JointEnd& side = joints[joint].first;
-    const std::size_t rod = place.at({side.group, copy * nth(parts.groups, side.group).rods_per_copy() + side.rod});
-    const std::size_t of_joints = nth(joint_memory_of_groups(all.tables, joints, parts.groups.size()), side.group);
-    const JointNumbers own = numbers_of_joint(all.tables, joints, joint);
-    return [=](const Rods& rods) {
-        const std::vector<double> memory = rods.memory(rod);
-        return has_ended(std::span(memory).last(of_joints).subspan(own.before, own.count));
-    };
+/// Memory of a joint that may tear. That of joints stands last in the memory of the first rod of each.
+struct TearingMemory {
+    int group;
+    std::int64_t rod; ///< of the copy
+    std::size_t from_end, count;
+
+    bool is_torn(std::span<const double> of_rod) const { return has_ended(of_rod.last(from_end).first(count)); }
+};
+
+/// Shared nodes of the copies of an assembly on this rank.
+void add_shared_nodes(const std::vector<Joint>& joints, const PlacesOfRods& place, const InteractionParts& parts,
+                      const FluidPlan& plan, std::vector<SharedNode>& nodes) {
+    const std::vector<JointSpec>& tables = parts.around.joints->tables;
+    const std::vector<std::size_t> numbers = joint_memory_of_groups(tables, joints, parts.groups.size());
+    for (const Hub& hub : junctions_of(tables, joints, parts.groups).hubs) {
+        std::optional<TearingMemory> tearing;
+        if (hub.joint != no_joint) {
+            const JointEnd& side = joints[hub.joint].first;
+            const JointNumbers own = numbers_of_joint(tables, joints, hub.joint);
+            tearing = {side.group, side.rod, nth(numbers, side.group) - own.before, own.count};
+        }
+        const auto place_of = [&](int group, std::int64_t rod, std::int64_t copy) {
+            return place.find({group, copy * nth(parts.groups, group).rods_per_copy() + rod});
+        };
+        const Hub::Member& first = hub.members.front();
+        const RodGroup& group = nth(parts.groups, first.group);
+        for (std::int64_t copy = 0; copy < group.count() / group.rods_per_copy(); ++copy) {
+            if (place_of(first.group, first.rod, copy) == place.end()) continue;
+            nodes.push_back(shared_node(hub, copy, place, parts, plan));
+            if (!tearing) continue;
+            nodes.back().is_torn = [memory = *tearing, rod = place_of(tearing->group, tearing->rod, copy)->second](
+                                       const Rods& rods) { return memory.is_torn(rods.memory(rod)); };
+        }
+    }
 }
 
 } // namespace
@@ -57,16 +81,7 @@ std::vector<SharedNode> shared_nodes(const InteractionParts& parts, const FluidP
     PlacesOfRods place;
     for (std::size_t i = 0; i < local.size(); ++i) place[{local[i].group, local[i].index}] = i;
     for (const std::vector<Joint>& joints : parts.around.joints->of_assembly)
-        for (const Hub& hub : junctions_of(parts.around.joints->tables, joints, parts.groups).hubs) {
-            const Hub::Member& first = hub.members.front();
-            const RodGroup& group = nth(parts.groups, first.group);
-            for (std::int64_t copy = 0; copy < group.count() / group.rods_per_copy(); ++copy)
-                if (place.contains({first.group, copy * group.rods_per_copy() + first.rod})) {
-                    nodes.push_back(shared_node(hub, copy, place, parts, plan));
-                    if (hub.joint != no_joint)
-                        nodes.back().is_torn = tearing_of(*parts.around.joints, joints, hub.joint, copy, place, parts);
-                }
-        }
+        add_shared_nodes(joints, place, parts, plan, nodes);
     return nodes;
 }
 
