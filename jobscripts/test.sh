@@ -27,11 +27,11 @@ say "Packages"
 bash jobscripts/install.sh --tests "${no_install[@]}"
 build all "$jobs" -DSKEIN_TESTS=ON -DSKEIN_BENCH=ON -DSKEIN_FLUID=ON -DSKEIN_PETSC=ON
 
-# Every test says how many cores it may use (PROCESSORS). Tests of whole runs wait for discs and launchers half of their time:
-# ctest packs them into twice as many cores.
+# Every test says how many cores it may use (PROCESSORS). Tests of whole runs wait for discs and launchers a third of their time:
+# ctest packs them into half as many cores again. With more, ranks that wait for each other's messages share a core with others.
 only=()
 if ((${#labels[@]})); then
     only=(--label-regex "^($(IFS='|'; echo "${labels[*]}"))\$")
 fi
 say "Testing"
-exec ctest --test-dir build --output-on-failure --no-tests=error --parallel $((2 * jobs)) "${only[@]}"
+exec ctest --test-dir build --output-on-failure --no-tests=error --parallel $((jobs + (jobs + 1) / 2)) "${only[@]}"
