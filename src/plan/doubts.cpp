@@ -145,7 +145,7 @@ void find_odd_materials(const RodGroup& group, double duration, std::vector<std:
 
 /// Ends that slide along an axis along which the other end is free: the support turns no load of that direction.
 void find_sliding_rods(const RodGroup& group, std::vector<std::string>& found) {
-    if (group.assembly()) return; // joints may hold it
+    if (group.assembly()) return; // others may hold it
     const RodSpec& rods = group.spec();
     const std::string start = rods.start == EndKind::free ? "xyz" : rods.start_free,
                       end = rods.end == EndKind::free ? "xyz" : rods.end_free;

@@ -13,7 +13,7 @@ import unittest
 from driver import SKEIN
 
 APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
-MOST_CELLS = 250_000  # more are made coarser until there are fewer
+MOST_CELLS = 60_000  # more are made coarser until there are fewer
 
 # Thousands of rods need seconds to be packed, and would be stepped five times.
 SMALLER = {
