@@ -8,6 +8,7 @@ from .needs import NotResults, in_words, need
 from .parser import Parser
 
 FORMATS = (".png", ".svg", ".pdf")
+FEW_ROWS = 10  # a line through fewer is hard to see: a relaxation has one or two
 
 
 def parser():
@@ -77,7 +78,7 @@ def _draw(runs, names, against, log, to):
     for axis, unit in zip(axes[:, 0], units):
         for name in (name for name in names if first.units[name] == unit):
             for out, series in runs.items():
-                axis.plot(series[against], series[name], lw=1.2, label=name if len(runs) == 1 else f"{name}, {out}")
+                axis.plot(series[against], series[name], lw=1.2, marker="o" if len(series[name]) < FEW_ROWS else None, ms=4, label=name if len(runs) == 1 else f"{name}, {out}")
         axis.set_ylabel(unit or "-", color=INK)
         if log: axis.set_yscale("log")
         bare(axis, "left", "bottom")
