@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Makes a movie of every scene of the gallery: movies.py FOLDER [NAME ...] [--skein SKEIN] [--frames N] [--size WxH] [--kind gif|mp4]
+"""Makes a movie of every scene of the gallery that `skein draw` can show: movies.py FOLDER [NAME ...] [--skein SKEIN] [--frames N] [--size WxH] [--kind gif|mp4]
 
 Runs each scene of README.md into FOLDER/runs/NAME and draws FOLDER/NAME.gif with the options that README.md has for it: of the command with --movie, or else
 of the picture. Frames are evenly apart over the scene's duration. Of relaxations, which have no time, FOLDER/NAME.png shows the end. Without names all scenes.

@@ -574,6 +574,7 @@ class Gallery(unittest.TestCase):
         known = movies.scenes((APPS / "gallery/README.md").read_text())
         own = {path.stem for path in (APPS / "gallery").glob("*.toml")}
         self.assertEqual(own - set(known), {"stokes_second"}, "a column of cells has no plane to draw")
+        self.assertEqual(known["vortex_street"][2], ["--slice", "z=0.04", "--fluid", "vorticity_z"])
         self.assertEqual(known["hertz"][2], ["--ground", "0", "--zoom", "0.5"])
         self.assertEqual(known["ring"][1], ["--set", "time.duration=9.4"])
         self.assertEqual(movies.times_of(*known["ring"][:2]), (9.4, False, True))
