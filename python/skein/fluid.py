@@ -66,10 +66,23 @@ class Output:
         return derived and (self.kind == "box" or self.kind == "slice" and quantity == f"vorticity_{self.across}")
 
     def corners(self, frame):
-        """Lower and upper corner of a box or a slice, m."""
+        """Lower and upper corner of a box, of a slice or of all blocks, m."""
         with OwnFile(self.paths[frame]) as file:
             lower = np.array([file.attrs[f"lower_{axis}"] for axis in "xyz"])
-            return lower, lower + self.spacing * np.array(file[self.fields[0]].shape[2::-1])
+            shape = file[self.fields[0]].shape
+            if self.kind != "blocks":
+                return lower, lower + self.spacing * np.array(shape[2::-1])
+            blocks = file.read("lower").reshape(-1, 3)
+            return (blocks.min(axis=0), blocks.max(axis=0) + self.spacing * np.array(shape[3:0:-1])) if len(blocks) else (lower, lower.copy())
+
+    @cached_property
+    def _corners(self):
+        return [self.corners(frame) for frame in range(len(self.paths))]
+
+    def reach(self, first=0, last=None):
+        """Lower and upper corner, m, over the frames from a first to a last one: a box that follows rods moves."""
+        low, high = zip(*self._corners[first:None if last is None else last + 1])
+        return np.min(low, axis=0), np.max(high, axis=0)
 
     def read(self, frame, quantity):
         """A Field of one of QUANTITIES. Blocks: the smallest box of cells that has all of them, 0 between them, and a layer of zeros around."""

@@ -271,6 +271,51 @@ class Vortices(unittest.TestCase):
         q = skein.open(self.out).fluid["fields"].read(0, "q").values
         self.assertAlmostEqual(np.mean(q > automatic.level), 0.02, delta=0.008)
 
+    def changed(self, name, physics=None, moved=None):
+        """A run as that of this class, with other physics, and the box of its second frame moved along x."""
+        out = self.directory.path / name
+        self.write(out, ("velocity", "vorticity", "q"))
+        tree = json.loads((out / "physics.json").read_text())
+        for key, value in (physics or {}).items():
+            tree[key] = {**tree[key], **value} if isinstance(value, dict) else value
+        (out / "physics.json").write_text(json.dumps(tree))
+        if moved:
+            with h5py.File(out / "fields_000000000010.h5", "r+") as file:
+                file.attrs["lower_x"] = -1.0 + moved
+        return out
+
+    def test_the_automatic_level_of_an_output_of_means(self):
+        """Of cubes of two cells an edge: the share is of the volume of the fluid."""
+        level = self.image(q="auto").view.flow.level
+        self.assertEqual(self.image(self.changed("means", {"fluid": {"cells": [48] * 3, "spacing": 1 / 24}}), q="auto").view.flow.level, level)
+
+    def test_boxes_given_by_margins(self):
+        """The scene has neither cells nor a corner: the files of the fluid have them."""
+        column = {"kind": "cylinder", "centre": [0.0, 0.0, 0.0], "radius": 0.1, "second_radius": 0.0, "velocity": [0, 0, 0], "amplitude": [0, 0, 0], "frequency": 0}
+        given, fitted = self.changed("given", {"obstacle": [column]}), self.changed("fitted", {"fluid": {"cells": [], "lower": [0, 0, 0]}, "obstacle": [column]})
+        for choice in ({"q": "auto"}, {"slices": (("y", 0.2),)}, {"slices": (("z", 0.3),)}):
+            with self.subTest(choice=choice):
+                one, other = (self.image(out, **choice).view.flow for out in (given, fitted))
+                self.assertEqual(one.level, other.level)
+                columns = [shown.obstacles(0.0)[0].points for shown in (one, other)]
+                np.testing.assert_array_equal(*columns)
+                self.assertAlmostEqual(columns[1][:, 2].min(), -1)
+                self.assertAlmostEqual(columns[1][:, 2].max(), 0.3 if choice.get("slices") == (("z", 0.3),) else 1, delta=2e-4)
+
+    def test_boxes_that_move(self):
+        """Pictures have room for the box at all of their times."""
+        out = self.changed("moving", moved=3.0)
+        for times, low, high in (([0.0], -1, 1), ([0.5], 2, 4), ([0.0, 0.5], -1, 4)):
+            view = Pictures(out, times, (320, 240), "plain", slices=(("z", 0.0),)).view
+            self.assertAlmostEqual(view.flow_corners[:, 0].min(), low)
+            self.assertAlmostEqual(view.flow_corners[:, 0].max(), high)
+            places = [float(words) for _, words, where in view.flow.marks() if where == "below"]
+            self.assertTrue(low <= min(places) < low + 1 and high - 1 < max(places) <= high, places)
+        for time, at in ((0.0, -0.5), (0.5, 3.5)):
+            self.image(out, time=time, slices=(("x", at),))
+        with self.assertRaisesRegex(NotResults, "the slice at -0.5 m"):
+            self.image(out, time=0.5, slices=(("x", -0.5),))
+
     def test_obstacles_are_drawn(self):
         picture = self.image(slices=(("z", 0.0),), fluid="vorticity_z")
         x, y = picture.pixels(np.array([[0.0, 0.0, 0.1]]))[0]
@@ -308,6 +353,7 @@ class Vortices(unittest.TestCase):
         self.assertEqual(field.values.shape, (6, 6, 10))
         np.testing.assert_array_equal(field.values[2, 2], [0, 1, 1, 1, 1, 2, 2, 2, 2, 0])
         np.testing.assert_array_equal(field.values[0], 0)
+        np.testing.assert_allclose(output.corners(0), [[-1, -1, -1], [1, 0, 0]])
 
     def test_mistakes_are_sentences(self):
         for words, said in ((("--slice", "w=1"), "is no plane"), (("--slice", "z"), "is no plane"), (("--slice", "z=3"), "there is -1 to 1 m"), (("--q", "much"), "no level of Q"), (("--slice", "z=0", "--fluid", "heat"), "no quantity 'heat'"),

@@ -29,7 +29,7 @@ class Flow:
         self.quantity = self._quantity()
         self.planes = [(axis, at, self._of_plane(axis, at, self.quantity)) for axis, at in choice.slices]
         self.vortices = self._of_surface(self.quantity) if choice.q is not None else None
-        self.level, self.scale = None, None
+        self.level, self.scale, self.times = None, None, None
 
     def _quantity(self):
         if self.choice.fluid != "auto":
@@ -55,7 +55,7 @@ class Flow:
         a, found = "xyz".index(axis), []
         ranges = []
         for output in outputs:
-            low, high = (corner[a] for corner in output.corners(-1))
+            low, high = (corner[a] for corner in output.reach())
             if output.kind == "slice" and output.across != axis:
                 continue
             ranges.append(f"{low:.6g} to {high:.6g} m")
@@ -85,7 +85,8 @@ class Flow:
         return sorted({results.frames.nearest(time) for time in self.rarest.time})
 
     def measure(self, times):
-        """Level of the surfaces and range of the colours over some times."""
+        """Level of the surfaces and range of the colours over some times, in order."""
+        self.times = times
         if self.vortices:
             self.level = self._level(times[-1]) if self.choice.q == "auto" else float(self.choice.q)
         base, unit = QUANTITIES[self.quantity]
@@ -119,13 +120,24 @@ class Flow:
 
     def _level(self, time):
         q = self.vortices.read(self.vortices.nearest(time), "q").values
-        cells = np.prod(self.results.physics["fluid"]["cells"])
         above = np.sort(q[q > 0])
         if not len(above):
             raise NotResults(f"{self.results.directory}: no Q above 0 at {time:g} s, so no vortices to draw")
-        most = int(SHARE_OF_VORTICES * cells)
+        most = int(SHARE_OF_VORTICES * self._volume() / self.vortices.spacing**3)
         level = float(above[max(len(above) - most, 0)] if most < len(above) else above[len(above) // 2])
         return float(f"{level:.2g}")
+
+    def _volume(self):
+        """Of the fluid; if the scene has margins, which give no cells, of the box round the output."""
+        fluid = self.results.physics["fluid"]
+        if fluid["cells"]:
+            return np.prod(fluid["cells"]) * fluid["spacing"] ** 3
+        low, high = self.vortices.corners(-1)
+        return np.prod(high - low)
+
+    def _reach(self, output):
+        """Lower and upper corner of an output over the times that are shown: its box may move."""
+        return output.reach(*(output.nearest(time) for time in (self.times[0], self.times[-1])))
 
     def _surface(self, time):
         """Points, normals, triangles, values at points."""
@@ -168,7 +180,7 @@ class Flow:
         """Points that a picture shows."""
         found = []
         for number, (axis, at, output) in enumerate(self.planes):
-            low, high = output.corners(-1)
+            low, high = self._reach(output)
             a = "xyz".index(axis)
             low[a] = high[a] = at
             found.append(np.array(np.meshgrid(*zip(low, high))).reshape(3, -1).T)
@@ -176,8 +188,7 @@ class Flow:
             found += [self._surface(time)[0][::7] for time in times]
         points = np.concatenate(found)
         if not len(points):
-            low, high = self.vortices.corners(-1)
-            points = np.stack([low, high])
+            points = np.stack(self._reach(self.vortices))
         return points
 
     def marks(self):
@@ -186,7 +197,7 @@ class Flow:
             return []
         from matplotlib.ticker import MaxNLocator
         axis, at, output = self.planes[0]
-        low, high = output.corners(-1)
+        low, high = self._reach(output)
         a = "xyz".index(axis)
         low[a] = at
         found = []
@@ -203,16 +214,15 @@ class Flow:
 
     def obstacles(self, time):
         meshes = []
-        fluid = self.results.physics["fluid"]
-        low = np.asarray(fluid["lower"], float)
-        high = low + fluid["spacing"] * np.array(fluid["cells"])
         for obstacle in self.results.physics.get("obstacle", []):
             place = np.asarray(obstacle["centre"], float) + time * np.asarray(obstacle["velocity"], float) + np.sin(2 * np.pi * obstacle["frequency"] * time) * np.asarray(obstacle["amplitude"], float)
             if obstacle["kind"] == "sphere":
                 meshes.append(shapes.capsules(place[None], place[None], np.array([obstacle["radius"]]), BODY))
             else:
-                top = next((at for axis, at, _ in self.planes if axis == "z"), high[2])  # what stands on a plane would hide it
-                ends = np.stack([[*place[:2], low[2]], [*place[:2], top + 1e-3 * obstacle["radius"]]])
+                low, high = zip(*(self._reach(output) for output in self._used))
+                bottom, top = np.min(low, axis=0)[2], np.max(high, axis=0)[2]
+                top = next((at for axis, at, _ in self.planes if axis == "z"), top)  # what stands on a plane would hide it
+                ends = np.stack([[*place[:2], bottom], [*place[:2], top + 1e-3 * obstacle["radius"]]])
                 second = obstacle["second_radius"] or obstacle["radius"]
                 meshes.append(shapes.columns(ends, obstacle["radius"], second, BODY))
         return meshes
