@@ -107,6 +107,14 @@ class Results:
         return _json(path) if path.exists() else {}
 
     @cached_property
+    def relaxed(self):
+        """Whether the rods were relaxed to rest (time.relax). Physics have no times: the summary shows it, or during the run its newest checkpoint."""
+        if self.summary or not self.checkpoints:
+            return "relaxation" in self.summary
+        with OwnFile(self.directory / f"checkpoint_{self.checkpoints[-1]:012d}.h5") as file, reading(file.path):
+            return bool(json.loads(file.attrs["settings"])["time"].get("relax"))
+
+    @cached_property
     def constants(self):
         """[constants] of the scene, {name: value}."""
         return {name: entry["value"] for name, entry in self.physics.get("constants", {}).items()}

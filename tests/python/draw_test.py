@@ -18,8 +18,9 @@ from skein.needs import NotResults
 from skein.picture import flow, shapes, sheet, sky, vtk_stage
 from skein.picture.camera import framed
 from skein.picture.colours import CHOICES, Scale, bright, named, phases, strain_of
-from skein.picture.draw import Pictures, movie
+from skein.picture.draw import Pictures, movie, when
 from skein.picture.view import Choice, View
+from skein.results import Group
 
 # Fewer of the same rods, each of which takes milliseconds in matplotlib; pit_1024 and nest_460 have all of theirs.
 SMALLER = {**{f"pit_{name}": "rods.snakes.placement.count=128" for name in ("1024_friction", "1024_published", "4096", "16384")},
@@ -471,6 +472,10 @@ class Draw(unittest.TestCase):
         exact = runs[1].rods[0].field(len(runs[1].frames) - 1, "strain")
         found = View(runs[0], [0], Choice(colour="strain"), 1.0).paint._values_of(runs[0].rods[0], 0)
         np.testing.assert_allclose(found, exact, atol=0.05 * np.abs(exact).max())
+        self.assertEqual(when(runs[0], 0), f"{runs[0].summary['steps']} steps")
+        (out[0] / "summary.json").unlink()  # as during a run
+        self.assertEqual(when(skein.open(out[0]), 0), when(runs[0], 0))
+        self.assertEqual(when(skein.open(self.out), 0), "0.00 ms")
 
     def test_progress_is_for_terminals(self):
         """A line with the time that is left on a terminal, nothing in a pipe."""

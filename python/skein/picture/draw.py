@@ -121,10 +121,14 @@ def _staged(run, frames, choice, renderer, width, height, samples):
 
 
 def _one(view, stage, page, frame):
-    shown = view.shown(frame)
-    steps = view.results.physics["time"].get("relax")  # of a relaxation there is no time
-    words = f"{view.results.frames.step[frame]} steps" if steps else sheet.time_words(shown.time, float(view.results.time[-1]))
-    return page.filled(stage.draw(view, shown), words)
+    return page.filled(stage.draw(view, view.shown(frame)), when(view.results, frame))
+
+
+def when(results, frame):
+    """Words for the time of a frame; a relaxation has steps alone."""
+    if results.relaxed:
+        return f"{results.frames.step[frame]} steps"
+    return sheet.time_words(float(results.time[frame]), float(results.time[-1]))
 
 
 def _saved(to, write):
