@@ -277,14 +277,18 @@ class Group:
         section, elements = self.physics["section"], self.elements
         if section["kind"] == "circular" or self.is_body:
             return np.ones(elements + 1)
-        s = (np.arange(elements) + 0.5) / elements * self.physics["shape"]["length"]
-        reach = []
-        for name, profile in (("radius", "profile"), ("radius_2", "profile_2")):
-            if section.get(f"{name}_formula"):
-                reach.append(evaluate(section[f"{name}_formula"], **self._results.constants, s=s, L=self.physics["shape"]["length"]))
-            else:
-                reach.append(section[name] * np.asarray(section[profile] or section["profile"] or 1.0))
-        ratio = np.broadcast_to(reach[1] / reach[0], elements)
+        length = self.physics["shape"]["length"]
+        share = np.asarray(self.physics["shape"]["length_profile"] or np.ones(elements), float)
+        middle = (np.cumsum(share) - 0.5 * share) / share.sum()
+
+        def scale(radius, profile, otherwise):
+            if section.get(f"{radius}_formula"):
+                return evaluate(section[f"{radius}_formula"], **self._results.constants, s=middle * length, L=length) / section[radius]
+            return np.asarray(section[profile]) if section[profile] else otherwise
+
+        one = scale("radius", "profile", 1 + (section["taper"] - 1) * middle)
+        two = scale("radius_2", "profile_2", one)
+        ratio = np.broadcast_to(section["radius_2"] * two / (section["radius"] * one), elements)
         return np.concatenate([ratio[:1], 0.5 * (ratio[1:] + ratio[:-1]), ratio[-1:]])
 
     @cached_property

@@ -6,6 +6,7 @@ import subprocess
 import sys
 import tempfile
 import unittest
+from types import SimpleNamespace
 
 import h5py
 import numpy as np
@@ -99,6 +100,26 @@ class Shapes(unittest.TestCase):
             ring = mesh.points[np.isclose(mesh.points[:, 2], 0.25 * k)]
             self.assertAlmostEqual(ring[:, 0].max(), 0.1 / np.sqrt(ratio), places=6)
             self.assertAlmostEqual(ring[:, 1].max(), 0.1 * np.sqrt(ratio), places=6)
+
+    def test_ratio_of_both_radii_along_the_rod(self):
+        """As src/rod/sections.cpp has them: the scale along d1 is that along d2 too, unless the latter has its own."""
+        own = {"radius": 4e-3, "radius_2": 2e-3, "profile": [], "profile_2": [], "radius_formula": "", "radius_2_formula": "", "taper": 1.0}
+        for given, shares, elements in (({}, [], [0.5, 0.5, 0.5, 0.5]),
+                                        ({"taper": 0.2}, [], [0.5, 0.5, 0.5, 0.5]),
+                                        ({"profile": [1, 2, 4, 8]}, [], [0.5, 0.5, 0.5, 0.5]),
+                                        ({"profile_2": [1, 2, 4, 8]}, [], [0.5, 1, 2, 4]),
+                                        ({"profile": [1, 2, 4, 8], "profile_2": [1, 1, 2, 2]}, [], [0.5, 0.25, 0.25, 0.125]),
+                                        ({"taper": 0.2, "profile_2": [1, 1, 1, 1]}, [], [0.5 / 0.9, 0.5 / 0.7, 0.5 / 0.5, 0.5 / 0.3]),
+                                        ({"radius_formula": "a*(1 + s/L)"}, [], [0.5, 0.5, 0.5, 0.5]),
+                                        ({"radius_2_formula": "2e-3*(1 + s/L)"}, [], [0.5 * 1.125, 0.5 * 1.375, 0.5 * 1.625, 0.5 * 1.875]),
+                                        ({"radius_formula": "a*(1 + s/L)", "radius_2_formula": "a"}, [], [1 / 1.125, 1 / 1.375, 1 / 1.625, 1 / 1.875]),
+                                        ({"taper": 0.2, "radius_2_formula": "a"}, [], [1 / 0.9, 1 / 0.7, 1 / 0.5, 1 / 0.3]),
+                                        ({"radius_2_formula": "2e-3*(1 + s/L)"}, [1, 1, 1, 5], [0.5 * 1.0625, 0.5 * 1.1875, 0.5 * 1.3125, 0.5 * 1.6875])):
+            with self.subTest(given=given, shares=shares):
+                rods = {"name": "flat", "section": own | {"kind": "elliptic"} | given, "shape": {"elements": 4, "length": 0.3, "length_profile": shares}}
+                group = Group(SimpleNamespace(physics={"rods": [rods]}, constants={"a": 4e-3}), "flat")
+                a, b, c, d = elements
+                np.testing.assert_allclose(group.flatness, [a, (a + b) / 2, (b + c) / 2, (c + d) / 2, d], rtol=1e-12)
 
     def test_rectangular_sections_lie_along_their_directors(self):
         nodes = np.linspace([0, 0, 0], [0, 0, 1], 5)[None]
