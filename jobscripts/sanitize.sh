@@ -3,7 +3,7 @@
 #
 #   bash jobscripts/sanitize.sh [--quick] [--no-install] [--jobs N]
 #
-#   --quick        five unit tests that need no whole program: minutes instead of half an hour
+#   --quick        four unit tests that need no whole program: minutes instead of half an hour
 #   --no-install   install no packages; say which are missing
 #   --jobs N       compilers, then cores for tests, at a time; default: one per core, as far as memory goes
 set -euo pipefail
@@ -12,7 +12,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 quick=()
 while (($#)); do
     if [[ $1 == --quick ]]; then
-        quick=(core_test_x86_64_v3 parallel_test loads_test contact_test io_test)
+        quick=(core_test_x86_64_v3 parallel_test loads_test contact_test)
         shift
         continue
     fi
