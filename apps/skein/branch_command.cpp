@@ -49,14 +49,11 @@ CheckpointInfo parent_of(const Communicator& comm, const std::string& name) {
     return {};
 }
 
-std::string json_of_branch(const std::string& scene, const std::string& parent, std::int64_t step, double time,
-                           const std::vector<KeyChange>& changes) {
+nlohmann::ordered_json json_of_branch(const std::string& scene, const std::string& parent, std::int64_t step,
+                                      double time, const std::vector<KeyChange>& changes) {
     nlohmann::ordered_json changed = nlohmann::ordered_json::array();
     for (const KeyChange& c : changes) changed.push_back({{"key", c.key}, {"was", c.was}, {"now", c.now}});
-    return nlohmann::ordered_json{
-               {"scene", scene}, {"parent", parent}, {"step", step}, {"time_s", time}, {"changes", changed}}
-               .dump(2) +
-           "\n";
+    return {{"scene", scene}, {"parent", parent}, {"step", step}, {"time_s", time}, {"changes", changed}};
 }
 
 } // namespace
@@ -87,7 +84,8 @@ int branch_command(const BranchArguments& arguments, int& argc, char**& argv) {
             fs::create_directories(to);
             write_file(scene.file, branch_file(scene, parent, changes));
             const double time = parent.shift + static_cast<double>(parent.step) * parent.dt;
-            if (arguments.json) return print_result(json_of_branch(scene.file, directory, parent.step, time, changes));
+            if (arguments.json)
+                return print_document(json_of_branch(scene.file, directory, parent.step, time, changes));
             std::printf("%s begins with step %lld of %s, t = %g s%s%s\nRun it: skein run %s\n", scene.file.c_str(),
                         static_cast<long long>(parent.step), directory.c_str(), time,
                         changes.empty() ? "" : "; changed:", text_of(changes).c_str(), arguments.to.c_str());

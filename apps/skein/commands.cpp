@@ -252,14 +252,12 @@ int check_command(SceneArguments arguments, bool json) {
         refuse_faults(scene, plan, groups);
         refuse_run_beyond_memory(scene, plan);
         if (json)
-            return print_result(Json{{"scene", arguments.file},
-                                     {"rods", plan.rods},
-                                     {"elements", plan.elements},
-                                     {"steps", plan.steps},
-                                     {"dt_s", plan.dt},
-                                     {"notes", plan.notes}}
-                                    .dump(2) +
-                                "\n");
+            return print_document(Json{{"scene", arguments.file},
+                                       {"rods", plan.rods},
+                                       {"elements", plan.elements},
+                                       {"steps", plan.steps},
+                                       {"dt_s", plan.dt},
+                                       {"notes", plan.notes}});
         std::printf("%s: good; %lld rods, %lld elements, %lld steps of %.6g s\n", arguments.file.c_str(),
                     static_cast<long long>(plan.rods), static_cast<long long>(plan.elements),
                     static_cast<long long>(plan.steps), plan.dt);
@@ -280,14 +278,12 @@ int self_check_command(int threads_wanted, int lanes_wanted, bool json, int& arg
                                  std::to_string(machine.lanes) + " lanes, " + SKEIN_COMPILER +
                                  "); trust no result of it");
         if (json && comm.root())
-            print_result(Json{{"ranks", machine.ranks},
-                              {"threads", machine.threads},
-                              {"lanes", machine.lanes},
-                              {"level", level_name(machine.lanes)},
-                              {"seconds", wall_seconds() - started},
-                              {"digest", digest_text(digest)}}
-                             .dump(2) +
-                         "\n");
+            print_document(Json{{"ranks", machine.ranks},
+                                {"threads", machine.threads},
+                                {"lanes", machine.lanes},
+                                {"level", level_name(machine.lanes)},
+                                {"seconds", wall_seconds() - started},
+                                {"digest", digest_text(digest)}});
         else if (comm.root())
             std::printf("self-check: good on %d x %d, %d lanes (%s), in %.2f s; digest %s\n", machine.ranks,
                         machine.threads, machine.lanes, std::string(level_name(machine.lanes)).c_str(),

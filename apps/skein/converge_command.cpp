@@ -127,7 +127,7 @@ std::string tell_figures(const Study& study, const ConvergeArguments& arguments,
     return unknown;
 }
 
-std::string json_of_runs(const Study& study) {
+nlohmann::ordered_json json_of_runs(const Study& study) {
     nlohmann::ordered_json runs = nlohmann::ordered_json::array();
     for (const StudyRun& run : study.made())
         runs.push_back({{"name", run.name},
@@ -135,7 +135,7 @@ std::string json_of_runs(const Study& study) {
                         {"dt_s", run.dt},
                         {"steps", run.steps},
                         {"predicted_core_seconds", run.predicted}});
-    return runs.dump(2) + "\n";
+    return runs;
 }
 
 } // namespace
@@ -158,7 +158,7 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
                         runs_text(study).c_str());
             std::fflush(stdout);
         }
-        if (arguments.dry_run && arguments.json && comm.root()) print_result(json_of_runs(study));
+        if (arguments.dry_run && arguments.json && comm.root()) print_document(json_of_runs(study));
         if (arguments.dry_run) return static_cast<int>(Exit::done);
         on_root(comm, [&] { require_own(out); });
         const Exit code = make_runs(comm, machine, study, out, arguments.progress);

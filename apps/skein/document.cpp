@@ -2,6 +2,7 @@
 
 #include "skein/core/error.hpp"
 
+#include <nlohmann/json.hpp>
 #include <unistd.h>
 
 #include <cerrno>
@@ -31,5 +32,7 @@ void print_result(const std::string& text) {
     if (!to || std::fputs(text.c_str(), to) < 0 || std::fflush(to) != 0)
         throw IoError("standard output: " + std::string(std::strerror(errno)));
 }
+
+void print_document(const nlohmann::ordered_json& document) { print_result(document.dump(2) + "\n"); }
 
 } // namespace skein

@@ -34,7 +34,7 @@ std::string table_of(const std::vector<Comparison>& all) {
     return text;
 }
 
-std::string json_of(const std::vector<Comparison>& all) {
+nlohmann::ordered_json json_of(const std::vector<Comparison>& all) {
     nlohmann::ordered_json rows = nlohmann::ordered_json::array();
     for (const Comparison& one : all)
         rows.push_back({{"column", one.expected.column},
@@ -45,7 +45,7 @@ std::string json_of(const std::vector<Comparison>& all) {
                         {"allowed", one.expected.allowed()},
                         {"reference", one.expected.reference},
                         {"met", one.met()}});
-    return rows.dump(2) + "\n";
+    return rows;
 }
 
 /// Prints the comparison and returns its exit code.
@@ -56,7 +56,8 @@ int compare(const SceneSpec& scene, const std::string& out, bool json) {
         const double found = found_in(series, expected);
         all.push_back({expected, found, found - expected.value});
     }
-    print_result(json ? json_of(all) : table_of(all));
+    if (json) print_document(json_of(all));
+    else print_result(table_of(all));
     return std::all_of(all.begin(), all.end(), [](const Comparison& one) { return one.met(); })
                ? 0
                : static_cast<int>(Exit::unexpected);

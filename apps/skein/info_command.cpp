@@ -184,7 +184,8 @@ int info_command(InfoArguments arguments, int& argc, char**& argv) {
         } else if (!results.empty()) {
             text += fmt::format("{}: no checkpoint in {}\n", scene.file, results);
         }
-        print_result(as_json ? json.dump(2) + "\n" : text);
+        if (as_json) print_document(json);
+        else print_result(text);
     });
 }
 

@@ -26,10 +26,10 @@ nlohmann::ordered_json json_of_recipe(const Recipe& recipe) {
     return {{"kind", recipe.kind}, {"purpose", purpose(recipe)}};
 }
 
-std::string json_of_recipes() {
+nlohmann::ordered_json json_of_recipes() {
     nlohmann::ordered_json all = nlohmann::ordered_json::array();
     for (const Recipe& recipe : recipes) all.push_back(json_of_recipe(recipe));
-    return all.dump(2) + "\n";
+    return all;
 }
 
 std::string list_of_recipes() {
@@ -43,7 +43,7 @@ std::string list_of_recipes() {
 int new_command(const NewArguments& arguments) {
     return alone([&] {
         if (arguments.kind.empty()) {
-            if (arguments.json) return print_result(json_of_recipes());
+            if (arguments.json) return print_document(json_of_recipes());
             fmt::print("Kinds of scenes:\n{}\nskein new KIND writes KIND.toml; skein new KIND FILE another file.\n",
                        list_of_recipes());
             return;
@@ -62,7 +62,7 @@ int new_command(const NewArguments& arguments) {
         if (arguments.json) {
             nlohmann::ordered_json json = json_of_recipe(*recipe);
             json["file"] = file;
-            return print_result(json.dump(2) + "\n");
+            return print_document(json);
         }
         fmt::print("{}: {}\nskein run {}\n", file, purpose(*recipe), file);
     });

@@ -35,17 +35,16 @@ std::int64_t chosen(const Communicator& comm, const std::string& text, std::int6
 }
 
 /// The result as JSON: a segment, the digest that was written at its end, the computed one, and what differs.
-std::string result_json(const std::string& directory, std::int64_t segment, const CheckpointInfo& from,
-                        const CheckpointInfo& to, std::uint64_t digest, const std::string& difference) {
-    const nlohmann::ordered_json result{{"directory", directory},
-                                        {"segment", segment},
-                                        {"from_step", from.step},
-                                        {"to_step", to.step},
-                                        {"written", digest_text(to.digest)},
-                                        {"computed", digest_text(digest)},
-                                        {"same", difference.empty()},
-                                        {"difference", difference}};
-    return result.dump(2) + "\n";
+nlohmann::ordered_json result_json(const std::string& directory, std::int64_t segment, const CheckpointInfo& from,
+                                   const CheckpointInfo& to, std::uint64_t digest, const std::string& difference) {
+    return {{"directory", directory},
+            {"segment", segment},
+            {"from_step", from.step},
+            {"to_step", to.step},
+            {"written", digest_text(to.digest)},
+            {"computed", digest_text(digest)},
+            {"same", difference.empty()},
+            {"difference", difference}};
 }
 
 } // namespace
@@ -94,7 +93,7 @@ int verify_command(const VerifyArguments& arguments, int& argc, char**& argv) {
         std::string difference = skein::difference_to(simulation, to.file);
         if (difference.empty() && digest != to.digest) difference = "the digest of the state is another one";
         if (arguments.json && comm.root())
-            print_result(result_json(arguments.directory, segment, from, to, digest, difference));
+            print_document(result_json(arguments.directory, segment, from, to, digest, difference));
         if (!difference.empty())
             throw DifferenceError(arguments.directory + ": steps " + std::to_string(from.step) + " to " +
                                   std::to_string(to.step) + " computed again lead to digest " + digest_text(digest) +
