@@ -96,7 +96,7 @@ template <int W> SKEIN_INLINE Pack<W> where_set(unsigned bits, double value) {
     }
 #endif
     Pack<W> lanes(0.0);
-    for (int lane = 0; lane < W; ++lane) lanes.set(lane, bits >> lane & 1 ? value : 0);
+    for (int lane = 0; lane < lanes_of<W>; ++lane) lanes.set(lane, bits >> lane & 1 ? value : 0);
     return lanes;
 }
 

@@ -69,7 +69,7 @@ public:
         int lanes = 0; ///< lanes with rods of their own
 
         ContactMemory<double>& memory_at(int point, std::size_t wall, int lane) {
-            return memory[(to_index(point) * entry.size() + wall) * W + to_index(lane)];
+            return memory[(to_index(point) * entry.size() + wall) * lanes_of<W> + to_index(lane)];
         }
         /// The energy of its spring counts as friction work when a point leaves a wall.
         void end_contact(int point, std::size_t wall, int lane) {
@@ -81,7 +81,7 @@ public:
         /// For checkpoints: work by wall, memory by point and wall.
         void append_memory(int lane, std::vector<double>& numbers) const {
             for (const Work& w : work) numbers.insert(numbers.end(), {w.friction[lane], w.viscous[lane]});
-            for (std::size_t i = to_index(lane); i < memory.size(); i += W) {
+            for (std::size_t i = to_index(lane); i < memory.size(); i += lanes_of<W>) {
                 const auto one = std::bit_cast<MemoryNumbers>(memory[i]);
                 numbers.insert(numbers.end(), one.begin(), one.end());
             }
@@ -93,7 +93,7 @@ public:
                 w.viscous.set(lane, numbers[at + 1]);
                 at += 2;
             }
-            for (std::size_t i = to_index(lane); i < memory.size(); i += W) {
+            for (std::size_t i = to_index(lane); i < memory.size(); i += lanes_of<W>) {
                 MemoryNumbers one;
                 std::copy_n(numbers.begin() + static_cast<std::ptrdiff_t>(at), one.size(), one.begin());
                 memory[i] = std::bit_cast<ContactMemory<double>>(one);
@@ -121,7 +121,7 @@ public:
         TileContacts& contacts = tiles_.emplace_back();
         contacts.entry.resize(acting_.size());
         contacts.work.resize(acting_.size());
-        contacts.memory.resize(points_ * acting_.size() * W);
+        contacts.memory.resize(points_ * acting_.size() * lanes_of<W>);
         contacts.touched.assign(points_ * acting_.size(), 0);
         contacts.near.assign(acting_.size(), 0);
         contacts.held.assign(acting_.size(), 0);
@@ -142,7 +142,7 @@ public:
         double most = 0;
         if (at < 0) return most;
         for (const TileContacts& contacts : tiles_)
-            for (int l = 0; nth(contacts.held, at) && l < W; ++l)
+            for (int l = 0; nth(contacts.held, at) && l < lanes_of<W>; ++l)
                 most = std::max(most, nth(contacts.entry, at).max_overlap[l]);
         return most;
     }

@@ -188,7 +188,7 @@ private:
         Vec3<P> towards{}, velocity{};
         P distance{}, width{}, backward{}, sideways{};
         ContactNumbers<P> law{};
-        ContactMemory<double>* memory[W];
+        ContactMemory<double>* memory[lanes_of<W>];
         ContactKinds kinds{};
         unsigned lanes = 0, more = 0; ///< lanes taken; lanes that touch further walls
 
@@ -224,7 +224,7 @@ private:
         WallOfLanes one;
         alignas(64) static thread_local ContactMemory<double> none; // load_transposed reads 32 bytes at once
         none = {};
-        std::fill_n(one.memory, W, &none);
+        std::fill_n(one.memory, lanes_of<W>, &none);
         const WallNow* first = nullptr;
         for (const std::size_t w : contacts.checked) {
             const unsigned left = contacts.left[w];

@@ -57,6 +57,9 @@ template <int W, class At> SKEIN_INLINE LoadedVectors<W> load_transposed(At&& at
             return Pack<W>(__builtin_shufflevector(a, b, 2, 3, 10, 11, 6, 7, 14, 15));
         };
         return {{low(even01, even23), low(odd01, odd23), high(even01, even23)}, high(odd01, odd23)};
+    } else if constexpr (lanes_of<W> == 1) {
+        const double* one = at(0);
+        return {{Pack<W>(one[0]), Pack<W>(one[1]), Pack<W>(one[2])}, Pack<W>(one[3])};
     } else {
         std::array<double, W> number[4];
         for (int i = 0; i < W; ++i)
@@ -103,7 +106,7 @@ SKEIN_INLINE void store_transposed(const Vec3<Pack<W>>& vector, const Pack<W>& f
         put(0, xy_even, zw_even);
         put(1, xy_odd, zw_odd);
     } else {
-        for (int i = 0; i < W; ++i) {
+        for (int i = 0; i < lanes_of<W>; ++i) {
             double* to = at(i);
             to[0] = vector.x[i];
             to[1] = vector.y[i];

@@ -23,13 +23,15 @@ template <int W> struct Strided {
 };
 
 /// Largest number of packs in a strip: 2 kB a register at all widths.
-template <int W> inline constexpr int strip = 256 / W;
+template <int W> inline constexpr int strip = static_cast<int>(256 * sizeof(double) / sizeof(Pack<W>));
 template <int W> struct StripRegisters { Pack<W> value[InstructionList::most_registers][strip<W>]; };
 
 /// Value of a table, lane by lane.
 template <int W> Pack<W> looked_up(const FormulaTable& table, Op op, const Pack<W>& x) {
+    if constexpr (W == dual) // the slope of a slope is 0, but for corners
+        return op == Op::tabulated ? with_slope(x, table(x[0]), table.slope(x[0])) : Pack<W>(table.slope(x[0]));
     Pack<W> r;
-    for (int i = 0; i < W; ++i) r.set(i, op == Op::tabulated ? table(x[i]) : table.slope(x[i]));
+    for (int i = 0; i < lanes_of<W>; ++i) r.set(i, op == Op::tabulated ? table(x[i]) : table.slope(x[i]));
     return r;
 }
 
@@ -58,7 +60,7 @@ template <int W> void evaluate(const InstructionList& list, std::span<const Form
         }
         if (!in.then) {
             with_operation(in.op, [&]<Op op>() {
-                if constexpr (largest_ordinary < op >> 0)
+                if constexpr (largest_ordinary < op >> 0 && W != dual)
                     if (all_within(largest_ordinary<op>, a, count)) {
                         for (int i = 0; i < count; ++i) to[i] = operate_ordinary<op>(a[i]);
                         return;

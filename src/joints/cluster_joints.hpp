@@ -124,6 +124,7 @@ template <class F> auto with_joint(const JointSpec& spec, F&& f) {
 
 template <int W> class JointsOfCluster : public ClusterJoints<W> {
     using P = Pack<W>;
+    static constexpr int lanes = lanes_of<W>;
 
 public:
     /// `gains`: of the kicks, where there are junctions.
@@ -224,10 +225,10 @@ private:
     struct Slots {
         std::uint32_t a, a_next, b, b_next;
     };
-    using Lanes = std::array<std::uint8_t, W>;
+    using Lanes = std::array<std::uint8_t, lanes>;
     /// W joints of a copy by itself; the last one fills up.
     struct Gathered {
-        std::array<Slots, W> slots;
+        std::array<Slots, lanes> slots;
         Lanes lane_a, lane_b;
         int count = 0;
         JointConstants<P> constants;
@@ -254,7 +255,7 @@ private:
         }
         for (const RodGroup* group : assembly.groups) {
             const std::size_t g = to_index(group->id()), slots = to_index(group->slots());
-            const std::int64_t rods = group->rods_per_copy(), tiles = tiles_within(rods, W);
+            const std::int64_t rods = group->rods_per_copy(), tiles = tiles_within(rods, lanes);
             slots_of_[g] = slots;
             is_body_[g] = !group->strained();
             for (const auto& [layout, count] : {std::pair(&across_, rods), std::pair(&within_, tiles)}) {
@@ -263,8 +264,8 @@ private:
                 layout->tiles += to_index(count);
                 layout->slots += to_index(count) * slots;
             }
-            if (const int lanes = static_cast<int>(rods - (tiles - 1) * W); lanes < W)
-                spare_.push_back({within_.slots - slots, slots, lanes});
+            if (const int taken = static_cast<int>(rods - (tiles - 1) * lanes); taken < lanes)
+                spare_.push_back({within_.slots - slots, slots, taken});
         }
     }
 
@@ -274,11 +275,11 @@ protected:
         const auto at = [&](const Layout& layout, std::size_t tile) {
             return layout.first[g] + tile * slots_of_[g] + s;
         };
-        const auto alone = to_index(rod), shared = to_index(rod / W);
-        const int l = static_cast<int>(rod % W);
+        const auto alone = to_index(rod), shared = to_index(rod / lanes);
+        const int l = static_cast<int>(rod % lanes);
         const bool last = rod + 1 == groups[g].rods_per_copy(); // spare lanes repeat it
-        return {at(across_, alone), at(within_, shared),           l,
-                last ? W : l + 1,   across_.first_tile[g] + alone, within_.first_tile[g] + shared};
+        return {at(across_, alone),   at(within_, shared),           l,
+                last ? lanes : l + 1, across_.first_tile[g] + alone, within_.first_tile[g] + shared};
     }
 
 private:
@@ -315,7 +316,8 @@ private:
     JointMemoryPlace state_of_last() const {
         const Run& run = runs_.back();
         const std::size_t i = run.end - run.first - 1;
-        return {run.first_memory + run.numbers * i, run.first_packed + run.numbers * (i / W), static_cast<int>(i % W)};
+        return {run.first_memory + run.numbers * i, run.first_packed + run.numbers * (i / lanes),
+                static_cast<int>(i % lanes)};
     }
     /// Behind the memory of a run.
     static std::size_t memory_end(const Run& run, bool across) {
@@ -341,16 +343,16 @@ private:
         constants_.push_back(constants_of(joint));
         first_of_.emplace_back(joint.first.group, joint.first.rod);
         run.end = slots_across_.size();
-        if (run.end_pack == run.first_pack || gathered_.back().count == W) {
+        if (run.end_pack == run.first_pack || gathered_.back().count == lanes) {
             gathered_.emplace_back();
             ++run.end_pack;
         }
         Gathered& pack = gathered_.back();
-        for (int l = pack.count; l < W; ++l) {
+        for (int l = pack.count; l < lanes; ++l) {
             const auto at = to_index(l);
-            pack.slots[at] = slots(joint, within_, W);
-            pack.lane_a[at] = static_cast<std::uint8_t>(joint.first.rod % W);
-            pack.lane_b[at] = static_cast<std::uint8_t>(joint.second.rod % W);
+            pack.slots[at] = slots(joint, within_, lanes);
+            pack.lane_a[at] = static_cast<std::uint8_t>(joint.first.rod % lanes);
+            pack.lane_b[at] = static_cast<std::uint8_t>(joint.second.rod % lanes);
             set(pack.constants, l, constants_.back());
         }
         ++pack.count;
@@ -490,7 +492,7 @@ private:
 
     /// Number of a lane that is known only as the program runs.
     SKEIN_INLINE static double& number(P& pack, int lane) {
-        assert(0 <= lane && lane < W);
+        assert(0 <= lane && lane < lanes);
         return reinterpret_cast<double*>(&pack)[lane];
     }
     SKEIN_INLINE static double number(const P& pack, int lane) { return number(const_cast<P&>(pack), lane); }
@@ -503,9 +505,12 @@ private:
                 [&](std::size_t l) -> const auto& { return at(l).*member; }, lane);
         };
         if constexpr (std::is_same_v<Field, P>) {
-            std::array<double, W> x;
-            for (std::size_t l = 0; l < W; ++l) x[l] = number(at(l), lane[l]);
-            return std::bit_cast<P>(x);
+            if constexpr (lanes == 1) return at(0);
+            else {
+                std::array<double, lanes> x;
+                for (std::size_t l = 0; l < lanes; ++l) x[l] = number(at(l), lane[l]);
+                return std::bit_cast<P>(x);
+            }
         } else if constexpr (std::is_same_v<Field, Vec3<P>>) {
             return Field{part(&Field::x), part(&Field::y), part(&Field::z)};
         } else {
@@ -583,7 +588,7 @@ private:
             for (std::size_t k = tile.first; k < tile.first + tile.slots; ++k)
                 for (Vec3<P>* v : {&load[k].force, &load[k].couple})
                     for (P* pack : {&v->x, &v->y, &v->z})
-                        for (int l = tile.lanes; l < W; ++l) number(*pack, l) = number(*pack, tile.lanes - 1);
+                        for (int l = tile.lanes; l < lanes; ++l) number(*pack, l) = number(*pack, tile.lanes - 1);
     }
 
     bool world_ = false;

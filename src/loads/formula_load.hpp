@@ -118,7 +118,7 @@ template <int W> FormulaLoad::TileData<W> FormulaLoad::bind(const RodTile<W>& ro
     data.force_weight.resize(to_index(rod.n) + 1, Pack<W>(0.0));
     data.couple_weight.resize(to_index(rod.n), Pack<W>(0.0));
     for (int i = 0; i <= rod.n; ++i)
-        for (int l = 0; l < W; ++l) {
+        for (int l = 0; l < lanes_of<W>; ++l) {
             const int slot = rod.strands->slot(l, i), elements = rod.group_of(l).elements();
             nth(data.force_weight, i).set(l, slot == (at == FormulaAt::start ? 0 : elements));
             if (i < rod.n) nth(data.couple_weight, i).set(l, slot == (at == FormulaAt::start ? 0 : elements - 1));

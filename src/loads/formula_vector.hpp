@@ -74,7 +74,7 @@ template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodT
     for (auto& input : inputs) input.resize(to_index(rows));
     const bool with_start =
         of.program.uses(Variable::start_x) || of.program.uses(Variable::start_y) || of.program.uses(Variable::start_z);
-    for (int l = 0; l < W; ++l) {
+    for (int l = 0; l < lanes_of<W>; ++l) {
         const FormulaPlaces along(rod.group_of(l), rod.index_of(l), middles, with_start);
         for (int i = 0; i < rows; ++i) {
             const int slot = rod.strands ? std::max(0, rod.strands->slot(l, i)) : i;

@@ -23,7 +23,7 @@ namespace skein {
 
 struct Guide {
     static constexpr std::string_view kind = "guide";
-    static constexpr bool for_rigid_bodies = false, for_rings = false;
+    static constexpr bool for_rigid_bodies = false, for_rings = false, feels_all_nodes = true;
     double stiffness = 0;           ///< k, N/m
     std::string along = "xyz";      ///< D
     std::vector<std::string> place; ///< p, m

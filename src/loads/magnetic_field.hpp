@@ -94,7 +94,7 @@ struct MagneticField {
     };
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
         bool straight = true;
-        for (int i = 0; i < W; ++i) {
+        for (int i = 0; i < lanes_of<W>; ++i) {
             const auto start = rod.group_of(i).start_directors();
             for (const Quaterniond& q : start) straight = straight && same_bits(q, start[0]);
         }
@@ -102,7 +102,7 @@ struct MagneticField {
         data.stride = straight ? 0 : 1;
         data.moment.resize(straight ? 1 : to_index(rod.n));
         for (int k = 0; k < static_cast<int>(data.moment.size()); ++k)
-            for (int i = 0; i < W; ++i) {
+            for (int i = 0; i < lanes_of<W>; ++i) {
                 const RodGroup& group = rod.group_of(i);
                 const Quaterniond start = group.start_director(rod.index_of(i), to_index(rod.element_of(i, k)));
                 set_lane(nth(data.moment, k), i,

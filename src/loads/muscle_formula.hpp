@@ -69,7 +69,7 @@ struct MuscleFormula {
         for (int i = 0; i <= rod.n; ++i) {
             Pack<W> acts(1.0);
             Vec3<Pack<W>> stiffness{};
-            for (int l = 0; l < W; ++l) {
+            for (int l = 0; l < lanes_of<W>; ++l) {
                 const RodGroup& group = rod.group_of(l);
                 const int slot = rod.strands ? rod.strands->slot(l, i) : i;
                 const bool held = slot == 0                  ? group.spec().start == EndKind::clamped

@@ -85,7 +85,7 @@ public:
         const bool bound = rod.number < own_.size();
         if (bound || !rod.group->walls_differ()) return;
         Own& own = own_.emplace_back();
-        for (int l = 0; l < W; ++l) {
+        for (int l = 0; l < lanes_of<W>; ++l) {
             const Quaterniond axes = rod.group->copy_axes(rod.index[l]), from = inverse(axes);
             set_lane(own.frame[start], l, rod.group->frame(rod.index[l]));
             set_lane(own.frame[end], l, rod.group->end_frame(rod.index[l]));
@@ -99,7 +99,7 @@ public:
     void bind_home(const RodTile<W>& rod) {
         std::vector<Slot<1>> state(to_index(rod.n) + 1);
         Home& home = home_.emplace_back();
-        for (int l = 0; l < W; ++l) {
+        for (int l = 0; l < lanes_of<W>; ++l) {
             rod.group->start_state(rod.index[l], state);
             set_lane(home.place[start], l, lane(state.front().position, 0));
             set_lane(home.place[end], l, lane(state.back().position, 0));

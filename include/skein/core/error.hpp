@@ -15,7 +15,8 @@ enum class Exit {
     internal = 6,
     differs = 7,
     unsettled = 8,
-    unexpected = 9
+    unexpected = 9,
+    unstable = 10
 };
 
 /// Base of every error that Skein raises on purpose. The message states what happened, where, why, and a remedy.

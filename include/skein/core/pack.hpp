@@ -26,8 +26,15 @@ inline constexpr int native_lanes = 4;
 #else
 inline constexpr int native_lanes = 2;
 #endif
+
+/// Width of a number with its slopes (core/dual_pack.hpp): one lane.
+inline constexpr int dual = 1 << 10;
+/// Rods side by side in a pack.
+template <int W> inline constexpr int lanes_of = W;
+template <> inline constexpr int lanes_of<dual> = 1;
+
 template <int W>
-concept Wide = (W > native_lanes);
+concept Wide = (W > native_lanes && W != dual);
 
 namespace detail {
 template <int W> struct Lanes {

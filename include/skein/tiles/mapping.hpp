@@ -82,7 +82,7 @@ LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<dou
     if (!rod.strands) return rows;
     for (int k = 0; k < rod.n; ++k) {
         Row<Pack<W>> row{};
-        for (int i = 0; i < W; ++i) {
+        for (int i = 0; i < lanes_of<W>; ++i) {
             const int slot = rod.strands->slot(i, k);
             set_lane<Row>(row, i, slot >= 0 && slot < rod.group_of(i).elements() ? nth(of_group, slot) : Row<double>{});
         }

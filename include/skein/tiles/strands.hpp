@@ -128,7 +128,7 @@ private:
 
     std::vector<LaneRange> ranges_;
     int rows_;
-    int range_[W]; ///< range of every lane; -1 where it is empty
+    int range_[lanes_of<W>]; ///< range of every lane; -1 where it is empty
 };
 
 /// Harmless numbers for absent slots, from an element that exists.
@@ -162,7 +162,7 @@ template <int W> Strands<W>::Strands(std::span<const LaneRange> ranges, int rows
 template <int W> void Strands<W>::find_ends() {
     const auto mask = [](auto holds) {
         P one(0.0);
-        for (int i = 0; i < W; ++i) one.set(i, holds(i) ? 1 : 0);
+        for (int i = 0; i < lanes_of<W>; ++i) one.set(i, holds(i) ? 1 : 0);
         return one > P(0.0);
     };
     const auto begins = [&](int i) { return range_[i] < 0 || range(i).lane == i; };
@@ -171,7 +171,7 @@ template <int W> void Strands<W>::find_ends() {
     start_wall =
         mask([&](int i) { return range_[i] >= 0 && begins(i) && range(i).group->spec().start == EndKind::clamped; });
     start_walls = any(start_wall);
-    for (int i = 0; i < W; ++i) {
+    for (int i = 0; i < lanes_of<W>; ++i) {
         const RodGroup& group = *range(i).group;
         length.set(i, group.spec().shape.length);
         density.set(i, group.spec().material.density);
@@ -186,7 +186,7 @@ template <int W> void Strands<W>::add_row(int row) {
     Cell c{};
     Node n{};
     P present(0.0), inner(0.0);
-    for (int i = 0; i < W; ++i) {
+    for (int i = 0; i < lanes_of<W>; ++i) {
         const RodGroup& group = *range(i).group;
         const int k = slot(i, row), elements = group.elements();
         const bool has_element = k >= 0 && k < elements,

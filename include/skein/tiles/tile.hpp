@@ -31,7 +31,7 @@ template <int W> struct RodTile {
     const RodGroup* group;
     int n;                                 ///< elements; in a tile along the rows of its strands
     std::size_t number;                    ///< number of the tile within its program on this rank
-    std::int64_t index[W];                 ///< number in the group of each lane's rod; spare lanes repeat the last rod
+    std::int64_t index[lanes_of<W>];       ///< number in the group of each lane's rod; spare lanes repeat the last rod
     int lanes;                             ///< lanes that carry a rod of their own
     int last = n;                          ///< last node; 0 for bodies, whose element has no second one
     const Strands<W>* strands = nullptr;   ///< strands of a tile along
