@@ -53,19 +53,21 @@ set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAK
                           ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp ${CMAKE_SOURCE_DIR}/src/core/rotation.cpp)
 set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/kernels/load_passes_at.cpp
                       ${CMAKE_SOURCE_DIR}/src/kernels/rod_tiles.cpp ${CMAKE_SOURCE_DIR}/src/kernels/rod_tiles_layout.cpp)
+set(SKEIN_STATIC_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/static_rods_at.cpp)
 if(SKEIN_FLUID)
   set(SKEIN_FLUID_KERNELS ${CMAKE_SOURCE_DIR}/src/fluid/flow_solver.cpp)
 else()
   set(SKEIN_FLUID_KERNELS ${CMAKE_SOURCE_DIR}/src/fluid/no_flow_solver.cpp)
 endif()
 
-# skein_level(<level>): libraries skein_contact_<level>, skein_fluid_<level> and skein_rods_<level>_w<width>, and in
+# skein_level(<level>): libraries skein_contact_<level>, skein_fluid_<level>, skein_static_<level> and skein_rods_<level>_w<width>, and in
 # SKEIN_LEVEL_OBJECT_<level> the object that joins them. No definition depends on what is built beside them, so that no option makes the
 # kernels of rods, the longest to compile, anew.
 function(skein_level level)
   add_library(skein_contact_${level} STATIC ${SKEIN_CONTACT_KERNELS})
   add_library(skein_fluid_${level} STATIC ${SKEIN_FLUID_KERNELS})
-  set(parts skein_contact_${level} skein_fluid_${level})
+  add_library(skein_static_${level} STATIC ${SKEIN_STATIC_KERNELS})
+  set(parts skein_contact_${level} skein_fluid_${level} skein_static_${level})
   set(entries "")
   foreach(width ${SKEIN_LEVEL_WIDTHS_${level}})
     if(NOT width IN_LIST SKEIN_WIDTHS)

@@ -63,6 +63,12 @@ std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> grou
     return of_plan.make_rods(plan, groups, std::move(ordered), threads, around);
 }
 
+std::unique_ptr<StaticRods> make_static_rods(const Plan& plan, std::span<const RodGroup> groups,
+                                             std::span<const LocalRod> owned, std::shared_ptr<Walls> walls) {
+    const Surroundings around = make_surroundings(plan, groups, owned, std::move(walls));
+    return kernels(plan.machine.lanes).make_static_rods(plan, groups, owned, around);
+}
+
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads) {
     Surroundings around;

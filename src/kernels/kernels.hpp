@@ -4,6 +4,7 @@
 
 #include "contact/contact_solver.hpp"
 #include "fluid/flow.hpp"
+#include "kernels/static_rods.hpp"
 #include "kernels/surroundings.hpp"
 #include "parallel/threads.hpp"
 #include "plan/plan.hpp"
@@ -24,6 +25,8 @@ struct Kernels {
     /// Throws InputError where Skein was built without the fluid.
     std::unique_ptr<FlowSolver> (*make_flow)(const Communicator& comm, const Threads& threads,
                                              const FlowConstants& constants);
+    std::unique_ptr<StaticRods> (*make_static_rods)(const Plan& plan, std::span<const RodGroup> groups,
+                                                    std::span<const LocalRod> owned, const Surroundings& around);
 };
 
 /// Kernels of the level with so many lanes, or of the widest that this processor runs where that is less.
@@ -33,6 +36,9 @@ const Kernels& kernels(int lanes);
 /// them. `around` becomes what they share with interactions; walls that are there go on.
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads, Surroundings& around);
+/// The same bodies at rest, which need walls and joints alone.
+std::unique_ptr<StaticRods> make_static_rods(const Plan& plan, std::span<const RodGroup> groups,
+                                             std::span<const LocalRod> owned, std::shared_ptr<Walls> walls);
 /// Rods without surroundings.
 std::unique_ptr<Rods> make_rods(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
                                 const Threads& threads);

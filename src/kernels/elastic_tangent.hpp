@@ -1,0 +1,290 @@
+// Internal loads of a rod at rest and their stiffness, element by element and cell by cell. theory.md (75)
+//   element   d nu = Q (dx' - dx)/l + nu x t,   F = Q^T n,   c = l nu x n
+//   cell      slopes of its couples and its tension by both turns and both dilatations: dual numbers
+// n and E are those of the carried strain; loads are corrected by their slopes times nu - carried.
+#pragma once
+
+#include "core/dual_rotation.hpp"
+#include "kernels/static_rods.hpp"
+#include "mechanics/elastic.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+
+template <class Law> class ElasticTangent {
+public:
+    struct Walls {
+        Quaterniond start, end;
+    };
+    /// `load`: where to add, from the rod's first slot on.
+    struct Target {
+        Vec3d *force, *couple;
+        double *force_size, *couple_size;
+        StiffnessRow* row; ///< null: loads alone
+    };
+
+    static void add(const RodGroup& group, const Walls& walls, const Slot<1>* slot, const Vec3d* carried,
+                    const Target& to) {
+        const ElasticTangent rod(group, slot, carried, to);
+        std::vector<Tension> tension(to_index(group.elements()));
+        const Ends ends = ends_of(group);
+        const int n = group.elements();
+        for (int k = 0; k < group.cells(); ++k) rod.add_cell(k, k + 1 == n ? 0 : k + 1, tension);
+        if (ends.start_wall) rod.add_wall(group.start_wall, walls.start, true, tension.front());
+        if (ends.end_wall) rod.add_wall(group.end_wall, walls.end, false, tension.back());
+        for (int k = 0; k < n; ++k) rod.add_element(k, nth(tension, k));
+    }
+
+private:
+    using P = Pack<1>;
+    using D = Pack<dual>;
+    /// Axial force that cells add to an element, N: at the carried strains, and with its slopes.
+    struct Tension {
+        double value = 0, corrected = 0;
+    };
+    /// Gradient of an element's dilatation: by the node after it less the node before it, lab, and by its turn.
+    struct Gradient {
+        Vec3d node, turn;
+    };
+    /// Elements of a cell, or the one of a half cell (the other -1), with their frames.
+    struct CellPlace {
+        int before, after;
+        Quaterniond frame_before, frame_after;
+    };
+
+    ElasticTangent(const RodGroup& group, const Slot<1>* slot, const Vec3d* carried, const Target& to)
+        : group_(group), slot_(slot), carried_(carried), to_(to) {}
+
+    int next(int k) const { return group_.closed() && k + 1 == group_.elements() ? 0 : k + 1; }
+    Quaterniond frame(int k) const { return lane(slot_[k].director, 0); }
+    Vec3d edge(int k) const { return lane(slot_[k + 1].position, 0) - lane(slot_[k].position, 0); }
+    Vec3d strain(int k) const { return nth(group_.element, k).inv_rest_length * (frame(k) * edge(k)); }
+    Gradient gradient(int k) const {
+        const Vec3d nu = strain(k), axis = third_director(frame(k));
+        return {nth(group_.element, k).inv_rest_length * axis, {-nu.y, nu.x, 0}};
+    }
+
+    static D along(double value, int direction) {
+        D d(value);
+        if (direction >= 0) d.d.set(direction, 1.0);
+        return d;
+    }
+    /// Frame of an element whose turn has the directions from `first` on; fixed where first < 0.
+    static Quaternion<D> frame_along(const Quaterniond& q, int first) {
+        if (first < 0) return {D(q.w), {D(q.v.x), D(q.v.y), D(q.v.z)}};
+        Vec3<D::Slopes> slopes{D::Slopes(0.0), D::Slopes(0.0), D::Slopes(0.0)};
+        slopes.x.set(first, 1.0);
+        slopes.y.set(first + 1, 1.0);
+        slopes.z.set(first + 2, 1.0);
+        return turned_along(q, slopes);
+    }
+
+    static constexpr int turn_before = 0, turn_after = 3, stretch_before = 6, stretch_after = 7; // directions
+    static constexpr int rows = 8;
+
+    /// Slopes of a cell's loads: rows and columns are both turns and both dilatations.
+    using CellMatrix = std::array<std::array<double, rows>, rows>;
+
+    void add_cell(int k, int after, std::vector<Tension>& tension) const {
+        const VoronoiConstants& v = nth(group_.voronoi, k);
+        const D e = D(v.share_before) * along(carried_[k].z, stretch_before) +
+                    D(v.share_after) * along(carried_[after].z, stretch_after);
+        const CellPlace place{k, after, frame(k), frame(after)};
+        const CellLoads<D> loads =
+            loads_of(place, Law::bending_pulls ? D(1.0) / e : D(1.0), v, nth(group_.element, k).rest_stretch);
+        add(place, loads, tension.data());
+    }
+    void add_wall(const VoronoiConstants& half, const Quaterniond& wall, bool start, Tension& tension) const {
+        const int k = start ? 0 : group_.elements() - 1;
+        const CellPlace place = start ? CellPlace{-1, 0, wall, frame(0)} : CellPlace{k, -1, frame(k), wall};
+        const D e = along(carried_[k].z, start ? stretch_after : stretch_before);
+        const CellLoads<D> loads =
+            loads_of(place, Law::bending_pulls ? D(1.0) / e : D(1.0), half, nth(group_.element, k).rest_stretch);
+        add(place, loads, &tension - k);
+    }
+    static CellLoads<D> loads_of(const CellPlace& place, const D& inv_dilatation, const VoronoiConstants& v,
+                                 double rest_stretch) {
+        const auto turn = relative_rotation_and_jacobian(frame_along(place.frame_after, place.after < 0 ? -1 : 3),
+                                                         frame_along(place.frame_before, place.before < 0 ? -1 : 0));
+        return cell_loads<Law, dual>({turn, inv_dilatation}, v.inv_length, v.stiffness, v.rest_curvature, rest_stretch);
+    }
+
+    /// Adds the loads of a cell, and their stiffness. `tension`: by element.
+    void add(const CellPlace& at, const CellLoads<D>& loads, Tension* tension) const {
+        const double off_before = at.before < 0 ? 0 : strain(at.before).z - carried_[at.before].z,
+                     off_after = at.after < 0 ? 0 : strain(at.after).z - carried_[at.after].z;
+        const auto corrected = [&](const D& a) {
+            return a.v + a.d[stretch_before] * off_before + a.d[stretch_after] * off_after;
+        };
+        const auto couple = [&](int k, const Vec3<D>& c) {
+            if (k < 0) return;
+            const Vec3d one{corrected(c.x), corrected(c.y), corrected(c.z)};
+            to_.couple[k] = to_.couple[k] + one;
+            to_.couple_size[k] += norm(one);
+        };
+        couple(at.before, loads.before);
+        couple(at.after, loads.after);
+        if constexpr (Law::bending_pulls)
+            for (const int k : {at.before, at.after})
+                if (k >= 0) {
+                    tension[k].value += loads.tension.v;
+                    tension[k].corrected += corrected(loads.tension);
+                }
+        if (to_.row) add_stiffness(at, loads);
+    }
+
+    void add_stiffness(const CellPlace& at, const CellLoads<D>& loads) const {
+        const double l_before = at.before < 0 ? 0 : nth(group_.element, at.before).rest_length,
+                     l_after = at.after < 0 ? 0 : nth(group_.element, at.after).rest_length;
+        CellMatrix m{};
+        const D* of[6] = {&loads.before.x, &loads.before.y, &loads.before.z,
+                          &loads.after.x,  &loads.after.y,  &loads.after.z};
+        for (std::size_t i = 0; i < 6; ++i)
+            for (std::size_t j = 0; j < rows; ++j) m[i][j] = -of[i]->d[static_cast<int>(j)];
+        if constexpr (Law::bending_pulls)
+            for (std::size_t j = 0; j < rows; ++j) {
+                m[6][j] = l_before * loads.tension.d[static_cast<int>(j)];
+                m[7][j] = l_after * loads.tension.d[static_cast<int>(j)];
+            }
+        // [c]/2 of the couples at the carried strains
+        const auto turning = [&](const Vec3<D>& c, std::size_t first) {
+            const double h[3] = {0.5 * c.x.v, 0.5 * c.y.v, 0.5 * c.z.v};
+            m[first][first + 1] -= h[2];
+            m[first][first + 2] += h[1];
+            m[first + 1][first] += h[2];
+            m[first + 1][first + 2] -= h[0];
+            m[first + 2][first] -= h[1];
+            m[first + 2][first + 1] += h[0];
+        };
+        turning(loads.before, 0);
+        turning(loads.after, 3);
+        spread(at, m);
+    }
+
+    /// One unknown of a cell as unknowns of slots: slot, place in it, factor.
+    struct Part {
+        int slot, place;
+        double factor;
+    };
+    struct Parts {
+        std::array<Part, 9> part;
+        std::size_t count = 0;
+        void add(int slot, int place, double factor) { part[count++] = {slot, place, factor}; }
+    };
+    Parts stretch_parts(int k) const {
+        Parts parts;
+        const Gradient g = gradient(k);
+        const double node[3] = {g.node.x, g.node.y, g.node.z};
+        for (int i = 0; i < 3; ++i) {
+            parts.add(k, i, -node[i]);
+            parts.add(next(k), i, node[i]);
+        }
+        parts.add(k, 3, g.turn.x);
+        parts.add(k, 4, g.turn.y);
+        return parts;
+    }
+
+    /// Adds T^T m T: turns as they are, dilatations by their gradients.
+    void spread(const CellPlace& at, const CellMatrix& m) const {
+        std::array<Parts, rows> parts;
+        const auto turns = [&](int k, std::size_t first) {
+            if (k >= 0)
+                for (int i = 0; i < 3; ++i) parts[first + to_index(i)].add(k, 3 + i, 1);
+        };
+        turns(at.before, turn_before);
+        turns(at.after, turn_after);
+        if constexpr (Law::bending_pulls) {
+            if (at.before >= 0) parts[stretch_before] = stretch_parts(at.before);
+            if (at.after >= 0) parts[stretch_after] = stretch_parts(at.after);
+        }
+        for (std::size_t i = 0; i < rows; ++i)
+            for (std::size_t j = 0; j < rows; ++j) {
+                if (m[i][j] == 0) continue;
+                for (std::size_t a = 0; a < parts[i].count; ++a)
+                    for (std::size_t b = 0; b < parts[j].count; ++b) {
+                        const Part &r = parts[i].part[a], &c = parts[j].part[b];
+                        entry(r.slot, r.place, c.slot, c.place) += m[i][j] * r.factor * c.factor;
+                    }
+            }
+    }
+    double& entry(int row, int i, int column, int j) const {
+        int offset = column - row;
+        if (group_.closed()) { // the shorter way round
+            const int n = group_.elements();
+            if (offset > StiffnessRow::reach) offset -= n;
+            if (offset < -StiffnessRow::reach) offset += n;
+        }
+        return to_.row[row].at(offset)[to_index(i)][to_index(j)];
+    }
+
+    void add_element(int k, const Tension& tension) const {
+        const ElementConstants& c = nth(group_.element, k);
+        const Vec3d nu = strain(k), was = carried_[k], off = nu - was;
+        const Vec3<P> stress = Law::stress(c, broadcast<1>(was));
+        const Vec3d stiff{c.stiffness.x, c.stiffness.y, Law::stretch_stiffness(c, P(was.z))[0]};
+        Vec3d n = lane(stress, 0), all = n + scale(stiff, off);
+        n.z += tension.value;
+        all.z += tension.corrected;
+        const Quaterniond q = frame(k);
+        const Vec3d force = transpose_times(q, all), couple = c.rest_length * cross(nu, all);
+        const int after = next(k);
+        to_.force[k] = to_.force[k] + force;
+        to_.force[after] = to_.force[after] - force;
+        to_.couple[k] = to_.couple[k] + couple;
+        const double size = norm(force);
+        to_.force_size[k] += size;
+        to_.force_size[after] += size;
+        to_.couple_size[k] += norm(couple);
+        if (to_.row) add_element_stiffness(k, q, nu, n, stiff);
+    }
+
+    using Three = std::array<std::array<double, 3>, 3>;
+    static Three skew(const Vec3d& a) { return {{{0, -a.z, a.y}, {a.z, 0, -a.x}, {-a.y, a.x, 0}}}; }
+    static Three times(const Three& a, const Three& b) {
+        Three r{};
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j) r[i][j] = a[i][0] * b[0][j] + a[i][1] * b[1][j] + a[i][2] * b[2][j];
+        return r;
+    }
+
+    void add_element_stiffness(int k, const Quaterniond& frame, const Vec3d& nu, const Vec3d& n,
+                               const Vec3d& stiff) const {
+        const ElementConstants& c = nth(group_.element, k);
+        const int after = next(k);
+        const Mat3d m = matrix(frame);
+        const Three q = {{{m.d1.x, m.d1.y, m.d1.z}, {m.d2.x, m.d2.y, m.d2.z}, {m.d3.x, m.d3.y, m.d3.z}}};
+        const double s[3] = {stiff.x, stiff.y, stiff.z};
+        const Three by_nu = skew(nu), by_n = skew(n);
+        Three turned = by_nu; // [nu] S - [n]
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j) turned[i][j] = by_nu[i][j] * s[j] - by_n[i][j];
+        const Three cx = times(turned, q), ct = times(turned, by_nu);
+        const Vec3d couple = c.rest_length * cross(nu, n);
+        const Three half = skew(0.5 * couple);
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j) {
+                double xx = 0;
+                for (std::size_t a = 0; a < 3; ++a) xx += q[a][i] * s[a] * q[a][j];
+                xx *= c.inv_rest_length;
+                const int r = static_cast<int>(i), t = static_cast<int>(j);
+                entry(k, r, k, t) += xx;
+                entry(after, r, after, t) += xx;
+                entry(k, r, after, t) -= xx;
+                entry(after, r, k, t) -= xx;
+                entry(k, 3 + r, k, t) += cx[i][j];
+                entry(k, 3 + r, after, t) -= cx[i][j];
+                entry(k, t, k, 3 + r) += cx[i][j];
+                entry(after, t, k, 3 + r) -= cx[i][j];
+                entry(k, 3 + r, k, 3 + t) += half[i][j] - c.rest_length * ct[i][j];
+            }
+    }
+
+    const RodGroup& group_;
+    const Slot<1>* slot_;
+    const Vec3d* carried_;
+    const Target& to_;
+};
+
+} // namespace skein

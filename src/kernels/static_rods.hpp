@@ -1,0 +1,72 @@
+// Bodies at rest: their loads, and the exact slopes of these by displacements. theory.md (74)-(76)
+//   slot      displacement of its node, lab, and turn of its element, body:   x + dx,  Q <- R(t) Q
+//   loads     those of all passes of the plan over a body by itself, and of joints, at rates of 0
+//   stiffness K = -d(loads)/d(dx, t) + [c]/2 on the turn of an element with couple c: the second derivative of the
+//             energy along t -> R(t) Q, symmetric where loads have a potential
+// Strains of elements are carried along: stresses are those of the carried strain, which a correction changes as its
+// slopes say. Where the carried strain is that of the state, these are its own loads.
+#pragma once
+
+#include "skein/core/vec3.hpp"
+#include "skein/rod/slot.hpp"
+
+#include <array>
+#include <cstddef>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// Unknowns of a slot.
+inline constexpr int slot_unknowns = 6;
+using StiffnessBlock = std::array<std::array<double, slot_unknowns>, slot_unknowns>;
+
+/// Stiffness of a row of slots to those of its rod from two before it to two after it, round a ring.
+struct StiffnessRow {
+    static constexpr int reach = 2;
+    std::array<StiffnessBlock, 2 * reach + 1> block{};
+
+    StiffnessBlock& at(int offset) { return block[static_cast<std::size_t>(offset + reach)]; }
+    const StiffnessBlock& at(int offset) const { return block[static_cast<std::size_t>(offset + reach)]; }
+};
+
+/// Stiffness between slots of any rods.
+struct SlotCoupling {
+    std::size_t row, column;
+    StiffnessBlock block;
+};
+
+/// Loads by slot of all rods, one after another.
+struct StaticLoads {
+    std::vector<Vec3d> force;  ///< at nodes, lab, N
+    std::vector<Vec3d> couple; ///< at elements, body, N m
+    /// Sums of the sizes of the loads that act there: what a balance is measured by.
+    std::vector<double> force_size, couple_size;
+    std::vector<StiffnessRow> row;       ///< empty where none is asked for
+    std::vector<SlotCoupling> couplings; ///< by joints
+};
+
+/// A node that moves with others: it is at the place of `master`, or at `arm` of the body there.
+struct CommonNode {
+    std::size_t slot, master;
+    bool on_body;
+    Vec3d arm; ///< body, m
+};
+
+class StaticRods {
+public:
+    virtual ~StaticRods() = default;
+    /// First slot of rod i among those of all rods of this rank; of one beyond the last, the number of slots.
+    virtual std::size_t first_slot(std::size_t i) const = 0;
+    virtual std::vector<CommonNode> common_nodes() const = 0;
+    /// Sets the time at which loads, motors and ends are taken, s.
+    virtual void set_time(double time) = 0;
+    /// Puts moved ends to their places at that time.
+    virtual void lead_ends(std::span<Slot<1>> state) const = 0;
+    /// Strain nu of the elements as they are; 0 where a slot has none.
+    virtual std::vector<Vec3d> strains(std::span<const Slot<1>> state) const = 0;
+    virtual void evaluate(std::span<const Slot<1>> state, std::span<const Vec3d> carried, bool with_stiffness,
+                          StaticLoads& out) = 0;
+};
+
+} // namespace skein

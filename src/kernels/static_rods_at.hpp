@@ -1,0 +1,433 @@
+// Bodies at rest, compiled per level. Internal loads and their slopes come element by element (elastic_tangent.hpp).
+// All other loads come from the passes of the plan and from its joints, which run over dual numbers: a colour of slots
+// after another is moved along its six unknowns, such that no load feels two slots of one colour.
+#pragma once
+
+#include "core/dual_rotation.hpp"
+#include "formula/dual_functions.hpp"
+// The above come before all templates over packs.
+#include "joints/cluster_joints.hpp"
+#include "kernels/elastic_tangent.hpp"
+#include "kernels/make_rods_at.hpp"
+#include "kernels/static_rods.hpp"
+#include "mechanics/moving_ends.hpp"
+
+#include <map>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace skein {
+
+/// Makes the passes that add loads to a body by itself; none where another does.
+class StaticPassMaker {
+public:
+    using Made = std::unique_ptr<TilePass<dual>>;
+    StaticPassMaker(const RodGroup& group, const Surroundings& around, std::shared_ptr<WallContactTiles<dual>> walls)
+        : group_(group), around_(around), walls_(std::move(walls)) {}
+
+    Made operator()(const pass::Elastic& p) const {
+        if (p.law != Law::elastica) return nullptr;
+        return std::make_unique<ElasticaPass<dual>>(ends_of(group_));
+    }
+    Made operator()(const pass::ApplyLoad& p) const { return make_pass<dual, Across<dual>>(p.load, group_); }
+    Made operator()(pass::Walls) const {
+        return std::make_unique<WallPass<dual, RodNodes<dual>>>(around_.walls, group_, walls_);
+    }
+    Made operator()(pass::SurfaceWalls) const {
+        return std::make_unique<WallPass<dual, SurfacePoints<dual>>>(around_.walls, group_, walls_);
+    }
+    template <class Other> Made operator()(const Other&) const { return nullptr; }
+
+private:
+    const RodGroup& group_;
+    const Surroundings& around_;
+    std::shared_ptr<WallContactTiles<dual>> walls_;
+};
+
+class StaticRodsAt final : public StaticRods {
+public:
+    StaticRodsAt(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
+                 const Surroundings& around)
+        : dt_(plan.dt) {
+        std::size_t slots = 0;
+        for (const LocalRod& local : owned) {
+            const RodGroup& group = nth(groups, local.group);
+            Rod& rod = rods_.emplace_back();
+            rod.local = local;
+            if (group.heterogeneous()) rod.own = std::make_unique<RodGroup>(group.single(local.index));
+            rod.group = rod.own ? rod.own.get() : &group;
+            rod.first = slots;
+            slots += to_index(rod.group->slots());
+        }
+        slots_ = slots;
+        slot_.resize(slots + 1); // and the world
+        load_.resize(slots);
+        for (Rod& rod : rods_) make_passes(rod, plan, around);
+        if (around.joints) make_clusters(*around.joints, groups, owned);
+        set_time(0);
+    }
+
+    std::size_t first_slot(std::size_t i) const override { return i < rods_.size() ? rods_[i].first : slots_; }
+    std::vector<CommonNode> common_nodes() const override { return shared_; }
+
+    void set_time(double time) override {
+        step_ = {.index = 1,
+                 .dt = dt_,
+                 .drift = 0,
+                 .kick = dt_,
+                 .time = time,
+                 .kick_length = 0,
+                 .slot = 0,
+                 .completes = true,
+                 .last = true,
+                 .begin = time};
+        for (const Rod& rod : rods_)
+            for (const auto& pass : rod.passes) pass->prepare({&step_, 1});
+        for (const auto& [assembly, joints] : joints_) joints->prepare({&step_, 1});
+    }
+
+    void lead_ends(std::span<Slot<1>> state) const override {
+        for (const Rod& rod : rods_) {
+            if (!rod.group->spec().ends_move()) continue;
+            const auto moving = std::make_shared<MovingEnds>(*rod.group);
+            moving->prepare({&step_, 1});
+            MoveEndsPass<1> pass(moving, std::make_shared<EndWalls<1>>(moving));
+            RodTile<1> tile =
+                tile_of(*rod.group, state.subspan(rod.first, to_index(rod.group->slots())), rod.local.index);
+            pass.bind(tile);
+            pass.run(tile, nullptr, step_);
+        }
+    }
+
+    std::vector<Vec3d> strains(std::span<const Slot<1>> state) const override {
+        std::vector<Vec3d> all(slots_, Vec3d{0, 0, 0});
+        for (const Rod& rod : rods_) {
+            if (!rod.group->strained()) continue;
+            const Slot<1>* slot = state.data() + rod.first;
+            for (int k = 0; k < rod.group->elements(); ++k)
+                all[rod.first + to_index(k)] =
+                    nth(rod.group->element, k).inv_rest_length *
+                    (lane(slot[k].director, 0) * (lane(slot[k + 1].position, 0) - lane(slot[k].position, 0)));
+        }
+        return all;
+    }
+
+    void evaluate(std::span<const Slot<1>> state, std::span<const Vec3d> carried, bool with_stiffness,
+                  StaticLoads& out) override {
+        out.force.assign(slots_, Vec3d{0, 0, 0});
+        out.couple.assign(slots_, Vec3d{0, 0, 0});
+        out.force_size.assign(slots_, 0);
+        out.couple_size.assign(slots_, 0);
+        out.row.clear();
+        out.couplings.clear();
+        if (with_stiffness) out.row.resize(slots_);
+        place(state);
+        for (Rod& rod : rods_) {
+            add_internal(rod, state, carried, out);
+            if (!rod.passes.empty()) add_passes(rod, state, with_stiffness, out);
+        }
+        for (const Cluster& cluster : clusters_) add_joints(cluster, state, with_stiffness, out);
+    }
+
+private:
+    using P = Pack<dual>;
+
+    struct Rod {
+        LocalRod local{};
+        std::unique_ptr<RodGroup> own; ///< of rods with sizes of their own
+        const RodGroup* group = nullptr;
+        std::size_t first = 0; ///< slot
+        TilePasses<dual> passes;
+        int reach = 1;    ///< slots to each side of a load that it depends on
+        bool far = false; ///< some load depends on all of them
+    };
+    /// Slots of a copy of an assembly, as its joints have them, and colours of those that are joined.
+    struct Cluster {
+        const JointsOfCluster<dual>* joints;
+        std::vector<std::size_t> slot;                  ///< of all rods, by slot of the cluster
+        std::vector<std::vector<std::size_t>> partners; ///< slots of the cluster that a slot's loads depend on
+        std::vector<int> colour;                        ///< by slot of the cluster; -1 where no joint is
+        int colours = 0;
+        Slot<1> world;
+        const RodGroup* group; ///< of its first rod
+    };
+
+    RodTile<dual> tile(const Rod& rod) {
+        return {slot_.data() + rod.first,  rod.group->element.data(),
+                rod.group->voronoi.data(), rod.group,
+                rod.group->elements(),     0,
+                {rod.local.index},         1,
+                rod.group->slots() - 1};
+    }
+
+    void make_passes(Rod& rod, const Plan& plan, const Surroundings& around) {
+        const GroupProgram& program = nth(plan.groups, rod.local.group).program;
+        std::shared_ptr<WallContactTiles<dual>> walls;
+        if (program.find<pass::Walls>() || program.find<pass::SurfaceWalls>())
+            walls = std::make_shared<WallContactTiles<dual>>(*around.walls, *rod.group);
+        const StaticPassMaker maker(*rod.group, around, walls);
+        const RodTile<dual> own = tile(rod);
+        if (rod.group->strained() && rod.group->law() == Law::elastica) rod.reach = 2;
+        for (const PassSpec& spec : program) {
+            std::unique_ptr<TilePass<dual>> pass = PassKinds::make(spec, maker);
+            if (!pass) continue;
+            if (const auto* apply = spec.get<pass::ApplyLoad>()) rod.far |= apply->load.feels_all_nodes();
+            pass->expect(1);
+            pass->bind(own);
+            rod.passes.push_back(std::move(pass));
+        }
+    }
+
+    // Clusters
+
+    void make_clusters(const JointLists& lists, std::span<const RodGroup> groups, std::span<const LocalRod> owned) {
+        std::map<std::pair<int, std::int64_t>, std::size_t> rod_of; // by group and index
+        for (std::size_t i = 0; i < owned.size(); ++i) rod_of[{owned[i].group, owned[i].index}] = i;
+        for (const AssemblyGroups& assembly : assemblies_of(groups)) {
+            const auto& joints = lists.of_assembly[to_index(assembly.assembly)];
+            if (joints.empty()) continue;
+            const Junctions junctions = junctions_of(lists.tables, joints, groups);
+            KickGains gains = gains_by_mass(groups); // which moves of common nodes have, and none is made here
+            gains.body = [](int, std::size_t) { return Vec3d{1, 1, 1}; };
+            joints_[assembly.assembly] = std::make_unique<JointsOfCluster<dual>>(lists.tables, joints, groups,
+                                                                                 assembly.assembly, junctions, gains);
+            const RodGroup& leader = *assembly.groups.front();
+            for (std::int64_t copy = 0; copy < leader.assembly()->count(); ++copy) {
+                if (!rod_of.contains({leader.id(), copy * leader.rods_per_copy()})) continue;
+                add_cluster(assembly, copy, lists, joints, junctions, rod_of);
+            }
+        }
+    }
+
+    void add_cluster(const AssemblyGroups& assembly, std::int64_t copy, const JointLists& lists,
+                     std::span<const Joint> joints, const Junctions& junctions,
+                     const std::map<std::pair<int, std::int64_t>, std::size_t>& rod_of) {
+        Cluster& cluster = clusters_.emplace_back();
+        cluster.joints = joints_.at(assembly.assembly).get();
+        cluster.group = assembly.groups.front();
+        cluster.world = world_of(*cluster.group, copy * cluster.group->rods_per_copy());
+        std::map<std::pair<int, std::int64_t>, std::size_t> first; // slot of the cluster, by group and rod of the copy
+        for (const RodGroup* group : assembly.groups)
+            for (std::int64_t r = 0; r < group->rods_per_copy(); ++r) {
+                first[{group->id(), r}] = cluster.slot.size();
+                const Rod& rod = rods_[rod_of.at({group->id(), copy * group->rods_per_copy() + r})];
+                for (std::size_t k = 0; k < to_index(group->slots()); ++k) cluster.slot.push_back(rod.first + k);
+            }
+        cluster.partners.resize(cluster.slot.size());
+        const auto joined = [&](const std::vector<std::size_t>& slots) {
+            for (const std::size_t a : slots)
+                for (const std::size_t b : slots) cluster.partners[a].push_back(b);
+        };
+        const auto element = [&](std::vector<std::size_t>& slots, int group, std::int64_t rod, int k) {
+            const std::size_t at = first.at({group, rod}) + to_index(k);
+            slots.push_back(at);
+            const RodGroup& of = group_of(assembly, group);
+            if (of.strained()) slots.push_back(at + 1);
+        };
+        for (const Joint& joint : joints) {
+            const JointSpec& table = lists.tables[joint.table];
+            if (!has_springs(table)) continue;
+            std::vector<std::size_t> slots;
+            for (const JointEnd* end : {&joint.first, &joint.second})
+                if (!end->of_world()) element(slots, end->group, end->rod, end->element);
+            joined(slots);
+        }
+        for (const Star& star : junctions.stars) {
+            std::vector<std::size_t> slots;
+            for (const Star::Member& m : star.members) element(slots, m.group, m.rod, m.element);
+            joined(slots);
+        }
+        for (const Hub& hub : junctions.hubs) {
+            const Hub::Member& master = hub.members.front();
+            const std::size_t at = cluster.slot[first.at({master.group, master.rod}) + to_index(master.node)];
+            for (std::size_t i = 1; i < hub.members.size(); ++i) {
+                const Hub::Member& m = hub.members[i];
+                shared_.push_back({cluster.slot[first.at({m.group, m.rod}) + to_index(m.node)], at, hub.body, m.arm});
+            }
+        }
+        colour(cluster);
+    }
+    static const RodGroup& group_of(const AssemblyGroups& assembly, int id) {
+        for (const RodGroup* group : assembly.groups)
+            if (group->id() == id) return *group;
+        throw std::logic_error("a joint to a group outside of its assembly");
+    }
+
+    /// Two slots that some load depends on have different colours.
+    static void colour(Cluster& cluster) {
+        cluster.colour.assign(cluster.slot.size(), -1);
+        for (auto& partners : cluster.partners) {
+            std::sort(partners.begin(), partners.end());
+            partners.erase(std::unique(partners.begin(), partners.end()), partners.end());
+        }
+        std::vector<std::size_t> taken; // by colour: the last slot that refused it, plus 1
+        for (std::size_t s = 0; s < cluster.slot.size(); ++s) {
+            if (cluster.partners[s].empty()) continue;
+            for (const std::size_t row : cluster.partners[s])
+                for (const std::size_t other : cluster.partners[row])
+                    if (const int c = cluster.colour[other]; c >= 0) taken[to_index(c)] = s + 1;
+            int free = 0;
+            while (to_index(free) < taken.size() && taken[to_index(free)] == s + 1) ++free;
+            if (to_index(free) == taken.size()) taken.push_back(0);
+            cluster.colour[s] = free;
+        }
+        cluster.colours = static_cast<int>(taken.size());
+    }
+
+    // Loads
+
+    /// The state without slopes.
+    void place(std::span<const Slot<1>> state) {
+        for (std::size_t s = 0; s < slots_; ++s) still(s, state[s]);
+    }
+    void still(std::size_t s, const Slot<1>& at) {
+        slot_[s] = {broadcast<dual>(lane(at.position, 0)), broadcast<dual>(Vec3d{0, 0, 0}),
+                    broadcast<dual>(lane(at.director, 0)), broadcast<dual>(Vec3d{0, 0, 0})};
+    }
+    /// Moves a slot along its unknowns. `element`: it has one.
+    void move(std::size_t s, const Slot<1>& at, bool element) {
+        still(s, at);
+        slot_[s].position.x.d.set(0, 1.0);
+        slot_[s].position.y.d.set(1, 1.0);
+        slot_[s].position.z.d.set(2, 1.0);
+        if (!element) return;
+        Vec3<P::Slopes> turn{P::Slopes(0.0), P::Slopes(0.0), P::Slopes(0.0)};
+        turn.x.set(3, 1.0);
+        turn.y.set(4, 1.0);
+        turn.z.set(5, 1.0);
+        slot_[s].director = turned_along(lane(at.director, 0), turn);
+    }
+
+    void add_internal(const Rod& rod, std::span<const Slot<1>> state, std::span<const Vec3d> carried,
+                      StaticLoads& out) const {
+        const RodGroup& group = *rod.group;
+        if (!group.strained() || group.law() == Law::elastica) return;
+        with_energy_law(group.law(), [&]<class L>(L) {
+            ElasticTangent<L>::add(group,
+                                   {start_wall_frame(group, rod.local.index, step_.time),
+                                    end_wall_frame(group, rod.local.index, step_.time)},
+                                   state.data() + rod.first, carried.data() + rod.first,
+                                   {out.force.data() + rod.first, out.couple.data() + rod.first,
+                                    out.force_size.data() + rod.first, out.couple_size.data() + rod.first,
+                                    out.row.empty() ? nullptr : out.row.data() + rod.first});
+        });
+    }
+
+    /// Adds a load's slopes to a block, with [c]/2 where it is that of a slot by itself.
+    static void add_slopes(const Vec3<P>& force, const Vec3<P>& couple, bool own, StiffnessBlock& block) {
+        const P* rows[slot_unknowns] = {&force.x, &force.y, &force.z, &couple.x, &couple.y, &couple.z};
+        for (std::size_t i = 0; i < slot_unknowns; ++i)
+            for (std::size_t j = 0; j < slot_unknowns; ++j) block[i][j] -= rows[i]->d[static_cast<int>(j)];
+        if (!own) return;
+        const double x = 0.5 * couple.x.v, y = 0.5 * couple.y.v, z = 0.5 * couple.z.v;
+        block[3][4] -= z;
+        block[3][5] += y;
+        block[4][3] += z;
+        block[4][5] -= x;
+        block[5][3] -= y;
+        block[5][4] += x;
+    }
+
+    void add_passes(Rod& rod, std::span<const Slot<1>> state, bool with_stiffness, StaticLoads& out) {
+        const RodGroup& group = *rod.group;
+        const int nodes = group.nodes(), span = rod.far ? nodes : 2 * rod.reach + 1;
+        const bool closed = group.closed(), body = !group.strained();
+        // The slots that do not fill a round of a ring have colours of their own.
+        const int extra = closed ? nodes % span : 0, colours = with_stiffness ? std::min(nodes, span + extra) : 1;
+        const auto colour_of = [&](int k) { return k < nodes - extra ? k % span : span + k - (nodes - extra); };
+        for (int colour = 0; colour < colours; ++colour) {
+            if (with_stiffness)
+                for (int k = 0; k < nodes; ++k) {
+                    const std::size_t s = rod.first + to_index(k);
+                    if (colour_of(k) == colour) move(s, state[s], body || k < group.elements());
+                    else still(s, state[s]);
+                }
+            if (closed) slot_[rod.first + to_index(nodes)] = slot_[rod.first];
+            run_passes(rod);
+            for (int k = 0; k < nodes; ++k) {
+                const std::size_t s = rod.first + to_index(k);
+                if (colour == 0) {
+                    const Vec3d force = lane(load_[s].force, 0), couple = lane(load_[s].couple, 0);
+                    out.force[s] = out.force[s] + force;
+                    out.couple[s] = out.couple[s] + couple;
+                    out.force_size[s] += norm(force);
+                    out.couple_size[s] += norm(couple);
+                }
+                if (!with_stiffness) continue;
+                if (rod.far) {
+                    SlotCoupling& one = out.couplings.emplace_back(SlotCoupling{s, rod.first + to_index(colour), {}});
+                    add_slopes(load_[s].force, load_[s].couple, k == colour, one.block);
+                    continue;
+                }
+                for (int offset = -rod.reach; offset <= rod.reach; ++offset) {
+                    int column = k + offset;
+                    if (closed) column = (column + nodes) % nodes;
+                    if (column < 0 || column >= nodes || colour_of(column) != colour) continue;
+                    add_slopes(load_[s].force, load_[s].couple, offset == 0, out.row[s].at(offset));
+                }
+            }
+        }
+        for (int k = 0; k < nodes; ++k) still(rod.first + to_index(k), state[rod.first + to_index(k)]);
+        if (closed) slot_[rod.first + to_index(nodes)] = slot_[rod.first];
+    }
+    void run_passes(const Rod& rod) {
+        const RodTile<dual> own = tile(rod);
+        SlotLoad<dual>* load = load_.data() + rod.first;
+        for (int k = 0; k <= own.last; ++k)
+            load[k] = {broadcast<dual>(Vec3d{0, 0, 0}), broadcast<dual>(Vec3d{0, 0, 0}), P(1.0)};
+        for (const auto& pass : rod.passes) pass->run(own, load, step_);
+        if (rod.group->closed()) load[0].force += load[own.n].force;
+    }
+
+    void add_joints(const Cluster& cluster, std::span<const Slot<1>> state, bool with_stiffness, StaticLoads& out) {
+        const std::size_t slots = cluster.slot.size();
+        cluster_slot_.resize(slots + 1);
+        joined_.resize(slots + 1);
+        const auto put = [&](std::size_t s, bool moves) {
+            const std::size_t at = cluster.slot[s];
+            if (moves) move(at, state[at], true);
+            else still(at, state[at]);
+            cluster_slot_[s] = slot_[at];
+        };
+        cluster_slot_[slots] = {broadcast<dual>(lane(cluster.world.position, 0)), broadcast<dual>(Vec3d{0, 0, 0}),
+                                broadcast<dual>(lane(cluster.world.director, 0)), broadcast<dual>(Vec3d{0, 0, 0})};
+        for (int colour = 0; colour < std::max(1, with_stiffness ? cluster.colours : 1); ++colour) {
+            for (std::size_t s = 0; s < slots; ++s) put(s, with_stiffness && cluster.colour[s] == colour);
+            memory_.assign(cluster.joints->memory_packs(true), P(0.0));
+            const EndMoments<dual>* moments = nullptr;
+            cluster.joints->run(cluster_slot_.data(), moments, step_, memory_.data(), joined_.data(), true);
+            for (std::size_t s = 0; s < slots; ++s) {
+                if (cluster.partners[s].empty()) continue;
+                const std::size_t at = cluster.slot[s];
+                if (colour == 0) {
+                    const Vec3d force = lane(joined_[s].force, 0), couple = lane(joined_[s].couple, 0);
+                    out.force[at] = out.force[at] + force;
+                    out.couple[at] = out.couple[at] + couple;
+                    out.force_size[at] += norm(force);
+                    out.couple_size[at] += norm(couple);
+                }
+                if (!with_stiffness) continue;
+                for (const std::size_t column : cluster.partners[s]) {
+                    if (cluster.colour[column] != colour) continue;
+                    SlotCoupling& coupling = out.couplings.emplace_back(SlotCoupling{at, cluster.slot[column], {}});
+                    add_slopes(joined_[s].force, joined_[s].couple, column == s, coupling.block);
+                }
+            }
+        }
+    }
+
+    double dt_;
+    Step step_{};
+    std::vector<Rod> rods_;
+    std::size_t slots_ = 0;
+    std::map<int, std::unique_ptr<JointsOfCluster<dual>>> joints_; ///< by assembly
+    std::vector<Cluster> clusters_;
+    std::vector<CommonNode> shared_;
+    AlignedVector<Slot<dual>> slot_, cluster_slot_;
+    AlignedVector<SlotLoad<dual>> load_;
+    AlignedVector<JoinedLoad<dual>> joined_;
+    AlignedVector<P> memory_;
+};
+
+} // namespace skein
