@@ -1,0 +1,34 @@
+// Factors of stiffnesses: L D L^T by bands where unknowns are coupled to their neighbours alone, Eigen's sparse L D L^T
+// where rods are coupled to each other, and Eigen's sparse LU where the stiffness is not symmetric. The signs of D
+// count the directions in which the energy falls (Sylvester's law of inertia).
+#pragma once
+
+#include <Eigen/SparseCore>
+
+#include <memory>
+#include <string_view>
+
+namespace skein {
+
+using Stiffness = Eigen::SparseMatrix<double>; ///< both triangles
+using Unknown = Eigen::VectorXd;
+
+class Factor {
+public:
+    virtual ~Factor() = default;
+    virtual std::string_view name() const = 0;
+    /// False where it is singular to working precision.
+    virtual bool factorise(const Stiffness& matrix) = 0;
+    virtual Unknown solve(const Unknown& right) const = 0;
+    /// Negative eigenvalues of a symmetric matrix; -1: not known.
+    virtual long negative() const = 0;
+    virtual double bytes() const = 0; ///< of the factor
+};
+
+/// The factor for such a matrix: its pattern, and whether it is symmetric.
+std::unique_ptr<Factor> make_factor(const Stiffness& matrix, bool symmetric);
+
+/// Largest |i - j| of entries.
+long half_bandwidth(const Stiffness& matrix);
+
+} // namespace skein

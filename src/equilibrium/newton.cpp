@@ -1,0 +1,191 @@
+#include "equilibrium/newton.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+
+namespace {
+
+/// Stiffness is symmetric where loads have a potential, to rounding.
+constexpr double round_off = 1e-11;
+
+/// Share of the diagonal below which a shift is left out.
+constexpr double least_shift = 1e-13;
+
+/// Holds unknowns at 0: rows and columns of the unit matrix, times the size of the diagonal there.
+void hold(Stiffness& matrix, const std::vector<int>& pins) {
+    std::vector<char> held(static_cast<std::size_t>(matrix.rows()), 0);
+    for (const int pin : pins) held[static_cast<std::size_t>(pin)] = 1;
+    const double size = matrix.diagonal().cwiseAbs().maxCoeff();
+    for (Eigen::Index j = 0; j < matrix.outerSize(); ++j)
+        for (Stiffness::InnerIterator at(matrix, j); at; ++at)
+            if (held[static_cast<std::size_t>(at.row())] || held[static_cast<std::size_t>(at.col())])
+                at.valueRef() = at.row() == at.col() ? std::max(size, 1e-300) : 0;
+}
+
+} // namespace
+
+Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance& balance, double shift,
+                                 std::string& reason) {
+    if (!balance.residual.allFinite()) {
+        reason = "loads are not finite";
+        return {};
+    }
+    neutral_ = system_.neutral(state, balance);
+    Unknown right = balance.residual;
+    for (const NeutralMotions::Piece& piece : neutral_.pieces) {
+        Unknown own(piece.motion.rows());
+        for (Eigen::Index r = 0; r < own.size(); ++r) own[r] = right[piece.unknowns[static_cast<std::size_t>(r)]];
+        const Unknown along = piece.motion.transpose() * own;
+        const double allowed = 1e-8 * balance.force_size * std::sqrt(static_cast<double>(own.size()));
+        if (along.norm() > allowed) {
+            reason =
+                fmt::format("nothing balances the loads on the {}", system_.name_of(piece, along.normalized(), state));
+            return {};
+        }
+    }
+    const std::vector<int> pins = neutral_.pins();
+    hold(*balance.stiffness, pins);
+    for (const int pin : pins) right[pin] = 0;
+    if (shift > 0) diagonal_ = balance.stiffness->diagonal().cwiseAbs();
+    const bool symmetric = balance.asymmetry < round_off;
+    if (!factor_ || symmetric != symmetric_) factor_ = make_factor(*balance.stiffness, symmetric);
+    symmetric_ = symmetric;
+    if (shift > 0)
+        for (Eigen::Index i = 0; i < right.size(); ++i) balance.stiffness->coeffRef(i, i) += shift * diagonal_[i];
+    regular_ = factor_->factorise(*balance.stiffness);
+    Unknown correction = factor_->solve(right);
+    neutral_.take_out(correction);
+    if (!correction.allFinite()) {
+        reason = "the stiffness is singular";
+        return {};
+    }
+    return correction;
+}
+
+NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
+    NewtonResult result;
+    double last = HUGE_VAL;
+    for (int i = 0; i < options_.most_iterations; ++i) {
+        StaticSystem::Balance balance = system_.balance(state, true);
+        balance.residual -= left;
+        const double relative = system_.relative(balance);
+        const Unknown correction = this->correction(state, balance, 0, result.reason);
+        if (correction.size() == 0) return result;
+        const double size = system_.size(correction, state), turn = system_.turn(correction, state);
+        const double share = turn > options_.most_turn ? options_.most_turn / turn : 1;
+        system_.correct(state, correction, share);
+        result.passes.push_back({relative, size});
+        if (share < 1) continue;
+        // The next correction would be of its square.
+        if (size < options_.tolerance || (size < 1e-6 && last < 1e-3 && size >= last)) {
+            result.converged = true;
+            return result;
+        }
+        last = size;
+    }
+    result.reason = fmt::format("corrections are {:.2g} after {} iterations", result.passes.back().correction,
+                                options_.most_iterations);
+    return result;
+}
+
+/// A correction of (K + m diag K) du = r goes downhill where that matrix is positive, and no further than m allows.
+NewtonResult NewtonSolver::descend(StaticState& state, const Unknown& left) {
+    NewtonResult result;
+    double shift = 1, last = HUGE_VAL;
+    for (int i = 0; i < options_.most_descents; ++i) {
+        StaticSystem::Balance balance = system_.balance(state, true);
+        balance.residual -= left;
+        const double relative = system_.relative(balance);
+        Unknown correction = this->correction(state, balance, shift, result.reason);
+        if (correction.size() == 0) return result;
+        if (factor_->negative() > 0) {
+            shift = shift > 0 ? 4 * shift : least_shift;
+            continue;
+        }
+        const double size = system_.size(correction, state), turn = system_.turn(correction, state);
+        const double share = turn > options_.most_descent ? options_.most_descent / turn : 1;
+        system_.correct(state, correction, share);
+        result.passes.push_back({relative, size});
+        if (turn < 0.5 * options_.most_descent) shift = shift > least_shift ? 0.3 * shift : 0;
+        if (turn > 2 * options_.most_descent) shift *= 2;
+        if (share < 1 || shift > 0) continue;
+        if (size < options_.tolerance || (size < 1e-6 && last < 1e-3 && size >= last)) {
+            result.converged = true;
+            return result;
+        }
+        last = size;
+    }
+    result.reason = fmt::format("{} corrections downhill do not end", options_.most_descents);
+    return result;
+}
+
+Equilibrium NewtonSolver::find(StaticState& state, double time) {
+    Equilibrium result;
+    system_.set_time(0);
+    system_.lead_ends(state);
+    const Unknown start = system_.balance(state, false).residual;
+    double done = 0, step = 1;
+    StaticState good = state;
+    while (done < 1) {
+        const double aim = std::min(1.0, done + step);
+        system_.set_time(aim * time);
+        system_.lead_ends(state);
+        NewtonResult pass = solve(state, (1 - aim) * start);
+        const bool stable = !options_.stable || factor_ == nullptr || factor_->negative() <= 0;
+        if (pass.converged && (stable || step <= 1.0 / 64)) {
+            result.iterations.push_back(pass.passes.size());
+            result.last = std::move(pass);
+            done = aim;
+            good = state;
+            step *= 2;
+            continue;
+        }
+        state = good;
+        step *= 0.5;
+        if (step < options_.least_step) {
+            result.reason = pass.converged ? "it is unstable" : pass.reason;
+            break;
+        }
+    }
+    if (done < 1 && symmetric_ && options_.stable) {
+        system_.set_time(time);
+        system_.lead_ends(state);
+        NewtonResult pass = descend(state, Unknown::Zero(system_.unknowns()));
+        if (pass.converged) {
+            done = 1;
+            result.iterations.push_back(pass.passes.size());
+            result.last = std::move(pass);
+            result.downhill = true;
+        } else {
+            result.reason += "; " + pass.reason;
+            state = good;
+        }
+    }
+    result.share = done;
+    result.found = done >= 1;
+    system_.set_time(done * time);
+    describe(result, state);
+    return result;
+}
+
+void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {
+    StaticState own = state;
+    system_.refresh(own);
+    StaticSystem::Balance balance = system_.balance(own, true);
+    result.residual = system_.relative(balance);
+    result.asymmetry = balance.asymmetry;
+    std::string reason;
+    correction(own, balance, 0, reason);
+    result.negative = factor_ ? factor_->negative() : -1;
+    result.neutral = neutral_.count();
+    for (const NeutralMotions::Piece& piece : neutral_.pieces)
+        for (Eigen::Index m = 0; m < piece.motion.cols() && result.neutral_names.size() < 8; ++m)
+            result.neutral_names.push_back(system_.name_of(piece, Unknown::Unit(piece.motion.cols(), m), own));
+    if (factor_) result.factor = factor_->name();
+}
+
+} // namespace skein

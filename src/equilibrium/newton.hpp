@@ -1,0 +1,79 @@
+// Equilibria by Newton's method, with steps of the load where it does not converge at once.         theory.md (77)-(78)
+//   loads(u, t) - (1 - s) g = 0,  g = loads(u0, 0),  t = s T      s from 0, where the start is balanced by g, to 1
+#pragma once
+
+#include "equilibrium/static_system.hpp"
+
+#include <string>
+#include <vector>
+
+namespace skein {
+
+struct NewtonOptions {
+    double tolerance = 1e-11; ///< of a correction: displacement over length, or turn
+    int most_iterations = 16;
+    double most_turn = 1.5;        ///< rad of an element in a correction
+    double least_step = 1.0 / 256; ///< of the load
+    int most_descents = 300;       ///< corrections downhill
+    double most_descent = 0.3;     ///< rad of an element in one of them
+    bool stable = true;            ///< steps that end in an unstable equilibrium are made shorter
+};
+
+/// What an iteration did.
+struct NewtonPass {
+    double residual;   ///< relative, before it
+    double correction; ///< its size
+};
+
+struct NewtonResult {
+    bool converged = false;
+    std::vector<NewtonPass> passes;
+    std::string reason; ///< why it did not converge
+};
+
+/// Result of a whole solution.
+struct Equilibrium {
+    bool found = false;
+    double share = 0;                    ///< of the load that is borne
+    std::vector<std::size_t> iterations; ///< by step of the load
+    NewtonResult last;
+    double residual = 0;      ///< relative, at the end
+    long negative = 0;        ///< directions in which the energy falls; -1: not known
+    Eigen::Index neutral = 0; ///< motions that change no load
+    std::vector<std::string> neutral_names;
+    bool downhill = false; ///< no load step led there
+    std::string factor;
+    double asymmetry = 0;
+    std::string reason; ///< why none was found
+};
+
+class NewtonSolver {
+public:
+    NewtonSolver(StaticSystem& system, const NewtonOptions& options) : system_(system), options_(options) {}
+
+    /// Solves from `state` at the present time, for `left` beside the loads; the state is changed either way.
+    NewtonResult solve(StaticState& state, const Unknown& left);
+    /// Goes from the state, as it is at time 0, to an equilibrium at `time`.
+    Equilibrium find(StaticState& state, double time);
+
+    /// Factor of the last stiffness, in which neutral motions are held.
+    const Factor& factor() const { return *factor_; }
+
+private:
+    /// Correction for a residual; empty where something is wrong, with the reason.
+    /// `shift`: share of the diagonal's sizes that is added to it.
+    Unknown correction(const StaticState& state, StaticSystem::Balance& balance, double shift, std::string& reason);
+    /// Goes to a minimum of the energy.
+    NewtonResult descend(StaticState& state, const Unknown& left);
+    void describe(Equilibrium& result, const StaticState& state);
+
+    StaticSystem& system_;
+    NewtonOptions options_;
+    std::unique_ptr<Factor> factor_;
+    bool symmetric_ = true;
+    NeutralMotions neutral_;
+    bool regular_ = true;
+    Unknown diagonal_;
+};
+
+} // namespace skein

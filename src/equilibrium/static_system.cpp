@@ -1,0 +1,308 @@
+#include "equilibrium/static_system.hpp"
+
+#include "core/rotation.hpp"
+
+#include <Eigen/Dense>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <numeric>
+
+namespace skein {
+
+StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const LocalRod> rods,
+                           std::unique_ptr<StaticRods> at_rest)
+    : groups_(groups), rods_(rods.begin(), rods.end()), at_rest_(std::move(at_rest)),
+      unknowns_(groups, rods_, *at_rest_) {
+    double bending = 0;
+    for (const LocalRod& rod : rods_) {
+        const RodGroup& group = nth(groups_, rod.group);
+        double length = 0;
+        for (const ElementConstants& e : group.element) {
+            length += e.rest_length;
+            element_ = std::max(element_, e.rest_length);
+            bending = std::max({bending, e.bending.x, e.bending.y});
+        }
+        length_ = std::max(length_, length);
+    }
+    least_force_ = 1e-3 * bending / (length_ * length_);
+}
+
+void StaticSystem::lead_ends(StaticState& state) const {
+    at_rest_->lead_ends(state.slot);
+    unknowns_.gather(state.slot);
+    refresh(state);
+}
+
+void StaticSystem::add_block(std::size_t row, std::size_t column, const StiffnessBlock& block,
+                             std::span<const Slot<1>> state) {
+    // Whole blocks, so that the pattern is that of the couplings.
+    if (std::all_of(block.begin(), block.end(),
+                    [](const auto& r) { return std::all_of(r.begin(), r.end(), [](double x) { return x == 0; }); }))
+        return;
+    if (unknowns_.plain(row) && unknowns_.plain(column)) {
+        for (std::size_t i = 0; i < slot_unknowns; ++i) {
+            const int r = unknowns_.of(row, i);
+            if (r < 0) continue;
+            for (std::size_t j = 0; j < slot_unknowns; ++j)
+                if (const int c = unknowns_.of(column, j); c >= 0) assembly_.add(r, c, block[i][j]);
+        }
+        return;
+    }
+    const SlotParts rows = unknowns_.parts(row, state), columns = unknowns_.parts(column, state);
+    for (std::size_t i = 0; i < slot_unknowns; ++i)
+        for (std::size_t j = 0; j < slot_unknowns; ++j) {
+            if (block[i][j] == 0) continue;
+            for (const UnknownPart& r : rows[i])
+                for (const UnknownPart& c : columns[j])
+                    assembly_.add(r.unknown, c.unknown, r.factor * block[i][j] * c.factor);
+        }
+}
+
+StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_stiffness) {
+    at_rest_->evaluate(state.slot, state.strain, with_stiffness, loads_);
+    const int count = unknowns();
+    Balance out;
+    out.residual = Unknown::Zero(count);
+    out.force_size = *std::max_element(loads_.force_size.begin(), loads_.force_size.end());
+    out.couple_size = *std::max_element(loads_.couple_size.begin(), loads_.couple_size.end());
+    for (std::size_t s = 0; s < unknowns_.slots(); ++s) {
+        const Vec3d &f = loads_.force[s], &c = loads_.couple[s];
+        const double load[slot_unknowns] = {f.x, f.y, f.z, c.x, c.y, c.z};
+        if (unknowns_.plain(s)) {
+            for (std::size_t i = 0; i < slot_unknowns; ++i)
+                if (const int at = unknowns_.of(s, i); at >= 0) out.residual[at] += load[i];
+            continue;
+        }
+        const SlotParts parts = unknowns_.parts(s, state.slot);
+        for (std::size_t i = 0; i < slot_unknowns; ++i)
+            for (const UnknownPart& part : parts[i]) out.residual[part.unknown] += part.factor * load[i];
+    }
+    if (!with_stiffness) return out;
+    assembly_.begin(count);
+    for (std::size_t s = 0; s < unknowns_.slots(); ++s) {
+        const RodGroup& own = group(unknowns_.rod_of_slot()[s]);
+        const std::size_t first = first_slot(unknowns_.rod_of_slot()[s]);
+        const long nodes = own.nodes(), k = static_cast<long>(s - first);
+        for (int offset = -StiffnessRow::reach; offset <= StiffnessRow::reach; ++offset) {
+            long column = k + offset;
+            if (own.closed()) column = (column + 2 * nodes) % nodes;
+            if (column < 0 || column >= own.slots() || k >= nodes) continue;
+            add_block(s, first + static_cast<std::size_t>(column), loads_.row[s].at(offset), state.slot);
+        }
+    }
+    for (const SlotCoupling& c : loads_.couplings) add_block(c.row, c.column, c.block, state.slot);
+    add_body_turns(state);
+    out.stiffness = &assembly_.finish();
+    out.asymmetry = assembly_.asymmetry();
+    return out;
+}
+
+/// A force on a node of a body has a moment that turns with it: -[a][Q f] on the turn, symmetric less its part of
+/// [c]/2.
+void StaticSystem::add_body_turns(const StaticState& state) {
+    for (const CommonNode& node : at_rest_->common_nodes()) {
+        if (!node.on_body) continue;
+        const Vec3d f = lane(state.slot[node.master].director, 0) * loads_.force[node.slot], &a = node.arm;
+        const double af = dot(a, f), x[3] = {a.x, a.y, a.z}, y[3] = {f.x, f.y, f.z};
+        StiffnessBlock block{}; // -([a][f] + [f][a])/2 = (a.f) 1 - (a f^T + f a^T)/2
+        for (std::size_t i = 0; i < 3; ++i)
+            for (std::size_t j = 0; j < 3; ++j)
+                block[3 + i][3 + j] = (i == j ? af : 0) - 0.5 * (x[i] * y[j] + y[i] * x[j]);
+        add_block(node.master, node.master, block, state.slot);
+    }
+}
+
+double StaticSystem::relative(const Balance& balance) const {
+    double largest = 0;
+    const double force = std::max({balance.force_size, balance.couple_size / length_, least_force_, 1e-300}),
+                 couple =
+                     std::max({balance.couple_size, balance.force_size * element_, least_force_ * length_, 1e-300});
+    for (int i = 0; i < unknowns(); ++i) {
+        const double size = unknowns_.place(i).i < 3 ? force : couple;
+        largest = std::max(largest, std::abs(balance.residual[i]) / size);
+    }
+    return largest;
+}
+
+double StaticSystem::size(const Unknown& correction, const StaticState&) const {
+    double largest = 0;
+    for (int i = 0; i < unknowns(); ++i)
+        largest = std::max(largest, std::abs(correction[i]) / (unknowns_.place(i).i < 3 ? length_ : 1));
+    return largest;
+}
+
+double StaticSystem::turn(const Unknown& correction, const StaticState&) const {
+    double largest = 0;
+    for (int i = 0; i < unknowns(); ++i)
+        if (unknowns_.place(i).i >= 3) largest = std::max(largest, std::abs(correction[i]));
+    return largest;
+}
+
+void StaticSystem::correct(StaticState& state, const Unknown& correction, double share) const {
+    const Unknowns::Moves moves =
+        unknowns_.moves({correction.data(), static_cast<std::size_t>(correction.size())}, state.slot);
+    // The carried strain goes to the linear one of the new state.
+    const std::vector<Vec3d> now = at_rest_->strains(state.slot);
+    for (std::size_t i = 0; i < rods_.size(); ++i) {
+        const RodGroup& own = group(i);
+        if (!own.strained()) continue;
+        const std::size_t first = first_slot(i);
+        for (int k = 0; k < own.elements(); ++k) {
+            const std::size_t s = first + to_index(k);
+            const double l = norm(lane(state.slot[s + 1].position, 0) - lane(state.slot[s].position, 0)) / norm(now[s]);
+            const Vec3d change = (1 / l) * (lane(state.slot[s].director, 0) * (moves.node[s + 1] - moves.node[s])) +
+                                 cross(now[s], moves.turn[s]);
+            state.strain[s] = state.strain[s] + share * (now[s] + change - state.strain[s]);
+        }
+    }
+    unknowns_.apply(moves, share, state.slot);
+}
+
+std::vector<std::vector<int>> StaticSystem::pieces(const Stiffness& stiffness) const {
+    std::vector<std::size_t> leader(rods_.size());
+    std::iota(leader.begin(), leader.end(), std::size_t{0});
+    const auto root = [&](std::size_t i) {
+        while (leader[i] != i) i = leader[i] = leader[leader[i]];
+        return i;
+    };
+    for (Eigen::Index j = 0; j < stiffness.outerSize(); ++j)
+        for (Stiffness::InnerIterator at(stiffness, j); at; ++at)
+            leader[root(unknowns_.place(static_cast<int>(at.row())).rod)] =
+                root(unknowns_.place(static_cast<int>(j)).rod);
+    std::map<std::size_t, std::vector<int>> of;
+    for (int u = 0; u < unknowns(); ++u) of[root(unknowns_.place(u).rod)].push_back(u);
+    std::vector<std::vector<int>> pieces;
+    for (auto& [at, own] : of) pieces.push_back(std::move(own));
+    return pieces;
+}
+
+Vec3d StaticSystem::centre(const std::vector<int>& piece, const StaticState& state) const {
+    Vec3d sum{0, 0, 0};
+    double nodes = 0;
+    for (const int u : piece) {
+        if (unknowns_.place(u).i >= 3) continue;
+        sum = sum + lane(slot(u, state).position, 0);
+        ++nodes;
+    }
+    return nodes > 0 ? (1 / nodes) * sum : sum;
+}
+
+NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& balance) const {
+    const Stiffness& stiffness = *balance.stiffness;
+    std::vector<std::vector<int>> all = pieces(stiffness);
+    // Three translations, and three turns about the piece's centre that move a rod's end by 1.
+    Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(unknowns(), 6);
+    const Vec3d units[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const auto part = [](const Vec3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
+    for (const std::vector<int>& piece : all) {
+        const Vec3d middle = centre(piece, state);
+        for (const int u : piece) {
+            const int i = unknowns_.place(u).i;
+            const Slot<1>& at = slot(u, state);
+            for (int m = 0; m < 3; ++m) {
+                const Vec3d axis = (1 / length_) * units[m];
+                if (i < 3) motions(u, m) = i == m;
+                motions(u, 3 + m) = i < 3 ? part(cross(axis, lane(at.position, 0) - middle), i)
+                                          : part(lane(at.director, 0) * axis, i - 3);
+            }
+        }
+    }
+    const Eigen::MatrixXd resisted = stiffness * motions, terms = stiffness.cwiseAbs() * motions.cwiseAbs();
+    NeutralMotions found;
+    for (std::vector<int>& piece : all) {
+        const auto count = static_cast<Eigen::Index>(piece.size());
+        Eigen::MatrixXd rows(count, 6), own(count, 6);
+        for (Eigen::Index r = 0; r < count; ++r) {
+            const int u = piece[static_cast<std::size_t>(r)];
+            const double lever = unknowns_.place(u).i < 3 ? 1 : length_;
+            const double change = 1e-7 * balance.force_size * lever / length_,
+                         rounding = 1e-13 * terms.row(u).maxCoeff();
+            rows.row(r) = resisted.row(u) / std::max({change, rounding, 1e-300});
+            own.row(r) = motions.row(u);
+        }
+        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
+        std::vector<Eigen::Index> free;
+        for (Eigen::Index m = 0; m < 6; ++m)
+            if (m >= svd.singularValues().size() || svd.singularValues()[m] < std::sqrt(static_cast<double>(count)))
+                free.push_back(m);
+        Eigen::MatrixXd some(count, static_cast<Eigen::Index>(free.size()));
+        for (std::size_t m = 0; m < free.size(); ++m)
+            some.col(static_cast<Eigen::Index>(m)) = own * svd.matrixV().col(free[m]);
+        if (free.empty()) continue;
+        // Motions that move nothing free are none.
+        Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(some);
+        qr.setThreshold(1e-9);
+        const Eigen::Index rank = qr.rank();
+        if (rank == 0) continue;
+        const Eigen::MatrixXd basis = qr.householderQ() * Eigen::MatrixXd::Identity(count, rank);
+        found.pieces.push_back({std::move(piece), basis});
+    }
+    return found;
+}
+
+std::string StaticSystem::name_of(const NeutralMotions::Piece& piece, const Unknown& along,
+                                  const StaticState& state) const {
+    const Unknown motion = piece.motion * along;
+    Vec3d shift{0, 0, 0}, turn{0, 0, 0};
+    double nodes = 0, elements = 0;
+    for (std::size_t r = 0; r < piece.unknowns.size(); ++r) {
+        const auto place = unknowns_.place(piece.unknowns[r]);
+        const double value = motion[static_cast<Eigen::Index>(r)];
+        Vec3d unit{0, 0, 0};
+        (place.i % 3 == 0 ? unit.x : place.i % 3 == 1 ? unit.y : unit.z) = value;
+        if (place.i < 3) {
+            shift = shift + unit;
+            nodes += 1.0 / 3;
+        } else {
+            turn = turn + transpose_times(lane(slot(piece.unknowns[r], state).director, 0), unit);
+            elements += 1.0 / 3;
+        }
+    }
+    shift = (1 / std::max(nodes, 1.0)) * shift;
+    turn = (length_ / std::max(elements, 1.0)) * turn;
+    const bool turns = norm(turn) > norm(shift);
+    const Vec3d axis = turns ? unit(turn) : norm(shift) > 0 ? unit(shift) : shift;
+    return fmt::format("{} ({:.3g}, {:.3g}, {:.3g}) of {}", turns ? "turn about" : "translation along", axis.x, axis.y,
+                       axis.z, rod_name(unknowns_.place(piece.unknowns.front()).rod));
+}
+
+std::string StaticSystem::rod_name(std::size_t rod) const {
+    const RodGroup& own = group(rod);
+    return own.count() > 1 ? fmt::format("rod {} of '{}'", rods_[rod].index, own.name())
+                           : fmt::format("'{}'", own.name());
+}
+
+std::string StaticSystem::place_of(int unknown) const {
+    const auto place = unknowns_.place(unknown);
+    return fmt::format("{} {} of {}", place.i < 3 ? "node" : "element", place.slot, rod_name(place.rod));
+}
+
+std::vector<int> NeutralMotions::pins() const {
+    std::vector<int> all;
+    for (const Piece& piece : pieces) {
+        const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(piece.motion.transpose());
+        for (Eigen::Index m = 0; m < piece.motion.cols(); ++m)
+            all.push_back(piece.unknowns[static_cast<std::size_t>(qr.colsPermutation().indices()[m])]);
+    }
+    return all;
+}
+
+Eigen::Index NeutralMotions::count() const {
+    Eigen::Index all = 0;
+    for (const Piece& piece : pieces) all += piece.motion.cols();
+    return all;
+}
+
+void NeutralMotions::take_out(Unknown& from) const {
+    for (const Piece& piece : pieces) {
+        Unknown own(piece.motion.rows());
+        for (Eigen::Index r = 0; r < own.size(); ++r) own[r] = from[piece.unknowns[static_cast<std::size_t>(r)]];
+        own -= piece.motion * (piece.motion.transpose() * own);
+        for (Eigen::Index r = 0; r < own.size(); ++r) from[piece.unknowns[static_cast<std::size_t>(r)]] = own[r];
+    }
+}
+
+} // namespace skein

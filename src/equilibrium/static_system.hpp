@@ -1,0 +1,101 @@
+// Balance of bodies at rest as equations of free unknowns: residual and stiffness at a state, and corrections of it.
+//                                                                                         theory.md (74)-(77)
+#pragma once
+
+#include "equilibrium/assembly.hpp"
+#include "equilibrium/factor.hpp"
+#include "equilibrium/unknowns.hpp"
+#include "kernels/static_rods.hpp"
+
+#include <Eigen/Core>
+
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// State of all bodies of a rank, slot by slot, with the strains that Newton's iteration carries along.
+struct StaticState {
+    std::vector<Slot<1>> slot;
+    std::vector<Vec3d> strain;
+};
+
+/// Motions of pieces, which nothing connects to others, as rigid bodies, that change no load.
+struct NeutralMotions {
+    struct Piece {
+        std::vector<int> unknowns;
+        Eigen::MatrixXd motion; ///< of these unknowns: orthonormal columns
+    };
+    std::vector<Piece> pieces; ///< those that have some
+
+    Eigen::Index count() const;
+    /// As many unknowns, whose being held takes these motions and no other away.
+    std::vector<int> pins() const;
+    /// Projects these motions out.
+    void take_out(Unknown& from) const;
+};
+
+class StaticSystem {
+public:
+    StaticSystem(std::span<const RodGroup> groups, std::span<const LocalRod> rods, std::unique_ptr<StaticRods> at_rest);
+
+    int unknowns() const { return unknowns_.count(); }
+    const Unknowns& map() const { return unknowns_; }
+    std::size_t first_slot(std::size_t rod) const { return at_rest_->first_slot(rod); }
+    std::span<const LocalRod> rods() const { return rods_; }
+    std::span<const RodGroup> groups() const { return groups_; }
+    const RodGroup& group(std::size_t rod) const { return nth(groups_, rods_[rod].group); }
+    double length() const { return length_; } ///< the longest rod, or extent of a body, m
+
+    void set_time(double time) { at_rest_->set_time(time); }
+    /// Puts moved ends to their places; strains are then those of the state.
+    void lead_ends(StaticState& state) const;
+    void refresh(StaticState& state) const { state.strain = at_rest_->strains(state.slot); }
+
+    struct Balance {
+        Unknown residual;               ///< sum of loads on each free unknown, N and N m
+        Stiffness* stiffness = nullptr; ///< until the next balance; null where none was asked for
+        double asymmetry = 0;           ///< largest |K - K^T| over the largest |K|
+        double force_size = 0;          ///< largest sum of the sizes of forces at a node, N
+        double couple_size = 0;         ///< the same of couples at an element, N m
+    };
+    Balance balance(const StaticState& state, bool with_stiffness);
+    /// Largest residual: of forces over force_size, of couples over couple_size and over force times an element.
+    double relative(const Balance& balance) const;
+
+    /// Size of a correction: largest displacement over length(), or turn.
+    double size(const Unknown& correction, const StaticState& state) const;
+    /// Largest turn, rad.
+    double turn(const Unknown& correction, const StaticState& state) const;
+    void correct(StaticState& state, const Unknown& correction, double share) const;
+
+    NeutralMotions neutral(const StaticState& state, const Balance& balance) const;
+    /// Names a neutral motion: a translation along, or a turn about, an axis.
+    std::string name_of(const NeutralMotions::Piece& piece, const Unknown& along, const StaticState& state) const;
+    std::string place_of(int unknown) const; ///< in words
+    std::string rod_name(std::size_t rod) const;
+
+private:
+    void add_block(std::size_t row, std::size_t column, const StiffnessBlock& block, std::span<const Slot<1>> state);
+    void add_body_turns(const StaticState& state);
+    /// Unknowns of rods that stiffness connects.
+    std::vector<std::vector<int>> pieces(const Stiffness& stiffness) const;
+    Vec3d centre(const std::vector<int>& piece, const StaticState& state) const;
+    const Slot<1>& slot(int unknown, const StaticState& state) const {
+        const auto place = unknowns_.place(unknown);
+        return state.slot[first_slot(place.rod) + to_index(place.slot)];
+    }
+
+    std::span<const RodGroup> groups_;
+    std::vector<LocalRod> rods_;
+    std::unique_ptr<StaticRods> at_rest_;
+    Unknowns unknowns_;
+    StaticLoads loads_;
+    Assembly assembly_;
+    double length_ = 0, element_ = 0;
+    double least_force_ = 0; ///< N: a thousandth of what bends the longest rod by its length
+};
+
+} // namespace skein
