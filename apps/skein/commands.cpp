@@ -123,11 +123,6 @@ int environment_int(const char* name, int otherwise) {
     return text ? std::max(1, std::atoi(text)) : otherwise;
 }
 
-struct Prepared {
-    SceneSpec scene;
-    std::vector<RodGroup> groups;
-};
-
 std::string text_of(const std::exception_ptr& failure) {
     try {
         std::rethrow_exception(failure);
@@ -136,7 +131,8 @@ std::string text_of(const std::exception_ptr& failure) {
     }
 }
 
-/// Reads the scene and packs its rods, which may take long. A signal that reaches some ranks alone stops all of them.
+} // namespace
+
 Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
     Prepared prepared;
     const std::string text = text_for_all(comm, arguments.file);
@@ -161,6 +157,8 @@ Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
     read_rods(comm, prepared.groups);
     return prepared;
 }
+
+namespace {
 
 /// Of rods of files, all of which this process holds.
 void refuse_faults(const SceneSpec& scene, const Plan& plan, std::span<const RodGroup> groups) {

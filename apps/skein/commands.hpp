@@ -53,6 +53,11 @@ struct ConvergeArguments {
     Mapping mapping = Mapping::automatic;
     ProgressStyle progress = ProgressStyle::automatic;
 };
+struct EquilibriumArguments {
+    RunArguments run;
+    double time = -1; ///< s, at which loads are taken; below 0: the scene's end
+    bool stable = false;
+};
 struct ExpectArguments {
     RunArguments run;
     bool json = false;
@@ -86,6 +91,14 @@ std::string default_out(const std::string& scene);
 /// Where a scene is a directory, its scene.toml, with that directory for results unless `out` names another.
 void look_into_directory(SceneArguments& scene, std::string& out);
 
+/// Scene as read, with its rods.
+struct Prepared {
+    SceneSpec scene;
+    std::vector<RodGroup> groups;
+};
+/// Reads the scene and packs its rods, which may take long. A signal that reaches some ranks alone stops all of them.
+Prepared prepare(const Communicator& comm, const SceneArguments& arguments);
+
 /// Work beside a run: before it, on all ranks, and after it, on root alone, which returns the exit code.
 struct BesideRun {
     std::function<void(const SceneSpec& scene)> before;
@@ -96,6 +109,8 @@ int branch_command(const BranchArguments& arguments, int& argc, char**& argv);
 int verify_command(const VerifyArguments& arguments, int& argc, char**& argv);
 int converge_command(ConvergeArguments arguments, int& argc, char**& argv);
 int plan_command(PlanArguments arguments, int& argc, char**& argv);
+/// Finds an equilibrium of a scene.
+int equilibrium_command(EquilibriumArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.
 int self_check_command(int threads, int lanes, bool json, int& argc, char**& argv);
 int check_command(SceneArguments arguments, bool json);

@@ -1,8 +1,10 @@
-// The driver: skein new | run | expect | branch | verify | converge | plan | check | describe | info | draw | plot |
-// doctor | manual | completion.
+// The driver: skein new | run | expect | branch | verify | converge | equilibrium | plan | check | describe | info |
+// draw | plot | doctor | manual | completion.
 #include "commands.hpp"
 #include "document.hpp"
 #include "manual.hpp"
+#include "options.hpp"
+#include "solve_commands.hpp"
 #include "unknown_word.hpp"
 
 #include <CLI/CLI.hpp>
@@ -14,6 +16,9 @@
 #include <string_view>
 
 namespace {
+
+using skein::add_json, skein::add_lanes, skein::add_mapping, skein::add_overrides, skein::add_progress,
+    skein::add_scene_options, skein::add_threads;
 
 constexpr const char* examples = R"(Examples:
   skein new pile                                  write pile.toml, a scene to begin from; skein new: all kinds
@@ -27,7 +32,7 @@ constexpr const char* examples = R"(Examples:
   skein plot out/net --columns 'joint_*'          columns of the time series of any run
   skein plan carpet_8x8.toml                      what will run: step, memory, predicted cost; -v: passes, limits
   skein describe rods.material                    the keys of a table; skein describe: all of them
-Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle, 9 not as expected.
+Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle, 9 not as expected, 10 unstable.
 )";
 
 /// Commands of the Python package.
@@ -43,63 +48,12 @@ bool first_process() {
     return true;
 }
 
-const std::map<std::string, skein::Mapping> mappings = {
-    {"auto", skein::Mapping::automatic}, {"across", skein::Mapping::across}, {"along", skein::Mapping::along}};
 const std::map<std::string, skein::RewindMode> rewinds = {
     {"auto", skein::RewindMode::automatic}, {"always", skein::RewindMode::always}, {"never", skein::RewindMode::never}};
 const std::map<std::string, skein::Balance> balances = {
     {"auto", skein::Balance::automatic}, {"always", skein::Balance::always}, {"never", skein::Balance::never}};
 const std::map<std::string, skein::Protocol> protocols = {{"asynchronous", skein::Protocol::asynchronous},
                                                           {"synchronous", skein::Protocol::synchronous}};
-
-const std::map<std::string, skein::ProgressStyle> progress_styles = {{"auto", skein::ProgressStyle::automatic},
-                                                                     {"bar", skein::ProgressStyle::bar},
-                                                                     {"lines", skein::ProgressStyle::lines}};
-
-void add_overrides(CLI::App& command, skein::SceneArguments& scene) {
-    command.add_option("--set", scene.overrides, "override a key, e.g. --set time.duration=10 (may be repeated)")
-        ->type_name("KEY=VALUE")
-        ->allow_extra_args(false);
-}
-
-void add_json(CLI::App& command, bool& json, const char* text) {
-    command.add_flag_callback(
-        "--json",
-        [&json] {
-            json = true;
-            skein::keep_standard_output_for_document();
-        },
-        text);
-}
-
-void add_scene_options(CLI::App& command, skein::SceneArguments& scene) {
-    command.add_option("SCENE", scene.file, "scene file (TOML), or a directory that a branch began in")->required();
-    add_overrides(command, scene);
-}
-
-void add_progress(CLI::App& command, skein::ProgressStyle& style) {
-    command
-        .add_option("--progress", style,
-                    "auto: one line rewritten on a terminal, lines in logs and under MPI launchers")
-        ->transform(CLI::CheckedTransformer(progress_styles))
-        ->option_text("{auto,bar,lines}=auto");
-}
-void add_mapping(CLI::App& command, skein::Mapping& mapping) {
-    command
-        .add_option("--mapping", mapping,
-                    "of rods onto lanes: one each, or cut and side by side with others; the same bits")
-        ->transform(CLI::CheckedTransformer(mappings))
-        ->option_text("{auto,across,along}=auto");
-}
-
-void add_lanes(CLI::App& command, int& lanes) {
-    command
-        .add_option(
-            "--lanes", lanes,
-            "rods side by side in SIMD registers, which chooses the kernels' instructions: x86-64 for 2, x86-64-v3 for "
-            "1 and 4, x86-64-v4 for 8; default: the most that this processor has; the same bits")
-        ->check(CLI::IsMember({1, 2, 4, 8}));
-}
 
 struct CheckArguments {
     skein::SceneArguments scene;
@@ -112,8 +66,7 @@ CLI::App* add_run(CLI::App& app, skein::RunArguments& run) {
     CLI::App& command = *app.add_subcommand("run", "run a scene, or resume it from its last checkpoint");
     add_scene_options(command, run.scene);
     command.add_option("-o,--out", run.options.out, "directory of results; default out/<scene name>");
-    command.add_option("-t,--threads", run.threads, "threads per rank; default: the cores this rank may use")
-        ->check(CLI::PositiveNumber);
+    add_threads(command, run.threads);
     command
         .add_option("--shuffle", run.shuffle,
                     "seed of a random order in which threads take their work; the same bits, for checks")
@@ -176,8 +129,7 @@ CLI::App* add_verify(CLI::App& app, skein::VerifyArguments& verify) {
     command.add_option("--segment", verify.segment, "which segment, from 0, or random; default: the last")
         ->type_name("NUMBER");
     add_json(command, verify.json, "steps and digests as JSON");
-    command.add_option("-t,--threads", verify.layout.threads, "threads per rank; default: the cores this rank may use")
-        ->check(CLI::PositiveNumber);
+    add_threads(command, verify.layout.threads);
     add_lanes(command, verify.layout.lanes);
     add_mapping(command, verify.layout.mapping);
     return &command;
@@ -204,8 +156,7 @@ CLI::App* add_converge(CLI::App& app, skein::ConvergeArguments& converge) {
     command.add_flag("--dry-run", converge.dry_run, "print the runs with their predicted cost, and make none");
     add_json(command, converge.json,
              "converge.json at the end, or the runs of --dry-run; all else goes to standard error");
-    command.add_option("-t,--threads", converge.threads, "threads per rank; default: the cores this rank may use")
-        ->check(CLI::PositiveNumber);
+    add_threads(command, converge.threads);
     add_lanes(command, converge.lanes);
     add_mapping(command, converge.mapping);
     add_progress(command, converge.progress);
@@ -256,8 +207,7 @@ CLI::App* add_expect(CLI::App& app, skein::ExpectArguments& expect) {
     add_scene_options(command, expect.run.scene);
     command.add_option("-o,--out", expect.run.options.out, "directory of results; default out/<scene name>");
     command.add_flag("--overwrite", expect.run.options.overwrite, "run again where results exist");
-    command.add_option("-t,--threads", expect.run.threads, "threads per rank; default: the cores this rank may use")
-        ->check(CLI::PositiveNumber);
+    add_threads(command, expect.run.threads);
     add_lanes(command, expect.run.lanes);
     add_mapping(command, expect.run.mapping);
     add_json(command, expect.json, "a list of the values as JSON; messages go to standard error");
@@ -315,6 +265,7 @@ int main(int argc, char** argv) {
     const CLI::App* branch_command = add_branch(app, branch);
     const CLI::App* verify_command = add_verify(app, verify);
     const CLI::App* converge_command = add_converge(app, converge);
+    const skein::SolveCommands solve_commands(app);
     const CLI::App* plan_command = add_plan(app, plan);
     const CLI::App* check_command = add_check(app, check);
     const CLI::App* describe_command = add_describe(app, describe);
@@ -337,6 +288,7 @@ int main(int argc, char** argv) {
 
     if (run_command->parsed()) return skein::run_command(run, argc, argv);
     if (expect_command->parsed()) return skein::expect_command(expect, argc, argv);
+    if (const auto code = solve_commands.run(argc, argv)) return *code;
     if (branch_command->parsed()) return skein::branch_command(branch, argc, argv);
     if (verify_command->parsed()) return skein::verify_command(verify, argc, argv);
     if (converge_command->parsed()) return skein::converge_command(converge, argc, argv);
@@ -349,6 +301,5 @@ int main(int argc, char** argv) {
     if (plan_command->parsed()) return skein::plan_command(plan, argc, argv);
     if (check_command->parsed()) return skein::check_command(check.scene, check.json);
     if (describe_command->parsed()) return skein::describe_command(describe, argc, argv);
-    if (info_command->parsed()) return skein::info_command(info, argc, argv);
-    return static_cast<int>(skein::Exit::internal);
+    return info_command->parsed() ? skein::info_command(info, argc, argv) : static_cast<int>(skein::Exit::internal);
 }

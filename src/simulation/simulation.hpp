@@ -14,6 +14,7 @@
 #include "simulation/world.hpp"
 #include "skein/core/error.hpp"
 
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -39,6 +40,9 @@ public:
     /// Steps to the end (or a limit of the options), with outputs; writes checkpoint and summary. Throws NumericalError
     /// or IoError on all ranks alike.
     RunResult run();
+    /// Goes to the end of the scene with bodies that `change` has put elsewhere, in place of steps; writes the start,
+    /// the end, a checkpoint and the summary. Collective.
+    RunResult go_to_end(const std::function<void(World&)>& change);
     /// True if the run was at its end before it began: run() then does and writes nothing.
     bool idle() const { return idle_; }
 

@@ -1,0 +1,29 @@
+// Commands that solve a scene in place of stepping it: equilibrium, path, modes.
+#pragma once
+
+#include "commands.hpp"
+
+#include <optional>
+
+namespace CLI {
+class App;
+}
+
+namespace skein {
+
+class SolveCommands {
+public:
+    explicit SolveCommands(CLI::App& app);
+    SolveCommands(const SolveCommands&) = delete;
+    SolveCommands& operator=(const SolveCommands&) = delete;
+    /// Exit code of the one that the command line names; nothing where it names another.
+    std::optional<int> run(int& argc, char**& argv) const;
+
+private:
+    void add_equilibrium(CLI::App& app);
+
+    EquilibriumArguments equilibrium_;
+    const CLI::App* equilibrium_command_ = nullptr;
+};
+
+} // namespace skein

@@ -1,0 +1,59 @@
+// Equilibrium of a scene's bodies: found by Newton's method, reported, and left in the world.
+//   piece     a rod, or a copy of an assembly: nothing couples it to others, so that it is solved by itself, on any
+//   rank
+//             and thread, with the same bits
+#pragma once
+
+#include "equilibrium/newton.hpp"
+#include "simulation/world.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// Bodies that are solved together.
+struct StaticPiece {
+    std::vector<std::size_t> rods; ///< places in the world's local()
+    std::unique_ptr<StaticSystem> system;
+    StaticState state;
+};
+
+class StaticScene {
+public:
+    /// Bodies of this rank as they are now.
+    explicit StaticScene(World& world);
+
+    std::vector<StaticPiece>& pieces() { return pieces_; }
+    const std::vector<StaticPiece>& pieces() const { return pieces_; }
+    /// Puts the states into the world, at rest.
+    void put_back() const;
+    World& world() const { return world_; }
+
+private:
+    World& world_;
+    std::vector<StaticPiece> pieces_;
+};
+
+/// Equilibria of all pieces on all ranks, with their cost.
+struct EquilibriumReport {
+    bool found = true;
+    double share = 1; ///< least, of the loads that are borne
+    std::int64_t pieces = 0, unknowns = 0;
+    std::int64_t load_steps = 0, iterations = 0; ///< most of a piece
+    double residual = 0;                         ///< largest, over the acting forces
+    std::int64_t unstable = 0;                   ///< pieces whose energy falls in some direction
+    std::int64_t unknown_stability = 0;          ///< pieces whose stiffness has no signs to count
+    std::int64_t neutral = 0;                    ///< motions that change no load
+    std::string neutral_names;                   ///< of the first few
+    std::string factor;
+    std::vector<NewtonPass> last; ///< iterations of the last load step, of the piece with most
+    std::string reason;           ///< of the first piece that has none
+    double seconds = 0;
+};
+/// Collective.
+EquilibriumReport find_equilibrium(StaticScene& scene, double time, const NewtonOptions& options);
+std::string to_text(const EquilibriumReport& report);
+
+} // namespace skein
