@@ -5,6 +5,7 @@
 #include "skein/core/error.hpp"
 
 #include <functional>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -58,6 +59,22 @@ struct EquilibriumArguments {
     double time = -1; ///< s, at which loads are taken; below 0: the scene's end
     bool stable = false;
 };
+struct ModesArguments {
+    RunArguments run;
+    double time = -1; ///< s, as above
+    int count = 10;
+    int movies = 0;         ///< modes that are written as moving shapes
+    double amplitude = 0.1; ///< of these, over the length of a rod
+};
+struct PathArguments {
+    RunArguments run;
+    double time = -1;
+    std::string key;                                                ///< path of the number along which it goes
+    double from = std::numeric_limits<double>::quiet_NaN(), to = 0; ///< NaN: the scene's
+    double step = 0.05;                                             ///< of arc length at first and at most
+    int points = 200;                                               ///< at most
+    int branch = 0; ///< side to which the first branch point is left: 1 or -1; 0: none
+};
 struct ExpectArguments {
     RunArguments run;
     bool json = false;
@@ -109,8 +126,10 @@ int branch_command(const BranchArguments& arguments, int& argc, char**& argv);
 int verify_command(const VerifyArguments& arguments, int& argc, char**& argv);
 int converge_command(ConvergeArguments arguments, int& argc, char**& argv);
 int plan_command(PlanArguments arguments, int& argc, char**& argv);
-/// Finds an equilibrium of a scene.
+/// Finds an equilibrium of a scene; the modes about it; equilibria along a number of the scene.
 int equilibrium_command(EquilibriumArguments arguments, int& argc, char**& argv);
+int modes_command(ModesArguments arguments, int& argc, char**& argv);
+int path_command(PathArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.
 int self_check_command(int threads, int lanes, bool json, int& argc, char**& argv);
 int check_command(SceneArguments arguments, bool json);

@@ -6,10 +6,16 @@
 
 namespace skein {
 
-SolveCommands::SolveCommands(CLI::App& app) { add_equilibrium(app); }
+SolveCommands::SolveCommands(CLI::App& app) {
+    add_equilibrium(app);
+    add_modes(app);
+    add_path(app);
+}
 
 std::optional<int> SolveCommands::run(int& argc, char**& argv) const {
     if (equilibrium_command_->parsed()) return equilibrium_command(equilibrium_, argc, argv);
+    if (modes_command_->parsed()) return modes_command(modes_, argc, argv);
+    if (path_command_->parsed()) return path_command(path_, argc, argv);
     return {};
 }
 
@@ -37,6 +43,41 @@ void SolveCommands::add_equilibrium(CLI::App& app) {
         ->check(CLI::NonNegativeNumber);
     command.add_flag("--stable", equilibrium_.stable, "exit with 10 where the equilibrium is unstable");
     add_json(command, equilibrium_.run.json, "figures of the solution as JSON; all else goes to standard error");
+}
+
+void SolveCommands::add_modes(CLI::App& app) {
+    CLI::App& command = *app.add_subcommand(
+        "modes", "find the equilibrium, and frequencies and shapes of small motions about it, without damping");
+    modes_command_ = &command;
+    add_solve_options(command, modes_.run, "directory of results; default out/<scene name>_modes");
+    command.add_option("--time", modes_.time, "time of loads and ends [s]; default: the scene's end")
+        ->check(CLI::NonNegativeNumber);
+    command.add_option("--count", modes_.count, "modes beside neutral motions")->check(CLI::PositiveNumber);
+    command
+        .add_option("--movies", modes_.movies, "write the first of these shapes as runs mode_1, mode_2, ... to draw")
+        ->check(CLI::NonNegativeNumber);
+    command.add_option("--amplitude", modes_.amplitude, "of these, over the length of a rod")
+        ->check(CLI::PositiveNumber);
+    add_json(command, modes_.run.json, "frequencies as JSON; all else goes to standard error");
+}
+
+void SolveCommands::add_path(CLI::App& app) {
+    CLI::App& command = *app.add_subcommand(
+        "path", "follow equilibria along a number of the scene, round limit points, with stability and branch points");
+    path_command_ = &command;
+    add_solve_options(command, path_.run, "directory of results; default out/<scene name>_path");
+    command.add_option("--along", path_.key, "path of the number, as --set has it, e.g. load.0.end.2")->required();
+    command.add_option("--from", path_.from, "value where the path begins; default: the scene's");
+    command.add_option("--to", path_.to, "value where it ends")->required();
+    command.add_option("--time", path_.time, "time of loads and ends [s]; default: the scene's end")
+        ->check(CLI::NonNegativeNumber);
+    command
+        .add_option("--step", path_.step,
+                    "largest step: mean displacement over length and mean turn, with the number over its range")
+        ->check(CLI::PositiveNumber);
+    command.add_option("--points", path_.points, "most points")->check(CLI::PositiveNumber);
+    command.add_option("--branch", path_.branch, "leave the path at its first branch point, to the side 1 or -1")
+        ->check(CLI::IsMember({-1, 0, 1}));
 }
 
 } // namespace skein

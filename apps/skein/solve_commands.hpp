@@ -21,9 +21,13 @@ public:
 
 private:
     void add_equilibrium(CLI::App& app);
+    void add_modes(CLI::App& app);
+    void add_path(CLI::App& app);
 
     EquilibriumArguments equilibrium_;
-    const CLI::App* equilibrium_command_ = nullptr;
+    ModesArguments modes_;
+    PathArguments path_;
+    const CLI::App *equilibrium_command_ = nullptr, *modes_command_ = nullptr, *path_command_ = nullptr;
 };
 
 } // namespace skein

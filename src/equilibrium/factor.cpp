@@ -133,6 +133,16 @@ private:
 
 } // namespace
 
+void hold(Stiffness& matrix, const std::vector<int>& pins) {
+    std::vector<char> held(static_cast<std::size_t>(matrix.rows()), 0);
+    for (const int pin : pins) held[static_cast<std::size_t>(pin)] = 1;
+    const double size = matrix.diagonal().cwiseAbs().maxCoeff();
+    for (Eigen::Index j = 0; j < matrix.outerSize(); ++j)
+        for (Stiffness::InnerIterator at(matrix, j); at; ++at)
+            if (held[static_cast<std::size_t>(at.row())] || held[static_cast<std::size_t>(at.col())])
+                at.valueRef() = at.row() == at.col() ? std::max(size, 1e-300) : 0;
+}
+
 long half_bandwidth(const Stiffness& matrix) {
     long band = 0;
     for (Eigen::Index j = 0; j < matrix.outerSize(); ++j)

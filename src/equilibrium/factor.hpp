@@ -7,6 +7,7 @@
 
 #include <memory>
 #include <string_view>
+#include <vector>
 
 namespace skein {
 
@@ -27,6 +28,9 @@ public:
 
 /// The factor for such a matrix: its pattern, and whether it is symmetric.
 std::unique_ptr<Factor> make_factor(const Stiffness& matrix, bool symmetric);
+
+/// Holds unknowns at 0: rows and columns of the unit matrix, times the size of the diagonal.
+void hold(Stiffness& matrix, const std::vector<int>& pins);
 
 /// Largest |i - j| of entries.
 long half_bandwidth(const Stiffness& matrix);

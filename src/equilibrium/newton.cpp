@@ -15,17 +15,6 @@ constexpr double round_off = 1e-11;
 /// Share of the diagonal below which a shift is left out.
 constexpr double least_shift = 1e-13;
 
-/// Holds unknowns at 0: rows and columns of the unit matrix, times the size of the diagonal there.
-void hold(Stiffness& matrix, const std::vector<int>& pins) {
-    std::vector<char> held(static_cast<std::size_t>(matrix.rows()), 0);
-    for (const int pin : pins) held[static_cast<std::size_t>(pin)] = 1;
-    const double size = matrix.diagonal().cwiseAbs().maxCoeff();
-    for (Eigen::Index j = 0; j < matrix.outerSize(); ++j)
-        for (Stiffness::InnerIterator at(matrix, j); at; ++at)
-            if (held[static_cast<std::size_t>(at.row())] || held[static_cast<std::size_t>(at.col())])
-                at.valueRef() = at.row() == at.col() ? std::max(size, 1e-300) : 0;
-}
-
 } // namespace
 
 Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance& balance, double shift,

@@ -17,16 +17,22 @@ StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const Loc
     : groups_(groups), rods_(rods.begin(), rods.end()), at_rest_(std::move(at_rest)),
       unknowns_(groups, rods_, *at_rest_) {
     double bending = 0;
+    slow_eigenvalue_ = HUGE_VAL;
     for (const LocalRod& rod : rods_) {
         const RodGroup& group = nth(groups_, rod.group);
-        double length = 0;
+        double length = 0, mass = 0, soft = HUGE_VAL;
+        for (const double m : group.node_mass) mass += m;
         for (const ElementConstants& e : group.element) {
             length += e.rest_length;
             element_ = std::max(element_, e.rest_length);
             bending = std::max({bending, e.bending.x, e.bending.y});
+            soft = std::min({soft, e.bending.x, e.bending.y});
         }
         length_ = std::max(length_, length);
+        if (group.strained() && mass > 0)
+            slow_eigenvalue_ = std::min(slow_eigenvalue_, 0.1 * soft / (mass * length * length * length));
     }
+    if (slow_eigenvalue_ == HUGE_VAL) slow_eigenvalue_ = 1;
     least_force_ = 1e-3 * bending / (length_ * length_);
 }
 
@@ -177,6 +183,27 @@ std::vector<std::vector<int>> StaticSystem::pieces(const Stiffness& stiffness) c
     std::vector<std::vector<int>> pieces;
     for (auto& [at, own] : of) pieces.push_back(std::move(own));
     return pieces;
+}
+
+Stiffness StaticSystem::mass(const StaticState& state) const {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (std::size_t i = 0; i < rods_.size(); ++i)
+        with_rod(group(i), rods_[i].index, [&](const RodGroup& own) {
+            for (int k = 0; k < own.slots(); ++k) {
+                const std::size_t s = first_slot(i) + to_index(k);
+                const double m = nth(own.node_mass, k);
+                const Vec3d j = k < own.elements() ? nth(own.element, k).inertia : Vec3d{0, 0, 0};
+                const double inertia[slot_unknowns] = {m, m, m, j.x, j.y, j.z};
+                const SlotParts parts = unknowns_.parts(s, state.slot);
+                for (std::size_t u = 0; u < slot_unknowns; ++u)
+                    for (const UnknownPart& a : parts[u])
+                        for (const UnknownPart& b : parts[u])
+                            entries.emplace_back(a.unknown, b.unknown, a.factor * inertia[u] * b.factor);
+            }
+        });
+    Stiffness mass(unknowns(), unknowns());
+    mass.setFromTriplets(entries.begin(), entries.end());
+    return mass;
 }
 
 Vec3d StaticSystem::centre(const std::vector<int>& piece, const StaticState& state) const {

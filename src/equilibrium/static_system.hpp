@@ -71,6 +71,11 @@ public:
     double turn(const Unknown& correction, const StaticState& state) const;
     void correct(StaticState& state, const Unknown& correction, double share) const;
 
+    /// Masses of nodes and inertias of elements, as the unknowns have them.
+    Stiffness mass(const StaticState& state) const;
+    /// Eigenvalue well below that of the slowest bending of any rod by itself, 1/s^2.
+    double slow_eigenvalue() const { return slow_eigenvalue_; }
+
     NeutralMotions neutral(const StaticState& state, const Balance& balance) const;
     /// Names a neutral motion: a translation along, or a turn about, an axis.
     std::string name_of(const NeutralMotions::Piece& piece, const Unknown& along, const StaticState& state) const;
@@ -95,6 +100,7 @@ private:
     StaticLoads loads_;
     Assembly assembly_;
     double length_ = 0, element_ = 0;
+    double slow_eigenvalue_ = 0;
     double least_force_ = 0; ///< N: a thousandth of what bends the longest rod by its length
 };
 

@@ -162,13 +162,24 @@ RunResult Simulation::step_to_the_end() {
 }
 
 RunResult Simulation::go_to_end(const std::function<void(World&)>& change) {
+    return go_by(last_step_, [&](World& world) {
+        change(world);
+        return true;
+    });
+}
+
+RunResult Simulation::go_through(const std::function<bool(World&)>& change) { return go_by(1, change); }
+
+RunResult Simulation::go_by(std::int64_t steps, const std::function<bool(World&)>& change) {
     for (const auto& output : outputs_)
         if (first_step_ == 0 && output->due(now())) write(*output);
     setup_s_ = wall_seconds() - started_;
-    change(world_);
-    world_.clock = Clock(world_.plan.dt, last_step_, world_.plan.integrator, world_.clock.shift());
-    for (const auto& output : outputs_)
-        if (output->due(now())) write(*output);
+    while (world_.clock.done() < last_step_ && change(world_)) {
+        const std::int64_t step = std::min(last_step_, world_.clock.done() + steps);
+        world_.clock = Clock(world_.plan.dt, step, world_.plan.integrator, world_.clock.shift());
+        for (const auto& output : outputs_)
+            if (output->due(now())) write(*output);
+    }
     write(*checkpoints_);
     write_end(false);
     const RunResult result{Exit::done, world_.clock.done(), digest_at_end()};

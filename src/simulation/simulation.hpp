@@ -43,6 +43,8 @@ public:
     /// Goes to the end of the scene with bodies that `change` has put elsewhere, in place of steps; writes the start,
     /// the end, a checkpoint and the summary. Collective.
     RunResult go_to_end(const std::function<void(World&)>& change);
+    /// The same step by step, until `change` returns false or the scene is at its end. Collective.
+    RunResult go_through(const std::function<bool(World&)>& change);
     /// True if the run was at its end before it began: run() then does and writes nothing.
     bool idle() const { return idle_; }
 
@@ -70,6 +72,7 @@ private:
     enum class Verdict { go_on, warn, stop_at_limit, fail };
 
     RunResult step_to_the_end();
+    RunResult go_by(std::int64_t steps, const std::function<bool(World&)>& change);
     /// True until the run's last step, or until the scene itself has come to its end.
     bool over() const { return world_.clock.done() >= last_step_ || ended(); }
     bool ended() const {

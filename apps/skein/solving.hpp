@@ -1,0 +1,33 @@
+// Parts that commands share which solve a scene.
+#pragma once
+
+#include "commands.hpp"
+#include "simulation/simulation.hpp"
+#include "studies/equilibrium_study.hpp"
+
+#include <memory>
+#include <string>
+
+namespace skein {
+
+/// A scene with all that its simulation needs.
+struct SolvedScene {
+    SceneSpec scene;
+    Machine machine;
+    std::unique_ptr<Threads> threads;
+    std::unique_ptr<Simulation> simulation;
+    std::string out; ///< directory of results
+};
+/// `suffix`: of the default directory; `change`: of the scene as read. Throws InputError for a scene with parts that
+/// cannot be solved. Collective.
+SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments, const std::string& suffix,
+                         const std::function<void(SceneSpec&)>& change = {});
+
+/// Work of the commands with these names. Collective.
+int find_and_write_modes(const Communicator& comm, const ModesArguments& arguments);
+int follow_and_write_path(const Communicator& comm, const PathArguments& arguments);
+
+/// Finds the equilibrium and prints how. Throws NumericalError where there is none. Collective.
+EquilibriumReport find_and_tell(const SolvedScene& solved, StaticScene& at_rest, double time, bool quiet);
+
+} // namespace skein

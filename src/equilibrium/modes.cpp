@@ -1,0 +1,139 @@
+#include "equilibrium/modes.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <Spectra/SymGEigsShiftSolver.h>
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+
+double Mode::frequency() const { return std::sqrt(std::abs(eigenvalue)) / (2 * std::numbers::pi); }
+
+namespace {
+
+constexpr int dense_unknowns = 300; ///< up to which all eigenvalues are found at once
+
+/// (K - sigma M)^-1, as Spectra asks for it.
+class ShiftedInverse {
+public:
+    using Scalar = double;
+    ShiftedInverse(const Stiffness& stiffness, const Stiffness& mass) : stiffness_(stiffness), mass_(mass) {}
+    Eigen::Index rows() const { return stiffness_.rows(); }
+    Eigen::Index cols() const { return stiffness_.cols(); }
+    void set_shift(double sigma) {
+        const Stiffness shifted = stiffness_ - sigma * mass_;
+        factor_ = make_factor(shifted, true);
+        regular_ = factor_->factorise(shifted);
+    }
+    void perform_op(const double* in, double* out) const {
+        const Eigen::Map<const Unknown> x(in, rows());
+        Eigen::Map<Unknown>(out, rows()) = factor_->solve(x);
+    }
+
+private:
+    const Stiffness &stiffness_, &mass_;
+    std::unique_ptr<Factor> factor_;
+    bool regular_ = false;
+};
+
+class MassProduct {
+public:
+    using Scalar = double;
+    explicit MassProduct(const Stiffness& mass) : mass_(mass) {}
+    Eigen::Index rows() const { return mass_.rows(); }
+    Eigen::Index cols() const { return mass_.cols(); }
+    void perform_op(const double* in, double* out) const {
+        const Eigen::Map<const Unknown> x(in, rows());
+        Eigen::Map<Unknown>(out, rows()) = mass_ * x;
+    }
+
+private:
+    const Stiffness& mass_;
+};
+
+struct Pairs {
+    Unknown value;
+    Eigen::MatrixXd vector;
+};
+
+Pairs by_dense(const Stiffness& stiffness, const Stiffness& mass) {
+    const Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd> solver{Eigen::MatrixXd(stiffness),
+                                                                           Eigen::MatrixXd(mass)};
+    return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+/// The `count` lowest; empty where Lanczos' iteration does not converge.
+Pairs by_lanczos(const Stiffness& stiffness, const Stiffness& mass, double shift, Eigen::Index count) {
+    ShiftedInverse inverse(stiffness, mass);
+    MassProduct product(mass);
+    const Eigen::Index vectors = std::min<Eigen::Index>(stiffness.rows(), 2 * count + 20);
+    Spectra::SymGEigsShiftSolver<ShiftedInverse, MassProduct, Spectra::GEigsMode::ShiftInvert> solver(
+        inverse, product, count, vectors, shift);
+    solver.init();
+    solver.compute(Spectra::SortRule::LargestMagn, 1000, 1e-12, Spectra::SortRule::SmallestAlge);
+    if (solver.info() != Spectra::CompInfo::Successful) return {};
+    return {solver.eigenvalues(), solver.eigenvectors()};
+}
+
+/// Share of a shape that lies in neutral motions, squared, by mass.
+double neutral_share(const Unknown& shape, const Eigen::MatrixXd& neutral, const Stiffness& mass) {
+    return neutral.cols() > 0 ? (neutral.transpose() * (mass * shape)).squaredNorm() : 0;
+}
+
+/// All neutral motions as columns that are orthonormal by mass.
+Eigen::MatrixXd by_mass(const NeutralMotions& neutral, const Stiffness& mass) {
+    Eigen::MatrixXd all = Eigen::MatrixXd::Zero(mass.rows(), neutral.count());
+    Eigen::Index column = 0;
+    for (const NeutralMotions::Piece& piece : neutral.pieces)
+        for (Eigen::Index m = 0; m < piece.motion.cols(); ++m, ++column)
+            for (std::size_t r = 0; r < piece.unknowns.size(); ++r)
+                all(piece.unknowns[r], column) = piece.motion(static_cast<Eigen::Index>(r), m);
+    const Eigen::MatrixXd gram = all.transpose() * (mass * all);
+    const Eigen::LLT<Eigen::MatrixXd> factor(gram);
+    return factor.matrixL().solve(all.transpose()).transpose();
+}
+
+} // namespace
+
+ModesResult find_modes(StaticSystem& system, const StaticState& state, int count) {
+    ModesResult result;
+    const StaticSystem::Balance balance = system.balance(state, true);
+    constexpr double round_off = 1e-9;
+    if (balance.asymmetry > round_off) {
+        result.reason = "its loads have no potential, so that the stiffness is not symmetric";
+        return result;
+    }
+    const Stiffness& stiffness = *balance.stiffness;
+    const Stiffness mass = system.mass(state);
+    result.neutral = system.neutral(state, balance);
+    const Eigen::Index neutral = result.neutral.count(),
+                       wanted = std::min<Eigen::Index>(stiffness.rows(), count + neutral);
+    Pairs pairs;
+    if (stiffness.rows() <= dense_unknowns) {
+        pairs = by_dense(stiffness, mass);
+        result.method = "dense eigenvalues (Eigen)";
+    } else {
+        pairs = by_lanczos(stiffness, mass, -system.slow_eigenvalue(), wanted);
+        result.method = "shifted and inverted Lanczos (Spectra)";
+    }
+    if (pairs.value.size() == 0) {
+        result.reason = "Lanczos' iteration did not converge";
+        return result;
+    }
+    const Eigen::MatrixXd still = by_mass(result.neutral, mass);
+    const Stiffness sizes = stiffness.cwiseAbs();
+    for (Eigen::Index i = 0; i < std::min(wanted, pairs.value.size()); ++i) {
+        Mode mode{.eigenvalue = pairs.value[i], .shape = pairs.vector.col(i)};
+        mode.shape /= std::sqrt(mode.shape.dot(mass * mode.shape));
+        const Unknown off = stiffness * mode.shape - mode.eigenvalue * (mass * mode.shape);
+        mode.residual = off.lpNorm<1>() / std::max((sizes * mode.shape.cwiseAbs()).lpNorm<1>(), 1e-300);
+        mode.neutral = neutral_share(mode.shape, still, mass) > 0.5;
+        result.modes.push_back(std::move(mode));
+    }
+    return result;
+}
+
+} // namespace skein

@@ -1,0 +1,241 @@
+#include "equilibrium/path.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+
+namespace {
+
+constexpr double slope_step = 1e-4; ///< of the range, by which the number is changed for its slopes
+
+/// A factor of the stiffness, with pins for neutral motions.
+struct Tangent {
+    std::unique_ptr<Factor> factor;
+    NeutralMotions neutral;
+    bool regular = true;
+
+    Unknown solve(Unknown right) const {
+        for (const int pin : neutral.pins()) right[pin] = 0;
+        Unknown x = factor->solve(right);
+        neutral.take_out(x);
+        return x;
+    }
+};
+
+Tangent tangent_of(const StaticSystem& system, const StaticState& state, StaticSystem::Balance& balance) {
+    constexpr double round_off = 1e-9;
+    Tangent tangent;
+    tangent.neutral = system.neutral(state, balance);
+    hold(*balance.stiffness, tangent.neutral.pins());
+    tangent.factor = make_factor(*balance.stiffness, balance.asymmetry < round_off);
+    tangent.regular = tangent.factor->factorise(*balance.stiffness);
+    return tangent;
+}
+
+} // namespace
+
+PathFollower::PathFollower(PathFamily& family, StaticState state, const PathOptions& options)
+    : family_(family), options_(options), step_(options.step) {
+    now_.state = std::move(state);
+    now_.value = options.from;
+    StaticSystem& system = family_.at(now_.value);
+    weights_.resize(system.unknowns());
+    for (int u = 0; u < system.unknowns(); ++u)
+        weights_[u] = (system.map().place(u).i < 3 ? 1 / (system.length() * system.length()) : 1.0) /
+                      std::max(1, system.unknowns() / slot_unknowns);
+    Direction ahead{Unknown::Zero(system.unknowns()), options.to > options.from ? 1.0 : -1.0};
+    if (!find_tangent(now_, ahead)) reason_ = "the stiffness is singular at the start";
+}
+
+double PathFollower::product(const Direction& a, const Direction& b) const {
+    const double range = options_.to - options_.from;
+    return a.u.dot(weights_.cwiseProduct(b.u)) + a.p * b.p / (range * range);
+}
+
+void PathFollower::normalise(Direction& d) const {
+    const double scale = 1 / std::sqrt(product(d, d));
+    d.u *= scale;
+    d.p *= scale;
+}
+
+Unknown PathFollower::slope(const StaticState& state, double value) {
+    const double h = slope_step * (options_.to - options_.from);
+    const auto residual = [&](double p) {
+        StaticState own = state;
+        StaticSystem& system = family_.at(p);
+        system.lead_ends(own);
+        return system.balance(own, false).residual;
+    };
+    return (8 * (residual(value + h) - residual(value - h)) - (residual(value + 2 * h) - residual(value - 2 * h))) /
+           (12 * h);
+}
+
+bool PathFollower::find_tangent(Place& place, const Direction& last) {
+    const Unknown by_value = slope(place.state, place.value);
+    StaticSystem& system = family_.at(place.value);
+    StaticState own = place.state;
+    system.refresh(own);
+    StaticSystem::Balance balance = system.balance(own, true);
+    place.residual = system.relative(balance);
+    const Tangent tangent = tangent_of(system, own, balance);
+    place.negative = tangent.factor->negative();
+    place.tangent = {tangent.solve(by_value), 1};
+    if (!place.tangent.u.allFinite()) return false;
+    normalise(place.tangent);
+    if (product(place.tangent, last) < 0) place.tangent = {-place.tangent.u, -place.tangent.p};
+    return true;
+}
+
+std::optional<PathFollower::Place> PathFollower::step(const Place& from, const Direction& along, double length) {
+    Place to;
+    to.state = from.state;
+    to.value = from.value + length * along.p;
+    family_.at(to.value).correct(to.state, length * along.u, 1);
+    Direction way{length * along.u, length * along.p};
+    const Unknown by_value = slope(to.state, to.value);
+    for (to.iterations = 1; to.iterations <= options_.most_iterations; ++to.iterations) {
+        StaticSystem& system = family_.at(to.value);
+        StaticState led = to.state;
+        system.lead_ends(led);
+        led.strain = to.state.strain;
+        StaticSystem::Balance balance = system.balance(led, true);
+        if (!balance.residual.allFinite()) return {};
+        const Unknown residual = balance.residual;
+        const Tangent tangent = tangent_of(system, led, balance);
+        const Unknown own = tangent.solve(residual), other = tangent.solve(by_value);
+        const double off = product(along, way) - length;
+        const Direction a{own, 0}, b{other, 1};
+        const double change = (-off - product(along, a)) / product(along, b);
+        const Unknown correction = own + change * other;
+        if (!correction.allFinite()) return {};
+        if (system.turn(correction, led) > 1) return {};
+        to.state = std::move(led);
+        system.correct(to.state, correction, 1);
+        to.value += change;
+        way.u += correction;
+        way.p += change;
+        const double size =
+            std::max(system.size(correction, to.state), std::abs(change / (options_.to - options_.from)));
+        if (size < options_.tolerance) {
+            system.refresh(to.state);
+            if (!find_tangent(to, along)) return {};
+            return to;
+        }
+    }
+    return {};
+}
+
+std::optional<PathFollower::Place>
+PathFollower::locate(const Place& from, double length, bool (*passed)(const Place& from, const Place& to), double& at) {
+    double low = 0, high = length;
+    std::optional<Place> found;
+    for (int i = 0; i < 30 && high - low > 1e-5 * length; ++i) {
+        const double middle = 0.5 * (low + high);
+        std::optional<Place> there = step(from, from.tangent, middle);
+        if (!there) return found;
+        (passed(from, *there) ? high : low) = middle;
+        at = middle;
+        found = std::move(there);
+    }
+    return found;
+}
+
+std::optional<PathPoint> PathFollower::next() {
+    const auto point = [&](PathPlace place) {
+        return PathPoint{now_.value, length_, place, now_.negative, now_.iterations, now_.residual};
+    };
+    if (over_ || !reason_.empty()) return {};
+    if (!started_) {
+        started_ = true;
+        return point(PathPlace::regular);
+    }
+    if (beyond_) { // the rest of a step
+        now_ = std::move(*beyond_);
+        beyond_.reset();
+        length_ = beyond_length_;
+        return point(PathPlace::regular);
+    }
+    std::optional<Place> there;
+    while (!(there = step(now_, now_.tangent, step_)) || product(there->tangent, now_.tangent) < 0.5) {
+        step_ *= 0.5;
+        if (step_ < options_.least_step) {
+            reason_ = fmt::format("steps of {:.2g} do not converge beyond {:.6g}", step_, now_.value);
+            return {};
+        }
+    }
+    const double made = step_;
+    const double wanted = std::sqrt(static_cast<double>(options_.iterations) / there->iterations);
+    step_ = std::clamp(step_ * std::clamp(wanted, 0.5, 1.5), options_.least_step, options_.largest_step);
+    // It may go back, beyond its start, by as much as it is asked to go on.
+    const double back = options_.from - (options_.to - options_.from), low = std::min(back, options_.to),
+                 high = std::max(back, options_.to);
+    if (there->value < low || there->value > high) {
+        over_ = true;
+        const double end = there->value < low ? low : high;
+        const double share = (end - now_.value) / (there->value - now_.value);
+        if (auto last = step(now_, now_.tangent, share * made)) {
+            NewtonSolver newton(family_.at(end), {});
+            family_.at(end).lead_ends(last->state);
+            newton.solve(last->state, Unknown::Zero(family_.at(end).unknowns()));
+            last->value = end;
+            find_tangent(*last, now_.tangent);
+            now_ = std::move(*last);
+            length_ += share * made;
+            return point(PathPlace::end);
+        }
+        return {};
+    }
+    const auto turned = [](const Place& a, const Place& b) { return a.tangent.p * b.tangent.p < 0; };
+    const auto changed = [](const Place& a, const Place& b) { return a.negative != b.negative; };
+    const bool limit = turned(now_, *there);
+    if (limit || changed(now_, *there)) {
+        double at = 0;
+        std::optional<Place> critical = limit ? locate(now_, made, turned, at) : locate(now_, made, changed, at);
+        if (critical) {
+            beyond_ = std::move(there);
+            beyond_length_ = length_ + made;
+            now_ = std::move(*critical);
+            length_ += at;
+            return point(limit ? PathPlace::limit : PathPlace::branch);
+        }
+    }
+    now_ = std::move(*there);
+    length_ += made;
+    return point(PathPlace::regular);
+}
+
+bool PathFollower::switch_branch(double side) {
+    // The direction of the smallest eigenvalue, by inverse iteration, less its part along the path.
+    StaticSystem& system = family_.at(now_.value);
+    StaticState own = now_.state;
+    system.refresh(own);
+    StaticSystem::Balance balance = system.balance(own, true);
+    const Tangent tangent = tangent_of(system, own, balance);
+    Direction across{Unknown(system.unknowns()), 0};
+    for (Eigen::Index i = 0; i < across.u.size(); ++i) across.u[i] = std::cos(1.3 * static_cast<double>(i)); // any
+    for (int i = 0; i < 8; ++i) {
+        across.u = tangent.solve(across.u.cwiseProduct(weights_));
+        normalise(across);
+    }
+    const double share = product(across, now_.tangent);
+    across.u -= share * now_.tangent.u;
+    across.p -= share * now_.tangent.p;
+    normalise(across);
+    across = {side * across.u, side * across.p};
+    beyond_.reset();
+    over_ = false;
+    for (double length = options_.step; length > options_.least_step; length *= 0.5)
+        if (auto there = step(now_, across, length)) {
+            if (product(there->tangent, across) < 0) there->tangent = {-there->tangent.u, -there->tangent.p};
+            now_ = std::move(*there);
+            length_ += length;
+            step_ = length;
+            return true;
+        }
+    return false;
+}
+
+} // namespace skein

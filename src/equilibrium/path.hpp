@@ -1,0 +1,96 @@
+// Equilibria along a number of the scene, by arc length: round limit points, onto other branches.  theory.md (80)-(82)
+//   point      (u, p): residual(u, p) = 0
+//   tangent    K v = d residual/dp;  (v, 1) over its length, in the direction of the last step
+//   length     |du|^2 = sum over nodes and elements of (displacement/L)^2 and turn^2, over their number;  dp over the
+//              range asked for
+//   step       along the tangent, then Newton's iteration across it
+//   stability  signs of the factor of K; one that changes without a turn of p is a branch point
+#pragma once
+
+#include "equilibrium/newton.hpp"
+
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// Systems of one scene for values of a number in it.
+class PathFamily {
+public:
+    virtual ~PathFamily() = default;
+    /// It stays as it is until the next call.
+    virtual StaticSystem& at(double value) = 0;
+};
+
+struct PathOptions {
+    double from = 0, to = 1; ///< value of the number
+    double step = 0.05;      ///< of arc length at first
+    double largest_step = 0.2;
+    double least_step = 1e-6;
+    double tolerance = 1e-10; ///< of a correction
+    int iterations = 5;       ///< in which a step should converge
+    int most_iterations = 12;
+};
+
+enum class PathPlace { regular, limit, branch, end };
+inline constexpr std::string_view path_place_names[] = {"regular", "limit", "branch", "end"};
+
+struct PathPoint {
+    double value = 0;  ///< of the number
+    double length = 0; ///< along the path
+    PathPlace place = PathPlace::regular;
+    long negative = 0; ///< directions in which the energy falls; -1: not known
+    int iterations = 0;
+    double residual = 0;
+};
+
+class PathFollower {
+public:
+    /// `state`: an equilibrium at options.from.
+    PathFollower(PathFamily& family, StaticState state, const PathOptions& options);
+
+    /// The first point is that of the start. Nothing once the path has left the range, or does not go on.
+    std::optional<PathPoint> next();
+    const StaticState& state() const { return now_.state; }
+    /// Why it did not go on; empty: it has left the range.
+    const std::string& reason() const { return reason_; }
+    /// Leaves the path at a branch point, which must be the last, for the other branch: `side` 1 or -1.
+    bool switch_branch(double side);
+
+private:
+    /// Unknowns and the number.
+    struct Direction {
+        Unknown u;
+        double p = 0;
+    };
+    struct Place {
+        StaticState state;
+        double value = 0;
+        Direction tangent;
+        long negative = 0;
+        double residual = 0;
+        int iterations = 0;
+    };
+    double product(const Direction& a, const Direction& b) const;
+    void normalise(Direction& d) const;
+    Unknown slope(const StaticState& state, double value);
+    /// Goes from a place along a direction; nothing where Newton's iteration fails.
+    std::optional<Place> step(const Place& from, const Direction& along, double length);
+    bool find_tangent(Place& place, const Direction& last);
+    /// The place within a step at which `test` changes its sign.
+    std::optional<Place> locate(const Place& from, double length, bool (*passed)(const Place& from, const Place& to),
+                                double& at);
+
+    PathFamily& family_;
+    PathOptions options_;
+    Place now_;
+    Unknown weights_; ///< of the squares of unknowns
+    double length_ = 0, step_;
+    bool started_ = false, over_ = false;
+    std::optional<Place> beyond_; ///< end of the step in which a point was located
+    double beyond_length_ = 0;
+    std::string reason_;
+};
+
+} // namespace skein

@@ -1,0 +1,125 @@
+#include "studies/modes_study.hpp"
+
+#include "core/timer.hpp"
+#include "skein/core/error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <functional>
+
+namespace skein {
+
+namespace {
+
+/// Puts neutral modes first, then by eigenvalue.
+bool before(const PieceMode& a, const PieceMode& b) {
+    if (a.mode.neutral != b.mode.neutral) return a.mode.neutral;
+    return a.mode.eigenvalue < b.mode.eigenvalue;
+}
+
+/// Modes of other ranks, without shapes. Collective.
+void gather(const Communicator& comm, std::vector<PieceMode>& modes) {
+    std::string own;
+    for (const PieceMode& one : modes)
+        own += fmt::format("{} {} {} {}\n", one.mode.eigenvalue, one.mode.residual, one.mode.neutral, one.name);
+    const std::vector<std::string> all = comm.all_gather(own);
+    for (int rank = 0; rank < comm.size(); ++rank) {
+        if (rank == comm.rank()) continue;
+        std::size_t at = 0;
+        const std::string& text = nth(all, rank);
+        while (at < text.size()) {
+            const std::size_t end = text.find('\n', at);
+            const std::string line = text.substr(at, end - at);
+            std::size_t next = 0;
+            PieceMode one{SIZE_MAX, {}, {}};
+            std::size_t used = 0;
+            one.mode.eigenvalue = std::stod(line, &next);
+            one.mode.residual = std::stod(line.substr(next), &used);
+            next += used;
+            one.mode.neutral = line.substr(next + 1, 4) == "true";
+            one.name = line.substr(line.find(' ', next + 1) + 1);
+            modes.push_back(std::move(one));
+            at = end + 1;
+        }
+    }
+}
+
+} // namespace
+
+ModesReport find_modes(StaticScene& scene, int count) {
+    const double began = wall_seconds();
+    const Communicator& comm = scene.world().comm;
+    std::vector<ModesResult> found(scene.pieces().size());
+    const std::function<void(std::size_t, int)> solve = [&](std::size_t i, int) {
+        StaticPiece& piece = scene.pieces()[i];
+        piece.system->refresh(piece.state);
+        found[i] = find_modes(*piece.system, piece.state, count);
+    };
+    scene.world().threads.for_each(found.size(), solve);
+
+    ModesReport report;
+    std::string reason, names, method;
+    std::int64_t neutral = 0;
+    for (std::size_t i = 0; i < found.size(); ++i) {
+        const StaticPiece& piece = scene.pieces()[i];
+        const std::string name = piece.system->rod_name(0);
+        if (reason.empty() && !found[i].reason.empty()) reason = fmt::format("{}: {}", name, found[i].reason);
+        neutral += found[i].neutral.count();
+        for (const NeutralMotions::Piece& free : found[i].neutral.pieces)
+            for (Eigen::Index m = 0; m < free.motion.cols() && names.size() < 300; ++m)
+                names += (names.empty() ? "" : "; ") +
+                         piece.system->name_of(free, Unknown::Unit(free.motion.cols(), m), piece.state);
+        if (method.empty()) method = found[i].method;
+        for (Mode& mode : found[i].modes) report.modes.push_back({i, name, std::move(mode)});
+    }
+    reason = comm.first_text(reason);
+    if (!reason.empty()) throw NumericalError("no modes: " + reason);
+    if (comm.size() > 1) gather(comm, report.modes);
+    std::stable_sort(report.modes.begin(), report.modes.end(), before);
+    report.neutral = comm.sum(neutral);
+    report.neutral_names = comm.first_text(names);
+    report.method = comm.first_text(method);
+    const auto most = static_cast<std::size_t>(count + report.neutral);
+    if (report.modes.size() > most) report.modes.resize(most);
+    report.seconds = wall_seconds() - began;
+    return report;
+}
+
+std::string to_text(const ModesReport& report) {
+    std::string text = fmt::format("Modes: {}, {:.3g} s\n", report.method, report.seconds);
+    if (report.neutral > 0)
+        text += fmt::format("{} neutral motions, which change no load: {}\n", report.neutral, report.neutral_names);
+    text += "  mode   frequency Hz    eigenvalue 1/s^2   residual   of\n";
+    int number = 0;
+    for (const PieceMode& one : report.modes) {
+        if (one.mode.neutral) continue;
+        text += fmt::format("  {:>4}   {:>12.6g}{}   {:>16.9g}   {:>8.1e}   {}\n", ++number, one.mode.frequency(),
+                            one.mode.eigenvalue < 0 ? "i" : " ", one.mode.eigenvalue, one.mode.residual, one.name);
+    }
+    return text;
+}
+
+std::string to_csv(const ModesReport& report) {
+    std::string text = "mode,neutral,frequency[Hz],eigenvalue[1/s^2],residual[-],of\n";
+    int number = 0;
+    for (const PieceMode& one : report.modes)
+        text += fmt::format("{},{},{:.17g},{:.17g},{:.3g},\"{}\"\n", one.mode.neutral ? 0 : ++number,
+                            one.mode.neutral ? 1 : 0,
+                            one.mode.eigenvalue < 0 ? -one.mode.frequency() : one.mode.frequency(), one.mode.eigenvalue,
+                            one.mode.residual, one.name);
+    return text;
+}
+
+StaticState moved_along(const StaticPiece& piece, const Mode& mode, double share, double largest) {
+    const StaticSystem& system = *piece.system;
+    double most = 0;
+    for (int u = 0; u < system.unknowns(); ++u)
+        most = std::max(most, std::abs(mode.shape[u]) * (system.map().place(u).i < 3 ? 1 : largest));
+    StaticState state = piece.state;
+    system.correct(state, (share * largest / std::max(most, 1e-300)) * mode.shape, 1);
+    return state;
+}
+
+} // namespace skein

@@ -1,0 +1,35 @@
+// Modes of a scene's bodies about their equilibrium: the lowest of all pieces, as a table and as moving shapes.
+#pragma once
+
+#include "equilibrium/modes.hpp"
+#include "studies/equilibrium_study.hpp"
+
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// A mode of a piece.
+struct PieceMode {
+    std::size_t piece; ///< place in the scene's pieces; of another rank's none
+    std::string name;  ///< rod or assembly that moves
+    Mode mode;
+};
+
+struct ModesReport {
+    std::vector<PieceMode> modes; ///< of all ranks, lowest first, neutral ones first of all; shapes of this rank's
+    std::int64_t neutral = 0;     ///< motions that change no load
+    std::string neutral_names;    ///< of the first few
+    std::string method;
+    double seconds = 0;
+};
+
+/// The `count` lowest beside neutral ones. Collective. Throws NumericalError where a piece has none.
+ModesReport find_modes(StaticScene& scene, int count);
+std::string to_text(const ModesReport& report);
+/// Comma-separated, with units.
+std::string to_csv(const ModesReport& report);
+/// State of a piece moved along a mode, with `share` of `largest` m as its largest displacement.
+StaticState moved_along(const StaticPiece& piece, const Mode& mode, double share, double largest);
+
+} // namespace skein

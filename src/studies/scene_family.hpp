@@ -1,0 +1,52 @@
+// A scene as a family of static systems, one for each value of a number in it.
+#pragma once
+
+#include "equilibrium/path.hpp"
+#include "physics/scene_spec.hpp"
+#include "plan/plan.hpp"
+
+#include <memory>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+/// A scene file that was read, with overrides of it.
+struct SceneText {
+    std::string file, text;
+    std::vector<std::string> overrides;
+};
+
+/// All bodies of a scene as one static system.
+struct StaticCase {
+    SceneSpec scene;
+    std::vector<RodGroup> groups;
+    Plan plan;
+    std::vector<LocalRod> rods;
+    std::unique_ptr<StaticSystem> system;
+};
+/// Loads and ends are those at `time`, s.
+std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time);
+
+/// Value of a key of the scene, given or by default; `path` as --set has it. Throws InputError where it is no number.
+double number_at(const SceneSpec& scene, const std::string& path);
+
+class SceneFamily final : public PathFamily {
+public:
+    /// `key`: path of the number.
+    SceneFamily(SceneText text, const Machine& machine, double time, std::string key)
+        : text_(std::move(text)), machine_(machine), time_(time), key_(std::move(key)) {}
+
+    StaticSystem& at(double value) override { return *case_at(value).system; }
+    StaticCase& case_at(double value);
+
+private:
+    SceneText text_;
+    Machine machine_;
+    double time_;
+    std::string key_;
+    double value_ = 0;
+    std::unique_ptr<StaticCase> now_;
+};
+
+} // namespace skein
