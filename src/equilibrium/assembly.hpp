@@ -30,6 +30,7 @@ public:
 
 private:
     void find_pattern();
+    void find_transposed();
 
     int count_ = 0;
     bool same_ = false; ///< as far as the entries before

@@ -30,7 +30,8 @@ public:
     bool factorise(const Stiffness& matrix) override {
         const Eigen::Index n = matrix.rows();
         scale_ = scales_of(matrix);
-        band_ = half_bandwidth(matrix);
+        if (matrix.nonZeros() != known_) band_ = half_bandwidth(matrix);
+        known_ = matrix.nonZeros();
         columns_.setZero(band_ + 1, n);
         for (Eigen::Index j = 0; j < n; ++j)
             for (Stiffness::InnerIterator at(matrix, j); at; ++at)
@@ -74,6 +75,7 @@ public:
 
 private:
     long band_ = 0, negative_ = 0;
+    Eigen::Index known_ = -1; ///< entries of the pattern with this band
     Unknown scale_;
     Eigen::MatrixXd columns_;
 };
@@ -134,6 +136,7 @@ private:
 } // namespace
 
 void hold(Stiffness& matrix, const std::vector<int>& pins) {
+    if (pins.empty()) return;
     std::vector<char> held(static_cast<std::size_t>(matrix.rows()), 0);
     for (const int pin : pins) held[static_cast<std::size_t>(pin)] = 1;
     const double size = matrix.diagonal().cwiseAbs().maxCoeff();

@@ -56,8 +56,10 @@ Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance
 }
 
 NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
+    constexpr int patience = 6; // iterations without a correction half as large as all before
     NewtonResult result;
-    double last = HUGE_VAL;
+    double last = HUGE_VAL, least = HUGE_VAL;
+    int least_at = 0;
     for (int i = 0; i < options_.most_iterations; ++i) {
         StaticSystem::Balance balance = system_.balance(state, true);
         balance.residual -= left;
@@ -75,9 +77,14 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
             return result;
         }
         last = size;
+        if (size < 0.5 * least) {
+            least = size;
+            least_at = i;
+        }
+        if (i - least_at >= patience && least > 0.01) break; // no way leads there
     }
     result.reason = fmt::format("corrections are {:.2g} after {} iterations", result.passes.back().correction,
-                                options_.most_iterations);
+                                result.passes.size());
     return result;
 }
 

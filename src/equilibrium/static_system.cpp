@@ -12,10 +12,24 @@
 
 namespace skein {
 
+namespace {
+
+/// True where an end holds the rod against all motions as a rigid body.
+bool is_gripped(const RodGroup& group) {
+    const auto grips = [&](EndKind kind, int node) {
+        return (kind == EndKind::clamped || kind == EndKind::clamped_frozen) && group.holds_node(node);
+    };
+    return group.strained() && (grips(group.spec().start, 0) || grips(group.spec().end, group.elements()));
+}
+
+} // namespace
+
 StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const LocalRod> rods,
                            std::unique_ptr<StaticRods> at_rest)
     : groups_(groups), rods_(rods.begin(), rods.end()), at_rest_(std::move(at_rest)),
       unknowns_(groups, rods_, *at_rest_) {
+    all_gripped_ = std::all_of(rods_.begin(), rods_.end(),
+                               [&](const LocalRod& rod) { return is_gripped(nth(groups_, rod.group)); });
     double bending = 0;
     slow_eigenvalue_ = HUGE_VAL;
     for (const LocalRod& rod : rods_) {
@@ -218,6 +232,8 @@ Vec3d StaticSystem::centre(const std::vector<int>& piece, const StaticState& sta
 }
 
 NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& balance) const {
+    NeutralMotions found;
+    if (all_gripped_) return found;
     const Stiffness& stiffness = *balance.stiffness;
     std::vector<std::vector<int>> all = pieces(stiffness);
     // Three translations, and three turns about the piece's centre that move a rod's end by 1.
@@ -238,7 +254,6 @@ NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& ba
         }
     }
     const Eigen::MatrixXd resisted = stiffness * motions, terms = stiffness.cwiseAbs() * motions.cwiseAbs();
-    NeutralMotions found;
     for (std::vector<int>& piece : all) {
         const auto count = static_cast<Eigen::Index>(piece.size());
         Eigen::MatrixXd rows(count, 6), own(count, 6);

@@ -99,6 +99,7 @@ private:
     Unknowns unknowns_;
     StaticLoads loads_;
     Assembly assembly_;
+    bool all_gripped_ = false; ///< no rod moves as a rigid body
     double length_ = 0, element_ = 0;
     double slow_eigenvalue_ = 0;
     double least_force_ = 0; ///< N: a thousandth of what bends the longest rod by its length

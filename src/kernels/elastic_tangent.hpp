@@ -81,16 +81,15 @@ private:
         return turned_along(q, slopes);
     }
 
-    static constexpr int turn_before = 0, turn_after = 3, stretch_before = 6, stretch_after = 7; // directions
-    static constexpr int rows = 8;
+    static constexpr std::size_t turn_before = 0, turn_after = 3, stretch_before = 6, stretch_after = 7; // directions
+    static constexpr std::size_t rows = 8;
 
     /// Slopes of a cell's loads: rows and columns are both turns and both dilatations.
     using CellMatrix = std::array<std::array<double, rows>, rows>;
 
     void add_cell(int k, int after, std::vector<Tension>& tension) const {
         const VoronoiConstants& v = nth(group_.voronoi, k);
-        const D e = D(v.share_before) * along(carried_[k].z, stretch_before) +
-                    D(v.share_after) * along(carried_[after].z, stretch_after);
+        const D e = D(v.share_before) * along(carried_[k].z, 6) + D(v.share_after) * along(carried_[after].z, 7);
         const CellPlace place{k, after, frame(k), frame(after)};
         const CellLoads<D> loads =
             loads_of(place, Law::bending_pulls ? D(1.0) / e : D(1.0), v, nth(group_.element, k).rest_stretch);
@@ -99,7 +98,7 @@ private:
     void add_wall(const VoronoiConstants& half, const Quaterniond& wall, bool start, Tension& tension) const {
         const int k = start ? 0 : group_.elements() - 1;
         const CellPlace place = start ? CellPlace{-1, 0, wall, frame(0)} : CellPlace{k, -1, frame(k), wall};
-        const D e = along(carried_[k].z, start ? stretch_after : stretch_before);
+        const D e = along(carried_[k].z, start ? 7 : 6);
         const CellLoads<D> loads =
             loads_of(place, Law::bending_pulls ? D(1.0) / e : D(1.0), half, nth(group_.element, k).rest_stretch);
         add(place, loads, &tension - k);
@@ -115,9 +114,7 @@ private:
     void add(const CellPlace& at, const CellLoads<D>& loads, Tension* tension) const {
         const double off_before = at.before < 0 ? 0 : strain(at.before).z - carried_[at.before].z,
                      off_after = at.after < 0 ? 0 : strain(at.after).z - carried_[at.after].z;
-        const auto corrected = [&](const D& a) {
-            return a.v + a.d[stretch_before] * off_before + a.d[stretch_after] * off_after;
-        };
+        const auto corrected = [&](const D& a) { return a.v + a.d[6] * off_before + a.d[7] * off_after; };
         const auto couple = [&](int k, const Vec3<D>& c) {
             if (k < 0) return;
             const Vec3d one{corrected(c.x), corrected(c.y), corrected(c.z)};
@@ -163,60 +160,75 @@ private:
         spread(at, m);
     }
 
-    /// One unknown of a cell as unknowns of slots: slot, place in it, factor.
-    struct Part {
-        int slot, place;
-        double factor;
-    };
+    /// One unknown of a cell as unknowns of the slots from its first on: their numbers, and factors.
     struct Parts {
-        std::array<Part, 9> part;
+        std::array<std::size_t, 9> at;
+        std::array<double, 9> factor;
         std::size_t count = 0;
-        void add(int slot, int place, double factor) { part[count++] = {slot, place, factor}; }
+        void add(std::size_t slot, std::size_t i, double by) {
+            at[count] = slot * slot_unknowns + i;
+            factor[count++] = by;
+        }
     };
-    Parts stretch_parts(int k) const {
+    /// The dilatation of the element that begins at this slot.
+    Parts stretch_parts(int k, std::size_t slot) const {
         Parts parts;
         const Gradient g = gradient(k);
         const double node[3] = {g.node.x, g.node.y, g.node.z};
-        for (int i = 0; i < 3; ++i) {
-            parts.add(k, i, -node[i]);
-            parts.add(next(k), i, node[i]);
+        for (std::size_t i = 0; i < 3; ++i) {
+            parts.add(slot, i, -node[i]);
+            parts.add(slot + 1, i, node[i]);
         }
-        parts.add(k, 3, g.turn.x);
-        parts.add(k, 4, g.turn.y);
+        parts.add(slot, 3, g.turn.x);
+        parts.add(slot, 4, g.turn.y);
         return parts;
     }
 
     /// Adds T^T m T: turns as they are, dilatations by their gradients.
     void spread(const CellPlace& at, const CellMatrix& m) const {
+        constexpr std::size_t slots = 3, size = slots * slot_unknowns;
+        const int first = at.before >= 0 ? at.before : at.after;
+        const std::size_t second = at.before >= 0 ? 1 : 0; // slot of the element after the cell
         std::array<Parts, rows> parts;
-        const auto turns = [&](int k, std::size_t first) {
-            if (k >= 0)
-                for (int i = 0; i < 3; ++i) parts[first + to_index(i)].add(k, 3 + i, 1);
-        };
-        turns(at.before, turn_before);
-        turns(at.after, turn_after);
-        if constexpr (Law::bending_pulls) {
-            if (at.before >= 0) parts[stretch_before] = stretch_parts(at.before);
-            if (at.after >= 0) parts[stretch_after] = stretch_parts(at.after);
+        for (std::size_t i = 0; i < 3; ++i) {
+            if (at.before >= 0) parts[turn_before + i].add(0, 3 + i, 1);
+            if (at.after >= 0) parts[turn_after + i].add(second, 3 + i, 1);
         }
+        if constexpr (Law::bending_pulls) {
+            if (at.before >= 0) parts[stretch_before] = stretch_parts(at.before, 0);
+            if (at.after >= 0) parts[stretch_after] = stretch_parts(at.after, second);
+        }
+        double half[rows][size] = {}, all[size][size] = {};
         for (std::size_t i = 0; i < rows; ++i)
-            for (std::size_t j = 0; j < rows; ++j) {
-                if (m[i][j] == 0) continue;
-                for (std::size_t a = 0; a < parts[i].count; ++a)
-                    for (std::size_t b = 0; b < parts[j].count; ++b) {
-                        const Part &r = parts[i].part[a], &c = parts[j].part[b];
-                        entry(r.slot, r.place, c.slot, c.place) += m[i][j] * r.factor * c.factor;
-                    }
+            for (std::size_t j = 0; j < rows; ++j)
+                for (std::size_t b = 0; b < parts[j].count; ++b)
+                    half[i][parts[j].at[b]] += m[i][j] * parts[j].factor[b];
+        for (std::size_t i = 0; i < rows; ++i)
+            for (std::size_t a = 0; a < parts[i].count; ++a)
+                for (std::size_t j = 0; j < size; ++j) all[parts[i].at[a]][j] += parts[i].factor[a] * half[i][j];
+        const std::size_t reached = Law::bending_pulls && at.before >= 0 && at.after >= 0 ? 3 : 2;
+        int slot[slots] = {first, next(first), 0};
+        slot[2] = reached > 2 ? next(slot[1]) : 0;
+        for (std::size_t r = 0; r < reached; ++r)
+            for (std::size_t c = 0; c < reached; ++c) {
+                StiffnessBlock& block = to_.row[slot[r]].at(offset(slot[r], slot[c]));
+                for (std::size_t i = 0; i < slot_unknowns; ++i)
+                    for (std::size_t j = 0; j < slot_unknowns; ++j)
+                        block[i][j] += all[r * slot_unknowns + i][c * slot_unknowns + j];
             }
     }
-    double& entry(int row, int i, int column, int j) const {
+    /// From slot to slot, the shorter way round a ring.
+    int offset(int row, int column) const {
         int offset = column - row;
-        if (group_.closed()) { // the shorter way round
+        if (group_.closed()) {
             const int n = group_.elements();
             if (offset > StiffnessRow::reach) offset -= n;
             if (offset < -StiffnessRow::reach) offset += n;
         }
-        return to_.row[row].at(offset)[to_index(i)][to_index(j)];
+        return offset;
+    }
+    double& entry(int row, int i, int column, int j) const {
+        return to_.row[row].at(offset(row, column))[to_index(i)][to_index(j)];
     }
 
     void add_element(int k, const Tension& tension) const {

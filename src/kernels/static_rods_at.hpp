@@ -285,17 +285,17 @@ private:
         slot_[s] = {broadcast<dual>(lane(at.position, 0)), broadcast<dual>(Vec3d{0, 0, 0}),
                     broadcast<dual>(lane(at.director, 0)), broadcast<dual>(Vec3d{0, 0, 0})};
     }
-    /// Moves a slot along its unknowns. `element`: it has one.
-    void move(std::size_t s, const Slot<1>& at, bool element) {
+    /// Moves a slot along its unknowns, by a share of each. `element`: it has one.
+    void move(std::size_t s, const Slot<1>& at, bool element, double share = 1) {
         still(s, at);
-        slot_[s].position.x.d.set(0, 1.0);
-        slot_[s].position.y.d.set(1, 1.0);
-        slot_[s].position.z.d.set(2, 1.0);
+        slot_[s].position.x.d.set(0, share);
+        slot_[s].position.y.d.set(1, share);
+        slot_[s].position.z.d.set(2, share);
         if (!element) return;
         Vec3<P::Slopes> turn{P::Slopes(0.0), P::Slopes(0.0), P::Slopes(0.0)};
-        turn.x.set(3, 1.0);
-        turn.y.set(4, 1.0);
-        turn.z.set(5, 1.0);
+        turn.x.set(3, share);
+        turn.y.set(4, share);
+        turn.z.set(5, share);
         slot_[s].director = turned_along(lane(at.director, 0), turn);
     }
 
@@ -334,9 +334,11 @@ private:
         const int nodes = group.nodes(), span = rod.far ? nodes : 2 * rod.reach + 1;
         const bool closed = group.closed(), body = !group.strained();
         // The slots that do not fill a round of a ring have colours of their own.
-        const int extra = closed ? nodes % span : 0, colours = with_stiffness ? std::min(nodes, span + extra) : 1;
+        const int extra = closed ? nodes % span : 0, colours = std::min(nodes, span + extra);
         const auto colour_of = [&](int k) { return k < nodes - extra ? k % span : span + k - (nodes - extra); };
-        for (int colour = 0; colour < colours; ++colour) {
+        const bool dead = with_stiffness && none_depends_on_state(rod, state);
+        if (dead) with_stiffness = false;
+        for (int colour = 0; colour < (with_stiffness ? colours : 1); ++colour) {
             if (with_stiffness)
                 for (int k = 0; k < nodes; ++k) {
                     const std::size_t s = rod.first + to_index(k);
@@ -344,7 +346,7 @@ private:
                     else still(s, state[s]);
                 }
             if (closed) slot_[rod.first + to_index(nodes)] = slot_[rod.first];
-            run_passes(rod);
+            if (!dead) run_passes(rod);
             for (int k = 0; k < nodes; ++k) {
                 const std::size_t s = rod.first + to_index(k);
                 if (colour == 0) {
@@ -370,6 +372,29 @@ private:
         }
         for (int k = 0; k < nodes; ++k) still(rod.first + to_index(k), state[rod.first + to_index(k)]);
         if (closed) slot_[rod.first + to_index(nodes)] = slot_[rod.first];
+    }
+    /// True where the loads have no slopes as all slots move at once, each by a share of its own, and no couples, which
+    /// turn with their elements. Leaves the loads.
+    bool none_depends_on_state(Rod& rod, std::span<const Slot<1>> state) {
+        const RodGroup& group = *rod.group;
+        const int nodes = group.nodes();
+        for (int k = 0; k < nodes; ++k) {
+            const std::size_t s = rod.first + to_index(k);
+            // Shares between 1 and 2 in no order.
+            const double share = 1 + std::fmod(0.6180339887498949 * (k + 1), 1.0);
+            move(s, state[s], !group.strained() || k < group.elements(), share);
+        }
+        if (group.closed()) slot_[rod.first + to_index(nodes)] = slot_[rod.first];
+        run_passes(rod);
+        for (int k = 0; k < nodes; ++k) {
+            const SlotLoad<dual>& load = load_[rod.first + to_index(k)];
+            if (!zero(lane(load.couple, 0))) return false;
+            for (const P* x :
+                 {&load.force.x, &load.force.y, &load.force.z, &load.couple.x, &load.couple.y, &load.couple.z})
+                for (int j = 0; j < slot_unknowns; ++j)
+                    if (x->d[j] != 0) return false;
+        }
+        return true;
     }
     void run_passes(const Rod& rod) {
         const RodTile<dual> own = tile(rod);
