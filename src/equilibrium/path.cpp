@@ -11,30 +11,6 @@ namespace {
 
 constexpr double slope_step = 1e-4; ///< of the range, by which the number is changed for its slopes
 
-/// A factor of the stiffness, with pins for neutral motions.
-struct Tangent {
-    std::unique_ptr<Factor> factor;
-    NeutralMotions neutral;
-    bool regular = true;
-
-    Unknown solve(Unknown right) const {
-        for (const int pin : neutral.pins()) right[pin] = 0;
-        Unknown x = factor->solve(right);
-        neutral.take_out(x);
-        return x;
-    }
-};
-
-Tangent tangent_of(const StaticSystem& system, const StaticState& state, StaticSystem::Balance& balance) {
-    constexpr double round_off = 1e-9;
-    Tangent tangent;
-    tangent.neutral = system.neutral(state, balance);
-    hold(*balance.stiffness, tangent.neutral.pins());
-    tangent.factor = make_factor(*balance.stiffness, balance.asymmetry < round_off);
-    tangent.regular = tangent.factor->factorise(*balance.stiffness);
-    return tangent;
-}
-
 } // namespace
 
 PathFollower::PathFollower(PathFamily& family, StaticState state, const PathOptions& options)
@@ -80,8 +56,8 @@ bool PathFollower::find_tangent(Place& place, const Direction& last) {
     system.refresh(own);
     StaticSystem::Balance balance = system.balance(own, true);
     place.residual = system.relative(balance);
-    const Tangent tangent = tangent_of(system, own, balance);
-    place.negative = tangent.factor->negative();
+    const StaticSolution tangent(system, own, balance);
+    place.negative = tangent.factor().negative();
     place.tangent = {tangent.solve(by_value), 1};
     if (!place.tangent.u.allFinite()) return false;
     normalise(place.tangent);
@@ -104,7 +80,7 @@ std::optional<PathFollower::Place> PathFollower::step(const Place& from, const D
         StaticSystem::Balance balance = system.balance(led, true);
         if (!balance.residual.allFinite()) return {};
         const Unknown residual = balance.residual;
-        const Tangent tangent = tangent_of(system, led, balance);
+        const StaticSolution tangent(system, led, balance);
         const Unknown own = tangent.solve(residual), other = tangent.solve(by_value);
         const double off = product(along, way) - length;
         const Direction a{own, 0}, b{other, 1};
@@ -213,7 +189,7 @@ bool PathFollower::switch_branch(double side) {
     StaticState own = now_.state;
     system.refresh(own);
     StaticSystem::Balance balance = system.balance(own, true);
-    const Tangent tangent = tangent_of(system, own, balance);
+    const StaticSolution tangent(system, own, balance);
     Direction across{Unknown(system.unknowns()), 0};
     for (Eigen::Index i = 0; i < across.u.size(); ++i) across.u[i] = std::cos(1.3 * static_cast<double>(i)); // any
     for (int i = 0; i < 8; ++i) {

@@ -347,4 +347,32 @@ void NeutralMotions::take_out(Unknown& from) const {
     }
 }
 
+StaticSolution::StaticSolution(const StaticSystem& system, const StaticState& state, StaticSystem::Balance& balance)
+    : neutral_(system.neutral(state, balance)) {
+    constexpr double round_off = 1e-9;
+    hold(*balance.stiffness, neutral_.pins());
+    factor_ = make_factor(*balance.stiffness, balance.asymmetry < round_off);
+    regular_ = factor_->factorise(*balance.stiffness);
+}
+
+Unknown StaticSolution::solve(Unknown right) const {
+    for (const int pin : neutral_.pins()) right[pin] = 0;
+    Unknown x = factor_->solve(right);
+    neutral_.take_out(x);
+    return x;
+}
+
+StaticState start_of(const StaticSystem& system, std::span<const RodGroup> groups, std::span<const LocalRod> rods) {
+    StaticState state;
+    for (const LocalRod& rod : rods) {
+        const RodGroup& group = nth(groups, rod.group);
+        std::vector<Slot<1>> one(to_index(group.slots()));
+        group.start_state(rod.index, one);
+        state.slot.insert(state.slot.end(), one.begin(), one.end());
+    }
+    system.map().gather(state.slot);
+    system.refresh(state);
+    return state;
+}
+
 } // namespace skein

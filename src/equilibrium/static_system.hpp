@@ -105,4 +105,22 @@ private:
     double least_force_ = 0; ///< N: a thousandth of what bends the longest rod by its length
 };
 
+/// Solutions of K x = r at a state, without neutral motions.
+class StaticSolution {
+public:
+    /// Changes the stiffness of the balance.
+    StaticSolution(const StaticSystem& system, const StaticState& state, StaticSystem::Balance& balance);
+    Unknown solve(Unknown right) const;
+    const Factor& factor() const { return *factor_; }
+    bool regular() const { return regular_; }
+
+private:
+    NeutralMotions neutral_;
+    std::unique_ptr<Factor> factor_;
+    bool regular_ = true;
+};
+
+/// Bodies as a scene places them.
+StaticState start_of(const StaticSystem& system, std::span<const RodGroup> groups, std::span<const LocalRod> rods);
+
 } // namespace skein

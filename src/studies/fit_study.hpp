@@ -1,0 +1,48 @@
+// Numbers of a scene from measured shapes and curves: least squares over equilibria, with confidence intervals.
+//   data      a table (CSV). s, x, y, z: places on a rod, at the arc length s of the undeformed rod; names with a dot:
+//             keys of the scene that the row was measured with; other names: observables
+//   residual  (predicted - measured)/sigma, with one sigma for places, and one for each observable
+//   slopes    of an equilibrium by a number: K v = d residual/dp                                theory.md (83)-(84)
+//   interval  value +- t sqrt(diag (J^T J)^-1 s^2), s^2 the mean square of the residuals that is left
+#pragma once
+
+#include "io/csv_table.hpp"
+#include "parallel/communicator.hpp"
+#include "parallel/threads.hpp"
+#include "studies/scene_family.hpp"
+
+#include <map>
+#include <string>
+#include <vector>
+
+namespace skein {
+
+struct FitOptions {
+    std::vector<std::string> keys; ///< paths of the numbers to find
+    double time = 0;               ///< of loads and ends, s
+    std::string rods;              ///< group whose rod 0 the shape is of; empty: the first
+    int most_iterations = 60;
+    double tolerance = 1e-9; ///< of a step over the value
+};
+
+struct FittedNumber {
+    std::string key;
+    double value = 0, half_width = 0; ///< half the width of the interval of 95 %
+};
+
+struct FitReport {
+    std::vector<FittedNumber> numbers;
+    std::size_t values = 0;      ///< measured
+    std::size_t experiments = 0; ///< rows of equal keys
+    int iterations = 0;
+    double misfit = 0; ///< root mean square of places, m; of observables in their units where there are no places
+    double seconds = 0;
+};
+
+/// Throws InputError where the data do not determine the numbers, naming those that only go together.
+FitReport fit(const Communicator& comm, const Threads& threads, const Machine& machine, const SceneText& text,
+              const CsvTable& data, const FitOptions& options);
+std::string to_text(const FitReport& report);
+std::string to_csv(const FitReport& report);
+
+} // namespace skein
