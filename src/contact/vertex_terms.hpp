@@ -36,8 +36,6 @@ template <class P> struct VertexTerms {
     unsigned turns = 0;       ///< lanes in which nodes of neighbours have some
 };
 
-constexpr double least_lying = 0.125; ///< Q/S above which a rod begins to lie along the other one
-constexpr double most_lying = 0.5;    ///< Q/S from which it does; two rods wound round each other do from 1/2 on
 /// A bent rod is taken for straight beyond a vertex while it bends away by half of this, over the sum of radii.
 constexpr double straight = 1.0 / 1024;
 

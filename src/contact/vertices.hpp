@@ -8,6 +8,8 @@ namespace skein {
 constexpr double shallow =
     0.25; ///< sine of the angle below which elements begin to push by themselves near their vertices
 constexpr double blend = 0.05; ///< sine of the angle below which elements meet at both ends of their overlap as well
+constexpr double least_lying = 0.125; ///< Q/S above which a rod begins to lie along the other one
+constexpr double most_lying = 0.5;    ///< Q/S from which it does; two rods wound round each other do from 1/2 on
 
 /// Side of a contact on its element: -1 near a vertex at the start, 1 near one at the end, 0 elsewhere, where no
 /// neighbour has its spring.

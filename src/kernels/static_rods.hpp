@@ -9,6 +9,7 @@
 
 #include "skein/core/vec3.hpp"
 #include "skein/rod/slot.hpp"
+#include "tiles/slot_coupling.hpp"
 
 #include <array>
 #include <cstddef>
@@ -17,10 +18,6 @@
 
 namespace skein {
 
-/// Unknowns of a slot.
-inline constexpr int slot_unknowns = 6;
-using StiffnessBlock = std::array<std::array<double, slot_unknowns>, slot_unknowns>;
-
 /// Stiffness of a row of slots to those of its rod from two before it to two after it, round a ring.
 struct StiffnessRow {
     static constexpr int reach = 2;
@@ -28,12 +25,6 @@ struct StiffnessRow {
 
     StiffnessBlock& at(int offset) { return block[static_cast<std::size_t>(offset + reach)]; }
     const StiffnessBlock& at(int offset) const { return block[static_cast<std::size_t>(offset + reach)]; }
-};
-
-/// Stiffness between slots of any rods.
-struct SlotCoupling {
-    std::size_t row, column;
-    StiffnessBlock block;
 };
 
 /// Loads by slot of all rods, one after another.

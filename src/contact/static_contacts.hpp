@@ -1,0 +1,49 @@
+// Contacts of rods at rest: energy, forces and stiffness of their normal springs, from places alone. Friction and
+// dashpots do nothing at rest.                                                          theory.md section 18
+#pragma once
+
+#include "contact/contact_solver.hpp"
+#include "skein/rod/slot.hpp"
+#include "tiles/rods.hpp"
+#include "tiles/slot_coupling.hpp"
+
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// Two elements that touch.
+struct StaticContact {
+    std::size_t slot[2]; ///< of the elements, the lower one of the scene first
+    double share[2];     ///< places of their nearest points
+    double overlap;      ///< m
+    double diameter;     ///< the smaller one of both, m
+    Vec3d force;         ///< on the first element and its neighbours, lab, N
+};
+
+/// Sums over all contacts by slot of all rods, one after another.
+struct StaticContactLoads {
+    double energy = 0;          ///< J
+    double largest_overlap = 0; ///< over the smaller diameter
+    std::vector<StaticContact> contacts;
+    std::vector<Vec3d> force;            ///< at nodes, lab, N
+    std::vector<double> force_size;      ///< sum of the sizes of the forces there, N
+    std::vector<SlotCoupling> couplings; ///< stiffness by displacements of nodes; empty where none is asked for
+};
+
+class StaticContacts {
+public:
+    virtual ~StaticContacts() = default;
+    /// Sets the time at which laws are taken, s; at first 0.
+    virtual void set_time(double time) = 0;
+    /// `state`: slots of all rods, one after another.
+    virtual void evaluate(std::span<const Slot<1>> state, bool with_stiffness, StaticContactLoads& out) = 0;
+};
+
+/// Contacts of these rods by the laws and rules of their scene; `threads` must outlive them. Throws InputError where
+/// some are rigid bodies. Of the level of instructions that the caller is compiled for.
+std::unique_ptr<StaticContacts> make_static_contacts(ContactScene scene, std::span<const RodGroup> groups,
+                                                     std::span<const LocalRod> rods, const Threads& threads);
+
+} // namespace skein
