@@ -6,7 +6,7 @@ namespace {
 
 constexpr double Vec3d::*axes[3] = {&Vec3d::x, &Vec3d::y, &Vec3d::z};
 
-/// Nodes on which the energy depends; the first one is the origin, as the energy does not change with a translation.
+/// Nodes on which the energy depends.
 void find_nodes(const PairEnergy<double>& pair, ContactResponse& out) {
     out.nodes = 0;
     const auto add = [&](int element, int place) { out.node[out.nodes++] = {element, place, {0, 0, 0}}; };
@@ -17,19 +17,19 @@ void find_nodes(const PairEnergy<double>& pair, ContactResponse& out) {
             if (pair.bends(i, end)) add(i, end ? 3 : 0);
 }
 
-/// Forces and stiffness of `nodes` nodes, from derivatives by the places of all but the first.
+/// Forces and stiffness of `nodes` nodes, from derivatives by the places of all but the first, as the energy does not
+/// change with a translation.
 template <int nodes>
 void differentiate(NormalLaw law, const ContactElement<double> (&element)[2], ContactResponse& out) {
     constexpr int N = 3 * (nodes - 1);
     using T = SecondOrder<N>;
-    const Vec3d origin = element[0].node[1];
     ContactElement<T> moving[2];
     for (const int i : {0, 1}) {
         const ContactElement<double>& e = element[i];
         moving[i].radius = e.radius;
         for (const int end : {0, 1}) moving[i].joined[end] = e.joined[end];
         for (int place = 0; place < 4; ++place) {
-            const Vec3d x = e.node[place] - origin;
+            const Vec3d& x = e.node[place];
             moving[i].node[place] = {T(x.x), T(x.y), T(x.z)};
         }
     }
@@ -66,11 +66,20 @@ bool respond(NormalLaw law, const ContactElement<double> (&element)[2], ContactR
     for (const int i : {0, 1}) out.share[i] = pair.share(i);
     find_nodes(pair, out);
     switch (out.nodes) {
-    case 4: differentiate<4>(law, element, out); break;
-    case 5: differentiate<5>(law, element, out); break;
-    case 6: differentiate<6>(law, element, out); break;
-    case 7: differentiate<7>(law, element, out); break;
-    default: differentiate<8>(law, element, out);
+    case 4:
+        differentiate<4>(law, element, out);
+        break;
+    case 5:
+        differentiate<5>(law, element, out);
+        break;
+    case 6:
+        differentiate<6>(law, element, out);
+        break;
+    case 7:
+        differentiate<7>(law, element, out);
+        break;
+    default:
+        differentiate<8>(law, element, out);
     }
     return true;
 }

@@ -9,6 +9,7 @@
 
 #include "contact/contact_law.hpp"
 #include "contact/vertices.hpp"
+#include "core/closest_points.hpp"
 #include "core/second_order.hpp"
 
 #include <algorithm>
@@ -37,15 +38,16 @@ public:
             edge_[i] = element[i].node[2] - element[i].node[1];
             squared_[i] = dot(edge_[i], edge_[i]);
         }
-        along_ = dot(edge_[0], edge_[1]);
-        const Vec3<T> across = cross(edge_[0], edge_[1]);
-        across_squared_ = dot(across, across);
+        across_ = cross(edge_[0], edge_[1]);
+        across_squared_ = dot(across_, across_);
         sine_squared_ = across_squared_ / (squared_[0] * squared_[1]);
+        crossed_ = value_of(sine_squared_) > 1e-14;
+        same_way_ = value_of(dot(edge_[0], edge_[1])) > 0;
         find_nearest();
     }
 
     double overlap() const { return radii_ - __builtin_sqrt(value_of(distance_squared_)); } ///< below 0: apart; m
-    double share(int i) const { return value_of(share_[i]); } ///< place of the nearest point on element i
+    double share(int i) const { return share_[i]; } ///< place of the nearest point on element i
 
     T energy() {
         if (!(overlap() > 0)) return T(0.0);
@@ -61,27 +63,28 @@ private:
         bool touches = false, bends = false;
         T energy, share; ///< phi, c
     };
-    static constexpr double parallel = 1e-14; ///< S below which no point is nearest
-
     static T clamped(const T& x) { return value_of(x) <= 0 ? T(0.0) : value_of(x) >= 1 ? T(1.0) : x; }
     static bool is_clamped(const T& x) { return value_of(x) <= 0 || value_of(x) >= 1; }
 
-    /// theory.md (52), by the steps of core/closest_points.hpp; the last one changes s only where t is at an end.
+    /// theory.md (52). Within both elements the distance is that of their lines along the normal of both, r.n/|n|,
+    /// which has more digits at shallow angles than that of the nearest points. There r may lead from any points of the
+    /// lines.
     void find_nearest() {
-        const Vec3<T> from = element_[0].node[1] - element_[1].node[1];
-        const T c = dot(edge_[0], from), f = dot(edge_[1], from);
-        T &s = share_[0], &t = share_[1];
-        const bool crossed = value_of(sine_squared_) > parallel;
-        if (crossed) {
-            s = clamped((along_ * f - c * squared_[1]) / across_squared_);
+        const auto at = [&](int i) { return broadcast<1>(values_of(element_[i].node[1])); };
+        const auto along = [&](int i) { return broadcast<1>(values_of(edge_[i])); };
+        const ClosestPoints<Pack<1>> nearest = closest_points(at(0), along(0), at(1), along(1));
+        const double s = share_[0] = nearest.s[0], t = share_[1] = nearest.t[0];
+        const bool s_free = s > 0 && s<1, t_free = t> 0 && t < 1;
+        if (s_free && t_free && crossed_) {
+            const T apart = dot(point(1, t) - point(0, s), across_);
+            distance_squared_ = apart * apart / across_squared_;
         } else {
-            const T per_squared = inverse(squared_[0]);
-            s = 0.5 * (clamped(-(c * per_squared)) + clamped((along_ - c) * per_squared));
+            const Vec3<T> apart = t_free || !s_free ? to_foot(point(0, s), 1) : to_foot(point(1, t), 0);
+            distance_squared_ = dot(apart, apart);
         }
-        t = clamped((along_ * s + f) / squared_[1]);
-        if (crossed && is_clamped(t)) s = clamped((along_ * t - c) / squared_[0]);
-        const Vec3<T> apart = t * edge_[1] - from - s * edge_[0];
-        distance_squared_ = dot(apart, apart);
+    }
+    Vec3<T> point(int i, double share) const {
+        return element_[i].node[1] + Vec3<T>{share * edge_[i].x, share * edge_[i].y, share * edge_[i].z};
     }
 
     bool touch(const T& squared) const { return value_of(squared) < radii_ * radii_; }
@@ -114,6 +117,7 @@ private:
         corner.share = (1.0 - x * x * (3.0 - 2.0 * x)) * crossing_;
     }
 
+    /// E_0. Vertices have no share where elements are parallel, as p = 0.
     T energy_less_vertices() {
         const T p = value_of(sine_squared_) < shallow * shallow ? (1 / (shallow * shallow)) * sine_squared_ : T(1.0);
         crossing_ = p * (2.0 - p);
@@ -121,7 +125,7 @@ private:
         for (const int i : {0, 1})
             for (const bool end : {false, true}) {
                 Corner& corner = corner_[i][end];
-                if (!element_[i].joined[end]) continue;
+                if (!crossed_ || !element_[i].joined[end]) continue;
                 const Vec3<T> apart = to_foot(element_[i].node[1 + end], 1 - i);
                 const T squared = dot(apart, apart);
                 if (!(corner.touches = touch(squared))) continue;
@@ -147,22 +151,30 @@ private:
                 beside = 0.5 * (share_beside(0) + share_beside(1));
         return nearest + a * (beside * ends - nearest);
     }
-    bool same_way() const { return value_of(along_) > 0; }
     /// An end of the first element with its foot on the second, or the second's end there with its foot on the first.
+    /// Of parallel elements both are equally far, so the last digit decides, as it does in a step.
     T energy_at_end(bool end) const {
-        const bool end_of_second = same_way() ? end : !end;
-        const Vec3<T> from_first = to_foot(element_[0].node[1 + end], 1),
-                      from_second = to_foot(element_[1].node[1 + end_of_second], 0);
-        const T first = dot(from_first, from_first), second = dot(from_second, from_second);
-        return spring(value_of(first) <= value_of(second) ? first : second);
+        const bool end_of_second = same_way_ ? end : !end;
+        const Vec3<T>&first = element_[0].node[1 + end], &second = element_[1].node[1 + end_of_second];
+        const bool nearer = squared_to_foot(first, 1) <= squared_to_foot(second, 0);
+        const Vec3<T> apart = nearer ? to_foot(first, 1) : to_foot(second, 0);
+        return spring(dot(apart, apart));
     }
-    /// lambda of (56e) of element i, by the rules of overlap_on().
+    double squared_to_foot(const Vec3<T>& point, int on) const {
+        const Vec3d from = values_of(point), start = values_of(element_[on].node[1]), edge = values_of(edge_[on]);
+        const double free = dot(from - start, edge) / dot(edge, edge);
+        const Vec3d apart = fma(std::clamp(free, 0.0, 1.0), edge, start) - from;
+        return dot(apart, apart);
+    }
+    /// lambda of (56e) of element i. Its slope jumps where both are equally long: there it is that of overlap_on(), to
+    /// the last digit.
     T share_beside(int i) const {
         const ContactElement<T>&e = element_[i], &o = element_[1 - i];
         if (!(e.joined[0] || e.joined[1] || o.joined[0] || o.joined[1])) return T(1.0);
-        const bool same = same_way();
-        const auto foot = [&](bool end) -> T { return dot(o.node[1 + end] - e.node[1], edge_[i]) / squared_[i]; };
-        const T first = foot(!same), last = foot(same), span = last - first;
+        const bool same = same_way_;
+        const T start = dot(o.node[1] - e.node[1], edge_[i]) / squared_[i],
+                end = start + dot(edge_[1 - i], edge_[i]) / squared_[i];
+        const T &first = same ? start : end, &last = same ? end : start, span = last - first;
         const bool by_first = value_of(first) > 0, by_last = value_of(last) < 1,
                    at_vertex = (by_first ? o.joined[!same] : e.joined[0]) || (by_last ? o.joined[same] : e.joined[1]);
         T x = (by_last ? last : T(1.0)) - (by_first ? first : T(0.0));
@@ -173,11 +185,13 @@ private:
 
     NormalLaw law_;
     Elements element_;
-    double radii_;                               ///< m
-    Vec3<T> edge_[2];                            ///< m
-    T squared_[2], along_, across_squared_;      ///< of the edges: e_i^2, e_1.e_2, |e_1 x e_2|^2
-    T sine_squared_, share_[2], distance_squared_; ///< S; of the nearest points
-    T crossing_;                                 ///< p (2 - p)
+    double radii_;                      ///< m
+    Vec3<T> edge_[2], across_;          ///< e_i, e_1 x e_2
+    T squared_[2], across_squared_;     ///< their squares
+    T sine_squared_, distance_squared_; ///< S; squared distance of the nearest points, m^2
+    double share_[2];                   ///< places of these
+    bool crossed_, same_way_;           ///< S is known; both elements lead the same way
+    T crossing_;                        ///< p (2 - p)
     Corner corner_[2][2];
 };
 

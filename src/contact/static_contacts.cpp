@@ -20,8 +20,8 @@ public:
             const RodGroup& group = nth(groups, rods[i].group);
             if (!group.strained())
                 throw InputError("bodies of '" + group.name() +
-                                 "' are rigid: contacts at rest are those of rods alone; leave [contact] out, or "
-                                 "replace the bodies by stiff rods");
+                                 "' are rigid, and contacts at rest know rods alone; leave [contact] out, or replace "
+                                 "the bodies by stiff rods");
             const Window& window = bodies_.window[bodies_.number_of_own(i)];
             for (std::uint32_t k = 0; k < window.slots; ++k) {
                 const std::size_t node = group.closed() && k + 1 == window.slots ? 0 : k; // where a ring closes
@@ -71,9 +71,12 @@ private:
     /// Slot of the exposure whose node stands at a place of ContactElement::node.
     std::uint32_t slot_at(std::uint32_t element, int place) const {
         switch (place) {
-        case 0: return bodies_.neighbour(element, -1);
-        case 3: return bodies_.neighbour(element, 1) + 1;
-        default: return element + static_cast<std::uint32_t>(place - 1);
+        case 0:
+            return bodies_.neighbour(element, -1);
+        case 3:
+            return bodies_.neighbour(element, 1) + 1;
+        default:
+            return element + static_cast<std::uint32_t>(place - 1);
         }
     }
     ContactElement<double> element_at(std::uint32_t slot) const {

@@ -62,7 +62,11 @@ public:
         const double one = 1 / a.v_, squared = one * one;
         return a.composed(one, -squared, 2 * one * squared);
     }
-    friend SecondOrder operator/(const SecondOrder& a, const SecondOrder& b) { return a * inverse(b); }
+    friend SecondOrder operator/(const SecondOrder& a, const SecondOrder& b) {
+        SecondOrder q = a * inverse(b);
+        q.v_ = a.v_ / b.v_;
+        return q;
+    }
     friend SecondOrder sqrt(const SecondOrder& a) {
         const double root = __builtin_sqrt(a.v_), slope = a.v_ > 0 ? 0.5 / root : 0;
         return a.composed(root, slope, a.v_ > 0 ? -0.5 * slope / a.v_ : 0);
@@ -107,5 +111,6 @@ private:
 inline double inverse(double a) { return 1 / a; }
 inline double value_of(double a) { return a; }
 template <int N> double value_of(const SecondOrder<N>& a) { return a.value(); }
+template <class T> Vec3d values_of(const Vec3<T>& a) { return {value_of(a.x), value_of(a.y), value_of(a.z)}; }
 
 } // namespace skein
