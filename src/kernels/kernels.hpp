@@ -3,6 +3,7 @@
 #pragma once
 
 #include "contact/contact_solver.hpp"
+#include "contact/static_contacts.hpp"
 #include "fluid/flow.hpp"
 #include "kernels/static_rods.hpp"
 #include "kernels/surroundings.hpp"
@@ -27,6 +28,8 @@ struct Kernels {
                                              const FlowConstants& constants);
     std::unique_ptr<StaticRods> (*make_static_rods)(const Plan& plan, std::span<const RodGroup> groups,
                                                     std::span<const LocalRod> owned, const Surroundings& around);
+    std::unique_ptr<StaticContacts> (*make_static_contacts)(ContactScene scene, std::span<const RodGroup> groups,
+                                                            std::span<const LocalRod> rods, const Threads& threads);
 };
 
 /// Kernels of the level with so many lanes, or of the widest that this processor runs where that is less.

@@ -7,7 +7,7 @@
 namespace skein {
 
 extern "C" const Kernels SKEIN_KERNELS;
-constinit const Kernels SKEIN_KERNELS = {SKEIN_WIDTH, make_rods_at<SKEIN_WIDTH>, make_contacts, make_flow,
-                                         make_static_rods_at};
+constinit const Kernels SKEIN_KERNELS = {SKEIN_WIDTH, make_rods_at<SKEIN_WIDTH>, make_contacts,
+                                         make_flow,   make_static_rods_at,       make_static_contacts};
 
 } // namespace skein
