@@ -74,12 +74,13 @@ private:
         const auto along = [&](int i) { return broadcast<1>(values_of(edge_[i])); };
         const ClosestPoints<Pack<1>> nearest = closest_points(at(0), along(0), at(1), along(1));
         const double s = share_[0] = nearest.s[0], t = share_[1] = nearest.t[0];
-        const bool s_free = s > 0 && s<1, t_free = t> 0 && t < 1;
-        if (s_free && t_free && crossed_) {
+        const bool within_first = s != 0 && s != 1, within_second = t != 0 && t != 1;
+        if (within_first && within_second && crossed_) {
             const T apart = dot(point(1, t) - point(0, s), across_);
             distance_squared_ = apart * apart / across_squared_;
         } else {
-            const Vec3<T> apart = t_free || !s_free ? to_foot(point(0, s), 1) : to_foot(point(1, t), 0);
+            const bool end_of_second = within_first && !within_second;
+            const Vec3<T> apart = end_of_second ? to_foot(point(1, t), 0) : to_foot(point(0, s), 1);
             distance_squared_ = dot(apart, apart);
         }
     }
@@ -206,7 +207,7 @@ struct ContactResponse {
     double share[2];        ///< places of the nearest points
     int nodes;              ///< on which the energy depends
     Node node[most_nodes];
-    double stiffness[3 * most_nodes][3 * most_nodes]; ///< -d(force)/d(place), N/m; unset where none is asked for
+    double stiffness[3 * most_nodes][3 * most_nodes]; ///< -d(force)/d(place) between `nodes` nodes, N/m
 };
 
 /// False where the elements do not touch.
