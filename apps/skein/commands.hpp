@@ -75,6 +75,13 @@ struct PathArguments {
     int points = 200;                                               ///< at most
     int branch = 0; ///< side to which the first branch point is left: 1 or -1; 0: none
 };
+struct FitArguments {
+    RunArguments run;
+    double time = -1;
+    std::string data;              ///< table of measurements
+    std::vector<std::string> keys; ///< paths of the numbers to find
+    std::string rods;              ///< group of a shape; empty: the first
+};
 struct ExpectArguments {
     RunArguments run;
     bool json = false;
@@ -130,6 +137,8 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv);
 int equilibrium_command(EquilibriumArguments arguments, int& argc, char**& argv);
 int modes_command(ModesArguments arguments, int& argc, char**& argv);
 int path_command(PathArguments arguments, int& argc, char**& argv);
+/// Finds numbers of a scene from measurements.
+int fit_command(FitArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.
 int self_check_command(int threads, int lanes, bool json, int& argc, char**& argv);
 int check_command(SceneArguments arguments, bool json);

@@ -10,12 +10,14 @@ SolveCommands::SolveCommands(CLI::App& app) {
     add_equilibrium(app);
     add_modes(app);
     add_path(app);
+    add_fit(app);
 }
 
 std::optional<int> SolveCommands::run(int& argc, char**& argv) const {
     if (equilibrium_command_->parsed()) return equilibrium_command(equilibrium_, argc, argv);
     if (modes_command_->parsed()) return modes_command(modes_, argc, argv);
     if (path_command_->parsed()) return path_command(path_, argc, argv);
+    if (fit_command_->parsed()) return fit_command(fit_, argc, argv);
     return {};
 }
 
@@ -78,6 +80,30 @@ void SolveCommands::add_path(CLI::App& app) {
     command.add_option("--points", path_.points, "most points")->check(CLI::PositiveNumber);
     command.add_option("--branch", path_.branch, "leave the path at its first branch point, to the side 1 or -1")
         ->check(CLI::IsMember({-1, 0, 1}));
+}
+
+void SolveCommands::add_fit(CLI::App& app) {
+    CLI::App& command = *app.add_subcommand(
+        "fit", "find numbers of a scene from measured shapes or curves at rest, with intervals of 95 %");
+    fit_command_ = &command;
+    add_scene_options(command, fit_.run.scene);
+    command
+        .add_option("DATA", fit_.data,
+                    "table (CSV): s, x, y, z of places on a rod; keys of the scene, such as load.0.end.2, that a row "
+                    "was measured with; observables by their names in observables.csv")
+        ->required()
+        ->check(CLI::ExistingFile);
+    command.add_option("--number", fit_.keys, "path of a number to find, as --set has it (may be repeated)")
+        ->required()
+        ->type_name("KEY")
+        ->allow_extra_args(false);
+    command.add_option("--rods", fit_.rods, "group whose first rod the shape is of; default: the first group");
+    command.add_option("-o,--out", fit_.run.options.out, "file to write, with comma-separated values; default: none");
+    command.add_option("--time", fit_.time, "time of loads and ends [s]; default: the scene's end")
+        ->check(CLI::NonNegativeNumber);
+    add_threads(command, fit_.run.threads);
+    add_lanes(command, fit_.run.lanes);
+    add_json(command, fit_.run.json, "numbers as JSON; all else goes to standard error");
 }
 
 } // namespace skein

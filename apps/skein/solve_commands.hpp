@@ -1,4 +1,4 @@
-// Commands that solve a scene in place of stepping it: equilibrium, path, modes.
+// Commands that solve a scene in place of stepping it: equilibrium, path, modes, fit.
 #pragma once
 
 #include "commands.hpp"
@@ -23,11 +23,14 @@ private:
     void add_equilibrium(CLI::App& app);
     void add_modes(CLI::App& app);
     void add_path(CLI::App& app);
+    void add_fit(CLI::App& app);
 
     EquilibriumArguments equilibrium_;
     ModesArguments modes_;
     PathArguments path_;
-    const CLI::App *equilibrium_command_ = nullptr, *modes_command_ = nullptr, *path_command_ = nullptr;
+    FitArguments fit_;
+    const CLI::App *equilibrium_command_ = nullptr, *modes_command_ = nullptr, *path_command_ = nullptr,
+                   *fit_command_ = nullptr;
 };
 
 } // namespace skein

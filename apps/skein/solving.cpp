@@ -1,5 +1,6 @@
 #include "solving.hpp"
 
+#include "core/memory.hpp"
 #include "core/timer.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
@@ -13,11 +14,19 @@ namespace skein {
 
 namespace {
 
-/// Parts of a scene that act on bodies at rest, and that nothing here knows.
-void refuse_unknown_parts(const Plan& plan) {
-    if (plan.acts_between_rods())
-        throw InputError("bodies that touch cannot be solved for yet: leave [contact] out, or run the scene to rest "
-                         "with time.relax = true");
+constexpr double bytes_per_element = 12e3; ///< stiffness, its pattern, and a factor of a band
+
+/// Refuses scenes that take more memory than there is, and those whose pieces are on several ranks.
+void refuse_parts(const Plan& plan, const Communicator& comm) {
+    const double needed = bytes_per_element * static_cast<double>(plan.elements) / comm.size();
+    if (needed > free_memory())
+        throw InputError(
+            fmt::format("the stiffness of {} elements takes about {:.3g} GB a rank, of which {:.3g} GB are "
+                        "free: fewer rods, or time.relax = true, would do",
+                        plan.elements, 1e-9 * needed, 1e-9 * free_memory()));
+    if (plan.acts_between_rods() && comm.size() > 1)
+        throw InputError("rods that may touch each other are solved for together, on one rank: start without mpirun, "
+                         "or with -n 1");
 }
 
 } // namespace
@@ -34,7 +43,7 @@ SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments
         read_rods(comm, groups);
     }
     Plan plan = make_plan(solved.scene, groups, solved.machine);
-    refuse_unknown_parts(plan);
+    refuse_parts(plan, comm);
     RunOptions options = arguments.options;
     options.began = wall_seconds();
     if (options.out.empty()) options.out = default_out(arguments.scene.file) + suffix;
@@ -51,7 +60,7 @@ EquilibriumReport find_and_tell(const SolvedScene& solved, StaticScene& at_rest,
     if (comm.root() && !quiet) std::printf("%s", to_text(report).c_str());
     if (!report.found)
         throw NumericalError(
-            fmt::format("no equilibrium was found: {:.4g} of the loads are borne; {}", report.share, report.reason));
+            fmt::format("no equilibrium was found beyond {:.4g} of the loads: {}", report.share, report.reason));
     return report;
 }
 

@@ -1,5 +1,7 @@
 #include "equilibrium/factor.hpp"
 
+#include "equilibrium/large_factor.hpp"
+
 #include <Eigen/SparseCholesky>
 #include <Eigen/SparseLU>
 
@@ -156,8 +158,11 @@ long half_bandwidth(const Stiffness& matrix) {
 
 std::unique_ptr<Factor> make_factor(const Stiffness& matrix, bool symmetric) {
     constexpr long widest_band = 40; // of two slots of a ring side by side
+    const bool banded = symmetric && half_bandwidth(matrix) <= widest_band;
+    if (matrix.rows() >= large_unknowns && !banded)
+        if (std::unique_ptr<Factor> large = make_large_factor(symmetric)) return large;
     if (!symmetric) return std::make_unique<GeneralFactor>();
-    if (half_bandwidth(matrix) <= widest_band) return std::make_unique<BandFactor>();
+    if (banded) return std::make_unique<BandFactor>();
     return std::make_unique<SparseFactor>();
 }
 

@@ -1,4 +1,4 @@
-// Small motions about an equilibrium without damping: K phi = w^2 M phi.                       theory.md (79)
+// Small motions about an equilibrium without damping: K phi = w^2 M phi.                       theory.md (101)
 //   M     masses of nodes and inertias of elements, as a run has them
 //   few   unknowns: all eigenvalues, densely; many: the lowest by shifted and inverted Lanczos (Spectra)
 #pragma once

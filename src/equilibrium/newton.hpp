@@ -1,4 +1,4 @@
-// Equilibria by Newton's method, with steps of the load where it does not converge at once.         theory.md (77)-(78)
+// Equilibria by Newton's method, with steps of the load where it does not converge at once.         theory.md (98)-(100)
 //   loads(u, t) - (1 - s) g = 0,  g = loads(u0, 0),  t = s T      s from 0, where the start is balanced by g, to 1
 #pragma once
 

@@ -25,9 +25,9 @@ bool is_gripped(const RodGroup& group) {
 } // namespace
 
 StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const LocalRod> rods,
-                           std::unique_ptr<StaticRods> at_rest)
+                           std::unique_ptr<StaticRods> at_rest, std::unique_ptr<StaticContacts> contacts)
     : groups_(groups), rods_(rods.begin(), rods.end()), at_rest_(std::move(at_rest)),
-      unknowns_(groups, rods_, *at_rest_) {
+      unknowns_(groups, rods_, *at_rest_), contacts_(std::move(contacts)) {
     all_gripped_ = std::all_of(rods_.begin(), rods_.end(),
                                [&](const LocalRod& rod) { return is_gripped(nth(groups_, rod.group)); });
     double bending = 0;
@@ -83,6 +83,7 @@ void StaticSystem::add_block(std::size_t row, std::size_t column, const Stiffnes
 
 StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_stiffness) {
     at_rest_->evaluate(state.slot, state.strain, with_stiffness, loads_);
+    if (contacts_) add_contacts(state, with_stiffness);
     const int count = unknowns();
     Balance out;
     out.residual = Unknown::Zero(count);
@@ -118,6 +119,15 @@ StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_
     out.stiffness = &assembly_.finish();
     out.asymmetry = assembly_.asymmetry();
     return out;
+}
+
+void StaticSystem::add_contacts(const StaticState& state, bool with_stiffness) {
+    contacts_->evaluate(state.slot, with_stiffness, touching_);
+    for (std::size_t s = 0; s < loads_.force.size(); ++s) {
+        loads_.force[s] = loads_.force[s] + touching_.force[s];
+        loads_.force_size[s] += touching_.force_size[s];
+    }
+    loads_.couplings.insert(loads_.couplings.end(), touching_.couplings.begin(), touching_.couplings.end());
 }
 
 /// A force on a node of a body has a moment that turns with it: -[a][Q f] on the turn, symmetric less its part of

@@ -1,7 +1,8 @@
 // Balance of bodies at rest as equations of free unknowns: residual and stiffness at a state, and corrections of it.
-//                                                                                         theory.md (74)-(77)
+//                                                                                         theory.md (96)-(98)
 #pragma once
 
+#include "contact/static_contacts.hpp"
 #include "equilibrium/assembly.hpp"
 #include "equilibrium/factor.hpp"
 #include "equilibrium/unknowns.hpp"
@@ -39,7 +40,9 @@ struct NeutralMotions {
 
 class StaticSystem {
 public:
-    StaticSystem(std::span<const RodGroup> groups, std::span<const LocalRod> rods, std::unique_ptr<StaticRods> at_rest);
+    /// `contacts`: null where rods do not touch each other.
+    StaticSystem(std::span<const RodGroup> groups, std::span<const LocalRod> rods, std::unique_ptr<StaticRods> at_rest,
+                 std::unique_ptr<StaticContacts> contacts = nullptr);
 
     int unknowns() const { return unknowns_.count(); }
     const Unknowns& map() const { return unknowns_; }
@@ -49,7 +52,12 @@ public:
     const RodGroup& group(std::size_t rod) const { return nth(groups_, rods_[rod].group); }
     double length() const { return length_; } ///< the longest rod, or extent of a body, m
 
-    void set_time(double time) { at_rest_->set_time(time); }
+    void set_time(double time) {
+        at_rest_->set_time(time);
+        if (contacts_) contacts_->set_time(time);
+    }
+    /// Contacts of the last balance; none where rods do not touch.
+    const StaticContactLoads& contacts() const { return touching_; }
     /// Puts moved ends to their places; strains are then those of the state.
     void lead_ends(StaticState& state) const;
     void refresh(StaticState& state) const { state.strain = at_rest_->strains(state.slot); }
@@ -84,6 +92,7 @@ public:
 
 private:
     void add_block(std::size_t row, std::size_t column, const StiffnessBlock& block, std::span<const Slot<1>> state);
+    void add_contacts(const StaticState& state, bool with_stiffness);
     void add_body_turns(const StaticState& state);
     /// Unknowns of rods that stiffness connects.
     std::vector<std::vector<int>> pieces(const Stiffness& stiffness) const;
@@ -97,7 +106,9 @@ private:
     std::vector<LocalRod> rods_;
     std::unique_ptr<StaticRods> at_rest_;
     Unknowns unknowns_;
+    std::unique_ptr<StaticContacts> contacts_;
     StaticLoads loads_;
+    StaticContactLoads touching_;
     Assembly assembly_;
     bool all_gripped_ = false; ///< no rod moves as a rigid body
     double length_ = 0, element_ = 0;

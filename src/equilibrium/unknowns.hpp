@@ -1,4 +1,4 @@
-// Free unknowns of bodies at rest: what ends, holds and common nodes leave of six per slot. theory.md (76)
+// Free unknowns of bodies at rest: what ends, holds and common nodes leave of six per slot. theory.md (96)
 #pragma once
 
 #include "kernels/static_rods.hpp"

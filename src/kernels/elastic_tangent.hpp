@@ -1,4 +1,4 @@
-// Internal loads of a rod at rest and their stiffness, element by element and cell by cell. theory.md (75)
+// Internal loads of a rod at rest and their stiffness, element by element and cell by cell. theory.md (97), (98)
 //   element   d nu = Q (dx' - dx)/l + nu x t,   F = Q^T n,   c = l nu x n
 //   cell      slopes of its couples and its tension by both turns and both dilatations: dual numbers
 // n and E are those of the carried strain; loads are corrected by their slopes times nu - carried.

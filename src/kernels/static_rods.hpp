@@ -1,4 +1,4 @@
-// Bodies at rest: their loads, and the exact slopes of these by displacements. theory.md (74)-(76)
+// Bodies at rest: their loads, and the exact slopes of these by displacements. theory.md (96)-(98)
 //   slot      displacement of its node, lab, and turn of its element, body:   x + dx,  Q <- R(t) Q
 //   loads     those of all passes of the plan over a body by itself, and of joints, at rates of 0
 //   stiffness K = -d(loads)/d(dx, t) + [c]/2 on the turn of an element with couple c: the second derivative of the

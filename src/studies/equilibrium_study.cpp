@@ -3,6 +3,7 @@
 #include "core/timer.hpp"
 #include "kernels/kernels.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "physics/contact/contact_plan.hpp"
 #include "simulation/branch.hpp"
 #include "tiles/clusters.hpp"
 
@@ -19,9 +20,15 @@ namespace skein {
 namespace {
 
 /// Rods that are solved together, in the order of the rank's rods.
-std::vector<std::vector<std::size_t>> pieces_of(std::span<const RodGroup> groups, std::span<const LocalRod> rods) {
+std::vector<std::vector<std::size_t>> pieces_of(std::span<const RodGroup> groups, std::span<const LocalRod> rods,
+                                                bool touch) {
     std::map<std::pair<const void*, std::int64_t>, std::size_t> of_copy;
     std::vector<std::vector<std::size_t>> pieces;
+    if (touch && !rods.empty()) {
+        pieces.emplace_back(rods.size());
+        std::iota(pieces.front().begin(), pieces.front().end(), std::size_t{0});
+        return pieces;
+    }
     for (std::size_t i = 0; i < rods.size(); ++i) {
         const RodGroup& group = nth(groups, rods[i].group);
         if (!group.assembly()) {
@@ -41,12 +48,17 @@ StaticScene::StaticScene(World& world) : world_(world) {
     const Rods& rods = world.rods();
     std::shared_ptr<Walls> walls;
     if (world.walls()) walls = std::make_shared<Walls>(*world.walls());
-    for (std::vector<std::size_t>& members : pieces_of(world.groups, rods.local())) {
+    const auto* contact = world.plan.find<ContactPlan>();
+    for (std::vector<std::size_t>& members : pieces_of(world.groups, rods.local(), contact != nullptr)) {
         std::vector<LocalRod> own;
         for (const std::size_t i : members) own.push_back(rods.local()[i]);
         StaticPiece& piece = pieces_.emplace_back();
-        piece.system =
-            std::make_unique<StaticSystem>(world.groups, own, make_static_rods(world.plan, world.groups, own, walls));
+        std::unique_ptr<StaticContacts> contacts;
+        if (contact)
+            contacts = kernels(world.plan.machine.lanes)
+                           .make_static_contacts(contact->scene(world.groups), world.groups, own, world.threads);
+        piece.system = std::make_unique<StaticSystem>(
+            world.groups, own, make_static_rods(world.plan, world.groups, own, walls), std::move(contacts));
         for (const std::size_t i : members) {
             const LocalRod& local = rods.local()[i];
             const RodGroup& group = nth(world.groups, local.group);

@@ -2,7 +2,7 @@
 //   data      a table (CSV). s, x, y, z: places on a rod, at the arc length s of the undeformed rod; names with a dot:
 //             keys of the scene that the row was measured with; other names: observables
 //   residual  (predicted - measured)/sigma, with one sigma for places, and one for each observable
-//   slopes    of an equilibrium by a number: K v = d residual/dp                                theory.md (83)-(84)
+//   slopes    of an equilibrium by a number: K v = d residual/dp                                theory.md (104), (105)
 //   interval  value +- t sqrt(diag (J^T J)^-1 s^2), s^2 the mean square of the residuals that is left
 #pragma once
 

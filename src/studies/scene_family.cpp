@@ -1,6 +1,7 @@
 #include "studies/scene_family.hpp"
 
 #include "kernels/kernels.hpp"
+#include "physics/contact/contact_plan.hpp"
 #include "physics/walls/wall_plan.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
@@ -24,8 +25,14 @@ std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& ma
         for (std::int64_t i = 0; i < group.count(); ++i) made->rods.push_back({group.first_gid() + i, group.id(), i});
     std::shared_ptr<Walls> walls;
     if (const auto* plan = made->plan.find<WallPlan>()) walls = std::make_shared<Walls>(plan->walls);
+    made->threads = std::make_unique<Threads>(machine.threads);
+    std::unique_ptr<StaticContacts> contacts;
+    if (const auto* contact = made->plan.find<ContactPlan>())
+        contacts = kernels(machine.lanes)
+                       .make_static_contacts(contact->scene(made->groups), made->groups, made->rods, *made->threads);
     made->system = std::make_unique<StaticSystem>(
-        made->groups, made->rods, make_static_rods(made->plan, made->groups, made->rods, std::move(walls)));
+        made->groups, made->rods, make_static_rods(made->plan, made->groups, made->rods, std::move(walls)),
+        std::move(contacts));
     made->system->set_time(time);
     return made;
 }

@@ -23,6 +23,7 @@ struct StaticCase {
     std::vector<RodGroup> groups;
     Plan plan;
     std::vector<LocalRod> rods;
+    std::unique_ptr<Threads> threads; ///< of contacts
     std::unique_ptr<StaticSystem> system;
 };
 /// Loads and ends are those at `time`, s.
