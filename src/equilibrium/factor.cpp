@@ -1,5 +1,6 @@
 #include "equilibrium/factor.hpp"
 
+#include "core/hash.hpp"
 #include "equilibrium/large_factor.hpp"
 
 #include <Eigen/SparseCholesky>
@@ -24,6 +25,17 @@ Unknown scales_of(const Stiffness& matrix) {
     return scale;
 }
 
+/// A number of the places of entries, by which patterns are told apart.
+std::uint64_t pattern_of(const Stiffness& matrix) {
+    std::uint64_t hash = hash_begin(static_cast<std::uint64_t>(matrix.rows()));
+    const auto add = [&](const int* at, Eigen::Index count) {
+        for (Eigen::Index i = 0; i < count; ++i) hash = hash_with(hash, static_cast<double>(at[i]));
+    };
+    add(matrix.outerIndexPtr(), matrix.outerSize() + 1);
+    add(matrix.innerIndexPtr(), matrix.nonZeros());
+    return hash_end(hash);
+}
+
 /// L D L^T of a band, column by column: column j holds the entries from j to j + band.
 class BandFactor final : public Factor {
 public:
@@ -32,8 +44,10 @@ public:
     bool factorise(const Stiffness& matrix) override {
         const Eigen::Index n = matrix.rows();
         scale_ = scales_of(matrix);
-        if (matrix.nonZeros() != known_) band_ = half_bandwidth(matrix);
-        known_ = matrix.nonZeros();
+        if (const std::uint64_t pattern = pattern_of(matrix); pattern != known_) {
+            band_ = half_bandwidth(matrix);
+            known_ = pattern;
+        }
         columns_.setZero(band_ + 1, n);
         for (Eigen::Index j = 0; j < n; ++j)
             for (Stiffness::InnerIterator at(matrix, j); at; ++at)
@@ -77,7 +91,7 @@ public:
 
 private:
     long band_ = 0, negative_ = 0;
-    Eigen::Index known_ = -1; ///< entries of the pattern with this band
+    std::uint64_t known_ = 0; ///< pattern with this band
     Unknown scale_;
     Eigen::MatrixXd columns_;
 };
@@ -88,8 +102,10 @@ public:
     bool factorise(const Stiffness& matrix) override {
         scale_ = scales_of(matrix);
         const Stiffness scaled = scale_.asDiagonal() * matrix * scale_.asDiagonal();
-        if (scaled.nonZeros() != analysed_) factor_.analyzePattern(scaled);
-        analysed_ = scaled.nonZeros();
+        if (const std::uint64_t pattern = pattern_of(scaled); pattern != analysed_) {
+            factor_.analyzePattern(scaled);
+            analysed_ = pattern;
+        }
         factor_.factorize(scaled);
         if (factor_.info() != Eigen::Success) return false;
         const Unknown d = factor_.vectorD();
@@ -107,7 +123,7 @@ public:
 private:
     Eigen::SimplicialLDLT<Stiffness, Eigen::Lower, Eigen::AMDOrdering<int>> factor_;
     Unknown scale_;
-    Eigen::Index analysed_ = -1; ///< entries of the pattern that is known
+    std::uint64_t analysed_ = 0; ///< pattern that is known
     long negative_ = 0;
 };
 
@@ -117,8 +133,10 @@ public:
     bool factorise(const Stiffness& matrix) override {
         scale_ = scales_of(matrix);
         const Stiffness scaled = scale_.asDiagonal() * matrix * scale_.asDiagonal();
-        if (scaled.nonZeros() != analysed_) factor_.analyzePattern(scaled);
-        analysed_ = scaled.nonZeros();
+        if (const std::uint64_t pattern = pattern_of(scaled); pattern != analysed_) {
+            factor_.analyzePattern(scaled);
+            analysed_ = pattern;
+        }
         factor_.factorize(scaled);
         return factor_.info() == Eigen::Success;
     }
@@ -132,7 +150,7 @@ public:
 private:
     Eigen::SparseLU<Stiffness, Eigen::COLAMDOrdering<int>> factor_;
     Unknown scale_;
-    Eigen::Index analysed_ = -1; ///< entries of the pattern that is known
+    std::uint64_t analysed_ = 0; ///< pattern that is known
 };
 
 } // namespace
