@@ -100,7 +100,7 @@ def environment():
 
 
 def run(scene, out=None, ranks=None, threads=None, overwrite=False, until=None, quiet=False, mpirun="mpirun", flags=(), **keys):
-    """Runs a scene, a file or a skein.Scene, in a process of its own, or goes on with it, and returns its results. Keys of the scene by their path:
+    """Runs a scene, a file, TOML text or a skein.Scene, in a process of its own, or goes on with it, and returns its results. Keys of the scene by their path:
     skein.run("carpet.toml", **{"rods.cilia.shape.elements": 50}). ranks: by mpirun; threads: per rank. Raises RunFailed with the program's message;
     Ctrl-C stops the run with a checkpoint."""
     from .results import open as results
@@ -146,9 +146,20 @@ def plan(scene, **keys):
     return done.stdout
 
 
+def is_text(scene):
+    """Whether it is TOML text: a text with several lines, or a last one that ends, which no file is called."""
+    return isinstance(scene, str) and "\n" in scene
+
+
 @contextmanager
 def as_file(scene):
-    """Path of a scene: a file's own, or of a Scene's text in a folder that goes at the end."""
+    """Path of a scene: a file's own, or of TOML text or a Scene's in a folder that goes at the end."""
+    if is_text(scene):
+        with tempfile.TemporaryDirectory(prefix="skein_") as folder:
+            path = Path(folder, "scene.toml")
+            path.write_text(scene)
+            yield path
+        return
     if not hasattr(scene, "text"):
         yield Path(scene)
         return

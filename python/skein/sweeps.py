@@ -10,7 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
 from . import notebook
-from .program import RunFailed, as_file, command, run
+from .program import RunFailed, as_file, command, is_text, run
 
 JOB = """#!/usr/bin/env bash
 #SBATCH --job-name={name}
@@ -66,7 +66,7 @@ def sweep(scene, keys, out=None, threads=1, at_once=None, measure=None, slurm=Fa
         if slurm:
             if not shutil.which("sbatch") and not all((out / name / "summary.json").exists() for name in names):
                 raise FileNotFoundError("sbatch is not in PATH, so no job can be submitted: call sweep on a login node of the cluster, or leave out slurm=True to run here")
-            kept = path if Path(scene if isinstance(scene, (str, Path)) else "").exists() else shutil.copy(path, out / path.name)
+            kept = path if isinstance(scene, (str, Path)) and not is_text(scene) else shutil.copy(path, out / path.name)
             _submit(out, Path(kept).resolve(), names, cases, fixed, threads)
             rows = [_row(out / name, case, measure) if (out / name / "summary.json").exists() else {**case, "out": str(out / name), "error": "not ended"} for name, case in zip(names, cases)]
         else:
