@@ -33,8 +33,9 @@ class Solution:
         self.title = results.title
         self.positions = {name: group["position"] for name, group in state.items()}
         self.directors = {name: _axes(group["quaternion"]) for name, group in state.items()}
-        self.observables = {name: float(values[-1]) for name, values in results.series.items() if name not in ("step", "time")}
-        self.units = {name: results.series.units[name] for name in self.observables}
+        split = {heading: heading.rstrip("]").split("[") for heading in results.summary.get("observables", {})}
+        self.observables = {name: results.summary["observables"][heading] for heading, (name, *_) in split.items()}
+        self.units = {name: unit[0] if unit else "" for name, *unit in split.values()}
 
     def __getitem__(self, name):
         """The observable of this name."""
@@ -185,7 +186,7 @@ def _solved(what, scene, out, overwrite, threads, keys, words, good=(0,)):
 
 def _error(done, what):
     """The program's message, without the text on the solution beside it."""
-    said = done.stderr.strip()
+    said = done.stderr.partition("\nNewton:")[0].strip()
     at = said.find("error: ")
     return said[at:] if at >= 0 else said or f"skein {what} ended with code {done.returncode}"
 
