@@ -1,4 +1,4 @@
-"""docs/python.md and the README's own scene, done as they are written; messages and scenes of other pages."""
+"""docs/python.md, docs/equilibria.md and the README's own scene, done as they are written; messages and scenes of other pages."""
 
 import os
 import pathlib
@@ -14,7 +14,7 @@ from package import MPIRUN, ROOT, SKEIN
 sys.path.insert(0, str(ROOT / "tests/package"))
 from pages import blocks  # noqa: E402
 
-GUIDE, README = ROOT / "docs/python.md", ROOT / "README.md"
+GUIDE, PAGE, README = ROOT / "docs/python.md", ROOT / "docs/equilibria.md", ROOT / "README.md"
 THREE = pathlib.Path("/usr/share/javascript/three/build/three.min.js").exists()
 
 
@@ -83,6 +83,25 @@ class Guide(unittest.TestCase):
         self.assertEqual(len(tips), 3)
         for words in self.commands(blocks(GUIDE, "## Pictures", "")[0]):
             self.done(*words)
+
+    def test_equilibria(self):
+        """Rows of the page are found by their first two words: what follows is round-off or depends on it."""
+        (self.folder / "apps").symlink_to(ROOT / "apps")
+        said = ""
+        for language, text in re.findall(r"(?ms)^```(\w*)\n(.*?)^```$", PAGE.read_text()):
+            if language == "python":
+                self.assertRegex(self.done(sys.executable, "-c", text), r"it buckles at 1\.6276\d+ N")
+            elif language == "text":
+                for row in (line.split()[:2] for line in text.splitlines() if line.startswith("  ")):
+                    self.assertIn(row, [line.split()[:2] for line in said.splitlines()])
+            else:
+                said = "".join(self.done(*words) for words in self.commands(text)) or said
+        for name in ("column.png", "out/lee_frame_path/path.png", "out/column_modes/modes.png", "mode_2.gif"):
+            self.assertGreater((self.folder / name).stat().st_size, 3000, name)
+
+    def test_equilibria_in_python(self):
+        shape = self.done(sys.executable, "-c", "import skein\n" + blocks(GUIDE, "## Equilibria", "python")[0])
+        self.assertTrue(shape.startswith("(1, 21, 3) "), shape)
 
 
 if __name__ == "__main__":
