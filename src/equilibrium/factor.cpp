@@ -15,6 +15,8 @@ namespace skein {
 
 namespace {
 
+constexpr long widest_band = 40; ///< of slots of a ring side by side
+
 /// A pivot below this share of its unscaled diagonal is round-off.
 constexpr double least_pivot = 1e-14;
 
@@ -40,6 +42,9 @@ std::uint64_t pattern_of(const Stiffness& matrix) {
 class BandFactor final : public Factor {
 public:
     std::string_view name() const override { return "band L D L^T"; }
+    bool suits(const Stiffness& matrix, bool symmetric) const override {
+        return symmetric && half_bandwidth(matrix) <= widest_band;
+    }
 
     bool factorise(const Stiffness& matrix) override {
         const Eigen::Index n = matrix.rows();
@@ -99,6 +104,7 @@ private:
 class SparseFactor final : public Factor {
 public:
     std::string_view name() const override { return "sparse L D L^T (Eigen)"; }
+    bool suits(const Stiffness&, bool symmetric) const override { return symmetric; }
     bool factorise(const Stiffness& matrix) override {
         scale_ = scales_of(matrix);
         const Stiffness scaled = scale_.asDiagonal() * matrix * scale_.asDiagonal();
@@ -130,6 +136,7 @@ private:
 class GeneralFactor final : public Factor {
 public:
     std::string_view name() const override { return "sparse LU (Eigen)"; }
+    bool suits(const Stiffness&, bool symmetric) const override { return !symmetric; }
     bool factorise(const Stiffness& matrix) override {
         scale_ = scales_of(matrix);
         const Stiffness scaled = scale_.asDiagonal() * matrix * scale_.asDiagonal();
@@ -175,7 +182,6 @@ long half_bandwidth(const Stiffness& matrix) {
 }
 
 std::unique_ptr<Factor> make_factor(const Stiffness& matrix, bool symmetric) {
-    constexpr long widest_band = 40; // of two slots of a ring side by side
     const bool banded = symmetric && half_bandwidth(matrix) <= widest_band;
     if (matrix.rows() >= large_unknowns && !banded)
         if (std::unique_ptr<Factor> large = make_large_factor(symmetric)) return large;

@@ -18,6 +18,8 @@ class Factor {
 public:
     virtual ~Factor() = default;
     virtual std::string_view name() const = 0;
+    /// True where make_factor would give one of this kind.
+    virtual bool suits(const Stiffness& matrix, bool symmetric) const = 0;
     /// False where it is singular to working precision.
     virtual bool factorise(const Stiffness& matrix) = 0;
     virtual Unknown solve(const Unknown& right) const = 0;

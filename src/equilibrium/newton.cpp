@@ -41,7 +41,8 @@ Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance
     for (const int pin : pins) right[pin] = 0;
     if (shift > 0) diagonal_ = balance.stiffness->diagonal().cwiseAbs();
     const bool symmetric = balance.asymmetry < round_off;
-    if (!factor_ || symmetric != symmetric_) factor_ = make_factor(*balance.stiffness, symmetric);
+    if (!factor_ || !factor_->suits(*balance.stiffness, symmetric))
+        factor_ = make_factor(*balance.stiffness, symmetric);
     symmetric_ = symmetric;
     if (shift > 0)
         for (Eigen::Index i = 0; i < right.size(); ++i) balance.stiffness->coeffRef(i, i) += shift * diagonal_[i];
@@ -60,17 +61,22 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
     NewtonResult result;
     double last = HUGE_VAL, least = HUGE_VAL;
     int least_at = 0;
-    for (int i = 0; i < options_.most_iterations; ++i) {
+    const int most = system_.touches() ? options_.most_touching : options_.most_iterations;
+    for (int i = 0; i < most; ++i) {
         StaticSystem::Balance balance = system_.balance(state, true);
         balance.residual -= left;
         const double relative = system_.relative(balance);
         const Unknown correction = this->correction(state, balance, 0, result.reason);
         if (correction.size() == 0) return result;
         const double size = system_.size(correction, state), turn = system_.turn(correction, state);
-        const double share = turn > options_.most_turn ? options_.most_turn / turn : 1;
+        const double share =
+            std::min({1.0, options_.most_turn / turn, system_.farthest_way() / system_.way(correction)});
         system_.correct(state, correction, share);
         result.passes.push_back({relative, size});
-        if (share < 1) continue;
+        if (share < 1) {
+            least_at = i;
+            continue;
+        }
         // The next correction would be of its square.
         if (size < options_.tolerance || (size < 1e-6 && last < 1e-3 && size >= last)) {
             result.converged = true;
@@ -103,11 +109,12 @@ NewtonResult NewtonSolver::descend(StaticState& state, const Unknown& left) {
             continue;
         }
         const double size = system_.size(correction, state), turn = system_.turn(correction, state);
-        const double share = turn > options_.most_descent ? options_.most_descent / turn : 1;
+        const double share =
+            std::min({1.0, options_.most_descent / turn, system_.farthest_way() / system_.way(correction)});
         system_.correct(state, correction, share);
         result.passes.push_back({relative, size});
-        if (turn < 0.5 * options_.most_descent) shift = shift > least_shift ? 0.3 * shift : 0;
-        if (turn > 2 * options_.most_descent) shift *= 2;
+        if (share == 1 && turn < 0.5 * options_.most_descent) shift = shift > least_shift ? 0.3 * shift : 0;
+        if (share < 0.5) shift *= 2;
         if (share < 1 || shift > 0) continue;
         if (size < options_.tolerance || (size < 1e-6 && last < 1e-3 && size >= last)) {
             result.converged = true;

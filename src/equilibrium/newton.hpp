@@ -1,4 +1,5 @@
-// Equilibria by Newton's method, with steps of the load where it does not converge at once.         theory.md (98)-(100)
+// Equilibria by Newton's method, with steps of the load where it does not converge at once.         theory.md
+// (98)-(100)
 //   loads(u, t) - (1 - s) g = 0,  g = loads(u0, 0),  t = s T      s from 0, where the start is balanced by g, to 1
 #pragma once
 
@@ -12,6 +13,7 @@ namespace skein {
 struct NewtonOptions {
     double tolerance = 1e-11; ///< of a correction: displacement over length, or turn
     int most_iterations = 16;
+    int most_touching = 100;       ///< of rods that touch, which go by shares of their radius
     double most_turn = 1.5;        ///< rad of an element in a correction
     double least_step = 1.0 / 256; ///< of the load
     int most_descents = 300;       ///< corrections downhill

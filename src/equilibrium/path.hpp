@@ -1,4 +1,5 @@
-// Equilibria along a number of the scene, by arc length: round limit points, onto other branches.  theory.md (102), (103)
+// Equilibria along a number of the scene, by arc length: round limit points, onto other branches.  theory.md (102),
+// (103)
 //   point      (u, p): residual(u, p) = 0
 //   tangent    K v = d residual/dp;  (v, 1) over its length, in the direction of the last step
 //   length     |du|^2 = sum over nodes and elements of (displacement/L)^2 and turn^2, over their number;  dp over the

@@ -53,6 +53,8 @@ public:
         return symmetric_ ? "L D L^T with pivots (MUMPS)" : "L U with pivots (MUMPS)";
     }
 
+    bool suits(const Stiffness&, bool symmetric) const override { return symmetric == symmetric_; }
+
     bool factorise(const Stiffness& matrix) override {
         const std::lock_guard<std::mutex> own(turn());
         scale_ = matrix.diagonal().cwiseAbs();

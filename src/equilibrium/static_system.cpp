@@ -40,6 +40,7 @@ StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const Loc
             length += e.rest_length;
             element_ = std::max(element_, e.rest_length);
             bending = std::max({bending, e.bending.x, e.bending.y});
+            if (contacts_) farthest_way_ = std::min(farthest_way_, 0.5 * e.radius);
             soft = std::min({soft, e.bending.x, e.bending.y});
         }
         length_ = std::max(length_, length);
@@ -81,6 +82,17 @@ void StaticSystem::add_block(std::size_t row, std::size_t column, const Stiffnes
         }
 }
 
+void StaticSystem::add_nodes(std::size_t row, std::size_t column, const StiffnessBlock& block,
+                             std::span<const Slot<1>> state) {
+    if (!unknowns_.plain(row) || !unknowns_.plain(column)) return add_block(row, column, block, state);
+    for (std::size_t i = 0; i < 3; ++i) {
+        const int r = unknowns_.of(row, i);
+        if (r < 0) continue;
+        for (std::size_t j = 0; j < 3; ++j)
+            if (const int c = unknowns_.of(column, j); c >= 0) assembly_.add(r, c, block[i][j]);
+    }
+}
+
 StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_stiffness) {
     at_rest_->evaluate(state.slot, state.strain, with_stiffness, loads_);
     if (contacts_) add_contacts(state, with_stiffness);
@@ -115,6 +127,8 @@ StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_
         }
     }
     for (const SlotCoupling& c : loads_.couplings) add_block(c.row, c.column, c.block, state.slot);
+    if (contacts_)
+        for (const SlotCoupling& c : touching_.couplings) add_nodes(c.row, c.column, c.block, state.slot);
     add_body_turns(state);
     out.stiffness = &assembly_.finish();
     out.asymmetry = assembly_.asymmetry();
@@ -127,7 +141,6 @@ void StaticSystem::add_contacts(const StaticState& state, bool with_stiffness) {
         loads_.force[s] = loads_.force[s] + touching_.force[s];
         loads_.force_size[s] += touching_.force_size[s];
     }
-    loads_.couplings.insert(loads_.couplings.end(), touching_.couplings.begin(), touching_.couplings.end());
 }
 
 /// A force on a node of a body has a moment that turns with it: -[a][Q f] on the turn, symmetric less its part of
@@ -161,6 +174,13 @@ double StaticSystem::size(const Unknown& correction, const StaticState&) const {
     double largest = 0;
     for (int i = 0; i < unknowns(); ++i)
         largest = std::max(largest, std::abs(correction[i]) / (unknowns_.place(i).i < 3 ? length_ : 1));
+    return largest;
+}
+
+double StaticSystem::way(const Unknown& correction) const {
+    double largest = 0;
+    for (int i = 0; i < unknowns(); ++i)
+        if (unknowns_.place(i).i < 3) largest = std::max(largest, std::abs(correction[i]));
     return largest;
 }
 

@@ -10,6 +10,7 @@
 
 #include <Eigen/Core>
 
+#include <cmath>
 #include <memory>
 #include <span>
 #include <string>
@@ -56,6 +57,7 @@ public:
         at_rest_->set_time(time);
         if (contacts_) contacts_->set_time(time);
     }
+    bool touches() const { return contacts_ != nullptr; }
     /// Contacts of the last balance; none where rods do not touch.
     const StaticContactLoads& contacts() const { return touching_; }
     /// Puts moved ends to their places; strains are then those of the state.
@@ -75,6 +77,9 @@ public:
 
     /// Size of a correction: largest displacement over length(), or turn.
     double size(const Unknown& correction, const StaticState& state) const;
+    /// Largest displacement, m, and the one that a correction may have: rods must not pass through each other.
+    double way(const Unknown& correction) const;
+    double farthest_way() const { return farthest_way_; }
     /// Largest turn, rad.
     double turn(const Unknown& correction, const StaticState& state) const;
     void correct(StaticState& state, const Unknown& correction, double share) const;
@@ -92,6 +97,8 @@ public:
 
 private:
     void add_block(std::size_t row, std::size_t column, const StiffnessBlock& block, std::span<const Slot<1>> state);
+    /// Adds the part of a block between nodes.
+    void add_nodes(std::size_t row, std::size_t column, const StiffnessBlock& block, std::span<const Slot<1>> state);
     void add_contacts(const StaticState& state, bool with_stiffness);
     void add_body_turns(const StaticState& state);
     /// Unknowns of rods that stiffness connects.
@@ -113,7 +120,8 @@ private:
     bool all_gripped_ = false; ///< no rod moves as a rigid body
     double length_ = 0, element_ = 0;
     double slow_eigenvalue_ = 0;
-    double least_force_ = 0; ///< N: a thousandth of what bends the longest rod by its length
+    double farthest_way_ = HUGE_VAL; ///< m
+    double least_force_ = 0;         ///< N: a thousandth of what bends the longest rod by its length
 };
 
 /// Solutions of K x = r at a state, without neutral motions.
