@@ -14,11 +14,15 @@ namespace skein {
 
 namespace {
 
-/// True where an end holds the rod against all motions as a rigid body.
+/// True where an end holds the rod against all motions as a rigid body, and it is not round: a round one may turn with
+/// its bending about the axis of the grip.
 bool is_gripped(const RodGroup& group) {
     const auto grips = [&](EndKind kind, int node) {
         return (kind == EndKind::clamped || kind == EndKind::clamped_frozen) && group.holds_node(node);
     };
+    if (std::all_of(group.element.begin(), group.element.end(),
+                    [](const ElementConstants& e) { return e.bending.x == e.bending.y; }))
+        return false;
     return group.strained() && (grips(group.spec().start, 0) || grips(group.spec().end, group.elements()));
 }
 
@@ -261,13 +265,10 @@ Vec3d StaticSystem::centre(const std::vector<int>& piece, const StaticState& sta
     return nodes > 0 ? (1 / nodes) * sum : sum;
 }
 
-NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& balance) const {
-    NeutralMotions found;
-    if (all_gripped_) return found;
-    const Stiffness& stiffness = *balance.stiffness;
-    std::vector<std::vector<int>> all = pieces(stiffness);
-    // Three translations, and three turns about the piece's centre that move a rod's end by 1.
-    Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(unknowns(), 6);
+/// Three translations, three turns about each piece's centre that move a rod's end by 1, and the spin of all elements
+/// about their own axes: round rods that are straight at rest do not resist it, bent or not.
+Eigen::MatrixXd StaticSystem::rigid_motions(const std::vector<std::vector<int>>& all, const StaticState& state) const {
+    Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(unknowns(), 7);
     const Vec3d units[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const auto part = [](const Vec3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
     for (const std::vector<int>& piece : all) {
@@ -281,12 +282,23 @@ NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& ba
                 motions(u, 3 + m) = i < 3 ? part(cross(axis, lane(at.position, 0) - middle), i)
                                           : part(lane(at.director, 0) * axis, i - 3);
             }
+            motions(u, 6) = i == 5 ? 1 / length_ : 0;
         }
     }
+    return motions;
+}
+
+NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& balance) const {
+    NeutralMotions found;
+    if (all_gripped_) return found;
+    const Stiffness& stiffness = *balance.stiffness;
+    std::vector<std::vector<int>> all = pieces(stiffness);
+    const Eigen::MatrixXd motions = rigid_motions(all, state);
     const Eigen::MatrixXd resisted = stiffness * motions, terms = stiffness.cwiseAbs() * motions.cwiseAbs();
     for (std::vector<int>& piece : all) {
         const auto count = static_cast<Eigen::Index>(piece.size());
-        Eigen::MatrixXd rows(count, 6), own(count, 6);
+        Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::max(count, motions.cols()), motions.cols()),
+                        own(count, motions.cols());
         for (Eigen::Index r = 0; r < count; ++r) {
             const int u = piece[static_cast<std::size_t>(r)];
             const double lever = unknowns_.place(u).i < 3 ? 1 : length_;
@@ -295,11 +307,12 @@ NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& ba
             rows.row(r) = resisted.row(u) / std::max({change, rounding, 1e-300});
             own.row(r) = motions.row(u);
         }
-        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(rows, Eigen::ComputeFullV);
+        const Eigen::HouseholderQR<Eigen::MatrixXd> upper(rows);
+        const Eigen::MatrixXd triangle = upper.matrixQR().topRows(motions.cols()).triangularView<Eigen::Upper>();
+        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
         std::vector<Eigen::Index> free;
-        for (Eigen::Index m = 0; m < 6; ++m)
-            if (m >= svd.singularValues().size() || svd.singularValues()[m] < std::sqrt(static_cast<double>(count)))
-                free.push_back(m);
+        for (Eigen::Index m = 0; m < motions.cols(); ++m)
+            if (svd.singularValues()[m] < std::sqrt(static_cast<double>(count))) free.push_back(m);
         Eigen::MatrixXd some(count, static_cast<Eigen::Index>(free.size()));
         for (std::size_t m = 0; m < free.size(); ++m)
             some.col(static_cast<Eigen::Index>(m)) = own * svd.matrixV().col(free[m]);
@@ -319,7 +332,7 @@ std::string StaticSystem::name_of(const NeutralMotions::Piece& piece, const Unkn
                                   const StaticState& state) const {
     const Unknown motion = piece.motion * along;
     Vec3d shift{0, 0, 0}, turn{0, 0, 0};
-    double nodes = 0, elements = 0;
+    double nodes = 0, elements = 0, shifts = 0, turns = 0; // these: sums of squares
     for (std::size_t r = 0; r < piece.unknowns.size(); ++r) {
         const auto place = unknowns_.place(piece.unknowns[r]);
         const double value = motion[static_cast<Eigen::Index>(r)];
@@ -327,18 +340,23 @@ std::string StaticSystem::name_of(const NeutralMotions::Piece& piece, const Unkn
         (place.i % 3 == 0 ? unit.x : place.i % 3 == 1 ? unit.y : unit.z) = value;
         if (place.i < 3) {
             shift = shift + unit;
+            shifts += value * value;
             nodes += 1.0 / 3;
         } else {
             turn = turn + transpose_times(lane(slot(piece.unknowns[r], state).director, 0), unit);
+            turns += length_ * length_ * value * value;
             elements += 1.0 / 3;
         }
     }
     shift = (1 / std::max(nodes, 1.0)) * shift;
     turn = (length_ / std::max(elements, 1.0)) * turn;
-    const bool turns = norm(turn) > norm(shift);
-    const Vec3d axis = turns ? unit(turn) : norm(shift) > 0 ? unit(shift) : shift;
-    return fmt::format("{} ({:.3g}, {:.3g}, {:.3g}) of {}", turns ? "turn about" : "translation along", axis.x, axis.y,
-                       axis.z, rod_name(unknowns_.place(piece.unknowns.front()).rod));
+    const std::string rod = rod_name(unknowns_.place(piece.unknowns.front()).rod);
+    if (shifts < 1e-9 * turns && dot(turn, turn) * elements < 0.999 * turns)
+        return fmt::format("turn of {} about its own axis", rod);
+    const bool is_turn = norm(turn) > norm(shift);
+    const Vec3d axis = is_turn ? unit(turn) : norm(shift) > 0 ? unit(shift) : shift;
+    return fmt::format("{} ({:.3g}, {:.3g}, {:.3g}) of {}", is_turn ? "turn about" : "translation along", axis.x,
+                       axis.y, axis.z, rod);
 }
 
 std::string StaticSystem::rod_name(std::size_t rod) const {

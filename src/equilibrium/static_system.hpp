@@ -90,7 +90,7 @@ public:
     double slow_eigenvalue() const { return slow_eigenvalue_; }
 
     NeutralMotions neutral(const StaticState& state, const Balance& balance) const;
-    /// Names a neutral motion: a translation along, or a turn about, an axis.
+    /// Names a neutral motion: a translation along, or a turn about, an axis, or that of a rod about its own.
     std::string name_of(const NeutralMotions::Piece& piece, const Unknown& along, const StaticState& state) const;
     std::string place_of(int unknown) const; ///< in words
     std::string rod_name(std::size_t rod) const;
@@ -103,6 +103,7 @@ private:
     void add_body_turns(const StaticState& state);
     /// Unknowns of rods that stiffness connects.
     std::vector<std::vector<int>> pieces(const Stiffness& stiffness) const;
+    Eigen::MatrixXd rigid_motions(const std::vector<std::vector<int>>& all, const StaticState& state) const;
     Vec3d centre(const std::vector<int>& piece, const StaticState& state) const;
     const Slot<1>& slot(int unknown, const StaticState& state) const {
         const auto place = unknowns_.place(unknown);
