@@ -134,7 +134,9 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
     double done = 0, step = 1;
     StaticState good = state;
     while (done < 1) {
-        const double aim = std::min(1.0, done + step);
+        double aim = std::min(1.0, done + step);
+        if (const double up_to = system_.lead_up_to(done * time, aim * time, options_.most_turn); up_to < aim * time)
+            aim = up_to / time;
         system_.set_time(aim * time);
         system_.lead_ends(state);
         NewtonResult pass = solve(state, (1 - aim) * start);
@@ -148,13 +150,14 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
             continue;
         }
         state = good;
-        step *= 0.5;
+        step = 0.5 * std::min(step, aim - done);
         if (step < options_.least_step) {
             result.reason = pass.converged ? "it is unstable" : pass.reason;
             break;
         }
     }
-    if (done < 1 && symmetric_ && options_.stable) {
+    if (done < 1 && symmetric_ && options_.stable &&
+        system_.lead_up_to(done * time, time, options_.most_turn) >= time) {
         system_.set_time(time);
         system_.lead_ends(state);
         NewtonResult pass = descend(state, Unknown::Zero(system_.unknowns()));

@@ -14,7 +14,7 @@ struct NewtonOptions {
     double tolerance = 1e-11; ///< of a correction: displacement over length, or turn
     int most_iterations = 16;
     int most_touching = 100;       ///< of rods that touch, which go by shares of their radius
-    double most_turn = 1.5;        ///< rad of an element in a correction
+    double most_turn = 1.5;        ///< rad of an element in a correction, and of an end in a load step
     double least_step = 1.0 / 256; ///< of the load
     int most_descents = 300;       ///< corrections downhill
     double most_descent = 0.3;     ///< rad of an element in one of them

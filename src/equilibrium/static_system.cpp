@@ -61,6 +61,25 @@ void StaticSystem::lead_ends(StaticState& state) const {
     refresh(state);
 }
 
+double StaticSystem::lead_up_to(double from, double to, double most) const {
+    constexpr int looks = 256; // within the time, as ends may go there and back
+    double earliest = to;
+    for (const LocalRod& rod : rods_)
+        for (const EndMotion* motion :
+             {&nth(groups_, rod.group).spec().start_motion, &nth(groups_, rod.group).spec().end_motion}) {
+            if (!motion->turns()) continue;
+            double turned = 0;
+            Vec3d last = motion->turn(from).value;
+            for (int look = 1; look <= looks && turned <= most; ++look) {
+                const Vec3d now = motion->turn(from + (to - from) * look / looks).value;
+                turned += norm(now - last);
+                last = now;
+                if (turned > most) earliest = std::min(earliest, from + (to - from) * std::max(1, look - 1) / looks);
+            }
+        }
+    return earliest;
+}
+
 void StaticSystem::add_block(std::size_t row, std::size_t column, const StiffnessBlock& block,
                              std::span<const Slot<1>> state) {
     // Whole blocks, so that the pattern is that of the couplings.
@@ -319,6 +338,7 @@ NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& ba
         if (free.empty()) continue;
         // Motions that move nothing free are none.
         Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(some);
+        if (qr.maxPivot() < 1e-9 * own.norm()) continue;
         qr.setThreshold(1e-9);
         const Eigen::Index rank = qr.rank();
         if (rank == 0) continue;

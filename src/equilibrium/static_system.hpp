@@ -62,6 +62,9 @@ public:
     const StaticContactLoads& contacts() const { return touching_; }
     /// Puts moved ends to their places; strains are then those of the state.
     void lead_ends(StaticState& state) const;
+    /// Time, `to` or earlier, up to which no end turns by more than `most` rad from time `from` on: one
+    /// that turns by more than half a turn at once would leave the rod with less twist.
+    double lead_up_to(double from, double to, double most) const;
     void refresh(StaticState& state) const { state.strain = at_rest_->strains(state.slot); }
 
     struct Balance {
