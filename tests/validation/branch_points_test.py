@@ -117,7 +117,7 @@ def helix_moment(tension):
         ends = numpy.linalg.det([[1, 0, 1, 1], [0, 1, r1, r2], [1, 1, e1, e2], [0, 1, r1 * e1, r2 * e2]])
         return (ends / d * cmath.exp(-1j * a)).imag
 
-    values = numpy.linspace(2.01 * math.sqrt(tension) + 1, 2.01 * math.sqrt(tension) + 20, 400)
+    values = 2.002 * math.sqrt(tension) + numpy.linspace(0, 20, 400)
     after = next(i for i in range(1, 400) if off(values[i]) * off(values[i - 1]) < 0)
     return least_root(off, values[after - 1], values[after])
 
@@ -210,7 +210,7 @@ class BranchPoints(SolvedScenes):
                 motion = f'translation_formula = ["0", "0", "pulled*t"], rotation_formula = ["0", "0", "angle*t"]'
                 text = HEAD + number("angle", "1/s") + f'pulled = {{value = {stretch!r}, unit = "m/s"}}\n'
                 text += rod("rod", 1.0, n, E, r, (0, 0, 1), (1, 0, 0), 'start = "clamped"\nend = "clamped"\nend_motion = {' + motion + "}", shear_modulus=G)
-                turns.append(self.first_branch(text, "--along", "constants.angle.value", "--from", 0.5 * exact, "--to", 1.1 * exact, "--points", 40))
+                turns.append(self.first_branch(text, "--along", "constants.angle.value", "--from", 0.5 * exact, "--to", 1.1 * exact, "--points", 200, "--step", 0.5))
             self.assert_second_order(f"helix, T = {tension:g} B/L^2", turns, exact)
 
     def test_lees_frame(self):
