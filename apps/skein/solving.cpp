@@ -2,6 +2,7 @@
 
 #include "core/memory.hpp"
 #include "core/timer.hpp"
+#include "kernels/physics_passes.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
 #include "simulation/machine.hpp"
@@ -27,6 +28,12 @@ void refuse_parts(const Plan& plan, const Communicator& comm) {
     if (plan.acts_between_rods() && comm.size() > 1)
         throw InputError("rods that may touch each other are solved for together, on one rank: start without mpirun, "
                          "or with -n 1");
+    for (const auto& group : plan.groups)
+        for (const PassSpec& spec : group.program)
+            if (const auto* apply = spec.get<pass::ApplyLoad>(); apply && apply->load.acts_last())
+                throw InputError(fmt::format("a load '{}' answers all other loads and holds bodies in many places, so "
+                                             "that no equilibrium can be solved for: run the scene to rest",
+                                             apply->load.kind()));
 }
 
 } // namespace
