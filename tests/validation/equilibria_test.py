@@ -2,6 +2,8 @@
 
 import unittest
 
+import numpy
+
 from solved_scenes import SolvedScenes, clamped_tip, of_circle, of_rectangle, rod
 
 TIP = '[[probe]]\nname = "tip"\nof = "rod"\n'
@@ -34,6 +36,28 @@ class Equilibria(SolvedScenes):
         tips = [self.at_rest(clamped(n, force, length, E, section, normal=(0, half, half), shear_modulus=G)) for n in (10, 20, 40)]
         for name, value in (("y", exact[1]), ("z", exact[2])):
             self.assert_second_order(f"Princeton beam, {name}", [tip[f"tip_{name}"] for tip in tips], value, length)
+
+    def assert_relaxed_run_ends_there(self, name, bodies, length):
+        """Every node of the last checkpoint of a run with time.relax to 1e-9 lengths."""
+        self.solve("equilibrium", "rest", "[time]\nduration = 1.0\n" + bodies)
+        self.scene.write_text("[time]\nduration = 400000\nrelax = true\nrelax_tolerance = 1e-14\n" + bodies)
+        self.run_alone("relaxed")
+        rest, relaxed = self.state("rest"), self.state("relaxed")
+        self.assertEqual(rest.keys(), relaxed.keys())
+        for group in rest:
+            off = numpy.abs(rest[group]["state"][..., :3] - relaxed[group]["state"][..., :3]).max() / length
+            print(f"  {name}, '{group}': {off:.1e} of the length from the rest of a relaxed run")
+            self.assertLess(off, 1e-9, group)
+
+    def test_relaxed_runs_end_there(self):
+        weight = '[[load]]\nkind = "gravity"\nacceleration = [0, 0, -3.0]\n'
+        self.assert_relaxed_run_ends_there("cantilever", rod("rod", 0.5, 20, 2e6, 5e-3, more='start = "clamped"') + weight, 0.5)
+        arm = rod("arm", 0.5, 12, 1e7, 0.01, more='start = "clamped"') + rod("hand", 0.4, 10, 1e7, 0.01)
+        arm = arm.rstrip().removesuffix("}") + ', origin = [0.5, 0, 0]}\n'
+        joint = '[[joint]]\nkind = "hinge"\nbetween = ["arm", "hand"]\naxis = [0, 1, 0]\nstiffness = 1e4\ntorsional_stiffness = 10.0\nspring = 0.5\n'
+        self.assert_relaxed_run_ends_there("joined", arm + joint + weight, 0.5)
+        corner = joint.replace("hinge", "fixed").split("axis")[0]
+        self.assert_relaxed_run_ends_there("one of two", arm + corner + weight, 0.5)
 
 
 if __name__ == "__main__":
