@@ -34,7 +34,8 @@ int equilibrium_command(EquilibriumArguments arguments, int& argc, char**& argv)
         const double time = arguments.time >= 0 ? arguments.time : solved.scene.time.duration;
         const EquilibriumReport report = find_and_tell(solved, at_rest, time, quiet);
         solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
-        if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
+        if (solved.simulation->idle()) tell_idle(solved, arguments.run);
+        else if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
         if (comm.root() && arguments.run.json) print_document(document_of(report, solved.out));
         return static_cast<int>(arguments.stable && report.unstable > 0 ? Exit::unstable : Exit::done);
     });

@@ -64,14 +64,15 @@ int find_and_write_modes(const Communicator& comm, const ModesArguments& argumen
     find_and_tell(solved, at_rest, arguments.time >= 0 ? arguments.time : solved.scene.time.duration, quiet);
     const ModesReport report = find_modes(at_rest, arguments.count);
     solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
-    on_root(comm, [&] { write_file(solved.out + "/modes.csv", to_csv(report)); });
+    if (!solved.simulation->idle()) on_root(comm, [&] { write_file(solved.out + "/modes.csv", to_csv(report)); });
     if (comm.root() && !quiet) std::printf("%s", to_text(report).c_str());
     int number = 0;
     for (const PieceMode& mode : report.modes) {
-        if (mode.mode.neutral || ++number > arguments.movies) continue;
+        if (solved.simulation->idle() || mode.mode.neutral || ++number > arguments.movies) continue;
         write_movie(comm, arguments, at_rest, mode, fmt::format("{}/mode_{}", solved.out, number));
     }
-    if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
+    if (solved.simulation->idle()) tell_idle(solved, arguments.run);
+    else if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
     if (comm.root() && arguments.run.json) print_document(document_of(report, solved.out));
     return static_cast<int>(Exit::done);
 }

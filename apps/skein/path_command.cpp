@@ -13,6 +13,9 @@
 #include <cmath>
 #include <cstdio>
 #include <limits>
+#include <map>
+#include <utility>
+#include <vector>
 
 namespace skein {
 
@@ -39,6 +42,21 @@ private:
     int count_ = 0;
 };
 
+/// Slots of the pieces of a scene, and their places in a case of all of its bodies.
+std::vector<std::pair<Slot<1>*, std::size_t>> slots_in(const StaticCase& all, StaticScene& at_rest) {
+    std::map<std::int64_t, std::size_t> first; // by rod
+    for (std::size_t i = 0; i < all.rods.size(); ++i) first[all.rods[i].gid] = all.system->first_slot(i);
+    std::vector<std::pair<Slot<1>*, std::size_t>> slots;
+    for (StaticPiece& piece : at_rest.pieces())
+        for (std::size_t i = 0; i < piece.rods.size(); ++i) {
+            const std::size_t begin = piece.system->first_slot(i);
+            const std::size_t there = first.at(at_rest.world().rods().local()[piece.rods[i]].gid);
+            for (std::size_t k = begin; k < piece.system->first_slot(i + 1); ++k)
+                slots.emplace_back(&piece.state.slot[k], there + k - begin);
+        }
+    return slots;
+}
+
 } // namespace
 
 int follow_and_write_path(const Communicator& comm, const PathArguments& arguments) {
@@ -50,6 +68,7 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
     double time = arguments.time;
     SolvedScene solved = solved_scene(comm, arguments.run, "_path", [&](SceneSpec& scene) {
         options.from = std::isnan(arguments.from) ? number_at(scene, arguments.key) : arguments.from;
+        if (options.from == options.to) throw InputError("--to is where the path begins; give another value");
         if (time < 0) time = scene.time.duration;
         scene.time.dt = 0;
         const double dt = make_plan(scene, make_groups(scene), {}).dt; // a frame for each point
@@ -57,16 +76,16 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
         scene.time.duration = arguments.points * dt;
         scene.output.trajectory = scene.output.series = dt;
     });
-    if (options.from == options.to) throw InputError("--to is where the path begins; give another value");
+    if (solved.simulation->idle()) return tell_idle(solved, arguments.run);
     options.step = std::min(arguments.step, options.largest_step);
     options.largest_step = arguments.step;
     text.overrides.push_back(fmt::format("{}={:.17g}", arguments.key, options.from));
     SceneFamily family(text, solved.machine, time, arguments.key);
 
     StaticScene at_rest(solved.simulation->world());
-    StaticState state;
-    for (const StaticPiece& piece : at_rest.pieces())
-        state.slot.insert(state.slot.end(), piece.state.slot.begin(), piece.state.slot.end());
+    const auto slots = slots_in(family.case_at(options.from), at_rest);
+    StaticState state{std::vector<Slot<1>>(slots.size()), {}};
+    for (const auto& [slot, place] : slots) state.slot[place] = *slot;
     StaticSystem& first = family.at(options.from);
     first.refresh(state);
     NewtonSolver newton(first, {});
@@ -84,9 +103,7 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
         StaticCase& now = family.case_at(point->value);
         Plan plan = world.plan;
         world.change(make_groups(now.scene), std::move(plan));
-        std::size_t slot = 0;
-        for (StaticPiece& piece : at_rest.pieces())
-            for (Slot<1>& one : piece.state.slot) one = path.state().slot[slot++];
+        for (const auto& [slot, place] : slots) *slot = path.state().slot[place];
         at_rest.put_back();
         table.add(*point, branch, solved.simulation->observation().values());
         if (!quiet)

@@ -71,4 +71,10 @@ EquilibriumReport find_and_tell(const SolvedScene& solved, StaticScene& at_rest,
     return report;
 }
 
+int tell_idle(const SolvedScene& solved, const RunArguments& arguments) {
+    if (solved.simulation->world().comm.root() && !arguments.options.quiet)
+        std::printf("Nothing to do: results are in %s, and stay as they are\n", solved.out.c_str());
+    return static_cast<int>(Exit::done);
+}
+
 } // namespace skein

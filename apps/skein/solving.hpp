@@ -30,4 +30,7 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
 /// Finds the equilibrium and prints how. Throws NumericalError where there is none. Collective.
 EquilibriumReport find_and_tell(const SolvedScene& solved, StaticScene& at_rest, double time, bool quiet);
 
+/// Says that results are there and stay as they are, which exits well.
+int tell_idle(const SolvedScene& solved, const RunArguments& arguments);
+
 } // namespace skein

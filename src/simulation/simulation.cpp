@@ -171,10 +171,15 @@ RunResult Simulation::go_to_end(const std::function<void(World&)>& change) {
 RunResult Simulation::go_through(const std::function<bool(World&)>& change) { return go_by(1, change); }
 
 RunResult Simulation::go_by(std::int64_t steps, const std::function<bool(World&)>& change) {
+    if (idle_) return {Exit::done, world_.clock.done(), world_.digest()};
     for (const auto& output : outputs_)
         if (first_step_ == 0 && output->due(now())) write(*output);
     setup_s_ = wall_seconds() - started_;
+    const Rods* rods = &world_.rods();
     while (world_.clock.done() < last_step_ && change(world_)) {
+        if (rods != &world_.rods()) // others took their places, with other numbers of the scene
+            for (const auto& output : outputs_) output->rebind(world_.rods());
+        rods = &world_.rods();
         const std::int64_t step = std::min(last_step_, world_.clock.done() + steps);
         world_.clock = Clock(world_.plan.dt, step, world_.plan.integrator, world_.clock.shift());
         for (const auto& output : outputs_)
