@@ -1,0 +1,184 @@
+"""skein equilibrium, modes and path as their users meet them: results, refusals, what is said and the same bits of any layout."""
+
+import csv
+import json
+import unittest
+
+import numpy
+
+from driver import DriverTest, launch
+
+# Cantilevers of two groups, one of them a copy of an assembly of two rods with a hinge; a probe at a tip.
+BODIES = """
+[time]
+duration = 1.0
+[[rods]]
+name = "reeds"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 2e6}
+section.radius = 5e-3
+shape = {length = 0.5, elements = 12}
+placement = {kind = "line", counts = [5], spacing = [0.1], tangent = [1, 0, 0], normal = [0, 0, 1]}
+[[assembly]]
+name = "arm"
+placement = {kind = "list", origins = [[0, 1, 0], [0, 2, 0], [0, 3, 0]], tangents = [[0, 0, 1], [0, 0, 1], [0, 0.6, 0.8]]}
+[[rods]]
+name = "upper"
+assembly = "arm"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e7}
+section.radius = 0.01
+shape = {length = 0.5, elements = 8}
+placement.tangent = [1, 0, 0]
+[[rods]]
+name = "lower"
+assembly = "arm"
+material = {density = 1000.0, youngs_modulus = 1e7}
+section.radius = 0.01
+shape = {length = 0.5, elements = 6}
+placement = {origin = [0.5, 0, 0], tangent = [1, 0, 0]}
+[[joint]]
+kind = "hinge"
+between = ["upper", "lower"]
+axis = [0, 1, 0]
+stiffness = 1e4
+torsional_stiffness = 10.0
+spring = 0.5
+[[load]]
+kind = "gravity"
+acceleration = [0, 0, -2.0]
+[[probe]]
+name = "tip"
+of = "reeds"
+number = 2
+[output]
+series = 1.0
+"""
+
+COLUMN = """
+[time]
+duration = 1.0
+[[rods]]
+name = "column"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e6}
+section.radius = 0.01
+shape = {length = 1.0, elements = 16}
+[[load]]
+kind = "end_force"
+end = [0, 0, -0.004]
+[output]
+series = 1.0
+"""  # bears 0.0194 N
+
+ALONG = ("--along", "load.0.end.2", "--to", -0.03, "--points", 12)
+
+
+class Solving(DriverTest):
+    def solve(self, command, out, *arguments, text=BODIES, **layout):
+        self.scene.write_text(text)
+        arguments = ("--along", "load.0.acceleration.2", "--to", -4.0, "--points", 6, *arguments) if command == "path" and text == BODIES else arguments
+        return self.skein_says(command, self.scene, "--out", self.directory / out, "--threads", layout.pop("threads", 1), *arguments, **layout)
+
+    def rows(self, out, name):
+        with open(self.directory / out / name, newline="") as file:
+            return list(csv.DictReader(file))
+
+    def test_results_are_those_of_a_run(self):
+        self.solve("equilibrium", "rest")
+        rows = self.series("rest")
+        self.assertEqual(len(rows), 2, "a row at the start and one at the end")
+        self.assertTrue(self.summary("rest")["finished"])
+        self.assertEqual(rows["kinetic_translationJ"][-1], 0)
+        self.assertLess(rows["tip_zm"][-1], -1e-3)
+        self.solve("modes", "modes", "--count", 3, "--movies", 1)
+        frequencies = [float(row["frequency[Hz]"]) for row in self.rows("modes", "modes.csv")]
+        self.assertEqual(frequencies, sorted(frequencies))
+        self.assertEqual(len(frequencies), 3)
+        self.assertTrue((self.directory / "modes/mode_1/summary.json").exists())
+        self.solve("path", "path")
+        rows = self.rows("path", "path.csv")
+        self.assertEqual(float(rows[0]["load.0.acceleration.2"]), -2)
+        self.assertEqual(len(rows), len(self.series("path")) - 1)
+        for name in ("tip_z[m]", "residual[-]"):
+            self.assertIn(name, rows[0])
+
+    def test_results_that_exist_are_safe(self):
+        for command in ("equilibrium", "modes", "path"):
+            self.solve(command, command)
+            files = sorted(path.name for path in (self.directory / command).iterdir())
+            before = self.digest(command)
+            again = self.solve(command, command)
+            self.assertEqual(self.digest(command), before, again.stdout)
+            self.assertEqual(sorted(path.name for path in (self.directory / command).iterdir()), files)
+            self.solve(command, command, "--set", "load.0.acceleration=[0, 0, -3.0]", expect=2)
+            self.assertEqual(self.digest(command), before, "refused without harm")
+            self.solve(command, command, "--set", "load.0.acceleration=[0, 0, -3.0]", "--overwrite")
+            self.assertNotEqual(self.digest(command), before)
+            self.assertEqual(json.loads((self.directory / command / "previous_1/summary.json").read_text())["digest"], before)
+
+    def test_one_document(self):
+        for command, key in (("equilibrium", "residual"), ("modes", "modes"), ("equilibrium", "iterations")):
+            done = self.solve(command, f"{command}_{key}", "--json")
+            self.assertIn(key, json.loads(done.stdout))
+            self.assertIn("Newton", done.stderr)
+
+    def test_what_is_wrong_is_named(self):
+        for command, arguments, words in (
+                ("equilibrium", ("--set", "rods.reeds.material.stiffnes=1"), "stiffnes"),
+                ("equilibrium", ("--time", "soon"), "--time"), ("modes", ("--count", "0"), "--count"), ("modes", ("--count", "many"), "--count"),
+                ("path", ("--along", "load.0.end.7", "--to", "1"), "load.0.end.7"), ("path", ("--along", "load.0.kind", "--to", "1"), "load.0.kind"),
+                ("path", ("--along", "rods.none.shape.length", "--to", "1"), "rods.none.shape.length"), ("path", ("--along", "load.0.end.2"), "--to"),
+                ("path", ("--to", "1"), "--along"), ("path", ("--along", "load.0.end.2", "--to", "-0.004"), "--to"),
+                ("path", (*ALONG, "--branch", "3"), "--branch"), ("path", (*ALONG, "--step", "-1"), "--step")):
+            done = self.solve(command, "wrong", *arguments, text=COLUMN, expect=2)
+            self.assertIn(words, done.stderr, (command, arguments))
+            self.assertFalse((self.directory / "wrong").exists(), (command, arguments))
+
+    def test_what_cannot_be_solved_is_refused(self):
+        free = COLUMN.replace('start = "clamped"\n', "").replace('kind = "end_force"\nend = [0, 0, -0.004]', 'kind = "gravity"\nacceleration = [0, 0, -9.81]')
+        done = self.solve("equilibrium", "free", text=free, expect=4)
+        self.assertRegex(done.stderr, r"nothing balances the loads on the translation along \(-?\S+, -?\S+, -?1\) of 'column'")
+        touching = COLUMN + '[contact]\nlaw = "hertz"\nstiffness = 1e5\n'
+        self.assertIn("time.relax", self.solve("equilibrium", "touching", text=touching, expect=2).stderr)
+        plane = free + '[[load]]\nkind = "anisotropic_plane"\nstiffness = 10.0\n'
+        self.assertIn("anisotropic_plane", self.solve("equilibrium", "plane", text=plane, expect=2).stderr)
+        done = self.solve("path", "ranks", *ALONG, text=COLUMN, ranks=2, expect=2)
+        self.assertIn("without mpirun", done.stderr)
+
+    def test_stability_is_told(self):
+        self.solve("equilibrium", "stable", "--stable", text=COLUMN)
+        done = self.solve("equilibrium", "unstable", "--stable", "--set", "load.0.end=[0, 0, -0.03]", text=COLUMN, expect=10)
+        self.assertIn("unstable", done.stdout)
+        self.solve("equilibrium", "allowed", "--set", "load.0.end=[0, 0, -0.03]", text=COLUMN)
+
+    def test_a_path_leaves_at_a_branch_point(self):
+        for side in (1, -1):
+            self.solve("path", f"branch{side}", "--along", "load.0.end.2", "--to", -0.03, "--points", 60, "--branch", side, text=COLUMN)
+            rows = self.rows(f"branch{side}", "path.csv")
+            self.assertIn("1", {row["branch"] for row in rows})
+            self.assertEqual({row["negative"] for row in rows if row["branch"] == "1"}, {"0"}, "the bent column is stable")
+
+    def test_a_branch_goes_on_from_it(self):
+        self.solve("equilibrium", "rest")
+        self.skein_says("branch", self.directory / "rest", self.directory / "on", "--set", "time.duration=1e-3", "--set", "output.series=1e-3", "--set", "start.time=zero")
+        self.skein_says("run", self.directory / "on", "--threads", 1)
+        rest, on = self.series("rest"), numpy.atleast_1d(self.series("on"))
+        self.assertLess(abs(on["tip_zm"][-1] - rest["tip_zm"][-1]), 1e-9)
+
+    def test_bits_are_those_of_any_layout(self):
+        for command in ("equilibrium", "modes"):
+            self.solve(command, f"{command}1")
+            for ranks, threads in ((1, 2), (2, 1), (4, 1), (2, 2)):
+                out = f"{command}{ranks}x{threads}"
+                self.solve(command, out, ranks=ranks, threads=threads)
+                self.assertEqual(self.digest(out), self.digest(f"{command}1"), out)
+                for name in ("observables.csv", "modes.csv") if command == "modes" else ("observables.csv",):
+                    self.assertEqual(self.rows(out, name), self.rows(f"{command}1", name), f"{name} of {out}")
+        self.solve("path", "path1")
+        self.solve("path", "path2", threads=2)
+        self.assertEqual(self.rows("path1", "path.csv"), self.rows("path2", "path.csv"))
+
+
+if __name__ == "__main__":
+    unittest.main()
