@@ -12,7 +12,7 @@ namespace skein {
 
 namespace {
 
-nlohmann::ordered_json document_of(const EquilibriumReport& report, const std::string& out) {
+nlohmann::ordered_json equilibrium_document(const EquilibriumReport& report, const std::string& out) {
     return {{"pieces", report.pieces},           {"unknowns", report.unknowns},
             {"load_steps", report.load_steps},   {"iterations", report.iterations},
             {"residual", report.residual},       {"unstable_pieces", report.unstable},
@@ -36,7 +36,7 @@ int equilibrium_command(EquilibriumArguments arguments, int& argc, char**& argv)
         solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
         if (solved.simulation->idle()) tell_idle(solved, arguments.run);
         else if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
-        if (comm.root() && arguments.run.json) print_document(document_of(report, solved.out));
+        if (comm.root() && arguments.run.json) print_document(equilibrium_document(report, solved.out));
         return static_cast<int>(arguments.stable && report.unstable > 0 ? Exit::unstable : Exit::done);
     });
 }

@@ -44,7 +44,7 @@ void write_movie(const Communicator& comm, const ModesArguments& arguments, cons
     });
 }
 
-nlohmann::ordered_json document_of(const ModesReport& report, const std::string& out) {
+nlohmann::ordered_json modes_document(const ModesReport& report, const std::string& out) {
     nlohmann::ordered_json modes = nlohmann::ordered_json::array();
     for (const PieceMode& one : report.modes)
         if (!one.mode.neutral)
@@ -73,7 +73,7 @@ int find_and_write_modes(const Communicator& comm, const ModesArguments& argumen
     }
     if (solved.simulation->idle()) tell_idle(solved, arguments.run);
     else if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
-    if (comm.root() && arguments.run.json) print_document(document_of(report, solved.out));
+    if (comm.root() && arguments.run.json) print_document(modes_document(report, solved.out));
     return static_cast<int>(Exit::done);
 }
 

@@ -42,6 +42,12 @@ private:
     int count_ = 0;
 };
 
+void print(const PathPoint& point) {
+    std::printf("  %-8s %14.6g   %s%s\n", std::string(nth(path_place_names, point.place)).c_str(), point.value,
+                point.negative > 0 ? "unstable" : "stable",
+                point.negative > 0 ? fmt::format(", {} directions", point.negative).c_str() : "");
+}
+
 /// Slots of the pieces of a scene, and their places in a case of all of its bodies.
 std::vector<std::pair<Slot<1>*, std::size_t>> slots_in(const StaticCase& all, StaticScene& at_rest) {
     std::map<std::int64_t, std::size_t> first; // by rod
@@ -106,10 +112,7 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
         for (const auto& [slot, place] : slots) *slot = path.state().slot[place];
         at_rest.put_back();
         table.add(*point, branch, solved.simulation->observation().values());
-        if (!quiet)
-            std::printf("  %-8s %14.6g   %s%s\n", std::string(nth(path_place_names, point->place)).c_str(),
-                        point->value, point->negative > 0 ? "unstable" : "stable",
-                        point->negative > 0 ? fmt::format(", {} directions", point->negative).c_str() : "");
+        if (!quiet) print(*point);
         if (point->place == PathPlace::branch && arguments.branch != 0 && !switched) {
             switched = true;
             if (path.switch_branch(arguments.branch)) ++branch;

@@ -66,8 +66,8 @@ EquilibriumReport find_and_tell(const SolvedScene& solved, StaticScene& at_rest,
     const Communicator& comm = solved.simulation->world().comm;
     if (comm.root() && !quiet) std::printf("%s", to_text(report).c_str());
     if (!report.found)
-        throw NumericalError(
-            fmt::format("no equilibrium was found beyond {:.4g} of the loads: {}", report.share, report.reason));
+        throw NumericalError(fmt::format("no equilibrium was found: only {:.4g} of the loads are balanced; {}",
+                                         report.share, report.reason));
     return report;
 }
 

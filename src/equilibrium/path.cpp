@@ -119,10 +119,26 @@ PathFollower::locate(const Place& from, double length, bool (*passed)(const Plac
     return found;
 }
 
+PathPoint PathFollower::point(PathPlace place) const {
+    return {now_.value, length_, place, now_.negative, now_.iterations, now_.residual};
+}
+
+std::optional<PathPoint> PathFollower::end_of_range(const Place& beyond, double made, double end) {
+    over_ = true;
+    const double share = (end - now_.value) / (beyond.value - now_.value);
+    std::optional<Place> last = step(now_, now_.tangent, share * made);
+    if (!last) return {};
+    NewtonSolver newton(family_.at(end), {});
+    family_.at(end).lead_ends(last->state);
+    newton.solve(last->state, Unknown::Zero(family_.at(end).unknowns()));
+    last->value = end;
+    find_tangent(*last, now_.tangent);
+    now_ = std::move(*last);
+    length_ += share * made;
+    return point(PathPlace::end);
+}
+
 std::optional<PathPoint> PathFollower::next() {
-    const auto point = [&](PathPlace place) {
-        return PathPoint{now_.value, length_, place, now_.negative, now_.iterations, now_.residual};
-    };
     if (over_ || !reason_.empty()) return {};
     if (!started_) {
         started_ = true;
@@ -149,20 +165,7 @@ std::optional<PathPoint> PathFollower::next() {
     const double back = options_.from - (options_.to - options_.from), low = std::min(back, options_.to),
                  high = std::max(back, options_.to);
     if (there->value < low || there->value > high) {
-        over_ = true;
-        const double end = there->value < low ? low : high;
-        const double share = (end - now_.value) / (there->value - now_.value);
-        if (auto last = step(now_, now_.tangent, share * made)) {
-            NewtonSolver newton(family_.at(end), {});
-            family_.at(end).lead_ends(last->state);
-            newton.solve(last->state, Unknown::Zero(family_.at(end).unknowns()));
-            last->value = end;
-            find_tangent(*last, now_.tangent);
-            now_ = std::move(*last);
-            length_ += share * made;
-            return point(PathPlace::end);
-        }
-        return {};
+        return end_of_range(*there, made, there->value < low ? low : high);
     }
     const auto turned = [](const Place& a, const Place& b) { return a.tangent.p * b.tangent.p < 0; };
     const auto changed = [](const Place& a, const Place& b) { return a.negative != b.negative; };

@@ -83,6 +83,10 @@ private:
     std::optional<Place> locate(const Place& from, double length, bool (*passed)(const Place& from, const Place& to),
                                 double& at);
 
+    PathPoint point(PathPlace place) const;
+    /// Point where a step of length `made`, which goes beyond it, leaves the range.
+    std::optional<PathPoint> end_of_range(const Place& beyond, double made, double end);
+
     PathFamily& family_;
     PathOptions options_;
     Place now_;
