@@ -37,6 +37,15 @@ class Equilibria(SolvedScenes):
         for name, value in (("y", exact[1]), ("z", exact[2])):
             self.assert_second_order(f"Princeton beam, {name}", [tip[f"tip_{name}"] for tip in tips], value, length)
 
+    def test_an_end_that_turns_far(self):
+        """A clamp that turns by more than half a turn: energy C angle^2/(2 L) of the twist, in as many turns."""
+        bending, _ = of_circle(1e9, 0.01, 4e8)
+        for angle in (1.0, 3.0, 5.6, 8.0, 20.0):
+            text = '[time]\nduration = 1.0\n[output]\nseries = 1.0\n'
+            text += rod("rod", 1.0, 20, 1e9, 0.01, more='start = "clamped"\nend = "clamped"\nend_motion = {times = [0, 1], '
+                        f'translation = [[0, 0, 0], [0, 0, 0]], rotation = [[0, 0, 0], [{angle}, 0, 0]]}}', shear_modulus=4e8)
+            self.assertAlmostEqual(self.at_rest(text)["elastic_twist"] / (bending[2] * angle**2 / 2), 1, delta=1e-9)
+
     def assert_relaxed_run_ends_there(self, name, bodies, length):
         """Every node of the last checkpoint of a run with time.relax to 1e-9 lengths."""
         self.solve("equilibrium", "rest", "[time]\nduration = 1.0\n" + bodies)
