@@ -12,6 +12,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <limits>
 #include <map>
 #include <utility>
@@ -42,6 +43,15 @@ private:
     int count_ = 0;
 };
 
+/// A path is not gone on with.
+void refuse_results(const RunArguments& run) {
+    const std::string out = run.options.out.empty() ? default_out(run.scene.file) + "_path" : run.options.out;
+    if (!run.options.overwrite && std::filesystem::exists(out + "/path.csv"))
+        throw InputError(fmt::format("{} has the results of a path: --overwrite follows it again and keeps them in a "
+                                     "folder, --out names another directory",
+                                     out));
+}
+
 void print(const PathPoint& point) {
     std::printf("  %-8s %14.6g   %s%s\n", std::string(nth(path_place_names, point.place)).c_str(), point.value,
                 point.negative > 0 ? "unstable" : "stable",
@@ -67,6 +77,7 @@ std::vector<std::pair<Slot<1>*, std::size_t>> slots_in(const StaticCase& all, St
 
 int follow_and_write_path(const Communicator& comm, const PathArguments& arguments) {
     if (comm.size() > 1) throw InputError("skein path follows one scene on one rank: start it without mpirun");
+    refuse_results(arguments.run);
     const bool quiet = arguments.run.options.quiet;
     SceneText text{arguments.run.scene.file, text_for_all(comm, arguments.run.scene.file),
                    arguments.run.scene.overrides};
@@ -82,7 +93,6 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
         scene.time.duration = arguments.points * dt;
         scene.output.trajectory = scene.output.series = dt;
     });
-    if (solved.simulation->idle()) return tell_idle(solved, arguments.run);
     options.step = std::min(arguments.step, options.largest_step);
     options.largest_step = arguments.step;
     text.overrides.push_back(fmt::format("{}={:.17g}", arguments.key, options.from));
@@ -103,7 +113,7 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
     PathTable table(arguments.key, solved.simulation->observation().names());
     int branch = 0;
     bool switched = false;
-    solved.simulation->go_through([&](World& world) {
+    const RunResult result = solved.simulation->go_through([&](World& world) {
         std::optional<PathPoint> point = path.next();
         if (!point) return false;
         StaticCase& now = family.case_at(point->value);
@@ -122,7 +132,7 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
     write_file(solved.out + "/path.csv", table.text());
     if (!quiet && !path.reason().empty()) std::printf("The path ends: %s\n", path.reason().c_str());
     if (!quiet) std::printf("Written: %s\n", solved.out.c_str());
-    return static_cast<int>(Exit::done);
+    return static_cast<int>(result.code);
 }
 
 } // namespace skein

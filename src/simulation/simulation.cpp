@@ -176,7 +176,8 @@ RunResult Simulation::go_by(std::int64_t steps, const std::function<bool(World&)
         if (first_step_ == 0 && output->due(now())) write(*output);
     setup_s_ = wall_seconds() - started_;
     const Rods* rods = &world_.rods();
-    while (world_.clock.done() < last_step_ && change(world_)) {
+    bool stopped = false;
+    while (!stopped && world_.clock.done() < last_step_ && change(world_)) {
         if (rods != &world_.rods()) // others took their places, with other numbers of the scene
             for (const auto& output : outputs_) output->rebind(world_.rods());
         rods = &world_.rods();
@@ -184,10 +185,11 @@ RunResult Simulation::go_by(std::int64_t steps, const std::function<bool(World&)
         world_.clock = Clock(world_.plan.dt, step, world_.plan.integrator, world_.clock.shift());
         for (const auto& output : outputs_)
             if (output->due(now())) write(*output);
+        stopped = step < last_step_ && world_.comm.max(static_cast<std::int64_t>(stop_requested())) > 0;
     }
     write(*checkpoints_);
     write_end(false);
-    const RunResult result{Exit::done, world_.clock.done(), digest_at_end()};
+    const RunResult result{stopped ? Exit::limit : Exit::done, world_.clock.done(), digest_at_end()};
     write_summary(result);
     return result;
 }
