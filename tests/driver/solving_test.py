@@ -2,11 +2,12 @@
 
 import csv
 import json
+import subprocess
 import unittest
 
 import numpy
 
-from driver import DriverTest, launch
+from driver import SKEIN, DriverTest
 
 # Cantilevers of two groups, one of them a copy of an assembly of two rods with a hinge; a probe at a tip.
 BODIES = """
@@ -108,7 +109,7 @@ class Solving(DriverTest):
             self.solve(command, command)
             files = sorted(path.name for path in (self.directory / command).iterdir())
             before = self.digest(command)
-            again = self.solve(command, command)
+            again = self.solve(command, command, expect=2 if command == "path" else 0)
             self.assertEqual(self.digest(command), before, again.stdout)
             self.assertEqual(sorted(path.name for path in (self.directory / command).iterdir()), files)
             self.solve(command, command, "--set", "load.0.acceleration=[0, 0, -3.0]", expect=2)
@@ -116,6 +117,17 @@ class Solving(DriverTest):
             self.solve(command, command, "--set", "load.0.acceleration=[0, 0, -3.0]", "--overwrite")
             self.assertNotEqual(self.digest(command), before)
             self.assertEqual(json.loads((self.directory / command / "previous_1/summary.json").read_text())["digest"], before)
+
+    def test_a_path_stops_when_it_is_told(self):
+        self.scene.write_text(BODIES)
+        words = [SKEIN, "path", self.scene, "--out", self.directory / "long", "--threads", 1, "--along", "load.0.acceleration.2", "--to", -40,
+                 "--points", 1000000, "--step", 1e-5]
+        running = subprocess.Popen([str(word) for word in words], stdout=subprocess.PIPE, stderr=subprocess.STDOUT)
+        running.stdout.readline()
+        running.terminate()
+        running.communicate(timeout=20)
+        self.assertEqual(running.returncode, 3)
+        self.assertEqual(len(self.rows("long", "path.csv")), self.summary("long")["steps"])
 
     def test_one_document(self):
         for command, key in (("equilibrium", "residual"), ("modes", "modes"), ("equilibrium", "iterations")):
