@@ -312,38 +312,41 @@ NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& ba
     if (all_gripped_) return found;
     const Stiffness& stiffness = *balance.stiffness;
     std::vector<std::vector<int>> all = pieces(stiffness);
-    const Eigen::MatrixXd motions = rigid_motions(all, state);
-    const Eigen::MatrixXd resisted = stiffness * motions, terms = stiffness.cwiseAbs() * motions.cwiseAbs();
-    for (std::vector<int>& piece : all) {
+    Eigen::MatrixXd motions = rigid_motions(all, state);
+    const auto seven = motions.cols();
+    std::vector<Eigen::Index> ranks;
+    for (const std::vector<int>& piece : all) {
+        // Orthonormal before it is asked what they meet: a turn less a spin may move a straight rod by next to nothing.
         const auto count = static_cast<Eigen::Index>(piece.size());
-        Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::max(count, motions.cols()), motions.cols()),
-                        own(count, motions.cols());
+        Eigen::MatrixXd own(count, seven);
+        for (Eigen::Index r = 0; r < count; ++r) own.row(r) = motions.row(piece[static_cast<std::size_t>(r)]);
+        Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(own);
+        qr.setThreshold(1e-9);
+        own.setZero();
+        ranks.push_back(qr.rank());
+        own.leftCols(qr.rank()) = qr.householderQ() * Eigen::MatrixXd::Identity(count, qr.rank());
+        for (Eigen::Index r = 0; r < count; ++r) motions.row(piece[static_cast<std::size_t>(r)]) = own.row(r);
+    }
+    const Eigen::MatrixXd resisted = stiffness * motions, terms = stiffness.cwiseAbs() * motions.cwiseAbs();
+    for (std::size_t p = 0; p < all.size(); ++p) {
+        std::vector<int>& piece = all[p];
+        const auto count = static_cast<Eigen::Index>(piece.size()), rank = ranks[p];
+        Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::max(count, rank), rank), own(count, rank);
         for (Eigen::Index r = 0; r < count; ++r) {
             const int u = piece[static_cast<std::size_t>(r)];
             const double lever = unknowns_.place(u).i < 3 ? 1 : length_;
             const double change = 1e-7 * balance.force_size * lever / length_,
-                         rounding = 1e-13 * terms.row(u).maxCoeff();
-            rows.row(r) = resisted.row(u) / std::max({change, rounding, 1e-300});
-            own.row(r) = motions.row(u);
+                         rounding = 1e-13 * std::sqrt(static_cast<double>(count)) * terms.row(u).maxCoeff();
+            rows.row(r) = resisted.row(u).head(rank) / std::max({change, rounding, 1e-300});
+            own.row(r) = motions.row(u).head(rank);
         }
         const Eigen::HouseholderQR<Eigen::MatrixXd> upper(rows);
-        const Eigen::MatrixXd triangle = upper.matrixQR().topRows(motions.cols()).triangularView<Eigen::Upper>();
+        const Eigen::MatrixXd triangle = upper.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
         const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
-        std::vector<Eigen::Index> free;
-        for (Eigen::Index m = 0; m < motions.cols(); ++m)
-            if (svd.singularValues()[m] < std::sqrt(static_cast<double>(count))) free.push_back(m);
-        Eigen::MatrixXd some(count, static_cast<Eigen::Index>(free.size()));
-        for (std::size_t m = 0; m < free.size(); ++m)
-            some.col(static_cast<Eigen::Index>(m)) = own * svd.matrixV().col(free[m]);
-        if (free.empty()) continue;
-        // Motions that move nothing free are none.
-        Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(some);
-        if (qr.maxPivot() < 1e-9 * own.norm()) continue;
-        qr.setThreshold(1e-9);
-        const Eigen::Index rank = qr.rank();
-        if (rank == 0) continue;
-        const Eigen::MatrixXd basis = qr.householderQ() * Eigen::MatrixXd::Identity(count, rank);
-        found.pieces.push_back({std::move(piece), basis});
+        Eigen::Index resisting = 0;
+        while (resisting < rank && svd.singularValues()[resisting] >= 1) ++resisting;
+        if (resisting == rank) continue;
+        found.pieces.push_back({std::move(piece), own * svd.matrixV().rightCols(rank - resisting)});
     }
     return found;
 }
