@@ -3,6 +3,7 @@
 #include "core/memory.hpp"
 #include "core/timer.hpp"
 #include "kernels/physics_passes.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
 #include "simulation/machine.hpp"
@@ -28,6 +29,8 @@ void refuse_parts(const Plan& plan, const Communicator& comm) {
     if (plan.acts_between_rods() && comm.size() > 1)
         throw InputError("rods that may touch each other are solved for together, on one rank: start without mpirun, "
                          "or with -n 1");
+    if (plan.find<FluidPlan>())
+        throw InputError("the loads of a fluid that flows cannot be solved for: leave [fluid] out, or run the scene");
     for (const auto& group : plan.groups)
         for (const PassSpec& spec : group.program)
             if (const auto* apply = spec.get<pass::ApplyLoad>(); apply && apply->load.acts_last())
