@@ -52,10 +52,10 @@ def tipping_weight(length, bending, stretching, rough):
 
 def lees_frame(n):
     """apps/mechanisms/frame.toml with n elements a member and a weight in place of the press."""
-    members = {"column": ("", (0, 1, 0), (0, 0, 0), 1.2, n), "inner": ("", (1, 0, 0), (0, 1.2, 0), 0.24, n // 5),
-               "outer": ("", (1, 0, 0), (0.24, 1.2, 0), 0.96, n - n // 5)}
+    members = {"column": ((0, 1, 0), (0, 0, 0), 1.2, n), "inner": ((1, 0, 0), (0, 1.2, 0), 0.24, n // 5),
+               "outer": ((1, 0, 0), (0.24, 1.2, 0), 0.96, n - n // 5)}
     text = HEAD + number("weight", "N")
-    for name, (_, tangent, origin, length, elements) in members.items():
+    for name, (tangent, origin, length, elements) in members.items():
         inner = f'hold = {{nodes = {list(range(1, elements))}, directions = "z"}}'
         text += rod(name, length, elements, 7.2e10, 'kind = "rectangular", radius = 0.015, radius_2 = 0.01', tangent, more=inner)
         text = text.rstrip().removesuffix("}") + f", origin = {list(origin)}}}\n"

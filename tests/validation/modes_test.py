@@ -12,7 +12,7 @@ LENGTH, RADIUS, E = 1.0, 0.02, 1e7
 AREA, SECOND = math.pi * RADIUS**2, math.pi * RADIUS**4 / 4
 
 
-def beam(ends, most, start, end, shear=of_circle(E, RADIUS)[1][0], density=1000.0):
+def beam(most, start, end, shear=of_circle(E, RADIUS)[1][0], density=1000.0):
     """Lowest frequencies of Timoshenko's beam, Hz: deflection, turn, moment and shear force, of which two are 0 at each end."""
     def off(omega):
         rate = numpy.array([[0, 1, 0, 1 / shear], [0, 0, 1 / (E * SECOND), 0], [0, -density * SECOND * omega**2, 0, -1],
@@ -54,7 +54,7 @@ class Modes(SolvedScenes):
                 "pinned": 'start = "pinned"\nend = "pinned"'}
         for name, start, end, neutral, ns in (("clamped", CLAMPED, FREE, 0, (10, 20, 40)), ("clamped at both ends", CLAMPED, CLAMPED, 0, (20, 40, 80)),
                                               ("free", FREE, FREE, 6, (20, 40, 80)), ("pinned", PINNED, PINNED, 1, (20, 40, 80))):
-            exact = beam(name, 2, start, end)
+            exact = beam(2, start, end)
             error = self.assert_pairs(name, lambda n: HEAD + rod("rod", LENGTH, n, E, RADIUS, more=ends[name]), exact, neutral, ns)
             if name == "clamped":
                 for n, one in zip(ns, error[0]):
