@@ -13,7 +13,7 @@ packages=(
     g++ cmake make pkg-config                                              # compiler and build
     openmpi-bin libopenmpi-dev libtbb-dev libhdf5-openmpi-dev              # ranks, threads, files
     libcli11-dev libtomlplusplus-dev tao-pegtl-dev libfmt-dev nlohmann-json3-dev # command line, scenes, formulas, text
-    libeigen3-dev                                                          # equilibria
+    libeigen3-dev libspectra-dev                                           # equilibria
     python3 python3-numpy python3-h5py python3-matplotlib                  # figures
 )
 picture_packages=(python3-vtk9 xvfb ffmpeg libjs-three)
