@@ -1,0 +1,84 @@
+// Factors of every kind: solutions, and signs counted as dense eigenvalues have them, of matrices with as many negative
+// eigenvalues as positive ones.
+#include "equilibrium/factor.hpp"
+#include "equilibrium/large_factor.hpp"
+
+#include <Eigen/Dense>
+#include <gtest/gtest.h>
+
+#include <random>
+
+namespace skein {
+namespace {
+
+/// Symmetric, with entries at most `band` off the diagonal and, where `far`, some anywhere.
+Stiffness matrix_of(int count, int band, bool far, bool symmetric, unsigned seed) {
+    std::mt19937 random(seed);
+    std::uniform_real_distribution<double> some(-1, 1);
+    std::uniform_int_distribution<int> any(0, count - 1);
+    Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(count, count);
+    const auto put = [&](int i, int j) {
+        dense(i, j) = some(random);
+        dense(j, i) = symmetric ? dense(i, j) : some(random);
+    };
+    for (int i = 0; i < count; ++i)
+        for (int j = i; j < std::min(count, i + band + 1); ++j) put(i, j);
+    for (int i = 0; far && i < count / 4; ++i) put(any(random), any(random));
+    for (int i = 0; i < count; ++i) dense(i, i) = (i % 2 == 0 ? 1 : -1) * (1 + std::abs(some(random))) * band;
+    return dense.sparseView();
+}
+
+void expect_factor(Factor& factor, const Stiffness& matrix, bool symmetric) {
+    const Eigen::MatrixXd dense(matrix);
+    ASSERT_TRUE(factor.factorise(matrix)) << factor.name();
+    const Unknown right = Unknown::LinSpaced(matrix.rows(), -1, 2);
+    const Unknown x = factor.solve(right);
+    EXPECT_LT((dense * x - right).norm(), 1e-10 * right.norm()) << factor.name();
+    if (!symmetric) {
+        EXPECT_EQ(factor.negative(), -1) << factor.name();
+        return;
+    }
+    const Unknown values = Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(dense).eigenvalues();
+    EXPECT_EQ(factor.negative(), (values.array() < 0).count()) << factor.name();
+}
+
+TEST(Factor, SolvesAndCountsSigns) {
+    for (unsigned seed = 1; seed <= 5; ++seed)
+        for (const bool symmetric : {true, false})
+            for (const bool far : {false, true}) {
+                const Stiffness matrix = matrix_of(150, 9, far, symmetric, seed);
+                const std::unique_ptr<Factor> factor = make_factor(matrix, symmetric);
+                EXPECT_TRUE(factor->suits(matrix, symmetric));
+                expect_factor(*factor, matrix, symmetric);
+                // The same factor takes another pattern.
+                const Stiffness other = matrix_of(150, 7, far, symmetric, seed + 10);
+                expect_factor(*factor, other, symmetric);
+            }
+}
+
+TEST(Factor, OfLargeMatricesIsTheSame) {
+    for (const bool symmetric : {true, false}) {
+        const std::unique_ptr<Factor> factor = make_large_factor(symmetric);
+        if (!factor) GTEST_SKIP() << "built without PETSc";
+        expect_factor(*factor, matrix_of(200, 6, true, symmetric, 3), symmetric);
+    }
+}
+
+TEST(Factor, KindFollowsTheBand) {
+    EXPECT_EQ(make_factor(matrix_of(150, 9, false, true, 1), true)->name(), "band L D L^T");
+    EXPECT_EQ(make_factor(matrix_of(150, 9, true, true, 1), true)->name(), "sparse L D L^T (Eigen)");
+    EXPECT_EQ(make_factor(matrix_of(150, 9, false, false, 1), false)->name(), "sparse LU (Eigen)");
+}
+
+TEST(Factor, SingularMatricesAreFound) {
+    Eigen::MatrixXd dense(matrix_of(60, 5, false, true, 1));
+    dense.row(8) = dense.row(7); // twice the same
+    dense.col(8) = dense.col(7);
+    dense(8, 8) = dense(7, 7);
+    dense(7, 8) = dense(8, 7) = dense(7, 7);
+    const Stiffness singular = dense.sparseView();
+    EXPECT_FALSE(make_factor(singular, true)->factorise(singular));
+}
+
+} // namespace
+} // namespace skein
