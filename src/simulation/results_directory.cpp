@@ -51,6 +51,13 @@ void move_to_previous(const std::string& directory) {
 
 } // namespace
 
+std::string result_in(const std::string& directory) {
+    std::error_code error; // opening the directory reports what is wrong with it
+    if (!fs::is_directory(directory, error)) return {};
+    const auto names = results_in(directory);
+    return names.empty() ? std::string() : names.front();
+}
+
 ResultsDirectory::ResultsDirectory(const std::string& path, bool anew) : path_(made(path)), lock_(path_) {
     if (anew) move_to_previous(path_);
 }

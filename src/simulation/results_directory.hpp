@@ -7,6 +7,9 @@
 
 namespace skein {
 
+/// Name of a result in a directory; empty where it holds none, or is none.
+std::string result_in(const std::string& directory);
+
 /// Lock on the directory, held by one rank alone.
 class ResultsDirectory {
 public:

@@ -171,7 +171,9 @@ RunResult Simulation::go_to_end(const std::function<void(World&)>& change) {
 RunResult Simulation::go_through(const std::function<bool(World&)>& change) { return go_by(1, change); }
 
 RunResult Simulation::go_by(std::int64_t steps, const std::function<bool(World&)>& change) {
-    if (idle_) return {Exit::done, world_.clock.done(), world_.digest()};
+    if (!checkpoints_)
+        throw InputError(
+            fmt::format("'{}' holds a run that is over: a solution needs a directory of its own", options_.out));
     for (const auto& output : outputs_)
         if (first_step_ == 0 && output->due(now())) write(*output);
     setup_s_ = wall_seconds() - started_;
@@ -187,6 +189,7 @@ RunResult Simulation::go_by(std::int64_t steps, const std::function<bool(World&)
             if (output->due(now())) write(*output);
         stopped = step < last_step_ && world_.comm.max(static_cast<std::int64_t>(stop_requested())) > 0;
     }
+    if (!stopped) world_.plan.steps = world_.clock.done(); // a path that ends early is whole
     write(*checkpoints_);
     write_end(false);
     const RunResult result{stopped ? Exit::limit : Exit::done, world_.clock.done(), digest_at_end()};
