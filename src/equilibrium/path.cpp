@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace skein {
 
@@ -119,26 +120,49 @@ PathFollower::locate(const Place& from, double length, bool (*passed)(const Plac
     return found;
 }
 
-PathPoint PathFollower::point(PathPlace place) const {
-    return {now_.value, length_, place, now_.negative, now_.iterations, now_.residual};
+double PathFollower::passed_end(double value) const {
+    // It may go back, beyond its start, by as much as it is asked to go on.
+    const double back = options_.from - (options_.to - options_.from), low = std::min(back, options_.to),
+                 high = std::max(back, options_.to);
+    const double near = 0.02 * std::abs(value - now_.value); // no point lies a little before the end
+    return value < low + near ? low : value > high - near ? high : std::numeric_limits<double>::quiet_NaN();
 }
 
-std::optional<PathPoint> PathFollower::end_of_range(const Place& beyond, double made, double end) {
-    over_ = true;
-    const double share = (end - now_.value) / (beyond.value - now_.value);
-    std::optional<Place> last = step(now_, now_.tangent, share * made);
-    if (!last) return {};
-    NewtonSolver newton(family_.at(end), {});
-    family_.at(end).lead_ends(last->state);
-    newton.solve(last->state, Unknown::Zero(family_.at(end).unknowns()));
-    last->value = end;
-    find_tangent(*last, now_.tangent);
-    now_ = std::move(*last);
-    length_ += share * made;
-    return point(PathPlace::end);
+std::optional<PathFollower::Place> PathFollower::ahead(double& made) {
+    std::optional<Place> there;
+    while (!(there = step(now_, now_.tangent, step_)) || product(there->tangent, now_.tangent) < 0.5) {
+        step_ *= 0.5;
+        if (step_ < options_.least_step) {
+            reason_ = fmt::format("steps of {:.2g} do not converge beyond {:.6g}", step_, now_.value);
+            return {};
+        }
+    }
+    made = step_;
+    const double wanted = std::sqrt(static_cast<double>(options_.iterations) / there->iterations);
+    step_ = std::clamp(step_ * std::clamp(wanted, 0.5, 1.5), options_.least_step, options_.largest_step);
+    return there;
+}
+
+std::optional<PathFollower::Place> PathFollower::last(double end, double length) {
+    auto there = step(now_, now_.tangent, length);
+    if (!there) {
+        reason_ = fmt::format("the step to {:.6g} does not converge", end);
+        return {};
+    }
+    StaticSystem& system = family_.at(end);
+    NewtonSolver newton(system, {});
+    system.lead_ends(there->state);
+    newton.solve(there->state, Unknown::Zero(system.unknowns()));
+    there->value = end;
+    find_tangent(*there, now_.tangent);
+    return there;
 }
 
 std::optional<PathPoint> PathFollower::next() {
+    const auto point = [&](PathPlace place) {
+        over_ = place == PathPlace::end;
+        return PathPoint{now_.value, length_, place, now_.negative, now_.iterations, now_.residual};
+    };
     if (over_ || !reason_.empty()) return {};
     if (!started_) {
         started_ = true;
@@ -148,24 +172,17 @@ std::optional<PathPoint> PathFollower::next() {
         now_ = std::move(*beyond_);
         beyond_.reset();
         length_ = beyond_length_;
-        return point(PathPlace::regular);
+        return point(beyond_place_);
     }
-    std::optional<Place> there;
-    while (!(there = step(now_, now_.tangent, step_)) || product(there->tangent, now_.tangent) < 0.5) {
-        step_ *= 0.5;
-        if (step_ < options_.least_step) {
-            reason_ = fmt::format("steps of {:.2g} do not converge beyond {:.6g}", step_, now_.value);
-            return {};
-        }
-    }
-    const double made = step_;
-    const double wanted = std::sqrt(static_cast<double>(options_.iterations) / there->iterations);
-    step_ = std::clamp(step_ * std::clamp(wanted, 0.5, 1.5), options_.least_step, options_.largest_step);
-    // It may go back, beyond its start, by as much as it is asked to go on.
-    const double back = options_.from - (options_.to - options_.from), low = std::min(back, options_.to),
-                 high = std::max(back, options_.to);
-    if (there->value < low || there->value > high) {
-        return end_of_range(*there, made, there->value < low ? low : high);
+    double made = 0;
+    std::optional<Place> there = ahead(made);
+    if (!there) return {};
+    PathPlace place = PathPlace::regular;
+    if (const double end = passed_end(there->value); !std::isnan(end)) {
+        made *= (end - now_.value) / (there->value - now_.value);
+        place = PathPlace::end;
+        there = last(end, made);
+        if (!there) return {};
     }
     const auto turned = [](const Place& a, const Place& b) { return a.tangent.p * b.tangent.p < 0; };
     const auto changed = [](const Place& a, const Place& b) { return a.negative != b.negative; };
@@ -176,6 +193,7 @@ std::optional<PathPoint> PathFollower::next() {
         if (critical) {
             beyond_ = std::move(there);
             beyond_length_ = length_ + made;
+            beyond_place_ = place;
             now_ = std::move(*critical);
             length_ += at;
             return point(limit ? PathPlace::limit : PathPlace::branch);
@@ -183,7 +201,7 @@ std::optional<PathPoint> PathFollower::next() {
     }
     now_ = std::move(*there);
     length_ += made;
-    return point(PathPlace::regular);
+    return point(place);
 }
 
 bool PathFollower::switch_branch(double side) {

@@ -79,13 +79,15 @@ private:
     /// Goes from a place along a direction; nothing where Newton's iteration fails.
     std::optional<Place> step(const Place& from, const Direction& along, double length);
     bool find_tangent(Place& place, const Direction& last);
+    /// The end of the range that the value of the next point lies beyond, or nearly at; NaN: it lies within.
+    double passed_end(double value) const;
+    /// A step forward, of the length `made`; nothing where none converges, with the reason.
+    std::optional<Place> ahead(double& made);
+    /// The place where the path leaves its range, about `length` ahead.
+    std::optional<Place> last(double end, double length);
     /// The place within a step at which `test` changes its sign.
     std::optional<Place> locate(const Place& from, double length, bool (*passed)(const Place& from, const Place& to),
                                 double& at);
-
-    PathPoint point(PathPlace place) const;
-    /// Point where a step of length `made`, which goes beyond it, leaves the range.
-    std::optional<PathPoint> end_of_range(const Place& beyond, double made, double end);
 
     PathFamily& family_;
     PathOptions options_;
@@ -95,6 +97,7 @@ private:
     bool started_ = false, over_ = false;
     std::optional<Place> beyond_; ///< end of the step in which a point was located
     double beyond_length_ = 0;
+    PathPlace beyond_place_ = PathPlace::regular;
     std::string reason_;
 };
 
