@@ -41,6 +41,7 @@ namespace {
 using Json = nlohmann::ordered_json;
 
 void tell_error(const std::string& message) {
+    std::fflush(stdout); // what led to it comes first
     std::fprintf(stderr, "error: %s\n", with_place_on_page(message).c_str());
 }
 

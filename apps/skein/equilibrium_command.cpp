@@ -13,11 +13,17 @@ namespace skein {
 namespace {
 
 nlohmann::ordered_json equilibrium_document(const EquilibriumReport& report, const std::string& out) {
-    return {{"pieces", report.pieces},           {"unknowns", report.unknowns},
-            {"load_steps", report.load_steps},   {"iterations", report.iterations},
-            {"residual", report.residual},       {"unstable_pieces", report.unstable},
-            {"neutral_motions", report.neutral}, {"factor", report.factor},
-            {"seconds", report.seconds},         {"results", out}};
+    return {{"pieces", report.pieces},
+            {"unknowns", report.unknowns},
+            {"load_steps", report.load_steps},
+            {"iterations", report.iterations},
+            {"residual", report.residual},
+            {"unstable_pieces", report.unstable},
+            {"unknown_stability", report.unknown_stability},
+            {"neutral_motions", report.neutral},
+            {"factor", report.factor},
+            {"seconds", report.seconds},
+            {"results", out}};
 }
 
 } // namespace
@@ -34,10 +40,10 @@ int equilibrium_command(EquilibriumArguments arguments, int& argc, char**& argv)
         const double time = arguments.time >= 0 ? arguments.time : solved.scene.time.duration;
         const EquilibriumReport report = find_and_tell(solved, at_rest, time, quiet);
         solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
-        if (solved.simulation->idle()) tell_idle(solved, arguments.run);
-        else if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
+        if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
         if (comm.root() && arguments.run.json) print_document(equilibrium_document(report, solved.out));
-        return static_cast<int>(arguments.stable && report.unstable > 0 ? Exit::unstable : Exit::done);
+        if (arguments.stable) require_stable(report);
+        return static_cast<int>(Exit::done);
     });
 }
 

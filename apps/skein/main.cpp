@@ -1,5 +1,5 @@
-// The driver: skein new | run | expect | branch | verify | converge | equilibrium | plan | check | describe | info |
-// draw | plot | doctor | manual | completion.
+// The driver: skein new | run | expect | branch | verify | converge | equilibrium | modes | path | fit | plan |
+// check | describe | info | draw | plot | doctor | manual | completion.
 #include "commands.hpp"
 #include "document.hpp"
 #include "manual.hpp"
@@ -32,13 +32,13 @@ constexpr const char* examples = R"(Examples:
   skein plot out/net --columns 'joint_*'          columns of the time series of any run
   skein plan carpet_8x8.toml                      what will run: step, memory, predicted cost; -v: passes, limits
   skein describe rods.material                    the keys of a table; skein describe: all of them
-Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle, 9 not as expected, 10 unstable.
+Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or internal, 7 verify found other bits, 8 time.relax did not settle, 9 not as expected, 10 unstable, or not known to be stable.
 )";
 
 /// Commands of the Python package.
 const std::map<std::string, const char*, std::less<>> in_python = {
     {"draw", "pictures, movies and pages of a run's results; draw --help"},
-    {"plot", "columns of observables.csv over time; plot --help"},
+    {"plot", "columns of observables.csv over time, paths of equilibria and modes; plot --help"},
     {"doctor", "checks MPI, HDF5, Python and VTK, and prints what to install"}};
 
 /// Rank among the processes of an MPI launcher, without starting MPI.

@@ -58,21 +58,25 @@ nlohmann::ordered_json modes_document(const ModesReport& report, const std::stri
 } // namespace
 
 int find_and_write_modes(const Communicator& comm, const ModesArguments& arguments) {
-    const bool quiet = arguments.run.options.quiet;
+    const RunOptions& options = arguments.run.options;
+    const bool quiet = options.quiet;
+    const std::string out = options.out.empty() ? default_out(arguments.run.scene.file) + "_modes" : options.out;
+    refuse_results(comm, options, out);
+    for (int number = 1; number <= arguments.movies; ++number)
+        refuse_results(comm, options, fmt::format("{}/mode_{}", out, number));
     SolvedScene solved = solved_scene(comm, arguments.run, "_modes");
     StaticScene at_rest(solved.simulation->world());
     find_and_tell(solved, at_rest, arguments.time >= 0 ? arguments.time : solved.scene.time.duration, quiet);
     const ModesReport report = find_modes(at_rest, arguments.count);
     solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
-    if (!solved.simulation->idle()) on_root(comm, [&] { write_file(solved.out + "/modes.csv", to_csv(report)); });
+    on_root(comm, [&] { write_file(solved.out + "/modes.csv", to_csv(report)); });
     if (comm.root() && !quiet) std::printf("%s", to_text(report).c_str());
     int number = 0;
     for (const PieceMode& mode : report.modes) {
-        if (solved.simulation->idle() || mode.mode.neutral || ++number > arguments.movies) continue;
+        if (mode.mode.neutral || ++number > arguments.movies) continue;
         write_movie(comm, arguments, at_rest, mode, fmt::format("{}/mode_{}", solved.out, number));
     }
-    if (solved.simulation->idle()) tell_idle(solved, arguments.run);
-    else if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
+    if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
     if (comm.root() && arguments.run.json) print_document(modes_document(report, solved.out));
     return static_cast<int>(Exit::done);
 }

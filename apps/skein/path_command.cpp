@@ -5,7 +5,10 @@
 #include "io/files.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
+#include "scene/scene_file.hpp"
+#include "simulation/machine.hpp"
 #include "studies/scene_family.hpp"
+#include "studies/scene_number.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -22,40 +25,78 @@ namespace skein {
 
 namespace {
 
-/// Points of a path as a table with the observables of each.
+/// Points of a path, as a table with the observables of each and as a document.
 class PathTable {
 public:
-    PathTable(const std::string& key, const std::vector<std::string>& observables) {
-        text_ = fmt::format("point,branch,{},length[-],place,negative,residual[-]", key);
+    PathTable(const std::string& key, const SceneNumber& number, const std::vector<std::string>& observables)
+        : key_(key), unit_(number.unit) {
+        text_ = fmt::format("point,branch,{},length[-],place,negative,residual[-]", number.heading(key));
         for (const std::string& name : observables) text_ += "," + name;
         text_ += "\n";
     }
     void add(const PathPoint& point, int branch, std::span<const double> observables) {
-        text_ += fmt::format("{},{},{:.17g},{:.9g},{},{},{:.3g}", count_++, branch, point.value, point.length,
-                             nth(path_place_names, point.place), point.negative, point.residual);
+        const std::string_view place = nth(path_place_names, point.place);
+        text_ += fmt::format("{},{},{:.17g},{:.9g},{},{},{:.3g}", points_.size(), branch, point.value, point.length,
+                             place, point.negative, point.residual);
         for (const double value : observables) text_ += fmt::format(",{:.17g}", value);
         text_ += "\n";
+        points_.push_back({{"value", point.value}, {"place", place}, {"negative", point.negative}, {"branch", branch}});
+        if (point.place == PathPlace::limit) limits_.push_back(point.value);
+        if (point.place == PathPlace::branch) branches_.push_back(point.value);
+        complete_ = point.place == PathPlace::end;
     }
     const std::string& text() const { return text_; }
+    std::size_t count() const { return points_.size(); }
+    bool complete() const { return complete_; }
+    nlohmann::ordered_json document(const std::string& reason, const std::string& out) const {
+        return {{"key", key_},           {"unit", unit_},         {"points", points_}, {"limits", limits_},
+                {"branches", branches_}, {"complete", complete_}, {"reason", reason},  {"results", out}};
+    }
 
 private:
-    std::string text_;
-    int count_ = 0;
+    std::string text_, key_, unit_;
+    nlohmann::ordered_json points_ = nlohmann::ordered_json::array(), limits_ = points_, branches_ = points_;
+    bool complete_ = false;
 };
 
-/// A path is not gone on with.
-void refuse_results(const RunArguments& run) {
-    const std::string out = run.options.out.empty() ? default_out(run.scene.file) + "_path" : run.options.out;
-    if (!run.options.overwrite && std::filesystem::exists(out + "/path.csv"))
-        throw InputError(fmt::format("{} has the results of a path: --overwrite follows it again and keeps them in a "
-                                     "folder, --out names another directory",
-                                     out));
+std::string line_of(const PathPoint& point) {
+    const std::string stability = point.negative < 0    ? "stability not known"
+                                  : point.negative == 0 ? "stable"
+                                                        : fmt::format("unstable, {} directions", point.negative);
+    return fmt::format("  {:<8} {:>14.6g}   {}\n", nth(path_place_names, point.place), point.value, stability);
 }
 
-void print(const PathPoint& point) {
-    std::printf("  %-8s %14.6g   %s%s\n", std::string(nth(path_place_names, point.place)).c_str(), point.value,
-                point.negative > 0 ? "unstable" : "stable",
-                point.negative > 0 ? fmt::format(", {} directions", point.negative).c_str() : "");
+/// What is followed, from where to where.
+struct Followed {
+    SceneText text;
+    SceneNumber number;
+    PathOptions options;
+    double time;
+};
+
+/// All that can be refused before results are touched.
+Followed followed(const Communicator& comm, const PathArguments& arguments) {
+    const SceneArguments& file = arguments.run.scene;
+    Followed what{{file.file, text_for_all(comm, file.file), file.overrides}, {}, {.to = arguments.to}, arguments.time};
+    const SceneSpec scene = parse_scene(file.file, what.text.text, file.overrides);
+    what.number = number_at(scene, arguments.key);
+    refuse_whole(what.number, arguments.key);
+    PathOptions& options = what.options;
+    options.from = std::isnan(arguments.from) ? what.number.value : arguments.from;
+    if (options.from == options.to) throw InputError("--to is where the path begins; give another value");
+    options.step = std::min(arguments.step, options.largest_step);
+    options.largest_step = arguments.step;
+    if (what.time < 0) what.time = scene.time.duration;
+    what.text.overrides.push_back(fmt::format("{}={:.17g}", arguments.key, options.from));
+    return what;
+}
+
+/// Refuses values at either end that no scene has, or that change what is unknown.
+void refuse_ends(SceneFamily& family, const PathOptions& options, const std::string& key) {
+    const int from = family.at(options.from).unknowns(), to = family.at(options.to).unknowns();
+    if (from != to)
+        throw InputError(fmt::format("'{}' changes what is unknown: {} unknowns at {:g}, {} at {:g}", key, from,
+                                     options.from, to, options.to));
 }
 
 /// Slots of the pieces of a scene, and their places in a case of all of its bodies.
@@ -73,48 +114,52 @@ std::vector<std::pair<Slot<1>*, std::size_t>> slots_in(const StaticCase& all, St
     return slots;
 }
 
+using SlotPlaces = std::vector<std::pair<Slot<1>*, std::size_t>>;
+
+StaticState state_at_start(const SlotPlaces& slots, SceneFamily& family, const Followed& what) {
+    StaticState state{std::vector<Slot<1>>(slots.size()), {}};
+    for (const auto& [slot, place] : slots) state.slot[place] = *slot;
+    StaticSystem& first = family.at(what.options.from);
+    first.refresh(state);
+    NewtonSolver newton(first, {});
+    const Equilibrium start = newton.find(state, what.time);
+    if (!start.found)
+        throw NumericalError(
+            fmt::format("no equilibrium was found where the path begins: {}", without_repetition(start.reason)));
+    return state;
+}
+
 } // namespace
 
 int follow_and_write_path(const Communicator& comm, const PathArguments& arguments) {
     if (comm.size() > 1) throw InputError("skein path follows one scene on one rank: start it without mpirun");
-    refuse_results(arguments.run);
     const bool quiet = arguments.run.options.quiet;
-    SceneText text{arguments.run.scene.file, text_for_all(comm, arguments.run.scene.file),
-                   arguments.run.scene.overrides};
-    PathOptions options{.to = arguments.to};
-    double time = arguments.time;
-    SolvedScene solved = solved_scene(comm, arguments.run, "_path", [&](SceneSpec& scene) {
-        options.from = std::isnan(arguments.from) ? number_at(scene, arguments.key) : arguments.from;
-        if (options.from == options.to) throw InputError("--to is where the path begins; give another value");
-        if (time < 0) time = scene.time.duration;
+    const Followed what = followed(comm, arguments);
+    SceneFamily family(what.text, machine_of(comm, arguments.run.threads, arguments.run.lanes, arguments.run.mapping),
+                       what.time, arguments.key);
+    refuse_ends(family, what.options, arguments.key);
+    RunArguments run = arguments.run;
+    run.scene.overrides = what.text.overrides;
+    SolvedScene solved = solved_scene(comm, run, "_path", [&](SceneSpec& scene) {
         scene.time.dt = 0;
         const double dt = make_plan(scene, make_groups(scene), {}).dt; // a frame for each point
         scene.time.dt = dt;
         scene.time.duration = arguments.points * dt;
         scene.output.trajectory = scene.output.series = dt;
     });
-    options.step = std::min(arguments.step, options.largest_step);
-    options.largest_step = arguments.step;
-    text.overrides.push_back(fmt::format("{}={:.17g}", arguments.key, options.from));
-    SceneFamily family(text, solved.machine, time, arguments.key);
-
     StaticScene at_rest(solved.simulation->world());
-    const auto slots = slots_in(family.case_at(options.from), at_rest);
-    StaticState state{std::vector<Slot<1>>(slots.size()), {}};
-    for (const auto& [slot, place] : slots) state.slot[place] = *slot;
-    StaticSystem& first = family.at(options.from);
-    first.refresh(state);
-    NewtonSolver newton(first, {});
-    const Equilibrium start = newton.find(state, time);
-    if (!start.found)
-        throw NumericalError(fmt::format("no equilibrium was found where the path begins: {}", start.reason));
-
-    PathFollower path(family, state, options);
-    PathTable table(arguments.key, solved.simulation->observation().names());
+    const SlotPlaces slots = slots_in(family.case_at(what.options.from), at_rest);
+    PathFollower path(family, state_at_start(slots, family, what), what.options);
+    PathTable table(arguments.key, what.number, solved.simulation->observation().names());
+    std::string reason;
     int branch = 0;
-    bool switched = false;
     const RunResult result = solved.simulation->go_through([&](World& world) {
-        std::optional<PathPoint> point = path.next();
+        std::optional<PathPoint> point;
+        try {
+            point = path.next();
+        } catch (const InputError& error) { // no scene has a value beyond
+            reason = error.what();
+        }
         if (!point) return false;
         StaticCase& now = family.case_at(point->value);
         Plan plan = world.plan;
@@ -122,16 +167,18 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
         for (const auto& [slot, place] : slots) *slot = path.state().slot[place];
         at_rest.put_back();
         table.add(*point, branch, solved.simulation->observation().values());
-        if (!quiet) print(*point);
-        if (point->place == PathPlace::branch && arguments.branch != 0 && !switched) {
-            switched = true;
-            if (path.switch_branch(arguments.branch)) ++branch;
-        }
+        if (!quiet) std::printf("%s", line_of(*point).c_str());
+        if (point->place == PathPlace::branch && arguments.branch != 0 && branch == 0)
+            branch += path.switch_branch(arguments.branch);
         return true;
     });
     write_file(solved.out + "/path.csv", table.text());
-    if (!quiet && !path.reason().empty()) std::printf("The path ends: %s\n", path.reason().c_str());
+    if (reason.empty()) reason = path.reason();
+    if (reason.empty() && !table.complete())
+        reason = fmt::format("its {} points are used up; --points allows more", table.count());
+    if (!quiet && !reason.empty()) std::printf("The path ends: %s\n", reason.c_str());
     if (!quiet) std::printf("Written: %s\n", solved.out.c_str());
+    if (arguments.run.json) print_document(table.document(reason, solved.out));
     return static_cast<int>(result.code);
 }
 

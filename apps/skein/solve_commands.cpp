@@ -43,7 +43,8 @@ void SolveCommands::add_equilibrium(CLI::App& app) {
     add_solve_options(command, equilibrium_.run, "directory of results; default out/<scene name>_equilibrium");
     command.add_option("--time", equilibrium_.time, "time of loads and ends [s]; default: the scene's end")
         ->check(CLI::NonNegativeNumber);
-    command.add_flag("--stable", equilibrium_.stable, "exit with 10 where the equilibrium is unstable");
+    command.add_flag("--stable", equilibrium_.stable,
+                     "exit with 10 where the equilibrium is unstable, or not known to be stable");
     add_json(command, equilibrium_.run.json, "figures of the solution as JSON; all else goes to standard error");
 }
 
@@ -80,6 +81,7 @@ void SolveCommands::add_path(CLI::App& app) {
     command.add_option("--points", path_.points, "most points")->check(CLI::PositiveNumber);
     command.add_option("--branch", path_.branch, "leave the path at its first branch point, to the side 1 or -1")
         ->check(CLI::IsMember({-1, 0, 1}));
+    add_json(command, path_.run.json, "the points as JSON; all else goes to standard error");
 }
 
 void SolveCommands::add_fit(CLI::App& app) {

@@ -7,6 +7,8 @@
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
 #include "simulation/machine.hpp"
+#include "simulation/results_directory.hpp"
+#include "studies/scene_family.hpp"
 
 #include <fmt/format.h>
 
@@ -41,9 +43,23 @@ void refuse_parts(const Plan& plan, const Communicator& comm) {
 
 } // namespace
 
+void refuse_results(const Communicator& comm, const RunOptions& options, const std::string& out) {
+    const std::string found = comm.root() && !options.overwrite ? result_in(out) : std::string();
+    if (const std::string name = comm.broadcast(found); !name.empty())
+        throw InputError(fmt::format("'{}' holds results ('{}'): use another --out, or --overwrite, which moves them "
+                                     "to a folder of their own",
+                                     out, name));
+}
+
 SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments, const std::string& suffix,
                          const std::function<void(SceneSpec&)>& change) {
+    RunOptions options = arguments.options;
+    options.began = wall_seconds();
+    if (options.out.empty()) options.out = default_out(arguments.scene.file) + suffix;
+    options.quiet = true;
+    refuse_results(comm, options, options.out);
     auto [scene, groups] = prepare(comm, arguments.scene);
+    refuse_unsolvable(scene);
     SolvedScene solved{scene, machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping), {}, {}, {}};
     solved.threads = std::make_unique<Threads>(solved.machine.threads);
     if (change) {
@@ -54,10 +70,6 @@ SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments
     }
     Plan plan = make_plan(solved.scene, groups, solved.machine);
     refuse_parts(plan, comm);
-    RunOptions options = arguments.options;
-    options.began = wall_seconds();
-    if (options.out.empty()) options.out = default_out(arguments.scene.file) + suffix;
-    options.quiet = true;
     solved.out = options.out;
     solved.simulation =
         std::make_unique<Simulation>(comm, *solved.threads, solved.scene, std::move(groups), std::move(plan), options);
@@ -72,12 +84,6 @@ EquilibriumReport find_and_tell(const SolvedScene& solved, StaticScene& at_rest,
         throw NumericalError(fmt::format("no equilibrium was found: only {:.4g} of the loads are balanced; {}",
                                          report.share, report.reason));
     return report;
-}
-
-int tell_idle(const SolvedScene& solved, const RunArguments& arguments) {
-    if (solved.simulation->world().comm.root() && !arguments.options.quiet)
-        std::printf("Nothing to do: results are in %s, and stay as they are\n", solved.out.c_str());
-    return static_cast<int>(Exit::done);
 }
 
 } // namespace skein

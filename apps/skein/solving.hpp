@@ -23,14 +23,15 @@ struct SolvedScene {
 SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments, const std::string& suffix,
                          const std::function<void(SceneSpec&)>& change = {});
 
+/// Refuses a directory that holds results, unless they are to be overwritten: solutions do not go on where others
+/// ended. Collective.
+void refuse_results(const Communicator& comm, const RunOptions& options, const std::string& out);
+
 /// Work of the commands with these names. Collective.
 int find_and_write_modes(const Communicator& comm, const ModesArguments& arguments);
 int follow_and_write_path(const Communicator& comm, const PathArguments& arguments);
 
 /// Finds the equilibrium and prints how. Throws NumericalError where there is none. Collective.
 EquilibriumReport find_and_tell(const SolvedScene& solved, StaticScene& at_rest, double time, bool quiet);
-
-/// Says that results are there and stay as they are, which exits well.
-int tell_idle(const SolvedScene& solved, const RunArguments& arguments);
 
 } // namespace skein

@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 
+#include <algorithm>
 #include <string_view>
 #include <vector>
 
@@ -26,6 +27,8 @@ std::string refused(std::string_view what, std::string_view word, const std::vec
                     const std::string& help) {
     const std::vector<std::string_view> names(known.begin(), known.end());
     std::string_view near = nearest_name(word, names);
+    for (const std::string_view name : names) // two letters that change places are a slip before all others
+        if (edit_distance(word, name) == 1 && std::ranges::is_permutation(word, name)) near = name;
     if (near.empty()) // one that the word goes on from: --output
         for (const std::string_view name : names)
             if (name.size() > 4 && name.size() > near.size() && word.starts_with(name)) near = name;

@@ -5,6 +5,7 @@
 #include "mechanics/rod_copies.hpp"
 #include "physics/contact/contact_plan.hpp"
 #include "simulation/branch.hpp"
+#include "skein/core/error.hpp"
 #include "tiles/clusters.hpp"
 
 #include <fmt/format.h>
@@ -40,6 +41,15 @@ std::vector<std::vector<std::size_t>> pieces_of(std::span<const RodGroup> groups
         pieces[at->second].push_back(i);
     }
     return pieces;
+}
+
+/// Of all pieces, with what is not known.
+std::string stability_text(const EquilibriumReport& r) {
+    if (r.unknown_stability == r.pieces) return "not known, as the loads have no potential";
+    std::string text = r.unstable == 0 ? "stable" : fmt::format("unstable, {} of {} pieces", r.unstable, r.pieces);
+    if (r.unknown_stability > 0)
+        text += fmt::format("; of {} pieces not known, as the loads have no potential", r.unknown_stability);
+    return text;
 }
 
 } // namespace
@@ -116,7 +126,7 @@ EquilibriumReport find_equilibrium(StaticScene& scene, double time, const Newton
         report.residual = std::max(report.residual, one.residual);
         report.share = std::min(report.share, one.share);
         if (reason.empty() && !one.found)
-            reason = fmt::format("{}: {}", scene.pieces()[i].system->rod_name(0), one.reason);
+            reason = fmt::format("{}: {}", scene.pieces()[i].system->rod_name(0), without_repetition(one.reason));
         if (names.empty() && one.neutral > 0) names = fmt::format("{}", fmt::join(one.neutral_names, "; "));
         if (factor.empty()) factor = one.factor;
     }
@@ -137,17 +147,31 @@ EquilibriumReport find_equilibrium(StaticScene& scene, double time, const Newton
     return report;
 }
 
+std::string without_repetition(const std::string& reasons) {
+    std::vector<std::string> all;
+    for (std::size_t from = 0; from <= reasons.size();) {
+        const std::size_t to = std::min(reasons.find("; ", from), reasons.size());
+        std::string one = reasons.substr(from, to - from);
+        if (std::find(all.begin(), all.end(), one) == all.end()) all.push_back(std::move(one));
+        from = to + 2;
+    }
+    return fmt::format("{}", fmt::join(all, "; "));
+}
+
+void require_stable(const EquilibriumReport& r) {
+    if (r.unstable > 0 || r.unknown_stability > 0)
+        throw Error(Exit::unstable, "the stability of the equilibrium: " + stability_text(r));
+}
+
 std::string to_text(const EquilibriumReport& r) {
-    std::string text = fmt::format("Newton: {} unknowns in {} pieces, {}; at most {} load steps and {} iterations of a "
-                                   "piece, {:.3g} s\n",
-                                   r.unknowns, r.pieces, r.factor, r.load_steps, r.iterations, r.seconds);
+    std::string text = fmt::format(
+        "Newton: {} unknowns in {} pieces{}{}; at most {} load steps and {} iterations of a piece, {:.3g} s\n",
+        r.unknowns, r.pieces, r.factor.empty() ? "" : ", ", r.factor, r.load_steps, r.iterations, r.seconds);
     for (const NewtonPass& pass : r.last)
         text += fmt::format("  residual {:.2e}, correction {:.2e}\n", pass.residual, pass.correction);
+    if (!r.found) return text;
     text += fmt::format("Balance: residual {:.2g} of the acting forces\n", r.residual);
-    if (r.unknown_stability == r.pieces) text += "Stability: not known, as the loads have no potential\n";
-    else
-        text += r.unstable == 0 ? "Stability: stable\n"
-                                : fmt::format("Stability: unstable, {} of {} pieces\n", r.unstable, r.pieces);
+    text += "Stability: " + stability_text(r) + "\n";
     if (r.neutral > 0) text += fmt::format("Neutral: {} motions that change no load: {}\n", r.neutral, r.neutral_names);
     return text;
 }

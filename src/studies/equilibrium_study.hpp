@@ -55,5 +55,9 @@ struct EquilibriumReport {
 /// Collective.
 EquilibriumReport find_equilibrium(StaticScene& scene, double time, const NewtonOptions& options);
 std::string to_text(const EquilibriumReport& report);
+/// Reasons, with semicolons between them, each once.
+std::string without_repetition(const std::string& reasons);
+/// Throws an error of Exit::unstable where a piece is not stable, or not known to be.
+void require_stable(const EquilibriumReport& report);
 
 } // namespace skein

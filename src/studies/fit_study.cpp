@@ -5,6 +5,7 @@
 #include "scene/scene_file.hpp"
 #include "simulation/simulation.hpp"
 #include "skein/core/error.hpp"
+#include "studies/scene_number.hpp"
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
@@ -85,7 +86,7 @@ public:
           experiments_(experiments_of(data)) {
         const SceneSpec scene = parse_scene(text_.file, text_.text, text_.overrides);
         for (const std::string& key : options_.keys) {
-            value_.push_back(number_at(scene, key));
+            value_.push_back(number_at(scene, key).value);
             scale_.push_back(value_.back() != 0 ? std::abs(value_.back()) : 1);
         }
         for (const Experiment& one : experiments_) size_ += one.size();

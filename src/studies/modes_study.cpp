@@ -19,6 +19,21 @@ bool before(const PieceMode& a, const PieceMode& b) {
     return a.mode.eigenvalue < b.mode.eigenvalue;
 }
 
+/// Name of a piece's first rod, for tables.
+std::string plain_name(const StaticScene& scene, const StaticPiece& piece) {
+    const LocalRod& rod = scene.world().rods().local()[piece.rods.front()];
+    const RodGroup& group = nth(scene.world().groups, rod.group);
+    return group.count() > 1 ? fmt::format("rod {} of {}", rod.index, group.name()) : group.name();
+}
+
+/// Cell of comma-separated values, in quotes where it needs them.
+std::string cell(const std::string& text) {
+    if (text.find_first_of(",\"") == std::string::npos) return text;
+    std::string quoted = "\"";
+    for (const char letter : text) quoted.append(letter == '"' ? 2 : 1, letter);
+    return quoted + "\"";
+}
+
 /// Modes of other ranks, without shapes. Collective.
 void gather(const Communicator& comm, std::vector<PieceMode>& modes) {
     std::string own;
@@ -64,8 +79,9 @@ ModesReport find_modes(StaticScene& scene, int count) {
     std::int64_t neutral = 0;
     for (std::size_t i = 0; i < found.size(); ++i) {
         const StaticPiece& piece = scene.pieces()[i];
-        const std::string name = piece.system->rod_name(0);
-        if (reason.empty() && !found[i].reason.empty()) reason = fmt::format("{}: {}", name, found[i].reason);
+        const std::string name = plain_name(scene, piece);
+        if (reason.empty() && !found[i].reason.empty())
+            reason = fmt::format("{}: {}", piece.system->rod_name(0), found[i].reason);
         neutral += found[i].neutral.count();
         for (const NeutralMotions::Piece& free : found[i].neutral.pieces)
             for (Eigen::Index m = 0; m < free.motion.cols() && names.size() < 300; ++m)
@@ -105,10 +121,10 @@ std::string to_csv(const ModesReport& report) {
     std::string text = "mode,neutral,frequency[Hz],eigenvalue[1/s^2],residual[-],of\n";
     int number = 0;
     for (const PieceMode& one : report.modes)
-        text += fmt::format("{},{},{:.17g},{:.17g},{:.3g},\"{}\"\n", one.mode.neutral ? 0 : ++number,
-                            one.mode.neutral ? 1 : 0,
-                            one.mode.eigenvalue < 0 ? -one.mode.frequency() : one.mode.frequency(), one.mode.eigenvalue,
-                            one.mode.residual, one.name);
+        text +=
+            fmt::format("{},{},{:.17g},{:.17g},{:.3g},{}\n", one.mode.neutral ? 0 : ++number, one.mode.neutral ? 1 : 0,
+                        one.mode.eigenvalue < 0 ? -one.mode.frequency() : one.mode.frequency(), one.mode.eigenvalue,
+                        one.mode.residual, cell(one.name));
     return text;
 }
 

@@ -9,15 +9,20 @@
 #include "skein/core/error.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
-
-#include <algorithm>
 
 namespace skein {
+
+void refuse_unsolvable(const SceneSpec& scene) {
+    if (scene.rods.empty()) throw InputError("the scene has no rods or bodies to solve for");
+    if (scene.fluid && scene.immersion.coupling == RodCoupling::two_way)
+        throw InputError("the scene has a [fluid]: what it does to rods at rest is a flow problem; run the scene "
+                         "instead, or remove [fluid]; immersion.coupling = \"one_way\" leaves its forces out");
+}
 
 std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time) {
     auto made = std::make_unique<StaticCase>();
     made->scene = parse_scene(text.file, text.text, text.overrides);
+    refuse_unsolvable(made->scene);
     made->scene.time.dt = 0; // no step is made
     made->groups = make_whole_groups(made->scene);
     made->plan = make_plan(made->scene, made->groups, machine);
@@ -35,43 +40,6 @@ std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& ma
         std::move(contacts));
     made->system->set_time(time);
     return made;
-}
-
-namespace {
-
-using Json = nlohmann::ordered_json;
-
-/// The member or item that part of a path means; null where there is none.
-const Json* inside(const Json& at, const std::string& part) {
-    if (at.is_object()) return at.contains(part) ? &at.at(part) : nullptr;
-    if (!at.is_array()) return nullptr;
-    if (part.find_first_not_of("0123456789") == std::string::npos) {
-        const std::size_t number = std::stoul(part);
-        return number < at.size() ? &at.at(number) : nullptr;
-    }
-    for (const Json& item : at)
-        for (const char* key : {"name", "kind"})
-            if (item.is_object() && item.contains(key) && item.at(key) == part) return &item;
-    return nullptr;
-}
-
-} // namespace
-
-double number_at(const SceneSpec& scene, const std::string& path) {
-    const Json root = Json::parse(scene_json(scene, false));
-    const Json* at = &root;
-    std::size_t from = 0;
-    while (at && from <= path.size()) {
-        const std::size_t dot = std::min(path.find('.', from), path.size());
-        at = inside(*at, path.substr(from, dot - from));
-        from = dot + 1;
-    }
-    if (!at || !at->is_number())
-        throw InputError(
-            fmt::format("'{}' is no number of {}; a path such as load.0.end.2 names one: a key, the name or "
-                        "number of a table, the number of a component, counted from 0",
-                        path, scene.file));
-    return at->get<double>();
 }
 
 StaticCase& SceneFamily::case_at(double value) {

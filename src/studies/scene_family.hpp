@@ -29,8 +29,8 @@ struct StaticCase {
 /// Loads and ends are those at `time`, s.
 std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time);
 
-/// Value of a key of the scene, given or by default; `path` as --set has it. Throws InputError where it is no number.
-double number_at(const SceneSpec& scene, const std::string& path);
+/// Throws InputError for scenes that no equilibrium is asked of, or whose forces at rest are not known.
+void refuse_unsolvable(const SceneSpec& scene);
 
 class SceneFamily final : public PathFamily {
 public:
