@@ -12,21 +12,27 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 #include <optional>
+#include <set>
 
 namespace skein {
 
 namespace {
 
+/// Heading of a column, "load.0.end.2[N]" or without its unit.
+struct Heading {
+    std::string name, unit;
+};
 /// A place on the rod that was measured.
 struct MeasuredPlace {
     double s;
     Vec3d place;
 };
 struct MeasuredValue {
-    std::string name;
+    Heading heading;
     double value;
 };
 /// Rows that were measured with the same keys.
@@ -38,41 +44,83 @@ struct Experiment {
     std::size_t size() const { return 3 * places.size() + values.size(); }
 };
 
-std::size_t column(const CsvTable& data, const std::string& name) {
-    const auto at = std::find(data.names.begin(), data.names.end(), name);
-    return at == data.names.end() ? SIZE_MAX : static_cast<std::size_t>(at - data.names.begin());
+constexpr const char* places = "places"; ///< kind of values of a shape
+
+Heading heading_of(const std::string& text) {
+    const std::size_t bracket = text.find('[');
+    if (bracket == std::string::npos || !text.ends_with(']')) return {text, {}};
+    return {text.substr(0, bracket), text.substr(bracket + 1, text.size() - bracket - 2)};
 }
 
-std::vector<Experiment> experiments_of(const CsvTable& data) {
-    const std::size_t s = column(data, "s"), x = column(data, "x"), y = column(data, "y"), z = column(data, "z");
-    const bool shape = s != SIZE_MAX || x != SIZE_MAX || y != SIZE_MAX || z != SIZE_MAX;
-    if (shape && (s == SIZE_MAX || x == SIZE_MAX || y == SIZE_MAX || z == SIZE_MAX))
-        throw InputError("data of a shape need the columns s, x, y and z [m]");
+void refuse_other_unit(const Heading& given, const std::string& unit) {
+    if (given.unit.empty() || given.unit == unit) return;
+    throw InputError(fmt::format("the column '{}' is in {} and has to be in {}", given.name, given.unit,
+                                 unit.empty() ? "no unit" : unit));
+}
+
+/// Columns of a table by what they mean.
+struct Meaning {
+    std::array<std::size_t, 4> shape{SIZE_MAX, SIZE_MAX, SIZE_MAX, SIZE_MAX}; ///< s, x, y, z
+    std::vector<std::pair<std::size_t, Heading>> keys, values;
+    bool has_shape() const { return shape[0] != SIZE_MAX; }
+};
+Meaning meaning_of(const CsvTable& data, const SceneSpec& scene) {
+    constexpr std::array<std::string_view, 4> names = {"s", "x", "y", "z"};
+    Meaning all;
+    std::set<std::string> seen;
+    for (std::size_t c = 0; c < data.names.size(); ++c) {
+        const Heading heading = heading_of(data.names[c]);
+        if (heading.name.empty()) throw InputError(fmt::format("column {} of the data has no name", c + 1));
+        if (!seen.insert(heading.name).second)
+            throw InputError(fmt::format("the data have two columns '{}'", heading.name));
+        const auto part = std::find(names.begin(), names.end(), heading.name);
+        if (part != names.end()) {
+            refuse_other_unit(heading, "m");
+            all.shape[static_cast<std::size_t>(part - names.begin())] = c;
+        } else if (heading.name.find('.') != std::string::npos) {
+            refuse_other_unit(heading, number_at(scene, heading.name).unit);
+            all.keys.emplace_back(c, heading);
+        } else {
+            all.values.emplace_back(c, heading);
+        }
+    }
+    const auto absent = std::count(all.shape.begin(), all.shape.end(), SIZE_MAX);
+    if (absent != 0 && absent != 4) throw InputError("data of a shape need the columns s, x, y and z [m]");
+    return all;
+}
+
+std::vector<Experiment> experiments_of(const CsvTable& data, const SceneSpec& scene) {
+    if (data.columns.empty() || data.columns.front().empty())
+        throw InputError("the data have no rows: a line of names is followed by rows of numbers");
+    const Meaning meaning = meaning_of(data, scene);
     std::vector<Experiment> all;
     std::map<std::vector<std::string>, std::size_t> known;
     for (std::size_t row = 0; row < data.columns.front().size(); ++row) {
         std::vector<std::string> keys;
-        std::vector<MeasuredValue> values;
-        for (std::size_t c = 0; c < data.names.size(); ++c) {
-            if (shape && (c == s || c == x || c == y || c == z)) continue;
-            const std::string& name = data.names[c];
-            const double value = data.columns[c][row];
-            if (name.find('.') != std::string::npos) keys.push_back(fmt::format("{}={:.17g}", name, value));
-            else if (!std::isnan(value)) values.push_back({name, value});
+        for (const auto& [c, heading] : meaning.keys) {
+            if (!std::isfinite(data.columns[c][row]))
+                throw InputError(fmt::format("row {} of the data has no '{}'", row + 1, heading.name));
+            keys.push_back(fmt::format("{}={:.17g}", heading.name, data.columns[c][row]));
         }
         const auto [at, fresh] = known.try_emplace(keys, all.size());
         if (fresh) all.push_back({keys, {}, {}, {}});
         Experiment& own = all[at->second];
-        own.values.insert(own.values.end(), values.begin(), values.end());
-        if (shape)
-            own.places.push_back(
-                {data.columns[s][row], {data.columns[x][row], data.columns[y][row], data.columns[z][row]}});
+        for (const auto& [c, heading] : meaning.values)
+            if (!std::isnan(data.columns[c][row])) own.values.push_back({heading, data.columns[c][row]});
+        if (!meaning.has_shape()) continue;
+        std::array<double, 4> place{};
+        for (std::size_t part = 0; part < 4; ++part) place[part] = data.columns[meaning.shape[part]][row];
+        if (std::none_of(place.begin(), place.end(), [](double x) { return std::isnan(x); }))
+            own.places.push_back({place[0], {place[1], place[2], place[3]}});
     }
     return all;
 }
 
-/// Factor of the 95 % interval of Student's t with so many degrees of freedom (Abramowitz and Stegun 26.7.5).
+/// Factor of the 95 % interval of Student's t with so many degrees of freedom: exact for 1 and 2, else a series
+/// (Abramowitz and Stegun 26.7.5).
 double student(double freedom) {
+    if (freedom < 1.5) return 12.706204736;
+    if (freedom < 2.5) return 4.302652730;
     const double z = 1.959963984540054, z3 = z * z * z, z5 = z3 * z * z, z7 = z5 * z * z;
     return z + (z3 + z) / (4 * freedom) + (5 * z5 + 16 * z3 + 3 * z) / (96 * freedom * freedom) +
            (3 * z7 + 19 * z5 + 17 * z3 - 15 * z) / (384 * freedom * freedom * freedom);
@@ -82,59 +130,141 @@ class Fit {
 public:
     Fit(const Communicator& comm, const Threads& threads, const Machine& machine, SceneText text, const CsvTable& data,
         FitOptions options)
-        : comm_(comm), threads_(threads), machine_(machine), text_(std::move(text)), options_(std::move(options)),
-          experiments_(experiments_of(data)) {
+        : comm_(comm), threads_(threads), machine_(machine), text_(std::move(text)), options_(std::move(options)) {
         const SceneSpec scene = parse_scene(text_.file, text_.text, text_.overrides);
+        refuse_unsolvable(scene);
+        experiments_ = experiments_of(data, scene);
         for (const std::string& key : options_.keys) {
-            value_.push_back(number_at(scene, key).value);
+            const SceneNumber number = number_at(scene, key);
+            refuse_whole(number, key);
+            if (std::count(options_.keys.begin(), options_.keys.end(), key) > 1)
+                throw InputError(fmt::format("--number {} is given twice", key));
+            for (const std::string& heading : data.names)
+                if (heading_of(heading).name == key)
+                    throw InputError(fmt::format("'{}' is a column of the data, and cannot be found from them", key));
+            value_.push_back(number.value);
+            unit_.push_back(number.unit);
             scale_.push_back(value_.back() != 0 ? std::abs(value_.back()) : 1);
         }
         for (const Experiment& one : experiments_) size_ += one.size();
         if (size_ <= value_.size())
-            throw InputError(fmt::format("{} measured values are too few for {} numbers", size_, value_.size()));
+            throw InputError(
+                fmt::format("{} measured values are too few for {} numbers and their intervals", size_, value_.size()));
+        find_kinds();
     }
 
     FitReport run() {
+        constexpr int most_weightings = 20;
         FitReport report;
+        Unknown residual;
+        for (int i = 0; i < most_weightings; ++i) {
+            residual = minimise(report.iterations);
+            if (i + 1 == most_weightings || !weigh(residual)) break;
+        }
+        refuse_undetermined();
+        const auto freedom = static_cast<double>(size_ - value_.size());
+        const double variance = residual.squaredNorm() / freedom;
+        const Eigen::MatrixXd inverse = (slopes_.transpose() * slopes_).inverse();
+        for (Eigen::Index i = 0; i < inverse.rows(); ++i)
+            report.numbers.push_back({options_.keys[at(i)], unit_[at(i)], value_[at(i)],
+                                      student(freedom) * scale_[at(i)] * std::sqrt(variance * inverse(i, i))});
+        report.values = size_;
+        report.experiments = experiments_.size();
+        for (std::size_t k = 0; k < kinds_.size(); ++k)
+            report.misfits.push_back({kinds_[k], kind_units_[k], sigma_[k] * root_mean_square(residual, k)});
+        return report;
+    }
+
+private:
+    /// Kinds of values, each with an error of its own, and what that is at first: its range.
+    void find_kinds() {
+        std::vector<double> low, high;
+        for (const Experiment& one : experiments_) {
+            const Unknown values = measured(one);
+            for (std::size_t row = 0; row < one.size(); ++row) {
+                const bool place = row < 3 * one.places.size();
+                const std::string name = place ? places : one.values[row - 3 * one.places.size()].heading.name;
+                const auto kind =
+                    static_cast<std::size_t>(std::find(kinds_.begin(), kinds_.end(), name) - kinds_.begin());
+                const double value = values[static_cast<Eigen::Index>(row)];
+                if (kind == kinds_.size()) {
+                    kinds_.push_back(name);
+                    kind_units_.emplace_back(place ? "m" : "");
+                    low.push_back(value);
+                    high.push_back(value);
+                }
+                low[kind] = std::min(low[kind], value);
+                high[kind] = std::max(high[kind], value);
+                kind_of_.push_back(kind);
+            }
+        }
+        for (std::size_t k = 0; k < kinds_.size(); ++k) {
+            const double size = std::max(std::abs(low[k]), std::abs(high[k]));
+            size_of_kind_.push_back(high[k] > low[k] ? high[k] - low[k] : size > 0 ? size : 1);
+        }
+        sigma_ = size_of_kind_;
+    }
+
+    double root_mean_square(const Unknown& residual, std::size_t kind) const {
+        double sum = 0;
+        for (std::size_t row = 0; row < size_; ++row)
+            if (kind_of_[row] == kind) sum += std::pow(residual[static_cast<Eigen::Index>(row)], 2);
+        return std::sqrt(sum / static_cast<double>(std::ranges::count(kind_of_, kind)));
+    }
+
+    /// Errors of kinds from what is left of them; true if weights have changed, so that the fit is made again. A kind
+    /// of few values could be met exactly, which says nothing of its error: it has the share of its range that all
+    /// have.
+    bool weigh(const Unknown& residual) {
+        constexpr double exact = 1e-9; // of a kind's range: no data are better
+        if (kinds_.size() < 2) return false;
+        double of_all = 0;
+        for (std::size_t k = 0; k < kinds_.size(); ++k)
+            of_all = std::hypot(of_all, sigma_[k] / size_of_kind_[k] * root_mean_square(residual, k));
+        of_all /= std::sqrt(static_cast<double>(kinds_.size()));
+        bool changed = false;
+        for (std::size_t k = 0; k < kinds_.size(); ++k) {
+            const bool few = static_cast<std::size_t>(std::ranges::count(kind_of_, k)) < value_.size() + 3;
+            const double found = few ? of_all * size_of_kind_[k] : sigma_[k] * root_mean_square(residual, k);
+            const double now = std::max(found, exact * size_of_kind_[k]);
+            changed = changed || std::abs(now - sigma_[k]) > 1e-3 * sigma_[k];
+            next_sigma_.push_back(now);
+        }
+        if (changed) sigma_ = next_sigma_;
+        next_sigma_.clear();
+        return changed;
+    }
+
+    /// Residuals at the best numbers, with their slopes there.
+    Unknown minimise(int& iterations) {
         const auto numbers = static_cast<Eigen::Index>(value_.size());
         Unknown residual = predict(value_, true);
         double damping = 0;
-        for (report.iterations = 1; report.iterations <= options_.most_iterations; ++report.iterations) {
+        for (int i = 0; i < options_.most_iterations; ++i) {
+            ++iterations;
             refuse_undetermined();
-            const Eigen::MatrixXd square = slopes_.transpose() * slopes_;
-            const Unknown down = slopes_.transpose() * residual;
-            Eigen::MatrixXd damped = square;
+            Eigen::MatrixXd damped = slopes_.transpose() * slopes_;
             damped.diagonal() *= 1 + damping;
-            const Unknown step = -damped.ldlt().solve(down);
+            const Unknown step = -damped.ldlt().solve(slopes_.transpose() * residual);
             std::vector<double> trial = value_;
-            for (Eigen::Index i = 0; i < numbers; ++i) trial[at(i)] += scale_[at(i)] * step[i];
+            for (Eigen::Index n = 0; n < numbers; ++n) trial[at(n)] += scale_[at(n)] * step[n];
             const double size = step.cwiseAbs().maxCoeff();
             std::optional<Unknown> next = try_to_predict(trial);
             if (next && next->squaredNorm() <= residual.squaredNorm() * (1 + 1e-12)) {
                 value_ = std::move(trial);
                 damping = damping > 1e-6 ? 0.1 * damping : 0;
-                if (size < options_.tolerance) break;
                 residual = predict(value_, true);
+                if (size < options_.tolerance) return residual;
             } else {
-                if (size < 1e3 * options_.tolerance) break; // as exact as slopes are
+                if (size < 1e3 * options_.tolerance) return residual; // as exact as slopes are
                 damping = std::max(10 * damping, 1e-3);
                 if (damping > 1e12) throw NumericalError("the fit finds no better numbers, and no minimum");
             }
         }
-        residual = predict(value_, true);
-        const auto freedom = static_cast<double>(size_ - value_.size());
-        const double variance = residual.squaredNorm() / freedom;
-        const Eigen::MatrixXd inverse = (slopes_.transpose() * slopes_).inverse();
-        for (Eigen::Index i = 0; i < numbers; ++i)
-            report.numbers.push_back({options_.keys[at(i)], value_[at(i)],
-                                      student(freedom) * scale_[at(i)] * std::sqrt(variance * inverse(i, i))});
-        report.values = size_;
-        report.experiments = experiments_.size();
-        report.misfit = std::sqrt(residual.squaredNorm() / static_cast<double>(size_));
-        return report;
+        throw NumericalError(fmt::format("the fit has not settled in {} iterations; begin with other numbers",
+                                         options_.most_iterations));
     }
 
-private:
     static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
     std::unique_ptr<StaticCase> case_of(const Experiment& experiment, std::span<const double> value) const {
@@ -160,36 +290,58 @@ private:
         return {simulation.observation().names(), simulation.observation().values()};
     }
 
-    /// Predicted values of an experiment, places first.
-    Unknown values_of(const Experiment& experiment, const StaticCase& one, const StaticState& state) const {
-        Unknown all(static_cast<Eigen::Index>(experiment.size()));
-        Eigen::Index row = 0;
+    /// The rod that a shape is of.
+    std::size_t rod_of_shape(const StaticCase& one) const {
         std::size_t rod = 0;
         if (!options_.rods.empty())
             while (rod < one.rods.size() && nth(one.groups, one.rods[rod].group).name() != options_.rods) ++rod;
         if (rod == one.rods.size()) throw InputError(fmt::format("there are no rods '{}'", options_.rods));
+        if (nth(one.groups, one.rods[rod].group).elements() < 1)
+            throw InputError("a shape is of a rod: --rods names its group");
+        return rod;
+    }
+
+    static Vec3d place_at(double s, const RodGroup& group, const Slot<1>* slot) {
+        double left = s, length = 0;
+        for (int k = 0; k < group.elements(); ++k) length += nth(group.element, k).rest_length;
+        if (!(s >= -1e-9 * length && s <= (1 + 1e-9) * length))
+            throw InputError(fmt::format("s = {:g} m of the data is no place of the rod, which is {:g} m long: s is "
+                                         "arc length from its start, undeformed",
+                                         s, length));
+        int k = 0;
+        while (k + 1 < group.elements() && left > nth(group.element, k).rest_length)
+            left -= nth(group.element, k++).rest_length;
+        const double share = left * nth(group.element, k).inv_rest_length;
+        return (1 - share) * lane(slot[k].position, 0) + share * lane(slot[k + 1].position, 0);
+    }
+
+    /// Predicted values of an experiment, places first.
+    Unknown values_of(const Experiment& experiment, const StaticCase& one, const StaticState& state) {
+        Unknown all(static_cast<Eigen::Index>(experiment.size()));
+        Eigen::Index row = 0;
+        const std::size_t rod = experiment.places.empty() ? 0 : rod_of_shape(one);
         const RodGroup& group = nth(one.groups, one.rods[rod].group);
-        const Slot<1>* slot = state.slot.data() + one.system->first_slot(rod);
         for (const MeasuredPlace& place : experiment.places) {
-            double left = place.s;
-            int k = 0;
-            while (k + 1 < group.elements() && left > nth(group.element, k).rest_length)
-                left -= nth(group.element, k++).rest_length;
-            const double share = left * nth(group.element, k).inv_rest_length;
-            const Vec3d x = (1 - share) * lane(slot[k].position, 0) + share * lane(slot[k + 1].position, 0);
+            const Vec3d x = place_at(place.s, group, state.slot.data() + one.system->first_slot(rod));
             for (const double part : {x.x, x.y, x.z}) all[row++] = part;
         }
         if (experiment.values.empty()) return all;
         const auto [names, values] = observe(one, state);
         for (const MeasuredValue& value : experiment.values) {
-            const auto found = std::find_if(names.begin(), names.end(), [&](const std::string& name) {
-                return name.substr(0, name.find('[')) == value.name;
-            });
-            if (found == names.end())
+            std::vector<std::string> plain;
+            for (const std::string& name : names) plain.push_back(heading_of(name).name);
+            const auto found = std::find(plain.begin(), plain.end(), value.heading.name);
+            if (found == plain.end())
                 throw InputError(fmt::format(
-                    "'{}' is no observable of the scene, nor a key of it, which has a dot{}", value.name,
-                    suggestion(value.name, std::vector<std::string_view>(names.begin(), names.end()), "there are")));
-            all[row++] = values[static_cast<std::size_t>(found - names.begin())];
+                    "'{}' is no observable of the scene, nor a key of it, which has a dot{}", value.heading.name,
+                    suggestion(value.heading.name, std::vector<std::string_view>(plain.begin(), plain.end()),
+                               "there are")));
+            const auto place = static_cast<std::size_t>(found - plain.begin());
+            const std::string unit = heading_of(names[place]).unit;
+            refuse_other_unit(value.heading, unit);
+            kind_units_[static_cast<std::size_t>(std::find(kinds_.begin(), kinds_.end(), value.heading.name) -
+                                                 kinds_.begin())] = unit;
+            all[row++] = values[place];
         }
         return all;
     }
@@ -235,6 +387,11 @@ private:
             experiment.state = std::move(state);
             row += count;
         }
+        for (row = 0; row < all.size(); ++row) {
+            const double weight = 1 / sigma_[kind_of_[at(row)]];
+            all[row] *= weight;
+            if (with_slopes) slopes_.row(row) *= weight;
+        }
         return all;
     }
     std::optional<Unknown> try_to_predict(const std::vector<double>& value) {
@@ -246,7 +403,7 @@ private:
     }
 
     Eigen::MatrixXd slopes_of(const Experiment& experiment, StaticCase& one, const StaticState& state,
-                              const std::vector<double>& value) const {
+                              const std::vector<double>& value) {
         constexpr double share = 1e-4;
         Eigen::MatrixXd all(static_cast<Eigen::Index>(experiment.size()), static_cast<Eigen::Index>(value.size()));
         StaticSystem::Balance balance = one.system->balance(state, true);
@@ -277,21 +434,25 @@ private:
 
     /// Refuses numbers whose changes leave all values as they are.
     void refuse_undetermined() const {
-        constexpr double least = 1e-6; // of the largest singular value, which slopes are exact to
-        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(slopes_, Eigen::ComputeThinV);
+        constexpr double least = 1e-6; // of the largest, which slopes are exact to
+        const Unknown norms = slopes_.colwise().norm();
+        const double largest = norms.maxCoeff();
+        for (Eigen::Index i = 0; i < norms.size(); ++i)
+            if (!(norms[i] > least * largest * 1e-3))
+                throw InputError(fmt::format("the data do not depend on {}", options_.keys[at(i)]));
+        const Eigen::MatrixXd alike = slopes_ * norms.cwiseInverse().asDiagonal();
+        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(alike, Eigen::ComputeThinV);
         const Unknown size = svd.singularValues();
         const Eigen::Index last = size.size() - 1;
         if (size[last] > least * size[0]) return;
+        const Unknown shares = svd.matrixV().col(last).cwiseQuotient(norms).normalized();
         std::vector<std::string> together;
         for (Eigen::Index i = 0; i <= last; ++i)
             if (std::abs(svd.matrixV()(i, last)) > 0.1)
-                together.push_back(fmt::format("{} ({:+.2g})", options_.keys[at(i)], svd.matrixV()(i, last)));
-        throw InputError(
-            together.size() == 1
-                ? fmt::format("the data do not depend on {}", together.front())
-                : fmt::format("the data do not determine {} apart: relative changes in these proportions change "
-                              "nothing that was measured; hold one of them",
-                              fmt::join(together, ", ")));
+                together.push_back(fmt::format("{} ({:+.2g})", options_.keys[at(i)], shares[i]));
+        throw InputError(fmt::format("the data do not determine {} apart: relative changes in these proportions change "
+                                     "nothing that was measured; hold one of them",
+                                     fmt::join(together, ", ")));
     }
 
     const Communicator& comm_;
@@ -301,6 +462,9 @@ private:
     FitOptions options_;
     std::vector<Experiment> experiments_;
     std::vector<double> value_, scale_;
+    std::vector<std::string> unit_, kinds_, kind_units_;
+    std::vector<std::size_t> kind_of_;                      ///< of each value
+    std::vector<double> sigma_, next_sigma_, size_of_kind_; ///< errors of kinds, and their ranges
     std::size_t size_ = 0;
     Eigen::MatrixXd slopes_;
 };
@@ -316,17 +480,19 @@ FitReport fit(const Communicator& comm, const Threads& threads, const Machine& m
 }
 
 std::string to_text(const FitReport& report) {
-    std::string text = fmt::format("Fit: {} values of {} experiments, {} iterations, {:.3g} s; misfit {:.3g} (rms)\n",
-                                   report.values, report.experiments, report.iterations, report.seconds, report.misfit);
+    std::string text = fmt::format("Fit: {} values of {} experiments, {} iterations, {:.3g} s\n", report.values,
+                                   report.experiments, report.iterations, report.seconds);
+    for (const Misfit& one : report.misfits)
+        text += fmt::format("  misfit of {}: {:.3g} {} (rms)\n", one.of, one.size, one.unit);
     for (const FittedNumber& one : report.numbers)
-        text += fmt::format("  {:<40} {:>14.7g} +- {:.2g} (95 %)\n", one.key, one.value, one.half_width);
+        text += fmt::format("  {:<40} {:>14.7g} +- {:.2g} {} (95 %)\n", one.key, one.value, one.half_width, one.unit);
     return text;
 }
 
 std::string to_csv(const FitReport& report) {
-    std::string text = "key,value,half_width_95\n";
+    std::string text = "key,value,half_width_95,unit\n";
     for (const FittedNumber& one : report.numbers)
-        text += fmt::format("{},{:.17g},{:.6g}\n", one.key, one.value, one.half_width);
+        text += fmt::format("{},{:.17g},{:.6g},{}\n", one.key, one.value, one.half_width, one.unit);
     return text;
 }
 

@@ -1,7 +1,8 @@
 // Numbers of a scene from measured shapes and curves: least squares over equilibria, with confidence intervals.
 //   data      a table (CSV). s, x, y, z: places on a rod, at the arc length s of the undeformed rod; names with a dot:
 //             keys of the scene that the row was measured with; other names: observables
-//   residual  (predicted - measured)/sigma, with one sigma for places, and one for each observable
+//   residual  (predicted - measured)/sigma, with one sigma for places, and one for each observable,
+//             found from the residuals that are left
 //   slopes    of an equilibrium by a number: K v = d residual/dp                                theory.md (104), (105)
 //   interval  value +- t sqrt(diag (J^T J)^-1 s^2), s^2 the mean square of the residuals that is left
 #pragma once
@@ -26,8 +27,14 @@ struct FitOptions {
 };
 
 struct FittedNumber {
-    std::string key;
+    std::string key, unit;
     double value = 0, half_width = 0; ///< half the width of the interval of 95 %
+};
+
+/// What is left of the values of one kind: places, or an observable.
+struct Misfit {
+    std::string of, unit;
+    double size = 0; ///< root mean square
 };
 
 struct FitReport {
@@ -35,7 +42,7 @@ struct FitReport {
     std::size_t values = 0;      ///< measured
     std::size_t experiments = 0; ///< rows of equal keys
     int iterations = 0;
-    double misfit = 0; ///< root mean square of places, m; of observables in their units where there are no places
+    std::vector<Misfit> misfits;
     double seconds = 0;
 };
 

@@ -1,0 +1,132 @@
+"""skein.fit: true numbers lie within the intervals for most seeds of noise, curves of a load, refusals."""
+
+import pathlib
+import tempfile
+import unittest
+
+import numpy as np
+
+from package import skein
+
+YOUNG, CURVATURE = 2e6, 1.5
+E, K = "rods.arm.material.youngs_modulus", "rods.arm.shape.rest_curvature.1"
+ARM = """
+time.duration = 1.0
+[[rods]]
+name = "arm"
+start = "clamped"
+material = {density = 1200.0, youngs_modulus = 2e6}
+section.radius = 3e-3
+shape = {length = 0.2, elements = 12, rest_curvature = [0.0, 1.5, 0.0]}
+placement.tangent = [1.0, 0.0, 0.0]
+[[probe]]
+name = "tip"
+of = "arm"
+[[load]]
+kind = "gravity"
+"""
+PULLED = ARM + """
+[[load]]
+kind = "end_force"
+end = [0.0, 0.0, -2e-3]
+"""
+FORCE = "load.end_force.end.2"
+
+
+def shape(scene=ARM, **keys):
+    """Places of the nodes at rest."""
+    places = skein.equilibrium(scene, threads=1, **keys).positions["arm"][0]
+    return {"s": np.linspace(0, 0.2, len(places)), **dict(zip("xyz", places.T))}
+
+
+def noisy(data, seed, share=0.01):
+    """With errors of places of this share of the largest displacement."""
+    random, size = np.random.default_rng(seed), share * np.ptp(data["z"])
+    return {name: column if name == "s" else column + random.normal(0, size, len(column)) for name, column in data.items()}
+
+
+class Fits(unittest.TestCase):
+    def test_intervals_hold_the_truth(self):
+        exact, within = shape(), {E: 0, K: 0}
+        for seed in range(20):
+            found = skein.fit(ARM, noisy(exact, seed), [E, K], threads=1, **{E: 1e6, K: 0.5})
+            for key, truth in ((E, YOUNG), (K, CURVATURE)):
+                low, high = found.interval(key)
+                within[key] += low <= truth <= high
+                self.assertLess(abs(found[key] / truth - 1), 0.3)
+        self.assertGreaterEqual(min(within.values()), 17, within)
+        self.assertLess(max(within.values()) + min(within.values()), 41)
+        self.assertEqual(found.units, {E: "Pa", K: "1/m"})
+        self.assertAlmostEqual(found.misfits["places"] / (0.01 * np.ptp(exact["z"])), 1, delta=0.3)
+
+    def test_exact_data_give_the_numbers(self):
+        found = skein.fit(ARM, shape(), [E, K], threads=1, **{E: 1e6, K: 0.5})
+        self.assertAlmostEqual(found[E] / YOUNG, 1, delta=1e-6)
+        self.assertAlmostEqual(found[K] / CURVATURE, 1, delta=1e-6)
+        self.assertIn("youngs_modulus = 2e+06", repr(found))
+
+    def test_a_curve_of_a_force(self):
+        forces = np.linspace(-1e-3, -8e-3, 7)
+        tips = np.array([skein.equilibrium(PULLED, threads=1, **{FORCE: force})["tip_z"] for force in forces])
+        data = {f"{FORCE}[N]": forces, "tip_z[m]": tips + np.random.default_rng(1).normal(0, 1e-4, 7)}
+        found = skein.fit(PULLED, data, E, threads=1, **{E: 3e6})
+        low, high = found.interval(E)
+        self.assertTrue(low <= YOUNG <= high, found)
+        self.assertLess(high - low, 0.05 * YOUNG)
+        self.assertEqual(found.figures["experiments"], 7)
+
+    def test_kinds_of_data_have_errors_of_their_own(self):
+        """Coarse axial energies beside good places: the interval is that of places alone."""
+        data, random = noisy(shape(PULLED), 3), np.random.default_rng(3)
+        alone = skein.fit(PULLED, data, E, threads=1, **{E: 3e6})
+        bend = skein.equilibrium(PULLED, threads=1)["elastic_bend"]
+        both = skein.fit(PULLED, {**data, "elastic_bend": bend * (1 + random.normal(0, 0.5, len(data["s"])))}, E, threads=1, **{E: 3e6})
+        self.assertAlmostEqual(both.half_widths[E] / alone.half_widths[E], 1, delta=0.2)
+        self.assertEqual(set(both.misfits), {"places", "elastic_bend"})
+
+    def test_what_the_data_do_not_determine(self):
+        straight = ARM.replace("rest_curvature = [0.0, 1.5, 0.0]", "start_curvature = [0.0, 0.0, 0.0]")
+        density = "rods.arm.material.density"
+        with self.assertRaisesRegex(skein.RunFailed, "do not determine") as failed:
+            skein.fit(straight, shape(straight), [E, density], threads=1)
+        self.assertEqual(failed.exception.code, 2)
+        self.assertIn(E, str(failed.exception))
+        self.assertIn(density, str(failed.exception))
+        with self.assertRaisesRegex(skein.RunFailed, "do not depend on rods.arm.material.rotary_inertia_scale"):
+            skein.fit(PULLED, shape(PULLED), [E, "rods.arm.material.rotary_inertia_scale"], threads=1)
+
+
+class Refusals(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.file = pathlib.Path(folder.name) / "data.csv"
+
+    def refused(self, data, words, numbers=(E,), **keys):
+        if isinstance(data, str):
+            self.file.write_text(data)
+            data = self.file
+        with self.assertRaisesRegex(skein.RunFailed, words) as failed:
+            skein.fit(keys.pop("scene", PULLED), data, numbers, threads=1, **keys)
+        self.assertEqual(failed.exception.code, 2, failed.exception)
+
+    def test_of_data(self):
+        for data, words in (("tip_z\n0.1\n", "1 measured values are too few for 1 numbers"), ("tipz\n0.1\n0.2\n", "no observable of the scene.*did you mean 'tip_z'"),
+                            ("load.end_forse.end.2,tip_z\n0,0.1\n1,0.2\n", "is no number of"), ("no table at all\nnor here\n", "is not a number; data are a table"),
+                            ("", "the data have no rows"), ("tip_z\n", "the data have no rows"), ("s,x,y\n0,0,0\n", "need the columns s, x, y and z"),
+                            ("tip_z,tip_z\n1,2\n3,4\n", "two columns 'tip_z'"), ("tip_z[mm]\n1\n3\n", "is in mm and has to be in m"), ("s,x,y,z\n0.3,0,0,0\n", "is no place of the rod"),
+                            ("tip_z,tip_x\n1\n", "expected 2 numbers"), (f"{E},tip_z\n1e6,0.1\n2e6,0.2\n", "is a column of the data"), (f"{FORCE},tip_z\nnan,0.1\n0,0.2\n", "row 1 of the data has no")):
+            with self.subTest(data=data):
+                self.refused(data, words)
+
+    def test_of_numbers(self):
+        data = {"tip_z": [0.0, 0.1, 0.2]}
+        for number, words in (("rods.arm.shape.elements", "is a whole number"), ("rods.arm.name", "is no number"), ("rods.leg.section.radius", "is no number")):
+            self.refused(data, words, [number])
+        self.refused(data, "is given twice", [E, E])
+        self.refused(shape(), "there are no rods 'leg'", rods="leg")
+        self.refused(data, "no rods or bodies|no bodies", scene="time.duration = 1.0\n")
+
+
+if __name__ == "__main__":
+    unittest.main()
