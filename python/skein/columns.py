@@ -7,8 +7,6 @@ from pathlib import Path
 import numpy as np
 
 from .needs import Damaged, NotResults, need_files, reading
-from .program import RunFailed, description
-from .results import open as open_results
 
 NUMBER, OF_POINT = 2, 7  # in path.csv: place of the number along the path, and of the first observable
 WORDS = {"place", "of"}                                     # columns that are no numbers
@@ -42,34 +40,8 @@ class Columns(dict):
 
 
 def path_columns(directory):
-    """Columns of path.csv, with the unit of the number along the path."""
-    table = Columns(directory, "path.csv", "point")
-    key = list(table)[NUMBER]
-    table.units[key] = table.units[key] or _unit(directory, key)
-    return table
+    return Columns(directory, "path.csv", "point")
 
 
 def modes_columns(directory):
     return Columns(directory, "modes.csv", "mode")
-
-
-def _unit(directory, key):
-    """Unit of a number of the scene: of a constant its own, else the unit of the key; empty if it has none, or keys of one name have several."""
-    table, *_ = parts = key.split(".")
-    physics = open_results(directory).physics
-    if table == "constants":
-        constant = physics.get("constants", {}).get(parts[1], {})
-        return constant.get("unit", "") if isinstance(constant, dict) else ""
-    entries = physics.get(table)
-    if isinstance(entries, list) and len(parts) > 2:
-        entry = next((entry for number, entry in enumerate(entries) if parts[1] in (str(number), entry.get("name"))), {})
-        kind = entry.get("kind", "")
-    else:
-        kind = ""
-    last = next(part for part in reversed(parts) if not part.isdigit())
-    try:
-        known = [one for one in description()["keys"] if one["path"].startswith(f"{table}.") and one["key"] == last]
-    except (FileNotFoundError, RunFailed):
-        return ""
-    units = {one["unit"] for one in [one for one in known if one["path"].startswith(f"{table}.{kind}.")] or known}
-    return units.pop() if len(units) == 1 else ""

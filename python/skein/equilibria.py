@@ -47,18 +47,19 @@ class Equilibrium(Solution):
 
     residual      largest force that is out of balance, over the acting forces
     load_steps    most of a piece; `iterations`: of Newton's method, most of a piece
-    pieces        rods, or copies of assemblies, that are solved each alone; `unstable`: how many are
+    pieces        rods, or copies of assemblies, that are solved each alone; `unstable`: how many are; `unknown`: of how many it is not known
     neutral       motions that change no load
-    stable        None if the loads have no potential, so that it is not known
+    stable        None if no piece is unstable, but the loads of some have no potential, so that it is not known
     figures       all that `skein equilibrium --json` prints
     """
 
-    def __init__(self, directory, kept, figures, known):
+    def __init__(self, directory, kept, figures):
         super().__init__(directory, kept)
         self.figures = figures
         self.residual, self.iterations, self.load_steps = figures["residual"], figures["iterations"], figures["load_steps"]
         self.pieces, self.unstable, self.neutral = figures["pieces"], figures["unstable_pieces"], figures["neutral_motions"]
-        self.stable = self.unstable == 0 if known or self.unstable else None
+        self.unknown = figures["unknown_stability"]
+        self.stable = self.unstable == 0 if self.unstable or not self.unknown else None
 
     def __repr__(self):
         words = {True: "stable", False: f"unstable, {self.unstable} of {self.pieces} pieces", None: "stability not known"}[self.stable]
@@ -82,7 +83,7 @@ class Modes(Solution):
         swinging = table["neutral"] == 0
         self.neutral = int(np.sum(~swinging))
         self.frequencies, self.eigenvalues, self.residuals = (table[name][swinging] for name in ("frequency", "eigenvalue", "residual"))
-        self.names = [name.strip("'") for name in table["of"][swinging]]
+        self.names = list(table["of"][swinging])
         folders = sorted(Path(directory).glob("mode_*"), key=lambda folder: int(folder.name.partition("_")[2]))
         self.shapes = [{name: group.position[FULL_SWING] - self.positions[name] for name, group in open_results(folder).groups.items()} for folder in folders]
 
@@ -99,7 +100,7 @@ class PathOfEquilibria:
     place         [points]: "regular", "limit", "branch" or "end"
     branch        [points]: 0 until the path leaves for another branch
     negative      [points]: directions in which the energy falls; -1: not known
-    stable        [points] of bool
+    stable        [points] of bool, False where it is not known
     observables   {name: [points]}, and their `units`
     limits        values of the number at the limit points; `branches`: at the branch points
     complete      whether the path has come to its end, and has not been cut off or failed to go farther
@@ -138,13 +139,13 @@ class PathOfEquilibria:
 
 def equilibrium(scene, time=None, stable=False, out=None, overwrite=False, threads=None, **keys):
     """Finds where the bodies of a scene are at rest, by Newton's method: a file, TOML text or a skein.Scene. time [s]: of loads and ends, else the scene's
-    end; stable: an unstable equilibrium raises RunFailed; out: directory of results, else a temporary one. Keys of the scene by their path, as in
+    end; stable: an equilibrium that is unstable, or not known to be stable, raises RunFailed; out: directory of results, else a temporary one. Keys of the scene by their path, as in
     skein.run."""
     words = [*_option("--time", time), *["--stable"] * bool(stable)]
     with _solved("equilibrium", scene, out, overwrite, threads, keys, [*words, "--json"], (0, UNSTABLE)) as (directory, done):
-        found = Equilibrium(directory, out is not None, json.loads(done.stdout), "Stability: not known" not in done.stderr)
+        found = Equilibrium(directory, out is not None, json.loads(done.stdout))
     if done.returncode == UNSTABLE:
-        raise RunFailed(f"the equilibrium is unstable, {found.unstable} of {found.pieces} pieces", UNSTABLE)
+        raise RunFailed(_error(done, "equilibrium"), UNSTABLE)
     return found
 
 
@@ -185,10 +186,9 @@ def _solved(what, scene, out, overwrite, threads, keys, words, good=(0,)):
 
 
 def _error(done, what):
-    """The program's message, without the text on the solution beside it."""
-    said = done.stderr.partition("\nNewton:")[0].strip()
-    at = said.find("error: ")
-    return said[at:] if at >= 0 else said or f"skein {what} ended with code {done.returncode}"
+    """The program's message, which ends what it says, without the text on the solution before it."""
+    at = done.stderr.find("error: ")
+    return done.stderr[max(at, 0):].strip() or f"skein {what} ended with code {done.returncode}"
 
 
 def _named(values, name):

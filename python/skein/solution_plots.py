@@ -11,6 +11,8 @@ from .results import open as open_results
 from .style import INK, QUIET, bare
 
 MARKS = {"limit": ("o", "limit point"), "branch": ("D", "branch point")}
+WORDS = {True: "stable", False: "unstable", None: "stability not known"}
+LINES = {"stable": "-", "unstable": (0, (4, 2.2)), "stability not known": (0, (1, 1.5))}
 
 
 def drawable(table):
@@ -68,16 +70,17 @@ def draw_paths(runs, names, against, log):
     for k, (name, out) in enumerate((name, out) for name in names for out in runs):
         table, axis, colour = runs[out], axis_of[name], f"C{k}"
         x, y = table[against], table[name]
-        for begin, end, stable in parts(table["place"], table["negative"] == 0):
-            axis.plot(x[begin:end + 1], y[begin:end + 1], color=colour, lw=1.4, ls="-" if stable else (0, (4, 2.2)), label="_")
-            seen.add("stable" if stable else "unstable")
+        unknown = bool((table["negative"] < 0).any())
+        for begin, end, stable in [(0, len(x) - 1, None)] if unknown else parts(table["place"], table["negative"] == 0):
+            axis.plot(x[begin:end + 1], y[begin:end + 1], color=colour, lw=1.4, ls=LINES[WORDS[stable]], label="_")
+            seen.add(WORDS[stable])
         for place, (marker, words) in MARKS.items():
             at = table["place"] == place
             if at.any():
                 axis.plot(x[at], y[at], marker, color=colour, mfc="white", ms=6, mew=1.3, zorder=3, label="_")
                 seen.add(words)
         axis.plot([], [], color=colour, lw=1.4, label=_label(name, out, runs))
-    kinds = {"stable": {"ls": "-"}, "unstable": {"ls": (0, (4, 2.2))}} | {words: {"ls": "", "marker": marker, "mfc": "white", "ms": 6, "mew": 1.3} for marker, words in MARKS.values()}
+    kinds = {words: {"ls": line} for words, line in LINES.items()} | {words: {"ls": "", "marker": marker, "mfc": "white", "ms": 6, "mew": 1.3} for marker, words in MARKS.values()}
     handles = [Line2D([], [], color=QUIET, lw=1.4, label=words, **look) for words, look in kinds.items() if words in seen]
     for number, axis in enumerate(dict.fromkeys(axis_of.values())):
         own = axis.get_legend_handles_labels()[0]

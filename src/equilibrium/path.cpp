@@ -1,5 +1,7 @@
 #include "equilibrium/path.hpp"
 
+#include "skein/core/error.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -46,8 +48,17 @@ Unknown PathFollower::slope(const StaticState& state, double value) {
         system.lead_ends(own);
         return system.balance(own, false).residual;
     };
-    return (8 * (residual(value + h) - residual(value - h)) - (residual(value + 2 * h) - residual(value - 2 * h))) /
-           (12 * h);
+    try {
+        return (8 * (residual(value + h) - residual(value - h)) - (residual(value + 2 * h) - residual(value - 2 * h))) /
+               (12 * h);
+    } catch (const InputError&) { // of a bound, one side has no values
+    }
+    const Unknown here = residual(value);
+    try {
+        return (4 * residual(value + h) - residual(value + 2 * h) - 3 * here) / (2 * h);
+    } catch (const InputError&) {
+        return (3 * here - 4 * residual(value - h) + residual(value - 2 * h)) / (2 * h);
+    }
 }
 
 bool PathFollower::find_tangent(Place& place, const Direction& last) {

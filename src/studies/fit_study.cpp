@@ -402,6 +402,19 @@ private:
         }
     }
 
+    /// The case with a number a little to one side; where that side has none, as of a bound, at its value.
+    std::unique_ptr<StaticCase> beside(const Experiment& experiment, const std::vector<double>& value, std::size_t i,
+                                       double share, double& side) const {
+        std::vector<double> other = value;
+        other[i] += side * share * scale_[i];
+        try {
+            return case_of(experiment, other);
+        } catch (const InputError&) {
+            side = 0;
+            return case_of(experiment, value);
+        }
+    }
+
     Eigen::MatrixXd slopes_of(const Experiment& experiment, StaticCase& one, const StaticState& state,
                               const std::vector<double>& value) {
         constexpr double share = 1e-4;
@@ -409,25 +422,23 @@ private:
         StaticSystem::Balance balance = one.system->balance(state, true);
         const StaticSolution solution(*one.system, state, balance);
         for (std::size_t i = 0; i < value.size(); ++i) {
-            const auto beside = [&](double side) {
-                std::vector<double> other = value;
-                other[i] += side * share * scale_[i];
-                return case_of(experiment, other);
-            };
-            const std::unique_ptr<StaticCase> low = beside(-1), high = beside(1);
+            double low_side = -1, high_side = 1;
+            const std::unique_ptr<StaticCase> low = beside(experiment, value, i, share, low_side),
+                                              high = beside(experiment, value, i, share, high_side);
+            const double width = (high_side - low_side) * share;
             const auto residual = [&](StaticCase& at) {
                 StaticState own = state;
                 at.system->lead_ends(own);
                 return at.system->balance(own, false).residual;
             };
-            const Unknown along = solution.solve((residual(*high) - residual(*low)) / (2 * share));
+            const Unknown along = solution.solve((residual(*high) - residual(*low)) / width);
             const auto moved = [&](StaticCase& at, double side) {
                 StaticState own = state;
                 at.system->lead_ends(own);
                 at.system->correct(own, side * share * along, 1);
                 return values_of(experiment, at, own);
             };
-            all.col(static_cast<Eigen::Index>(i)) = (moved(*high, 1) - moved(*low, -1)) / (2 * share);
+            all.col(static_cast<Eigen::Index>(i)) = (moved(*high, high_side) - moved(*low, low_side)) / width;
         }
         return all;
     }

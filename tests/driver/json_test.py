@@ -32,6 +32,10 @@ CALLS = {
     "expect": [(("scene.toml", "--out", "out", "--overwrite"), 9, "met")],
     "verify": [(("out",), 0, "same")],
     "converge": [(("scene.toml", "--dry-run"), 0, "predicted_core_seconds"), (("scene.toml", "--coarser", "--out", "study"), 0, "observables")],
+    "equilibrium": [(("scene.toml",), 0, "unknown_stability")],
+    "modes": [(("scene.toml", "--count", "2"), 0, "neutral_motions")],
+    "path": [(("scene.toml", "--along", "rods.arm.material.youngs_modulus", "--to", "3e6"), 0, "branches")],
+    "fit": [(("scene.toml", "data.csv", "--number", "rods.arm.material.youngs_modulus"), 0, "misfits")],
     "branch": [(("out", "branch", "--set", "damping.0.rate=4"), 0, "changes")],
     "plan": [(("scene.toml",), 0, "rods"), (("scene.toml", "--ranks", "2"), 0, "forecast")],
     "check": [(("scene.toml",), 0, "dt_s"), (("--self",), 0, "digest")],
@@ -49,6 +53,7 @@ WITHOUT = {"manual", "completion"}
 class Documents(DriverTest):
     def test_every_command_prints_one_document(self):
         self.scene.write_text(ARM)
+        (self.directory / "data.csv").write_text("load.0.ramp,centre_z\n0,-0.0017\n0,-0.0018\n")
         help_text = subprocess.run([SKEIN, "--help"], capture_output=True, text=True, check=True).stdout
         commands = set(re.findall(r"^  ([a-z]+) {2,}", help_text.split("Examples:")[0], re.M))
         self.assertEqual(commands, CALLS.keys() | WITHOUT)

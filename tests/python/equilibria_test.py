@@ -84,7 +84,14 @@ class Equilibria(InFolder):
 
     def test_loads_without_a_potential(self):
         twisted = PUSHED.replace('force = ["1e-4*t", "0", "0"]', 'couple = ["1e-5", "1e-5", "1e-5"]')
-        self.assertIsNone(skein.equilibrium(twisted).stable)
+        found = skein.equilibrium(twisted)
+        self.assertIsNone(found.stable)
+        self.assertEqual((found.unstable, found.unknown), (0, 1))
+        with self.assertRaisesRegex(skein.RunFailed, "^error: the stability of the equilibrium: not known") as failed:
+            skein.equilibrium(twisted, stable=True)
+        self.assertEqual(failed.exception.code, 10)
+        path = skein.path(twisted, "rods.rod.material.youngs_modulus", to=3e6)
+        self.assertEqual((set(path.negative), path.stable.any(), path.unit), ({-1}, False, "Pa"))
 
     def test_free_motions_are_neutral(self):
         self.assertEqual(skein.equilibrium(ROD).neutral, 6)
@@ -95,7 +102,7 @@ class Equilibria(InFolder):
         self.assertAlmostEqual(tips[1] / tips[2], 0.5, delta=1e-2)
 
     def test_refusals_are_the_programs(self):
-        for scene, words, code in ((APPS / "nest/nest_110.toml", "bodies that touch", 2), (APPS / "gallery/pendulum.toml", "nothing balances the loads on the turn", 4),
+        for scene, words, code in ((APPS / "nest/nest_110.toml", "nothing balances the loads on the translation", 4), (APPS / "gallery/pendulum.toml", "nothing balances the loads on the turn", 4),
                                    (self.folder / "none.toml", "there is no such file", 2), (ROD.replace("radius", "radios"), "did you mean", 2)):
             with self.subTest(scene=str(scene)[:40]):
                 with self.assertRaisesRegex(skein.RunFailed, words) as failed:
@@ -180,6 +187,11 @@ class Paths(InFolder):
         found = skein.path(COLUMN, LOAD, from_=0, to=4, points=5, step=0.1)
         self.assertEqual((len(found), found.complete), (5, False))
         self.assertAlmostEqual(found.value[1], 0.4, delta=1e-6)
+        whole = skein.path(COLUMN, LOAD, from_=0, to=4)
+        self.assertLess(whole.value[-2], 4 - 1e-3)
+        self.assertEqual((whole.value[-1], whole.place[-1]), (4, "end"))
+        short = skein.path(COLUMN, LOAD, from_=0, to=1.63)
+        self.assertEqual(list(short.place[-2:]), ["branch", "end"], "a branch point within the last step")
 
     def test_a_force_of_a_load(self):
         found = skein.path(CANTILEVER, "load.0.end.2", to=-0.05)
