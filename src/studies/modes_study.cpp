@@ -26,14 +26,6 @@ std::string plain_name(const StaticScene& scene, const StaticPiece& piece) {
     return group.count() > 1 ? fmt::format("rod {} of {}", rod.index, group.name()) : group.name();
 }
 
-/// Cell of comma-separated values, in quotes where it needs them.
-std::string cell(const std::string& text) {
-    if (text.find_first_of(",\"") == std::string::npos) return text;
-    std::string quoted = "\"";
-    for (const char letter : text) quoted.append(letter == '"' ? 2 : 1, letter);
-    return quoted + "\"";
-}
-
 /// Modes of other ranks, without shapes. Collective.
 void gather(const Communicator& comm, std::vector<PieceMode>& modes) {
     std::string own;
@@ -124,7 +116,7 @@ std::string to_csv(const ModesReport& report) {
         text +=
             fmt::format("{},{},{:.17g},{:.17g},{:.3g},{}\n", one.mode.neutral ? 0 : ++number, one.mode.neutral ? 1 : 0,
                         one.mode.eigenvalue < 0 ? -one.mode.frequency() : one.mode.frequency(), one.mode.eigenvalue,
-                        one.mode.residual, cell(one.name));
+                        one.mode.residual, one.name);
     return text;
 }
 
