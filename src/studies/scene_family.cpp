@@ -15,8 +15,8 @@ namespace skein {
 void refuse_unsolvable(const SceneSpec& scene) {
     if (scene.rods.empty()) throw InputError("the scene has no rods or bodies to solve for");
     if (scene.fluid && scene.immersion.coupling == RodCoupling::two_way)
-        throw InputError("the scene has a [fluid]: what it does to rods at rest is a flow problem; run the scene "
-                         "instead, or remove [fluid]; immersion.coupling = \"one_way\" leaves its forces out");
+        throw InputError("the scene has a [fluid], and its forces on rods at rest are a flow problem: run the scene "
+                         "instead, or remove [fluid]; immersion.coupling = \"one_way\" leaves the forces out");
 }
 
 std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time) {

@@ -61,7 +61,7 @@ class Solving(DriverTest):
                 words = ("--along", "fluid.viscosity", "--to", "1")
             self.assertIn("the scene has no rods or bodies to solve for", self.solve(command, *words, code=2, text=flow).stderr)
             both = flow + rods_in_a_fluid((3.0, 2e4), (3.0, 2e4), [0.0, 0.0, 0.0])
-            self.assertIn("is a flow problem; run the scene instead", self.solve(command, *words, code=2, text=both).stderr)
+            self.assertIn("are a flow problem: run the scene instead", self.solve(command, *words, code=2, text=both).stderr)
         self.assertFalse((self.directory / "out").exists())
 
     def test_stability_that_is_not_known(self):

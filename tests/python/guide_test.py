@@ -91,6 +91,8 @@ class Guide(unittest.TestCase):
         for language, text in re.findall(r"(?ms)^```(\w*)\n(.*?)^```$", PAGE.read_text()):
             if language == "python":
                 self.assertRegex(self.done(sys.executable, "-c", text), r"it buckles at 1\.6276\d+ N")
+            elif language == "csv":
+                (self.folder / "shape.csv").write_text(text)
             elif language == "text":
                 for row in (line.split()[:2] for line in text.splitlines() if line.startswith("  ")):
                     self.assertIn(row, [line.split()[:2] for line in said.splitlines()])
