@@ -33,7 +33,7 @@ nlohmann::ordered_json document_of(const FitReport& report) {
 }
 
 /// Data are input, as the scene is.
-CsvTable table_of(const std::string& file) {
+CsvTable measurements_of(const std::string& file) {
     try {
         return read_csv(file);
     } catch (const IoError& error) {
@@ -58,7 +58,7 @@ int fit_command(FitArguments arguments, int& argc, char**& argv) {
         const Threads threads(machine.threads);
         FitOptions options{.keys = arguments.keys, .time = arguments.time, .rods = arguments.rods};
         if (options.time < 0) options.time = parse_scene(text.file, text.text, text.overrides).time.duration;
-        const FitReport report = fit(comm, threads, machine, text, table_of(arguments.data), options);
+        const FitReport report = fit(comm, threads, machine, text, measurements_of(arguments.data), options);
         std::printf("%s", to_text(report).c_str());
         if (!arguments.run.options.out.empty()) write_file(arguments.run.options.out, to_csv(report));
         if (arguments.run.json) print_document(document_of(report));
