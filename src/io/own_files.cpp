@@ -20,7 +20,8 @@ namespace {
 
 constexpr std::array whole_names = {"summary.json",    "physics.json", "observables.csv", "observables.lost.csv",
                                     "trajectory.xdmf", "failure.h5",   "failure.xdmf",    "rods.pvd",
-                                    "walls.pvd",       "fields.xdmf",  "end.json"};
+                                    "walls.pvd",       "fields.xdmf",  "end.json",        "path.csv",
+                                    "modes.csv"};
 
 struct Numbered {
     std::string_view prefix, suffix;

@@ -2,6 +2,7 @@
 // eigenvalues as positive ones.
 #include "equilibrium/factor.hpp"
 #include "equilibrium/large_factor.hpp"
+#include "parallel/communicator.hpp"
 
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
@@ -57,6 +58,9 @@ TEST(Factor, SolvesAndCountsSigns) {
 }
 
 TEST(Factor, OfLargeMatricesIsTheSame) {
+    int no_words = 0;
+    char** none = nullptr;
+    const MpiSession session(no_words, none); // PETSc is for processes that have MPI
     for (const bool symmetric : {true, false}) {
         const std::unique_ptr<Factor> factor = make_large_factor(symmetric);
         if (!factor) GTEST_SKIP() << "built without PETSc";
