@@ -82,6 +82,11 @@ struct FitArguments {
     std::vector<std::string> keys; ///< paths of the numbers to find
     std::string rods;              ///< group of a shape; empty: the first
 };
+struct GradientArguments {
+    RunArguments run;
+    double time = -1;
+    std::vector<std::string> keys; ///< paths of the numbers
+};
 struct ExpectArguments {
     RunArguments run;
     bool json = false;
@@ -137,6 +142,8 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv);
 int equilibrium_command(EquilibriumArguments arguments, int& argc, char**& argv);
 int modes_command(ModesArguments arguments, int& argc, char**& argv);
 int path_command(PathArguments arguments, int& argc, char**& argv);
+/// Prints the slopes of observables at rest by numbers of the scene.
+int gradient_command(GradientArguments arguments, int& argc, char**& argv);
 /// Finds numbers of a scene from measurements.
 int fit_command(FitArguments arguments, int& argc, char**& argv);
 /// Steps the known scene on this build, processor and ranks.

@@ -11,6 +11,7 @@ SolveCommands::SolveCommands(CLI::App& app) {
     add_modes(app);
     add_path(app);
     add_fit(app);
+    add_gradient(app);
 }
 
 std::optional<int> SolveCommands::run(int& argc, char**& argv) const {
@@ -18,6 +19,7 @@ std::optional<int> SolveCommands::run(int& argc, char**& argv) const {
     if (modes_command_->parsed()) return modes_command(modes_, argc, argv);
     if (path_command_->parsed()) return path_command(path_, argc, argv);
     if (fit_command_->parsed()) return fit_command(fit_, argc, argv);
+    if (gradient_command_->parsed()) return gradient_command(gradient_, argc, argv);
     return {};
 }
 
@@ -106,6 +108,22 @@ void SolveCommands::add_fit(CLI::App& app) {
     add_threads(command, fit_.run.threads);
     add_lanes(command, fit_.run.lanes);
     add_json(command, fit_.run.json, "numbers as JSON; all else goes to standard error");
+}
+
+void SolveCommands::add_gradient(CLI::App& app) {
+    CLI::App& command = *app.add_subcommand(
+        "gradient", "find the equilibrium, and the slopes of all observables there by numbers of the scene");
+    gradient_command_ = &command;
+    add_scene_options(command, gradient_.run.scene);
+    command.add_option("--by", gradient_.keys, "path of a number, as --set has it (may be repeated)")
+        ->required()
+        ->type_name("KEY")
+        ->allow_extra_args(false);
+    command.add_option("--time", gradient_.time, "time of loads and ends [s]; default: the scene's end")
+        ->check(CLI::NonNegativeNumber);
+    add_threads(command, gradient_.run.threads);
+    add_lanes(command, gradient_.run.lanes);
+    add_json(command, gradient_.run.json, "values and slopes as JSON; all else goes to standard error");
 }
 
 } // namespace skein

@@ -24,13 +24,15 @@ private:
     void add_modes(CLI::App& app);
     void add_path(CLI::App& app);
     void add_fit(CLI::App& app);
+    void add_gradient(CLI::App& app);
 
     EquilibriumArguments equilibrium_;
     ModesArguments modes_;
     PathArguments path_;
     FitArguments fit_;
+    GradientArguments gradient_;
     const CLI::App *equilibrium_command_ = nullptr, *modes_command_ = nullptr, *path_command_ = nullptr,
-                   *fit_command_ = nullptr;
+                   *fit_command_ = nullptr, *gradient_command_ = nullptr;
 };
 
 } // namespace skein

@@ -35,6 +35,7 @@ CALLS = {
     "equilibrium": [(("scene.toml",), 0, "unknown_stability")],
     "modes": [(("scene.toml", "--count", "2"), 0, "neutral_motions")],
     "path": [(("scene.toml", "--along", "rods.arm.material.youngs_modulus", "--to", "3e6"), 0, "branches")],
+    "gradient": [(("scene.toml", "--by", "rods.arm.material.youngs_modulus"), 0, "numbers")],
     "fit": [(("scene.toml", "data.csv", "--number", "rods.arm.material.youngs_modulus"), 0, "misfits")],
     "branch": [(("out", "branch", "--set", "damping.0.rate=4"), 0, "changes")],
     "plan": [(("scene.toml",), 0, "rods"), (("scene.toml", "--ranks", "2"), 0, "forecast")],

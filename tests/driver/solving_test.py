@@ -118,6 +118,23 @@ class Solving(DriverTest):
             self.assertNotEqual(self.digest(command), before)
             self.assertEqual(json.loads((self.directory / command / "previous_1/summary.json").read_text())["digest"], before)
 
+    def test_slopes_are_those_of_equilibria(self):
+        def tip(*arguments):
+            out = f"slope{len(list(self.directory.iterdir()))}"
+            self.solve("equilibrium", out, *arguments)
+            return self.series(out)["tip_zm"][-1]
+
+        values = {"rods.reeds.material.youngs_modulus": 2e6, "load.0.acceleration.2": -2.0, "rods.reeds.shape.length": 0.5}
+        self.scene.write_text(BODIES)
+        words = [word for key in values for word in ("--by", key)]
+        found = json.loads(self.skein_says("gradient", self.scene, *words, "--json").stdout)["numbers"]
+        for one in found:
+            key, value = one["key"], values[one["key"]]
+            h = 1e-3 * abs(value)
+            at = {k: tip("--set", f"{key}={value + k * h!r}") for k in (-2, -1, 1, 2)}
+            slope = (8 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12 * h)
+            self.assertLess(abs(one["slopes"]["tip_z[m]"] - slope), 1e-6 * abs(slope), key)
+
     def test_a_path_stops_when_it_is_told(self):
         self.scene.write_text(BODIES)
         words = [SKEIN, "path", self.scene, "--out", self.directory / "long", "--threads", 1, "--along", "load.0.acceleration.2", "--to", -40,
