@@ -2,12 +2,11 @@
 
 #include "core/memory.hpp"
 #include "core/timer.hpp"
-#include "kernels/physics_passes.hpp"
-#include "physics/fluid/fluid_plan.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/results_directory.hpp"
+#include "simulation/warnings.hpp"
 #include "studies/scene_family.hpp"
 
 #include <fmt/format.h>
@@ -31,14 +30,6 @@ void refuse_parts(const Plan& plan, const Communicator& comm) {
     if (plan.acts_between_rods() && comm.size() > 1)
         throw InputError("rods that may touch each other are solved for together, on one rank: start without mpirun, "
                          "or with -n 1");
-    if (plan.find<FluidPlan>())
-        throw InputError("the loads of a fluid that flows cannot be solved for: leave [fluid] out, or run the scene");
-    for (const auto& group : plan.groups)
-        for (const PassSpec& spec : group.program)
-            if (const auto* apply = spec.get<pass::ApplyLoad>(); apply && apply->load.acts_last())
-                throw InputError(fmt::format("a load '{}' answers all other loads and holds bodies in many places, so "
-                                             "that no equilibrium can be solved for: run the scene to rest",
-                                             apply->load.kind()));
 }
 
 } // namespace
@@ -60,6 +51,8 @@ SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments
     refuse_results(comm, options, options.out);
     auto [scene, groups] = prepare(comm, arguments.scene);
     refuse_unsolvable(scene);
+    if (comm.root() && has_friction(scene))
+        print_warning("friction is left out: its forces at rest depend on the way there; this is the state without it");
     SolvedScene solved{scene, machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping), {}, {}, {}};
     solved.threads = std::make_unique<Threads>(solved.machine.threads);
     if (change) {

@@ -145,6 +145,7 @@ private:
     /// Slots of a copy of an assembly, as its joints have them, and colours of those that are joined.
     struct Cluster {
         const JointsOfCluster<dual>* joints;
+        std::vector<std::size_t> rods;                  ///< in the order of their tiles
         std::vector<std::size_t> slot;                  ///< of all rods, by slot of the cluster
         std::vector<std::vector<std::size_t>> partners; ///< slots of the cluster that a slot's loads depend on
         std::vector<int> colour;                        ///< by slot of the cluster; -1 where no joint is
@@ -211,7 +212,8 @@ private:
         for (const RodGroup* group : assembly.groups)
             for (std::int64_t r = 0; r < group->rods_per_copy(); ++r) {
                 first[{group->id(), r}] = cluster.slot.size();
-                const Rod& rod = rods_[rod_of.at({group->id(), copy * group->rods_per_copy() + r})];
+                cluster.rods.push_back(rod_of.at({group->id(), copy * group->rods_per_copy() + r}));
+                const Rod& rod = rods_[cluster.rods.back()];
                 for (std::size_t k = 0; k < to_index(group->slots()); ++k) cluster.slot.push_back(rod.first + k);
             }
         cluster.partners.resize(cluster.slot.size());
@@ -420,8 +422,8 @@ private:
         for (int colour = 0; colour < std::max(1, with_stiffness ? cluster.colours : 1); ++colour) {
             for (std::size_t s = 0; s < slots; ++s) put(s, with_stiffness && cluster.colour[s] == colour);
             memory_.assign(cluster.joints->memory_packs(true), P(0.0));
-            const EndMoments<dual>* moments = nullptr;
-            cluster.joints->run(cluster_slot_.data(), moments, step_, memory_.data(), joined_.data(), true);
+            cluster.joints->run(cluster_slot_.data(), end_moments(cluster), step_, memory_.data(), joined_.data(),
+                                true);
             for (std::size_t s = 0; s < slots; ++s) {
                 if (cluster.partners[s].empty()) continue;
                 const std::size_t at = cluster.slot[s];
@@ -442,6 +444,23 @@ private:
         }
     }
 
+    /// Moments of muscles at the ends of the cluster's rods; null where none act through its joints.
+    const EndMoments<dual>* end_moments(const Cluster& cluster) {
+        if (!cluster.joints->wants_moments()) return nullptr;
+        moments_.assign(cluster.rods.size(), EndMoments<dual>{});
+        bool some = false;
+        for (std::size_t i = 0; i < cluster.rods.size(); ++i) {
+            const Rod& rod = rods_[cluster.rods[i]];
+            const RodTile<dual> own = tile(rod);
+            for (const auto& pass : rod.passes)
+                if (const auto* muscles = dynamic_cast<const MakesEndMoments<dual>*>(pass.get())) {
+                    muscles->add_end_moments(own, step_, moments_[i]);
+                    some = true;
+                }
+        }
+        return some ? moments_.data() : nullptr;
+    }
+
     double dt_;
     Step step_{};
     std::vector<Rod> rods_;
@@ -453,6 +472,7 @@ private:
     AlignedVector<SlotLoad<dual>> load_;
     AlignedVector<JoinedLoad<dual>> joined_;
     AlignedVector<P> memory_;
+    AlignedVector<EndMoments<dual>> moments_;
 };
 
 } // namespace skein

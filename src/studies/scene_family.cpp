@@ -17,6 +17,29 @@ void refuse_unsolvable(const SceneSpec& scene) {
     if (scene.fluid && scene.immersion.coupling == RodCoupling::two_way)
         throw InputError("the scene has a [fluid], and its forces on rods at rest are a flow problem: run the scene "
                          "instead, or remove [fluid]; immersion.coupling = \"one_way\" leaves the forces out");
+    if (!scene.stages.empty())
+        throw InputError("the scene has [[stage]] tables, and a state at rest belongs to one of them: write the loads "
+                         "of that stage into the scene and leave the tables out");
+    for (const auto& load : scene.loads)
+        if (load.load.acts_last())
+            throw InputError(fmt::format("a load '{}' answers all other loads and holds bodies in many places, so "
+                                         "that no equilibrium can be solved for: run the scene to rest",
+                                         load.load.kind()));
+    for (const JointSpec& joint : scene.joints)
+        if (joint.events.from > 0)
+            throw InputError(
+                "a joint with 'from' is made where its bodies are at that time, which a state at rest does "
+                "not know: leave 'from' out, or run the scene");
+    for (const Wall& wall : scene.walls)
+        if (wall.law.friction != ContactFriction::none && (wall.moves_steadily() || wall.servo.drives()))
+            throw InputError("a wall that moves with friction drags bodies along, so that none is at rest: run the "
+                             "scene, or give the wall friction = \"none\"");
+}
+
+bool has_friction(const SceneSpec& scene) {
+    const auto rubs = [](const ContactLaw& law) { return law.friction != ContactFriction::none; };
+    return (scene.contact && rubs(scene.contact->law)) ||
+           std::any_of(scene.walls.begin(), scene.walls.end(), [&](const Wall& wall) { return rubs(wall.law); });
 }
 
 std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time) {

@@ -31,6 +31,8 @@ std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& ma
 
 /// Throws InputError for scenes that no equilibrium is asked of, or whose forces at rest are not known.
 void refuse_unsolvable(const SceneSpec& scene);
+/// True where rods rub on walls or on each other: states at rest leave friction out, as it depends on the way there.
+bool has_friction(const SceneSpec& scene);
 
 class SceneFamily final : public PathFamily {
 public:

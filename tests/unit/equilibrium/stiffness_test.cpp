@@ -192,5 +192,14 @@ TEST(Stiffness, OfCommonNodes) {
         expect_stiffness(example.scene, example.name, true, 1e-3);
 }
 
+/// Muscles bend the cell that a common node makes of two ends.
+TEST(Stiffness, OfMusclesThroughCommonNodes) {
+    for (const test::JointExample& example : test::common_node_examples()) {
+        SceneSpec scene = example.scene;
+        scene.loads.push_back({.load = test::muscles_by_formula({1, -2, 0.5}, LoadFrame::body)});
+        expect_stiffness(scene, example.name, false, 1e-3);
+    }
+}
+
 } // namespace
 } // namespace skein
