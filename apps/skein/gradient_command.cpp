@@ -1,9 +1,7 @@
 #include "commands.hpp"
 #include "document.hpp"
+#include "solving.hpp"
 
-#include "scene/scene_file.hpp"
-#include "simulation/machine.hpp"
-#include "simulation/signals.hpp"
 #include "studies/gradient_study.hpp"
 
 #include <nlohmann/json.hpp>
@@ -29,24 +27,13 @@ nlohmann::ordered_json gradient_document(const GradientReport& report) {
 } // namespace
 
 int gradient_command(GradientArguments arguments, int& argc, char**& argv) {
-    std::string out;
-    look_into_directory(arguments.run.scene, out);
-    MpiSession session(argc, argv);
-    const Communicator comm = Communicator::world();
-    stop_on_signals();
-    return guarded(comm, [&] {
-        if (comm.size() > 1) throw InputError("skein gradient solves one scene on one rank: start it without mpirun");
-        const SceneArguments& scene = arguments.run.scene;
-        const SceneText text{scene.file, read_scene_text(scene.file), scene.overrides};
-        const Machine machine = machine_of(comm, arguments.run.threads, arguments.run.lanes, arguments.run.mapping);
-        const Threads threads(machine.threads);
-        double time = arguments.time;
-        if (time < 0) time = parse_scene(text.file, text.text, text.overrides).time.duration;
-        const GradientReport report = gradients(comm, threads, machine, text, arguments.keys, time);
-        std::printf("%s", to_text(report).c_str());
-        if (arguments.run.json) print_document(gradient_document(report));
-        return static_cast<int>(Exit::done);
-    });
+    return study_on_one_rank(
+        "gradient", arguments.run, arguments.time, argc, argv, [&](const StudiedScene& scene, const Threads& threads) {
+            const GradientReport report =
+                gradients(scene.comm, threads, scene.machine, scene.text, arguments.keys, scene.time);
+            std::printf("%s", to_text(report).c_str());
+            if (arguments.run.json) print_document(gradient_document(report));
+        });
 }
 
 } // namespace skein

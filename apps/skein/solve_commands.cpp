@@ -25,6 +25,11 @@ std::optional<int> SolveCommands::run(int& argc, char**& argv) const {
 
 namespace {
 
+void add_time(CLI::App& command, double& time) {
+    command.add_option("--time", time, "time of loads and ends [s]; default: the scene's end")
+        ->check(CLI::NonNegativeNumber);
+}
+
 /// Options of a command that solves a scene.
 void add_solve_options(CLI::App& command, RunArguments& run, const char* where) {
     add_scene_options(command, run.scene);
@@ -43,8 +48,7 @@ void SolveCommands::add_equilibrium(CLI::App& app) {
         "equilibrium", "find where the bodies of a scene are at rest, by Newton's method, and write it as a run's end");
     equilibrium_command_ = &command;
     add_solve_options(command, equilibrium_.run, "directory of results; default out/<scene name>_equilibrium");
-    command.add_option("--time", equilibrium_.time, "time of loads and ends [s]; default: the scene's end")
-        ->check(CLI::NonNegativeNumber);
+    add_time(command, equilibrium_.time);
     command.add_flag("--stable", equilibrium_.stable,
                      "exit with 10 where the equilibrium is unstable, or not known to be stable");
     add_json(command, equilibrium_.run.json, "figures of the solution as JSON; all else goes to standard error");
@@ -55,8 +59,7 @@ void SolveCommands::add_modes(CLI::App& app) {
         "modes", "find the equilibrium, and frequencies and shapes of small motions about it, without damping");
     modes_command_ = &command;
     add_solve_options(command, modes_.run, "directory of results; default out/<scene name>_modes");
-    command.add_option("--time", modes_.time, "time of loads and ends [s]; default: the scene's end")
-        ->check(CLI::NonNegativeNumber);
+    add_time(command, modes_.time);
     command.add_option("--count", modes_.count, "modes beside neutral motions")->check(CLI::PositiveNumber);
     command
         .add_option("--movies", modes_.movies, "write the first of these shapes as runs mode_1, mode_2, ... to draw")
@@ -74,8 +77,7 @@ void SolveCommands::add_path(CLI::App& app) {
     command.add_option("--along", path_.key, "path of the number, as --set has it, e.g. load.0.end.2")->required();
     command.add_option("--from", path_.from, "value where the path begins; default: the scene's");
     command.add_option("--to", path_.to, "value where it ends")->required();
-    command.add_option("--time", path_.time, "time of loads and ends [s]; default: the scene's end")
-        ->check(CLI::NonNegativeNumber);
+    add_time(command, path_.time);
     command
         .add_option("--step", path_.step,
                     "largest step: mean displacement over length and mean turn, with the number over its range")
@@ -103,8 +105,7 @@ void SolveCommands::add_fit(CLI::App& app) {
         ->allow_extra_args(false);
     command.add_option("--rods", fit_.rods, "group whose first rod the shape is of; default: the first group");
     command.add_option("-o,--out", fit_.run.options.out, "file to write, with comma-separated values; default: none");
-    command.add_option("--time", fit_.time, "time of loads and ends [s]; default: the scene's end")
-        ->check(CLI::NonNegativeNumber);
+    add_time(command, fit_.time);
     add_threads(command, fit_.run.threads);
     add_lanes(command, fit_.run.lanes);
     add_json(command, fit_.run.json, "numbers as JSON; all else goes to standard error");
@@ -119,8 +120,7 @@ void SolveCommands::add_gradient(CLI::App& app) {
         ->required()
         ->type_name("KEY")
         ->allow_extra_args(false);
-    command.add_option("--time", gradient_.time, "time of loads and ends [s]; default: the scene's end")
-        ->check(CLI::NonNegativeNumber);
+    add_time(command, gradient_.time);
     add_threads(command, gradient_.run.threads);
     add_lanes(command, gradient_.run.lanes);
     add_json(command, gradient_.run.json, "values and slopes as JSON; all else goes to standard error");

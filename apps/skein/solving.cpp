@@ -4,10 +4,11 @@
 #include "core/timer.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
+#include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/results_directory.hpp"
+#include "simulation/signals.hpp"
 #include "simulation/warnings.hpp"
-#include "studies/scene_family.hpp"
 
 #include <fmt/format.h>
 
@@ -33,6 +34,28 @@ void refuse_parts(const Plan& plan, const Communicator& comm) {
 }
 
 } // namespace
+
+int study_on_one_rank(const char* command, const RunArguments& arguments, double time, int& argc, char**& argv,
+                      const std::function<void(const StudiedScene&, const Threads&)>& study) {
+    SceneArguments scene = arguments.scene;
+    std::string out;
+    look_into_directory(scene, out);
+    MpiSession session(argc, argv);
+    const Communicator comm = Communicator::world();
+    stop_on_signals();
+    return guarded(comm, [&] {
+        if (comm.size() > 1)
+            throw InputError(fmt::format("skein {} solves one scene on one rank: start it without mpirun", command));
+        StudiedScene studied{comm,
+                             {scene.file, read_scene_text(scene.file), scene.overrides},
+                             machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping),
+                             time};
+        const SceneText& text = studied.text;
+        if (time < 0) studied.time = parse_scene(text.file, text.text, text.overrides).time.duration;
+        study(studied, Threads(studied.machine.threads));
+        return static_cast<int>(Exit::done);
+    });
+}
 
 void refuse_results(const Communicator& comm, const RunOptions& options, const std::string& out) {
     const std::string found = comm.root() && !options.overwrite ? result_in(out) : std::string();

@@ -4,7 +4,9 @@
 #include "commands.hpp"
 #include "simulation/simulation.hpp"
 #include "studies/equilibrium_study.hpp"
+#include "studies/scene_family.hpp"
 
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -22,6 +24,17 @@ struct SolvedScene {
 /// cannot be solved. Collective.
 SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments, const std::string& suffix,
                          const std::function<void(SceneSpec&)>& change = {});
+
+/// A scene that a study solves again and again, with other numbers.
+struct StudiedScene {
+    const Communicator& comm;
+    SceneText text;
+    Machine machine;
+    double time; ///< of loads and ends, s
+};
+/// Runs a study that the command of this name makes on one rank; `time`: below 0, the scene's end.
+int study_on_one_rank(const char* command, const RunArguments& arguments, double time, int& argc, char**& argv,
+                      const std::function<void(const StudiedScene&, const Threads&)>& study);
 
 /// Refuses a directory that holds results, unless they are to be overwritten: solutions do not go on where others
 /// ended. Collective.

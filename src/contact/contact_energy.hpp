@@ -153,7 +153,7 @@ private:
         return nearest + a * (beside * ends - nearest);
     }
     /// An end of the first element with its foot on the second, or the second's end there with its foot on the first.
-    /// Of parallel elements both are equally far, so the last digit decides, as it does in a step.
+    /// Parallel elements have both equally far, so that the last digit decides, as it does in a step.
     T energy_at_end(bool end) const {
         const bool end_of_second = same_way_ ? end : !end;
         const Vec3<T>&first = element_[0].node[1 + end], &second = element_[1].node[1 + end_of_second];

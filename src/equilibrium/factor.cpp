@@ -8,8 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdlib>
-#include <limits>
+#include <cstdint>
 
 namespace skein {
 
@@ -19,24 +18,6 @@ constexpr long widest_band = 40; ///< of slots of a ring side by side
 
 /// A pivot below this share of its unscaled diagonal is round-off.
 constexpr double least_pivot = 1e-14;
-
-/// Scales S K S to a diagonal of 1, in which forces and couples, thick and thin rods compare.
-Unknown scales_of(const Stiffness& matrix) {
-    Unknown scale = matrix.diagonal().cwiseAbs();
-    for (Eigen::Index i = 0; i < scale.size(); ++i) scale[i] = scale[i] > 0 ? 1 / std::sqrt(scale[i]) : 1;
-    return scale;
-}
-
-/// A number of the places of entries, by which patterns are told apart.
-std::uint64_t pattern_of(const Stiffness& matrix) {
-    std::uint64_t hash = hash_begin(static_cast<std::uint64_t>(matrix.rows()));
-    const auto add = [&](const int* at, Eigen::Index count) {
-        for (Eigen::Index i = 0; i < count; ++i) hash = hash_with(hash, static_cast<double>(at[i]));
-    };
-    add(matrix.outerIndexPtr(), matrix.outerSize() + 1);
-    add(matrix.innerIndexPtr(), matrix.nonZeros());
-    return hash_end(hash);
-}
 
 /// L D L^T of a band, column by column: column j holds the entries from j to j + band.
 class BandFactor final : public Factor {
@@ -49,10 +30,7 @@ public:
     bool factorise(const Stiffness& matrix) override {
         const Eigen::Index n = matrix.rows();
         scale_ = scales_of(matrix);
-        if (const std::uint64_t pattern = pattern_of(matrix); pattern != known_) {
-            band_ = half_bandwidth(matrix);
-            known_ = pattern;
-        }
+        band_ = half_bandwidth(matrix);
         columns_.setZero(band_ + 1, n);
         for (Eigen::Index j = 0; j < n; ++j)
             for (Stiffness::InnerIterator at(matrix, j); at; ++at)
@@ -92,72 +70,72 @@ public:
         return scale_.cwiseProduct(x);
     }
     long negative() const override { return negative_; }
-    double bytes() const override { return static_cast<double>(columns_.size() * 8); }
 
 private:
     long band_ = 0, negative_ = 0;
-    std::uint64_t known_ = 0; ///< pattern with this band
     Unknown scale_;
     Eigen::MatrixXd columns_;
 };
 
-class SparseFactor final : public Factor {
+/// Hash of a sparsity pattern.
+std::uint64_t pattern_of(const Stiffness& matrix) {
+    std::uint64_t hash = hash_begin(static_cast<std::uint64_t>(matrix.rows()));
+    const auto add = [&](const int* at, Eigen::Index count) {
+        for (Eigen::Index i = 0; i < count; ++i) hash = hash_with(hash, static_cast<double>(at[i]));
+    };
+    add(matrix.outerIndexPtr(), matrix.outerSize() + 1);
+    add(matrix.innerIndexPtr(), matrix.nonZeros());
+    return hash_end(hash);
+}
+
+/// A solver of Eigen's for S K S, which analyses a pattern once.
+template <class Solver> class SparseFactorBy : public Factor {
+public:
+    bool factorise(const Stiffness& matrix) override {
+        scale_ = scales_of(matrix);
+        const Stiffness scaled = scale_.asDiagonal() * matrix * scale_.asDiagonal();
+        if (const std::uint64_t pattern = pattern_of(scaled); pattern != analysed_) {
+            solver_.analyzePattern(scaled);
+            analysed_ = pattern;
+        }
+        solver_.factorize(scaled);
+        return solver_.info() == Eigen::Success;
+    }
+    Unknown solve(const Unknown& right) const override {
+        const Unknown scaled = scale_.cwiseProduct(right);
+        return scale_.cwiseProduct(solver_.solve(scaled));
+    }
+
+protected:
+    Solver solver_;
+
+private:
+    Unknown scale_;
+    std::uint64_t analysed_ = 0; ///< pattern that is known
+};
+
+class SparseFactor final
+    : public SparseFactorBy<Eigen::SimplicialLDLT<Stiffness, Eigen::Lower, Eigen::AMDOrdering<int>>> {
 public:
     std::string_view name() const override { return "sparse L D L^T (Eigen)"; }
     bool suits(const Stiffness&, bool symmetric) const override { return symmetric; }
     bool factorise(const Stiffness& matrix) override {
-        scale_ = scales_of(matrix);
-        const Stiffness scaled = scale_.asDiagonal() * matrix * scale_.asDiagonal();
-        if (const std::uint64_t pattern = pattern_of(scaled); pattern != analysed_) {
-            factor_.analyzePattern(scaled);
-            analysed_ = pattern;
-        }
-        factor_.factorize(scaled);
-        if (factor_.info() != Eigen::Success) return false;
-        const Unknown d = factor_.vectorD();
+        if (!SparseFactorBy::factorise(matrix)) return false;
+        const Unknown d = solver_.vectorD();
         negative_ = (d.array() < 0).count();
         return (d.array().abs() > least_pivot).all();
     }
-    Unknown solve(const Unknown& right) const override {
-        return scale_.cwiseProduct(factor_.solve(scale_.cwiseProduct(right)));
-    }
     long negative() const override { return negative_; }
-    double bytes() const override {
-        return 16.0 * static_cast<double>(factor_.matrixL().nestedExpression().nonZeros());
-    }
 
 private:
-    Eigen::SimplicialLDLT<Stiffness, Eigen::Lower, Eigen::AMDOrdering<int>> factor_;
-    Unknown scale_;
-    std::uint64_t analysed_ = 0; ///< pattern that is known
     long negative_ = 0;
 };
 
-class GeneralFactor final : public Factor {
+class GeneralFactor final : public SparseFactorBy<Eigen::SparseLU<Stiffness, Eigen::COLAMDOrdering<int>>> {
 public:
     std::string_view name() const override { return "sparse LU (Eigen)"; }
     bool suits(const Stiffness&, bool symmetric) const override { return !symmetric; }
-    bool factorise(const Stiffness& matrix) override {
-        scale_ = scales_of(matrix);
-        const Stiffness scaled = scale_.asDiagonal() * matrix * scale_.asDiagonal();
-        if (const std::uint64_t pattern = pattern_of(scaled); pattern != analysed_) {
-            factor_.analyzePattern(scaled);
-            analysed_ = pattern;
-        }
-        factor_.factorize(scaled);
-        return factor_.info() == Eigen::Success;
-    }
-    Unknown solve(const Unknown& right) const override {
-        const Unknown scaled = scale_.cwiseProduct(right);
-        return scale_.cwiseProduct(factor_.solve(scaled));
-    }
     long negative() const override { return -1; }
-    double bytes() const override { return 16.0 * static_cast<double>(factor_.nnzL() + factor_.nnzU()); }
-
-private:
-    Eigen::SparseLU<Stiffness, Eigen::COLAMDOrdering<int>> factor_;
-    Unknown scale_;
-    std::uint64_t analysed_ = 0; ///< pattern that is known
 };
 
 } // namespace
@@ -175,9 +153,10 @@ void hold(Stiffness& matrix, const std::vector<int>& pins) {
 
 long half_bandwidth(const Stiffness& matrix) {
     long band = 0;
-    for (Eigen::Index j = 0; j < matrix.outerSize(); ++j)
-        for (Stiffness::InnerIterator at(matrix, j); at; ++at)
-            band = std::max<long>(band, std::labs(static_cast<long>(at.row() - at.col())));
+    const int *first = matrix.outerIndexPtr(), *row = matrix.innerIndexPtr();
+    for (int j = 0; j < matrix.outerSize(); ++j)
+        if (const int end = first[j + 1]; end > first[j]) // rows ascend in a column
+            band = std::max<long>({band, j - row[first[j]], row[end - 1] - j});
     return band;
 }
 

@@ -5,6 +5,7 @@
 
 #include <Eigen/SparseCore>
 
+#include <cmath>
 #include <memory>
 #include <string_view>
 #include <vector>
@@ -25,7 +26,6 @@ public:
     virtual Unknown solve(const Unknown& right) const = 0;
     /// Negative eigenvalues of a symmetric matrix; -1: not known.
     virtual long negative() const = 0;
-    virtual double bytes() const = 0; ///< of the factor
 };
 
 /// The factor for such a matrix: its pattern, and whether it is symmetric.
@@ -33,6 +33,13 @@ std::unique_ptr<Factor> make_factor(const Stiffness& matrix, bool symmetric);
 
 /// Holds unknowns at 0: rows and columns of the unit matrix, times the size of the diagonal.
 void hold(Stiffness& matrix, const std::vector<int>& pins);
+
+/// Scales S of S K S with a diagonal of 1, in which forces and couples, thick and thin rods compare.
+inline Unknown scales_of(const Stiffness& matrix) {
+    Unknown scale = matrix.diagonal().cwiseAbs();
+    for (Eigen::Index i = 0; i < scale.size(); ++i) scale[i] = scale[i] > 0 ? 1 / std::sqrt(scale[i]) : 1;
+    return scale;
+}
 
 /// Largest |i - j| of entries.
 long half_bandwidth(const Stiffness& matrix);

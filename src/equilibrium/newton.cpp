@@ -9,9 +9,6 @@ namespace skein {
 
 namespace {
 
-/// Stiffness is symmetric where loads have a potential, to rounding.
-constexpr double round_off = 1e-11;
-
 /// Share of the diagonal below which a shift is left out.
 constexpr double least_shift = 1e-13;
 
@@ -23,11 +20,11 @@ Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance
         reason = "loads are not finite";
         return {};
     }
-    neutral_ = system_.neutral(state, balance);
-    Unknown right = balance.residual;
-    for (const NeutralMotions::Piece& piece : neutral_.pieces) {
+    solution_.factorise(state, balance, shift);
+    for (const NeutralMotions::Piece& piece : solution_.neutral().pieces) {
         Unknown own(piece.motion.rows());
-        for (Eigen::Index r = 0; r < own.size(); ++r) own[r] = right[piece.unknowns[static_cast<std::size_t>(r)]];
+        for (Eigen::Index r = 0; r < own.size(); ++r)
+            own[r] = balance.residual[piece.unknowns[static_cast<std::size_t>(r)]];
         const Unknown along = piece.motion.transpose() * own;
         const double allowed = 1e-8 * balance.force_size * std::sqrt(static_cast<double>(own.size()));
         if (along.norm() > allowed) {
@@ -36,19 +33,7 @@ Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance
             return {};
         }
     }
-    const std::vector<int> pins = neutral_.pins();
-    hold(*balance.stiffness, pins);
-    for (const int pin : pins) right[pin] = 0;
-    if (shift > 0) diagonal_ = balance.stiffness->diagonal().cwiseAbs();
-    const bool symmetric = balance.asymmetry < round_off;
-    if (!factor_ || !factor_->suits(*balance.stiffness, symmetric))
-        factor_ = make_factor(*balance.stiffness, symmetric);
-    symmetric_ = symmetric;
-    if (shift > 0)
-        for (Eigen::Index i = 0; i < right.size(); ++i) balance.stiffness->coeffRef(i, i) += shift * diagonal_[i];
-    regular_ = factor_->factorise(*balance.stiffness);
-    Unknown correction = factor_->solve(right);
-    neutral_.take_out(correction);
+    Unknown correction = solution_.solve(balance.residual);
     if (!correction.allFinite()) {
         reason = "the stiffness is singular";
         return {};
@@ -68,7 +53,7 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
         const double relative = system_.relative(balance);
         const Unknown correction = this->correction(state, balance, 0, result.reason);
         if (correction.size() == 0) return result;
-        const double size = system_.size(correction, state), turn = system_.turn(correction, state);
+        const double size = system_.size(correction), turn = system_.turn(correction);
         const double share =
             std::min({1.0, options_.most_turn / turn, system_.farthest_way() / system_.way(correction)});
         system_.correct(state, correction, share);
@@ -104,11 +89,11 @@ NewtonResult NewtonSolver::descend(StaticState& state, const Unknown& left) {
         const double relative = system_.relative(balance);
         Unknown correction = this->correction(state, balance, shift, result.reason);
         if (correction.size() == 0) return result;
-        if (factor_->negative() > 0) {
+        if (solution_.negative() > 0) {
             shift = shift > 0 ? 4 * shift : least_shift;
             continue;
         }
-        const double size = system_.size(correction, state), turn = system_.turn(correction, state);
+        const double size = system_.size(correction), turn = system_.turn(correction);
         const double share =
             std::min({1.0, options_.most_descent / turn, system_.farthest_way() / system_.way(correction)});
         system_.correct(state, correction, share);
@@ -140,7 +125,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
         system_.set_time(aim * time);
         system_.lead_ends(state);
         NewtonResult pass = solve(state, (1 - aim) * start);
-        const bool stable = !options_.stable || factor_ == nullptr || factor_->negative() <= 0;
+        const bool stable = !options_.stable || solution_.negative() <= 0;
         if (pass.converged && (stable || step <= 1.0 / 64)) {
             result.iterations.push_back(pass.passes.size());
             result.last = std::move(pass);
@@ -156,7 +141,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
             break;
         }
     }
-    if (done < 1 && symmetric_ && options_.stable &&
+    if (done < 1 && solution_.symmetric() && options_.stable &&
         system_.lead_up_to(done * time, time, options_.most_turn) >= time) {
         system_.set_time(time);
         system_.lead_ends(state);
@@ -165,7 +150,6 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
             done = 1;
             result.iterations.push_back(pass.passes.size());
             result.last = std::move(pass);
-            result.downhill = true;
         } else {
             result.reason += "; " + pass.reason;
             state = good;
@@ -183,15 +167,14 @@ void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {
     system_.refresh(own);
     StaticSystem::Balance balance = system_.balance(own, true);
     result.residual = system_.relative(balance);
-    result.asymmetry = balance.asymmetry;
     std::string reason;
     correction(own, balance, 0, reason);
-    result.negative = factor_ ? factor_->negative() : -1;
-    result.neutral = neutral_.count();
-    for (const NeutralMotions::Piece& piece : neutral_.pieces)
+    result.negative = solution_.negative();
+    result.neutral = solution_.neutral().count();
+    for (const NeutralMotions::Piece& piece : solution_.neutral().pieces)
         for (Eigen::Index m = 0; m < piece.motion.cols() && result.neutral_names.size() < 8; ++m)
             result.neutral_names.push_back(system_.name_of(piece, Unknown::Unit(piece.motion.cols(), m), own));
-    if (factor_) result.factor = factor_->name();
+    result.factor = solution_.factor_name();
 }
 
 } // namespace skein

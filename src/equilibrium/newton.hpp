@@ -3,7 +3,7 @@
 //   loads(u, t) - (1 - s) g = 0,  g = loads(u0, 0),  t = s T      s from 0, where the start is balanced by g, to 1
 #pragma once
 
-#include "equilibrium/static_system.hpp"
+#include "equilibrium/static_solution.hpp"
 
 #include <string>
 #include <vector>
@@ -21,7 +21,7 @@ struct NewtonOptions {
     bool stable = true;            ///< steps that end in an unstable equilibrium are made shorter
 };
 
-/// What an iteration did.
+/// Record of an iteration.
 struct NewtonPass {
     double residual;   ///< relative, before it
     double correction; ///< its size
@@ -36,30 +36,26 @@ struct NewtonResult {
 /// Result of a whole solution.
 struct Equilibrium {
     bool found = false;
-    double share = 0;                    ///< of the load that is borne
+    double share = 0;                    ///< of the load that is balanced
     std::vector<std::size_t> iterations; ///< by step of the load
     NewtonResult last;
     double residual = 0;      ///< relative, at the end
     long negative = 0;        ///< directions in which the energy falls; -1: not known
     Eigen::Index neutral = 0; ///< motions that change no load
     std::vector<std::string> neutral_names;
-    bool downhill = false; ///< no load step led there
     std::string factor;
-    double asymmetry = 0;
     std::string reason; ///< why none was found
 };
 
 class NewtonSolver {
 public:
-    NewtonSolver(StaticSystem& system, const NewtonOptions& options) : system_(system), options_(options) {}
+    NewtonSolver(StaticSystem& system, const NewtonOptions& options)
+        : system_(system), options_(options), solution_(system) {}
 
     /// Solves from `state` at the present time, for `left` beside the loads; the state is changed either way.
     NewtonResult solve(StaticState& state, const Unknown& left);
     /// Goes from the state, as it is at time 0, to an equilibrium at `time`.
     Equilibrium find(StaticState& state, double time);
-
-    /// Factor of the last stiffness, in which neutral motions are held.
-    const Factor& factor() const { return *factor_; }
 
 private:
     /// Correction for a residual; empty where something is wrong, with the reason.
@@ -71,11 +67,7 @@ private:
 
     StaticSystem& system_;
     NewtonOptions options_;
-    std::unique_ptr<Factor> factor_;
-    bool symmetric_ = true;
-    NeutralMotions neutral_;
-    bool regular_ = true;
-    Unknown diagonal_;
+    StaticSolution solution_; ///< of the last correction
 };
 
 } // namespace skein

@@ -69,7 +69,7 @@ bool PathFollower::find_tangent(Place& place, const Direction& last) {
     StaticSystem::Balance balance = system.balance(own, true);
     place.residual = system.relative(balance);
     const StaticSolution tangent(system, own, balance);
-    place.negative = tangent.factor().negative();
+    place.negative = tangent.negative();
     place.tangent = {tangent.solve(by_value), 1};
     if (!place.tangent.u.allFinite()) return false;
     normalise(place.tangent);
@@ -99,14 +99,13 @@ std::optional<PathFollower::Place> PathFollower::step(const Place& from, const D
         const double change = (-off - product(along, a)) / product(along, b);
         const Unknown correction = own + change * other;
         if (!correction.allFinite()) return {};
-        if (system.turn(correction, led) > 1) return {};
+        if (system.turn(correction) > 1) return {};
         to.state = std::move(led);
         system.correct(to.state, correction, 1);
         to.value += change;
         way.u += correction;
         way.p += change;
-        const double size =
-            std::max(system.size(correction, to.state), std::abs(change / (options_.to - options_.from)));
+        const double size = std::max(system.size(correction), std::abs(change / (options_.to - options_.from)));
         if (size < options_.tolerance) {
             system.refresh(to.state);
             if (!find_tangent(to, along)) return {};

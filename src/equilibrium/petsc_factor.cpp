@@ -1,11 +1,10 @@
 // Library libskein_factor.so: PETSc's interface to MUMPS, L D L^T with pivots of symmetric matrices, L U of others.
 #include "equilibrium/factor.hpp"
 
+#include "parallel/petsc_start.hpp"
+
 #include <petscmat.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdio>
 #include <limits>
 #include <mutex>
 #include <vector>
@@ -25,22 +24,24 @@ PetscErrorCode keep_quiet(MPI_Comm, int, const char*, const char*, PetscErrorCod
     return code;
 }
 
-/// Starts PETSc for this process, once; it ends with it.
-PetscErrorCode start() {
-    PetscBool started = PETSC_FALSE;
-    PetscFunctionBegin;
-    PetscCall(PetscInitialized(&started));
-    if (!started) {
-        PETSC_COMM_WORLD = MPI_COMM_SELF; // makes the initialisation local to a rank
-        static char name[] = "skein", signals[] = "-no_signal_handler", file[] = "-skip_petscrc";
-        static char* arguments[] = {name, signals, file, nullptr};
-        int count = 3;
-        char** all = arguments;
-        PetscCall(PetscInitialize(&count, &all, nullptr, nullptr));
+/// Starts PETSc, which ends with the process, and keeps its complaints off the terminal during a call.
+class Quiet {
+public:
+    PetscErrorCode begin() {
+        bool began = false;
+        PetscFunctionBegin;
+        PetscCall(start_petsc(began));
+        PetscCall(PetscPushErrorHandler(keep_quiet, nullptr));
+        pushed_ = true;
+        PetscFunctionReturn(0);
     }
-    PetscCall(PetscPushErrorHandler(keep_quiet, nullptr));
-    PetscFunctionReturn(0);
-}
+    ~Quiet() {
+        if (pushed_) PetscPopErrorHandler();
+    }
+
+private:
+    bool pushed_ = false;
+};
 
 class PetscFactor final : public Factor {
 public:
@@ -57,8 +58,7 @@ public:
 
     bool factorise(const Stiffness& matrix) override {
         const std::lock_guard<std::mutex> own(turn());
-        scale_ = matrix.diagonal().cwiseAbs();
-        for (Eigen::Index i = 0; i < scale_.size(); ++i) scale_[i] = scale_[i] > 0 ? 1 / std::sqrt(scale_[i]) : 1;
+        scale_ = scales_of(matrix);
         return make(matrix) == 0;
     }
     Unknown solve(const Unknown& right) const override {
@@ -68,7 +68,6 @@ public:
         return scale_.cwiseProduct(out);
     }
     long negative() const override { return symmetric_ ? negative_ : -1; }
-    double bytes() const override { return bytes_; }
 
 private:
     /// Rows of PETSc are columns of the matrix: of a symmetric one the same, of others the transposed is factorised.
@@ -81,8 +80,9 @@ private:
             for (int e = first[j]; e < first[j + 1]; ++e)
                 values[static_cast<std::size_t>(e)] = matrix.valuePtr()[e] * scale_[j] * scale_[at[e]];
         Mat whole = nullptr;
+        Quiet quiet;
         PetscFunctionBegin;
-        PetscCall(start());
+        PetscCall(quiet.begin());
         PetscCall(
             MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, size, size, rows.data(), columns.data(), values.data(), &whole));
         const PetscErrorCode code = factorise_whole(whole);
@@ -114,18 +114,18 @@ private:
         MatFactorError fault = MAT_FACTOR_NOERROR;
         PetscCall(MatFactorGetError(factor_, &fault));
         if (fault != MAT_FACTOR_NOERROR) PetscFunctionReturn(PETSC_ERR_MAT_LU_ZRPVT);
-        PetscInt negative = 0, zeros = 0, positive = 0, millions = 0;
+        PetscInt negative = 0, zeros = 0, positive = 0;
         if (symmetric_) PetscCall(MatGetInertia(factor_, &negative, &zeros, &positive));
         negative_ = negative;
-        PetscCall(MatMumpsGetInfog(factor_, 9, &millions));
-        bytes_ = 8.0 * (millions >= 0 ? millions : -1e6 * millions);
         PetscFunctionReturn(zeros > 0 ? PETSC_ERR_MAT_LU_ZRPVT : 0);
     }
 
     PetscErrorCode apply(double* in, double* out) const {
         const auto size = static_cast<PetscInt>(scale_.size());
         Vec from = nullptr, to = nullptr;
+        Quiet quiet;
         PetscFunctionBegin;
+        PetscCall(quiet.begin());
         PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, size, in, &from));
         PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, size, out, &to));
         if (symmetric_) PetscCall(MatSolve(factor_, from, to));
@@ -139,11 +139,10 @@ private:
     Mat factor_ = nullptr;
     Unknown scale_;
     long negative_ = 0;
-    double bytes_ = 0;
 };
 
 } // namespace
 
-extern "C" [[gnu::visibility("default")]] Factor* skein_factor_1(bool symmetric) { return new PetscFactor(symmetric); }
+extern "C" [[gnu::visibility("default")]] Factor* skein_factor_2(bool symmetric) { return new PetscFactor(symmetric); }
 
 } // namespace skein

@@ -26,6 +26,11 @@ bool is_gripped(const RodGroup& group) {
     return group.strained() && (grips(group.spec().start, 0) || grips(group.spec().end, group.elements()));
 }
 
+bool is_zero(const StiffnessBlock& block) {
+    return std::all_of(block.begin(), block.end(),
+                       [](const auto& r) { return std::all_of(r.begin(), r.end(), [](double x) { return x == 0; }); });
+}
+
 } // namespace
 
 StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const LocalRod> rods,
@@ -81,39 +86,25 @@ double StaticSystem::lead_up_to(double from, double to, double most) const {
 }
 
 void StaticSystem::add_block(std::size_t row, std::size_t column, const StiffnessBlock& block,
-                             std::span<const Slot<1>> state) {
+                             std::span<const Slot<1>> state, std::size_t count) {
     // Whole blocks, so that the pattern is that of the couplings.
-    if (std::all_of(block.begin(), block.end(),
-                    [](const auto& r) { return std::all_of(r.begin(), r.end(), [](double x) { return x == 0; }); }))
-        return;
     if (unknowns_.plain(row) && unknowns_.plain(column)) {
-        for (std::size_t i = 0; i < slot_unknowns; ++i) {
+        for (std::size_t i = 0; i < count; ++i) {
             const int r = unknowns_.of(row, i);
             if (r < 0) continue;
-            for (std::size_t j = 0; j < slot_unknowns; ++j)
+            for (std::size_t j = 0; j < count; ++j)
                 if (const int c = unknowns_.of(column, j); c >= 0) assembly_.add(r, c, block[i][j]);
         }
         return;
     }
     const SlotParts rows = unknowns_.parts(row, state), columns = unknowns_.parts(column, state);
-    for (std::size_t i = 0; i < slot_unknowns; ++i)
-        for (std::size_t j = 0; j < slot_unknowns; ++j) {
+    for (std::size_t i = 0; i < count; ++i)
+        for (std::size_t j = 0; j < count; ++j) {
             if (block[i][j] == 0) continue;
             for (const UnknownPart& r : rows[i])
                 for (const UnknownPart& c : columns[j])
                     assembly_.add(r.unknown, c.unknown, r.factor * block[i][j] * c.factor);
         }
-}
-
-void StaticSystem::add_nodes(std::size_t row, std::size_t column, const StiffnessBlock& block,
-                             std::span<const Slot<1>> state) {
-    if (!unknowns_.plain(row) || !unknowns_.plain(column)) return add_block(row, column, block, state);
-    for (std::size_t i = 0; i < 3; ++i) {
-        const int r = unknowns_.of(row, i);
-        if (r < 0) continue;
-        for (std::size_t j = 0; j < 3; ++j)
-            if (const int c = unknowns_.of(column, j); c >= 0) assembly_.add(r, c, block[i][j]);
-    }
 }
 
 StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_stiffness) {
@@ -146,12 +137,14 @@ StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_
             long column = k + offset;
             if (own.closed()) column = (column + 2 * nodes) % nodes;
             if (column < 0 || column >= own.slots() || k >= nodes) continue;
-            add_block(s, first + static_cast<std::size_t>(column), loads_.row[s].at(offset), state.slot);
+            if (const StiffnessBlock& block = loads_.row[s].at(offset); !is_zero(block))
+                add_block(s, first + static_cast<std::size_t>(column), block, state.slot);
         }
     }
-    for (const SlotCoupling& c : loads_.couplings) add_block(c.row, c.column, c.block, state.slot);
+    for (const SlotCoupling& c : loads_.couplings)
+        if (!is_zero(c.block)) add_block(c.row, c.column, c.block, state.slot);
     if (contacts_)
-        for (const SlotCoupling& c : touching_.couplings) add_nodes(c.row, c.column, c.block, state.slot);
+        for (const SlotCoupling& c : touching_.couplings) add_block(c.row, c.column, c.block, state.slot, 3);
     add_body_turns(state);
     out.stiffness = &assembly_.finish();
     out.asymmetry = assembly_.asymmetry();
@@ -177,7 +170,7 @@ void StaticSystem::add_body_turns(const StaticState& state) {
         for (std::size_t i = 0; i < 3; ++i)
             for (std::size_t j = 0; j < 3; ++j)
                 block[3 + i][3 + j] = (i == j ? af : 0) - 0.5 * (x[i] * y[j] + y[i] * x[j]);
-        add_block(node.master, node.master, block, state.slot);
+        if (!is_zero(block)) add_block(node.master, node.master, block, state.slot);
     }
 }
 
@@ -193,7 +186,7 @@ double StaticSystem::relative(const Balance& balance) const {
     return largest;
 }
 
-double StaticSystem::size(const Unknown& correction, const StaticState&) const {
+double StaticSystem::size(const Unknown& correction) const {
     double largest = 0;
     for (int i = 0; i < unknowns(); ++i)
         largest = std::max(largest, std::abs(correction[i]) / (unknowns_.place(i).i < 3 ? length_ : 1));
@@ -207,7 +200,7 @@ double StaticSystem::way(const Unknown& correction) const {
     return largest;
 }
 
-double StaticSystem::turn(const Unknown& correction, const StaticState&) const {
+double StaticSystem::turn(const Unknown& correction) const {
     double largest = 0;
     for (int i = 0; i < unknowns(); ++i)
         if (unknowns_.place(i).i >= 3) largest = std::max(largest, std::abs(correction[i]));
@@ -241,10 +234,12 @@ std::vector<std::vector<int>> StaticSystem::pieces(const Stiffness& stiffness) c
         while (leader[i] != i) i = leader[i] = leader[leader[i]];
         return i;
     };
-    for (Eigen::Index j = 0; j < stiffness.outerSize(); ++j)
+    for (Eigen::Index j = 0; j < stiffness.outerSize(); ++j) {
+        const std::size_t rod = unknowns_.place(static_cast<int>(j)).rod;
         for (Stiffness::InnerIterator at(stiffness, j); at; ++at)
-            leader[root(unknowns_.place(static_cast<int>(at.row())).rod)] =
-                root(unknowns_.place(static_cast<int>(j)).rod);
+            if (const std::size_t other = unknowns_.place(static_cast<int>(at.row())).rod; other != rod)
+                leader[root(other)] = root(rod);
+    }
     std::map<std::size_t, std::vector<int>> of;
     for (int u = 0; u < unknowns(); ++u) of[root(unknowns_.place(u).rod)].push_back(u);
     std::vector<std::vector<int>> pieces;
@@ -286,8 +281,9 @@ Vec3d StaticSystem::centre(const std::vector<int>& piece, const StaticState& sta
 
 /// Three translations, three turns about each piece's centre that move a rod's end by 1, and the spin of all elements
 /// about their own axes: round rods that are straight at rest do not resist it, bent or not.
-Eigen::MatrixXd StaticSystem::rigid_motions(const std::vector<std::vector<int>>& all, const StaticState& state) const {
-    Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(unknowns(), 7);
+StaticSystem::Motions StaticSystem::rigid_motions(const std::vector<std::vector<int>>& all,
+                                                  const StaticState& state) const {
+    Motions motions = Motions::Zero(unknowns(), 7);
     const Vec3d units[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const auto part = [](const Vec3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
     for (const std::vector<int>& piece : all) {
@@ -312,13 +308,12 @@ NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& ba
     if (all_gripped_) return found;
     const Stiffness& stiffness = *balance.stiffness;
     std::vector<std::vector<int>> all = pieces(stiffness);
-    Eigen::MatrixXd motions = rigid_motions(all, state);
-    const auto seven = motions.cols();
+    Motions motions = rigid_motions(all, state);
     std::vector<Eigen::Index> ranks;
     for (const std::vector<int>& piece : all) {
         // Orthonormal before it is asked what they meet: a turn less a spin may move a straight rod by next to nothing.
         const auto count = static_cast<Eigen::Index>(piece.size());
-        Eigen::MatrixXd own(count, seven);
+        Eigen::MatrixXd own(count, motions.cols());
         for (Eigen::Index r = 0; r < count; ++r) own.row(r) = motions.row(piece[static_cast<std::size_t>(r)]);
         Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(own);
         qr.setThreshold(1e-9);
@@ -327,7 +322,12 @@ NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& ba
         own.leftCols(qr.rank()) = qr.householderQ() * Eigen::MatrixXd::Identity(count, qr.rank());
         for (Eigen::Index r = 0; r < count; ++r) motions.row(piece[static_cast<std::size_t>(r)]) = own.row(r);
     }
-    const Eigen::MatrixXd resisted = stiffness * motions, terms = stiffness.cwiseAbs() * motions.cwiseAbs();
+    Motions resisted = Motions::Zero(unknowns(), 7), terms = resisted; // these: sums of absolute values
+    for (Eigen::Index j = 0; j < stiffness.outerSize(); ++j)
+        for (Stiffness::InnerIterator at(stiffness, j); at; ++at) {
+            resisted.row(at.row()) += at.value() * motions.row(j);
+            terms.row(at.row()) += std::abs(at.value()) * motions.row(j).cwiseAbs();
+        }
     for (std::size_t p = 0; p < all.size(); ++p) {
         std::vector<int>& piece = all[p];
         const auto count = static_cast<Eigen::Index>(piece.size()), rank = ranks[p];
@@ -388,11 +388,6 @@ std::string StaticSystem::rod_name(std::size_t rod) const {
                            : fmt::format("'{}'", own.name());
 }
 
-std::string StaticSystem::place_of(int unknown) const {
-    const auto place = unknowns_.place(unknown);
-    return fmt::format("{} {} of {}", place.i < 3 ? "node" : "element", place.slot, rod_name(place.rod));
-}
-
 std::vector<int> NeutralMotions::pins() const {
     std::vector<int> all;
     for (const Piece& piece : pieces) {
@@ -416,21 +411,6 @@ void NeutralMotions::take_out(Unknown& from) const {
         own -= piece.motion * (piece.motion.transpose() * own);
         for (Eigen::Index r = 0; r < own.size(); ++r) from[piece.unknowns[static_cast<std::size_t>(r)]] = own[r];
     }
-}
-
-StaticSolution::StaticSolution(const StaticSystem& system, const StaticState& state, StaticSystem::Balance& balance)
-    : neutral_(system.neutral(state, balance)) {
-    constexpr double round_off = 1e-9;
-    hold(*balance.stiffness, neutral_.pins());
-    factor_ = make_factor(*balance.stiffness, balance.asymmetry < round_off);
-    regular_ = factor_->factorise(*balance.stiffness);
-}
-
-Unknown StaticSolution::solve(Unknown right) const {
-    for (const int pin : neutral_.pins()) right[pin] = 0;
-    Unknown x = factor_->solve(right);
-    neutral_.take_out(x);
-    return x;
 }
 
 StaticState start_of(const StaticSystem& system, std::span<const RodGroup> groups, std::span<const LocalRod> rods) {

@@ -49,7 +49,6 @@ public:
     const Unknowns& map() const { return unknowns_; }
     std::size_t first_slot(std::size_t rod) const { return at_rest_->first_slot(rod); }
     std::span<const LocalRod> rods() const { return rods_; }
-    std::span<const RodGroup> groups() const { return groups_; }
     const RodGroup& group(std::size_t rod) const { return nth(groups_, rods_[rod].group); }
     double length() const { return length_; } ///< the longest rod, or extent of a body, m
 
@@ -58,8 +57,6 @@ public:
         if (contacts_) contacts_->set_time(time);
     }
     bool touches() const { return contacts_ != nullptr; }
-    /// Contacts of the last balance; none where rods do not touch.
-    const StaticContactLoads& contacts() const { return touching_; }
     /// Puts moved ends to their places; strains are then those of the state.
     void lead_ends(StaticState& state) const;
     /// Time, `to` or earlier, up to which no end turns by more than `most` rad from time `from` on: one
@@ -79,12 +76,12 @@ public:
     double relative(const Balance& balance) const;
 
     /// Size of a correction: largest displacement over length(), or turn.
-    double size(const Unknown& correction, const StaticState& state) const;
+    double size(const Unknown& correction) const;
     /// Largest displacement, m, and the one that a correction may have: rods must not pass through each other.
     double way(const Unknown& correction) const;
     double farthest_way() const { return farthest_way_; }
     /// Largest turn, rad.
-    double turn(const Unknown& correction, const StaticState& state) const;
+    double turn(const Unknown& correction) const;
     void correct(StaticState& state, const Unknown& correction, double share) const;
 
     /// Masses of nodes and inertias of elements, as the unknowns have them.
@@ -95,18 +92,19 @@ public:
     NeutralMotions neutral(const StaticState& state, const Balance& balance) const;
     /// Names a neutral motion: a translation along, or a turn about, an axis, or that of a rod about its own.
     std::string name_of(const NeutralMotions::Piece& piece, const Unknown& along, const StaticState& state) const;
-    std::string place_of(int unknown) const; ///< in words
     std::string rod_name(std::size_t rod) const;
 
 private:
-    void add_block(std::size_t row, std::size_t column, const StiffnessBlock& block, std::span<const Slot<1>> state);
-    /// Adds the part of a block between nodes.
-    void add_nodes(std::size_t row, std::size_t column, const StiffnessBlock& block, std::span<const Slot<1>> state);
+    /// Adds a block, or its part between nodes: of the first `count` unknowns of a slot.
+    void add_block(std::size_t row, std::size_t column, const StiffnessBlock& block, std::span<const Slot<1>> state,
+                   std::size_t count = slot_unknowns);
     void add_contacts(const StaticState& state, bool with_stiffness);
     void add_body_turns(const StaticState& state);
     /// Unknowns of rods that stiffness connects.
     std::vector<std::vector<int>> pieces(const Stiffness& stiffness) const;
-    Eigen::MatrixXd rigid_motions(const std::vector<std::vector<int>>& all, const StaticState& state) const;
+    /// A row for each unknown.
+    using Motions = Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor>;
+    Motions rigid_motions(const std::vector<std::vector<int>>& all, const StaticState& state) const;
     Vec3d centre(const std::vector<int>& piece, const StaticState& state) const;
     const Slot<1>& slot(int unknown, const StaticState& state) const {
         const auto place = unknowns_.place(unknown);
@@ -126,21 +124,6 @@ private:
     double slow_eigenvalue_ = 0;
     double farthest_way_ = HUGE_VAL; ///< m
     double least_force_ = 0;         ///< N: a thousandth of what bends the longest rod by its length
-};
-
-/// Solutions of K x = r at a state, without neutral motions.
-class StaticSolution {
-public:
-    /// Changes the stiffness of the balance.
-    StaticSolution(const StaticSystem& system, const StaticState& state, StaticSystem::Balance& balance);
-    Unknown solve(Unknown right) const;
-    const Factor& factor() const { return *factor_; }
-    bool regular() const { return regular_; }
-
-private:
-    NeutralMotions neutral_;
-    std::unique_ptr<Factor> factor_;
-    bool regular_ = true;
 };
 
 /// Bodies as a scene places them.

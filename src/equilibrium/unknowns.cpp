@@ -18,7 +18,7 @@ std::array<bool, 3> axes_in(const std::string& names) {
 } // namespace
 
 Unknowns::Unknowns(std::span<const RodGroup> groups, std::span<const LocalRod> rods, const StaticRods& at_rest)
-    : shared_(at_rest.common_nodes()) {
+    : shared_(at_rest.common_nodes().begin(), at_rest.common_nodes().end()) {
     const std::size_t slots = at_rest.first_slot(rods.size());
     number_.assign(slots, {0, 0, 0, 0, 0, 0}); // 0: free, -1: held
     turned_.assign(slots, 0);

@@ -2,8 +2,7 @@
 
 #include "skein/core/error.hpp"
 
-#include <cstdlib>
-#include <filesystem>
+#include "core/own_library.hpp"
 
 #include <dlfcn.h>
 
@@ -13,28 +12,13 @@ namespace skein {
 
 namespace {
 
-namespace fs = std::filesystem;
-
 /// Function of the library; the number in its name changes with PressureSolver and TensorGrid.
 using Maker = PressureSolver* (*)(const Communicator& comm, const TensorGrid& grid, double tolerance,
                                   std::string& fault);
 constexpr const char *library_name = "libskein_multigrid.so", *maker_name = "skein_multigrid_1";
 
-void* open_library() {
-    // Ranks and threads of the run use all cores, so BLAS must not start threads.
-    setenv("OPENBLAS_NUM_THREADS", "1", 0);
-    std::error_code none;
-    fs::path program = fs::read_symlink("/proc/self/exe", none), code;
-    if (Dl_info here; dladdr(reinterpret_cast<void*>(&make_multigrid), &here))
-        code = here.dli_fname; // may be libskein.so
-    for (const fs::path& place : {program.parent_path().parent_path() / "lib", code.parent_path()})
-        if (const fs::path library = place / library_name; fs::exists(library, none))
-            return dlopen(library.c_str(), RTLD_NOW | RTLD_LOCAL);
-    return dlopen(library_name, RTLD_NOW | RTLD_LOCAL);
-}
-
 Maker load() {
-    void* const library = open_library();
+    void* const library = open_own_library(library_name, reinterpret_cast<void (*)()>(&make_multigrid));
     if (!library)
         throw InputError(
             std::string("fluid.pressure = \"multigrid\" needs Skein's library for it, which cannot be loaded: ") +

@@ -9,6 +9,7 @@
 // each level on every rank.
 #include "fluid/fluid_grid.hpp"
 #include "fluid/pressure_solver.hpp"
+#include "parallel/petsc_start.hpp"
 #include "skein/core/index.hpp"
 
 #include <petscksp.h>
@@ -158,29 +159,25 @@ PetscErrorCode keep_complaint(MPI_Comm, int, const char*, const char*, PetscErro
     return code;
 }
 
-/// Use of PETSc, which is initialised while there are solvers.
+/// Use of PETSc, which is started while there are solvers.
 class Session {
 public:
     PetscErrorCode begin() {
         PetscFunctionBeginUser;
         if (running++ > 0) PetscFunctionReturn(0);
-        PETSC_COMM_WORLD = MPI_COMM_SELF; // makes the initialisation local to a rank
-        static char name[] = "skein", signals[] = "-no_signal_handler", file[] = "-skip_petscrc";
-        static char* arguments[] = {name, signals, file, nullptr};
-        int count = 3;
-        char** all = arguments;
-        PetscCall(PetscInitialize(&count, &all, nullptr, nullptr));
+        PetscCall(start_petsc(began));
         PetscCall(PetscPushErrorHandler(keep_complaint, nullptr));
         PetscFunctionReturn(0);
     }
     void end() {
         if (--running > 0) return;
         PetscPopErrorHandler();
-        PetscFinalize();
+        if (began) PetscFinalize();
     }
 
 private:
     static inline int running = 0;
+    static inline bool began = false;
 };
 
 class PetscMultigrid final : public PressureSolver {

@@ -49,7 +49,7 @@ public:
     virtual ~StaticRods() = default;
     /// First slot of rod i among those of all rods of this rank; of one beyond the last, the number of slots.
     virtual std::size_t first_slot(std::size_t i) const = 0;
-    virtual std::vector<CommonNode> common_nodes() const = 0;
+    virtual std::span<const CommonNode> common_nodes() const = 0;
     /// Sets the time at which loads, motors and ends are taken, s.
     virtual void set_time(double time) = 0;
     /// Puts moved ends to their places at that time.

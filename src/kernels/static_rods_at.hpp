@@ -69,7 +69,7 @@ public:
     }
 
     std::size_t first_slot(std::size_t i) const override { return i < rods_.size() ? rods_[i].first : slots_; }
-    std::vector<CommonNode> common_nodes() const override { return shared_; }
+    std::span<const CommonNode> common_nodes() const override { return shared_; }
 
     void set_time(double time) override {
         step_ = {.index = 1,
@@ -331,6 +331,13 @@ private:
         block[5][4] += x;
     }
 
+    static void add_loads(StaticLoads& out, std::size_t slot, const Vec3d& force, const Vec3d& couple) {
+        out.force[slot] = out.force[slot] + force;
+        out.couple[slot] = out.couple[slot] + couple;
+        out.force_size[slot] += norm(force);
+        out.couple_size[slot] += norm(couple);
+    }
+
     void add_passes(Rod& rod, std::span<const Slot<1>> state, bool with_stiffness, StaticLoads& out) {
         const RodGroup& group = *rod.group;
         const int nodes = group.nodes(), span = rod.far ? nodes : 2 * rod.reach + 1;
@@ -351,13 +358,7 @@ private:
             if (!dead) run_passes(rod);
             for (int k = 0; k < nodes; ++k) {
                 const std::size_t s = rod.first + to_index(k);
-                if (colour == 0) {
-                    const Vec3d force = lane(load_[s].force, 0), couple = lane(load_[s].couple, 0);
-                    out.force[s] = out.force[s] + force;
-                    out.couple[s] = out.couple[s] + couple;
-                    out.force_size[s] += norm(force);
-                    out.couple_size[s] += norm(couple);
-                }
+                if (colour == 0) add_loads(out, s, lane(load_[s].force, 0), lane(load_[s].couple, 0));
                 if (!with_stiffness) continue;
                 if (rod.far) {
                     SlotCoupling& one = out.couplings.emplace_back(SlotCoupling{s, rod.first + to_index(colour), {}});
@@ -427,13 +428,7 @@ private:
             for (std::size_t s = 0; s < slots; ++s) {
                 if (cluster.partners[s].empty()) continue;
                 const std::size_t at = cluster.slot[s];
-                if (colour == 0) {
-                    const Vec3d force = lane(joined_[s].force, 0), couple = lane(joined_[s].couple, 0);
-                    out.force[at] = out.force[at] + force;
-                    out.couple[at] = out.couple[at] + couple;
-                    out.force_size[at] += norm(force);
-                    out.couple_size[at] += norm(couple);
-                }
+                if (colour == 0) add_loads(out, at, lane(joined_[s].force, 0), lane(joined_[s].couple, 0));
                 if (!with_stiffness) continue;
                 for (const std::size_t column : cluster.partners[s]) {
                     if (cluster.colour[column] != colour) continue;

@@ -1,11 +1,11 @@
 #include "studies/equilibrium_study.hpp"
 
 #include "core/timer.hpp"
-#include "kernels/kernels.hpp"
 #include "mechanics/rod_copies.hpp"
 #include "physics/contact/contact_plan.hpp"
 #include "simulation/branch.hpp"
 #include "skein/core/error.hpp"
+#include "studies/scene_family.hpp"
 #include "tiles/clusters.hpp"
 
 #include <fmt/format.h>
@@ -43,7 +43,7 @@ std::vector<std::vector<std::size_t>> pieces_of(std::span<const RodGroup> groups
     return pieces;
 }
 
-/// Of all pieces, with what is not known.
+/// Stability of all pieces, and how many are not known.
 std::string stability_text(const EquilibriumReport& r) {
     if (r.unknown_stability == r.pieces) return "not known, as the loads have no potential";
     std::string text = r.unstable == 0 ? "stable" : fmt::format("unstable, {} of {} pieces", r.unstable, r.pieces);
@@ -58,17 +58,12 @@ StaticScene::StaticScene(World& world) : world_(world) {
     const Rods& rods = world.rods();
     std::shared_ptr<Walls> walls;
     if (world.walls()) walls = std::make_shared<Walls>(*world.walls());
-    const auto* contact = world.plan.find<ContactPlan>();
-    for (std::vector<std::size_t>& members : pieces_of(world.groups, rods.local(), contact != nullptr)) {
+    const bool touch = world.plan.find<ContactPlan>() != nullptr;
+    for (std::vector<std::size_t>& members : pieces_of(world.groups, rods.local(), touch)) {
         std::vector<LocalRod> own;
         for (const std::size_t i : members) own.push_back(rods.local()[i]);
         StaticPiece& piece = pieces_.emplace_back();
-        std::unique_ptr<StaticContacts> contacts;
-        if (contact)
-            contacts = kernels(world.plan.machine.lanes)
-                           .make_static_contacts(contact->scene(world.groups), world.groups, own, world.threads);
-        piece.system = std::make_unique<StaticSystem>(
-            world.groups, own, make_static_rods(world.plan, world.groups, own, walls), std::move(contacts));
+        piece.system = make_static_system(world.plan, world.groups, own, walls, world.threads);
         for (const std::size_t i : members) {
             const LocalRod& local = rods.local()[i];
             const RodGroup& group = nth(world.groups, local.group);

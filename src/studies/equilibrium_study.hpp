@@ -39,7 +39,7 @@ private:
 /// Equilibria of all pieces on all ranks, with their cost.
 struct EquilibriumReport {
     bool found = true;
-    double share = 1; ///< least, of the loads that are borne
+    double share = 1; ///< least, of the loads that are balanced
     std::int64_t pieces = 0, unknowns = 0;
     std::int64_t load_steps = 0, iterations = 0; ///< most of a piece
     double residual = 0;                         ///< largest, over the acting forces

@@ -3,9 +3,9 @@
 #include "core/nearest.hpp"
 #include "core/timer.hpp"
 #include "scene/scene_file.hpp"
-#include "simulation/simulation.hpp"
 #include "skein/core/error.hpp"
 #include "studies/scene_number.hpp"
+#include "studies/static_slopes.hpp"
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
@@ -275,21 +275,6 @@ private:
         return static_case(own, machine_, options_.time);
     }
 
-    /// Columns of observables.csv in a state.
-    std::pair<std::vector<std::string>, std::vector<double>> observe(const StaticCase& one,
-                                                                     const StaticState& state) const {
-        Simulation simulation(comm_, threads_, one.scene, one.groups, one.plan, {.quiet = true});
-        Rods& rods = simulation.world().rods();
-        for (std::size_t i = 0; i < rods.local().size(); ++i) {
-            const auto rod = static_cast<std::size_t>(rods.local()[i].gid);
-            const auto begin = state.slot.begin();
-            std::vector<Slot<1>> own(begin + static_cast<std::ptrdiff_t>(one.system->first_slot(rod)),
-                                     begin + static_cast<std::ptrdiff_t>(one.system->first_slot(rod + 1)));
-            rods.import_rod(i, own);
-        }
-        return {simulation.observation().names(), simulation.observation().values()};
-    }
-
     /// The rod that a shape is of.
     std::size_t rod_of_shape(const StaticCase& one) const {
         std::size_t rod = 0;
@@ -326,7 +311,7 @@ private:
             for (const double part : {x.x, x.y, x.z}) all[row++] = part;
         }
         if (experiment.values.empty()) return all;
-        const auto [names, values] = observe(one, state);
+        const auto [names, values] = observe(comm_, threads_, one, state);
         for (const MeasuredValue& value : experiment.values) {
             std::vector<std::string> plain;
             for (const std::string& name : names) plain.push_back(heading_of(name).name);
@@ -365,12 +350,7 @@ private:
                 return state;
             }
         }
-        StaticState state = start_of(*one.system, one.groups, one.rods);
-        NewtonSolver newton(*one.system, {});
-        const Equilibrium found = newton.find(state, options_.time);
-        if (!found.found) throw NumericalError(fmt::format("no equilibrium was found: {}", found.reason));
-        one.system->refresh(state);
-        return state;
+        return equilibrium_of(one, options_.time);
     }
 
     /// Residuals at these numbers and, where asked for, their slopes by numbers over their scales.
@@ -402,19 +382,7 @@ private:
         }
     }
 
-    /// The case with a number a little to one side; where that side has none, as of a bound, at its value.
-    std::unique_ptr<StaticCase> beside(const Experiment& experiment, const std::vector<double>& value, std::size_t i,
-                                       double share, double& side) const {
-        std::vector<double> other = value;
-        other[i] += side * share * scale_[i];
-        try {
-            return case_of(experiment, other);
-        } catch (const InputError&) {
-            side = 0;
-            return case_of(experiment, value);
-        }
-    }
-
+    /// Slopes by numbers over their scales.
     Eigen::MatrixXd slopes_of(const Experiment& experiment, StaticCase& one, const StaticState& state,
                               const std::vector<double>& value) {
         constexpr double share = 1e-4;
@@ -422,23 +390,15 @@ private:
         StaticSystem::Balance balance = one.system->balance(state, true);
         const StaticSolution solution(*one.system, state, balance);
         for (std::size_t i = 0; i < value.size(); ++i) {
-            double low_side = -1, high_side = 1;
-            const std::unique_ptr<StaticCase> low = beside(experiment, value, i, share, low_side),
-                                              high = beside(experiment, value, i, share, high_side);
-            const double width = (high_side - low_side) * share;
-            const auto residual = [&](StaticCase& at) {
-                StaticState own = state;
-                at.system->lead_ends(own);
-                return at.system->balance(own, false).residual;
-            };
-            const Unknown along = solution.solve((residual(*high) - residual(*low)) / width);
-            const auto moved = [&](StaticCase& at, double side) {
-                StaticState own = state;
-                at.system->lead_ends(own);
-                at.system->correct(own, side * share * along, 1);
-                return values_of(experiment, at, own);
-            };
-            all.col(static_cast<Eigen::Index>(i)) = (moved(*high, high_side) - moved(*low, low_side)) / width;
+            const auto [low, high] = changed_cases(share, [&](double by) {
+                std::vector<double> other = value;
+                other[i] += by * scale_[i];
+                return case_of(experiment, other);
+            });
+            all.col(static_cast<Eigen::Index>(i)) =
+                slopes_at_rest(solution, state, low, high, [&](const StaticCase& at, const StaticState& own) {
+                    return values_of(experiment, at, own);
+                });
         }
         return all;
     }

@@ -31,7 +31,7 @@ struct FittedNumber {
     double value = 0, half_width = 0; ///< half the width of the interval of 95 %
 };
 
-/// What is left of the values of one kind: places, or an observable.
+/// Residual of the values of one kind: places, or an observable.
 struct Misfit {
     std::string of, unit;
     double size = 0; ///< root mean square

@@ -38,8 +38,20 @@ void refuse_unsolvable(const SceneSpec& scene) {
 
 bool has_friction(const SceneSpec& scene) {
     const auto rubs = [](const ContactLaw& law) { return law.friction != ContactFriction::none; };
+    const auto has_rubbing_law = [&](const auto& one) { return rubs(one.law); };
     return (scene.contact && rubs(scene.contact->law)) ||
-           std::any_of(scene.walls.begin(), scene.walls.end(), [&](const Wall& wall) { return rubs(wall.law); });
+           std::any_of(scene.contact_pairs.begin(), scene.contact_pairs.end(), has_rubbing_law) ||
+           std::any_of(scene.walls.begin(), scene.walls.end(), has_rubbing_law);
+}
+
+std::unique_ptr<StaticSystem> make_static_system(const Plan& plan, std::span<const RodGroup> groups,
+                                                 std::span<const LocalRod> rods, std::shared_ptr<Walls> walls,
+                                                 const Threads& threads) {
+    std::unique_ptr<StaticContacts> contacts;
+    if (const auto* contact = plan.find<ContactPlan>())
+        contacts = kernels(plan.machine.lanes).make_static_contacts(contact->scene(groups), groups, rods, threads);
+    return std::make_unique<StaticSystem>(groups, rods, make_static_rods(plan, groups, rods, std::move(walls)),
+                                          std::move(contacts));
 }
 
 std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time) {
@@ -54,13 +66,7 @@ std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& ma
     std::shared_ptr<Walls> walls;
     if (const auto* plan = made->plan.find<WallPlan>()) walls = std::make_shared<Walls>(plan->walls);
     made->threads = std::make_unique<Threads>(machine.threads);
-    std::unique_ptr<StaticContacts> contacts;
-    if (const auto* contact = made->plan.find<ContactPlan>())
-        contacts = kernels(machine.lanes)
-                       .make_static_contacts(contact->scene(made->groups), made->groups, made->rods, *made->threads);
-    made->system = std::make_unique<StaticSystem>(
-        made->groups, made->rods, make_static_rods(made->plan, made->groups, made->rods, std::move(walls)),
-        std::move(contacts));
+    made->system = make_static_system(made->plan, made->groups, made->rods, std::move(walls), *made->threads);
     made->system->set_time(time);
     return made;
 }

@@ -15,7 +15,7 @@ LIBRARIES = {
     r"mpi\.h": {"parallel", "io"},
     r"hdf5\.h": {"io"},
     r"fftw3\.h": {"fluid"},
-    r"petsc.*": {"fluid", "equilibrium"},
+    r"petsc.*": {"fluid", "equilibrium", "parallel"},
     r"(Eigen|Spectra)/.*": {"equilibrium", "studies"},
     r"tbb/.*": {"parallel"},
     r"toml.*": {"scene"},

@@ -135,6 +135,19 @@ class Solving(DriverTest):
             slope = (8 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12 * h)
             self.assertLess(abs(one["slopes"]["tip_z[m]"] - slope), 1e-6 * abs(slope), key)
 
+    def test_slopes_at_a_bound_are_those_of_its_side(self):
+        field = '[[load]]\nkind = "magnetic_field"\nconstant = [0, 0, 1e-3]\nsine_axis = [0, 1, 0]\nperiod = 4.0\nrotating = 0.0\n[[load]]'
+        magnetised = BODIES.replace("[[load]]", field).replace("5e-3", '5e-3\nmagnetisation = {pattern = "uniform", strength = 1e4}', 1)
+        self.scene.write_text(magnetised)
+        key = "load.0.rotating"  # no less than 0
+        found = json.loads(self.skein_says("gradient", self.scene, "--by", key, "--json").stdout)["numbers"]
+        tip = {}
+        for value in (1e-5, 2e-5):
+            self.solve("equilibrium", f"at_{value}", "--set", f"{key}={value}", text=magnetised)
+            tip[value] = self.series(f"at_{value}")["tip_ym"][-1]  # 0 without the field
+        slope = (4 * tip[1e-5] - tip[2e-5]) / 2e-5
+        self.assertLess(abs(found[0]["slopes"]["tip_y[m]"] - slope), 1e-4 * abs(slope))
+
     def test_a_path_stops_when_it_is_told(self):
         self.scene.write_text(BODIES)
         words = [SKEIN, "path", self.scene, "--out", self.directory / "long", "--threads", 1, "--along", "load.0.acceleration.2", "--to", -40,

@@ -28,6 +28,9 @@ def resident(pid, key):
 
 
 class Ranks(FaultTest):
+    """In runs of seconds on fast machines too, so that each meets with its fault before the end."""
+
+    SCENE = TOUCHING.replace("duration = 0.4", "duration = 1.2")
     KEYS = (*FEW_FILES, "--set", "output.checkpoint=0", "--set", "output.checkpoint_wall=0.1")
 
     def wait_for(self, condition, run):
@@ -65,8 +68,6 @@ class Ranks(FaultTest):
                 self.resume(out, self.draw.choice((1, 2, 3, 4)))
 
     def test_a_rank_that_sleeps_changes_nothing(self):
-        """In a run of seconds on fast machines too, so that each rank falls asleep before the end."""
-        self.scene.write_text(self.SCENE.replace("duration = 0.4", "duration = 1.2"))
         self.run_to_end("whole")
         for ranks in (2, 3):
             out = f"slept_{ranks}"

@@ -1,0 +1,38 @@
+// Solutions of K x = r at a state, without neutral motions.
+#pragma once
+
+#include "equilibrium/factor.hpp"
+#include "equilibrium/static_system.hpp"
+
+#include <memory>
+#include <string_view>
+
+namespace skein {
+
+class StaticSolution {
+public:
+    explicit StaticSolution(const StaticSystem& system) : system_(&system) {}
+    StaticSolution(const StaticSystem& system, const StaticState& state, StaticSystem::Balance& balance)
+        : system_(&system) {
+        factorise(state, balance);
+    }
+
+    /// Changes the stiffness of the balance. `shift`: share of the diagonal's sizes that is added to it.
+    void factorise(const StaticState& state, StaticSystem::Balance& balance, double shift = 0);
+    Unknown solve(Unknown right) const;
+
+    const NeutralMotions& neutral() const { return neutral_; }
+    bool symmetric() const { return symmetric_; }
+    /// Negative eigenvalues of the last stiffness, in which neutral motions are held; -1: not known.
+    long negative() const { return factor_ ? factor_->negative() : -1; }
+    std::string_view factor_name() const { return factor_ ? factor_->name() : ""; }
+
+private:
+    const StaticSystem* system_;
+    NeutralMotions neutral_;
+    std::vector<int> pins_;
+    std::unique_ptr<Factor> factor_;
+    bool symmetric_ = true;
+};
+
+} // namespace skein
