@@ -35,7 +35,7 @@ int equilibrium_command(EquilibriumArguments arguments, int& argc, char**& argv)
     stop_on_signals();
     return guarded(comm, [&] {
         const bool quiet = arguments.run.options.quiet;
-        SolvedScene solved = solved_scene(comm, arguments.run, "_equilibrium");
+        SolvedScene solved = solved_scene(comm, arguments.run, "_equilibrium", Friction::with_memory);
         StaticScene at_rest(solved.simulation->world());
         const double time = arguments.time >= 0 ? arguments.time : solved.scene.time.duration;
         const EquilibriumReport report = find_and_tell(solved, at_rest, time, quiet);

@@ -24,7 +24,7 @@ void write_movie(const Communicator& comm, const ModesArguments& arguments, cons
     RunArguments run = arguments.run;
     run.options.out = out;
     double dt = at_rest.world().plan.dt;
-    SolvedScene movie = solved_scene(comm, run, {}, [dt](SceneSpec& scene) {
+    SolvedScene movie = solved_scene(comm, run, {}, Friction::told, [dt](SceneSpec& scene) {
         scene.time.dt = dt;
         scene.time.duration = movie_frames * dt;
         scene.output.trajectory = scene.output.series = dt;
@@ -64,7 +64,7 @@ int find_and_write_modes(const Communicator& comm, const ModesArguments& argumen
     refuse_results(comm, options, out);
     for (int number = 1; number <= arguments.movies; ++number)
         refuse_results(comm, options, fmt::format("{}/mode_{}", out, number));
-    SolvedScene solved = solved_scene(comm, arguments.run, "_modes");
+    SolvedScene solved = solved_scene(comm, arguments.run, "_modes", Friction::with_memory);
     StaticScene at_rest(solved.simulation->world());
     find_and_tell(solved, at_rest, arguments.time >= 0 ? arguments.time : solved.scene.time.duration, quiet);
     const ModesReport report = find_modes(at_rest, arguments.count);

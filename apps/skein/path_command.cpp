@@ -140,7 +140,7 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
     refuse_ends(family, what.options, arguments.key);
     RunArguments run = arguments.run;
     run.scene.overrides = what.text.overrides;
-    SolvedScene solved = solved_scene(comm, run, "_path", [&](SceneSpec& scene) {
+    SolvedScene solved = solved_scene(comm, run, "_path", Friction::left_out, [&](SceneSpec& scene) {
         scene.time.dt = 0;
         const double dt = make_plan(scene, make_groups(scene), {}).dt; // a frame for each point
         scene.time.dt = dt;

@@ -33,6 +33,14 @@ void refuse_parts(const Plan& plan, const Communicator& comm) {
                          "or with -n 1");
 }
 
+void warn_of_friction(const SceneSpec& scene, Friction acting) {
+    if (acting == Friction::left_out && has_friction(scene, is_friction))
+        print_warning("friction is left out: its forces at rest depend on the way there; this is the state without it");
+    if (acting == Friction::with_memory && has_friction(scene, slips_always))
+        print_warning("friction that depends on the speed of slip is zero at rest: bodies that it slows creep to this "
+                      "state");
+}
+
 } // namespace
 
 int study_on_one_rank(const char* command, const RunArguments& arguments, double time, int& argc, char**& argv,
@@ -51,7 +59,9 @@ int study_on_one_rank(const char* command, const RunArguments& arguments, double
                              machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping),
                              time};
         const SceneText& text = studied.text;
-        if (time < 0) studied.time = parse_scene(text.file, text.text, text.overrides).time.duration;
+        const SceneSpec first = parse_scene(text.file, text.text, text.overrides);
+        warn_of_friction(first, Friction::left_out);
+        if (time < 0) studied.time = first.time.duration;
         study(studied, Threads(studied.machine.threads));
         return static_cast<int>(Exit::done);
     });
@@ -66,7 +76,7 @@ void refuse_results(const Communicator& comm, const RunOptions& options, const s
 }
 
 SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments, const std::string& suffix,
-                         const std::function<void(SceneSpec&)>& change) {
+                         Friction friction, const std::function<void(SceneSpec&)>& change) {
     RunOptions options = arguments.options;
     options.began = wall_seconds();
     if (options.out.empty()) options.out = default_out(arguments.scene.file) + suffix;
@@ -74,8 +84,8 @@ SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments
     refuse_results(comm, options, options.out);
     auto [scene, groups] = prepare(comm, arguments.scene);
     refuse_unsolvable(scene);
-    if (comm.root() && has_friction(scene))
-        print_warning("friction is left out: its forces at rest depend on the way there; this is the state without it");
+    scene.start.time = StartTime::zero; // a state of a run that is over will do, as loads have the time of the solution
+    if (comm.root()) warn_of_friction(scene, friction);
     SolvedScene solved{scene, machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping), {}, {}, {}};
     solved.threads = std::make_unique<Threads>(solved.machine.threads);
     if (change) {
@@ -93,7 +103,7 @@ SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments
 }
 
 EquilibriumReport find_and_tell(const SolvedScene& solved, StaticScene& at_rest, double time, bool quiet) {
-    const EquilibriumReport report = find_equilibrium(at_rest, time, {});
+    const EquilibriumReport report = find_equilibrium(at_rest, time, {.friction = true});
     const Communicator& comm = solved.simulation->world().comm;
     if (comm.root() && !quiet) std::printf("%s", to_text(report).c_str());
     if (!report.found)

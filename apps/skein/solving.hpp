@@ -20,10 +20,16 @@ struct SolvedScene {
     std::unique_ptr<Simulation> simulation;
     std::string out; ///< directory of results
 };
+/// Friction in a solution, for the warning that says so.
+enum class Friction {
+    with_memory, ///< acts if it has memory; others are zero at rest
+    left_out,
+    told ///< before
+};
 /// `suffix`: of the default directory; `change`: of the scene as read. Throws InputError for a scene with parts that
 /// cannot be solved. Collective.
 SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments, const std::string& suffix,
-                         const std::function<void(SceneSpec&)>& change = {});
+                         Friction friction, const std::function<void(SceneSpec&)>& change = {});
 
 /// A scene that a study solves again and again, with other numbers.
 struct StudiedScene {

@@ -40,7 +40,8 @@ public:
         }
         across_ = cross(edge_[0], edge_[1]);
         across_squared_ = dot(across_, across_);
-        sine_squared_ = across_squared_ / (squared_[0] * squared_[1]);
+        const bool points = value_of(squared_[0]) == 0 || value_of(squared_[1]) == 0; // which cross everything
+        sine_squared_ = points ? T(1.0) : across_squared_ / (squared_[0] * squared_[1]);
         crossed_ = value_of(sine_squared_) > 1e-14;
         same_way_ = value_of(dot(edge_[0], edge_[1])) > 0;
         find_nearest();
@@ -100,6 +101,7 @@ private:
     /// Vector from a point to the nearest one of an element.
     Vec3<T> to_foot(const Vec3<T>& point, int on) const {
         const Vec3<T> from = point - element_[on].node[1];
+        if (value_of(squared_[on]) == 0) return -from;
         const T free = dot(from, edge_[on]) / squared_[on];
         if (value_of(free) <= 0) return -from;
         if (value_of(free) >= 1) return element_[on].node[2] - point;

@@ -193,6 +193,20 @@ ContactNumbers<double> ContactLaw::numbers() const {
             tangential_damping, slip_speed};
 }
 
+ContactLaw ContactLaw::sticking_at_limit() const {
+    constexpr double margin = 1e-11; // above the rounding of an overlap
+    ContactLaw law = *this;
+    law.kinetic_friction = kinetic();
+    law.static_friction *= 1 + margin;
+    return law;
+}
+
+ContactLaws ContactLaws::sticking_at_limit() const {
+    ContactLaws all = *this;
+    for (ContactLaw& law : all.laws_) law = law.sticking_at_limit();
+    return all;
+}
+
 ContactLaws::ContactLaws(const ContactLaw& law) : materials_(1), laws_{law} {}
 
 ContactLaws::ContactLaws(std::size_t materials, std::vector<ContactLaw> laws)

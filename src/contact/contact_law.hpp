@@ -105,6 +105,8 @@ struct ContactLaw {
     /// With k and c for this restitution and time of bodies whose effective mass m1 m2/(m1 + m2) is known, kg. Itself
     /// without.
     ContactLaw resolved(double effective_mass) const;
+    /// With a margin on static friction, so that what has slid to its limit sticks there: at rest it may go either way.
+    ContactLaw sticking_at_limit() const;
     /// The law at a time: soft or final stiffness, with or without friction; mu_k always a number.
     ContactLaw at(double time) const;
     ContactNumbers<double> numbers() const;
@@ -134,6 +136,7 @@ public:
     ContactFriction friction() const { return laws_[0].friction; }
     /// True where a contact needs memory: all but elastic ones without friction.
     bool remember() const;
+    ContactLaws sticking_at_limit() const;
     /// Numbers of all laws at a time, in their order.
     std::vector<ContactNumbers<double>> numbers(double time) const;
 

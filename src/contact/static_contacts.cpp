@@ -1,7 +1,9 @@
 #include "contact/static_contacts.hpp"
 
+#include "contact/attached_slot.hpp"
 #include "contact/broad_phase.hpp"
 #include "contact/contact_energy.hpp"
+#include "contact/static_friction.hpp"
 #include "skein/core/error.hpp"
 
 #include <algorithm>
@@ -14,34 +16,42 @@ class StaticContactsAt final : public StaticContacts {
 public:
     StaticContactsAt(ContactScene scene, std::span<const RodGroup> groups, std::span<const LocalRod> rods,
                      const Threads& threads)
-        : scene_(std::move(scene)), threads_(threads), bodies_(groups, rods), search_(threads) {
-        state_slot_.resize(bodies_.slots());
-        for (std::size_t i = 0; i < rods.size(); ++i) {
-            const RodGroup& group = nth(groups, rods[i].group);
-            if (!group.strained())
+        : scene_(std::move(scene)), threads_(threads), bodies_(groups, rods), search_(threads),
+          friction_(scene_, groups, rods, threads) {
+        for (const LocalRod& rod : rods) {
+            const RodGroup& group = nth(groups, rod.group);
+            if (group.body() && group.body()->has_boxes())
                 throw InputError("bodies of '" + group.name() +
-                                 "' are rigid, and contacts at rest know rods alone; leave [contact] out, or replace "
-                                 "the bodies by stiff rods");
-            const Window& window = bodies_.window[bodies_.number_of_own(i)];
-            for (std::uint32_t k = 0; k < window.slots; ++k) {
-                const std::size_t node = group.closed() && k + 1 == window.slots ? 0 : k; // where a ring closes
-                state_slot_[window.first_slot + k] = slots_ + node;
-            }
+                                 "' have boxes, and contacts at rest know rods, spheres and capsules; leave [contact] "
+                                 "out, or run the scene to rest");
             slots_ += to_index(group.slots());
         }
+        attached_ = attached_slots(bodies_, groups, rods);
         set_time(0);
     }
 
-    void set_time(double time) override { numbers_ = scene_.laws.numbers(time); }
+    void set_time(double time) override {
+        time_ = time;
+        numbers_ = scene_.laws.numbers(time);
+    }
+    bool rubs() const override { return friction_.acts(); }
+    void set_reference(std::span<const Slot<1>> state) override { friction_.set_reference(state); }
+    void take_friction(bool acts) override { rubs_ = acts; }
+    void keep_springs() override { friction_.keep_springs(); }
+    const std::vector<SavedContact>& springs() const override { return friction_.springs(); }
+    void set_springs(std::vector<SavedContact> springs) override { friction_.set_springs(std::move(springs)); }
 
     void evaluate(std::span<const Slot<1>> state, bool with_stiffness, StaticContactLoads& out) override {
         out.energy = out.largest_overlap = 0;
         out.contacts.clear();
         out.force.assign(slots_, Vec3d{0, 0, 0});
+        out.couple.assign(slots_, Vec3d{0, 0, 0});
         out.force_size.assign(slots_, 0);
+        out.couple_size.assign(slots_, 0);
         out.couplings.clear();
+        out.turning.clear();
         for (std::size_t s = 0; s < bodies_.slots(); ++s)
-            bodies_.node[s].position = lane(state[state_slot_[s]].position, 0);
+            bodies_.node[s].position = attached_[s].place(state[attached_[s].slot]);
         find_pairs();
         // A few hundred pairs at a time, as each response has 5 kB.
         constexpr std::size_t at_once = 512, in_task = 16;
@@ -54,8 +64,12 @@ public:
                     touches[i] = respond_at(pairs_[begin + i], response[i]);
             });
             for (std::size_t i = 0; i < count; ++i)
-                if (touches[i]) add(pairs_[begin + i], response[i], with_stiffness, out);
+                if (touches[i]) add(pairs_[begin + i], response[i], state, with_stiffness, out);
         }
+        if (!rubs_ || !friction_.acts()) return;
+        out.force.assign(slots_, Vec3d{0, 0, 0}); // the normal ones are among those of a step
+        out.couple.assign(slots_, Vec3d{0, 0, 0});
+        friction_.add(bodies_, attached_, state, time_, with_stiffness, out);
     }
 
 private:
@@ -95,32 +109,76 @@ private:
         return respond({scene_.laws.normal(), numbers_[law].stiffness}, element, response);
     }
 
-    void add(Pair pair, const ContactResponse& response, bool with_stiffness, StaticContactLoads& out) const {
+    void add(Pair pair, const ContactResponse& response, std::span<const Slot<1>> state, bool with_stiffness,
+             StaticContactLoads& out) const {
         const std::uint32_t element[2] = {pair.a, pair.b};
-        std::size_t slot[ContactResponse::most_nodes];
+        const AttachedSlot* at[ContactResponse::most_nodes];
+        bool turns = false;
         Vec3d on_first{0, 0, 0};
         for (int n = 0; n < response.nodes; ++n) {
             const auto& [of, place, force] = response.node[n];
-            slot[n] = state_slot_[slot_at(element[of], place)];
-            out.force[slot[n]] += force;
-            out.force_size[slot[n]] += norm(force);
+            const AttachedSlot& one = *(at[n] = &attached_[slot_at(element[of], place)]);
+            out.force[one.slot] += force;
+            out.force_size[one.slot] += norm(force);
+            if (one.on_body) {
+                const Vec3d couple = cross(one.arm, lane(state[one.slot].director, 0) * force);
+                out.couple[one.slot] += couple;
+                out.couple_size[one.slot] += norm(couple);
+                turns = true;
+            }
             if (of == 0) on_first += force;
         }
         const double diameter = 2 * std::min(bodies_.node[pair.a].radius, bodies_.node[pair.b].radius);
         out.energy += response.energy;
         out.largest_overlap = std::max(out.largest_overlap, response.overlap / diameter);
-        out.contacts.push_back({{state_slot_[pair.a], state_slot_[pair.b]},
+        out.contacts.push_back({{attached_[pair.a].slot, attached_[pair.b].slot},
                                 {response.share[0], response.share[1]},
                                 response.overlap,
                                 diameter,
                                 on_first});
         if (!with_stiffness) return;
+        if (turns) return add_turning(response, at, state, out);
         for (int n = 0; n < response.nodes; ++n)
             for (int m = 0; m < response.nodes; ++m) {
-                SlotCoupling& coupling = out.couplings.emplace_back(SlotCoupling{slot[n], slot[m], {}});
+                SlotCoupling& coupling = out.couplings.emplace_back(SlotCoupling{at[n]->slot, at[m]->slot, {}});
                 for (std::size_t i = 0; i < 3; ++i)
                     for (std::size_t j = 0; j < 3; ++j)
                         coupling.block[i][j] = response.stiffness[3 * to_index(n) + i][3 * to_index(m) + j];
+            }
+    }
+
+    /// Stiffness of places on bodies: J^T K J with J = [1, -Q^T [a]], and what a force adds as its arm turns.
+    ///                                                                                            theory.md (97)
+    static void add_turning(const ContactResponse& response,
+                            const AttachedSlot* const (&at)[ContactResponse::most_nodes],
+                            std::span<const Slot<1>> state, StaticContactLoads& out) {
+        Vec3d by[ContactResponse::most_nodes][slot_unknowns]; // motion of a node by the unknowns of its slot
+        for (int n = 0; n < response.nodes; ++n) {
+            auto& own = by[n];
+            own[0] = {1, 0, 0};
+            own[1] = {0, 1, 0};
+            own[2] = {0, 0, 1};
+            own[3] = own[4] = own[5] = {0, 0, 0};
+            if (!at[n]->on_body) continue;
+            const Quaterniond frame = lane(state[at[n]->slot].director, 0);
+            const Vec3d turn[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+            for (const int i : {0, 1, 2}) own[3 + i] = transpose_times(frame, cross(turn[i], at[n]->arm));
+        }
+        for (int n = 0; n < response.nodes; ++n)
+            for (int m = 0; m < response.nodes; ++m) {
+                SlotCoupling& coupling = out.turning.emplace_back(SlotCoupling{at[n]->slot, at[m]->slot, {}});
+                for (int j = 0; j < slot_unknowns; ++j) {
+                    const double x[3] = {by[m][j].x, by[m][j].y, by[m][j].z};
+                    double f[3] = {0, 0, 0};
+                    for (std::size_t r = 0; r < 3; ++r)
+                        for (std::size_t c = 0; c < 3; ++c)
+                            f[r] += response.stiffness[3 * to_index(n) + r][3 * to_index(m) + c] * x[c];
+                    for (int i = 0; i < slot_unknowns; ++i)
+                        coupling.block[to_index(i)][to_index(j)] = dot(by[n][i], Vec3d{f[0], f[1], f[2]});
+                }
+                if (n == m && at[n]->on_body)
+                    add_turn_of_arm(at[n]->arm, lane(state[at[n]->slot].director, 0) * response.node[n].force,
+                                    coupling.block);
             }
     }
 
@@ -129,9 +187,12 @@ private:
     std::vector<ContactNumbers<double>> numbers_; ///< now, as the laws are ordered
     Exposure bodies_;
     BroadPhase search_;
-    std::vector<std::size_t> state_slot_; ///< by slot of the exposure; a ring's last node is its first one
-    std::size_t slots_ = 0;               ///< of all rods
-    std::vector<Pair> pairs_;             ///< rising
+    std::vector<AttachedSlot> attached_; ///< by slot of the exposure
+    std::size_t slots_ = 0;              ///< of all rods
+    std::vector<Pair> pairs_;            ///< rising
+    double time_ = 0;                    ///< s
+    StaticFriction friction_;
+    bool rubs_ = true;
 };
 
 } // namespace

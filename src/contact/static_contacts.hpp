@@ -1,5 +1,5 @@
-// Contacts of rods at rest: energy, forces and stiffness of their normal springs, from places alone. Friction and
-// dashpots do nothing at rest.                                                          theory.md section 18
+// Contacts at rest: energy, forces and stiffness of their normal springs, from places alone, and of their
+// friction from a state on in which its springs are known. Dashpots do nothing at rest.   theory.md section 18
 #pragma once
 
 #include "contact/contact_solver.hpp"
@@ -28,8 +28,11 @@ struct StaticContactLoads {
     double largest_overlap = 0; ///< over the smaller diameter
     std::vector<StaticContact> contacts;
     std::vector<Vec3d> force;            ///< at nodes, lab, N
+    std::vector<Vec3d> couple;           ///< on elements and bodies, body, N m
     std::vector<double> force_size;      ///< sum of the sizes of the forces there, N
+    std::vector<double> couple_size;     ///< the same of couples, N m
     std::vector<SlotCoupling> couplings; ///< stiffness by displacements of nodes; empty where none is asked for
+    std::vector<SlotCoupling> turning;   ///< stiffness of friction, and of contacts with rigid bodies
 };
 
 class StaticContacts {
@@ -39,10 +42,20 @@ public:
     virtual void set_time(double time) = 0;
     /// `state`: slots of all rods, one after another.
     virtual void evaluate(std::span<const Slot<1>> state, bool with_stiffness, StaticContactLoads& out) = 0;
+    /// True where friction acts.
+    virtual bool rubs() const = 0;
+    /// Friction acts from here on, where it has memory: its springs are those of this state.
+    virtual void set_reference(std::span<const Slot<1>> state) = 0;
+    /// Leaves friction out for a while, or not.
+    virtual void take_friction(bool acts) = 0;
+    /// The springs become those that the last evaluation left; its state is to be the next reference.
+    virtual void keep_springs() = 0;
+    virtual const std::vector<SavedContact>& springs() const = 0;
+    virtual void set_springs(std::vector<SavedContact> springs) = 0;
 };
 
-/// Contacts of these rods by the laws and rules of their scene; `threads` must outlive them. Throws InputError where
-/// some are rigid bodies. Of the level of instructions that the caller is compiled for.
+/// Contacts of these rods and bodies by the laws and rules of their scene; `threads` must outlive them. Throws
+/// InputError where some are boxes. Of the level of instructions that the caller is compiled for.
 std::unique_ptr<StaticContacts> make_static_contacts(ContactScene scene, std::span<const RodGroup> groups,
                                                      std::span<const LocalRod> rods, const Threads& threads);
 

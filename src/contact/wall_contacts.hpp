@@ -40,6 +40,9 @@ public:
     virtual void append_force(int wall, const Vec3d& direction, std::vector<double>& forces) const = 0;
     /// Largest overlap of a node with the wall at the last step, over its diameter.
     virtual double max_overlap(int wall) const = 0;
+    /// Memory of a rod at all walls, as checkpoints have it.
+    virtual std::vector<double> memory(RodPlace rod) const = 0;
+    virtual void set_memory(RodPlace rod, std::span<const double> numbers) = 0;
 };
 
 template <int W> class WallContactTiles final : public WallContacts {
@@ -145,6 +148,16 @@ public:
             for (int l = 0; nth(contacts.held, at) && l < lanes_of<W>; ++l)
                 most = std::max(most, nth(contacts.entry, at).max_overlap[l]);
         return most;
+    }
+    std::vector<double> memory(RodPlace rod) const override {
+        std::vector<double> numbers;
+        tiles_[rod.tile].append_memory(rod.lane, numbers);
+        return numbers;
+    }
+    void set_memory(RodPlace rod, std::span<const double> numbers) override {
+        TileContacts& contacts = tiles_[rod.tile];
+        const int last = rod.lane == contacts.lanes - 1 ? lanes_of<W> - 1 : rod.lane; // spare lanes repeat the last rod
+        for (int l = rod.lane; l <= last; ++l) contacts.restore(l, numbers);
     }
     /// Spare lanes, which repeat the last rod, are for the reader to skip.
     WallFigures figures(RodPlace rod, int wall) const override {

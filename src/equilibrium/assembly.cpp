@@ -68,6 +68,14 @@ Stiffness& Assembly::finish() {
     return matrix_;
 }
 
+void Assembly::take_symmetric_part() {
+    for (std::size_t at = 0; at < transposed_.size(); ++at) {
+        const int other = transposed_[at];
+        if (other < static_cast<int>(at)) continue; // done, or none
+        value_[at] = value_[other] = 0.5 * (value_[at] + value_[other]);
+    }
+}
+
 double Assembly::asymmetry() const {
     double largest = 0, difference = 0;
     for (std::size_t at = 0; at < transposed_.size(); ++at) {

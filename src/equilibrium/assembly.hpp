@@ -27,6 +27,8 @@ public:
     /// The sum of all entries since then, in their order. It stays until the next begin().
     Stiffness& finish();
     double asymmetry() const; ///< largest |K - K^T| over the largest |K|
+    /// Leaves (K + K^T)/2, if the pattern has K_ji for each K_ij.
+    void take_symmetric_part();
 
 private:
     void find_pattern();

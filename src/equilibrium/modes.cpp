@@ -100,10 +100,11 @@ Eigen::MatrixXd by_mass(const NeutralMotions& neutral, const Stiffness& mass) {
 
 ModesResult find_modes(StaticSystem& system, const StaticState& state, int count) {
     ModesResult result;
-    const StaticSystem::Balance balance = system.balance(state, true);
+    const auto [balance, asymmetry] = system.sticking_balance(state);
+    result.asymmetry = asymmetry;
     constexpr double round_off = 1e-9;
     if (balance.asymmetry > round_off) {
-        result.reason = "its loads have no potential, so that the stiffness is not symmetric";
+        result.reason = "its loads have no potential, or contacts slide, so that the stiffness is not symmetric";
         return result;
     }
     const Stiffness& stiffness = *balance.stiffness;

@@ -1,4 +1,5 @@
 // Small motions about an equilibrium without damping: K phi = w^2 M phi.                       theory.md (101)
+// Contacts with friction stick.
 //   M     masses of nodes and inertias of elements, as a run has them
 //   few   unknowns: all eigenvalues, densely; many: the lowest by shifted and inverted Lanczos (Spectra)
 #pragma once
@@ -23,6 +24,7 @@ struct Mode {
 struct ModesResult {
     std::vector<Mode> modes; ///< lowest first
     NeutralMotions neutral;
+    double asymmetry = 0; ///< of the stiffness where friction sticks, whose symmetric part is taken
     std::string method;
     std::string reason; ///< why there are none; empty: there are
 };

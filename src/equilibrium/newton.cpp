@@ -115,6 +115,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
     Equilibrium result;
     system_.set_time(0);
     system_.lead_ends(state);
+    if (options_.friction) system_.set_reference(state);
     const Unknown start = system_.balance(state, false).residual;
     double done = 0, step = 1;
     StaticState good = state;
@@ -130,6 +131,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
             result.iterations.push_back(pass.passes.size());
             result.last = std::move(pass);
             done = aim;
+            if (options_.friction) system_.keep_springs(state);
             good = state;
             step *= 2;
             continue;
@@ -150,6 +152,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
             done = 1;
             result.iterations.push_back(pass.passes.size());
             result.last = std::move(pass);
+            if (options_.friction) system_.keep_springs(state);
         } else {
             result.reason += "; " + pass.reason;
             state = good;
@@ -165,7 +168,9 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
 void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {
     StaticState own = state;
     system_.refresh(own);
-    StaticSystem::Balance balance = system_.balance(own, true);
+    result.factor = solution_.factor_name(); // of the iterations, where friction makes the stiffness unsymmetric
+    auto [balance, asymmetry] = system_.sticking_balance(own);
+    result.asymmetry = asymmetry;
     result.residual = system_.relative(balance);
     std::string reason;
     correction(own, balance, 0, reason);
@@ -174,7 +179,7 @@ void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {
     for (const NeutralMotions::Piece& piece : solution_.neutral().pieces)
         for (Eigen::Index m = 0; m < piece.motion.cols() && result.neutral_names.size() < 8; ++m)
             result.neutral_names.push_back(system_.name_of(piece, Unknown::Unit(piece.motion.cols(), m), own));
-    result.factor = solution_.factor_name();
+    if (result.asymmetry == 0) result.factor = solution_.factor_name();
 }
 
 } // namespace skein

@@ -18,6 +18,7 @@ struct NewtonOptions {
     double least_step = 1.0 / 256; ///< of the load
     int most_descents = 300;       ///< corrections downhill
     double most_descent = 0.3;     ///< rad of an element in one of them
+    bool friction = false;         ///< with memory acts, from springs that load steps hand on
     bool stable = true;            ///< steps that end in an unstable equilibrium are made shorter
 };
 
@@ -41,6 +42,7 @@ struct Equilibrium {
     NewtonResult last;
     double residual = 0;      ///< relative, at the end
     long negative = 0;        ///< directions in which the energy falls; -1: not known
+    double asymmetry = 0;     ///< of the stiffness where friction sticks, whose symmetric part counts
     Eigen::Index neutral = 0; ///< motions that change no load
     std::vector<std::string> neutral_names;
     std::string factor;

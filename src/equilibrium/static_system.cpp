@@ -49,7 +49,7 @@ StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const Loc
             length += e.rest_length;
             element_ = std::max(element_, e.rest_length);
             bending = std::max({bending, e.bending.x, e.bending.y});
-            if (contacts_) farthest_way_ = std::min(farthest_way_, 0.5 * e.radius);
+            if (contacts_ && e.radius > 0) farthest_way_ = std::min(farthest_way_, 0.5 * e.radius);
             soft = std::min({soft, e.bending.x, e.bending.y});
         }
         length_ = std::max(length_, length);
@@ -64,6 +64,18 @@ void StaticSystem::lead_ends(StaticState& state) const {
     at_rest_->lead_ends(state.slot);
     unknowns_.gather(state.slot);
     refresh(state);
+}
+
+void StaticSystem::set_reference(const StaticState& state) {
+    at_rest_->set_reference(state.slot);
+    if (contacts_) contacts_->set_reference(state.slot);
+}
+
+void StaticSystem::keep_springs(const StaticState& state) {
+    balance(state, false);
+    at_rest_->keep_springs();
+    if (contacts_) contacts_->keep_springs();
+    set_reference(state);
 }
 
 double StaticSystem::lead_up_to(double from, double to, double most) const {
@@ -143,11 +155,32 @@ StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_
     }
     for (const SlotCoupling& c : loads_.couplings)
         if (!is_zero(c.block)) add_block(c.row, c.column, c.block, state.slot);
-    if (contacts_)
+    if (contacts_) {
         for (const SlotCoupling& c : touching_.couplings) add_block(c.row, c.column, c.block, state.slot, 3);
+        for (const SlotCoupling& c : touching_.turning) add_block(c.row, c.column, c.block, state.slot);
+    }
     add_body_turns(state);
     out.stiffness = &assembly_.finish();
     out.asymmetry = assembly_.asymmetry();
+    return out;
+}
+
+std::pair<StaticSystem::Balance, double> StaticSystem::sticking_balance(const StaticState& state) {
+    const auto take_friction = [&](bool acts) {
+        at_rest_->take_friction(acts);
+        if (contacts_) contacts_->take_friction(acts);
+    };
+    constexpr double round_off = 1e-9;
+    bool potential = false; // of all other loads
+    if (rubs()) {
+        take_friction(false);
+        potential = balance(state, true).asymmetry < round_off;
+        take_friction(true);
+    }
+    std::pair<Balance, double> out{balance(state, true), 0.0};
+    if (!potential) return out;
+    out.second = std::exchange(out.first.asymmetry, 0.0);
+    assembly_.take_symmetric_part();
     return out;
 }
 
@@ -155,21 +188,18 @@ void StaticSystem::add_contacts(const StaticState& state, bool with_stiffness) {
     contacts_->evaluate(state.slot, with_stiffness, touching_);
     for (std::size_t s = 0; s < loads_.force.size(); ++s) {
         loads_.force[s] = loads_.force[s] + touching_.force[s];
+        loads_.couple[s] = loads_.couple[s] + touching_.couple[s];
         loads_.force_size[s] += touching_.force_size[s];
+        loads_.couple_size[s] += touching_.couple_size[s];
     }
 }
 
-/// A force on a node of a body has a moment that turns with it: -[a][Q f] on the turn, symmetric less its part of
-/// [c]/2.
+/// A force on a node of a body has a moment that turns with it.
 void StaticSystem::add_body_turns(const StaticState& state) {
     for (const CommonNode& node : at_rest_->common_nodes()) {
         if (!node.on_body) continue;
-        const Vec3d f = lane(state.slot[node.master].director, 0) * loads_.force[node.slot], &a = node.arm;
-        const double af = dot(a, f), x[3] = {a.x, a.y, a.z}, y[3] = {f.x, f.y, f.z};
-        StiffnessBlock block{}; // -([a][f] + [f][a])/2 = (a.f) 1 - (a f^T + f a^T)/2
-        for (std::size_t i = 0; i < 3; ++i)
-            for (std::size_t j = 0; j < 3; ++j)
-                block[3 + i][3 + j] = (i == j ? af : 0) - 0.5 * (x[i] * y[j] + y[i] * x[j]);
+        StiffnessBlock block{};
+        add_turn_of_arm(node.arm, lane(state.slot[node.master].director, 0) * loads_.force[node.slot], block);
         if (!is_zero(block)) add_block(node.master, node.master, block, state.slot);
     }
 }
@@ -279,26 +309,23 @@ Vec3d StaticSystem::centre(const std::vector<int>& piece, const StaticState& sta
     return nodes > 0 ? (1 / nodes) * sum : sum;
 }
 
-/// Three translations, three turns about each piece's centre that move a rod's end by 1, and the spin of all elements
+/// Three translations, three turns about the piece's centre that move a rod's end by 1, and the spin of all elements
 /// about their own axes: round rods that are straight at rest do not resist it, bent or not.
-StaticSystem::Motions StaticSystem::rigid_motions(const std::vector<std::vector<int>>& all,
-                                                  const StaticState& state) const {
-    Motions motions = Motions::Zero(unknowns(), 7);
+StaticSystem::Motions StaticSystem::rigid_motions(const std::vector<int>& piece, const StaticState& state) const {
+    Motions motions = Motions::Zero(static_cast<Eigen::Index>(piece.size()), 7);
     const Vec3d units[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const auto part = [](const Vec3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
-    for (const std::vector<int>& piece : all) {
-        const Vec3d middle = centre(piece, state);
-        for (const int u : piece) {
-            const int i = unknowns_.place(u).i;
-            const Slot<1>& at = slot(u, state);
-            for (int m = 0; m < 3; ++m) {
-                const Vec3d axis = (1 / length_) * units[m];
-                if (i < 3) motions(u, m) = i == m;
-                motions(u, 3 + m) = i < 3 ? part(cross(axis, lane(at.position, 0) - middle), i)
-                                          : part(lane(at.director, 0) * axis, i - 3);
-            }
-            motions(u, 6) = i == 5 ? 1 / length_ : 0;
+    const Vec3d middle = centre(piece, state);
+    for (Eigen::Index r = 0; r < motions.rows(); ++r) {
+        const int u = piece[static_cast<std::size_t>(r)], i = unknowns_.place(u).i;
+        const Slot<1>& at = slot(u, state);
+        for (int m = 0; m < 3; ++m) {
+            const Vec3d axis = (1 / length_) * units[m];
+            if (i < 3) motions(r, m) = i == m;
+            motions(r, 3 + m) =
+                i < 3 ? part(cross(axis, lane(at.position, 0) - middle), i) : part(lane(at.director, 0) * axis, i - 3);
         }
+        motions(r, 6) = i == 5 ? 1 / length_ : 0;
     }
     return motions;
 }
@@ -306,49 +333,60 @@ StaticSystem::Motions StaticSystem::rigid_motions(const std::vector<std::vector<
 NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& balance) const {
     NeutralMotions found;
     if (all_gripped_) return found;
-    const Stiffness& stiffness = *balance.stiffness;
-    std::vector<std::vector<int>> all = pieces(stiffness);
-    Motions motions = rigid_motions(all, state);
-    std::vector<Eigen::Index> ranks;
-    for (const std::vector<int>& piece : all) {
-        // Orthonormal before it is asked what they meet: a turn less a spin may move a straight rod by next to nothing.
-        const auto count = static_cast<Eigen::Index>(piece.size());
-        Eigen::MatrixXd own(count, motions.cols());
-        for (Eigen::Index r = 0; r < count; ++r) own.row(r) = motions.row(piece[static_cast<std::size_t>(r)]);
-        Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(own);
-        qr.setThreshold(1e-9);
-        own.setZero();
-        ranks.push_back(qr.rank());
-        own.leftCols(qr.rank()) = qr.householderQ() * Eigen::MatrixXd::Identity(count, qr.rank());
-        for (Eigen::Index r = 0; r < count; ++r) motions.row(piece[static_cast<std::size_t>(r)]) = own.row(r);
-    }
-    Motions resisted = Motions::Zero(unknowns(), 7), terms = resisted; // these: sums of absolute values
-    for (Eigen::Index j = 0; j < stiffness.outerSize(); ++j)
-        for (Stiffness::InnerIterator at(stiffness, j); at; ++at) {
-            resisted.row(at.row()) += at.value() * motions.row(j);
-            terms.row(at.row()) += std::abs(at.value()) * motions.row(j).cwiseAbs();
+    Resistance work{Motions::Zero(unknowns(), 7), Motions::Zero(unknowns(), 7), {}};
+    for (std::vector<int>& piece : pieces(*balance.stiffness)) {
+        if (add_neutral(piece, state, balance, work, found)) continue;
+        const auto rod_of = [&](int u) { return unknowns_.place(u).rod; };
+        if (rod_of(piece.front()) == rod_of(piece.back())) continue;
+        // Bodies that touch others may roll or slide by themselves.
+        for (auto begin = piece.begin(); begin != piece.end();) {
+            const auto end = std::find_if(begin, piece.end(), [&](int u) { return rod_of(u) != rod_of(*begin); });
+            add_neutral({begin, end}, state, balance, work, found);
+            begin = end;
         }
-    for (std::size_t p = 0; p < all.size(); ++p) {
-        std::vector<int>& piece = all[p];
-        const auto count = static_cast<Eigen::Index>(piece.size()), rank = ranks[p];
-        Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::max(count, rank), rank), own(count, rank);
-        for (Eigen::Index r = 0; r < count; ++r) {
-            const int u = piece[static_cast<std::size_t>(r)];
-            const double lever = unknowns_.place(u).i < 3 ? 1 : length_;
-            const double change = 1e-7 * balance.force_size * lever / length_,
-                         rounding = 1e-13 * std::sqrt(static_cast<double>(count)) * terms.row(u).maxCoeff();
-            rows.row(r) = resisted.row(u).head(rank) / std::max({change, rounding, 1e-300});
-            own.row(r) = motions.row(u).head(rank);
-        }
-        const Eigen::HouseholderQR<Eigen::MatrixXd> upper(rows);
-        const Eigen::MatrixXd triangle = upper.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
-        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
-        Eigen::Index resisting = 0;
-        while (resisting < rank && svd.singularValues()[resisting] >= 1) ++resisting;
-        if (resisting == rank) continue;
-        found.pieces.push_back({std::move(piece), own * svd.matrixV().rightCols(rank - resisting)});
     }
     return found;
+}
+
+/// Adds the rigid motions of these unknowns that nothing resists; true where there are some.
+bool StaticSystem::add_neutral(std::vector<int> piece, const StaticState& state, const Balance& balance,
+                               Resistance& work, NeutralMotions& found) const {
+    // Orthonormal before it is asked what they meet: a turn less a spin may move a straight rod by next to nothing.
+    const auto count = static_cast<Eigen::Index>(piece.size());
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rigid_motions(piece, state));
+    qr.setThreshold(1e-9);
+    const Eigen::Index rank = qr.rank();
+    Motions own = Motions::Zero(count, 7);
+    own.leftCols(rank) = qr.householderQ() * Eigen::MatrixXd::Identity(count, rank);
+    work.rows.clear();
+    const Stiffness& stiffness = *balance.stiffness;
+    for (Eigen::Index c = 0; c < count; ++c)
+        for (Stiffness::InnerIterator at(stiffness, piece[static_cast<std::size_t>(c)]); at; ++at) {
+            const auto row = static_cast<int>(at.row());
+            if (work.terms.row(row).sum() == 0) work.rows.push_back(row);
+            work.resisted.row(row) += at.value() * own.row(c);
+            work.terms.row(row) += std::abs(at.value()) * own.row(c).cwiseAbs();
+        }
+    std::sort(work.rows.begin(), work.rows.end());
+    work.rows.erase(std::unique(work.rows.begin(), work.rows.end()), work.rows.end());
+    Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::max(static_cast<Eigen::Index>(work.rows.size()), rank), rank);
+    for (std::size_t r = 0; r < work.rows.size(); ++r) {
+        const int u = work.rows[r];
+        const double lever = unknowns_.place(u).i < 3 ? 1 : length_;
+        const double change = 1e-7 * balance.force_size * lever / length_,
+                     rounding = 1e-13 * std::sqrt(static_cast<double>(count)) * work.terms.row(u).maxCoeff();
+        rows.row(static_cast<Eigen::Index>(r)) = work.resisted.row(u).head(rank) / std::max({change, rounding, 1e-300});
+        work.resisted.row(u).setZero();
+        work.terms.row(u).setZero();
+    }
+    const Eigen::HouseholderQR<Eigen::MatrixXd> upper(rows);
+    const Eigen::MatrixXd triangle = upper.matrixQR().topRows(rank).triangularView<Eigen::Upper>();
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle, Eigen::ComputeFullV);
+    Eigen::Index resisting = 0;
+    while (resisting < rank && svd.singularValues()[resisting] >= 1) ++resisting;
+    if (resisting == rank) return false;
+    found.pieces.push_back({std::move(piece), own.leftCols(rank) * svd.matrixV().rightCols(rank - resisting)});
+    return true;
 }
 
 std::string StaticSystem::name_of(const NeutralMotions::Piece& piece, const Unknown& along,

@@ -14,6 +14,7 @@
 #include <memory>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -57,6 +58,12 @@ public:
         if (contacts_) contacts_->set_time(time);
     }
     bool touches() const { return contacts_ != nullptr; }
+    /// Friction with memory acts from here on: its springs are those of this state. Without, all friction is left out.
+    void set_reference(const StaticState& state);
+    /// The springs of friction go on from this state.
+    void keep_springs(const StaticState& state);
+    StaticRods& at_rest() { return *at_rest_; }
+    StaticContacts* contacts() { return contacts_.get(); } ///< null where rods do not touch each other
     /// Puts moved ends to their places; strains are then those of the state.
     void lead_ends(StaticState& state) const;
     /// Time, `to` or earlier, up to which no end turns by more than `most` rad from time `from` on: one
@@ -72,6 +79,10 @@ public:
         double couple_size = 0;         ///< the same of couples at an element, N m
     };
     Balance balance(const StaticState& state, bool with_stiffness);
+    /// The same in a reference state, where all contacts stick, with the symmetric part of the stiffness if friction
+    /// alone has no potential: what is left out changes eigenvalues by its square. Second: its size, as `asymmetry`.
+    std::pair<Balance, double> sticking_balance(const StaticState& state);
+    bool rubs() const { return at_rest_->rubs() || (contacts_ && contacts_->rubs()); } ///< friction acts
     /// Largest residual: of forces over force_size, of couples over couple_size and over force times an element.
     double relative(const Balance& balance) const;
 
@@ -104,7 +115,14 @@ private:
     std::vector<std::vector<int>> pieces(const Stiffness& stiffness) const;
     /// A row for each unknown.
     using Motions = Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor>;
-    Motions rigid_motions(const std::vector<std::vector<int>>& all, const StaticState& state) const;
+    Motions rigid_motions(const std::vector<int>& piece, const StaticState& state) const;
+    /// Forces that answer motions, rows of all unknowns, with sums of absolute values; rows that are not 0.
+    struct Resistance {
+        Motions resisted, terms;
+        std::vector<int> rows;
+    };
+    bool add_neutral(std::vector<int> piece, const StaticState& state, const Balance& balance, Resistance& work,
+                     NeutralMotions& found) const;
     Vec3d centre(const std::vector<int>& piece, const StaticState& state) const;
     const Slot<1>& slot(int unknown, const StaticState& state) const {
         const auto place = unknowns_.place(unknown);

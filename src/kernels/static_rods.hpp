@@ -5,6 +5,8 @@
 //             energy along t -> R(t) Q, symmetric where loads have a potential
 // Strains of elements are carried along: stresses are those of the carried strain, which a correction changes as its
 // slopes say. Where the carried strain is that of the state, these are its own loads.
+// Friction of walls acts from a state on in which its springs are known, over a step as contact/static_friction.hpp
+// has.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -58,6 +60,16 @@ public:
     virtual std::vector<Vec3d> strains(std::span<const Slot<1>> state) const = 0;
     virtual void evaluate(std::span<const Slot<1>> state, std::span<const Vec3d> carried, bool with_stiffness,
                           StaticLoads& out) = 0;
+    virtual bool rubs() const = 0; ///< friction of walls acts
+    /// Friction of walls acts from here on, where it has memory: its springs are those of this state.
+    virtual void set_reference(std::span<const Slot<1>> state) = 0;
+    /// Leaves friction out for a while, or not.
+    virtual void take_friction(bool acts) = 0;
+    /// The springs become those that the last evaluation left; its state is to be the next reference.
+    virtual void keep_springs() = 0;
+    /// Memory of rod i at all walls: numbers of WallContacts. Empty where no wall acts.
+    virtual std::vector<double> wall_memory(std::size_t i) const = 0;
+    virtual void set_wall_memory(std::size_t i, std::span<const double> numbers) = 0;
 };
 
 } // namespace skein

@@ -6,11 +6,13 @@
 #include "core/dual_rotation.hpp"
 #include "formula/dual_functions.hpp"
 // The above come before all templates over packs.
+#include "contact/static_friction.hpp"
 #include "joints/cluster_joints.hpp"
 #include "kernels/elastic_tangent.hpp"
 #include "kernels/make_rods_at.hpp"
 #include "kernels/static_rods.hpp"
 #include "mechanics/moving_ends.hpp"
+#include "tiles/slot_slopes.hpp"
 
 #include <map>
 #include <memory>
@@ -48,8 +50,12 @@ private:
 class StaticRodsAt final : public StaticRods {
 public:
     StaticRodsAt(const Plan& plan, std::span<const RodGroup> groups, std::span<const LocalRod> owned,
-                 const Surroundings& around)
+                 Surroundings around)
         : dt_(plan.dt) {
+        if (around.walls) {
+            around.walls = std::make_shared<Walls>(*around.walls);
+            for (Wall& wall : around.walls->wall) wall.law = wall.law.sticking_at_limit();
+        }
         std::size_t slots = 0;
         for (const LocalRod& local : owned) {
             const RodGroup& group = nth(groups, local.group);
@@ -82,8 +88,10 @@ public:
                  .completes = true,
                  .last = true,
                  .begin = time};
+        rubbing_step_ = step_;
+        rubbing_step_.dt = rubbing_step_.kick = long_step;
         for (const Rod& rod : rods_)
-            for (const auto& pass : rod.passes) pass->prepare({&step_, 1});
+            for (const auto& pass : rod.passes) pass->prepare({pass.get() == rod.rubbing ? &rubbing_step_ : &step_, 1});
         for (const auto& [assembly, joints] : joints_) joints->prepare({&step_, 1});
     }
 
@@ -113,6 +121,21 @@ public:
         return all;
     }
 
+    bool rubs() const override { return !reference_.empty(); }
+    void set_reference(std::span<const Slot<1>> state) override {
+        if (std::any_of(rods_.begin(), rods_.end(), [](const Rod& rod) { return rod.rubbing != nullptr; }))
+            reference_.assign(state.begin(), state.end());
+    }
+    void take_friction(bool acts) override { rubs_ = acts; }
+    void keep_springs() override {
+        for (Rod& rod : rods_)
+            if (rod.rubbing) rod.springs = memory_of(rod);
+    }
+    std::vector<double> wall_memory(std::size_t i) const override { return rods_[i].springs; }
+    void set_wall_memory(std::size_t i, std::span<const double> numbers) override {
+        if (rods_[i].rubbing) rods_[i].springs.assign(numbers.begin(), numbers.end());
+    }
+
     void evaluate(std::span<const Slot<1>> state, std::span<const Vec3d> carried, bool with_stiffness,
                   StaticLoads& out) override {
         out.force.assign(slots_, Vec3d{0, 0, 0});
@@ -139,8 +162,11 @@ private:
         const RodGroup* group = nullptr;
         std::size_t first = 0; ///< slot
         TilePasses<dual> passes;
-        int reach = 1;    ///< slots to each side of a load that it depends on
-        bool far = false; ///< some load depends on all of them
+        std::shared_ptr<WallContactTiles<dual>> walls;
+        const TilePass<dual>* rubbing = nullptr; ///< the pass of walls with friction that has memory
+        std::vector<double> springs;             ///< memory at walls in the reference state
+        int reach = 1;                           ///< slots to each side of a load that it depends on
+        bool far = false;                        ///< some load depends on all of them
     };
     /// Slots of a copy of an assembly, as its joints have them, and colours of those that are joined.
     struct Cluster {
@@ -164,10 +190,12 @@ private:
 
     void make_passes(Rod& rod, const Plan& plan, const Surroundings& around) {
         const GroupProgram& program = nth(plan.groups, rod.local.group).program;
-        std::shared_ptr<WallContactTiles<dual>> walls;
         if (program.find<pass::Walls>() || program.find<pass::SurfaceWalls>())
-            walls = std::make_shared<WallContactTiles<dual>>(*around.walls, *rod.group);
-        const StaticPassMaker maker(*rod.group, around, walls);
+            rod.walls = std::make_shared<WallContactTiles<dual>>(*around.walls, *rod.group);
+        const bool rubs = rod.walls && std::any_of(rod.walls->acting().begin(), rod.walls->acting().end(), [&](int w) {
+                              return nth(around.walls->wall, w).law.friction == ContactFriction::memory;
+                          });
+        const StaticPassMaker maker(*rod.group, around, rod.walls);
         const RodTile<dual> own = tile(rod);
         if (rod.group->strained() && rod.group->law() == Law::elastica) rod.reach = 2;
         for (const PassSpec& spec : program) {
@@ -176,8 +204,15 @@ private:
             if (const auto* apply = spec.get<pass::ApplyLoad>()) rod.far |= apply->load.feels_all_nodes();
             pass->expect(1);
             pass->bind(own);
+            if (rubs && (spec.get<pass::Walls>() || spec.get<pass::SurfaceWalls>())) rod.rubbing = pass.get();
             rod.passes.push_back(std::move(pass));
         }
+        if (rod.rubbing) rod.springs = memory_of(rod);
+    }
+    static std::vector<double> memory_of(const Rod& rod) {
+        std::vector<double> numbers;
+        rod.walls->of_tile(0).append_memory(0, numbers);
+        return numbers;
     }
 
     // Clusters
@@ -316,21 +351,6 @@ private:
         });
     }
 
-    /// Adds a load's slopes to a block, with [c]/2 where it is that of a slot by itself.
-    static void add_slopes(const Vec3<P>& force, const Vec3<P>& couple, bool own, StiffnessBlock& block) {
-        const P* rows[slot_unknowns] = {&force.x, &force.y, &force.z, &couple.x, &couple.y, &couple.z};
-        for (std::size_t i = 0; i < slot_unknowns; ++i)
-            for (std::size_t j = 0; j < slot_unknowns; ++j) block[i][j] -= rows[i]->d[static_cast<int>(j)];
-        if (!own) return;
-        const double x = 0.5 * couple.x.v, y = 0.5 * couple.y.v, z = 0.5 * couple.z.v;
-        block[3][4] -= z;
-        block[3][5] += y;
-        block[4][3] += z;
-        block[4][5] -= x;
-        block[5][3] -= y;
-        block[5][4] += x;
-    }
-
     static void add_loads(StaticLoads& out, std::size_t slot, const Vec3d& force, const Vec3d& couple) {
         out.force[slot] = out.force[slot] + force;
         out.couple[slot] = out.couple[slot] + couple;
@@ -404,8 +424,25 @@ private:
         SlotLoad<dual>* load = load_.data() + rod.first;
         for (int k = 0; k <= own.last; ++k)
             load[k] = {broadcast<dual>(Vec3d{0, 0, 0}), broadcast<dual>(Vec3d{0, 0, 0}), P(1.0)};
-        for (const auto& pass : rod.passes) pass->run(own, load, step_);
+        for (const auto& pass : rod.passes) {
+            if (pass.get() == rod.rubbing && !reference_.empty()) rub(rod, own, load);
+            else pass->run(own, load, step_);
+        }
         if (rod.group->closed()) load[0].force += load[own.n].force;
+    }
+    /// Walls over the long step from the reference to the state.
+    void rub(const Rod& rod, const RodTile<dual>& own, SlotLoad<dual>* load) {
+        const P rate(rubs_ ? 1 / long_step : 0.0);
+        const Vec3<P> none{P(0.0), P(0.0), P(0.0)};
+        const int nodes = rod.group->nodes();
+        for (int k = 0; k <= own.last; ++k) {
+            const Slot<1>& then = reference_[rod.first + to_index(k < nodes ? k : 0)];
+            own.slot[k].velocity = rate * (own.slot[k].position - broadcast<dual>(lane(then.position, 0)));
+            own.slot[k].spin = rate * relative_rotation(own.slot[k].director, broadcast<dual>(lane(then.director, 0)));
+        }
+        rod.walls->of_tile(0).restore(0, rubs_ ? rod.springs : std::vector<double>(rod.springs.size()));
+        rod.rubbing->run(own, load, rubbing_step_);
+        for (int k = 0; k <= own.last; ++k) own.slot[k].velocity = own.slot[k].spin = none;
     }
 
     void add_joints(const Cluster& cluster, std::span<const Slot<1>> state, bool with_stiffness, StaticLoads& out) {
@@ -457,7 +494,9 @@ private:
     }
 
     double dt_;
-    Step step_{};
+    Step step_{}, rubbing_step_{}; ///< the latter of friction with memory
+    bool rubs_ = true;
+    std::vector<Slot<1>> reference_; ///< where springs of friction are known; empty: it does not act
     std::vector<Rod> rods_;
     std::size_t slots_ = 0;
     std::map<int, std::unique_ptr<JointsOfCluster<dual>>> joints_; ///< by assembly

@@ -22,7 +22,7 @@ struct Surroundings {
     std::shared_ptr<Walls> walls;
     std::shared_ptr<RelaxationResidual> residual; ///< where rods relax
     std::shared_ptr<const JointLists> joints;     ///< where there are assemblies
-    std::vector<std::shared_ptr<const WallContacts>>
+    std::vector<std::shared_ptr<WallContacts>>
         wall_contacts; ///< by group, once the rods are made; null where no wall acts
 };
 

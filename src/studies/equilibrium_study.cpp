@@ -2,7 +2,8 @@
 
 #include "core/timer.hpp"
 #include "mechanics/rod_copies.hpp"
-#include "physics/contact/contact_plan.hpp"
+#include "physics/contact/contact_interaction.hpp"
+#include "physics/walls/wall_interaction.hpp"
 #include "simulation/branch.hpp"
 #include "skein/core/error.hpp"
 #include "studies/scene_family.hpp"
@@ -47,6 +48,8 @@ std::vector<std::vector<std::size_t>> pieces_of(std::span<const RodGroup> groups
 std::string stability_text(const EquilibriumReport& r) {
     if (r.unknown_stability == r.pieces) return "not known, as the loads have no potential";
     std::string text = r.unstable == 0 ? "stable" : fmt::format("unstable, {} of {} pieces", r.unstable, r.pieces);
+    if (r.asymmetry > 0)
+        text += fmt::format(", by the symmetric part of the stiffness; friction adds {:.1g} of it", r.asymmetry);
     if (r.unknown_stability > 0)
         text += fmt::format("; of {} pieces not known, as the loads have no potential", r.unknown_stability);
     return text;
@@ -58,6 +61,8 @@ StaticScene::StaticScene(World& world) : world_(world) {
     const Rods& rods = world.rods();
     std::shared_ptr<Walls> walls;
     if (world.walls()) walls = std::make_shared<Walls>(*world.walls());
+    const ContactInteraction* contacts = contacts_of(world.interactions());
+    const WallInteraction* at_walls = walls_of(world.interactions());
     const bool touch = world.plan.find<ContactPlan>() != nullptr;
     for (std::vector<std::size_t>& members : pieces_of(world.groups, rods.local(), touch)) {
         std::vector<LocalRod> own;
@@ -71,8 +76,10 @@ StaticScene::StaticScene(World& world) : world_(world) {
             rods.export_rod(i, state);
             with_rod(group, local.index, [&](const RodGroup& one) { synchronise(one, state, world.clock.lag()); });
             piece.state.slot.insert(piece.state.slot.end(), state.begin(), state.end());
+            if (at_walls) piece.system->at_rest().set_wall_memory(piece.rods.size(), at_walls->memory(i));
+            piece.rods.push_back(i);
         }
-        piece.rods = std::move(members);
+        if (contacts) piece.system->contacts()->set_springs(contacts->memory());
         piece.system->map().gather(piece.state.slot);
         piece.system->refresh(piece.state);
     }
@@ -80,7 +87,10 @@ StaticScene::StaticScene(World& world) : world_(world) {
 
 void StaticScene::put_back() const {
     Rods& rods = world_.rods();
-    for (const StaticPiece& piece : pieces_)
+    ContactInteraction* contacts = contacts_of(world_.interactions());
+    WallInteraction* walls = walls_of(world_.interactions());
+    for (const StaticPiece& piece : pieces_) {
+        if (contacts && piece.system->contacts()->rubs()) contacts->set_memory(piece.system->contacts()->springs());
         for (std::size_t i = 0; i < piece.rods.size(); ++i) {
             const auto begin = piece.state.slot.begin();
             std::vector<Slot<1>> state(begin + static_cast<std::ptrdiff_t>(piece.system->first_slot(i)),
@@ -90,7 +100,10 @@ void StaticScene::put_back() const {
                 set_lane(slot.spin, 0, Vec3d{0, 0, 0});
             }
             rods.import_rod(piece.rods[i], state);
+            if (const auto memory = piece.system->at_rest().wall_memory(i); !memory.empty())
+                walls->set_memory(piece.rods[i], memory);
         }
+    }
 }
 
 EquilibriumReport find_equilibrium(StaticScene& scene, double time, const NewtonOptions& options) {
@@ -119,6 +132,7 @@ EquilibriumReport find_equilibrium(StaticScene& scene, double time, const Newton
         no_signs += one.negative < 0;
         neutral += one.neutral;
         report.residual = std::max(report.residual, one.residual);
+        report.asymmetry = std::max(report.asymmetry, one.asymmetry);
         report.share = std::min(report.share, one.share);
         if (reason.empty() && !one.found)
             reason = fmt::format("{}: {}", scene.pieces()[i].system->rod_name(0), without_repetition(one.reason));
@@ -133,6 +147,7 @@ EquilibriumReport find_equilibrium(StaticScene& scene, double time, const Newton
     report.load_steps = comm.max(steps);
     report.iterations = comm.max(most);
     report.residual = comm.max(report.residual);
+    report.asymmetry = comm.max(report.asymmetry);
     report.share = -comm.max(-report.share);
     report.reason = comm.first_text(reason);
     report.neutral_names = comm.first_text(names);

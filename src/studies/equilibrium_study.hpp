@@ -44,6 +44,7 @@ struct EquilibriumReport {
     std::int64_t load_steps = 0, iterations = 0; ///< most of a piece
     double residual = 0;                         ///< largest, over the acting forces
     std::int64_t unstable = 0;                   ///< pieces whose energy falls in some direction
+    double asymmetry = 0;                        ///< largest, of stiffnesses whose symmetric part counts
     std::int64_t unknown_stability = 0;          ///< pieces whose stiffness has no signs to count
     std::int64_t neutral = 0;                    ///< motions that change no load
     std::string neutral_names;                   ///< of the first few

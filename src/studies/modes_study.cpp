@@ -79,6 +79,7 @@ ModesReport find_modes(StaticScene& scene, int count) {
             for (Eigen::Index m = 0; m < free.motion.cols() && names.size() < 300; ++m)
                 names += (names.empty() ? "" : "; ") +
                          piece.system->name_of(free, Unknown::Unit(free.motion.cols(), m), piece.state);
+        report.asymmetry = std::max(report.asymmetry, found[i].asymmetry);
         if (method.empty()) method = found[i].method;
         for (Mode& mode : found[i].modes) report.modes.push_back({i, name, std::move(mode)});
     }
@@ -89,6 +90,7 @@ ModesReport find_modes(StaticScene& scene, int count) {
     report.neutral = comm.sum(neutral);
     report.neutral_names = comm.first_text(names);
     report.method = comm.first_text(method);
+    report.asymmetry = comm.max(report.asymmetry);
     const auto most = static_cast<std::size_t>(count + report.neutral);
     if (report.modes.size() > most) report.modes.resize(most);
     report.seconds = wall_seconds() - began;
@@ -97,6 +99,9 @@ ModesReport find_modes(StaticScene& scene, int count) {
 
 std::string to_text(const ModesReport& report) {
     std::string text = fmt::format("Modes: {}, {:.3g} s\n", report.method, report.seconds);
+    if (report.asymmetry > 0)
+        text += fmt::format("Contacts stick: by the symmetric part of the stiffness, to which friction adds {:.1g}\n",
+                            report.asymmetry);
     if (report.neutral > 0)
         text += fmt::format("{} neutral motions, which change no load: {}\n", report.neutral, report.neutral_names);
     text += "  mode   frequency Hz    eigenvalue 1/s^2   residual   of\n";

@@ -20,6 +20,7 @@ struct ModesReport {
     std::vector<PieceMode> modes; ///< of all ranks, lowest first, neutral ones first of all; shapes of this rank's
     std::int64_t neutral = 0;     ///< motions that change no load
     std::string neutral_names;    ///< of the first few
+    double asymmetry = 0;         ///< largest, of stiffnesses whose symmetric part is taken
     std::string method;
     double seconds = 0;
 };

@@ -36,8 +36,8 @@ void refuse_unsolvable(const SceneSpec& scene) {
                              "scene, or give the wall friction = \"none\"");
 }
 
-bool has_friction(const SceneSpec& scene) {
-    const auto rubs = [](const ContactLaw& law) { return law.friction != ContactFriction::none; };
+bool has_friction(const SceneSpec& scene, bool (*holds)(ContactFriction)) {
+    const auto rubs = [&](const ContactLaw& law) { return holds(law.friction); };
     const auto has_rubbing_law = [&](const auto& one) { return rubs(one.law); };
     return (scene.contact && rubs(scene.contact->law)) ||
            std::any_of(scene.contact_pairs.begin(), scene.contact_pairs.end(), has_rubbing_law) ||

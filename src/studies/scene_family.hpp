@@ -36,8 +36,9 @@ std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& ma
 
 /// Throws InputError for scenes that no equilibrium is asked of, or whose forces at rest are not known.
 void refuse_unsolvable(const SceneSpec& scene);
-/// True where rods rub on walls or on each other: states at rest leave friction out, as it depends on the way there.
-bool has_friction(const SceneSpec& scene);
+/// True where rods rub on walls or on each other, by a friction that this holds for.
+bool has_friction(const SceneSpec& scene, bool (*holds)(ContactFriction));
+inline bool is_friction(ContactFriction friction) { return friction != ContactFriction::none; }
 
 class SceneFamily final : public PathFamily {
 public:

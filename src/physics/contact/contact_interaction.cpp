@@ -359,6 +359,12 @@ void ContactInteraction::restore(const SavedNumbers& kept) {
     contacts_->restore(contacts, friction, viscous);
 }
 
+void ContactInteraction::set_memory(std::span<const SavedContact> contacts) {
+    forces_lost_ = true;
+    const ContactFigures f = contacts_->figures();
+    contacts_->restore(contacts, f.friction_work, f.viscous_work);
+}
+
 ContactInteraction* contacts_of(const Interactions& all) {
     for (const auto& one : all)
         if (auto* contacts = dynamic_cast<ContactInteraction*>(one.get())) return contacts;

@@ -36,6 +36,10 @@ public:
     /// Energies of all contacts; rows: the memory of each, by pair, on the rank whose block of gids has its first rod.
     SavedNumbers saved() const override;
     void restore(const SavedNumbers& kept) override;
+    /// Memory of the contacts whose first body is of this rank, in order of pairs.
+    std::vector<SavedContact> memory() const { return contacts_->saved(*exposure_); }
+    /// Goes on from these, of bodies of this rank alone, with the works of before.
+    void set_memory(std::span<const SavedContact> contacts);
 
     /// Every contact of the scene, a line each, in order of pairs: the part of ranks one after another, with the head
     /// on root. Collective.

@@ -160,4 +160,20 @@ void WallInteraction::restore(const SavedNumbers& kept) {
     }
 }
 
+std::vector<double> WallInteraction::memory(std::size_t i) const {
+    const WallContacts* contacts = nth(wall_contacts_, rods_->local()[i].group).get();
+    return contacts ? contacts->memory(rods_->place(i)) : std::vector<double>{};
+}
+
+void WallInteraction::set_memory(std::size_t i, std::span<const double> numbers) {
+    if (WallContacts* contacts = nth(wall_contacts_, rods_->local()[i].group).get())
+        contacts->set_memory(rods_->place(i), numbers);
+}
+
+WallInteraction* walls_of(const Interactions& all) {
+    for (const auto& one : all)
+        if (auto* walls = dynamic_cast<WallInteraction*>(one.get())) return walls;
+    return nullptr;
+}
+
 } // namespace skein

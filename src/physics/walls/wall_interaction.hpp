@@ -26,6 +26,9 @@ public:
     /// Per driven wall its work, how many numbers its servo has, and these.
     SavedNumbers saved() const override;
     void restore(const SavedNumbers& kept) override;
+    /// Memory of the rods' local()[i] at all walls; empty where none acts on it.
+    std::vector<double> memory(std::size_t i) const;
+    void set_memory(std::size_t i, std::span<const double> numbers);
 
 private:
     struct DrivenWall {
@@ -39,12 +42,15 @@ private:
     const std::span<const RodGroup> groups_;
     const Rods* rods_;
     std::shared_ptr<Walls> walls_;
-    std::vector<std::shared_ptr<const WallContacts>> wall_contacts_; ///< by group; null where no wall acts
-    std::vector<OverlapWatch> overlaps_;                             ///< by wall
+    std::vector<std::shared_ptr<WallContacts>> wall_contacts_; ///< by group; null where no wall acts
+    std::vector<OverlapWatch> overlaps_;                       ///< by wall
     std::vector<DrivenWall> driven_;
     std::vector<double> work_; ///< of every wall on the rods since the start, J
     std::vector<std::vector<double>>
         pressing_; ///< scratch: per driven wall, forces on the watched one, then powers of its own
 };
+
+/// Walls among them; null where there are none.
+WallInteraction* walls_of(const Interactions& all);
 
 } // namespace skein

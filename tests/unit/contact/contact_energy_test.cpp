@@ -400,10 +400,10 @@ TEST(ContactEnergy, IsThatOfStepsOfRings) {
     expect_exact(errors, 50);
 }
 
-TEST(ContactEnergy, RefusesRigidBodies) {
+TEST(ContactEnergy, RefusesBoxes) {
     const Threads one(1);
     std::vector<RodGroup> groups;
-    groups.emplace_back(test::rigid_body(0, 0.1), 0, 0, "");
+    groups.emplace_back(test::box_body({0.1, 0.1, 0.1}), 0, 0, "");
     const std::vector<LocalRod> rods{{0, 0, 0}};
     const ContactSpec spec{.law = {.stiffness = 1}};
     EXPECT_THROW(make_static_contacts(contact_scene(groups, spec, spec.law), groups, rods, one), InputError);

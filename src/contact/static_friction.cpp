@@ -1,0 +1,244 @@
+#include "core/dual_rotation.hpp"
+// The above comes before all templates over packs.
+#include "contact/static_contacts.hpp"
+#include "contact/static_friction.hpp"
+#include "core/closest_points.hpp"
+#include "tiles/slot_slopes.hpp"
+
+#include <algorithm>
+#include <utility>
+
+namespace skein {
+
+namespace {
+
+using P = Pack<dual>;
+
+bool before(const SavedContact& x, const SavedContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); }
+
+/// An element of a contact: two slots, of a body the same, with what they are in the reference state.
+struct RubbingElement {
+    const AttachedSlot* slot[2];
+    const Slot<1>* now[2];
+    const Slot<1>* then[2];
+    double radius; ///< m
+};
+
+/// Motion of an element along some of its unknowns.
+class MovedElement {
+public:
+    /// Slopes of a slot's six unknowns, or of its three displacements, begin at `first`; below 0: it does not move.
+    MovedElement(const RubbingElement& element, const int (&first)[2]) {
+        Vec3<P::Slopes> turn{P::Slopes(0.0), P::Slopes(0.0), P::Slopes(0.0)};
+        if (first[0] >= 0) {
+            turn.x.set(first[0] + 3, 1);
+            turn.y.set(first[0] + 4, 1);
+            turn.z.set(first[0] + 5, 1);
+        }
+        frame = turned_along(lane(element.now[0]->director, 0), turn);
+        const Vec3<P> way = relative_rotation(frame, broadcast<dual>(lane(element.then[0]->director, 0)));
+        spin = transpose_times(frame, rate() * way);
+        for (const int i : {0, 1}) {
+            const int own = element.slot[i]->on_body ? first[0] : first[i];
+            node_[i] = broadcast<dual>(lane(element.now[i]->position, 0));
+            if (own >= 0) {
+                node_[i].x.d.set(own, 1);
+                node_[i].y.d.set(own + 1, 1);
+                node_[i].z.d.set(own + 2, 1);
+            }
+            velocity_[i] = rate() * (node_[i] - broadcast<dual>(lane(element.then[i]->position, 0)));
+            if (!element.slot[i]->on_body) continue;
+            arm[i] = transpose_times(frame, broadcast<dual>(element.slot[i]->arm));
+            node_[i] = node_[i] + arm[i];
+            velocity_[i] = velocity_[i] + cross(spin, arm[i]);
+        }
+    }
+    const Vec3<P>& start() const { return node_[0]; }
+    Vec3<P> edge() const { return node_[1] - node_[0]; }
+    Vec3<P> point(const P& share) const { return node_[0] + share * edge(); }
+    Vec3<P> velocity(const P& share) const { return velocity_[0] + share * (velocity_[1] - velocity_[0]); }
+
+    Quaternion<P> frame;
+    Vec3<P> spin;                            ///< lab
+    Vec3<P> arm[2] = {nowhere(), nowhere()}; ///< of nodes of a body, lab
+
+private:
+    static P rate() { return P(1 / long_step); }
+    static Vec3<P> nowhere() { return {P(0.0), P(0.0), P(0.0)}; }
+    Vec3<P> node_[2], velocity_[2];
+};
+
+/// Friction on the slots of both elements: forces at their nodes, lab, and couples on them, body.
+struct RubbingLoad {
+    Vec3<P> force[4], couple[4];
+};
+
+struct RubbingContact {
+    ContactKinds kinds;
+    const ContactNumbers<double>& numbers;
+    const Contact& contact;
+    FrictionSpring<double> spring;
+    double nearest[2]; ///< shares of the nearest points, which vertices move
+
+    RubbingLoad load(const MovedElement& a, const MovedElement& b) const {
+        const ClosestPoints<P> at = closest_points(a.start(), a.edge(), b.start(), b.edge());
+        const P s = at.s + P(contact.s - nearest[0]), t = at.t + P(contact.t - nearest[1]);
+        const Vec3<P> apart = b.point(t) - a.point(s);
+        const P distance = norm(apart), radius_1(radius[0]), radius_2(radius[1]);
+        const Vec3<P> n = (P(1.0) / distance) * apart;
+        const ContactState<P> state{n, distance, radius_1, radius_2, a.velocity(s), a.spin, b.velocity(t), b.spin};
+        ContactMemory<P> memory{
+            {broadcast<dual>(spring.x), P(spring.stiffness)}, broadcast<dual>(Vec3d{0, 0, 0}), P(0.0)};
+        const P weight(contact.weight);
+        const ContactForce<P> all =
+            contact_force<dual>(kinds, numbers.as<P>(), state, long_step, memory, {weight, weight}, P(elsewhere));
+        const Vec3<P> force = all.on_1 + all.normal * n;
+        RubbingLoad load{{(P(1.0) - s) * force, s * force, (t - P(1.0)) * force, -t * force}, {}};
+        for (const int i : {0, 1, 2, 3}) {
+            const MovedElement& of = i < 2 ? a : b;
+            Vec3<P> moment = cross(of.arm[i % 2], load.force[i]);
+            if (i == 0) moment = moment + all.arm_1 * all.moment;
+            if (i == 2) moment = moment + all.arm_2 * all.moment;
+            load.couple[i] = of.frame * moment;
+        }
+        return load;
+    }
+
+    double radius[2];
+    double elsewhere; ///< normal force at the contact's other points, N
+};
+
+} // namespace
+
+StaticFriction::StaticFriction(const ContactScene& scene, std::span<const RodGroup> groups,
+                               std::span<const LocalRod> rods, const Threads& threads)
+    : scene_(scene), groups_(groups), rods_(rods.begin(), rods.end()), threads_(threads) {
+    scene_.laws = scene_.laws.sticking_at_limit();
+}
+
+void StaticFriction::set_springs(std::vector<SavedContact> springs) {
+    springs_ = std::move(springs);
+    std::sort(springs_.begin(), springs_.end(), before);
+    left_ = springs_;
+}
+
+void StaticFriction::show_rates(Exposure& bodies, std::span<const Slot<1>> state) const {
+    constexpr double rate = 1 / long_step;
+    std::vector<Slot<1>> one;
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < rods_.size(); ++i) {
+        const RodGroup& group = nth(groups_, rods_[i].group);
+        const std::size_t slots = to_index(group.slots());
+        one.assign(state.begin() + static_cast<std::ptrdiff_t>(first),
+                   state.begin() + static_cast<std::ptrdiff_t>(first + slots));
+        for (std::size_t k = 0; k < slots; ++k) {
+            const Slot<1>& then = reference_[first + k];
+            const Vec3d way = lane(one[k].position, 0) - lane(then.position, 0);
+            set_lane(one[k].velocity, 0, rate * way);
+            set_lane(one[k].spin, 0, rate * relative_rotation(lane(one[k].director, 0), lane(then.director, 0)));
+        }
+        first += slots;
+        if (group.closed()) one.push_back(one.front());
+        bodies.show(i, one, group.body());
+    }
+}
+
+void StaticFriction::take_loads(const Exposure& bodies, std::span<const AttachedSlot> attached,
+                                std::span<const Slot<1>> state, const SlotLoads& loads, StaticContactLoads& out) const {
+    for (std::size_t s = 0; s < bodies.slots(); ++s) {
+        if (!nth(loads.touched, bodies.window_of[s])) continue;
+        const ExertedLoad& load = loads.load[s];
+        const AttachedSlot& at = attached[s];
+        const Quaterniond frame = lane(state[at.slot].director, 0);
+        out.force[at.slot] += load.force;
+        if (bodies.has_element(s)) out.couple[at.slot] += frame * load.couple;
+        if (at.on_body) out.couple[at.slot] += cross(at.arm, frame * load.force);
+    }
+}
+
+FrictionSpring<double> StaticFriction::spring_before(const Exposure& bodies, const Contact& contact,
+                                                     const SavedContact& left) const {
+    const SavedContact key{bodies.in_scene(contact.pair.a), bodies.in_scene(contact.pair.b), 0, {}};
+    const auto at = std::lower_bound(springs_.begin(), springs_.end(), key, before);
+    if (at != springs_.end() && !before(key, *at)) return at->memory.spring;
+    // A new contact's may be that of its neighbour: what is left without the way, if it sticks. What slides has none.
+    const Vec3d &n = contact.normal, way = long_step * (contact.slip - dot(contact.slip, n) * n);
+    FrictionSpring<double> spring = left.memory.spring;
+    constexpr double sticks = 1 - 1e-9;
+    spring.x = norm(spring.x) < sticks * norm(way) ? Vec3d{0, 0, 0} : spring.x - way;
+    return spring;
+}
+
+void StaticFriction::add(Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state,
+                         double time, bool with_stiffness, StaticContactLoads& out) {
+    show_rates(bodies, state);
+    const std::vector<ContactNumbers<double>> numbers = scene_.laws.numbers(time);
+    const std::unique_ptr<ContactSolver> solver = make_contacts(scene_, threads_);
+    const BinnedTotal none(solver->energy_bins());
+    solver->restore(springs_, none, none);
+    SlotLoads loads;
+    solver->evaluate(bodies, time, long_step, loads);
+    left_ = solver->saved(bodies);
+    take_loads(bodies, attached, state, loads, out);
+    const std::vector<Contact> all = solver->active(bodies); // in the order of left_
+    for (std::size_t c = 0; c < all.size(); ++c) {
+        const ContactMemory<double>& memory = left_[c].memory;
+        const double friction = memory.weight * memory.spring.stiffness * norm(memory.spring.x);
+        for (const std::uint32_t element : {all[c].pair.a, all[c].pair.b})
+            out.couple_size[attached[element].slot] += bodies.node[element].radius * friction;
+        if (with_stiffness) add_stiffness(bodies, attached, state, numbers, all[c], left_[c], out);
+    }
+}
+
+void StaticFriction::add_stiffness(const Exposure& bodies, std::span<const AttachedSlot> attached,
+                                   std::span<const Slot<1>> state, std::span<const ContactNumbers<double>> numbers,
+                                   const Contact& one, const SavedContact& left, StaticContactLoads& out) const {
+    const auto [a, b] = one.pair;
+    const auto material = [&](std::uint32_t slot) { return to_index(bodies.at(slot).group); };
+    const std::size_t law = scene_.laws.materials() == 1 ? 0 : material(a) * scene_.laws.materials() + material(b);
+    const AttachedSlot* const slot[4] = {&attached[a], &attached[a + 1], &attached[b], &attached[b + 1]};
+    const auto element_at = [&](std::uint32_t e) {
+        const AttachedSlot *first = &attached[e], *second = &attached[e + 1];
+        return RubbingElement{{first, second},
+                              {&state[first->slot], &state[second->slot]},
+                              {&reference_[first->slot], &reference_[second->slot]},
+                              bodies.node[e].radius};
+    };
+    const RubbingElement element[2] = {element_at(a), element_at(b)};
+    const auto nearest = closest_points(
+        broadcast<1>(bodies.node[a].position), broadcast<1>(bodies.node[a + 1].position - bodies.node[a].position),
+        broadcast<1>(bodies.node[b].position), broadcast<1>(bodies.node[b + 1].position - bodies.node[b].position));
+    const double pressed = -dot(one.force, one.normal), depth = std::max(one.overlap, 0.0),
+                 own = one.weight * numbers[law].stiffness * depth *
+                       (scene_.laws.normal() == ContactNormal::hertz ? std::sqrt(depth) : 1.0);
+    const RubbingContact contact{{scene_.laws.normal(), scene_.laws.friction()},
+                                 numbers[law],
+                                 one,
+                                 spring_before(bodies, one, left),
+                                 {nearest.s[0], nearest.t[0]},
+                                 {element[0].radius, element[1].radius},
+                                 std::max(0.0, pressed - own)};
+    // Unknowns of the first element, of the second one, and of the nodes behind them.
+    constexpr int still = -1;
+    const int moves[3][2][2] = {{{0, still}, {still, still}}, {{still, still}, {0, still}}, {{still, 0}, {still, 3}}};
+    for (int p = 0; p < 3; ++p) {
+        const RubbingLoad load =
+            contact.load(MovedElement(element[0], moves[p][0]), MovedElement(element[1], moves[p][1]));
+        for (std::size_t row = 0; row < 4; ++row) {
+            const auto put = [&](std::size_t column, int first, int count) {
+                const std::size_t of = slot[row]->slot, by = slot[column]->slot;
+                SlotCoupling& coupling = out.turning.emplace_back(SlotCoupling{of, by, {}});
+                add_slopes(load.force[row], load.couple[row], of == by && count == slot_unknowns, coupling.block, first,
+                           count);
+            };
+            if (p < 2) {
+                put(2 * static_cast<std::size_t>(p), 0, slot_unknowns);
+            } else {
+                if (!slot[1]->on_body) put(1, 0, 3);
+                if (!slot[3]->on_body) put(3, 3, 3);
+            }
+        }
+    }
+}
+
+} // namespace skein

@@ -1,0 +1,64 @@
+// Friction with memory at rest: the forces are those of one step of the contact solver, which goes from a state where
+// the springs of friction are known to the present one.                                               theory.md (106)
+//   places     x of the step's end;  rates  (x - x_0)/H, log(Q Q_0^T)/H
+//   H          so long that dashpots exert nothing, and that friction which depends on the speed of slip vanishes
+//   stiffness  that of the law between two elements, over dual numbers; shares of vertices stay as they are
+#pragma once
+
+#include "contact/attached_slot.hpp"
+#include "contact/contact_solver.hpp"
+#include "skein/rod/slot.hpp"
+#include "tiles/slot_coupling.hpp"
+
+#include <functional>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+struct StaticContactLoads;
+
+/// Length of such a step, s.
+inline constexpr double long_step = 1e12;
+
+class StaticFriction {
+public:
+    StaticFriction(const ContactScene& scene, std::span<const RodGroup> groups, std::span<const LocalRod> rods,
+                   const Threads& threads);
+
+    /// True from set_reference() on, where the law has friction with memory: without, all forces are normal ones.
+    bool acts() const { return !reference_.empty(); }
+    /// State in which the springs are known, slots of all bodies.
+    void set_reference(std::span<const Slot<1>> state) {
+        if (scene_.laws.friction() == ContactFriction::memory) reference_.assign(state.begin(), state.end());
+    }
+    /// The springs become those that the last evaluation left.
+    void keep_springs() { springs_ = left_; }
+    const std::vector<SavedContact>& springs() const { return springs_; }
+    void set_springs(std::vector<SavedContact> springs);
+
+    /// Adds forces and couples of all contacts at a time, and the stiffness of their friction. `attached`: by slot
+    /// of `bodies`, whose places are those of the state.
+    void add(Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state, double time,
+             bool with_stiffness, StaticContactLoads& out);
+
+private:
+    void show_rates(Exposure& bodies, std::span<const Slot<1>> state) const;
+    void take_loads(const Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state,
+                    const SlotLoads& loads, StaticContactLoads& out) const;
+    void add_stiffness(const Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state,
+                       std::span<const ContactNumbers<double>> numbers, const Contact& one, const SavedContact& left,
+                       StaticContactLoads& out) const;
+    /// The spring with which the step begins.
+    FrictionSpring<double> spring_before(const Exposure& bodies, const Contact& contact,
+                                         const SavedContact& left) const;
+
+    ContactScene scene_; ///< with a margin on static friction
+    std::span<const RodGroup> groups_;
+    std::vector<LocalRod> rods_;
+    const Threads& threads_;
+    std::vector<Slot<1>> reference_;
+    std::vector<SavedContact> springs_, left_; ///< in the reference state; after the last step. By pair
+};
+
+} // namespace skein

@@ -1,0 +1,184 @@
+"""Friction at rest as users meet it: sticks to its limit, goes on from the springs of a run, and stays at rest when stepped on."""
+
+import json
+import unittest
+
+import h5py
+import numpy
+
+from driver import DriverTest
+
+RADIUS, STIFFNESS, SHARE, NODES = 2e-3, 100.0, 0.8, 7
+LIES = f"""
+[time]
+duration = 1.0
+[[rods]]
+name = "rod"
+material = {{density = 1000.0, youngs_modulus = 1e8}}
+section.radius = {RADIUS}
+shape = {{length = 0.05, elements = {NODES - 1}}}
+placement = {{origin = [0.0, 0.0, {RADIUS - 1e-7}], tangent = [0.0, 1.0, 0.0], normal = [1.0, 0.0, 0.0]}}
+[[load]]
+kind = "gravity"
+acceleration = [0.0, 1.0, -9.0]
+[[wall]]
+name = "floor"
+kind = "plane"
+law = "linear"
+stiffness = {STIFFNESS}
+tangential_share = {SHARE}
+friction = "memory"
+static_friction = 0.4
+[[probe]]
+name = "end"
+of = "rod"
+[output]
+series = 1.0
+"""
+WEIGHT = 1000 * numpy.pi * RADIUS**2 * 0.05  # kg
+
+# Two bent rods hang like hangers on two held ones. Weight pulls them along, and they slide until friction holds them.
+HANGERS = """
+[time]
+duration = 1.3
+[[rods]]
+name = "below"
+start = "clamped"
+end = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e8}
+section.radius = 2e-3
+shape = {length = 0.05, elements = 6}
+placement = {kind = "list", origins = [[-0.01, -0.025, 0], [0.01, -0.025, 0]], tangents = [[0, 1, 0], [0, 1, 0]], normals = [[1, 0, 0], [1, 0, 0]]}
+[[rods]]
+name = "above"
+material = {density = 1000.0, youngs_modulus = 1e6}
+section.radius = 2e-3
+shape = {length = 0.06, elements = 9, rest_curvature = [0, 20, 0]}
+placement = {kind = "list", origins = [[-0.028, -0.01, -0.0034], [-0.03, 0.01, -0.0034]], tangents = [[0.825, 0, 0.565], [0.825, 0, 0.565]], normals = [[0.565, 0, -0.825], [0.565, 0, -0.825]]}
+[[load]]
+kind = "gravity"
+acceleration = [0.8, 0.1, -9.81]
+[[damping]]
+kind = "uniform"
+rate = 40.0
+[contact]
+stiffness = 1e3
+damping = 0.2
+law = "linear"
+friction = "memory"
+static_friction = 0.3
+tangential_damping = 0.2
+[output]
+trajectory = 1.0
+series = 0.02
+"""
+
+
+# A ball in the hole of a frame of four stiff rods.
+FRAME = """
+[time]
+duration = 1.0
+[[rods]]
+name = "rails"
+start = "clamped"
+end = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e10}
+section.radius = 0.005
+shape = {length = 0.016, elements = 5}
+placement = {kind = "list", origins = [[-0.021, -0.008, 0], [0.021, -0.008, 0], [-0.008, -0.021, 0], [-0.008, 0.021, 0]], tangents = [[0, 1, 0], [0, 1, 0], [1, 0, 0], [1, 0, 0]], normals = [[1, 0, 0], [1, 0, 0], [0, 1, 0], [0, 1, 0]]}
+[[bodies]]
+name = "ball"
+density = 1000.0
+spheres.radii = [0.02]
+placement.origin = [0.0, 0.0, 0.0135]
+[[load]]
+kind = "gravity"
+[contact]
+stiffness = 1e3
+law = "linear"
+friction = "memory"
+static_friction = 0.3
+[[probe]]
+name = "ball"
+of = "ball"
+[output]
+series = 1.0
+"""
+
+
+class Resting(DriverTest):
+    def solve(self, out, *arguments, command="equilibrium", text=LIES, **layout):
+        self.scene.write_text(text)
+        return self.skein_says(command, self.scene, "--out", self.directory / out, "--threads", layout.pop("threads", 1), *arguments, **layout)
+
+    def places(self, out):
+        """Of all nodes in the last frame."""
+        with h5py.File(sorted((self.directory / out).glob("trajectory_*.h5"))[-1]) as file:
+            return numpy.concatenate([file["groups"][f"{group}/position"][-1].reshape(-1, 3) for group in ("below", "above")])
+
+    def test_a_slope_holds_up_to_friction(self):
+        self.solve("holds")
+        rows = self.series("holds")
+        # Springs of all nodes share the weight along the slope; its moment about the floor tilts the rod upon the normal springs.
+        spacing = 0.05 / (NODES - 1)
+        squares = spacing**2 * sum((i - (NODES - 1) / 2) ** 2 for i in range(NODES))
+        way = WEIGHT * 1.0 * (1 / (NODES * SHARE * STIFFNESS) + RADIUS**2 / (STIFFNESS * squares))
+        moved = rows["end_ym"][-1] - rows["end_ym"][0]
+        self.assertLess(abs(moved - way), 1e-3 * way)
+        self.solve("limit", "--set", "load.0.acceleration=[0.0, 3.59, -9.0]")
+        done = self.solve("slides", "--set", "load.0.acceleration=[0.0, 3.7, -9.0]", expect=4)
+        self.assertIn("no equilibrium", done.stderr)
+
+    def test_stability_is_that_of_contacts_that_stick(self):
+        done = self.solve("stable", "--stable")
+        self.assertIn("Stability: stable, by the symmetric part", done.stdout)
+        self.solve("modes", "--count", 3, command="modes")
+
+    def test_other_friction_is_zero_at_rest(self):
+        slips = LIES.replace('friction = "memory"\nstatic_friction = 0.4', 'friction = "regularised"\nkinetic_friction = 0.4\nslip_speed = 1e-3')
+        done = self.solve("slips", text=slips, expect=4)
+        self.assertIn("zero at rest", done.stderr)
+        self.assertRegex(done.stderr, r"nothing balances the loads on the translation along \(-?\S+, 1, -?\S+\)")
+
+    def test_a_solution_goes_on_from_a_run_and_a_run_from_it(self):
+        self.scene.write_text(HANGERS)
+        self.skein_says("run", self.scene, "--out", self.directory / "run", "--threads", 1)
+        start = f'[start]\nfrom = "{self.directory / "run"}"\n'
+        told = json.loads(self.solve("rest", "--json", text=start + HANGERS).stdout)
+        self.assertLess(told["residual"], 1e-9)
+        moved = numpy.linalg.norm(self.places("rest") - self.places("run"), axis=1).max()
+        self.assertLess(moved, 1e-3 * RADIUS, "the run had settled")
+        without = self.solve("without", text=start + HANGERS.replace('friction = "memory"\nstatic_friction = 0.3\ntangential_damping = 0.2', ""), expect=4)
+        self.assertIn("nothing balances", without.stderr)
+        self.scene.write_text(f'[start]\nfrom = "{self.directory / "rest"}"\ntime = "zero"\n' + HANGERS)
+        self.skein_says("run", self.scene, "--out", self.directory / "on", "--threads", 1)
+        on = self.series("on")
+        self.assertLess(numpy.linalg.norm(self.places("on") - self.places("rest"), axis=1).max(), 1e-6 * RADIUS)
+        self.assertLess(on["max_speedms"].max(), 1e-9)
+
+    def test_a_rigid_body_rests_in_a_frame(self):
+        weight = 9.81 * 1000 * 4 / 3 * numpy.pi * 0.02**3
+        depth = 0.0
+        for _ in range(50):  # N = W/(4 cos), k g = N, at the distance of the axes less g
+            distance = 0.025 - depth
+            height = numpy.sqrt(distance**2 - 0.021**2)
+            depth = weight * distance / (4 * height) / 1e3
+        without = FRAME.replace('"memory"', '"none"').replace("static_friction = 0.3\n", "")
+        done = self.solve("without", "--stable", text=without)
+        self.assertIn("Neutral: 3 motions", done.stdout, "the ball spins")
+        self.assertLess(abs(self.series("without")["ball_zm"][-1] - height), 1e-3 * depth)
+        done = self.solve("with", "--stable", text=FRAME)
+        self.assertNotIn("Neutral", done.stdout)
+        self.assertGreater(self.series("with")["ball_zm"][-1], height, "friction carries a part")
+
+    def test_bits_are_those_of_any_threads(self):
+        self.scene.write_text(HANGERS)
+        self.skein_says("run", self.scene, "--out", self.directory / "run", "--threads", 1)
+        start = f'[start]\nfrom = "{self.directory / "run"}"\n'
+        for threads in (1, 2):
+            self.solve(f"rest{threads}", text=start + HANGERS, threads=threads)
+        self.assertEqual(self.digest("rest1"), self.digest("rest2"))
+
+
+if __name__ == "__main__":
+    unittest.main()

@@ -1,0 +1,186 @@
+// Rigid bodies in contact at rest: forces of the energy are those of a step, and the stiffness is that of the forces.
+#include "contact/contact_spec.hpp"
+#include "contact/static_contacts.hpp"
+#include "skein/core/error.hpp"
+#include "support/rods_for_tests.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+namespace skein {
+namespace {
+
+constexpr double radius = 10e-3, stiffness = 1e5;
+
+Quaterniond turn_of(const Vec3d& turn) {
+    const double w = 1 / std::sqrt(1 + 0.25 * dot(turn, turn));
+    return {w, 0.5 * w * turn};
+}
+
+/// A rod on a capsule, a ball on both, in random poses near contact.
+class Heap {
+public:
+    Heap(std::mt19937& random, ContactNormal normal, ContactFriction friction, bool with_rod = true) {
+        std::uniform_real_distribution<double> some(-1, 1);
+        const ContactLaw law{.normal = normal, .stiffness = stiffness, .friction = friction, .static_friction = 0.4};
+        RodSpec rod = test::simple_rod(5);
+        rod.section.radius = radius;
+        rod.shape.length = 0.1;
+        if (with_rod) add(rod);
+        add(test::rigid_body(0.06, radius));
+        add(test::rigid_body(0, radius));
+        const Vec3d along = unit(Vec3d{1, 0.3 * some(random), 0.1 * some(random)});
+        for (int k = 0; with_rod && k < 6; ++k) {
+            const Vec3d bend{0, 0, 2e-3 * k * (5 - k) / 6.0};
+            put({0.02 * (k - 2.5 + 0.3 * some(random)) * along + bend}, {0, 0, 0});
+        }
+        const double across = (0.9 + 0.05 * some(random)) * 2 * radius;
+        put({0.01 * some(random), 0.01 * some(random), -across + 0.004}, {1.5 + 0.3 * some(random), some(random), 0.2});
+        const double above = with_rod ? 0.9 * 2 * radius : 0.004 - 0.02 * across / radius;
+        put({0.02 * some(random), 0.005 * some(random), above}, {some(random), some(random), some(random)});
+        contacts_ = make_static_contacts(contact_scene(groups_, {.law = law}, law), groups_, rods_, threads_);
+    }
+
+    StaticContactLoads loads(bool with_stiffness = false) {
+        StaticContactLoads out;
+        contacts_->evaluate(state, with_stiffness, out);
+        return out;
+    }
+    void set_reference() { contacts_->set_reference(state); }
+    using Motion = std::vector<double>; ///< of all slots, six unknowns each, turns in radii
+    void move(const Motion& motion, double share) {
+        for (std::size_t s = 0; s < state.size(); ++s) {
+            const double* m = &motion[6 * s];
+            set_lane(state[s].position, 0, lane(state[s].position, 0) + share * Vec3d{m[0], m[1], m[2]});
+            set_lane(state[s].director, 0,
+                     turn_of((share / radius) * Vec3d{m[3], m[4], m[5]}) * lane(state[s].director, 0));
+        }
+    }
+    /// Loads at all slots, couples over the radius; each in the axes that the motion has turned.
+    static Motion all(const StaticContactLoads& loads) {
+        Motion numbers;
+        for (std::size_t s = 0; s < loads.force.size(); ++s)
+            for (const Vec3d& v : {loads.force[s], (1 / radius) * loads.couple[s]})
+                numbers.insert(numbers.end(), {v.x, v.y, v.z});
+        return numbers;
+    }
+
+    std::vector<Slot<1>> state;
+
+private:
+    void add(const RodSpec& spec) {
+        const int i = static_cast<int>(groups_.size());
+        groups_.emplace_back(spec, i, i, "");
+        rods_.push_back({i, i, 0});
+    }
+    void put(const Vec3d& at, const Vec3d& turn) {
+        Slot<1>& slot = state.emplace_back();
+        set_lane(slot.position, 0, at);
+        set_lane(slot.director, 0, turn_of(turn));
+    }
+    inline static const Threads threads_{1};
+    std::vector<RodGroup> groups_;
+    std::vector<LocalRod> rods_;
+    std::unique_ptr<StaticContacts> contacts_;
+};
+
+double largest(const Heap::Motion& x) {
+    double most = 0;
+    for (const double one : x) most = std::max(most, std::abs(one));
+    return most;
+}
+
+TEST(StaticBodies, HaveTheForcesOfAStep) {
+    std::mt19937 random(3);
+    int touching = 0;
+    for (int trial = 0; trial < 60; ++trial) {
+        Heap heap(random, trial % 2 ? ContactNormal::hertz : ContactNormal::linear, ContactFriction::memory);
+        const Heap::Motion energy = Heap::all(heap.loads());
+        heap.set_reference();
+        const Heap::Motion step = Heap::all(heap.loads());
+        const double size = largest(step);
+        if (size == 0) continue;
+        ++touching;
+        for (std::size_t i = 0; i < step.size(); ++i)
+            EXPECT_NEAR(energy[i], step[i], 1e-10 * size) << trial << " " << i;
+    }
+    EXPECT_GT(touching, 40);
+}
+
+/// Largest error of a stiffness along a random motion over its largest entry, from differences of fourth order; below
+/// 0: the differences are not reliable there.
+double error_of_stiffness(Heap& heap, std::mt19937& random) {
+    std::uniform_real_distribution<double> some(-1, 1);
+    const StaticContactLoads here = heap.loads(true);
+    Heap::Motion motion(6 * heap.state.size()), expected(motion.size());
+    for (double& m : motion) m = some(random);
+    double size = 0;
+    for (const auto* couplings : {&here.couplings, &here.turning})
+        for (const SlotCoupling& c : *couplings)
+            for (std::size_t i = 0; i < 6; ++i)
+                for (std::size_t j = 0; j < 6; ++j) {
+                    const double k = c.block[i][j] / ((i < 3 ? 1 : radius) * (j < 3 ? 1 : radius));
+                    size = std::max(size, std::abs(k));
+                    expected[6 * c.row + i] -= k * motion[6 * c.column + j];
+                }
+    for (std::size_t s = 0; s < heap.state.size(); ++s) { // the couple's axes turn by half of the motion: [c]/2
+        const Vec3d c = (0.5 / radius) * here.couple[s], turn{motion[6 * s + 3], motion[6 * s + 4], motion[6 * s + 5]},
+                    more = (1 / radius) * cross(c, turn);
+        expected[6 * s + 3] += more.x;
+        expected[6 * s + 4] += more.y;
+        expected[6 * s + 5] += more.z;
+    }
+    const std::vector<Slot<1>> state = heap.state;
+    const auto slopes = [&](double h) {
+        const auto at = [&](double share) {
+            heap.state = state;
+            heap.move(motion, share);
+            return Heap::all(heap.loads());
+        };
+        const Heap::Motion a = at(-h), b = at(h), aa = at(-2 * h), bb = at(2 * h);
+        heap.state = state;
+        Heap::Motion slope(a.size());
+        for (std::size_t i = 0; i < slope.size(); ++i) slope[i] = (8 * (b[i] - a[i]) - (bb[i] - aa[i])) / (12 * h);
+        return slope;
+    };
+    const Heap::Motion coarse = slopes(2e-7), fine = slopes(1e-7);
+    double change = 0, error = 0;
+    for (std::size_t i = 0; i < fine.size(); ++i) {
+        change = std::max(change, std::abs(fine[i] - coarse[i]));
+        error = std::max(error, std::abs(fine[i] - expected[i]));
+    }
+    return change > 1e-8 * size ? -1 : error / size;
+}
+
+/// The largest such error over random heaps.
+double largest_error(ContactFriction friction, bool with_rod) {
+    std::mt19937 random(4);
+    std::uniform_real_distribution<double> some(-1, 1);
+    double most = 0;
+    int compared = 0;
+    for (int trial = 0; trial < 80; ++trial) {
+        Heap heap(random, trial % 2 ? ContactNormal::hertz : ContactNormal::linear, friction, with_rod);
+        heap.set_reference();
+        Heap::Motion way(6 * heap.state.size());
+        for (double& m : way) m = some(random);
+        heap.move(way, 1e-5); // sticks or slides
+        const double error = error_of_stiffness(heap, random);
+        if (error < 0) continue;
+        ++compared;
+        most = std::max(most, error);
+    }
+    EXPECT_GT(compared, 40);
+    return most;
+}
+
+TEST(StaticBodies, StiffnessIsThatOfTheForces) {
+    EXPECT_LT(largest_error(ContactFriction::none, true), 1e-7);
+    EXPECT_LT(largest_error(ContactFriction::memory, false), 1e-7);
+    EXPECT_LT(largest_error(ContactFriction::memory, true), 1e-2); // shares of vertices stand still
+}
+
+} // namespace
+} // namespace skein
