@@ -138,7 +138,7 @@ void StaticFriction::show_rates(Exposure& bodies, std::span<const Slot<1>> state
             set_lane(one[k].spin, 0, rate * relative_rotation(lane(one[k].director, 0), lane(then.director, 0)));
         }
         first += slots;
-        if (group.closed()) one.push_back(one.front());
+        if (group.closed()) one.back() = one.front();
         bodies.show(i, one, group.body());
     }
 }

@@ -7,16 +7,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 namespace skein {
 namespace {
 
 constexpr double radius = 1e-3, length = 20e-3, overlap = 2e-6, stiffness = 1e5, friction = 0.4, share = 0.8;
 
-/// Rods along x and y, one upon the other, that cross within elements.
+/// Rods along x and y, one upon the other, that cross within elements. The one along x may be a ring, whose last
+/// element is crossed.
 class Crossing {
 public:
-    explicit Crossing(ContactFriction kind = ContactFriction::memory) {
+    explicit Crossing(ContactFriction kind = ContactFriction::memory, bool ring = false) {
         const ContactLaw law{.normal = ContactNormal::linear,
                              .stiffness = stiffness,
                              .damping = 50,
@@ -30,12 +32,20 @@ public:
             RodSpec spec = test::simple_rod(5);
             spec.section.radius = radius;
             spec.shape.length = length;
+            spec.shape.closed = ring && i == 0;
             groups_.emplace_back(spec, i, i, "");
             rods_.push_back({i, i, 0});
             for (int k = 0; k < 6; ++k) {
                 const double along = (k - 2.4) * length / 5;
                 Slot<1>& slot = state.emplace_back();
-                set_lane(slot.position, 0, i == 0 ? Vec3d{along, 0, 0} : Vec3d{0, along, 2 * radius - overlap});
+                Vec3d at = i == 0 ? Vec3d{along, 0, 0} : Vec3d{0, along, 2 * radius - overlap};
+                if (spec.shape.closed) {
+                    const double fifth = 0.4 * std::numbers::pi, size = 0.5 * length / 5 / std::sin(0.5 * fifth);
+                    const double turn = 0.5 * std::numbers::pi - fifth * ((k % 5) + 0.5);
+                    at = size * Vec3d{std::cos(turn), std::sin(turn) - std::cos(0.5 * fifth), 0};
+                    if (k == 5) at = {9, 9, 9}; // a copy of node 0, which nobody keeps up to date
+                }
+                set_lane(slot.position, 0, at);
                 set_lane(slot.director, 0, Quaterniond{1, {0, 0, 0}});
             }
         }
@@ -103,6 +113,20 @@ TEST(StaticFriction, SticksSlidesAndGoesOnFromItsSpring) {
     other.set_springs(rods.springs());
     other.set_reference();
     EXPECT_NEAR(Crossing::sum(other.loads(), 1).x, -friction * normal_force, 1e-9 * normal_force);
+}
+
+TEST(StaticFriction, ActsWhereARingCloses) {
+    Crossing rods(ContactFriction::memory, true);
+    rods.set_reference();
+    const double way = 0.5 * friction * normal_force / spring;
+    rods.move(1, {way, 0, 0});
+    const StaticContactLoads loads = rods.loads(true);
+    ASSERT_EQ(loads.contacts.size(), 3u); // with the edge where it closes, and two more
+    const auto at_seam = [](const StaticContact& contact) { return contact.slot[0] == 4; };
+    EXPECT_EQ(std::count_if(loads.contacts.begin(), loads.contacts.end(), at_seam), 1);
+    EXPECT_NEAR(Crossing::sum(loads, 1).x, -3 * spring * way, 1e-9 * normal_force);
+    EXPECT_NEAR(Crossing::sum(loads, 0).x, 3 * spring * way, 1e-9 * normal_force);
+    EXPECT_EQ(norm(loads.force[5]), 0);
 }
 
 TEST(StaticFriction, ActsFromAReferenceOnAndWithMemoryAlone) {
