@@ -311,8 +311,8 @@ Vec3d StaticSystem::centre(const std::vector<int>& piece, const StaticState& sta
 
 /// Three translations, three turns about the piece's centre that move a rod's end by 1, and the spin of all elements
 /// about their own axes: round rods that are straight at rest do not resist it, bent or not.
-StaticSystem::Motions StaticSystem::rigid_motions(const std::vector<int>& piece, const StaticState& state) const {
-    Motions motions = Motions::Zero(static_cast<Eigen::Index>(piece.size()), 7);
+Eigen::MatrixXd StaticSystem::rigid_motions(const std::vector<int>& piece, const StaticState& state) const {
+    Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(piece.size()), 7);
     const Vec3d units[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
     const auto part = [](const Vec3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
     const Vec3d middle = centre(piece, state);
@@ -333,7 +333,10 @@ StaticSystem::Motions StaticSystem::rigid_motions(const std::vector<int>& piece,
 NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& balance) const {
     NeutralMotions found;
     if (all_gripped_) return found;
-    Resistance work{Motions::Zero(unknowns(), 7), Motions::Zero(unknowns(), 7), {}};
+    Resistance work{Motions::Zero(unknowns(), 8),
+                    Motions::Zero(unknowns(), 8),
+                    {},
+                    std::vector<std::uint8_t>(static_cast<std::size_t>(unknowns()))};
     for (std::vector<int>& piece : pieces(*balance.stiffness)) {
         if (add_neutral(piece, state, balance, work, found)) continue;
         const auto rod_of = [&](int u) { return unknowns_.place(u).rod; };
@@ -356,19 +359,21 @@ bool StaticSystem::add_neutral(std::vector<int> piece, const StaticState& state,
     Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rigid_motions(piece, state));
     qr.setThreshold(1e-9);
     const Eigen::Index rank = qr.rank();
-    Motions own = Motions::Zero(count, 7);
+    Motions own = Motions::Zero(count, 8);
     own.leftCols(rank) = qr.householderQ() * Eigen::MatrixXd::Identity(count, rank);
     work.rows.clear();
     const Stiffness& stiffness = *balance.stiffness;
-    for (Eigen::Index c = 0; c < count; ++c)
+    for (Eigen::Index c = 0; c < count; ++c) {
+        const Eigen::Matrix<double, 1, 8> motion = own.row(c), size = motion.cwiseAbs();
         for (Stiffness::InnerIterator at(stiffness, piece[static_cast<std::size_t>(c)]); at; ++at) {
-            const auto row = static_cast<int>(at.row());
-            if (work.terms.row(row).sum() == 0) work.rows.push_back(row);
-            work.resisted.row(row) += at.value() * own.row(c);
-            work.terms.row(row) += std::abs(at.value()) * own.row(c).cwiseAbs();
+            std::uint8_t& met = work.met[static_cast<std::size_t>(at.row())];
+            if (!met) work.rows.push_back(static_cast<int>(at.row()));
+            met = 1;
+            work.resisted.row(at.row()).noalias() += at.value() * motion;
+            work.terms.row(at.row()).noalias() += std::abs(at.value()) * size;
         }
+    }
     std::sort(work.rows.begin(), work.rows.end());
-    work.rows.erase(std::unique(work.rows.begin(), work.rows.end()), work.rows.end());
     Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(std::max(static_cast<Eigen::Index>(work.rows.size()), rank), rank);
     for (std::size_t r = 0; r < work.rows.size(); ++r) {
         const int u = work.rows[r];
@@ -378,6 +383,7 @@ bool StaticSystem::add_neutral(std::vector<int> piece, const StaticState& state,
         rows.row(static_cast<Eigen::Index>(r)) = work.resisted.row(u).head(rank) / std::max({change, rounding, 1e-300});
         work.resisted.row(u).setZero();
         work.terms.row(u).setZero();
+        work.met[static_cast<std::size_t>(u)] = 0;
     }
     const Eigen::HouseholderQR<Eigen::MatrixXd> upper(rows);
     const Eigen::MatrixXd triangle = upper.matrixQR().topRows(rank).triangularView<Eigen::Upper>();

@@ -11,6 +11,7 @@
 #include <Eigen/Core>
 
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <span>
 #include <string>
@@ -113,13 +114,14 @@ private:
     void add_body_turns(const StaticState& state);
     /// Unknowns of rods that stiffness connects.
     std::vector<std::vector<int>> pieces(const Stiffness& stiffness) const;
-    /// A row for each unknown.
-    using Motions = Eigen::Matrix<double, Eigen::Dynamic, 7, Eigen::RowMajor>;
-    Motions rigid_motions(const std::vector<int>& piece, const StaticState& state) const;
+    /// A row for each unknown: seven motions, and 0 to fill registers.
+    using Motions = Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>;
+    Eigen::MatrixXd rigid_motions(const std::vector<int>& piece, const StaticState& state) const;
     /// Forces that answer motions, rows of all unknowns, with sums of absolute values; rows that are not 0.
     struct Resistance {
         Motions resisted, terms;
         std::vector<int> rows;
+        std::vector<std::uint8_t> met; ///< by unknown: it is among them
     };
     bool add_neutral(std::vector<int> piece, const StaticState& state, const Balance& balance, Resistance& work,
                      NeutralMotions& found) const;
