@@ -171,13 +171,15 @@ class Resting(DriverTest):
         self.assertNotIn("Neutral", done.stdout)
         self.assertGreater(self.series("with")["ball_zm"][-1], height, "friction carries a part")
 
-    def test_bits_are_those_of_any_threads(self):
+    def test_bits_are_those_of_any_threads_and_lanes(self):
         self.scene.write_text(HANGERS)
         self.skein_says("run", self.scene, "--out", self.directory / "run", "--threads", 1)
         start = f'[start]\nfrom = "{self.directory / "run"}"\n'
-        for threads in (1, 2):
-            self.solve(f"rest{threads}", text=start + HANGERS, threads=threads)
-        self.assertEqual(self.digest("rest1"), self.digest("rest2"))
+        self.solve("rest", text=start + HANGERS)
+        for threads, lanes in ((2, 4), (1, 1), (1, 2)):
+            out = f"rest_{threads}_{lanes}"
+            self.solve(out, "--lanes", lanes, text=start + HANGERS, threads=threads)
+            self.assertEqual(self.digest(out), self.digest("rest"), out)
 
 
 if __name__ == "__main__":
