@@ -286,6 +286,11 @@ class DriverTest(unittest.TestCase):
     def run_skein(self, out, *arguments, expect=0, ranks=1, **layout):
         return self.skein_says(*self.command(out, *arguments, **layout)[4:], ranks=ranks, expect=expect)
 
+    def solve_scene(self, command, out, *arguments, text, threads=1, **layout):
+        """What a command that solves a scene says of this text."""
+        self.scene.write_text(text)
+        return self.skein_says(command, self.scene, "--out", self.directory / out, "--threads", threads, *arguments, **layout)
+
     def skein_says(self, *words, ranks=1, expect=0):
         done = launch(*words, ranks=ranks, refused=expect != 0)
         self.assertEqual(done.returncode, expect, done.stdout + done.stderr)

@@ -108,8 +108,7 @@ series = 1.0
 
 class Resting(DriverTest):
     def solve(self, out, *arguments, command="equilibrium", text=LIES, **layout):
-        self.scene.write_text(text)
-        return self.skein_says(command, self.scene, "--out", self.directory / out, "--threads", layout.pop("threads", 1), *arguments, **layout)
+        return self.solve_scene(command, out, *arguments, text=text, **layout)
 
     def places(self, out):
         """Of all nodes in the last frame."""

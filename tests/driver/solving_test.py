@@ -77,9 +77,8 @@ ALONG = ("--along", "load.0.end.2", "--to", -0.03, "--points", 12)
 
 class Solving(DriverTest):
     def solve(self, command, out, *arguments, text=BODIES, **layout):
-        self.scene.write_text(text)
         arguments = ("--along", "load.0.acceleration.2", "--to", -4.0, "--points", 6, *arguments) if command == "path" and text == BODIES else arguments
-        return self.skein_says(command, self.scene, "--out", self.directory / out, "--threads", layout.pop("threads", 1), *arguments, **layout)
+        return self.solve_scene(command, out, *arguments, text=text, **layout)
 
     def rows(self, out, name):
         with open(self.directory / out / name, newline="") as file:
