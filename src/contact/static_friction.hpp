@@ -10,7 +10,6 @@
 #include "skein/rod/slot.hpp"
 #include "tiles/slot_coupling.hpp"
 
-#include <functional>
 #include <span>
 #include <vector>
 
