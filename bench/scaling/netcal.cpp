@@ -15,6 +15,7 @@
 #include <algorithm>
 #include <array>
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fstream>
 #include <functional>
@@ -89,6 +90,16 @@ std::vector<int> nodes_of_ranks(MPI_Comm node) {
     return nodes;
 }
 
+/// Broadcasts a link. Ranks that wait for it sleep in between: a pair that is measured may need their cores.
+void broadcast(Link& link, int from) {
+    MPI_Request request;
+    MPI_Ibcast(&link, sizeof link, MPI_BYTE, from, MPI_COMM_WORLD, &request);
+    for (int done = 0; !done;) {
+        MPI_Test(&request, &done, MPI_STATUS_IGNORE);
+        if (!done) std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    }
+}
+
 /// Links of pairs within nodes and between them, one pair after the other. The same on all ranks.
 std::array<std::vector<Link>, 2> measure_links(const std::vector<int>& nodes, int most_pairs, int batches) {
     std::array<std::vector<Link>, 2> links;
@@ -101,7 +112,7 @@ std::array<std::vector<Link>, 2> measure_links(const std::vector<int>& nodes, in
             link = measure_link(pair, batches);
             MPI_Comm_free(&pair);
         }
-        MPI_Bcast(&link, sizeof link, MPI_BYTE, a, MPI_COMM_WORLD);
+        broadcast(link, a);
         links[skein::nth(nodes, a) == skein::nth(nodes, b) ? 0 : 1].push_back(link);
     }
     return links;
