@@ -20,17 +20,15 @@ namespace {
 
 constexpr double bytes_per_element = 12e3; ///< stiffness, its pattern, and a factor of a band
 
-/// Refuses scenes that take more memory than there is, and those whose pieces are on several ranks.
+/// Refuses scenes that take more memory than there is.
 void refuse_parts(const Plan& plan, const Communicator& comm) {
-    const double needed = bytes_per_element * static_cast<double>(plan.elements) / comm.size();
+    const int shares = plan.acts_between_rods() ? 1 : comm.size(); // rods that touch are on all ranks
+    const double needed = bytes_per_element * static_cast<double>(plan.elements) / shares;
     if (needed > free_memory())
         throw InputError(
             fmt::format("the stiffness of {} elements takes about {:.3g} GB a rank, of which {:.3g} GB are "
                         "free: fewer rods, or time.relax = true, would do",
                         plan.elements, 1e-9 * needed, 1e-9 * free_memory()));
-    if (plan.acts_between_rods() && comm.size() > 1)
-        throw InputError("rods that may touch each other are solved for together, on one rank: start without mpirun, "
-                         "or with -n 1");
 }
 
 void warn_of_friction(const SceneSpec& scene, Friction acting) {

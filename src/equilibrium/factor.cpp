@@ -160,10 +160,10 @@ long half_bandwidth(const Stiffness& matrix) {
     return band;
 }
 
-std::unique_ptr<Factor> make_factor(const Stiffness& matrix, bool symmetric) {
+std::unique_ptr<Factor> make_factor(const Stiffness& matrix, bool symmetric, const Communicator* ranks) {
     const bool banded = symmetric && half_bandwidth(matrix) <= widest_band;
     if (matrix.rows() >= large_unknowns && !banded)
-        if (std::unique_ptr<Factor> large = make_large_factor(symmetric)) return large;
+        if (std::unique_ptr<Factor> large = make_large_factor(symmetric, ranks)) return large;
     if (!symmetric) return std::make_unique<GeneralFactor>();
     if (banded) return std::make_unique<BandFactor>();
     return std::make_unique<SparseFactor>();

@@ -3,6 +3,8 @@
 // count the directions in which the energy falls (Sylvester's law of inertia).
 #pragma once
 
+#include "parallel/communicator.hpp"
+
 #include <Eigen/SparseCore>
 
 #include <cmath>
@@ -28,8 +30,9 @@ public:
     virtual long negative() const = 0;
 };
 
-/// The factor for such a matrix: its pattern, and whether it is symmetric.
-std::unique_ptr<Factor> make_factor(const Stiffness& matrix, bool symmetric);
+/// The factor for such a matrix: its pattern, and whether it is symmetric. `ranks`: that all have the same matrices and
+/// make the same calls, and among which large factors are distributed; null: this rank has them by itself.
+std::unique_ptr<Factor> make_factor(const Stiffness& matrix, bool symmetric, const Communicator* ranks = nullptr);
 
 /// Holds unknowns at 0: rows and columns of the unit matrix, times the size of the diagonal.
 void hold(Stiffness& matrix, const std::vector<int>& pins);

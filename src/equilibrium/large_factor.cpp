@@ -11,8 +11,8 @@ namespace skein {
 namespace {
 
 /// Function of the library; the number in its name changes with Factor.
-using Maker = Factor* (*)(bool symmetric);
-constexpr const char *library_name = "libskein_factor.so", *maker_name = "skein_factor_2";
+using Maker = Factor* (*)(bool symmetric, const Communicator* ranks);
+constexpr const char *library_name = "libskein_factor.so", *maker_name = "skein_factor_3";
 
 Maker load() {
     void* const library = open_own_library(library_name, reinterpret_cast<void (*)()>(&make_large_factor));
@@ -21,14 +21,14 @@ Maker load() {
 
 } // namespace
 
-std::unique_ptr<Factor> make_large_factor(bool symmetric) {
+std::unique_ptr<Factor> make_large_factor(bool symmetric, const Communicator* ranks) {
     static const Maker make = load();
-    return std::unique_ptr<Factor>(make ? make(symmetric) : nullptr);
+    return std::unique_ptr<Factor>(make ? make(symmetric, ranks) : nullptr);
 }
 
 #else
 
-std::unique_ptr<Factor> make_large_factor(bool) { return nullptr; }
+std::unique_ptr<Factor> make_large_factor(bool, const Communicator*) { return nullptr; }
 
 #endif
 

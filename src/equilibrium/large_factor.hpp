@@ -12,6 +12,7 @@ namespace skein {
 inline constexpr Eigen::Index large_unknowns = 20000;
 
 /// Null where Skein was built without PETSc, or the library cannot be loaded.
-std::unique_ptr<Factor> make_large_factor(bool symmetric);
+/// `ranks`: as make_factor() has it.
+std::unique_ptr<Factor> make_large_factor(bool symmetric, const Communicator* ranks = nullptr);
 
 } // namespace skein

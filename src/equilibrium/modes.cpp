@@ -20,12 +20,13 @@ constexpr int dense_unknowns = 300; ///< up to which all eigenvalues are found a
 class ShiftedInverse {
 public:
     using Scalar = double;
-    ShiftedInverse(const Stiffness& stiffness, const Stiffness& mass) : stiffness_(stiffness), mass_(mass) {}
+    ShiftedInverse(const Stiffness& stiffness, const Stiffness& mass, const Communicator* ranks)
+        : stiffness_(stiffness), mass_(mass), ranks_(ranks) {}
     Eigen::Index rows() const { return stiffness_.rows(); }
     Eigen::Index cols() const { return stiffness_.cols(); }
     void set_shift(double sigma) {
         const Stiffness shifted = stiffness_ - sigma * mass_;
-        factor_ = make_factor(shifted, true);
+        factor_ = make_factor(shifted, true, ranks_);
         regular_ = factor_->factorise(shifted);
     }
     void perform_op(const double* in, double* out) const {
@@ -35,6 +36,7 @@ public:
 
 private:
     const Stiffness &stiffness_, &mass_;
+    const Communicator* ranks_;
     std::unique_ptr<Factor> factor_;
     bool regular_ = false;
 };
@@ -66,8 +68,9 @@ Pairs by_dense(const Stiffness& stiffness, const Stiffness& mass) {
 }
 
 /// The `count` lowest; empty where Lanczos' iteration does not converge.
-Pairs by_lanczos(const Stiffness& stiffness, const Stiffness& mass, double shift, Eigen::Index count) {
-    ShiftedInverse inverse(stiffness, mass);
+Pairs by_lanczos(const Stiffness& stiffness, const Stiffness& mass, double shift, Eigen::Index count,
+                 const Communicator* ranks) {
+    ShiftedInverse inverse(stiffness, mass, ranks);
     MassProduct product(mass);
     const Eigen::Index vectors = std::min<Eigen::Index>(stiffness.rows(), 2 * count + 20);
     Spectra::SymGEigsShiftSolver<ShiftedInverse, MassProduct, Spectra::GEigsMode::ShiftInvert> solver(
@@ -117,7 +120,7 @@ ModesResult find_modes(StaticSystem& system, const StaticState& state, int count
         pairs = by_dense(stiffness, mass);
         result.method = "dense eigenvalues (Eigen)";
     } else {
-        pairs = by_lanczos(stiffness, mass, -system.slow_eigenvalue(), wanted);
+        pairs = by_lanczos(stiffness, mass, -system.slow_eigenvalue(), wanted, system.ranks());
         result.method = "shifted and inverted Lanczos (Spectra)";
     }
     if (pairs.value.size() == 0) {

@@ -1,12 +1,16 @@
 // Library libskein_factor.so: PETSc's interface to MUMPS, L D L^T with pivots of symmetric matrices, L U of others.
+// Ranks that share a matrix all have the whole of it; each gives MUMPS a block of its rows, and all get the whole
+// solution.
 #include "equilibrium/factor.hpp"
 
 #include "parallel/petsc_start.hpp"
 
 #include <petscmat.h>
 
+#include <algorithm>
 #include <limits>
 #include <mutex>
+#include <numeric>
 #include <vector>
 
 namespace skein {
@@ -45,7 +49,9 @@ private:
 
 class PetscFactor final : public Factor {
 public:
-    explicit PetscFactor(bool symmetric) : symmetric_(symmetric) {}
+    PetscFactor(bool symmetric, const Communicator* ranks)
+        : symmetric_(symmetric), comm_(ranks ? MPI_Comm_f2c(ranks->handle()) : MPI_COMM_SELF),
+          ranks_(ranks ? ranks->size() : 1) {}
     ~PetscFactor() override {
         const std::lock_guard<std::mutex> own(turn());
         MatDestroy(&factor_);
@@ -59,32 +65,58 @@ public:
     bool factorise(const Stiffness& matrix) override {
         const std::lock_guard<std::mutex> own(turn());
         scale_ = scales_of(matrix);
-        return make(matrix) == 0;
+        return on_all(make(matrix) == 0);
     }
     Unknown solve(const Unknown& right) const override {
         const std::lock_guard<std::mutex> own(turn());
         Unknown in = scale_.cwiseProduct(right), out(right.size());
-        if (apply(in.data(), out.data()) != 0) out.setConstant(std::numeric_limits<double>::quiet_NaN());
+        if (!on_all(apply(in.data() + begin_, out.data() + begin_) == 0))
+            out.setConstant(std::numeric_limits<double>::quiet_NaN());
+        else if (ranks_ > 1) gather(out);
         return scale_.cwiseProduct(out);
     }
     long negative() const override { return symmetric_ ? negative_ : -1; }
 
 private:
+    bool on_all(bool well) const {
+        int all = well;
+        if (ranks_ > 1) MPI_Allreduce(MPI_IN_PLACE, &all, 1, MPI_INT, MPI_MIN, comm_);
+        return all != 0;
+    }
+    /// Completes a solution, of which this rank has its block.
+    void gather(Unknown& solution) const {
+        std::vector<int> counts(static_cast<std::size_t>(ranks_)), begins(counts.size());
+        MPI_Allgather(&rows_, 1, MPI_INT, counts.data(), 1, MPI_INT, comm_);
+        std::exclusive_scan(counts.begin(), counts.end(), begins.begin(), 0);
+        MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, solution.data(), counts.data(), begins.data(), MPI_DOUBLE, comm_);
+    }
+
     /// Rows of PETSc are columns of the matrix: of a symmetric one the same, of others the transposed is factorised.
     PetscErrorCode make(const Stiffness& matrix) {
         const auto size = static_cast<PetscInt>(matrix.rows());
-        const int *first = matrix.outerIndexPtr(), *at = matrix.innerIndexPtr();
-        std::vector<PetscInt> rows(first, first + size + 1), columns(at, at + matrix.nonZeros());
-        std::vector<PetscScalar> values(static_cast<std::size_t>(matrix.nonZeros()));
-        for (int j = 0; j < size; ++j)
+        int rank = 0;
+        MPI_Comm_rank(comm_, &rank);
+        begin_ = size / ranks_ * rank + std::min<PetscInt>(rank, size % ranks_);
+        rows_ = size / ranks_ + (rank < size % ranks_);
+        const int *first = matrix.outerIndexPtr() + begin_, *at = matrix.innerIndexPtr();
+        std::vector<PetscInt> rows, columns(at + first[0], at + first[rows_]);
+        std::vector<PetscScalar> values;
+        values.reserve(columns.size());
+        for (int j = 0; j < rows_; ++j) {
+            rows.push_back(first[j] - first[0]);
             for (int e = first[j]; e < first[j + 1]; ++e)
-                values[static_cast<std::size_t>(e)] = matrix.valuePtr()[e] * scale_[j] * scale_[at[e]];
+                values.push_back(matrix.valuePtr()[e] * scale_[begin_ + j] * scale_[at[e]]);
+        }
+        rows.push_back(first[rows_] - first[0]);
         Mat whole = nullptr;
         Quiet quiet;
         PetscFunctionBegin;
         PetscCall(quiet.begin());
-        PetscCall(
-            MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, size, size, rows.data(), columns.data(), values.data(), &whole));
+        if (ranks_ > 1)
+            PetscCall(MatCreateMPIAIJWithArrays(comm_, rows_, rows_, size, size, rows.data(), columns.data(),
+                                                values.data(), &whole));
+        else
+            PetscCall(MatCreateSeqAIJWithArrays(comm_, size, size, rows.data(), columns.data(), values.data(), &whole));
         const PetscErrorCode code = factorise_whole(whole);
         MatDestroy(&whole);
         PetscFunctionReturn(code);
@@ -101,7 +133,7 @@ private:
         MatDestroy(&factor_);
         const MatFactorType kind = symmetric_ ? MAT_FACTOR_CHOLESKY : MAT_FACTOR_LU;
         PetscCall(MatGetFactor(whole, MATSOLVERMUMPS, kind, &factor_));
-        PetscCall(MatMumpsSetIcntl(factor_, 13, 1));  // counts signs on one process
+        PetscCall(MatMumpsSetIcntl(factor_, 13, 1));  // leaves the last front to one process, or signs are not counted
         PetscCall(MatMumpsSetIcntl(factor_, 14, 60)); // more memory for pivots, %
         PetscCall(MatMumpsSetIcntl(factor_, 24, 1));  // finds rows of zeros
         if (symmetric_) {
@@ -120,14 +152,15 @@ private:
         PetscFunctionReturn(zeros > 0 ? PETSC_ERR_MAT_LU_ZRPVT : 0);
     }
 
+    /// `in`, `out`: blocks of this rank.
     PetscErrorCode apply(double* in, double* out) const {
         const auto size = static_cast<PetscInt>(scale_.size());
         Vec from = nullptr, to = nullptr;
         Quiet quiet;
         PetscFunctionBegin;
         PetscCall(quiet.begin());
-        PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, size, in, &from));
-        PetscCall(VecCreateSeqWithArray(PETSC_COMM_SELF, 1, size, out, &to));
+        PetscCall(VecCreateMPIWithArray(comm_, 1, rows_, size, in, &from));
+        PetscCall(VecCreateMPIWithArray(comm_, 1, rows_, size, out, &to));
         if (symmetric_) PetscCall(MatSolve(factor_, from, to));
         else PetscCall(MatSolveTranspose(factor_, from, to));
         VecDestroy(&from);
@@ -136,6 +169,9 @@ private:
     }
 
     bool symmetric_;
+    MPI_Comm comm_;
+    int ranks_;
+    PetscInt begin_ = 0, rows_ = 0; ///< block of this rank
     Mat factor_ = nullptr;
     Unknown scale_;
     long negative_ = 0;
@@ -143,6 +179,8 @@ private:
 
 } // namespace
 
-extern "C" [[gnu::visibility("default")]] Factor* skein_factor_2(bool symmetric) { return new PetscFactor(symmetric); }
+extern "C" [[gnu::visibility("default")]] Factor* skein_factor_3(bool symmetric, const Communicator* ranks) {
+    return new PetscFactor(symmetric, ranks);
+}
 
 } // namespace skein

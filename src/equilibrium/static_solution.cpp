@@ -17,7 +17,8 @@ void StaticSolution::factorise(const StaticState& state, StaticSystem::Balance& 
     pins_ = neutral_.pins();
     hold(stiffness, pins_);
     symmetric_ = balance.asymmetry < round_off;
-    if (!factor_ || !factor_->suits(stiffness, symmetric_)) factor_ = make_factor(stiffness, symmetric_);
+    if (!factor_ || !factor_->suits(stiffness, symmetric_))
+        factor_ = make_factor(stiffness, symmetric_, system_->ranks());
     if (shift > 0)
         for (Eigen::Index i = 0; i < stiffness.rows(); ++i) {
             double& own = stiffness.coeffRef(i, i);

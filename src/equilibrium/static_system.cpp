@@ -34,9 +34,10 @@ bool is_zero(const StiffnessBlock& block) {
 } // namespace
 
 StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const LocalRod> rods,
-                           std::unique_ptr<StaticRods> at_rest, std::unique_ptr<StaticContacts> contacts)
+                           std::unique_ptr<StaticRods> at_rest, std::unique_ptr<StaticContacts> contacts,
+                           const Communicator* ranks)
     : groups_(groups), rods_(rods.begin(), rods.end()), at_rest_(std::move(at_rest)),
-      unknowns_(groups, rods_, *at_rest_), contacts_(std::move(contacts)) {
+      unknowns_(groups, rods_, *at_rest_), contacts_(std::move(contacts)), ranks_(ranks) {
     all_gripped_ = std::all_of(rods_.begin(), rods_.end(),
                                [&](const LocalRod& rod) { return is_gripped(nth(groups_, rod.group)); });
     double bending = 0;

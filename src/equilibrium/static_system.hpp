@@ -43,9 +43,10 @@ struct NeutralMotions {
 
 class StaticSystem {
 public:
-    /// `contacts`: null where rods do not touch each other.
+    /// `contacts`: null where rods do not touch each other. `ranks`: that solve for these bodies together, see
+    /// make_factor().
     StaticSystem(std::span<const RodGroup> groups, std::span<const LocalRod> rods, std::unique_ptr<StaticRods> at_rest,
-                 std::unique_ptr<StaticContacts> contacts = nullptr);
+                 std::unique_ptr<StaticContacts> contacts = nullptr, const Communicator* ranks = nullptr);
 
     int unknowns() const { return unknowns_.count(); }
     const Unknowns& map() const { return unknowns_; }
@@ -58,6 +59,7 @@ public:
         at_rest_->set_time(time);
         if (contacts_) contacts_->set_time(time);
     }
+    const Communicator* ranks() const { return ranks_; }
     bool touches() const { return contacts_ != nullptr; }
     /// Friction with memory acts from here on: its springs are those of this state. Without, all friction is left out.
     void set_reference(const StaticState& state);
@@ -136,6 +138,7 @@ private:
     std::unique_ptr<StaticRods> at_rest_;
     Unknowns unknowns_;
     std::unique_ptr<StaticContacts> contacts_;
+    const Communicator* ranks_;
     StaticLoads loads_;
     StaticContactLoads touching_;
     Assembly assembly_;

@@ -1,7 +1,7 @@
 #include "studies/equilibrium_study.hpp"
 
 #include "core/timer.hpp"
-#include "mechanics/rod_copies.hpp"
+#include "equilibrium/large_factor.hpp"
 #include "physics/contact/contact_interaction.hpp"
 #include "physics/walls/wall_interaction.hpp"
 #include "simulation/branch.hpp"
@@ -21,27 +21,54 @@ namespace skein {
 
 namespace {
 
-/// Rods that are solved together, in the order of the rank's rods.
-std::vector<std::vector<std::size_t>> pieces_of(std::span<const RodGroup> groups, std::span<const LocalRod> rods,
-                                                bool touch) {
-    std::map<std::pair<const void*, std::int64_t>, std::size_t> of_copy;
-    std::vector<std::vector<std::size_t>> pieces;
-    if (touch && !rods.empty()) {
-        pieces.emplace_back(rods.size());
-        std::iota(pieces.front().begin(), pieces.front().end(), std::size_t{0});
-        return pieces;
-    }
+/// Bodies of this rank that are solved for together, places in local(), by the least number of one of them.
+using Members = std::map<std::int64_t, std::vector<std::size_t>>;
+
+Members members_of(std::span<const RodGroup> groups, std::span<const LocalRod> rods) {
+    std::map<std::pair<const void*, std::int64_t>, std::vector<std::size_t>> copies;
+    Members members;
     for (std::size_t i = 0; i < rods.size(); ++i) {
         const RodGroup& group = nth(groups, rods[i].group);
-        if (!group.assembly()) {
-            pieces.push_back({i});
-            continue;
-        }
-        const auto [at, fresh] = of_copy.try_emplace({group.assembly(), group.copy_of(rods[i].index)}, pieces.size());
-        if (fresh) pieces.emplace_back();
-        pieces[at->second].push_back(i);
+        if (group.assembly()) copies[{group.assembly(), group.copy_of(rods[i].index)}].push_back(i);
+        else members[rods[i].gid].push_back(i);
     }
-    return pieces;
+    for (auto& [copy, own] : copies) {
+        const auto first = std::min_element(own.begin(), own.end(),
+                                            [&](std::size_t a, std::size_t b) { return rods[a].gid < rods[b].gid; });
+        members.emplace(rods[*first].gid, own);
+    }
+    return members;
+}
+
+/// Takes out what all ranks solve for together: everything where bodies may touch, or large copies of assemblies.
+Members take_shared(Members& members, const World& world, bool touch) {
+    Members shared;
+    if (touch) {
+        for (const auto& [first, own] : members) shared[0].insert(shared[0].end(), own.begin(), own.end());
+        members.clear();
+        return shared;
+    }
+    if (world.comm.size() == 1) return shared;
+    for (auto at = members.begin(); at != members.end();) {
+        std::size_t slots = 0;
+        for (const std::size_t i : at->second)
+            slots += to_index(nth(world.groups, world.rods().local()[i].group).slots());
+        const bool large = at->second.size() > 1 && slots * slot_unknowns >= to_index(large_unknowns);
+        if (large) shared.insert(*at);
+        at = large ? members.erase(at) : std::next(at);
+    }
+    return shared;
+}
+
+/// Keys on any rank, rising. Collective.
+std::vector<std::int64_t> keys_of_all(const Communicator& comm, const Members& members) {
+    std::vector<double> own;
+    for (const auto& [first, bodies] : members) own.push_back(static_cast<double>(first));
+    std::vector<std::int64_t> keys;
+    for (const double key : comm.all_gather(own)) keys.push_back(static_cast<std::int64_t>(key));
+    std::sort(keys.begin(), keys.end());
+    keys.erase(std::unique(keys.begin(), keys.end()), keys.end());
+    return keys;
 }
 
 /// Stability of all pieces, and how many are not known.
@@ -58,31 +85,30 @@ std::string stability_text(const EquilibriumReport& r) {
 } // namespace
 
 StaticScene::StaticScene(World& world) : world_(world) {
-    const Rods& rods = world.rods();
-    std::shared_ptr<Walls> walls;
-    if (world.walls()) walls = std::make_shared<Walls>(*world.walls());
-    const ContactInteraction* contacts = contacts_of(world.interactions());
-    const WallInteraction* at_walls = walls_of(world.interactions());
+    if (world.walls()) walls_ = std::make_shared<Walls>(*world.walls());
     const bool touch = world.plan.find<ContactPlan>() != nullptr;
-    for (std::vector<std::size_t>& members : pieces_of(world.groups, rods.local(), touch)) {
-        std::vector<LocalRod> own;
-        for (const std::size_t i : members) own.push_back(rods.local()[i]);
-        StaticPiece& piece = pieces_.emplace_back();
-        piece.system = make_static_system(world.plan, world.groups, own, walls, world.threads);
-        for (const std::size_t i : members) {
-            const LocalRod& local = rods.local()[i];
-            const RodGroup& group = nth(world.groups, local.group);
-            std::vector<Slot<1>> state(to_index(group.slots()));
-            rods.export_rod(i, state);
-            with_rod(group, local.index, [&](const RodGroup& one) { synchronise(one, state, world.clock.lag()); });
-            piece.state.slot.insert(piece.state.slot.end(), state.begin(), state.end());
-            if (at_walls) piece.system->at_rest().set_wall_memory(piece.rods.size(), at_walls->memory(i));
-            piece.rods.push_back(i);
-        }
-        if (contacts) piece.system->contacts()->set_springs(contacts->memory());
-        piece.system->map().gather(piece.state.slot);
-        piece.system->refresh(piece.state);
-    }
+    Members members = members_of(world.groups, world.rods().local());
+    Members shared = take_shared(members, world, touch);
+    const std::vector<std::int64_t> keys = keys_of_all(world.comm, shared);
+    if (!keys.empty()) groups_ = groups_of_all(world);
+    for (const std::int64_t key : keys) add(shared[key], groups_, true);
+    for (const auto& [first, own] : members) add(own, world.groups, false);
+    if (const ContactInteraction* contacts = contacts_of(world.interactions()))
+        pieces_.front().system->contacts()->set_springs(contact_memory_of_all(world.comm, contacts->memory()));
+}
+
+void StaticScene::add(std::span<const std::size_t> own, std::span<const RodGroup> groups, bool shared) {
+    SharedBodies bodies = share_bodies(world_, own, shared);
+    StaticPiece& piece = pieces_.emplace_back();
+    piece.shared = shared;
+    piece.system =
+        make_static_system(world_.plan, groups, bodies.rods, walls_, world_.threads, shared ? &world_.comm : nullptr);
+    for (std::size_t i = 0; i < bodies.rods.size(); ++i)
+        if (!bodies.wall_memory[i].empty()) piece.system->at_rest().set_wall_memory(i, bodies.wall_memory[i]);
+    piece.rods = std::move(bodies.local);
+    piece.state.slot = std::move(bodies.slot);
+    piece.system->map().gather(piece.state.slot);
+    piece.system->refresh(piece.state);
 }
 
 void StaticScene::put_back() const {
@@ -92,6 +118,7 @@ void StaticScene::put_back() const {
     for (const StaticPiece& piece : pieces_) {
         if (contacts && piece.system->contacts()->rubs()) contacts->set_memory(piece.system->contacts()->springs());
         for (std::size_t i = 0; i < piece.rods.size(); ++i) {
+            if (piece.rods[i] == SharedBodies::elsewhere) continue;
             const auto begin = piece.state.slot.begin();
             std::vector<Slot<1>> state(begin + static_cast<std::ptrdiff_t>(piece.system->first_slot(i)),
                                        begin + static_cast<std::ptrdiff_t>(piece.system->first_slot(i + 1)));
@@ -106,22 +133,31 @@ void StaticScene::put_back() const {
     }
 }
 
+void for_each_piece(StaticScene& scene, const std::function<void(std::size_t)>& act) {
+    std::vector<StaticPiece>& pieces = scene.pieces();
+    const auto shared = static_cast<std::size_t>(
+        std::count_if(pieces.begin(), pieces.end(), [](const StaticPiece& piece) { return piece.shared; }));
+    for (std::size_t i = 0; i < shared; ++i) act(i); // in the same order on all ranks, by the thread that has MPI
+    scene.world().threads.for_each(pieces.size() - shared, [&](std::size_t i, int) { act(shared + i); });
+}
+
 EquilibriumReport find_equilibrium(StaticScene& scene, double time, const NewtonOptions& options) {
     const double began = wall_seconds();
     const Communicator& comm = scene.world().comm;
     std::vector<Equilibrium> found(scene.pieces().size());
-    const std::function<void(std::size_t, int)> solve = [&](std::size_t i, int) {
+    for_each_piece(scene, [&](std::size_t i) {
         StaticPiece& piece = scene.pieces()[i];
         NewtonSolver solver(*piece.system, options);
         found[i] = solver.find(piece.state, time);
-    };
-    scene.world().threads.for_each(found.size(), solve);
+    });
 
     EquilibriumReport report;
-    std::int64_t unknowns = 0, unstable = 0, no_signs = 0, neutral = 0, most = 0, steps = 0;
+    std::int64_t pieces = 0, unknowns = 0, unstable = 0, no_signs = 0, neutral = 0, most = 0, steps = 0;
     std::string reason, names, factor;
     for (std::size_t i = 0; i < found.size(); ++i) {
+        if (!scene.counts(scene.pieces()[i])) continue;
         const Equilibrium& one = found[i];
+        ++pieces;
         const auto all =
             static_cast<std::int64_t>(std::accumulate(one.iterations.begin(), one.iterations.end(), std::size_t{0}));
         if (all >= most) report.last = one.last.passes;
@@ -139,7 +175,7 @@ EquilibriumReport find_equilibrium(StaticScene& scene, double time, const Newton
         if (names.empty() && one.neutral > 0) names = fmt::format("{}", fmt::join(one.neutral_names, "; "));
         if (factor.empty()) factor = one.factor;
     }
-    report.pieces = comm.sum(static_cast<std::int64_t>(found.size()));
+    report.pieces = comm.sum(pieces);
     report.unknowns = comm.sum(unknowns);
     report.unstable = comm.sum(unstable);
     report.unknown_stability = comm.sum(no_signs);

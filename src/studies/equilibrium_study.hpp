@@ -1,12 +1,14 @@
 // Equilibrium of a scene's bodies: found by Newton's method, reported, and left in the world.
 //   piece     a rod, or a copy of an assembly: nothing couples it to others, so that it is solved by itself, on any
-//   rank
-//             and thread, with the same bits
+//             rank and thread, with the same bits; all bodies, where they may touch each other
+//   shared    piece of bodies of several ranks, or a large one: all ranks solve for it together
 #pragma once
 
 #include "equilibrium/newton.hpp"
 #include "simulation/world.hpp"
+#include "studies/shared_bodies.hpp"
 
+#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
@@ -15,26 +17,38 @@ namespace skein {
 
 /// Bodies that are solved together.
 struct StaticPiece {
-    std::vector<std::size_t> rods; ///< places in the world's local()
+    std::vector<std::size_t> rods; ///< places in the world's local(); SharedBodies::elsewhere: another rank's
+    bool shared = false;
     std::unique_ptr<StaticSystem> system;
     StaticState state;
 };
 
 class StaticScene {
 public:
-    /// Bodies of this rank as they are now.
+    /// Bodies as they are now. Collective.
     explicit StaticScene(World& world);
 
+    /// Shared ones first, in the same order on all ranks, then those of this rank.
     std::vector<StaticPiece>& pieces() { return pieces_; }
     const std::vector<StaticPiece>& pieces() const { return pieces_; }
     /// Puts the states into the world, at rest.
     void put_back() const;
     World& world() const { return world_; }
+    /// True where figures of a piece are to be counted by this rank.
+    bool counts(const StaticPiece& piece) const { return !piece.shared || world_.comm.root(); }
 
 private:
+    /// Adds a piece of these bodies of this rank, places in the world's local().
+    void add(std::span<const std::size_t> own, std::span<const RodGroup> groups, bool shared);
+
     World& world_;
+    std::shared_ptr<Walls> walls_;
+    std::vector<RodGroup> groups_; ///< of shared pieces, with the places of all bodies
     std::vector<StaticPiece> pieces_;
 };
+
+/// Calls act(i) for every piece: for shared ones one after another, then for those of this rank on all threads.
+void for_each_piece(StaticScene& scene, const std::function<void(std::size_t)>& act);
 
 /// Equilibria of all pieces on all ranks, with their cost.
 struct EquilibriumReport {

@@ -21,16 +21,18 @@ bool before(const PieceMode& a, const PieceMode& b) {
 
 /// Name of a piece's first rod, for tables.
 std::string plain_name(const StaticScene& scene, const StaticPiece& piece) {
-    const LocalRod& rod = scene.world().rods().local()[piece.rods.front()];
+    const LocalRod& rod = piece.system->rods().front();
     const RodGroup& group = nth(scene.world().groups, rod.group);
     return group.count() > 1 ? fmt::format("rod {} of {}", rod.index, group.name()) : group.name();
 }
 
-/// Modes of other ranks, without shapes. Collective.
-void gather(const Communicator& comm, std::vector<PieceMode>& modes) {
+/// Modes of other ranks' own pieces, without shapes. Collective.
+void gather(const StaticScene& scene, std::vector<PieceMode>& modes) {
+    const Communicator& comm = scene.world().comm;
     std::string own;
     for (const PieceMode& one : modes)
-        own += fmt::format("{} {} {} {}\n", one.mode.eigenvalue, one.mode.residual, one.mode.neutral, one.name);
+        if (!scene.pieces()[one.piece].shared)
+            own += fmt::format("{} {} {} {}\n", one.mode.eigenvalue, one.mode.residual, one.mode.neutral, one.name);
     const std::vector<std::string> all = comm.all_gather(own);
     for (int rank = 0; rank < comm.size(); ++rank) {
         if (rank == comm.rank()) continue;
@@ -59,12 +61,11 @@ ModesReport find_modes(StaticScene& scene, int count) {
     const double began = wall_seconds();
     const Communicator& comm = scene.world().comm;
     std::vector<ModesResult> found(scene.pieces().size());
-    const std::function<void(std::size_t, int)> solve = [&](std::size_t i, int) {
+    for_each_piece(scene, [&](std::size_t i) {
         StaticPiece& piece = scene.pieces()[i];
         piece.system->refresh(piece.state);
         found[i] = find_modes(*piece.system, piece.state, count);
-    };
-    scene.world().threads.for_each(found.size(), solve);
+    });
 
     ModesReport report;
     std::string reason, names, method;
@@ -72,6 +73,8 @@ ModesReport find_modes(StaticScene& scene, int count) {
     for (std::size_t i = 0; i < found.size(); ++i) {
         const StaticPiece& piece = scene.pieces()[i];
         const std::string name = plain_name(scene, piece);
+        for (Mode& mode : found[i].modes) report.modes.push_back({i, name, std::move(mode)});
+        if (!scene.counts(piece)) continue;
         if (reason.empty() && !found[i].reason.empty())
             reason = fmt::format("{}: {}", piece.system->rod_name(0), found[i].reason);
         neutral += found[i].neutral.count();
@@ -81,11 +84,10 @@ ModesReport find_modes(StaticScene& scene, int count) {
                          piece.system->name_of(free, Unknown::Unit(free.motion.cols(), m), piece.state);
         report.asymmetry = std::max(report.asymmetry, found[i].asymmetry);
         if (method.empty()) method = found[i].method;
-        for (Mode& mode : found[i].modes) report.modes.push_back({i, name, std::move(mode)});
     }
     reason = comm.first_text(reason);
     if (!reason.empty()) throw NumericalError("no modes: " + reason);
-    if (comm.size() > 1) gather(comm, report.modes);
+    if (comm.size() > 1) gather(scene, report.modes);
     std::stable_sort(report.modes.begin(), report.modes.end(), before);
     report.neutral = comm.sum(neutral);
     report.neutral_names = comm.first_text(names);

@@ -46,12 +46,12 @@ bool has_friction(const SceneSpec& scene, bool (*holds)(ContactFriction)) {
 
 std::unique_ptr<StaticSystem> make_static_system(const Plan& plan, std::span<const RodGroup> groups,
                                                  std::span<const LocalRod> rods, std::shared_ptr<Walls> walls,
-                                                 const Threads& threads) {
+                                                 const Threads& threads, const Communicator* ranks) {
     std::unique_ptr<StaticContacts> contacts;
     if (const auto* contact = plan.find<ContactPlan>())
         contacts = kernels(plan.machine.lanes).make_static_contacts(contact->scene(groups), groups, rods, threads);
     return std::make_unique<StaticSystem>(groups, rods, make_static_rods(plan, groups, rods, std::move(walls)),
-                                          std::move(contacts));
+                                          std::move(contacts), ranks);
 }
 
 std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time) {

@@ -26,10 +26,11 @@ struct StaticCase {
     std::unique_ptr<Threads> threads; ///< of contacts
     std::unique_ptr<StaticSystem> system;
 };
-/// Equations of these bodies, with the joints, walls and contacts of their plan; `threads` must outlive them.
+/// Equations of these bodies, with the joints, walls and contacts of their plan; `threads` and
+/// `ranks` must outlive them.
 std::unique_ptr<StaticSystem> make_static_system(const Plan& plan, std::span<const RodGroup> groups,
                                                  std::span<const LocalRod> rods, std::shared_ptr<Walls> walls,
-                                                 const Threads& threads);
+                                                 const Threads& threads, const Communicator* ranks = nullptr);
 
 /// Loads and ends are those at `time`, s.
 std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time);

@@ -1,6 +1,7 @@
 """Friction at rest as users meet it: sticks to its limit, goes on from the springs of a run, and stays at rest when stepped on."""
 
 import json
+import math
 import unittest
 
 import h5py
@@ -170,7 +171,7 @@ class Resting(DriverTest):
         self.assertNotIn("Neutral", done.stdout)
         self.assertGreater(self.series("with")["ball_zm"][-1], height, "friction carries a part")
 
-    def test_bits_are_those_of_any_threads_and_lanes(self):
+    def test_bits_are_those_of_any_ranks_threads_and_lanes(self):
         self.scene.write_text(HANGERS)
         self.skein_says("run", self.scene, "--out", self.directory / "run", "--threads", 1)
         start = f'[start]\nfrom = "{self.directory / "run"}"\n'
@@ -179,6 +180,34 @@ class Resting(DriverTest):
             out = f"rest_{threads}_{lanes}"
             self.solve(out, "--lanes", lanes, text=start + HANGERS, threads=threads)
             self.assertEqual(self.digest(out), self.digest("rest"), out)
+        for ranks in (1, 2, 3):
+            out, on = f"rest_of_{ranks}", f"on_{ranks}"
+            done = self.solve(out, text=start + HANGERS, ranks=ranks)
+            self.assertIn("in 1 pieces", done.stdout)
+            self.assertEqual(self.digest(out), self.digest("rest"), out)
+            self.scene.write_text(f'[start]\nfrom = "{self.directory / out}"\ntime = "zero"\n' + HANGERS)
+            self.skein_says("run", self.scene, "--out", self.directory / on, "--threads", 1, "--steps", 200, ranks=ranks)
+            self.assertEqual(self.digest(on), self.digest("on_1"), "springs are where they were")
+
+    def test_rods_of_a_file_on_walls_are_shared_with_all_ranks(self):
+        turns = [0.02 * i for i in range(5)]
+        rows = [f"{3 * RADIUS * i},0,{RADIUS - 1e-7},{math.sin(a)},{math.cos(a)},0,{math.cos(a)},{-math.sin(a)},0" for i, a in enumerate(turns)]
+        (self.directory / "rods.csv").write_text("\n".join(["x,y,z,tx,ty,tz,nx,ny,nz", *rows]) + "\n")
+        start = LIES.index("placement =")
+        text = LIES[:start] + 'start = "clamped"\nplacement = {kind = "file", file = "rods.csv"}' + LIES[LIES.index("\n", start) :]
+        text = text.replace('of = "rod"', 'of = "rod"\nnumber = 4')
+        text += '[contact]\nlaw = "linear"\nstiffness = 100.0\nfriction = "memory"\nstatic_friction = 0.3\n'
+        found = {}
+        for ranks in (1, 2, 3):
+            out, on = f"file_{ranks}", f"modes_{ranks}"
+            told = json.loads(self.solve(out, "--json", text=text, ranks=ranks).stdout)
+            self.assertEqual(told["pieces"], 1)
+            self.assertLess(told["residual"], 1e-9)
+            begin = f'[start]\nfrom = "{self.directory / out}"\n'
+            modes = json.loads(self.solve(on, "--json", "--count", 6, command="modes", text=begin + text, ranks=ranks).stdout)
+            found[ranks] = (self.digest(out), self.digest(on), [one["frequency_Hz"] for one in modes["modes"]])
+            self.assertEqual(len(found[ranks][2]), 6)
+            self.assertEqual(found[ranks], found[1])
 
 
 if __name__ == "__main__":

@@ -180,8 +180,6 @@ class Solving(DriverTest):
         free = COLUMN.replace('start = "clamped"\n', "").replace('kind = "end_force"\nend = [0, 0, -0.004]', 'kind = "gravity"\nacceleration = [0, 0, -9.81]')
         done = self.solve("equilibrium", "free", text=free, expect=4)
         self.assertRegex(done.stderr, r"nothing balances the loads on the translation along \(-?\S+, -?\S+, -?1\) of 'column'")
-        touching = COLUMN + '[contact]\nlaw = "hertz"\nstiffness = 1e5\n'
-        self.assertIn("on one rank", self.solve("equilibrium", "touching", text=touching, ranks=2, expect=2).stderr)
         wet = COLUMN + "[fluid]\ncells = [24, 24, 24]\nspacing = 0.1\nlower = [-1.2, -1.2, -0.5]\ndensity = 1.0\nviscosity = 0.1\ncourant = 0.4\nexpected_speed = 1.0\n"
         self.assertIn("[fluid]", self.solve("equilibrium", "wet", text=wet, expect=2).stderr)
         plane = free + '[[load]]\nkind = "anisotropic_plane"\nstiffness = 10.0\n'
