@@ -17,7 +17,7 @@ packages=(
     python3 python3-numpy python3-h5py python3-matplotlib                  # figures
 )
 picture_packages=(python3-vtk9 xvfb ffmpeg libjs-three)
-test_packages=(libfftw3-dev petsc-dev xvfb libjs-three chromium libgtest-dev libbenchmark-dev clang-format-14 qemu-user binutils python3-paraview) # ParaView: a test opens results with its readers
+test_packages=(libfftw3-dev petsc-dev libopenblas0-serial xvfb libjs-three chromium libgtest-dev libbenchmark-dev clang-format-14 qemu-user binutils python3-paraview) # ParaView: a test opens results with its readers
 
 install=yes
 tests=no

@@ -11,6 +11,9 @@ void* open_own_library(const char* name, void (*function)()) {
     namespace fs = std::filesystem;
     // Ranks and threads of the run use all cores, so BLAS must not start threads.
     setenv("OPENBLAS_NUM_THREADS", "1", 0);
+    // One kind of kernels on all machines with AVX2, so that their bits are the same. OpenBLAS has its oldest ones for
+    // models that it does not know.
+    if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma")) setenv("OPENBLAS_CORETYPE", "Haswell", 0);
     std::error_code none;
     const fs::path program = fs::read_symlink("/proc/self/exe", none);
     fs::path code;
