@@ -9,18 +9,24 @@ namespace skein {
 
 namespace {
 
-/// Share of the diagonal below which a shift is left out.
-constexpr double least_shift = 1e-13;
+/// Smallest shift of a stiffness by masses: above what rounding leaves of the eigenvalues of motions that nothing
+/// resists, 1/s^2.
+double least_shift(const Stiffness& stiffness, const Stiffness& mass) {
+    constexpr double round_off = 1e-14;
+    double fastest = 0;
+    for (Eigen::Index u = 0; u < stiffness.rows(); ++u)
+        if (const double m = mass.coeff(u, u); m > 0) fastest = std::max(fastest, std::abs(stiffness.coeff(u, u)) / m);
+    return round_off * fastest;
+}
 
 } // namespace
 
-Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance& balance, double shift,
-                                 std::string& reason) {
+Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance& balance, std::string& reason) {
     if (!balance.residual.allFinite()) {
         reason = "loads are not finite";
         return {};
     }
-    solution_.factorise(state, balance, shift);
+    const bool regular = solution_.factorise(state, balance);
     for (const NeutralMotions::Piece& piece : solution_.neutral().pieces) {
         Unknown own(piece.motion.rows());
         for (Eigen::Index r = 0; r < own.size(); ++r)
@@ -34,7 +40,7 @@ Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance
         }
     }
     Unknown correction = solution_.solve(balance.residual);
-    if (!correction.allFinite()) {
+    if (!regular || !correction.allFinite()) {
         reason = "the stiffness is singular";
         return {};
     }
@@ -51,7 +57,7 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
         StaticSystem::Balance balance = system_.balance(state, true);
         balance.residual -= left;
         const double relative = system_.relative(balance);
-        const Unknown correction = this->correction(state, balance, 0, result.reason);
+        const Unknown correction = this->correction(state, balance, result.reason);
         if (correction.size() == 0) return result;
         const double size = system_.size(correction), turn = system_.turn(correction);
         const double share =
@@ -79,36 +85,81 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
     return result;
 }
 
-/// A correction of (K + m diag K) du = r goes downhill where that matrix is positive, and no further than m allows.
-NewtonResult NewtonSolver::descend(StaticState& state, const Unknown& left) {
+double NewtonSolver::first_shift(const StaticSystem::Balance& balance, const Stiffness& mass) const {
+    const double farthest = std::min(system_.farthest_way(), options_.most_descent * system_.length());
+    double shift = 0;
+    for (int u = 0; u < system_.unknowns(); ++u) {
+        const double most = system_.map().place(u).i < 3 ? farthest : options_.most_descent, m = mass.coeff(u, u);
+        if (m > 0) shift = std::max(shift, std::abs(balance.residual[u]) / (m * most));
+    }
+    return shift;
+}
+
+/// A correction of (K + m M) du = r goes downhill where that matrix is positive: a step of motion in a thick fluid, in
+/// which bodies without any stiffness fall, too.
+NewtonResult NewtonSolver::descend(StaticState& state) {
     NewtonResult result;
-    double shift = 1, last = HUGE_VAL;
-    for (int i = 0; i < options_.most_descents; ++i) {
+    const Stiffness mass = system_.mass(state);
+    double shift = 0, last = HUGE_VAL, promised = 0;
+    StaticState before = state;
+    const StaticState start = state;
+    const double farthest = 2 * StaticSystem::extent(state) + system_.length();
+    Unknown step;
+    const int most = system_.touches() ? options_.most_falls : options_.most_descents;
+    for (int i = 0; i < most; ++i) {
         StaticSystem::Balance balance = system_.balance(state, true);
-        balance.residual -= left;
-        const double relative = system_.relative(balance);
-        Unknown correction = this->correction(state, balance, shift, result.reason);
-        if (correction.size() == 0) return result;
-        if (solution_.negative() > 0) {
-            shift = shift > 0 ? 4 * shift : least_shift;
+        if (!balance.residual.allFinite()) {
+            result.reason = "loads are not finite";
+            return result;
+        }
+        const double least = least_shift(*balance.stiffness, mass);
+        if (i == 0) shift = std::max(first_shift(balance, mass), least);
+        if (step.size() > 0 && balance.residual.dot(step) < -0.5 * promised) { // it has gone past the minimum
+            state = before;
+            step.resize(0);
+            shift *= 8;
             continue;
         }
-        const double size = system_.size(correction), turn = system_.turn(correction);
+        if (!solution_.factorise(balance, shift * mass) || solution_.negative() > 0) {
+            shift *= 4;
+            continue;
+        }
+        step = solution_.solve(balance.residual);
+        const double size = system_.size(step), relative = system_.relative(balance);
         const double share =
-            std::min({1.0, options_.most_descent / turn, system_.farthest_way() / system_.way(correction)});
-        system_.correct(state, correction, share);
+            std::min({1.0, options_.most_descent / system_.turn(step), system_.farthest_way() / system_.way(step)});
         result.passes.push_back({relative, size});
-        if (share == 1 && turn < 0.5 * options_.most_descent) shift = shift > least_shift ? 0.3 * shift : 0;
-        if (share < 0.5) shift *= 2;
-        if (share < 1 || shift > 0) continue;
+        const bool settles = share == 1 && shift <= least;
+        // What is left are motions without stiffness.
+        if (settles && relative < 1e-10 && size >= 0.5 * last) result.converged = true;
+        if (size < 1e-3 * options_.tolerance && shift > 1e6 * least) result.reason = text_of_jump(balance);
+        if (const long slot = system_.gone(state, start, farthest); slot >= 0)
+            result.reason = fmt::format("{} leaves, as nothing stops it",
+                                        system_.rod_name(system_.map().rod_of_slot()[static_cast<std::size_t>(slot)]));
+        if (result.converged || !result.reason.empty()) return result;
+        before = state;
+        step *= share;
+        promised = balance.residual.dot(step);
+        system_.correct(state, step, 1);
+        if (share == 1) shift = std::max(0.3 * shift, least);
+        else if (share < 0.5) shift *= 2;
+        if (!settles) continue;
         if (size < options_.tolerance || (size < 1e-6 && last < 1e-3 && size >= last)) {
             result.converged = true;
             return result;
         }
         last = size;
     }
-    result.reason = fmt::format("{} corrections downhill do not end", options_.most_descents);
+    result.reason = fmt::format("{} corrections downhill do not end", most);
     return result;
+}
+
+std::string NewtonSolver::text_of_jump(const StaticSystem::Balance& balance) const {
+    Eigen::Index worst = 0;
+    balance.residual.cwiseAbs().maxCoeff(&worst);
+    return fmt::format("the forces on {} jump from one side of the state to the other, as at rods that lie along each "
+                       "other: {:.1g} of the acting forces is left",
+                       system_.rod_name(system_.map().place(static_cast<int>(worst)).rod), system_.relative(balance));
 }
 
 Equilibrium NewtonSolver::find(StaticState& state, double time) {
@@ -147,7 +198,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
         system_.lead_up_to(done * time, time, options_.most_turn) >= time) {
         system_.set_time(time);
         system_.lead_ends(state);
-        NewtonResult pass = descend(state, Unknown::Zero(system_.unknowns()));
+        NewtonResult pass = descend(state);
         if (pass.converged) {
             done = 1;
             result.iterations.push_back(pass.passes.size());
@@ -173,13 +224,26 @@ void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {
     result.asymmetry = asymmetry;
     result.residual = system_.relative(balance);
     std::string reason;
-    correction(own, balance, 0, reason);
+    correction(own, balance, reason);
     result.negative = solution_.negative();
+    if (result.asymmetry == 0) result.factor = solution_.factor_name();
     result.neutral = solution_.neutral().count();
     for (const NeutralMotions::Piece& piece : solution_.neutral().pieces)
         for (Eigen::Index m = 0; m < piece.motion.cols() && result.neutral_names.size() < 8; ++m)
             result.neutral_names.push_back(system_.name_of(piece, Unknown::Unit(piece.motion.cols(), m), own));
-    if (result.asymmetry == 0) result.factor = solution_.factor_name();
+    if (result.negative > 0) count_signs(result, own);
+}
+
+/// Several bodies together may move without stiffness, as a ball on rails that give way: signs of these are noise.
+void NewtonSolver::count_signs(Equilibrium& result, const StaticState& state) {
+    const Stiffness mass = system_.mass(state);
+    const auto below = [&](double share) {
+        StaticSystem::Balance balance = system_.sticking_balance(state).first;
+        solution_.factorise(balance, share * least_shift(*balance.stiffness, mass) * mass);
+        return solution_.negative();
+    };
+    result.negative = below(1);
+    result.loose = below(-1) - result.negative - result.neutral;
 }
 
 } // namespace skein

@@ -17,6 +17,7 @@ struct NewtonOptions {
     double most_turn = 1.5;        ///< rad of an element in a correction, and of an end in a load step
     double least_step = 1.0 / 256; ///< of the load
     int most_descents = 300;       ///< corrections downhill
+    int most_falls = 20000;        ///< of bodies that touch, which fall by shares of their radius
     double most_descent = 0.3;     ///< rad of an element in one of them
     bool friction = false;         ///< with memory acts, from springs that load steps hand on
     bool stable = true;            ///< steps that end in an unstable equilibrium are made shorter
@@ -43,7 +44,8 @@ struct Equilibrium {
     double residual = 0;      ///< relative, at the end
     long negative = 0;        ///< directions in which the energy falls; -1: not known
     double asymmetry = 0;     ///< of the stiffness where friction sticks, whose symmetric part counts
-    Eigen::Index neutral = 0; ///< motions that change no load
+    Eigen::Index neutral = 0; ///< motions that change no load, of a piece or of a body by itself
+    Eigen::Index loose = 0;   ///< further ones, of several bodies, to rounding
     std::vector<std::string> neutral_names;
     std::string factor;
     std::string reason; ///< why none was found
@@ -61,11 +63,14 @@ public:
 
 private:
     /// Correction for a residual; empty where something is wrong, with the reason.
-    /// `shift`: share of the diagonal's sizes that is added to it.
-    Unknown correction(const StaticState& state, StaticSystem::Balance& balance, double shift, std::string& reason);
+    Unknown correction(const StaticState& state, StaticSystem::Balance& balance, std::string& reason);
     /// Goes to a minimum of the energy.
-    NewtonResult descend(StaticState& state, const Unknown& left);
+    NewtonResult descend(StaticState& state);
+    /// Shift m by which no unknown goes beyond what it may in a correction of m M du = r.
+    double first_shift(const StaticSystem::Balance& balance, const Stiffness& mass) const;
+    std::string text_of_jump(const StaticSystem::Balance& balance) const;
     void describe(Equilibrium& result, const StaticState& state);
+    void count_signs(Equilibrium& result, const StaticState& state);
 
     StaticSystem& system_;
     NewtonOptions options_;

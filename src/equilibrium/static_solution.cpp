@@ -1,7 +1,5 @@
 #include "equilibrium/static_solution.hpp"
 
-#include <cmath>
-
 namespace skein {
 
 namespace {
@@ -11,20 +9,24 @@ constexpr double round_off = 1e-11;
 
 } // namespace
 
-void StaticSolution::factorise(const StaticState& state, StaticSystem::Balance& balance, double shift) {
-    Stiffness& stiffness = *balance.stiffness;
+bool StaticSolution::factorise(const StaticState& state, StaticSystem::Balance& balance) {
     neutral_ = system_->neutral(state, balance);
     pins_ = neutral_.pins();
-    hold(stiffness, pins_);
-    symmetric_ = balance.asymmetry < round_off;
+    hold(*balance.stiffness, pins_);
+    return factorise(*balance.stiffness, balance.asymmetry);
+}
+
+bool StaticSolution::factorise(StaticSystem::Balance& balance, const Stiffness& mass) {
+    neutral_ = {};
+    pins_.clear();
+    return factorise(*balance.stiffness + mass, balance.asymmetry);
+}
+
+bool StaticSolution::factorise(const Stiffness& stiffness, double asymmetry) {
+    symmetric_ = asymmetry < round_off;
     if (!factor_ || !factor_->suits(stiffness, symmetric_))
         factor_ = make_factor(stiffness, symmetric_, system_->ranks());
-    if (shift > 0)
-        for (Eigen::Index i = 0; i < stiffness.rows(); ++i) {
-            double& own = stiffness.coeffRef(i, i);
-            own += shift * std::abs(own);
-        }
-    factor_->factorise(stiffness);
+    return factor_->factorise(stiffness);
 }
 
 Unknown StaticSolution::solve(Unknown right) const {

@@ -17,8 +17,10 @@ public:
         factorise(state, balance);
     }
 
-    /// Changes the stiffness of the balance. `shift`: share of the diagonal's sizes that is added to it.
-    void factorise(const StaticState& state, StaticSystem::Balance& balance, double shift = 0);
+    /// False where the stiffness is singular to working precision. Changes the stiffness of the balance.
+    bool factorise(const StaticState& state, StaticSystem::Balance& balance);
+    /// With `mass` added to the stiffness, which then resists all motions: none is neutral.
+    bool factorise(StaticSystem::Balance& balance, const Stiffness& mass);
     Unknown solve(Unknown right) const;
 
     const NeutralMotions& neutral() const { return neutral_; }
@@ -28,6 +30,8 @@ public:
     std::string_view factor_name() const { return factor_ ? factor_->name() : ""; }
 
 private:
+    bool factorise(const Stiffness& stiffness, double asymmetry);
+
     const StaticSystem* system_;
     NeutralMotions neutral_;
     std::vector<int> pins_;

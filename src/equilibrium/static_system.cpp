@@ -79,6 +79,23 @@ void StaticSystem::keep_springs(const StaticState& state) {
     set_reference(state);
 }
 
+long StaticSystem::gone(const StaticState& state, const StaticState& start, double distance) const {
+    for (std::size_t s = 0; s < state.slot.size(); ++s)
+        if (norm(lane(state.slot[s].position, 0) - lane(start.slot[s].position, 0)) > distance)
+            return static_cast<long>(s);
+    return -1;
+}
+
+double StaticSystem::extent(const StaticState& state) {
+    Vec3d low{HUGE_VAL, HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL, -HUGE_VAL};
+    for (const Slot<1>& slot : state.slot) {
+        const Vec3d at = lane(slot.position, 0);
+        low = {std::min(low.x, at.x), std::min(low.y, at.y), std::min(low.z, at.z)};
+        high = {std::max(high.x, at.x), std::max(high.y, at.y), std::max(high.z, at.z)};
+    }
+    return norm(high - low);
+}
+
 double StaticSystem::lead_up_to(double from, double to, double most) const {
     constexpr int looks = 256; // within the time, as ends may go there and back
     double earliest = to;

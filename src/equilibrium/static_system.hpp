@@ -59,6 +59,10 @@ public:
         at_rest_->set_time(time);
         if (contacts_) contacts_->set_time(time);
     }
+    /// Slot of a node that is more than `distance` away from where it is in `start`; none: -1.
+    long gone(const StaticState& state, const StaticState& start, double distance) const;
+    /// Diagonal of the box round all nodes, m.
+    static double extent(const StaticState& state);
     const Communicator* ranks() const { return ranks_; }
     bool touches() const { return contacts_ != nullptr; }
     /// Friction with memory acts from here on: its springs are those of this state. Without, all friction is left out.

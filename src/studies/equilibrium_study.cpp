@@ -71,6 +71,12 @@ std::vector<std::int64_t> keys_of_all(const Communicator& comm, const Members& m
     return keys;
 }
 
+std::string names_of_neutral(const Equilibrium& one) {
+    std::vector<std::string> names = one.neutral_names;
+    if (one.loose > 0) names.push_back(fmt::format("{} of several bodies together", one.loose));
+    return fmt::format("{}", fmt::join(names, "; "));
+}
+
 /// Stability of all pieces, and how many are not known.
 std::string stability_text(const EquilibriumReport& r) {
     if (r.unknown_stability == r.pieces) return "not known, as the loads have no potential";
@@ -166,13 +172,13 @@ EquilibriumReport find_equilibrium(StaticScene& scene, double time, const Newton
         unknowns += scene.pieces()[i].system->unknowns();
         unstable += one.negative > 0;
         no_signs += one.negative < 0;
-        neutral += one.neutral;
+        neutral += one.neutral + one.loose;
         report.residual = std::max(report.residual, one.residual);
         report.asymmetry = std::max(report.asymmetry, one.asymmetry);
         report.share = std::min(report.share, one.share);
         if (reason.empty() && !one.found)
             reason = fmt::format("{}: {}", scene.pieces()[i].system->rod_name(0), without_repetition(one.reason));
-        if (names.empty() && one.neutral > 0) names = fmt::format("{}", fmt::join(one.neutral_names, "; "));
+        if (names.empty() && one.neutral + one.loose > 0) names = names_of_neutral(one);
         if (factor.empty()) factor = one.factor;
     }
     report.pieces = comm.sum(pieces);
