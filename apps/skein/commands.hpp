@@ -44,16 +44,6 @@ struct VerifyArguments {
     RunArguments layout; ///< threads, lanes and mapping
     bool json = false;
 };
-struct ConvergeArguments {
-    SceneArguments scene;
-    std::string out; ///< empty: out/<scene name>_converge
-    bool coarser = false, dry_run = false, json = false;
-    double tolerance = 0;                 ///< of each observable's range; 0: none asked for
-    std::vector<std::string> observables; ///< for the tolerance; empty: those that count
-    int threads = 0, lanes = 0;           ///< 0: those of this machine
-    Mapping mapping = Mapping::automatic;
-    ProgressStyle progress = ProgressStyle::automatic;
-};
 struct EquilibriumArguments {
     RunArguments run;
     double time = -1; ///< s, at which loads are taken; below 0: the scene's end
@@ -74,6 +64,19 @@ struct PathArguments {
     double step = 0.05;                                             ///< of arc length at first and at most
     int points = 200;                                               ///< at most
     int branch = 0; ///< side to which the first branch point is left: 1 or -1; 0: none
+};
+struct ConvergeArguments {
+    SceneArguments scene;
+    std::string out; ///< empty: out/<scene name>_converge
+    bool coarser = false, dry_run = false, json = false, overwrite = false;
+    double tolerance = 0;                 ///< of each observable's range; 0: none asked for
+    std::vector<std::string> observables; ///< for the tolerance; empty: those that count
+    int threads = 0, lanes = 0;           ///< 0: those of this machine
+    Mapping mapping = Mapping::automatic;
+    ProgressStyle progress = ProgressStyle::automatic;
+    bool equilibrium = false; ///< solved in place of stepped, as by the command of this name; so are the next two
+    int modes = 0;            ///< how many; 0: none
+    PathArguments path;       ///< empty key: none
 };
 struct FitArguments {
     RunArguments run;

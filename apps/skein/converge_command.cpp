@@ -1,4 +1,5 @@
 #include "commands.hpp"
+#include "converge_solutions.hpp"
 #include "document.hpp"
 
 #include "core/timer.hpp"
@@ -60,14 +61,15 @@ PlaceAmongRuns place_of(const Study& study, std::span<const std::size_t> order, 
 
 /// One run to its end, or from where it was stopped; of one that has ended nothing is made again.
 RunResult make_run(const Communicator& comm, const Threads& threads, const Machine& machine, const StudyRun& run,
-                   const std::string& out, ProgressStyle style, PlaceAmongRuns place) {
+                   const std::string& out, const ConvergeArguments& arguments, PlaceAmongRuns place) {
     try {
         std::vector<RodGroup> groups = groups_for_all(comm, run.scene);
         Plan plan = make_plan(run.scene, groups, machine);
         RunOptions options;
         options.out = out + "/" + run.name;
         options.quiet = true;
-        options.progress = style;
+        options.overwrite = arguments.overwrite;
+        options.progress = arguments.progress;
         options.place = std::move(place);
         return Simulation(comm, threads, run.scene, std::move(groups), std::move(plan), options).run();
     } catch (const Error& error) {
@@ -77,13 +79,13 @@ RunResult make_run(const Communicator& comm, const Threads& threads, const Machi
 
 /// Makes the runs of a study, up to the first that is stopped; its code.
 Exit make_runs(const Communicator& comm, const Machine& machine, const Study& study, const std::string& out,
-               ProgressStyle style) {
+               const ConvergeArguments& arguments) {
     const Threads threads(machine.threads);
     const std::vector<std::size_t> order = order_of(study);
     for (std::size_t number = 0; number < order.size(); ++number) {
         const StudyRun& run = study.runs[order[number]];
         const double began = wall_seconds();
-        const RunResult result = make_run(comm, threads, machine, run, out, style, place_of(study, order, number));
+        const RunResult result = make_run(comm, threads, machine, run, out, arguments, place_of(study, order, number));
         if (result.code == Exit::unsettled)
             throw Error(result.code, "run " + run.name + ": its rods have not settled; raise time.duration");
         if (result.code != Exit::done) {
@@ -100,17 +102,34 @@ Exit make_runs(const Communicator& comm, const Machine& machine, const Study& st
     return Exit::done;
 }
 
-/// Writes and prints the figures of all runs; text of a name that no observable has, or none.
-std::string tell_figures(const Study& study, const ConvergeArguments& arguments, const std::string& out) {
+StudyFigures figures_of_runs(const Study& study, std::span<const StudySolution> solutions, const std::string& out) {
     std::array<RunSamples, 4> samples;
     std::array<double, 4> core_seconds{};
+    std::vector<std::string> notes;
     const std::vector<RodGroup> groups = make_groups(study.runs[study.given].scene);
     for (std::size_t k = 0; k < samples.size(); ++k) {
         const std::string directory = out + "/" + study.runs[k].name;
         samples[k] = read_samples(directory, groups, study.at_rest);
-        core_seconds[k] = core_seconds_of(directory, study.runs[k].predicted);
+        if (!study.solved()) {
+            core_seconds[k] = core_seconds_of(directory, study.runs[k].predicted);
+            continue;
+        }
+        const StudySolution& solution = solutions[k < solutions.size() ? k : study.given];
+        core_seconds[k] = solution.core_seconds;
+        if (study.method == StudyMethod::modes) samples[k].quantities.clear(); // frequencies have the rest in them
+        samples[k].quantities.insert(samples[k].quantities.end(), solution.quantities.begin(),
+                                     solution.quantities.end());
+        if (k < solutions.size() && !solution.note.empty()) notes.push_back(solution.note);
     }
-    const StudyFigures figures = figures_of(study, samples, core_seconds);
+    StudyFigures figures = figures_of(study, samples, core_seconds);
+    figures.notes.insert(figures.notes.end(), notes.begin(), notes.end());
+    return figures;
+}
+
+/// Writes and prints the figures of all runs; text of a name that no observable has, or none.
+std::string tell_figures(const Study& study, std::span<const StudySolution> solutions,
+                         const ConvergeArguments& arguments, const std::string& out) {
+    const StudyFigures figures = figures_of_runs(study, solutions, out);
     std::optional<Advice> advice;
     std::string unknown;
     try {
@@ -129,12 +148,11 @@ std::string tell_figures(const Study& study, const ConvergeArguments& arguments,
 
 nlohmann::ordered_json json_of_runs(const Study& study) {
     nlohmann::ordered_json runs = nlohmann::ordered_json::array();
-    for (const StudyRun& run : study.made())
-        runs.push_back({{"name", run.name},
-                        {"elements", run.elements},
-                        {"dt_s", run.dt},
-                        {"steps", run.steps},
-                        {"predicted_core_seconds", run.predicted}});
+    for (const StudyRun& run : study.made()) {
+        runs.push_back({{"name", run.name}, {"elements", run.elements}});
+        if (!study.solved())
+            runs.back().update({{"dt_s", run.dt}, {"steps", run.steps}, {"predicted_core_seconds", run.predicted}});
+    }
     return runs;
 }
 
@@ -150,21 +168,25 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
         const std::string text = text_for_all(comm, arguments.scene.file);
         const SceneSpec scene = parse_scene(arguments.scene.file, text, arguments.scene.overrides);
         const Machine machine = machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping);
-        const Study study = make_study(comm, machine, scene, arguments.coarser);
+        const StudyMethod method = method_of(arguments);
+        const Study study = method == StudyMethod::steps ? make_study(comm, machine, scene, arguments.coarser)
+                                                         : make_solved_study(scene, method, arguments.coarser);
         std::string out = arguments.out;
         if (out.empty()) out = "out/" + fs::path(arguments.scene.file).stem().string() + "_converge";
         if (comm.root()) {
-            std::printf("%s: runs that tell its errors, in %s\n%s", arguments.scene.file.c_str(), out.c_str(),
-                        runs_text(study).c_str());
+            std::printf("%s: %s that tell its errors, in %s\n%s", arguments.scene.file.c_str(),
+                        study.solved() ? "solutions" : "runs", out.c_str(), runs_text(study).c_str());
             std::fflush(stdout);
         }
         if (arguments.dry_run && arguments.json && comm.root()) print_document(json_of_runs(study));
         if (arguments.dry_run) return static_cast<int>(Exit::done);
         on_root(comm, [&] { require_own(out); });
-        const Exit code = make_runs(comm, machine, study, out, arguments.progress);
-        if (code != Exit::done) return static_cast<int>(code);
+        std::vector<StudySolution> solutions;
+        if (study.solved()) solutions = solve_runs(comm, study, arguments, out);
+        else if (const Exit code = make_runs(comm, machine, study, out, arguments); code != Exit::done)
+            return static_cast<int>(code);
         std::string unknown; // of a name that no observable has, told beside the table of those that there are
-        on_root(comm, [&] { unknown = tell_figures(study, arguments, out); });
+        on_root(comm, [&] { unknown = tell_figures(study, solutions, arguments, out); });
         unknown = comm.broadcast(unknown);
         if (!unknown.empty()) throw InputError(unknown);
         return static_cast<int>(Exit::done);

@@ -135,11 +135,32 @@ CLI::App* add_verify(CLI::App& app, skein::VerifyArguments& verify) {
     return &command;
 }
 
+/// What is solved in place of stepping.
+void add_solution_options(CLI::App& command, skein::ConvergeArguments& converge) {
+    CLI::Option* equilibrium = command.add_flag("--equilibrium", converge.equilibrium,
+                                                "solve for the equilibrium in place of stepping, as skein equilibrium");
+    CLI::Option* modes =
+        command.add_option("--modes", converge.modes, "the same, and compare this many frequencies, as skein modes")
+            ->check(CLI::PositiveNumber)
+            ->excludes(equilibrium);
+    CLI::Option* along = command
+                             .add_option("--along", converge.path.key,
+                                         "follow a path and compare its limit and branch points, as skein path")
+                             ->excludes(equilibrium)
+                             ->excludes(modes);
+    CLI::Option* to = command.add_option("--to", converge.path.to, "value where the path ends")->needs(along);
+    along->needs(to);
+    command.add_option("--from", converge.path.from, "value where the path begins; default: the scene's")->needs(along);
+    command.add_option("--step", converge.path.step, "its largest step, as of skein path")
+        ->check(CLI::PositiveNumber)
+        ->needs(along);
+    command.add_option("--points", converge.path.points, "its most points")->check(CLI::PositiveNumber)->needs(along);
+}
+
 CLI::App* add_converge(CLI::App& app, skein::ConvergeArguments& converge) {
     CLI::App& command = *app.add_subcommand(
-        "converge",
-        "report the error of a scene: run n, 2n and 4n elements and half the step; print orders, Richardson "
-        "values and error bars of every observable");
+        "converge", "report the error of a scene: run or solve n, 2n and 4n elements, and half the step; print orders, "
+                    "Richardson values and error bars of every observable");
     add_scene_options(command, converge.scene);
     command.add_option("-o,--out", converge.out, "directory of all runs; default out/<scene name>_converge");
     command
@@ -154,6 +175,9 @@ CLI::App* add_converge(CLI::App& app, skein::ConvergeArguments& converge) {
     command.add_flag("--coarser", converge.coarser,
                      "n/2, n and 2n elements: a third of the cost, and a less certain error bar");
     command.add_flag("--dry-run", converge.dry_run, "print the runs with their predicted cost, and make none");
+    add_solution_options(command, converge);
+    command.add_flag("--overwrite", converge.overwrite,
+                     "start again; earlier results of each run go to a folder previous_1, _2, ... in it");
     add_json(command, converge.json,
              "converge.json at the end, or the runs of --dry-run; all else goes to standard error");
     add_threads(command, converge.threads);

@@ -1,6 +1,7 @@
 #include "document.hpp"
 #include "solving.hpp"
 
+#include "core/timer.hpp"
 #include "equilibrium/path.hpp"
 #include "io/files.hpp"
 #include "scene/make_groups.hpp"
@@ -29,7 +30,7 @@ namespace {
 class PathTable {
 public:
     PathTable(const std::string& key, const SceneNumber& number, const std::vector<std::string>& observables)
-        : key_(key), unit_(number.unit) {
+        : key_(key) {
         text_ = fmt::format("point,branch,{},length[-],place,negative,residual[-]", number.heading(key));
         for (const std::string& name : observables) text_ += "," + name;
         text_ += "\n";
@@ -41,22 +42,23 @@ public:
         for (const double value : observables) text_ += fmt::format(",{:.17g}", value);
         text_ += "\n";
         points_.push_back({{"value", point.value}, {"place", place}, {"negative", point.negative}, {"branch", branch}});
-        if (point.place == PathPlace::limit) limits_.push_back(point.value);
-        if (point.place == PathPlace::branch) branches_.push_back(point.value);
-        complete_ = point.place == PathPlace::end;
     }
     const std::string& text() const { return text_; }
     std::size_t count() const { return points_.size(); }
-    bool complete() const { return complete_; }
-    nlohmann::ordered_json document(const std::string& reason, const std::string& out) const {
-        return {{"key", key_},           {"unit", unit_},         {"points", points_}, {"limits", limits_},
-                {"branches", branches_}, {"complete", complete_}, {"reason", reason},  {"results", out}};
+    nlohmann::ordered_json document(const FoundPath& found) const {
+        return {{"key", key_},
+                {"unit", found.unit},
+                {"points", points_},
+                {"limits", found.limits},
+                {"branches", found.branches},
+                {"complete", found.complete},
+                {"reason", found.reason},
+                {"results", found.out}};
     }
 
 private:
-    std::string text_, key_, unit_;
-    nlohmann::ordered_json points_ = nlohmann::ordered_json::array(), limits_ = points_, branches_ = points_;
-    bool complete_ = false;
+    std::string text_, key_;
+    nlohmann::ordered_json points_ = nlohmann::ordered_json::array();
 };
 
 std::string line_of(const PathPoint& point) {
@@ -129,9 +131,26 @@ StaticState state_at_start(const SlotPlaces& slots, SceneFamily& family, const F
     return state;
 }
 
+/// The next point, with its place and the time it takes told.
+std::optional<PathPoint> next_point(PathFollower& path, FoundPath& found) {
+    const double began = wall_seconds();
+    std::optional<PathPoint> point;
+    try {
+        point = path.next();
+    } catch (const InputError& error) { // no scene has a value beyond
+        found.reason = error.what();
+    }
+    found.seconds += wall_seconds() - began;
+    if (!point) return point;
+    if (point->place == PathPlace::limit) found.limits.push_back(point->value);
+    if (point->place == PathPlace::branch) found.branches.push_back(point->value);
+    found.complete = point->place == PathPlace::end;
+    return point;
+}
+
 } // namespace
 
-int follow_and_write_path(const Communicator& comm, const PathArguments& arguments) {
+FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) {
     if (comm.size() > 1) throw InputError("skein path follows one scene on one rank: start it without mpirun");
     const bool quiet = arguments.run.options.quiet;
     const Followed what = followed(comm, arguments);
@@ -146,20 +165,16 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
         scene.time.dt = dt;
         scene.time.duration = arguments.points * dt;
         scene.output.trajectory = scene.output.series = dt;
+        if (scene.output.tips > 0) scene.output.tips = dt;
     });
+    FoundPath found{.unit = what.number.unit, .from = what.options.from, .out = solved.out};
     StaticScene at_rest(solved.simulation->world());
     const SlotPlaces slots = slots_in(family.case_at(what.options.from), at_rest);
     PathFollower path(family, state_at_start(slots, family, what), what.options);
     PathTable table(arguments.key, what.number, solved.simulation->observation().names());
-    std::string reason;
     int branch = 0;
     const RunResult result = solved.simulation->go_through([&](World& world) {
-        std::optional<PathPoint> point;
-        try {
-            point = path.next();
-        } catch (const InputError& error) { // no scene has a value beyond
-            reason = error.what();
-        }
+        const std::optional<PathPoint> point = next_point(path, found);
         if (!point) return false;
         StaticCase& now = family.case_at(point->value);
         Plan plan = world.plan;
@@ -173,13 +188,21 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
         return true;
     });
     write_file(solved.out + "/path.csv", table.text());
-    if (reason.empty()) reason = path.reason();
-    if (reason.empty() && !table.complete())
-        reason = fmt::format("its {} points are used up; --points allows more", table.count());
-    if (!quiet && !reason.empty()) std::printf("The path ends: %s\n", reason.c_str());
-    if (!quiet) std::printf("Written: %s\n", solved.out.c_str());
-    if (arguments.run.json) print_document(table.document(reason, solved.out));
-    return static_cast<int>(result.code);
+    if (found.reason.empty()) found.reason = path.reason();
+    if (found.reason.empty() && !found.complete)
+        found.reason = fmt::format("its {} points are used up; --points allows more", table.count());
+    found.code = result.code;
+    found.document = table.document(found);
+    return found;
+}
+
+int follow_and_write_path(const Communicator& comm, const PathArguments& arguments) {
+    const bool quiet = arguments.run.options.quiet;
+    const FoundPath found = follow_path(comm, arguments);
+    if (!quiet && !found.reason.empty()) std::printf("The path ends: %s\n", found.reason.c_str());
+    if (!quiet) std::printf("Written: %s\n", found.out.c_str());
+    if (arguments.run.json) print_document(found.document);
+    return static_cast<int>(found.code);
 }
 
 } // namespace skein

@@ -6,9 +6,12 @@
 #include "studies/equilibrium_study.hpp"
 #include "studies/scene_family.hpp"
 
+#include <nlohmann/json.hpp>
+
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 namespace skein {
 
@@ -45,6 +48,21 @@ int study_on_one_rank(const char* command, const RunArguments& arguments, double
 /// Refuses a directory that holds results, unless they are to be overwritten: solutions do not go on where others
 /// ended. Collective.
 void refuse_results(const Communicator& comm, const RunOptions& options, const std::string& out);
+
+/// A path that was followed and written.
+struct FoundPath {
+    std::string unit; ///< of the number
+    double from = 0;
+    std::vector<double> limits, branches; ///< values of the number there
+    bool complete = false;
+    std::string reason; ///< why it is not complete
+    std::string out;    ///< directory of results
+    nlohmann::ordered_json document;
+    Exit code = Exit::done;
+    double seconds = 0; ///< without what writing takes
+};
+/// Throws NumericalError where it has no beginning.
+FoundPath follow_path(const Communicator& comm, const PathArguments& arguments);
 
 /// Work of the commands with these names. Collective.
 int find_and_write_modes(const Communicator& comm, const ModesArguments& arguments);

@@ -146,11 +146,15 @@ void append_changes(const Json& was, const Json& now, const std::string& path, s
     }
 }
 
+} // namespace
+
 std::vector<std::string> changes_between(const SceneSpec& was, const SceneSpec& now) {
     std::vector<std::string> changes;
     append_changes(Json::parse(physics_json(was, {}, 1)), Json::parse(physics_json(now, {}, 1)), "", changes);
     return changes;
 }
+
+namespace {
 
 SceneSpec with_other_elements(const SceneSpec& scene, const Refinement& by) {
     SceneSpec out = scene;

@@ -18,6 +18,9 @@ namespace skein {
 /// states and rods of given nodes, elements held one by one inside a rod, odd numbers that are to be halved.
 SceneSpec refined(const SceneSpec& scene, const Refinement& by);
 
+/// Overrides that make the second of two scenes of the first, which has the same tables.
+std::vector<std::string> changes_between(const SceneSpec& was, const SceneSpec& now);
+
 /// Decisions of `refined` that the author of the scene should know, a line each.
 std::vector<std::string> refinement_notes(const SceneSpec& scene);
 

@@ -61,7 +61,7 @@ ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& sa
         .given = study.given, .half_step = values[3], .time_order = study.time_order, .components = width};
     for (std::size_t k = 0; k < 3; ++k) {
         levels.space[k] = values[k];
-        levels.dt[k] = study.runs[k].dt;
+        levels.dt[k] = study.halves_step() ? study.runs[k].dt : 1; // else all the same
     }
     for (const auto& run : study.runs) levels.steps = std::max(levels.steps, run.steps);
     o.convergence = converge(levels);
@@ -79,6 +79,35 @@ ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& sa
     return o;
 }
 
+/// As the plan predicts, at the speed of all runs together: short ones take their time for other things than steps.
+/// Of a relaxation a step is all of it.
+CostModel cost_of_runs(const Study& study, const StudyFigures& figures) {
+    double measured = 0, predicted = 0;
+    for (std::size_t k = 0; k < study.runs.size(); ++k) {
+        measured += figures.core_seconds[k];
+        predicted += study.runs[k].predicted;
+    }
+    CostModel cost;
+    for (std::size_t k = 0; k < 3; ++k) {
+        const StudyRun& run = study.runs[k];
+        const double by_plan = measured / predicted * run.predicted / static_cast<double>(run.steps);
+        cost.levels.push_back(
+            {static_cast<double>(run.elements), run.dt_limit, study.halves_step() ? by_plan : figures.core_seconds[k]});
+    }
+    return cost;
+}
+
+/// A solution counts as one step. More elements never cost less: what they do within milliseconds is chance.
+CostModel cost_of_solutions(const Study& study, const StudyFigures& figures) {
+    CostModel cost;
+    double most = 0;
+    for (std::size_t k = 0; k < 3; ++k) {
+        most = std::max(most, figures.core_seconds[k]);
+        cost.levels.push_back({static_cast<double>(study.runs[k].elements), 1, most});
+    }
+    return cost;
+}
+
 } // namespace
 
 StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& samples,
@@ -87,7 +116,7 @@ StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& sam
     const std::size_t count = common_samples(study, samples);
     for (std::size_t k = 0; k < study.made().size(); ++k) {
         const double end = samples[k].times.back();
-        if (study.at_rest && end > (1 - 1e-9) * study.duration)
+        if (study.at_rest && !study.solved() && end > (1 - 1e-9) * study.duration)
             figures.notes.push_back(fmt::format("the run {} did not come to rest within the duration of {:g} s",
                                                 study.runs[k].name, study.duration));
         if (!study.at_rest && end + interval_of(samples[0]) < (1 + 1e-9) * study.duration)
@@ -95,11 +124,15 @@ StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& sam
                 fmt::format("the run {} ended early, at {:g} of {:g} s: all are compared up to {:g} s",
                             study.runs[k].name, end, study.duration, samples[0].times[count - 1]));
     }
+    // Where a path has critical points, it is about them and not about its end.
+    const bool has_own = std::any_of(samples[0].quantities.begin(), samples[0].quantities.end(),
+                                     [](const Quantity& q) { return q.of_solution; });
     std::map<std::string, double> largest; // range, by unit
     for (std::size_t i = 0; i < samples[0].quantities.size(); ++i) {
         if (study.at_rest && of_motion(samples[0].quantities[i].name)) continue;
         ObservableError o = error_of(study, samples, i, count);
         if (o.counts) largest[o.unit] = std::max(largest[o.unit], o.range);
+        if (has_own) o.counts = samples[0].quantities[i].of_solution;
         figures.observables.push_back(std::move(o));
     }
     std::erase_if(figures.observables, [&](const ObservableError& o) {
@@ -107,7 +140,7 @@ StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& sam
         return !(o.range > round_off * most);
     });
     for (ObservableError& o : figures.observables) {
-        if (o.range < least_share * largest[o.unit]) o.counts = false;
+        if (!has_own && o.range < least_share * largest[o.unit]) o.counts = false;
         if (o.counts && o.convergence.error_bar.time > coarse_in_time * o.range)
             figures.notes.push_back(
                 fmt::format("{}: half the step changes it by a good part of its range; the motion is chaotic or "
@@ -139,25 +172,16 @@ Advice advice_for(const Study& study, const StudyFigures& figures, double tolera
                           .time = o.convergence.error_bar.time / o.range,
                           .time_order = static_cast<double>(study.time_order)});
     }
-    // As the plan predicts, at the speed of all runs together: short ones take their time for other things than steps.
-    double measured = 0, predicted = 0;
-    for (std::size_t k = 0; k < study.runs.size(); ++k) {
-        measured += figures.core_seconds[k];
-        predicted += study.runs[k].predicted;
-    }
-    CostModel cost;
-    for (std::size_t k = 0; k < 3; ++k) {
-        const StudyRun& run = study.runs[k];
-        cost.levels.push_back({static_cast<double>(run.elements), run.dt_limit,
-                               measured / predicted * run.predicted / static_cast<double>(run.steps)});
-    }
     const StudyRun& given = study.runs[study.given];
-    double duration = study.duration;
-    if (study.relaxes) { // steps are as many as rods need to settle
-        for (std::size_t k = 0; k < 3; ++k) cost.levels[k].core_seconds_per_step = figures.core_seconds[k];
-        duration = given.dt;
-    }
-    if (!models.empty()) advice.choice = cheapest(models, tolerance, given.elements, given.dt, cost, duration);
+    if (models.empty()) return advice;
+    if (study.solved())
+        advice.choice = cheapest(models, tolerance, given.elements, 1, cost_of_solutions(study, figures), 1);
+    // Steps are as many as rods need to settle.
+    else if (!study.halves_step())
+        advice.choice = cheapest(models, tolerance, given.elements, given.dt, cost_of_runs(study, figures), given.dt);
+    else
+        advice.choice =
+            cheapest(models, tolerance, given.elements, given.dt, cost_of_runs(study, figures), study.duration);
     return advice;
 }
 

@@ -7,6 +7,8 @@
 #include "scene/make_plan.hpp"
 #include "scene/scene_refine.hpp"
 #include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
+#include "studies/scene_family.hpp"
 
 #include <fmt/format.h>
 
@@ -54,6 +56,14 @@ long most_elements(const SceneSpec& scene) {
     return most;
 }
 
+void refuse_fixed_elements(const SceneSpec& scene) {
+    if (most_elements(scene) == 0)
+        throw InputError(scene.file + ": there are none but rigid bodies, which have no elements to refine");
+}
+
+/// Of the run with this number among those of other elements.
+Refinement refinement(std::size_t number, bool coarser) { return {1L << number, coarser ? 2 : 1}; }
+
 /// Orders of the error of a step: forces that read velocities before the kick are of first order.
 int time_order_of(const Plan& plan, std::span<const RodGroup> groups) {
     if (plan.has<TouchPlan>()) return 1;
@@ -95,11 +105,10 @@ std::vector<RodGroup> groups_for_all(const Communicator& comm, const SceneSpec& 
 }
 
 Study make_study(const Communicator& comm, const Machine& machine, const SceneSpec& scene, bool coarser) {
-    if (most_elements(scene) == 0)
-        throw InputError(scene.file + ": there are none but rigid bodies, which have no elements to refine");
+    refuse_fixed_elements(scene);
     Study study{.given = coarser ? std::size_t{1} : std::size_t{0},
                 .at_rest = scene.time.rest_speed > 0 || scene.time.relax,
-                .relaxes = scene.time.relax,
+                .method = scene.time.relax ? StudyMethod::relaxation : StudyMethod::steps,
                 .notes = refinement_notes(scene)};
 
     // An automatic step depends on what it divides, so the scene's own plan decides it; without a series it divides the
@@ -125,16 +134,36 @@ Study make_study(const Communicator& comm, const Machine& machine, const SceneSp
     const double own_limit = automatic_dt(base),
                  boldness = std::max(1.0, given.dt / own_limit); // of a step given by hand
     for (std::size_t k = 0; k < 3; ++k) {
-        const Refinement by = coarser ? Refinement{1L << k, 2} : Refinement{1L << k, 1};
-        SceneSpec of = k == study.given ? base : refined(base, by);
+        SceneSpec of = k == study.given ? base : refined(base, refinement(k, coarser));
         const double limit = boldness * (k == study.given ? own_limit : automatic_dt(of));
         const auto share = std::max<std::int64_t>(1, static_cast<std::int64_t>(std::ceil(given.dt / limit - rounding)));
         study.runs[k] = run_of(comm, machine, std::move(of), given, every, share);
         study.runs[k].dt_limit = limit;
     }
     study.runs[Study::half_step] = study.runs[study.given];
-    if (!study.relaxes) study.runs[Study::half_step] = run_of(comm, machine, base, given, every, 2);
+    if (study.halves_step()) study.runs[Study::half_step] = run_of(comm, machine, base, given, every, 2);
     study.runs[Study::half_step].dt_limit = study.runs[study.given].dt_limit;
+    return study;
+}
+
+Study make_solved_study(const SceneSpec& scene, StudyMethod method, bool coarser) {
+    refuse_unsolvable(scene);
+    refuse_fixed_elements(scene);
+    Study study{.given = coarser ? std::size_t{1} : std::size_t{0},
+                .at_rest = true,
+                .method = method,
+                .duration = scene.time.duration,
+                .notes = refinement_notes(scene)};
+    SceneSpec base = with_samples_alone(scene, scene.time.duration);
+    if (!base.time.relax) base.time.dt = 0; // no step is made
+    for (std::size_t k = 0; k < 3; ++k) {
+        StudyRun& run = study.runs[k];
+        run.scene = k == study.given ? base : refined(base, refinement(k, coarser));
+        run.changes = changes_between(base, run.scene);
+        run.elements = most_elements(run.scene);
+        run.name = fmt::format("{}_{}", run.elements, nth(study_method_names, method));
+    }
+    study.runs[Study::half_step] = study.runs[study.given];
     return study;
 }
 

@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <limits>
 
 namespace skein {
 
@@ -30,9 +31,24 @@ std::string order_text(const ObservableError& o) {
     return std::isfinite(o.convergence.order) ? fmt::format("{:.2f}", o.convergence.order) : "-";
 }
 
+std::string notes_text(const std::vector<std::string>& notes) {
+    std::string text;
+    for (const std::string& note : notes) text += "  note: " + note + "\n";
+    return text;
+}
+
+std::string solutions_text(const Study& study) {
+    std::string text = fmt::format("  {:<18}{:>10}\n", "solution", "elements");
+    for (std::size_t k = 0; k < study.made().size(); ++k)
+        text += fmt::format("  {:<18}{:>10}{}\n", study.runs[k].name, study.runs[k].elements,
+                            k == study.given ? "   as given" : "");
+    return text + notes_text(study.notes);
+}
+
 } // namespace
 
 std::string runs_text(const Study& study) {
+    if (study.solved()) return solutions_text(study);
     std::string text = fmt::format("  {:<18}{:>10}{:>14}{:>12}{:>24}\n", "run", "elements", "dt, s", "steps",
                                    "predicted core-seconds");
     double sum = 0;
@@ -43,16 +59,22 @@ std::string runs_text(const Study& study) {
         sum += r.predicted;
     }
     text += fmt::format("  {:<54}{:>24.3g}\n", "all", sum);
-    if (study.relaxes) text += "  note: runs end when rods have settled, so they take these times at most\n";
-    for (const std::string& note : study.notes) text += "  note: " + note + "\n";
-    return text;
+    if (!study.halves_step()) text += "  note: runs end when rods have settled, so they take these times at most\n";
+    return text + notes_text(study.notes);
 }
 
 std::string to_text(const Study& study, const StudyFigures& figures) {
-    std::string text = fmt::format("\nErrors of the run as given, {} elements and dt = {:.6g} s; error bars over the "
-                                   "range of each observable, {}\n",
-                                   study.runs[study.given].elements, study.runs[study.given].dt,
-                                   study.at_rest ? "of its end at rest" : "the largest of all samples");
+    const StudyRun& given = study.runs[study.given];
+    std::string text =
+        study.solved()
+            ? fmt::format(
+                  "\nErrors of the solution as given, {} elements, by Newton's method; error bars over the range "
+                  "of each observable\n",
+                  given.elements)
+            : fmt::format("\nErrors of the run as given, {} elements and dt = {:.6g} s; error bars over the "
+                          "range of each observable, {}\n",
+                          given.elements, given.dt,
+                          study.at_rest ? "of its end at rest" : "the largest of all samples");
     text += fmt::format("  {:<32}{:>13}{:>13}{:>7}{:>10}{:>10}{:>10}{:>12}  {}\n", "observable", "at the end",
                         "Richardson", "order", "space", "time", "total", "at the end", "convergence");
     for (const ObservableError& o : figures.observables) {
@@ -74,7 +96,7 @@ std::string to_text(const Study& study, const Advice& advice) {
     if (advice.choice) {
         text = fmt::format("For {:g} of the range: {} elements{}, about {:.3g} core-seconds\n", advice.tolerance,
                            advice.choice->elements,
-                           study.relaxes ? "" : fmt::format(" and dt = {:.4g} s", advice.choice->dt),
+                           study.halves_step() ? fmt::format(" and dt = {:.4g} s", advice.choice->dt) : "",
                            advice.choice->core_seconds);
         if (advice.choice->elements > study.runs[2].elements || 2 * advice.choice->elements < given.elements)
             text += "  that is beyond the runs that were made: run converge again from there\n";
@@ -101,11 +123,10 @@ std::string to_json(const Study& study, const StudyFigures& figures, const Advic
         const StudyRun& r = study.runs[k];
         runs.push_back({{"directory", r.name},
                         {"elements", r.elements},
-                        {"dt_s", r.dt},
-                        {"steps", r.steps},
                         {"as_given", k == study.given},
-                        {"core_seconds", figures.core_seconds[k]},
-                        {"predicted_core_seconds", r.predicted}});
+                        {"core_seconds", figures.core_seconds[k]}});
+        if (!study.solved())
+            runs.back().update({{"dt_s", r.dt}, {"steps", r.steps}, {"predicted_core_seconds", r.predicted}});
     }
     for (const ObservableError& o : figures.observables) {
         const auto bar = [](const Convergence::ErrorBar& b) {
@@ -126,26 +147,33 @@ std::string to_json(const Study& study, const StudyFigures& figures, const Advic
              {"spread_of_last_two", c.spread},
              {"errors", std::vector(o.error.begin(), o.error.begin() + static_cast<long>(runs.size()))}});
     }
-    json out = {{"format", study_format},   {"version", 1}, {"title", study.runs[study.given].scene.title},
-                {"at_rest", study.at_rest}, {"runs", runs}, {"observables", observables},
+    json out = {{"format", study_format},
+                {"version", 1},
+                {"title", study.runs[study.given].scene.title},
+                {"method", nth(study_method_names, study.method)},
+                {"at_rest", study.at_rest},
+                {"runs", runs},
+                {"observables", observables},
                 {"notes", figures.notes}};
     if (advice) {
         out["advice"] = {{"tolerance", advice->tolerance}, {"by", advice->by}, {"untold", advice->untold}};
         if (advice->choice)
-            out["advice"].update({{"elements", advice->choice->elements},
-                                  {"dt_s", advice->choice->dt},
-                                  {"core_seconds", advice->choice->core_seconds}});
+            out["advice"].update(
+                {{"elements", advice->choice->elements}, {"core_seconds", advice->choice->core_seconds}});
+        if (advice->choice && !study.solved()) out["advice"]["dt_s"] = advice->choice->dt;
     }
     return out.dump(2) + "\n";
 }
 
 std::string to_csv(const Study& study, const StudyFigures& figures) {
     std::string text = "observable,unit,run,elements,dt[s],core_seconds[s],error,error_over_range\n";
+    const double no_step = std::numeric_limits<double>::quiet_NaN();
     for (const ObservableError& o : figures.observables)
         for (std::size_t k = 0; k < study.made().size(); ++k) {
             const StudyRun& r = study.runs[k];
-            text += fmt::format("{},{},{},{},{:.17g},{:.6g},{:.6g},{:.6g}\n", o.name, o.unit, r.name, r.elements, r.dt,
-                                figures.core_seconds[k], o.error[k], o.error[k] / o.range);
+            text +=
+                fmt::format("{},{},{},{},{:.17g},{:.6g},{:.6g},{:.6g}\n", o.name, o.unit, r.name, r.elements,
+                            study.solved() ? no_step : r.dt, figures.core_seconds[k], o.error[k], o.error[k] / o.range);
         }
     return text;
 }

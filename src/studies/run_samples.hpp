@@ -16,6 +16,7 @@ struct Quantity {
     std::string name, unit;
     std::size_t components = 1;
     std::vector<double> values;
+    bool of_solution = false; ///< a frequency or a critical value, which no time series has
 };
 
 struct RunSamples {

@@ -154,6 +154,119 @@ class Converge(DriverTest):
         self.scene.write_text(SCENE)
         self.assertIn("--observable nothing", self.converge("other", "--tolerance", "1", "--observable", "nothing", expect=2).stderr)
 
+    def test_a_run_names_its_method(self):
+        self.assertEqual(json.loads(self.converge("none", "--dry-run", "--json").stdout)[3]["steps"] > 0, True)
+        self.converge("all", "--coarser", "--set", "rods.leaning.shape.elements=8")
+        self.assertEqual(self.figures("all")["method"], "steps")
+
+    def test_overwrite(self):
+        words = ("--coarser", "--set", "rods.leaning.shape.elements=8")
+        self.converge("all", *words)
+        self.converge("all", *words, "--overwrite")
+        for run in self.figures("all")["runs"]:
+            self.assertTrue((self.directory / "all" / run["directory"] / "previous_1").exists())
+
+
+# A cantilever under a load at its tip, and a column that buckles at 0.0194 N.
+ROD = """
+time.duration = 1.0
+[[rods]]
+name = "rod"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e6, law = "linear"}
+section.radius = 0.01
+shape = {length = 1.0, elements = 8}
+[[load]]
+kind = "end_force"
+end = [0.01, 0.0, -0.002]
+"""
+FREE = ROD.replace('start = "clamped"\n', "")
+BUCKLING = ("--along", "load.0.end.2", "--to", "-0.025", "--set", "load.0.end=[0, 0, -0.01]")
+METHODS = {"equilibrium": ("--equilibrium",), "modes": ("--modes", "3"), "path": BUCKLING}
+
+
+class Solutions(DriverTest):
+    def converge(self, out, *arguments, text=ROD, **layout):
+        return self.solve_scene("converge", out, *arguments, text=text, **layout)
+
+    def figures(self, out):
+        figures = json.loads((self.directory / out / "converge.json").read_text())
+        return figures, {o["name"]: o for o in figures["observables"]}
+
+    def test_runs_are_solutions(self):
+        """Three of them, without a step, that are what the command of the name finds."""
+        for method, words in METHODS.items():
+            with self.subTest(method=method):
+                done = self.converge(method, *words, "--tolerance", "1e-2")
+                figures, found = self.figures(method)
+                self.assertEqual((figures["method"], figures["at_rest"]), (method, True))
+                self.assertEqual([run["elements"] for run in figures["runs"]], [8, 16, 32])
+                self.assertEqual([run["directory"] for run in figures["runs"]], [f"{n}_{method}" for n in (8, 16, 32)])
+                self.assertNotIn("dt_s", figures["runs"][0] | figures["advice"])
+                self.assertTrue(all(run["core_seconds"] > 0 for run in figures["runs"]))
+                self.assertIn("by Newton's method", done.stdout)
+                self.assertIn(f"For 0.01 of the range: {figures['advice']['elements']} elements, about", done.stdout)
+                self.assertEqual({o["error_bar"]["time"] for o in found.values()}, {0})
+                alone = ("--count", *words[1:]) if method == "modes" else words if method == "path" else ()
+                self.solve_scene(method, "alone_" + method, *alone, "--set", "rods.rod.shape.elements=16", text=ROD)
+                self.assertEqual(self.digest(f"{method}/16_{method}"), self.digest("alone_" + method))
+
+    def test_figures_of_solutions(self):
+        self.converge("rest", "--equilibrium")
+        tip = self.figures("rest")[1]["tip of rod 0"]
+        self.assertEqual(tip["convergence"], "second order")
+        self.converge("modes", "--modes", "3")
+        found = self.figures("modes")[1]
+        self.assertEqual(list(found), ["frequency_1", "frequency_2", "frequency_3"])
+        self.assertEqual({o["unit"] for o in found.values()}, {"Hz"})
+        self.converge("path", *BUCKLING)
+        found = self.figures("path")[1]
+        euler = -numpy.pi**2 / 4 * 1e6 * numpy.pi * 0.01**4 / 4
+        self.assertAlmostEqual(found["branch_1"]["richardson_at_end"][0] / euler, 1, delta=1e-3)
+        self.assertEqual([name for name, o in found.items() if o["counts"]], [name for name in found if name.startswith("branch_")])
+        self.assertEqual(found["branch_1"]["unit"], "N")
+
+    def test_what_tolerance_asks_for_is_met(self):
+        """By the solution of the elements that it says, against one of many."""
+        self.converge("rest", "--equilibrium", "--tolerance", "1e-3", "--observable", "tip of rod 0")
+        figures, found = self.figures("rest")
+        tips = {}
+        for n in (figures["advice"]["elements"], 512):
+            self.solve_scene("equilibrium", f"n{n}", "--set", f"rods.rod.shape.elements={n}", "--set", "output.tips=1", "--set",
+                             "output.precision=double", text=ROD)
+            tips[n] = self.frames(f"n{n}", "tips")["groups/rod/position"][-1, 0]
+        share = numpy.linalg.norm(numpy.subtract(*tips.values())) / found["tip of rod 0"]["range"]
+        self.assertLess(share, 1e-3)
+        self.assertGreater(share, 3e-4)
+
+    def test_any_ranks(self):
+        text = ROD.replace('name = "rod"', 'name = "rod"\nplacement = {kind = "line", counts = [3], spacing = [1.0]}')
+        for method in ("equilibrium", "modes"):
+            self.converge(method + "_1", *METHODS[method], text=text)
+            self.converge(method + "_2", *METHODS[method], text=text, ranks=2)
+            self.assertEqual(self.figures(method + "_1")[0]["observables"], self.figures(method + "_2")[0]["observables"])
+        self.assertIn("start it without mpirun", self.converge("path", *BUCKLING, ranks=2, expect=2).stderr)
+
+    def test_results_that_exist_are_safe(self):
+        self.converge("rest", "--equilibrium")
+        before = self.digest("rest/8_equilibrium")
+        self.assertIn("8_equilibrium' holds results", self.converge("rest", "--equilibrium", expect=2).stderr)
+        self.converge("rest", "--equilibrium", "--overwrite", "--set", "load.0.end.2=-0.003")
+        self.assertNotEqual(self.digest("rest/8_equilibrium"), before)
+        self.assertEqual(json.loads((self.directory / "rest/8_equilibrium/previous_1/summary.json").read_text())["digest"], before)
+
+    def test_what_is_refused(self):
+        self.assertIn("solution 8_equilibrium: no equilibrium was found", self.converge("out", "--equilibrium", text=FREE, expect=4).stderr)
+        self.assertFalse((self.directory / "out/converge.json").exists())
+        early = self.converge("early", *BUCKLING, "--points", "3", expect=4).stderr
+        self.assertIn("solution 8_path: the path ends early: its 3 points are used up; --points allows more", early)
+        for words, said in ((("--equilibrium", "--modes", "2"), "excludes"), (("--to", "1"), "--along"), (("--along", "load.0.end.2"), "--to"),
+                            (("--equilibrium", *BUCKLING), "excludes"), (("--modes", "0"), "--modes")):
+            self.assertIn(said, self.converge("none", *words, expect=2).stderr)
+        stages = ROD + '[[stage]]\nname = "one"\nduration = 0.5\n[[stage]]\nname = "two"\n'
+        self.assertIn("[[stage]]", self.converge("none", "--equilibrium", text=stages, expect=2).stderr)
+        self.assertFalse((self.directory / "none").exists())
+
 
 if __name__ == "__main__":
     unittest.main()
