@@ -27,9 +27,9 @@ RunArguments run_arguments(const ConvergeArguments& arguments, const std::string
     return run;
 }
 
-/// A number that is not of the time series; its range is that from `start`.
-Quantity quantity(const char* name, std::size_t number, const std::string& unit, double start, double value) {
-    return {fmt::format("{}_{}", name, number + 1), unit, 1, {start, value}, true};
+/// A number that is not of the time series; its range is its size.
+Quantity quantity(const char* name, std::size_t number, const std::string& unit, double value) {
+    return {fmt::format("{}_{}", name, number + 1), unit, 1, {0, value}, true};
 }
 
 std::vector<Quantity> frequencies_of(const ModesReport& report) {
@@ -37,7 +37,7 @@ std::vector<Quantity> frequencies_of(const ModesReport& report) {
     for (const PieceMode& one : report.modes) {
         if (one.mode.neutral) continue;
         const double frequency = one.mode.frequency();
-        out.push_back(quantity("frequency", out.size(), "Hz", 0, one.mode.eigenvalue < 0 ? -frequency : frequency));
+        out.push_back(quantity("frequency", out.size(), "Hz", one.mode.eigenvalue < 0 ? -frequency : frequency));
     }
     return out;
 }
@@ -78,7 +78,7 @@ StudySolution solve_path(const Communicator& comm, const StudyRun& run, const Co
     StudySolution solution{.core_seconds = found.seconds, .quantities = {}, .note = {}};
     for (const auto& [name, values] : {std::pair{"limit", &found.limits}, {"branch", &found.branches}})
         for (std::size_t i = 0; i < values->size(); ++i)
-            solution.quantities.push_back(quantity(name, i, found.unit, found.from, (*values)[i]));
+            solution.quantities.push_back(quantity(name, i, found.unit, (*values)[i]));
     return solution;
 }
 

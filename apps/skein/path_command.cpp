@@ -167,7 +167,7 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
         scene.output.trajectory = scene.output.series = dt;
         if (scene.output.tips > 0) scene.output.tips = dt;
     });
-    FoundPath found{.unit = what.number.unit, .from = what.options.from, .out = solved.out};
+    FoundPath found{.unit = what.number.unit, .out = solved.out};
     StaticScene at_rest(solved.simulation->world());
     const SlotPlaces slots = slots_in(family.case_at(what.options.from), at_rest);
     PathFollower path(family, state_at_start(slots, family, what), what.options);

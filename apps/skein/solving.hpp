@@ -51,8 +51,7 @@ void refuse_results(const Communicator& comm, const RunOptions& options, const s
 
 /// A path that was followed and written.
 struct FoundPath {
-    std::string unit; ///< of the number
-    double from = 0;
+    std::string unit;                     ///< of the number
     std::vector<double> limits, branches; ///< values of the number there
     bool complete = false;
     std::string reason; ///< why it is not complete

@@ -16,6 +16,7 @@ namespace {
 constexpr double least_share =
     1e-3;                          ///< of the largest range in its unit, for an observable to count towards a tolerance
 constexpr double round_off = 1e-9; ///< of it: what changes less is not told at all
+constexpr double least_change = 1e-12; ///< of its values: what moves less has not moved
 constexpr double coarse_in_time = 0.1; ///< of its range, by which half a step changes what is not resolved
 
 /// Columns of motion, which is over if ends at rest are compared.
@@ -108,6 +109,12 @@ CostModel cost_of_solutions(const Study& study, const StudyFigures& figures) {
     return cost;
 }
 
+bool is_round_off(const Quantity& q) {
+    double most = 0;
+    for (const double value : q.values) most = std::max(most, std::abs(value));
+    return range_of(q.values, q.components) < least_change * most;
+}
+
 } // namespace
 
 StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& samples,
@@ -130,6 +137,7 @@ StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& sam
     std::map<std::string, double> largest; // range, by unit
     for (std::size_t i = 0; i < samples[0].quantities.size(); ++i) {
         if (study.at_rest && of_motion(samples[0].quantities[i].name)) continue;
+        if (is_round_off(samples[study.given].quantities[i])) continue;
         ObservableError o = error_of(study, samples, i, count);
         if (o.counts) largest[o.unit] = std::max(largest[o.unit], o.range);
         if (has_own) o.counts = samples[0].quantities[i].of_solution;
