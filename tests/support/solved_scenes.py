@@ -110,21 +110,22 @@ def root(off, x, tolerance=1e-11, step=1e-6):
     raise RuntimeError("no root")
 
 
-def rod_rate(bending, stretching, force):
-    """Slopes of place, frame (rows d1, d2, d3) and moment [15, columns] of a rod at rest; force(s, y) on its sections, lab."""
+def rod_rate(bending, stretching, force, rest=(0, 0, 0)):
+    """Slopes of place, frame (rows d1, d2, d3) and moment [15, columns] of a rod at rest; force(s, y) on its sections, lab; `rest`: curvature
+    without a moment."""
     def rate(s, y):
         Q, m = y[3:12].reshape(3, 3, -1), y[12:]
         n = force(s, y)
         strain = numpy.einsum("ijc,jc->ic", Q, n) / stretching[:, None]
         strain[2] += 1
         r = numpy.einsum("jic,jc->ic", Q, strain)
-        kappa = numpy.einsum("jic,jc->ic", Q, numpy.einsum("ijc,jc->ic", Q, m) / bending[:, None])
+        kappa = numpy.einsum("jic,jc->ic", Q, numpy.einsum("ijc,jc->ic", Q, m) / bending[:, None] + numpy.array(rest)[:, None])
         turned = numpy.cross(kappa[None], Q, axisa=1, axisb=1, axisc=1)
         return numpy.concatenate([r, turned.reshape(9, -1), numpy.cross(n, r, axisa=0, axisb=0, axisc=0)])
     return rate
 
 
-def clamped_tip(length, bending, stretching, frame, force, parts=6):
+def clamped_tip(length, bending, stretching, frame, force, parts=6, rest=(0, 0, 0)):
     """Place of the tip of a clamped rod under a force on it; the force is raised in parts."""
     frame, force, scale = numpy.array(frame, float).reshape(9), numpy.array(force, float), bending[0] / length
     moment = numpy.zeros(3)
@@ -132,7 +133,7 @@ def clamped_tip(length, bending, stretching, frame, force, parts=6):
     def end(moments, part):
         columns = moments.shape[1]
         start = numpy.concatenate([numpy.zeros((3, columns)), numpy.repeat(frame[:, None], columns, 1), scale * moments])
-        return march(rod_rate(bending, stretching, lambda s, y: part * numpy.repeat(force[:, None], columns, 1)), start, length)
+        return march(rod_rate(bending, stretching, lambda s, y: part * numpy.repeat(force[:, None], columns, 1), rest), start, length)
 
     for part in numpy.linspace(1 / parts, 1, parts):
         moment = root(lambda moments: end(moments, part)[12:] / scale, moment)
