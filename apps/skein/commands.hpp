@@ -64,6 +64,7 @@ struct PathArguments {
     double step = 0.05;                                             ///< of arc length at first and at most
     int points = 200;                                               ///< at most
     int branch = 0; ///< side to which the first branch point is left: 1 or -1; 0: none
+    bool restart = false;
 };
 struct ConvergeArguments {
     SceneArguments scene;

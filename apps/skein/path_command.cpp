@@ -8,12 +8,14 @@
 #include "scene/make_plan.hpp"
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
+#include "studies/path_record.hpp"
 #include "studies/scene_family.hpp"
 #include "studies/scene_number.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
 
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -35,6 +37,14 @@ public:
         for (const std::string& name : observables) text_ += "," + name;
         text_ += "\n";
     }
+    /// Goes on below the rows of a path that was cut off.
+    void go_on(std::string text, nlohmann::ordered_json points) {
+        if (!text.starts_with(text_) ||
+            std::count(text.begin(), text.end(), '\n') != static_cast<std::ptrdiff_t>(points.size()) + 1)
+            throw IoError("path.csv: is not as the path left it, so that it cannot be continued");
+        text_ = std::move(text);
+        points_ = std::move(points);
+    }
     void add(const PathPoint& point, int branch, std::span<const double> observables) {
         const std::string_view place = nth(path_place_names, point.place);
         text_ += fmt::format("{},{},{:.17g},{:.9g},{},{},{:.3g}", points_.size(), branch, point.value, point.length,
@@ -44,7 +54,7 @@ public:
         points_.push_back({{"value", point.value}, {"place", place}, {"negative", point.negative}, {"branch", branch}});
     }
     const std::string& text() const { return text_; }
-    std::size_t count() const { return points_.size(); }
+    const nlohmann::ordered_json& points() const { return points_; }
     nlohmann::ordered_json document(const FoundPath& found) const {
         return {{"key", key_},
                 {"unit", found.unit},
@@ -74,12 +84,21 @@ struct Followed {
     SceneNumber number;
     PathOptions options;
     double time;
+    std::string out; ///< directory of results
+
+    /// Options with an effect on points.
+    nlohmann::ordered_json asked(const PathArguments& arguments) const {
+        return {{"--along", arguments.key},       {"--from", options.from}, {"--to", options.to},
+                {"--step", options.largest_step}, {"--time", time},         {"--branch", arguments.branch}};
+    }
 };
 
 /// All that can be refused before results are touched.
 Followed followed(const Communicator& comm, const PathArguments& arguments) {
     const SceneArguments& file = arguments.run.scene;
-    Followed what{{file.file, text_for_all(comm, file.file), file.overrides}, {}, {.to = arguments.to}, arguments.time};
+    Followed what{
+        {file.file, text_for_all(comm, file.file), file.overrides}, {}, {.to = arguments.to}, arguments.time, {}};
+    what.out = arguments.run.options.out.empty() ? default_out(file.file) + "_path" : arguments.run.options.out;
     const SceneSpec scene = parse_scene(file.file, what.text.text, file.overrides);
     what.number = number_at(scene, arguments.key);
     refuse_whole(what.number, arguments.key);
@@ -148,31 +167,67 @@ std::optional<PathPoint> next_point(PathFollower& path, FoundPath& found) {
     return point;
 }
 
+/// The scene with a frame for each point, in a directory that has `points` of them.
+SolvedScene scene_with_frames(const Communicator& comm, const PathArguments& arguments, const Followed& what,
+                              std::size_t points) {
+    RunArguments run = arguments.run;
+    run.scene.overrides = what.text.overrides;
+    run.options.out = what.out;
+    const auto change = [&](SceneSpec& scene) {
+        scene.time.dt = 0;
+        const double dt = make_plan(scene, make_groups(scene), {}).dt;
+        scene.time.dt = dt;
+        scene.time.duration = arguments.points * dt;
+        scene.output.trajectory = scene.output.series = dt;
+        if (scene.output.tips > 0) scene.output.tips = dt;
+    };
+    SolvedScene solved =
+        solved_scene(comm, run, {}, Friction::left_out, change, points > 0 ? Directory::goes_on : Directory::begins);
+    const std::int64_t frames = solved.simulation->world().clock.done();
+    if (frames != static_cast<std::int64_t>(points))
+        throw InputError(fmt::format("--restart: '{}' has {} frames of {} points of the path: begin again with "
+                                     "--overwrite",
+                                     what.out, frames, points));
+    return solved;
+}
+
+/// Tells why a path ends that could go on.
+void tell_cut(FoundPath& found, std::size_t points) {
+    found.goes_on = found.reason.empty() && !found.complete;
+    if (found.goes_on)
+        found.reason = found.code != Exit::done
+                           ? "it was stopped"
+                           : fmt::format("its {} points are used up; --points allows more", points);
+}
+
 } // namespace
 
 FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) {
     if (comm.size() > 1) throw InputError("skein path follows one scene on one rank: start it without mpirun");
     const bool quiet = arguments.run.options.quiet;
     const Followed what = followed(comm, arguments);
+    std::optional<PathRecord> before;
+    if (arguments.restart) {
+        before = read_path_record(what.out);
+        require_unfinished(*before, what.asked(arguments), arguments.points);
+    }
     SceneFamily family(what.text, machine_of(comm, arguments.run.threads, arguments.run.lanes, arguments.run.mapping),
                        what.time, arguments.key);
     refuse_ends(family, what.options, arguments.key);
-    RunArguments run = arguments.run;
-    run.scene.overrides = what.text.overrides;
-    SolvedScene solved = solved_scene(comm, run, "_path", Friction::left_out, [&](SceneSpec& scene) {
-        scene.time.dt = 0;
-        const double dt = make_plan(scene, make_groups(scene), {}).dt; // a frame for each point
-        scene.time.dt = dt;
-        scene.time.duration = arguments.points * dt;
-        scene.output.trajectory = scene.output.series = dt;
-        if (scene.output.tips > 0) scene.output.tips = dt;
-    });
-    FoundPath found{.unit = what.number.unit, .out = solved.out};
+    SolvedScene solved = scene_with_frames(comm, arguments, what, before ? before->points.size() : 0);
     StaticScene at_rest(solved.simulation->world());
     const SlotPlaces slots = slots_in(family.case_at(what.options.from), at_rest);
-    PathFollower path(family, state_at_start(slots, family, what), what.options);
+    PathFollower path = before ? PathFollower(family, std::move(before->memory), what.options)
+                               : PathFollower(family, state_at_start(slots, family, what), what.options);
     PathTable table(arguments.key, what.number, solved.simulation->observation().names());
+    FoundPath found{.unit = what.number.unit, .out = what.out};
     int branch = 0;
+    if (before) {
+        table.go_on(read_file(what.out + "/path.csv"), before->points);
+        found.limits = before->limits;
+        found.branches = before->branches;
+        branch = before->branch;
+    }
     const RunResult result = solved.simulation->go_through([&](World& world) {
         const std::optional<PathPoint> point = next_point(path, found);
         if (!point) return false;
@@ -187,11 +242,13 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
             branch += path.switch_branch(arguments.branch);
         return true;
     });
-    write_file(solved.out + "/path.csv", table.text());
-    if (found.reason.empty()) found.reason = path.reason();
-    if (found.reason.empty() && !found.complete)
-        found.reason = fmt::format("its {} points are used up; --points allows more", table.count());
     found.code = result.code;
+    if (found.reason.empty()) found.reason = path.reason();
+    write_file(what.out + "/path.csv", table.text());
+    write_file(what.out + "/" + std::string(path_record_name),
+               to_text({what.asked(arguments), branch, table.points(), found.limits, found.branches, found.reason,
+                        path.memory()}));
+    tell_cut(found, table.points().size());
     found.document = table.document(found);
     return found;
 }
@@ -200,6 +257,7 @@ int follow_and_write_path(const Communicator& comm, const PathArguments& argumen
     const bool quiet = arguments.run.options.quiet;
     const FoundPath found = follow_path(comm, arguments);
     if (!quiet && !found.reason.empty()) std::printf("The path ends: %s\n", found.reason.c_str());
+    if (!quiet && found.goes_on) std::printf("The same command with --restart continues from there.\n");
     if (!quiet) std::printf("Written: %s\n", found.out.c_str());
     if (arguments.run.json) print_document(found.document);
     return static_cast<int>(found.code);

@@ -85,6 +85,8 @@ void SolveCommands::add_path(CLI::App& app) {
     command.add_option("--points", path_.points, "most points")->check(CLI::PositiveNumber);
     command.add_option("--branch", path_.branch, "leave the path at its first branch point, to the side 1 or -1")
         ->check(CLI::IsMember({-1, 0, 1}));
+    command.add_flag("--restart", path_.restart, "continue a path that was stopped, or whose --points were used up")
+        ->excludes(command.get_option("--overwrite"));
     add_json(command, path_.run.json, "the points as JSON; all else goes to standard error");
 }
 

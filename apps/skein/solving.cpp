@@ -74,12 +74,12 @@ void refuse_results(const Communicator& comm, const RunOptions& options, const s
 }
 
 SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments, const std::string& suffix,
-                         Friction friction, const std::function<void(SceneSpec&)>& change) {
+                         Friction friction, const std::function<void(SceneSpec&)>& change, Directory directory) {
     RunOptions options = arguments.options;
     options.began = wall_seconds();
     if (options.out.empty()) options.out = default_out(arguments.scene.file) + suffix;
     options.quiet = true;
-    refuse_results(comm, options, options.out);
+    if (directory == Directory::begins) refuse_results(comm, options, options.out);
     auto [scene, groups] = prepare(comm, arguments.scene);
     refuse_unsolvable(scene);
     scene.start.time = StartTime::zero; // a state of a run that is over will do, as loads have the time of the solution

@@ -29,10 +29,16 @@ enum class Friction {
     left_out,
     told ///< before
 };
+/// Results that a solution finds where it writes.
+enum class Directory {
+    begins, ///< there must be none
+    goes_on ///< they are its own
+};
 /// `suffix`: of the default directory; `change`: of the scene as read. Throws InputError for a scene with parts that
 /// cannot be solved. Collective.
 SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments, const std::string& suffix,
-                         Friction friction, const std::function<void(SceneSpec&)>& change = {});
+                         Friction friction, const std::function<void(SceneSpec&)>& change = {},
+                         Directory directory = Directory::begins);
 
 /// A scene that a study solves again and again, with other numbers.
 struct StudiedScene {
@@ -54,8 +60,9 @@ struct FoundPath {
     std::string unit;                     ///< of the number
     std::vector<double> limits, branches; ///< values of the number there
     bool complete = false;
-    std::string reason; ///< why it is not complete
-    std::string out;    ///< directory of results
+    std::string reason;   ///< why it is not complete
+    bool goes_on = false; ///< with --restart
+    std::string out;      ///< directory of results
     nlohmann::ordered_json document;
     Exit code = Exit::done;
     double seconds = 0; ///< without what writing takes

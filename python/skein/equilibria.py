@@ -157,13 +157,14 @@ def modes(scene, count=10, time=None, movies=0, amplitude=None, out=None, overwr
         return Modes(directory, out is not None)
 
 
-def path(scene, along, to, from_=None, step=None, points=None, branch=0, time=None, out=None, overwrite=False, threads=None, **keys):
+def path(scene, along, to, from_=None, step=None, points=None, branch=0, time=None, out=None, overwrite=False, restart=False, threads=None, **keys):
     """Follows the equilibria of a scene while the number `along`, the path of a key such as "load.0.end.2", goes from `from_`, else its value in the scene,
-    to `to`, and round limit points. step: the largest, of arc; points: the most; branch: 1 or -1 leaves the path at its first branch point, to that side."""
+    to `to`, and round limit points. step: the largest, of arc; points: the most; branch: 1 or -1 leaves the path at its first branch point, to that side.
+    restart: goes on with the path in `out`, which was stopped or has used up its points."""
     words = ["--along", along, "--to", repr(float(to)), *_option("--from", None if from_ is None else float(from_)), *_option("--step", step), *_option("--points", points),
-             *_option("--branch", branch or None), *_option("--time", time)]
+             *_option("--branch", branch or None), *_option("--time", time), *["--restart"] * bool(restart)]
     keys = {"output.directors": True, **keys}
-    with _solved("path", scene, out, overwrite, threads, keys, words) as (directory, _):
+    with _solved("path", scene, out, overwrite, threads, keys, words, goes_on=restart) as (directory, _):
         return PathOfEquilibria(directory, out is not None)
 
 
@@ -172,9 +173,9 @@ def _option(name, value):
 
 
 @contextmanager
-def _solved(what, scene, out, overwrite, threads, keys, words, good=(0,)):
+def _solved(what, scene, out, overwrite, threads, keys, words, good=(0,), goes_on=False):
     """Directory of results and the ended program; a temporary directory goes at the end."""
-    if out is not None and not overwrite and (Path(out) / "physics.json").exists():
+    if out is not None and not overwrite and not goes_on and (Path(out) / "physics.json").exists():
         raise FileExistsError(f"{out} holds results; give overwrite=True or another `out`")
     with tempfile.TemporaryDirectory(prefix="skein_") as folder, as_file(scene) as file:
         directory = Path(out) if out is not None else Path(folder) / "out"

@@ -21,12 +21,24 @@ PathFollower::PathFollower(PathFamily& family, StaticState state, const PathOpti
     now_.state = std::move(state);
     now_.value = options.from;
     StaticSystem& system = family_.at(now_.value);
+    set_weights(system);
+    Direction ahead{Unknown::Zero(system.unknowns()), options.to > options.from ? 1.0 : -1.0};
+    if (!find_tangent(now_, ahead)) reason_ = "the stiffness is singular at the start";
+}
+
+PathFollower::PathFollower(PathFamily& family, PathMemory memory, const PathOptions& options)
+    : family_(family), options_(options), now_(std::move(memory.now)), length_(memory.length), step_(memory.step),
+      started_(true), over_(memory.over), beyond_(std::move(memory.beyond)), beyond_length_(memory.beyond_length),
+      beyond_place_(memory.beyond_place) {
+    // Lengths are over those of the scene where the path began.
+    set_weights(family_.at(options.from));
+}
+
+void PathFollower::set_weights(const StaticSystem& system) {
     weights_.resize(system.unknowns());
     for (int u = 0; u < system.unknowns(); ++u)
         weights_[u] = (system.map().place(u).i < 3 ? 1 / (system.length() * system.length()) : 1.0) /
                       std::max(1, system.unknowns() / slot_unknowns);
-    Direction ahead{Unknown::Zero(system.unknowns()), options.to > options.from ? 1.0 : -1.0};
-    if (!find_tangent(now_, ahead)) reason_ = "the stiffness is singular at the start";
 }
 
 double PathFollower::product(const Direction& a, const Direction& b) const {

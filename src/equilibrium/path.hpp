@@ -46,10 +46,38 @@ struct PathPoint {
     double residual = 0;
 };
 
+/// Unknowns and the number.
+struct PathDirection {
+    Unknown u;
+    double p = 0;
+};
+/// A place on a path.
+struct PathState {
+    StaticState state;
+    double value = 0;
+    PathDirection tangent;
+    long negative = 0;
+    double residual = 0;
+    int iterations = 0;
+};
+/// All that a path needs to go on with the same bits.
+struct PathMemory {
+    PathState now;
+    double length = 0, step = 0;
+    std::optional<PathState> beyond; ///< end of the step in which a point was located
+    double beyond_length = 0;
+    PathPlace beyond_place = PathPlace::regular;
+    bool over = false;
+};
+
 class PathFollower {
 public:
     /// `state`: an equilibrium at options.from.
     PathFollower(PathFamily& family, StaticState state, const PathOptions& options);
+    /// Goes on where another ended, whose family and options it has.
+    PathFollower(PathFamily& family, PathMemory memory, const PathOptions& options);
+    /// Of the last point.
+    PathMemory memory() const { return {now_, length_, step_, beyond_, beyond_length_, beyond_place_, over_}; }
 
     /// The first point is that of the start. Nothing once the path has left the range, or does not go on.
     std::optional<PathPoint> next();
@@ -60,19 +88,9 @@ public:
     bool switch_branch(double side);
 
 private:
-    /// Unknowns and the number.
-    struct Direction {
-        Unknown u;
-        double p = 0;
-    };
-    struct Place {
-        StaticState state;
-        double value = 0;
-        Direction tangent;
-        long negative = 0;
-        double residual = 0;
-        int iterations = 0;
-    };
+    using Direction = PathDirection;
+    using Place = PathState;
+    void set_weights(const StaticSystem& system);
     double product(const Direction& a, const Direction& b) const;
     void normalise(Direction& d) const;
     Unknown slope(const StaticState& state, double value);

@@ -3,6 +3,7 @@
 import csv
 import json
 import subprocess
+import time
 import unittest
 
 import numpy
@@ -219,6 +220,68 @@ class Solving(DriverTest):
         self.solve("path", "path1")
         self.solve("path", "path2", threads=2)
         self.assertEqual(self.rows("path1", "path.csv"), self.rows("path2", "path.csv"))
+
+    def test_a_path_that_is_cut_off_goes_on(self):
+        """By the points it may have, at any point: between a critical point and the end of its step, at a branch point that it leaves, on the
+        branch; the same files, bit for bit."""
+        words = ("--along", "load.0.end.2", "--to", -0.03, "--branch", 1, "--points", 60, "--set", "load.0.end=[0, 0, -0.004]")
+        self.solve("path", "whole", *words, text=COLUMN)
+        places = [row["place"] for row in self.rows("whole", "path.csv")]
+        branch = places.index("branch") + 1
+        self.assertEqual(places[-1], "end")
+        for points in (1, 2, branch - 1, branch, branch + 1, branch + 4, 60):
+            self.solve("path", "parts", *words[:6], "--points", points, *words[8:], *["--restart"] * (points > 1), text=COLUMN)
+        for name in ("path.csv", "observables.csv"):
+            self.assertEqual((self.directory / "parts" / name).read_bytes(), (self.directory / "whole" / name).read_bytes(), name)
+        self.assertEqual(self.digest("parts"), self.digest("whole"))
+        mine, theirs = self.frames("parts", "trajectory"), self.frames("whole", "trajectory")
+        self.assertEqual(mine.keys(), theirs.keys())
+        for name in mine:
+            self.assertTrue(numpy.array_equal(mine[name], theirs[name]), name)
+
+    def test_a_path_that_was_stopped_goes_on(self):
+        """By a signal, after some points."""
+        words = ("--along", "load.0.end.2", "--to", -0.03, "--step", 0.002, "--points", 2000)
+        self.scene.write_text(COLUMN)
+        command = [SKEIN, "path", self.scene, "--out", self.directory / "stopped", "--threads", 1, *words]
+        running = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True)
+        rows = self.directory / "stopped/observables.csv"
+        while running.poll() is None and not (rows.exists() and rows.read_text().count("\n") > 4):
+            time.sleep(0.001)
+        running.terminate()
+        said = running.communicate(timeout=100)[0]
+        self.assertEqual(running.returncode, 3, said)
+        self.assertIn("The path ends: it was stopped\nThe same command with --restart continues from there.\n", said)
+        self.solve("path", "stopped", *words, "--restart", text=COLUMN)
+        self.solve("path", "whole", *words, text=COLUMN)
+        self.assertEqual((self.directory / "stopped/path.csv").read_bytes(), (self.directory / "whole/path.csv").read_bytes())
+        self.assertEqual(self.digest("stopped"), self.digest("whole"))
+
+    def test_paths_that_do_not_go_on(self):
+        words = ("--along", "load.0.end.2", "--to", -0.03)
+
+        def said(*more, out="path", text=COLUMN):
+            return self.solve("path", out, *words, *more, "--restart", text=text, expect=2).stderr
+
+        self.assertIn("holds no path to continue", said())
+        self.solve("path", "path", *words, "--points", 3, text=COLUMN)
+        self.assertIn("the path has its 3 points; --points allows more", said("--points", 3))
+        self.assertIn("the path has --from -0.004, not -0.005; a path continues as it began", said("--from", -0.005))
+        self.assertIn("--step 0.05, not 0.1", said("--step", 0.1))
+        self.assertIn("excludes", said("--overwrite"))
+        self.assertIn("/rods/0/section/radius: was 0.01, now 0.011", said(text=COLUMN.replace("radius = 0.01", "radius = 0.011")))
+        record = self.directory / "path/path_state.json"
+        whole = record.read_text()
+        record.write_text(whole[: len(whole) // 2])
+        self.assertIn("is damaged", self.solve("path", "path", *words, "--restart", text=COLUMN, expect=5).stderr)
+        record.write_text(whole)
+        table = self.directory / "path/path.csv"
+        rows = table.read_text()
+        table.write_text(rows + "1,2,3\n")
+        self.assertIn("is not as the path left it", self.solve("path", "path", *words, "--restart", text=COLUMN, expect=5).stderr)
+        table.write_text(rows)
+        self.solve("path", "path", *words, "--restart", text=COLUMN)
+        self.assertIn("the path is complete", said())
 
 
 if __name__ == "__main__":

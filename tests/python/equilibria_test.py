@@ -193,6 +193,17 @@ class Paths(InFolder):
         short = skein.path(COLUMN, LOAD, from_=0, to=1.63)
         self.assertEqual(list(short.place[-2:]), ["branch", "end"], "a branch point within the last step")
 
+    def test_a_path_goes_on(self):
+        out = self.folder / "parts"
+        cut = skein.path(COLUMN, LOAD, from_=0, to=4, points=5, out=out)
+        found = skein.path(COLUMN, LOAD, from_=0, to=4, out=out, restart=True)
+        whole = skein.path(COLUMN, LOAD, from_=0, to=4)
+        self.assertEqual((len(cut), cut.complete, found.complete), (5, False, True))
+        np.testing.assert_array_equal(found.value, whole.value)
+        np.testing.assert_array_equal(found.positions["column"], whole.positions["column"])
+        with self.assertRaisesRegex(skein.RunFailed, "the path is complete"):
+            skein.path(COLUMN, LOAD, from_=0, to=4, out=out, restart=True)
+
     def test_a_force_of_a_load(self):
         found = skein.path(CANTILEVER, "load.0.end.2", to=-0.05)
         self.assertEqual(found.unit, "N")
