@@ -102,10 +102,9 @@ Exit make_runs(const Communicator& comm, const Machine& machine, const Study& st
     return Exit::done;
 }
 
-StudyFigures figures_of_runs(const Study& study, std::span<const StudySolution> solutions, const std::string& out) {
+StudyFigures figures_of_runs(const Study& study, const SolvedStudy& solved, const std::string& out) {
     std::array<RunSamples, 4> samples;
     std::array<double, 4> core_seconds{};
-    std::vector<std::string> notes;
     const std::vector<RodGroup> groups = make_groups(study.runs[study.given].scene);
     for (std::size_t k = 0; k < samples.size(); ++k) {
         const std::string directory = out + "/" + study.runs[k].name;
@@ -114,22 +113,23 @@ StudyFigures figures_of_runs(const Study& study, std::span<const StudySolution> 
             core_seconds[k] = core_seconds_of(directory, study.runs[k].predicted);
             continue;
         }
-        const StudySolution& solution = solutions[k < solutions.size() ? k : study.given];
+        const StudySolution& solution = solved.solutions[k < solved.solutions.size() ? k : study.given];
         core_seconds[k] = solution.core_seconds;
         if (study.method == StudyMethod::modes) samples[k].quantities.clear(); // frequencies have the rest in them
         samples[k].quantities.insert(samples[k].quantities.end(), solution.quantities.begin(),
                                      solution.quantities.end());
-        if (k < solutions.size() && !solution.note.empty()) notes.push_back(solution.note);
     }
     StudyFigures figures = figures_of(study, samples, core_seconds);
-    figures.notes.insert(figures.notes.end(), notes.begin(), notes.end());
+    if (!solved.left_out.empty())
+        figures.notes.push_back(fmt::format("not all solutions have {}{}", solved.left_out.front(),
+                                            solved.left_out.size() > 1 ? ", ..., " + solved.left_out.back() : ""));
     return figures;
 }
 
 /// Writes and prints the figures of all runs; text of a name that no observable has, or none.
-std::string tell_figures(const Study& study, std::span<const StudySolution> solutions,
-                         const ConvergeArguments& arguments, const std::string& out) {
-    const StudyFigures figures = figures_of_runs(study, solutions, out);
+std::string tell_figures(const Study& study, const SolvedStudy& solved, const ConvergeArguments& arguments,
+                         const std::string& out) {
+    const StudyFigures figures = figures_of_runs(study, solved, out);
     std::optional<Advice> advice;
     std::string unknown;
     try {
@@ -181,12 +181,12 @@ int converge_command(ConvergeArguments arguments, int& argc, char**& argv) {
         if (arguments.dry_run && arguments.json && comm.root()) print_document(json_of_runs(study));
         if (arguments.dry_run) return static_cast<int>(Exit::done);
         on_root(comm, [&] { require_own(out); });
-        std::vector<StudySolution> solutions;
-        if (study.solved()) solutions = solve_runs(comm, study, arguments, out);
+        SolvedStudy solved;
+        if (study.solved()) solved = solve_runs(comm, study, arguments, out);
         else if (const Exit code = make_runs(comm, machine, study, out, arguments); code != Exit::done)
             return static_cast<int>(code);
         std::string unknown; // of a name that no observable has, told beside the table of those that there are
-        on_root(comm, [&] { unknown = tell_figures(study, solutions, arguments, out); });
+        on_root(comm, [&] { unknown = tell_figures(study, solved, arguments, out); });
         unknown = comm.broadcast(unknown);
         if (!unknown.empty()) throw InputError(unknown);
         return static_cast<int>(Exit::done);

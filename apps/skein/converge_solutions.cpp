@@ -10,6 +10,9 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <iterator>
+#include <map>
+#include <utility>
 
 namespace skein {
 
@@ -75,27 +78,25 @@ StudySolution solve_path(const Communicator& comm, const StudyRun& run, const Co
     const FoundPath found = follow_path(comm, path);
     if (found.code != Exit::done) throw Stopped("stopped by a signal");
     if (!found.complete) throw NumericalError("the path ends early: " + found.reason);
-    StudySolution solution{.core_seconds = found.seconds, .quantities = {}, .note = {}};
+    StudySolution solution{.core_seconds = found.seconds, .quantities = {}};
     for (const auto& [name, values] : {std::pair{"limit", &found.limits}, {"branch", &found.branches}})
         for (std::size_t i = 0; i < values->size(); ++i)
             solution.quantities.push_back(quantity(name, i, found.unit, (*values)[i]));
     return solution;
 }
 
-/// Keeps the quantities that all solutions have, in the same order.
-void keep_common(std::vector<StudySolution>& solutions, const Study& study) {
-    const auto has = [](const StudySolution& solution, const Quantity& wanted) {
-        return std::any_of(solution.quantities.begin(), solution.quantities.end(),
-                           [&](const Quantity& q) { return q.name == wanted.name; });
-    };
-    for (std::size_t k = 0; k < solutions.size(); ++k)
-        for (StudySolution& other : solutions)
-            std::erase_if(other.quantities, [&](const Quantity& q) {
-                if (has(solutions[k], q)) return false;
-                other.note += fmt::format("{}{} is not in the solution {}", other.note.empty() ? "" : "; ", q.name,
-                                          study.runs[k].name);
-                return true;
-            });
+/// Keeps the quantities that all solutions have, in the same order; names of the others.
+std::vector<std::string> keep_common(std::vector<StudySolution>& solutions) {
+    std::map<std::string, std::size_t> count;
+    std::vector<std::string> names, left_out;
+    for (const StudySolution& solution : solutions)
+        for (const Quantity& q : solution.quantities)
+            if (++count[q.name] == 1) names.push_back(q.name);
+    std::copy_if(names.begin(), names.end(), std::back_inserter(left_out),
+                 [&](const std::string& name) { return count[name] < solutions.size(); });
+    for (StudySolution& solution : solutions)
+        std::erase_if(solution.quantities, [&](const Quantity& q) { return count[q.name] < solutions.size(); });
+    return left_out;
 }
 
 } // namespace
@@ -106,8 +107,8 @@ StudyMethod method_of(const ConvergeArguments& arguments) {
     return arguments.equilibrium ? StudyMethod::equilibrium : StudyMethod::steps;
 }
 
-std::vector<StudySolution> solve_runs(const Communicator& comm, const Study& study, const ConvergeArguments& arguments,
-                                      const std::string& out) {
+SolvedStudy solve_runs(const Communicator& comm, const Study& study, const ConvergeArguments& arguments,
+                       const std::string& out) {
     std::vector<StudySolution> solutions;
     for (const StudyRun& run : study.made()) {
         const std::string directory = out + "/" + run.name;
@@ -124,8 +125,8 @@ std::vector<StudySolution> solve_runs(const Communicator& comm, const Study& stu
             std::fflush(stdout);
         }
     }
-    keep_common(solutions, study);
-    return solutions;
+    std::vector<std::string> left_out = keep_common(solutions);
+    return {std::move(solutions), std::move(left_out)};
 }
 
 } // namespace skein

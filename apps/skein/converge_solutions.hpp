@@ -14,13 +14,16 @@ namespace skein {
 struct StudySolution {
     double core_seconds = 0;          ///< without start and output
     std::vector<Quantity> quantities; ///< frequencies, or critical points of a path
-    std::string note;
+};
+struct SolvedStudy {
+    std::vector<StudySolution> solutions; ///< of the runs to make, with the quantities that all have
+    std::vector<std::string> left_out;    ///< names of those that some do not have
 };
 
 /// Method that a command line asks for; StudyMethod::steps: it asks for none.
 StudyMethod method_of(const ConvergeArguments& arguments);
 /// Solves and writes all runs of a study below `out`. Throws NumericalError where one has no solution. Collective.
-std::vector<StudySolution> solve_runs(const Communicator& comm, const Study& study, const ConvergeArguments& arguments,
-                                      const std::string& out);
+SolvedStudy solve_runs(const Communicator& comm, const Study& study, const ConvergeArguments& arguments,
+                       const std::string& out);
 
 } // namespace skein

@@ -226,6 +226,17 @@ class Solutions(DriverTest):
         self.assertEqual([name for name, o in found.items() if o["counts"]], [name for name in found if name.startswith("branch_")])
         self.assertEqual(found["branch_1"]["unit"], "N")
 
+    def test_what_not_all_solutions_have(self):
+        """Eight elements have 48 modes."""
+        done = self.converge("modes", "--modes", "50")
+        self.assertIn("note: not all solutions have frequency_49, ..., frequency_50\n", done.stdout)
+        self.assertEqual(len(self.figures("modes")[1]), 48)
+
+    def test_a_dry_run(self):
+        done = self.converge("none", "--equilibrium", "--coarser", "--dry-run", "--json")
+        self.assertEqual(json.loads(done.stdout), [{"name": f"{n}_equilibrium", "elements": n} for n in (4, 8, 16)])
+        self.assertFalse((self.directory / "none").exists())
+
     def test_what_tolerance_asks_for_is_met(self):
         """By the solution of the elements that it says, against one of many."""
         self.converge("rest", "--equilibrium", "--tolerance", "1e-3", "--observable", "tip of rod 0")
