@@ -56,6 +56,7 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
     for (int i = 0; i < most; ++i) {
         StaticSystem::Balance balance = system_.balance(state, true);
         balance.residual -= left;
+        if (!is_symmetric(balance.asymmetry)) system_.leave_couples(balance, left);
         const double relative = system_.relative(balance);
         const Unknown correction = this->correction(state, balance, result.reason);
         if (correction.size() == 0) return result;

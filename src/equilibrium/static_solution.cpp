@@ -2,13 +2,6 @@
 
 namespace skein {
 
-namespace {
-
-/// Stiffness is symmetric where loads have a potential, to rounding.
-constexpr double round_off = 1e-11;
-
-} // namespace
-
 bool StaticSolution::factorise(const StaticState& state, StaticSystem::Balance& balance) {
     neutral_ = system_->neutral(state, balance);
     pins_ = neutral_.pins();
@@ -23,7 +16,7 @@ bool StaticSolution::factorise(StaticSystem::Balance& balance, const Stiffness& 
 }
 
 bool StaticSolution::factorise(const Stiffness& stiffness, double asymmetry) {
-    symmetric_ = asymmetry < round_off;
+    symmetric_ = is_symmetric(asymmetry);
     if (!factor_ || !factor_->suits(stiffness, symmetric_))
         factor_ = make_factor(stiffness, symmetric_, system_->ranks());
     return factor_->factorise(stiffness);

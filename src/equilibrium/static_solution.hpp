@@ -9,6 +9,9 @@
 
 namespace skein {
 
+/// A stiffness is symmetric where loads have a potential, to rounding.
+constexpr bool is_symmetric(double asymmetry) { return asymmetry < 1e-11; }
+
 class StaticSolution {
 public:
     explicit StaticSolution(const StaticSystem& system) : system_(&system) {}

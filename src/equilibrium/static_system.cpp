@@ -183,6 +183,21 @@ StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_
     return out;
 }
 
+void StaticSystem::leave_couples(Balance& balance, const Unknown& left) const {
+    for (std::size_t s = 0; s < unknowns_.slots(); ++s) {
+        if (!unknowns_.plain(s)) continue;
+        const int at[3] = {unknowns_.of(s, 3), unknowns_.of(s, 4), unknowns_.of(s, 5)};
+        if (std::any_of(std::begin(at), std::end(at), [](int u) { return u < 0; })) continue;
+        for (const int i : {0, 1, 2}) {
+            const int j = (i + 1) % 3;
+            const double half = 0.5 * left[at[(i + 2) % 3]];
+            if (half == 0) continue;
+            balance.stiffness->coeffRef(at[i], at[j]) += half;
+            balance.stiffness->coeffRef(at[j], at[i]) -= half;
+        }
+    }
+}
+
 std::pair<StaticSystem::Balance, double> StaticSystem::sticking_balance(const StaticState& state) {
     const auto take_friction = [&](bool acts) {
         at_rest_->take_friction(acts);

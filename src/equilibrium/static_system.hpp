@@ -86,6 +86,8 @@ public:
         double couple_size = 0;         ///< the same of couples at an element, N m
     };
     Balance balance(const StaticState& state, bool with_stiffness);
+    /// Takes [c]/2 of couples that are left beside the loads out of a stiffness without symmetry: those are constant.
+    void leave_couples(Balance& balance, const Unknown& left) const;
     /// The same in a reference state, where all contacts stick, with the symmetric part of the stiffness if friction
     /// alone has no potential: what is left out changes eigenvalues by its square. Second: its size, as `asymmetry`.
     std::pair<Balance, double> sticking_balance(const StaticState& state);
