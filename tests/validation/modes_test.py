@@ -38,6 +38,89 @@ def beam(most, start, end, shear=of_circle(E, RADIUS)[1][0], density=1000.0):
 CLAMPED, FREE, PINNED = (0, 1), (2, 3), (0, 2)
 
 
+def ring_frequencies(most, density=1000.0):
+    """Lowest frequencies, Hz, of a ring with shear, stretch and rotary inertia: of n waves round it the energy of a displacement outwards, one along
+    and a turn in the plane, or of a displacement across, a turn of the section and a twist."""
+    radius, (bending, shear) = LENGTH / (2 * math.pi), of_circle(E, RADIUS)
+    masses = density * numpy.array([AREA, AREA, SECOND]), density * numpy.array([AREA, SECOND, 2 * SECOND])
+    found = []
+    for n in range(2, 6):
+        strains = (((numpy.array([1, n, 0]) / radius, shear[2]), (numpy.array([n / radius, 1 / radius, 1]), shear[0]), (numpy.array([0, 0, n]) / radius, bending[0])),
+                   ((numpy.array([n / radius, 1, 0]), shear[0]), (numpy.array([0, n, 1]) / radius, bending[0]), (numpy.array([0, 1, n]) / radius, bending[2])))
+        for parts, mass in zip(strains, masses):
+            stiffness = sum(size * numpy.outer(strain, strain) for strain, size in parts)
+            found.append(math.sqrt(numpy.linalg.eigvals(stiffness / mass[:, None]).real.min()) / (2 * math.pi))
+    return sorted(found)[:most]
+
+
+def member_stiffness(omega, length, density=1000.0):
+    """Dynamic stiffness [12, 12] of a round rod along x with shear and rotary inertia, exact: places and turns of its start, then of its end."""
+    (bending, _, twist), (shear, _, stretch) = of_circle(E, RADIUS)
+    mass, spin, stiffness = density * AREA * omega**2, density * SECOND * omega**2, numpy.zeros((12, 12))
+
+    def fill(slots, rate, signs=(1, 1)):
+        """Of displacements and the forces on them, u' = rate u."""
+        half = len(rate) // 2
+        values, vectors = numpy.linalg.eig(rate * length)
+        transfer = (vectors * numpy.exp(values) @ numpy.linalg.inv(vectors)).real
+        by_end = numpy.linalg.inv(transfer[:half, half:])
+        start = numpy.hstack([-by_end @ transfer[:half, :half], by_end])  # forces at the start
+        end = numpy.hstack([transfer[half:, :half], numpy.zeros((half, half))]) + transfer[half:, half:] @ start
+        sign = numpy.tile(signs[:half], 2)
+        stiffness[numpy.ix_(slots, slots)] += sign[:, None] * numpy.vstack([-start, end]) * sign
+
+    fill([0, 6], numpy.array([[0, 1 / stretch], [-mass, 0]]))
+    fill([3, 9], numpy.array([[0, 1 / twist], [-2 * spin, 0]]))
+    plane = numpy.array([[0, 1, 1 / shear, 0], [0, 0, 0, 1 / bending], [-mass, 0, 0, 0], [0, -spin, -1, 0]])
+    fill([1, 5, 7, 11], plane)
+    fill([2, 4, 8, 10], plane, (1, -1))
+    return stiffness
+
+
+def frame_frequencies(sides, most):
+    """Lowest frequencies, Hz, of a free box of twelve rods with stiff corners, by counting negative eigenvalues of its dynamic stiffness
+    (Wittrick, Williams): right below the lowest frequency of a rod that is clamped at both ends."""
+    corners = numpy.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    edges = [(a, b) for a in range(8) for b in range(a + 1, 8) if numpy.abs(corners[a] - corners[b]).sum() == 1]
+
+    def below(omega):
+        all_of = numpy.zeros((48, 48))
+        for a, b in edges:
+            axis = int(numpy.argmax(numpy.abs(corners[b] - corners[a])))
+            turn = numpy.kron(numpy.eye(4), numpy.roll(numpy.eye(3), axis, axis=1))  # local to lab axes
+            at = [*range(6 * a, 6 * a + 6), *range(6 * b, 6 * b + 6)]
+            all_of[numpy.ix_(at, at)] += turn.T @ member_stiffness(omega, sides[axis]) @ turn
+        return int(numpy.sum(numpy.linalg.eigvalsh(0.5 * (all_of + all_of.T)) < 0))
+
+    highest, found = 22.0 * math.sqrt(E * SECOND / (1000.0 * AREA)) / max(sides)**2, []
+    for i in range(most):
+        low, high = 1e-3 * highest, highest
+        assert below(low) == 6 and below(high) >= 7 + i
+        for _ in range(50):
+            middle = 0.5 * (low + high)
+            low, high = (middle, high) if below(middle) < 7 + i else (low, middle)
+        found.append(low / (2 * math.pi))
+    return found
+
+
+def frame(sides, n):
+    """The same as a scene: rods of n elements, joined at each corner."""
+    corners = numpy.array([[i, j, k] for i in (0, 1) for j in (0, 1) for k in (0, 1)])
+    text, at = HEAD, {corner: [] for corner in range(8)}  # rods, and which of their ends
+    for a in range(8):
+        for axis in range(3):
+            if corners[a][axis]: continue
+            b = a + (4, 2, 1)[axis]
+            name, tangent, normal = f"edge{a}{b}", numpy.roll([1, 0, 0], axis), numpy.roll([0, 1, 0], axis)
+            one = rod(name, sides[axis], n, E, RADIUS, tangent.tolist(), normal.tolist())
+            text += one.rstrip().removesuffix("}") + f", origin = {(corners[a] * sides).tolist()}}}\n"
+            at[a].append((name, 0.0))
+            at[b].append((name, 1.0))
+    for first, *others in at.values():
+        text += "".join(f'[[joint]]\nkind = "fixed"\nbetween = ["{first[0]}", "{other[0]}"]\nat = [{first[1]}, {other[1]}]\n' for other in others)
+    return text
+
+
 class Modes(SolvedScenes):
     def assert_pairs(self, name, text_of, exact, neutral, ns=(10, 20, 40), alike=1e-9):
         """Bending both ways of a round rod: each frequency twice."""
@@ -68,6 +151,23 @@ class Modes(SolvedScenes):
         ends = 'start = "pinned"\nend = "pinned"\nend_motion = {translation_formula = ["pulled*t", "0", "0"]}'
         head = HEAD + f'[constants]\npulled = {{value = {stretch}, unit = "m/s"}}\n'
         self.assert_pairs("string", lambda n: head + rod("rod", LENGTH, n, E, r, more=ends), exact, 1, (20, 40, 80), 1e-6)
+
+    def test_ring(self):
+        """A circular ring that is free of stress, in its plane and out of it: each frequency twice."""
+        ring = rod("ring", LENGTH, 0, E, RADIUS)
+        self.assert_pairs("ring", lambda n: HEAD + ring.replace("elements = 0", f"elements = {n}, closed = true"), ring_frequencies(4), 6, (20, 40, 80))
+
+    def test_frame_of_twelve_rods(self):
+        """A free box with stiff corners and three different sides."""
+        sides = (1.0, 0.8, 0.65)
+        exact = frame_frequencies(sides, 4)
+        lists = []
+        for n in (6, 12, 24):
+            found, still = self.modes(frame(sides, n), "--count", 4)
+            self.assertEqual(still, 6)
+            lists.append(found)
+        for i, one in enumerate(exact):
+            self.assert_second_order(f"frame, mode {i + 1}", [found[i] for found in lists], one)
 
     def test_joined_rods_move_as_one(self):
         """A clamped rod of two that share a node, over one rod of as many elements."""
