@@ -72,6 +72,15 @@ public:
         friction_.add(bodies_, attached_, state, time_, with_stiffness, out);
     }
 
+    void evaluate_damping(std::span<const Slot<1>> state, StaticContactLoads& out) override {
+        out.couplings.clear();
+        out.turning.clear();
+        if (!friction_.damps(time_)) return;
+        for (std::size_t s = 0; s < bodies_.slots(); ++s)
+            bodies_.node[s].position = attached_[s].place(state[attached_[s].slot]);
+        friction_.add_damping(bodies_, attached_, state, time_, out);
+    }
+
 private:
     /// Pairs that touch and may.
     void find_pairs() {

@@ -42,6 +42,9 @@ public:
     virtual void set_time(double time) = 0;
     /// `state`: slots of all rods, one after another.
     virtual void evaluate(std::span<const Slot<1>> state, bool with_stiffness, StaticContactLoads& out) = 0;
+    /// Damping at rest by dashpots, and by friction that vanishes with the speed of slip: minus the derivative of loads
+    /// by rates, in `turning`.
+    virtual void evaluate_damping(std::span<const Slot<1>> state, StaticContactLoads& out) = 0;
     /// True where friction acts.
     virtual bool rubs() const = 0;
     /// Friction acts from here on, where it has memory: its springs are those of this state.

@@ -24,11 +24,15 @@ struct RubbingElement {
     double radius; ///< m
 };
 
-/// Motion of an element along some of its unknowns.
+/// Motion of an element along some of its unknowns, or of its rates.
 class MovedElement {
 public:
     /// Slopes of a slot's six unknowns, or of its three displacements, begin at `first`; below 0: it does not move.
-    MovedElement(const RubbingElement& element, const int (&first)[2]) {
+    MovedElement(const RubbingElement& element, const int (&first)[2], bool along_rates) {
+        if (along_rates) {
+            take_rates(element, first);
+            return;
+        }
         Vec3<P::Slopes> turn{P::Slopes(0.0), P::Slopes(0.0), P::Slopes(0.0)};
         if (first[0] >= 0) {
             turn.x.set(first[0] + 3, 1);
@@ -63,12 +67,33 @@ public:
     Vec3<P> arm[2] = {nowhere(), nowhere()}; ///< of nodes of a body, lab
 
 private:
+    void take_rates(const RubbingElement& element, const int (&first)[2]) {
+        frame = broadcast<dual>(lane(element.now[0]->director, 0));
+        const auto free = [](int slope) {
+            Vec3<P> rates = nowhere();
+            rates.x.d.set(slope, 1);
+            rates.y.d.set(slope + 1, 1);
+            rates.z.d.set(slope + 2, 1);
+            return rates;
+        };
+        spin = first[0] >= 0 ? transpose_times(frame, free(first[0] + 3)) : nowhere();
+        for (const int i : {0, 1}) {
+            const bool on_body = element.slot[i]->on_body;
+            const int own = on_body ? first[0] : first[i];
+            node_[i] = broadcast<dual>(lane(element.now[i]->position, 0));
+            velocity_[i] = own >= 0 ? free(own) : nowhere();
+            if (!on_body) continue;
+            arm[i] = transpose_times(frame, broadcast<dual>(element.slot[i]->arm));
+            node_[i] = node_[i] + arm[i];
+            velocity_[i] = velocity_[i] + cross(spin, arm[i]);
+        }
+    }
     static P rate() { return P(1 / long_step); }
     static Vec3<P> nowhere() { return {P(0.0), P(0.0), P(0.0)}; }
     Vec3<P> node_[2], velocity_[2];
 };
 
-/// Friction on the slots of both elements: forces at their nodes, lab, and couples on them, body.
+/// Loads on the slots of both elements: forces at their nodes, lab, and couples on them, body.
 struct RubbingLoad {
     Vec3<P> force[4], couple[4];
 };
@@ -80,7 +105,8 @@ struct RubbingContact {
     FrictionSpring<double> spring;
     double nearest[2]; ///< shares of the nearest points, which vertices move
 
-    RubbingLoad load(const MovedElement& a, const MovedElement& b) const {
+    /// Friction over a step, s, or with the normal force too.
+    RubbingLoad load(const MovedElement& a, const MovedElement& b, double step, bool with_normal) const {
         const ClosestPoints<P> at = closest_points(a.start(), a.edge(), b.start(), b.edge());
         const P s = at.s + P(contact.s - nearest[0]), t = at.t + P(contact.t - nearest[1]);
         const Vec3<P> apart = b.point(t) - a.point(s);
@@ -91,8 +117,8 @@ struct RubbingContact {
             {broadcast<dual>(spring.x), P(spring.stiffness)}, broadcast<dual>(Vec3d{0, 0, 0}), P(0.0)};
         const P weight(contact.weight);
         const ContactForce<P> all =
-            contact_force<dual>(kinds, numbers.as<P>(), state, long_step, memory, {weight, weight}, P(elsewhere));
-        const Vec3<P> force = all.on_1 + all.normal * n;
+            contact_force<dual>(kinds, numbers.as<P>(), state, step, memory, {weight, weight}, P(elsewhere));
+        const Vec3<P> force = with_normal ? all.on_1 : all.on_1 + all.normal * n;
         RubbingLoad load{{(P(1.0) - s) * force, s * force, (t - P(1.0)) * force, -t * force}, {}};
         for (const int i : {0, 1, 2, 3}) {
             const MovedElement& of = i < 2 ? a : b;
@@ -122,7 +148,7 @@ void StaticFriction::set_springs(std::vector<SavedContact> springs) {
     left_ = springs_;
 }
 
-void StaticFriction::show_rates(Exposure& bodies, std::span<const Slot<1>> state) const {
+void StaticFriction::show_rates(Exposure& bodies, std::span<const Slot<1>> state, std::span<const Slot<1>> then) const {
     constexpr double rate = 1 / long_step;
     std::vector<Slot<1>> one;
     std::size_t first = 0;
@@ -132,10 +158,10 @@ void StaticFriction::show_rates(Exposure& bodies, std::span<const Slot<1>> state
         one.assign(state.begin() + static_cast<std::ptrdiff_t>(first),
                    state.begin() + static_cast<std::ptrdiff_t>(first + slots));
         for (std::size_t k = 0; k < slots; ++k) {
-            const Slot<1>& then = reference_[first + k];
-            const Vec3d way = lane(one[k].position, 0) - lane(then.position, 0);
+            const Slot<1>& before = then[first + k];
+            const Vec3d way = lane(one[k].position, 0) - lane(before.position, 0);
             set_lane(one[k].velocity, 0, rate * way);
-            set_lane(one[k].spin, 0, rate * relative_rotation(lane(one[k].director, 0), lane(then.director, 0)));
+            set_lane(one[k].spin, 0, rate * relative_rotation(lane(one[k].director, 0), lane(before.director, 0)));
         }
         first += slots;
         if (group.closed()) one.back() = one.front();
@@ -171,7 +197,7 @@ FrictionSpring<double> StaticFriction::spring_before(const Exposure& bodies, con
 
 void StaticFriction::add(Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state,
                          double time, bool with_stiffness, StaticContactLoads& out) {
-    show_rates(bodies, state);
+    show_rates(bodies, state, reference_);
     const std::vector<ContactNumbers<double>> numbers = scene_.laws.numbers(time);
     const std::unique_ptr<ContactSolver> solver = make_contacts(scene_, threads_);
     const BinnedTotal none(solver->energy_bins());
@@ -186,13 +212,41 @@ void StaticFriction::add(Exposure& bodies, std::span<const AttachedSlot> attache
         const double friction = memory.weight * memory.spring.stiffness * norm(memory.spring.x);
         for (const std::uint32_t element : {all[c].pair.a, all[c].pair.b})
             out.couple_size[attached[element].slot] += bodies.node[element].radius * friction;
-        if (with_stiffness) add_stiffness(bodies, attached, state, numbers, all[c], left_[c], out);
+        if (with_stiffness)
+            add_slopes_of(Slopes::by_places, bodies, attached, state, reference_, numbers, all[c], left_[c], out);
     }
 }
 
-void StaticFriction::add_stiffness(const Exposure& bodies, std::span<const AttachedSlot> attached,
-                                   std::span<const Slot<1>> state, std::span<const ContactNumbers<double>> numbers,
-                                   const Contact& one, const SavedContact& left, StaticContactLoads& out) const {
+bool StaticFriction::damps(double time) const {
+    const std::vector<ContactNumbers<double>> numbers = scene_.laws.numbers(time);
+    const ContactFriction friction = scene_.laws.friction();
+    return std::any_of(numbers.begin(), numbers.end(), [&](const ContactNumbers<double>& law) {
+        return law.damping > 0 || (friction == ContactFriction::memory && law.tangential_damping > 0) ||
+               (slips_always(friction) && law.kinetic_friction > 0);
+    });
+}
+
+void StaticFriction::add_damping(Exposure& bodies, std::span<const AttachedSlot> attached,
+                                 std::span<const Slot<1>> state, double time, StaticContactLoads& out) {
+    show_rates(bodies, state, state);
+    std::vector<ContactNumbers<double>> numbers = scene_.laws.numbers(time);
+    for (ContactNumbers<double>& law : numbers) law.twice_step = 1; // of regularised friction without a spring
+    const std::unique_ptr<ContactSolver> solver = make_contacts(scene_, threads_);
+    const BinnedTotal none(solver->energy_bins());
+    solver->restore(springs_, none, none);
+    SlotLoads loads;
+    solver->evaluate(bodies, time, long_step, loads);
+    const std::vector<Contact> all = solver->active(bodies);
+    std::vector<SavedContact> left = solver->saved(bodies);
+    left.resize(all.size()); // none where contacts have no memory
+    for (std::size_t c = 0; c < all.size(); ++c)
+        add_slopes_of(Slopes::by_rates, bodies, attached, state, state, numbers, all[c], left[c], out);
+}
+
+void StaticFriction::add_slopes_of(Slopes by, const Exposure& bodies, std::span<const AttachedSlot> attached,
+                                   std::span<const Slot<1>> state, std::span<const Slot<1>> then,
+                                   std::span<const ContactNumbers<double>> numbers, const Contact& one,
+                                   const SavedContact& left, StaticContactLoads& out) const {
     const auto [a, b] = one.pair;
     const auto material = [&](std::uint32_t slot) { return to_index(bodies.at(slot).group); };
     const std::size_t law = scene_.laws.materials() == 1 ? 0 : material(a) * scene_.laws.materials() + material(b);
@@ -201,7 +255,7 @@ void StaticFriction::add_stiffness(const Exposure& bodies, std::span<const Attac
         const AttachedSlot *first = &attached[e], *second = &attached[e + 1];
         return RubbingElement{{first, second},
                               {&state[first->slot], &state[second->slot]},
-                              {&reference_[first->slot], &reference_[second->slot]},
+                              {&then[first->slot], &then[second->slot]},
                               bodies.node[e].radius};
     };
     const RubbingElement element[2] = {element_at(a), element_at(b)};
@@ -214,22 +268,25 @@ void StaticFriction::add_stiffness(const Exposure& bodies, std::span<const Attac
     const RubbingContact contact{{scene_.laws.normal(), scene_.laws.friction()},
                                  numbers[law],
                                  one,
-                                 spring_before(bodies, one, left),
+                                 slips_always(scene_.laws.friction()) ? FrictionSpring<double>{{0, 0, 0}, 0}
+                                                                      : spring_before(bodies, one, left),
                                  {nearest.s[0], nearest.t[0]},
                                  {element[0].radius, element[1].radius},
                                  std::max(0.0, pressed - own)};
     // Unknowns of the first element, of the second one, and of the nodes behind them.
     constexpr int still = -1;
+    const bool rates = by == Slopes::by_rates;
     const int moves[3][2][2] = {{{0, still}, {still, still}}, {{still, still}, {0, still}}, {{still, 0}, {still, 3}}};
     for (int p = 0; p < 3; ++p) {
         const RubbingLoad load =
-            contact.load(MovedElement(element[0], moves[p][0]), MovedElement(element[1], moves[p][1]));
+            contact.load(MovedElement(element[0], moves[p][0], rates), MovedElement(element[1], moves[p][1], rates),
+                         rates ? 0 : long_step, rates);
         for (std::size_t row = 0; row < 4; ++row) {
             const auto put = [&](std::size_t column, int first, int count) {
-                const std::size_t of = slot[row]->slot, by = slot[column]->slot;
-                SlotCoupling& coupling = out.turning.emplace_back(SlotCoupling{of, by, {}});
-                add_slopes(load.force[row], load.couple[row], of == by && count == slot_unknowns, coupling.block, first,
-                           count);
+                const std::size_t of = slot[row]->slot, column_of = slot[column]->slot;
+                SlotCoupling& coupling = out.turning.emplace_back(SlotCoupling{of, column_of, {}});
+                add_slopes(load.force[row], load.couple[row], !rates && of == column_of && count == slot_unknowns,
+                           coupling.block, first, count);
             };
             if (p < 2) {
                 put(2 * static_cast<std::size_t>(p), 0, slot_unknowns);

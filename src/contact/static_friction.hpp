@@ -3,6 +3,7 @@
 //   places     x of the step's end;  rates  (x - x_0)/H, log(Q Q_0^T)/H
 //   H          so long that dashpots exert nothing, and that friction which depends on the speed of slip vanishes
 //   stiffness  that of the law between two elements, over dual numbers; shares of vertices stay as they are
+//   damping    the same by rates, over a step of no length, with dashpots
 #pragma once
 
 #include "contact/attached_slot.hpp"
@@ -41,11 +42,21 @@ public:
     void add(Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state, double time,
              bool with_stiffness, StaticContactLoads& out);
 
+    /// True where contacts that touch damp at this time.
+    bool damps(double time) const;
+    /// Adds the damping of all contacts at a time, in `turning`.
+    void add_damping(Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state,
+                     double time, StaticContactLoads& out);
+
 private:
-    void show_rates(Exposure& bodies, std::span<const Slot<1>> state) const;
+    /// Rates of the step from `then`.
+    void show_rates(Exposure& bodies, std::span<const Slot<1>> state, std::span<const Slot<1>> then) const;
     void take_loads(const Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state,
                     const SlotLoads& loads, StaticContactLoads& out) const;
-    void add_stiffness(const Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state,
+    enum class Slopes { by_places, by_rates };
+    /// Adds the stiffness of a contact's friction, or its damping.
+    void add_slopes_of(Slopes by, const Exposure& bodies, std::span<const AttachedSlot> attached,
+                       std::span<const Slot<1>> state, std::span<const Slot<1>> then,
                        std::span<const ContactNumbers<double>> numbers, const Contact& one, const SavedContact& left,
                        StaticContactLoads& out) const;
     /// The spring with which the step begins.

@@ -60,6 +60,10 @@ public:
     virtual std::vector<Vec3d> strains(std::span<const Slot<1>> state) const = 0;
     virtual void evaluate(std::span<const Slot<1>> state, std::span<const Vec3d> carried, bool with_stiffness,
                           StaticLoads& out) = 0;
+    /// Damping at rest, minus the derivative of the loads by rates: in `row` and `couplings` in place of stiffness,
+    /// with what damps in kicks. The rates of a slot are the velocity of its node, lab, and the spin of its element,
+    /// body.
+    virtual void evaluate_damping(std::span<const Slot<1>> state, StaticLoads& out) = 0;
     virtual bool rubs() const = 0; ///< friction of walls acts
     /// Friction of walls acts from here on, where it has memory: its springs are those of this state.
     virtual void set_reference(std::span<const Slot<1>> state) = 0;

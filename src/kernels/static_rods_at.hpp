@@ -1,6 +1,7 @@
 // Bodies at rest, compiled per level. Internal loads and their slopes come element by element (elastic_tangent.hpp).
 // All other loads come from the passes of the plan and from its joints, which run over dual numbers: a colour of slots
-// after another is moved along its six unknowns, such that no load feels two slots of one colour.
+// after another is moved along its six unknowns, such that no load feels two slots of one colour. Damping comes in the
+// same way, by slots that are given rates.
 #pragma once
 
 #include "core/dual_rotation.hpp"
@@ -11,6 +12,8 @@
 #include "kernels/elastic_tangent.hpp"
 #include "kernels/make_rods_at.hpp"
 #include "kernels/static_rods.hpp"
+#include "loads/damping.hpp"
+#include "loads/laplacian_filter.hpp"
 #include "mechanics/moving_ends.hpp"
 #include "tiles/slot_slopes.hpp"
 
@@ -70,6 +73,7 @@ public:
         slot_.resize(slots + 1); // and the world
         load_.resize(slots);
         for (Rod& rod : rods_) make_passes(rod, plan, around);
+        for (const GroupPlan& group : plan.groups) damping_.push_back(group.damping);
         if (around.joints) make_clusters(*around.joints, groups, owned);
         set_time(0);
     }
@@ -90,9 +94,9 @@ public:
                  .begin = time};
         rubbing_step_ = step_;
         rubbing_step_.dt = rubbing_step_.kick = long_step;
-        for (const Rod& rod : rods_)
-            for (const auto& pass : rod.passes) pass->prepare({pass.get() == rod.rubbing ? &rubbing_step_ : &step_, 1});
-        for (const auto& [assembly, joints] : joints_) joints->prepare({&step_, 1});
+        short_step_ = step_;
+        short_step_.dt = short_step_.kick = short_step;
+        prepare(step_, rubbing_step_);
     }
 
     void lead_ends(std::span<Slot<1>> state) const override {
@@ -153,6 +157,27 @@ public:
         for (const Cluster& cluster : clusters_) add_joints(cluster, state, with_stiffness, out);
     }
 
+    void evaluate_damping(std::span<const Slot<1>> state, StaticLoads& out) override {
+        out.force.assign(slots_, Vec3d{0, 0, 0});
+        out.couple.assign(slots_, Vec3d{0, 0, 0});
+        out.force_size.assign(slots_, 0);
+        out.couple_size.assign(slots_, 0);
+        out.row.assign(slots_, StiffnessRow{});
+        out.couplings.clear();
+        prepare(short_step_, short_step_);
+        place(state);
+        const std::vector<Vec3d> strain = strains(state);
+        along_rates_ = true;
+        for (Rod& rod : rods_) {
+            add_rates_of_kicks(rod, state, strain, out);
+            for (const pass::Filter& filter : rod.filters) add_filter(rod, filter, state, out);
+            if (!rod.passes.empty()) add_passes(rod, state, true, out);
+        }
+        for (const Cluster& cluster : clusters_) add_joints(cluster, state, true, out);
+        along_rates_ = false;
+        prepare(step_, rubbing_step_);
+    }
+
 private:
     using P = Pack<dual>;
 
@@ -165,8 +190,9 @@ private:
         std::shared_ptr<WallContactTiles<dual>> walls;
         const TilePass<dual>* rubbing = nullptr; ///< the pass of walls with friction that has memory
         std::vector<double> springs;             ///< memory at walls in the reference state
-        int reach = 1;                           ///< slots to each side of a load that it depends on
-        bool far = false;                        ///< some load depends on all of them
+        std::vector<pass::Filter> filters;
+        int reach = 1;    ///< slots to each side of a load that it depends on
+        bool far = false; ///< some load depends on all of them
     };
     /// Slots of a copy of an assembly, as its joints have them, and colours of those that are joined.
     struct Cluster {
@@ -179,6 +205,16 @@ private:
         Slot<1> world;
         const RodGroup* group; ///< of its first rod
     };
+
+    /// A step over which springs of friction do not change, and regularised friction needs none.
+    static constexpr double short_step = 1e-20;
+
+    /// Prepares passes for a step, those of walls with friction that has memory for another.
+    void prepare(const Step& step, const Step& rubbing) {
+        for (const Rod& rod : rods_)
+            for (const auto& pass : rod.passes) pass->prepare({pass.get() == rod.rubbing ? &rubbing : &step, 1});
+        for (const auto& [assembly, joints] : joints_) joints->prepare({&step, 1});
+    }
 
     RodTile<dual> tile(const Rod& rod) {
         return {slot_.data() + rod.first,  rod.group->element.data(),
@@ -199,6 +235,8 @@ private:
         const RodTile<dual> own = tile(rod);
         if (rod.group->strained() && rod.group->law() == Law::elastica) rod.reach = 2;
         for (const PassSpec& spec : program) {
+            if (const auto* filter = spec.get<pass::Filter>(); filter && filter->rate > 0)
+                rod.filters.push_back(*filter);
             std::unique_ptr<TilePass<dual>> pass = PassKinds::make(spec, maker);
             if (!pass) continue;
             if (const auto* apply = spec.get<pass::ApplyLoad>()) rod.far |= apply->load.feels_all_nodes();
@@ -322,19 +360,23 @@ private:
         slot_[s] = {broadcast<dual>(lane(at.position, 0)), broadcast<dual>(Vec3d{0, 0, 0}),
                     broadcast<dual>(lane(at.director, 0)), broadcast<dual>(Vec3d{0, 0, 0})};
     }
-    /// Moves a slot along its unknowns, by a share of each. `element`: it has one.
+    /// Moves a slot along its unknowns, or along its rates, by a share of each. `element`: it has one.
     void move(std::size_t s, const Slot<1>& at, bool element, double share = 1) {
         still(s, at);
-        slot_[s].position.x.d.set(0, share);
-        slot_[s].position.y.d.set(1, share);
-        slot_[s].position.z.d.set(2, share);
+        Vec3<P>& node = along_rates_ ? slot_[s].velocity : slot_[s].position;
+        node.x.d.set(0, share);
+        node.y.d.set(1, share);
+        node.z.d.set(2, share);
         if (!element) return;
         Vec3<P::Slopes> turn{P::Slopes(0.0), P::Slopes(0.0), P::Slopes(0.0)};
         turn.x.set(3, share);
         turn.y.set(4, share);
         turn.z.set(5, share);
-        slot_[s].director = turned_along(lane(at.director, 0), turn);
+        if (along_rates_) slot_[s].spin = {P(0.0, turn.x), P(0.0, turn.y), P(0.0, turn.z)};
+        else slot_[s].director = turned_along(lane(at.director, 0), turn);
     }
+    /// The couple of a load turns with its own slot.
+    bool turns(bool own) const { return own && !along_rates_; }
 
     void add_internal(const Rod& rod, std::span<const Slot<1>> state, std::span<const Vec3d> carried,
                       StaticLoads& out) const {
@@ -382,14 +424,14 @@ private:
                 if (!with_stiffness) continue;
                 if (rod.far) {
                     SlotCoupling& one = out.couplings.emplace_back(SlotCoupling{s, rod.first + to_index(colour), {}});
-                    add_slopes(load_[s].force, load_[s].couple, k == colour, one.block);
+                    add_slopes(load_[s].force, load_[s].couple, turns(k == colour), one.block);
                     continue;
                 }
                 for (int offset = -rod.reach; offset <= rod.reach; ++offset) {
                     int column = k + offset;
                     if (closed) column = (column + nodes) % nodes;
                     if (column < 0 || column >= nodes || colour_of(column) != colour) continue;
-                    add_slopes(load_[s].force, load_[s].couple, offset == 0, out.row[s].at(offset));
+                    add_slopes(load_[s].force, load_[s].couple, turns(offset == 0), out.row[s].at(offset));
                 }
             }
         }
@@ -411,7 +453,7 @@ private:
         run_passes(rod);
         for (int k = 0; k < nodes; ++k) {
             const SlotLoad<dual>& load = load_[rod.first + to_index(k)];
-            if (!zero(lane(load.couple, 0))) return false;
+            if (turns(true) && !zero(lane(load.couple, 0))) return false;
             for (const P* x :
                  {&load.force.x, &load.force.y, &load.force.z, &load.couple.x, &load.couple.y, &load.couple.z})
                 for (int j = 0; j < slot_unknowns; ++j)
@@ -425,7 +467,10 @@ private:
         for (int k = 0; k <= own.last; ++k)
             load[k] = {broadcast<dual>(Vec3d{0, 0, 0}), broadcast<dual>(Vec3d{0, 0, 0}), P(1.0)};
         for (const auto& pass : rod.passes) {
-            if (pass.get() == rod.rubbing && !reference_.empty()) rub(rod, own, load);
+            if (along_rates_) {
+                if (pass.get() == rod.rubbing) rod.walls->of_tile(0).restore(0, rod.springs);
+                pass->run(own, load, short_step_);
+            } else if (pass.get() == rod.rubbing && !reference_.empty()) rub(rod, own, load);
             else pass->run(own, load, step_);
         }
         if (rod.group->closed()) load[0].force += load[own.n].force;
@@ -445,6 +490,77 @@ private:
         for (int k = 0; k <= own.last; ++k) own.slot[k].velocity = own.slot[k].spin = none;
     }
 
+    /// Damping at the rates nu of the kick.                                                           theory.md (24)
+    void add_rates_of_kicks(const Rod& rod, std::span<const Slot<1>> state, std::span<const Vec3d> strain,
+                            StaticLoads& out) const {
+        const RodGroup& group = *rod.group;
+        const DampingRates rates = damping_rates(group, damping_[to_index(rod.local.group)]);
+        if (rates.none()) return;
+        const auto add = [&](int slot, std::size_t first, const Vec3d& c) {
+            StiffnessBlock& block = out.row[rod.first + to_index(slot)].at(0);
+            block[first][first] += c.x;
+            block[first + 1][first + 1] += c.y;
+            block[first + 2][first + 2] += c.z;
+        };
+        for (int i = 0; i < group.nodes(); ++i) {
+            const double c = nth(group.node_mass, i) * nth(rates.node, i);
+            add(i, 0, {c, c, c});
+        }
+        for (int k = 0; k < group.elements(); ++k) {
+            const std::size_t s = rod.first + to_index(k);
+            Vec3d nu = nth(rates.element, k);
+            if (rates.follow_stretch()) {
+                const double dilatation = group.law() == Law::elastica ? norm(strain[s]) : strain[s].z;
+                nu = nu + dilatation * nth(rates.element_stretched, k);
+            }
+            add(k, 3, scale(nth(group.element, k).inertia, nu));
+        }
+    }
+    /// Damping by a filter of the rates, which is linear in them: F^p v is the difference of what it leaves with the
+    /// shares s = -1/2 and 1/2.                                                                      theory.md (41)
+    void add_filter(Rod& rod, const pass::Filter& filter, std::span<const Slot<1>> state, StaticLoads& out) {
+        const RodGroup& group = *rod.group;
+        const int nodes = group.nodes(), reach = static_cast<int>(std::min<long>(filter.order, nodes)),
+                  span = std::min(2 * reach + 1, nodes), extra = group.closed() ? nodes % span : 0;
+        const auto colour_of = [&](int k) { return k < nodes - extra ? k % span : span + k - (nodes - extra); };
+        const LaplacianFilterPass<dual> less(group, filter.order, filter.rate, std::log(2.0) / filter.rate),
+            more(group, filter.order, filter.rate, -std::log(1.5) / filter.rate);
+        const RodTile<dual> own = tile(rod);
+        std::vector<Slot<dual>> left(to_index(nodes));
+        for (int colour = 0; colour < span + extra; ++colour) {
+            const auto run = [&](const LaplacianFilterPass<dual>& pass) {
+                for (int k = 0; k < nodes; ++k) {
+                    const std::size_t s = rod.first + to_index(k);
+                    if (colour_of(k) == colour) move(s, state[s], k < group.elements());
+                    else still(s, state[s]);
+                }
+                if (group.closed()) slot_[rod.first + to_index(nodes)] = slot_[rod.first];
+                pass.run(own, nullptr, short_step_);
+            };
+            run(less);
+            for (int k = 0; k < nodes; ++k) left[to_index(k)] = slot_[rod.first + to_index(k)];
+            run(more);
+            for (int k = 0; k < nodes; ++k) {
+                const std::size_t s = rod.first + to_index(k);
+                const Vec3<P> force =
+                    P(-filter.rate * nth(group.node_mass, k)) * (slot_[s].velocity - left[to_index(k)].velocity);
+                Vec3<P> couple{P(0.0), P(0.0), P(0.0)};
+                if (k < group.elements())
+                    couple = scale(broadcast<dual>(-filter.rate * nth(group.element, k).inertia),
+                                   slot_[s].spin - left[to_index(k)].spin);
+                const bool all = span == nodes;
+                for (int at = all ? 0 : k - reach; at <= (all ? nodes - 1 : k + reach); ++at) {
+                    const int column = group.closed() ? (at + nodes) % nodes : at;
+                    if (column < 0 || column >= nodes || colour_of(column) != colour) continue;
+                    SlotCoupling& one = out.couplings.emplace_back(SlotCoupling{s, rod.first + to_index(column), {}});
+                    add_slopes(force, couple, false, one.block);
+                }
+            }
+        }
+        for (int k = 0; k < nodes; ++k) still(rod.first + to_index(k), state[rod.first + to_index(k)]);
+        if (group.closed()) slot_[rod.first + to_index(nodes)] = slot_[rod.first];
+    }
+
     void add_joints(const Cluster& cluster, std::span<const Slot<1>> state, bool with_stiffness, StaticLoads& out) {
         const std::size_t slots = cluster.slot.size();
         cluster_slot_.resize(slots + 1);
@@ -460,8 +576,8 @@ private:
         for (int colour = 0; colour < std::max(1, with_stiffness ? cluster.colours : 1); ++colour) {
             for (std::size_t s = 0; s < slots; ++s) put(s, with_stiffness && cluster.colour[s] == colour);
             memory_.assign(cluster.joints->memory_packs(true), P(0.0));
-            cluster.joints->run(cluster_slot_.data(), end_moments(cluster), step_, memory_.data(), joined_.data(),
-                                true);
+            cluster.joints->run(cluster_slot_.data(), end_moments(cluster), along_rates_ ? short_step_ : step_,
+                                memory_.data(), joined_.data(), true);
             for (std::size_t s = 0; s < slots; ++s) {
                 if (cluster.partners[s].empty()) continue;
                 const std::size_t at = cluster.slot[s];
@@ -470,7 +586,7 @@ private:
                 for (const std::size_t column : cluster.partners[s]) {
                     if (cluster.colour[column] != colour) continue;
                     SlotCoupling& coupling = out.couplings.emplace_back(SlotCoupling{at, cluster.slot[column], {}});
-                    add_slopes(joined_[s].force, joined_[s].couple, column == s, coupling.block);
+                    add_slopes(joined_[s].force, joined_[s].couple, turns(column == s), coupling.block);
                 }
             }
         }
@@ -494,9 +610,11 @@ private:
     }
 
     double dt_;
-    Step step_{}, rubbing_step_{}; ///< the latter of friction with memory
+    Step step_{}, rubbing_step_{}, short_step_{}; ///< the second of friction with memory, the last of damping
     bool rubs_ = true;
-    std::vector<Slot<1>> reference_; ///< where springs of friction are known; empty: it does not act
+    bool along_rates_ = false;                  ///< slots are moved along their rates
+    std::vector<std::vector<Damping>> damping_; ///< by group
+    std::vector<Slot<1>> reference_;            ///< where springs of friction are known; empty: it does not act
     std::vector<Rod> rods_;
     std::size_t slots_ = 0;
     std::map<int, std::unique_ptr<JointsOfCluster<dual>>> joints_; ///< by assembly
