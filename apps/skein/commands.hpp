@@ -53,6 +53,7 @@ struct ModesArguments {
     RunArguments run;
     double time = -1; ///< s, as above
     int count = 10;
+    bool undamped = false;  ///< what damps or spins is left out
     int movies = 0;         ///< modes that are written as moving shapes
     double amplitude = 0.1; ///< of these, over the length of a rod
 };

@@ -32,11 +32,11 @@ void write_movie(const Communicator& comm, const ModesArguments& arguments, cons
     StaticScene moving(movie.simulation->world());
     int frame = 0;
     movie.simulation->go_through([&](World&) {
-        const double share = std::sin(2 * std::numbers::pi * ++frame / movie_frames);
+        const double phase = 2 * std::numbers::pi * ++frame / movie_frames;
         for (std::size_t i = 0; i < moving.pieces().size(); ++i) {
             const StaticPiece& still = at_rest.pieces()[i];
             moving.pieces()[i].state =
-                i == mode.piece ? moved_along(still, mode.mode, share, arguments.amplitude * still.system->length())
+                i == mode.piece ? moved_along(still, mode.mode, phase, arguments.amplitude * still.system->length())
                                 : still.state;
         }
         moving.put_back();
@@ -50,6 +50,8 @@ nlohmann::ordered_json modes_document(const ModesReport& report, const std::stri
         if (!one.mode.neutral)
             modes.push_back({{"frequency_Hz", one.mode.frequency()},
                              {"eigenvalue", one.mode.eigenvalue},
+                             {"decay", one.mode.decay()},
+                             {"damping_ratio", one.mode.damping_ratio()},
                              {"residual", one.mode.residual},
                              {"of", one.name}});
     return {{"neutral_motions", report.neutral}, {"method", report.method}, {"modes", modes}, {"results", out}};
@@ -67,7 +69,7 @@ int find_and_write_modes(const Communicator& comm, const ModesArguments& argumen
     SolvedScene solved = solved_scene(comm, arguments.run, "_modes", Friction::with_memory);
     StaticScene at_rest(solved.simulation->world());
     find_and_tell(solved, at_rest, arguments.time >= 0 ? arguments.time : solved.scene.time.duration, quiet);
-    const ModesReport report = find_modes(at_rest, arguments.count);
+    const ModesReport report = find_modes(at_rest, arguments.count, arguments.undamped);
     solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
     on_root(comm, [&] { write_file(solved.out + "/modes.csv", to_csv(report)); });
     if (comm.root() && !quiet) std::printf("%s", to_text(report).c_str());

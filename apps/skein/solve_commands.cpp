@@ -56,10 +56,11 @@ void SolveCommands::add_equilibrium(CLI::App& app) {
 
 void SolveCommands::add_modes(CLI::App& app) {
     CLI::App& command = *app.add_subcommand(
-        "modes", "find the equilibrium, and frequencies and shapes of small motions about it, without damping");
+        "modes", "find the equilibrium, and frequencies, decay and shapes of small motions about it");
     modes_command_ = &command;
     add_solve_options(command, modes_.run, "directory of results; default out/<scene name>_modes");
     add_time(command, modes_.time);
+    command.add_flag("--undamped", modes_.undamped, "leave out what damps, and gyroscopic couples of spinning rods");
     command.add_option("--count", modes_.count, "modes beside neutral motions")->check(CLI::PositiveNumber);
     command
         .add_option("--movies", modes_.movies, "write the first of these shapes as runs mode_1, mode_2, ... to draw")

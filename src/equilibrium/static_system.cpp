@@ -26,6 +26,20 @@ bool is_gripped(const RodGroup& group) {
     return group.strained() && (grips(group.spec().start, 0) || grips(group.spec().end, group.elements()));
 }
 
+/// True where a rod is the same after any turn about its own axis: straight at rest, and round, in bending and inertia.
+bool is_round(const RodGroup& group) {
+    const auto along = [](const Vec3d& v) { return v.x == 0 && v.y == 0; };
+    const auto alike = [](const Vec3d& v) { return v.x == v.y; };
+    return group.strained() && group.spec().magnetisation.pattern == MagnetisationPattern::none &&
+           std::all_of(group.element.begin(), group.element.end(),
+                       [&](const ElementConstants& e) {
+                           return alike(e.bending) && alike(e.inertia) && alike(e.stiffness) && along(e.rest_strain);
+                       }) &&
+           std::all_of(group.voronoi.begin(), group.voronoi.end(), [&](const VoronoiConstants& cell) {
+               return alike(cell.stiffness) && along(cell.rest_curvature);
+           });
+}
+
 bool is_zero(const StiffnessBlock& block) {
     return std::all_of(block.begin(), block.end(),
                        [](const auto& r) { return std::all_of(r.begin(), r.end(), [](double x) { return x == 0; }); });
@@ -115,15 +129,15 @@ double StaticSystem::lead_up_to(double from, double to, double most) const {
     return earliest;
 }
 
-void StaticSystem::add_block(std::size_t row, std::size_t column, const StiffnessBlock& block,
-                             std::span<const Slot<1>> state, std::size_t count) {
+void StaticSystem::add_block(Assembly& to, std::size_t row, std::size_t column, const StiffnessBlock& block,
+                             std::span<const Slot<1>> state, std::size_t count) const {
     // Whole blocks, so that the pattern is that of the couplings.
     if (unknowns_.plain(row) && unknowns_.plain(column)) {
         for (std::size_t i = 0; i < count; ++i) {
             const int r = unknowns_.of(row, i);
             if (r < 0) continue;
             for (std::size_t j = 0; j < count; ++j)
-                if (const int c = unknowns_.of(column, j); c >= 0) assembly_.add(r, c, block[i][j]);
+                if (const int c = unknowns_.of(column, j); c >= 0) to.add(r, c, block[i][j]);
         }
         return;
     }
@@ -132,8 +146,7 @@ void StaticSystem::add_block(std::size_t row, std::size_t column, const Stiffnes
         for (std::size_t j = 0; j < count; ++j) {
             if (block[i][j] == 0) continue;
             for (const UnknownPart& r : rows[i])
-                for (const UnknownPart& c : columns[j])
-                    assembly_.add(r.unknown, c.unknown, r.factor * block[i][j] * c.factor);
+                for (const UnknownPart& c : columns[j]) to.add(r.unknown, c.unknown, r.factor * block[i][j] * c.factor);
         }
 }
 
@@ -159,6 +172,15 @@ StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_
     }
     if (!with_stiffness) return out;
     assembly_.begin(count);
+    add_blocks(assembly_, state);
+    add_body_turns(state);
+    out.stiffness = &assembly_.finish();
+    out.asymmetry = assembly_.asymmetry();
+    return out;
+}
+
+/// Blocks of the last evaluation: of rods, of joints and of contacts.
+void StaticSystem::add_blocks(Assembly& to, const StaticState& state) const {
     for (std::size_t s = 0; s < unknowns_.slots(); ++s) {
         const RodGroup& own = group(unknowns_.rod_of_slot()[s]);
         const std::size_t first = first_slot(unknowns_.rod_of_slot()[s]);
@@ -168,19 +190,26 @@ StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_
             if (own.closed()) column = (column + 2 * nodes) % nodes;
             if (column < 0 || column >= own.slots() || k >= nodes) continue;
             if (const StiffnessBlock& block = loads_.row[s].at(offset); !is_zero(block))
-                add_block(s, first + static_cast<std::size_t>(column), block, state.slot);
+                add_block(to, s, first + static_cast<std::size_t>(column), block, state.slot);
         }
     }
     for (const SlotCoupling& c : loads_.couplings)
-        if (!is_zero(c.block)) add_block(c.row, c.column, c.block, state.slot);
+        if (!is_zero(c.block)) add_block(to, c.row, c.column, c.block, state.slot);
     if (contacts_) {
-        for (const SlotCoupling& c : touching_.couplings) add_block(c.row, c.column, c.block, state.slot, 3);
-        for (const SlotCoupling& c : touching_.turning) add_block(c.row, c.column, c.block, state.slot);
+        for (const SlotCoupling& c : touching_.couplings) add_block(to, c.row, c.column, c.block, state.slot, 3);
+        for (const SlotCoupling& c : touching_.turning) add_block(to, c.row, c.column, c.block, state.slot);
     }
-    add_body_turns(state);
-    out.stiffness = &assembly_.finish();
-    out.asymmetry = assembly_.asymmetry();
-    return out;
+}
+
+Stiffness StaticSystem::damping(const StaticState& state) {
+    at_rest_->evaluate_damping(state.slot, loads_);
+    if (contacts_) contacts_->evaluate_damping(state.slot, touching_);
+    Assembly all;
+    all.begin(unknowns());
+    add_blocks(all, state);
+    Stiffness damping = all.finish();
+    damping.prune([](Eigen::Index, Eigen::Index, double value) { return value != 0; });
+    return damping;
 }
 
 void StaticSystem::leave_couples(Balance& balance, const Unknown& left) const {
@@ -233,7 +262,7 @@ void StaticSystem::add_body_turns(const StaticState& state) {
         if (!node.on_body) continue;
         StiffnessBlock block{};
         add_turn_of_arm(node.arm, lane(state.slot[node.master].director, 0) * loads_.force[node.slot], block);
-        if (!is_zero(block)) add_block(node.master, node.master, block, state.slot);
+        if (!is_zero(block)) add_block(assembly_, node.master, node.master, block, state.slot);
     }
 }
 
@@ -329,6 +358,44 @@ Stiffness StaticSystem::mass(const StaticState& state) const {
     Stiffness mass(unknowns(), unknowns());
     mass.setFromTriplets(entries.begin(), entries.end());
     return mass;
+}
+
+Unknown StaticSystem::steady_spin(const StaticState& state, const Stiffness& stiffness,
+                                  const Stiffness& damping) const {
+    constexpr double round_off = 1e-9;
+    Unknown spin = Unknown::Zero(unknowns());
+    for (int u = 0; u < unknowns(); ++u) {
+        const Unknowns::Place place = unknowns_.place(u);
+        const Vec3d rate = lane(slot(u, state).spin, 0);
+        if (place.i != 5 || rate.z == 0 || !is_round(group(place.rod))) continue;
+        if (std::hypot(rate.x, rate.y) > round_off * std::abs(rate.z)) return {};
+        spin[u] = rate.z;
+    }
+    if (spin.isZero(0)) return {};
+    const auto changes = [&](const Stiffness& matrix) {
+        const Stiffness sizes = matrix.cwiseAbs();
+        return (matrix * spin).lpNorm<Eigen::Infinity>() >
+               round_off * (sizes * spin.cwiseAbs()).lpNorm<Eigen::Infinity>();
+    };
+    if (changes(stiffness) || changes(damping)) return {};
+    return spin;
+}
+
+Stiffness StaticSystem::gyroscopic(const Unknown& spin) const {
+    std::vector<Eigen::Triplet<double>> entries;
+    for (int u = 2; u < spin.size(); ++u) {
+        const Unknowns::Place place = unknowns_.place(u), first = unknowns_.place(u - 2);
+        // Turns about d1 and d2 of the same element, or none.
+        if (spin[u] == 0 || first.rod != place.rod || first.slot != place.slot || first.i != 3) continue;
+        with_rod(group(place.rod), rods_[place.rod].index, [&](const RodGroup& own) {
+            const double momentum = nth(own.element, place.slot).inertia.z * spin[u];
+            entries.emplace_back(u - 2, u - 1, momentum);
+            entries.emplace_back(u - 1, u - 2, -momentum);
+        });
+    }
+    Stiffness gyroscopic(unknowns(), unknowns());
+    gyroscopic.setFromTriplets(entries.begin(), entries.end());
+    return gyroscopic;
 }
 
 Vec3d StaticSystem::centre(const std::vector<int>& piece, const StaticState& state) const {

@@ -106,6 +106,13 @@ public:
 
     /// Masses of nodes and inertias of elements, as the unknowns have them.
     Stiffness mass(const StaticState& state) const;
+    /// Minus the derivative of all loads at rest by the rates of the unknowns; entries that are not 0.   theory.md
+    /// (107)
+    Stiffness damping(const StaticState& state);
+    /// Rates of the unknowns in which rods spin steadily about their own axes; empty where none does.
+    Unknown steady_spin(const StaticState& state, const Stiffness& stiffness, const Stiffness& damping) const;
+    /// Gyroscopic couples of such a spin, by the rates of turns.                                        theory.md (109)
+    Stiffness gyroscopic(const Unknown& spin) const;
     /// Eigenvalue well below that of the slowest bending of any rod by itself, 1/s^2.
     double slow_eigenvalue() const { return slow_eigenvalue_; }
 
@@ -116,8 +123,9 @@ public:
 
 private:
     /// Adds a block, or its part between nodes: of the first `count` unknowns of a slot.
-    void add_block(std::size_t row, std::size_t column, const StiffnessBlock& block, std::span<const Slot<1>> state,
-                   std::size_t count = slot_unknowns);
+    void add_block(Assembly& to, std::size_t row, std::size_t column, const StiffnessBlock& block,
+                   std::span<const Slot<1>> state, std::size_t count = slot_unknowns) const;
+    void add_blocks(Assembly& to, const StaticState& state) const;
     void add_contacts(const StaticState& state, bool with_stiffness);
     void add_body_turns(const StaticState& state);
     /// Unknowns of rods that stiffness connects.

@@ -21,16 +21,20 @@ struct ModesReport {
     std::int64_t neutral = 0;     ///< motions that change no load
     std::string neutral_names;    ///< of the first few
     double asymmetry = 0;         ///< largest, of stiffnesses whose symmetric part is taken
+    bool damped = false;     ///< modes of some piece have damping, gyroscopic couples, or loads without a potential
+    bool gyroscopic = false; ///< rods of some piece spin about their axes
     std::string method;
     double seconds = 0;
 };
 
-/// The `count` lowest beside neutral ones. Collective. Throws NumericalError where a piece has none.
-ModesReport find_modes(StaticScene& scene, int count);
+/// The `count` lowest beside neutral ones. `undamped`: what damps or spins is left out. Collective. Throws
+/// NumericalError where a piece has none.
+ModesReport find_modes(StaticScene& scene, int count, bool undamped = false);
 std::string to_text(const ModesReport& report);
 /// Comma-separated, with units.
 std::string to_csv(const ModesReport& report);
-/// State of a piece moved along a mode, with `share` of `largest` m as its largest displacement.
-StaticState moved_along(const StaticPiece& piece, const Mode& mode, double share, double largest);
+/// State of a piece at a phase of a mode's swing, rad, as if it did not decay, with `largest` m as the size of its
+/// largest displacement.
+StaticState moved_along(const StaticPiece& piece, const Mode& mode, double phase, double largest);
 
 } // namespace skein
