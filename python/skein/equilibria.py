@@ -67,10 +67,12 @@ class Equilibrium(Solution):
 
 
 class Modes(Solution):
-    """Small motions about an equilibrium without damping, the slowest first.
+    """Small motions about an equilibrium, exp(lambda t), the slowest first.
 
-    frequencies   [modes] Hz; negative if the motion grows in place of swinging
-    eigenvalues   [modes] 1/s^2: squares of the angular frequencies, negative if the motion grows
+    frequencies   [modes] Hz; 0 if the motion is overdamped; without damping negative if it grows in place of swinging
+    decays        [modes] 1/s: -Re lambda, negative if the motion grows
+    damping_ratios  [modes]: the decay over |lambda|
+    eigenvalues   [modes] 1/s^2: squares of the angular frequencies, negative if the motion grows; with damping |lambda|^2
     residuals     [modes], of the eigenvalue problem
     names         [modes], rod or assembly that moves
     neutral       motions that change no load: of frequency 0, and not among the modes
@@ -83,6 +85,7 @@ class Modes(Solution):
         swinging = table["neutral"] == 0
         self.neutral = int(np.sum(~swinging))
         self.frequencies, self.eigenvalues, self.residuals = (table[name][swinging] for name in ("frequency", "eigenvalue", "residual"))
+        self.decays, self.damping_ratios = table["decay"][swinging], table["damping_ratio"][swinging]
         self.names = list(table["of"][swinging])
         folders = sorted(Path(directory).glob("mode_*"), key=lambda folder: int(folder.name.partition("_")[2]))
         self.shapes = [{name: group.position[FULL_SWING] - self.positions[name] for name, group in open_results(folder).groups.items()} for folder in folders]
@@ -149,10 +152,10 @@ def equilibrium(scene, time=None, stable=False, out=None, overwrite=False, threa
     return found
 
 
-def modes(scene, count=10, time=None, movies=0, amplitude=None, out=None, overwrite=False, threads=None, **keys):
+def modes(scene, count=10, time=None, movies=0, amplitude=None, undamped=False, out=None, overwrite=False, threads=None, **keys):
     """Finds the equilibrium of a scene, and the `count` slowest small motions about it. movies: how many of them have shapes, and are written as runs mode_1,
-    mode_2, ... in `out`, to draw; amplitude: of these, over the length of a rod."""
-    words = ["--count", count, *_option("--time", time), *_option("--movies", movies or None), *_option("--amplitude", amplitude)]
+    mode_2, ... in `out`, to draw; amplitude: of these, over the length of a rod; undamped: leaves out what damps, and gyroscopic couples."""
+    words = ["--count", count, *_option("--time", time), *_option("--movies", movies or None), *_option("--amplitude", amplitude), *["--undamped"] * bool(undamped)]
     with _solved("modes", scene, out, overwrite, threads, keys, words) as (directory, _):
         return Modes(directory, out is not None)
 

@@ -19,7 +19,12 @@ def drawable(table):
     """Names of the columns of numbers that may be drawn: of a path the number and its observables, of modes all but their own numbers."""
     if table.path.name == "path.csv":
         return [list(table)[NUMBER], "length", "residual", *list(table)[OF_POINT:]]
-    return ["frequency", "eigenvalue", "residual"]
+    return [name for name in ("frequency", "decay", "damping_ratio", "eigenvalue", "residual") if name in table]
+
+
+def grown(table):
+    """Modes that grow, by more than round-off if they swing as well."""
+    return (table["eigenvalue"] < 0) | (table["damping_ratio"] < -1e-7 if "damping_ratio" in table else False)
 
 
 def most_moved(directory, table):
@@ -110,12 +115,12 @@ def draw_modes(runs, names, against, log):
     for name, axis in axis_of.items():
         for k, (out, table) in enumerate(runs.items()):
             swings = table["neutral"] == 0
-            x, y, grows = table[against][swings], table[name][swings], table["eigenvalue"][swings] < 0
+            x, y, grows = table[against][swings], table[name][swings], grown(table)[swings]
             x = x + (0.12 * (k - (len(runs) - 1) / 2) if against == "mode" else 0.0)
             axis.vlines(x, 0 if not log else np.min(y[y > 0], initial=np.inf) / 2, y, color=f"C{k}", lw=1.4)
             axis.plot(x[~grows], y[~grows], "o", color=f"C{k}", ms=6, label=_label(name, out, runs))
             if grows.any():
-                axis.plot(x[grows], y[grows], "o", color=f"C{k}", mfc="white", ms=6, mew=1.3, label=_label("grows in place of swinging", out, runs))
+                axis.plot(x[grows], y[grows], "o", color=f"C{k}", mfc="white", ms=6, mew=1.3, label=_label("grows", out, runs))
         if not log: axis.axhline(0, color=QUIET, lw=0.8, zorder=0)
         if len(axis.get_legend_handles_labels()[0]) > 1: axis.legend(frameon=False, fontsize=8)
     if against == "mode": axis.xaxis.get_major_locator().set_params(integer=True)
