@@ -1,6 +1,7 @@
 #include "equilibrium/quadratic_modes.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/QR>
 
 #include <algorithm>
 #include <cmath>
@@ -14,6 +15,7 @@ namespace {
 using Complex = std::complex<double>;
 
 constexpr Eigen::Index together = 8; ///< vectors at the start, and so many alike eigenvalues that none is missed
+constexpr int ahead = 4;             ///< powers of the operator that take fast motions from them
 constexpr Eigen::Index most_vectors = 2000;
 constexpr double real = 1e-10;      ///< imaginary part over the size that is round-off, of real ones that are alike
 constexpr double near = 30;         ///< times the shift, within which the slowest motion has all digits
@@ -31,9 +33,25 @@ public:
         };
         mass_ = scaled(motions.mass, 1);
         damping_ = scaled(motions.damping, 1 / unit);
-        const Stiffness shifted = scaled(motions.stiffness, 1 / (unit * unit)) + damping_ + mass_;
+        const Stiffness stiffness = scaled(motions.stiffness, 1 / (unit * unit)),
+                        shifted = stiffness + damping_ + mass_, transposed = stiffness.transpose();
         factor_ = make_factor(shifted, motions.symmetric);
         factor_->factorise(shifted);
+        // Of motions that grow the energy falls: more mass makes it positive.
+        constexpr double most = 1e6;
+        for (double share = 1; share <= most; share *= 4) {
+            energy_ = 0.5 * (stiffness + transposed) + share * mass_;
+            const std::unique_ptr<Factor> trial = make_factor(energy_, true);
+            if (trial->factorise(energy_) && trial->negative() <= 0) break;
+        }
+    }
+    /// Weights of the inner product, that of the energy, in which slow and fast swings are normal.
+    Unknown weighted(const Unknown& pair) const {
+        const Eigen::Index n = scale_.size();
+        Unknown out(2 * n);
+        out.head(n) = energy_ * pair.head(n);
+        out.tail(n) = mass_ * pair.tail(n);
+        return out;
     }
     Eigen::Index size() const { return 2 * scale_.size(); }
     Unknown operator()(const Eigen::Ref<const Unknown>& pair) const {
@@ -53,11 +71,11 @@ public:
 
 private:
     Unknown scale_;
-    Stiffness mass_, damping_;
+    Stiffness mass_, damping_, energy_;
     std::unique_ptr<Factor> factor_;
 };
 
-/// Orthonormal basis, and the operator in it.
+/// Basis that is orthonormal in the energy, and the operator in it.
 class Krylov {
 public:
     explicit Krylov(const ShiftedPairs& apply) : apply_(apply) {
@@ -66,8 +84,14 @@ public:
             state = state * 6364136223846793005u + 1442695040888963407u;
             return static_cast<double>(state >> 11) * 0x1p-52 - 1;
         };
-        for (Eigen::Index i = 0; i < std::min(together, apply_.size()); ++i)
-            add(apply_(Unknown::NullaryExpr(apply_.size(), random)));
+        const Eigen::Index size = apply_.size(), count = std::min(together, size);
+        Eigen::MatrixXd block = Eigen::MatrixXd::NullaryExpr(size, count, random);
+        for (int i = 0; i < ahead; ++i) {
+            const Eigen::HouseholderQR<Eigen::MatrixXd> qr(block);
+            const Eigen::MatrixXd apart = qr.householderQ() * Eigen::MatrixXd::Identity(size, count);
+            for (Eigen::Index j = 0; j < count; ++j) block.col(j) = apply_(apart.col(j));
+        }
+        for (Eigen::Index j = 0; j < count; ++j) add(block.col(j));
     }
     /// Applies the operator until `count` vectors of the basis are mapped; fewer where no other is met.
     void extend(Eigen::Index count) {
@@ -101,14 +125,15 @@ private:
     Unknown add(Unknown v) {
         constexpr double dependent = 1e-13;
         if (size_ == basis_.cols()) basis_.conservativeResize(apply_.size(), std::max<Eigen::Index>(32, 2 * size_));
-        const double before = v.norm();
+        const auto norm = [&] { return std::sqrt(std::max(0.0, v.dot(apply_.weighted(v)))); };
+        const double before = norm();
         Unknown weights = Unknown::Zero(size_ + 1);
         for (int pass = 0; pass < 2; ++pass) {
-            const Unknown part = basis_.leftCols(size_).transpose() * v;
+            const Unknown part = basis_.leftCols(size_).transpose() * apply_.weighted(v);
             v -= basis_.leftCols(size_) * part;
             weights.head(size_) += part;
         }
-        const double left = v.norm();
+        const double left = norm();
         if (size_ == apply_.size() || !(left > dependent * before)) return weights.head(size_);
         weights[size_] = left;
         basis_.col(size_++) = v / left;

@@ -2,7 +2,7 @@
 //   unit       of rates: lambda = unit mu, where mu of the slowest motions is about 1
 //   operator   of pairs (x, v) with v = mu x about the shift mu = 1, one real factor of Q for all steps:
 //                q = -Q(1)^-1 (M v + C x + M x),  (x, v) -> (q, x + q),  eigenvalues 1/(mu - 1)
-//   subspace   of Krylov by several vectors at a time, for eigenvalues that are alike, orthonormal by the diagonal of M
+//   subspace   of Krylov by several vectors at a time, for eigenvalues that are alike, orthonormal in the energy
 #pragma once
 
 #include "equilibrium/factor.hpp"
