@@ -169,7 +169,7 @@ public:
         const std::vector<Vec3d> strain = strains(state);
         along_rates_ = true;
         for (Rod& rod : rods_) {
-            add_rates_of_kicks(rod, state, strain, out);
+            add_rates_of_kicks(rod, strain, out);
             for (const pass::Filter& filter : rod.filters) add_filter(rod, filter, state, out);
             if (!rod.passes.empty()) add_passes(rod, state, true, out);
         }
@@ -491,8 +491,7 @@ private:
     }
 
     /// Damping at the rates nu of the kick.                                                           theory.md (24)
-    void add_rates_of_kicks(const Rod& rod, std::span<const Slot<1>> state, std::span<const Vec3d> strain,
-                            StaticLoads& out) const {
+    void add_rates_of_kicks(const Rod& rod, std::span<const Vec3d> strain, StaticLoads& out) const {
         const RodGroup& group = *rod.group;
         const DampingRates rates = damping_rates(group, damping_[to_index(rod.local.group)]);
         if (rates.none()) return;
