@@ -57,6 +57,14 @@ number = 2
 series = 1.0
 """
 
+DAMPED = BODIES.replace("spring = 0.5", "spring = 0.5\naxis_damping = 0.02") + """
+[[damping]]
+kind = "physical"
+translational = 1e-2
+rotational = 1e-6
+rods = ["reeds"]
+"""
+
 COLUMN = """
 [time]
 duration = 1.0
@@ -103,6 +111,25 @@ class Solving(DriverTest):
         self.assertEqual(len(rows), len(self.series("path")) - 1)
         for name in ("tip_z[m]", "residual[-]"):
             self.assertIn(name, rows[0])
+
+    def test_modes_have_what_damps(self):
+        plain = self.solve("modes", "plain", "--count", 3, "--movies", 1).stdout
+        for word in ("decay", "Arnoldi"):
+            self.assertNotIn(word, plain)
+        damped = self.solve("modes", "damped", "--count", 3, "--movies", 1, text=DAMPED).stdout
+        self.assertIn("decay", damped)
+        for row in self.rows("damped", "modes.csv"):
+            decay, angular = float(row["decay[1/s]"]), 2 * numpy.pi * float(row["frequency[Hz]"])
+            self.assertGreater(decay, 0)
+            self.assertAlmostEqual(float(row["damping_ratio[-]"]), decay / numpy.hypot(decay, angular))
+            self.assertAlmostEqual(float(row["eigenvalue[1/s^2]"]) / (decay**2 + angular**2), 1)
+        self.solve("modes", "without", "--count", 3, "--movies", 1, "--undamped", text=DAMPED)
+        self.assertEqual(self.rows("without", "modes.csv"), self.rows("plain", "modes.csv"))
+        for out in ("damped", "without"):
+            self.assertTrue((self.directory / out / "mode_1/summary.json").exists())
+        done = json.loads(self.solve("modes", "told", "--count", 1, "--json", text=DAMPED).stdout)["modes"][0]
+        self.assertGreater(done["decay"], 0)
+        self.assertGreater(done["damping_ratio"], 0)
 
     def test_results_that_exist_are_safe(self):
         for command in ("equilibrium", "modes", "path"):
@@ -209,14 +236,14 @@ class Solving(DriverTest):
         self.assertLess(abs(on["tip_zm"][-1] - rest["tip_zm"][-1]), 1e-9)
 
     def test_bits_are_those_of_any_layout(self):
-        for command in ("equilibrium", "modes"):
-            self.solve(command, f"{command}1")
+        for command, text, first in (("equilibrium", BODIES, "rest"), ("modes", BODIES, "swings"), ("modes", DAMPED, "decays")):
+            self.solve(command, first, text=text)
             for ranks, threads in ((1, 2), (2, 1), (4, 1), (2, 2)):
-                out = f"{command}{ranks}x{threads}"
-                self.solve(command, out, ranks=ranks, threads=threads)
-                self.assertEqual(self.digest(out), self.digest(f"{command}1"), out)
+                out = f"{first}{ranks}x{threads}"
+                self.solve(command, out, text=text, ranks=ranks, threads=threads)
+                self.assertEqual(self.digest(out), self.digest(first), out)
                 for name in ("observables.csv", "modes.csv") if command == "modes" else ("observables.csv",):
-                    self.assertEqual(self.rows(out, name), self.rows(f"{command}1", name), f"{name} of {out}")
+                    self.assertEqual(self.rows(out, name), self.rows(first, name), f"{name} of {out}")
         self.solve("path", "path1")
         self.solve("path", "path2", threads=2)
         self.assertEqual(self.rows("path1", "path.csv"), self.rows("path2", "path.csv"))

@@ -155,6 +155,9 @@ inline std::vector<LoadExample> load_examples() {
                        return -ends.ramp.at(time) * (dot(ends.start, at(s, 0)) + dot(ends.end, at(s, s.size() - 1)));
                    }});
 
+    all.push_back({EndForce{.start = {0.3, 0.1, -0.2}, .end = {-0.2, 0.4, -0.1}, .frame = LoadFrame::body, .ramp = {3}},
+                   [](Load&, const Turn&) {}});
+
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body})
         all.push_back({EndCouple{.start = {0.1, 0.2, -0.3}, .end = {0.3, -0.1, 0.2}, .frame = frame, .ramp = {2}},
                        [](Load& l, const Turn& t) {

@@ -158,6 +158,27 @@ class DampedModes(SolvedScenes):
         self.assert_second_order("growth", [one.real for one in lists], growth, scale)
         self.assert_second_order("frequency of it", [one.imag for one in lists], frequency)
 
+    def test_flutter_of_becks_column(self):
+        """A cantilever under a force that follows its tip flutters at 20.0509536 EI/L^2, where its stiffness has no sign of it."""
+        r = 3e-4
+        bending = of_circle(E, r)[0][0]
+        critical = []
+        for n in (30, 60, 120):
+            column = HEAD + rod("rod", LENGTH, n, E, r, more='start = "clamped"')
+
+            def grows(load):
+                follower = f'[[load]]\nkind = "end_force"\nframe = "body"\nend = [0, 0, {-load * bending / LENGTH**2}]\n'
+                found, _ = self.exponents(column + follower, "--count", 2)
+                return (found.real > 1e-4 * numpy.abs(found)).any()
+
+            low, high = 19.0, 20.5
+            self.assertTrue(grows(high) and not grows(low))
+            for _ in range(20):
+                middle = 0.5 * (low + high)
+                low, high = (low, middle) if grows(middle) else (middle, high)
+            critical.append(low)
+        self.assert_second_order("Beck's load", critical, 20.0509536)
+
     def test_whirl_of_a_shaft(self):
         """A round rod between pins that spins about its axis: forward and backward whirl of Timoshenko's shaft, of k half waves
         (S k^2 - m w^2) (EI k^2 + S - i w^2 + 2 i spin w) = (S k)^2 with w of both signs."""
