@@ -128,6 +128,18 @@ class Modes(InFolder):
         self.assertLess(beyond.eigenvalues[0], 0)
         self.assertLess(beyond.frequencies[0], 0)
 
+    def test_with_damping(self):
+        """The decay of a rod with one rate of damping is half of it; without it the modes are those of the rod alone."""
+        damped = self.folder / "damped.toml"
+        damped.write_text(ROD.replace('name = "rod"', 'name = "rod"\nstart = "clamped"') + '[[damping]]\nkind = "uniform"\nrate = 3.0\n')
+        found, alone = skein.modes(damped, count=2, movies=1), skein.modes(damped, count=2, undamped=True)
+        np.testing.assert_allclose(found.decays, 1.5, rtol=1e-6)
+        np.testing.assert_allclose(found.eigenvalues, alone.eigenvalues, rtol=1e-6)
+        np.testing.assert_allclose(found.damping_ratios, 1.5 / np.sqrt(alone.eigenvalues), rtol=1e-6)
+        np.testing.assert_allclose(found.frequencies, np.sqrt(alone.eigenvalues - 1.5**2) / (2 * np.pi), rtol=1e-6)
+        self.assertFalse(alone.decays.any())
+        self.assertGreater(np.abs(found.shapes[0]["rod"]).max(), 0)
+
     def test_neutral_motions_are_no_modes(self):
         found = skein.modes(ROD, count=4, **{"rods.rod.shape.elements": 24})
         self.assertEqual(found.neutral, 6)
@@ -270,7 +282,7 @@ class Plots(unittest.TestCase):
         rows = {row["column"]: row for row in json.loads(self.plot("bent", "--list", "--json"))}
         self.assertEqual((rows[LOAD]["unit"], rows[LOAD]["last"]), ("N", 4.0))
         self.assertNotIn("place", rows)
-        self.assertEqual(len(json.loads(self.plot("modes", "--list", "--json"))), 5)
+        self.assertEqual(len(json.loads(self.plot("modes", "--list", "--json"))), 7)
 
     def test_mistakes(self):
         self.assertIn("did you mean tip_z?", self.plot("bent", "--columns", "tipz", code=2))
