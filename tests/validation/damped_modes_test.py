@@ -80,6 +80,16 @@ class DampedModes(SolvedScenes):
             exact = [one for s, w in zip(sine, omega) for one in exponents(1, rate * s**(2 * order), w**2)]
             self.assert_among(exact, found, f"order {order}")
 
+    def test_drag_by_formula(self):
+        """Drag in proportion to mass and velocity, and of its square, which has no slope at rest: waves along a held rod."""
+        n, rate = 6, 300.0
+        held = f'hold = {{nodes = {list(range(1, n + 1))}, directions = "yz", elements = {list(range(n))}, axes = "xyz"}}\nstart = "pinned"'
+        load = f'[[load]]\nkind = "formula"\nper = "mass"\nforce = ["-{rate}*vx - 50*vx*abs(vx)", "0", "0"]\n'
+        found, still = self.exponents(HEAD + rod("rod", LENGTH, n, E, RADIUS, more=held) + load, "--count", n)
+        self.assertEqual(still, 0)
+        omega = 2 * n / LENGTH * math.sqrt(E / DENSITY) * numpy.sin(0.5 * math.pi * (numpy.arange(n) + 0.5) / n)
+        self.assert_among([one for w in omega for one in exponents(1, rate, w**2)], found, "formula")
+
     def test_dashpots_of_joints(self):
         """A body on springs and dashpots, alike along all axes and about them."""
         mass, inertia = 2.0, 0.03
