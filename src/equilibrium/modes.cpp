@@ -107,6 +107,13 @@ Eigen::MatrixXd by_mass(const NeutralMotions& neutral, const Stiffness& mass) {
     return factor.matrixL().solve(all.transpose()).transpose();
 }
 
+/// True where a matrix answers a motion by more than round-off.
+bool resists(const Stiffness& matrix, const Unknown& motion) {
+    constexpr double round_off = 1e-9;
+    const Unknown terms = matrix.cwiseAbs() * motion.cwiseAbs();
+    return (matrix * motion).lpNorm<Eigen::Infinity>() > round_off * terms.lpNorm<Eigen::Infinity>();
+}
+
 /// Modes without damping of loads with a potential.
 void find_swinging(const StaticSystem& system, const Stiffness& stiffness, const Stiffness& mass, int count,
                    ModesResult& result) {
@@ -189,8 +196,9 @@ ModesResult find_modes(StaticSystem& system, const StaticState& state, int count
     result.neutral = system.neutral(state, balance);
     constexpr double round_off = 1e-9;
     const bool potential = balance.asymmetry <= round_off;
-    const Unknown spin = undamped ? Unknown() : system.steady_spin(state, stiffness, damping);
-    result.gyroscopic = spin.size() > 0;
+    const Unknown spin = undamped ? Unknown() : system.axial_spin(state);
+    result.slowed = spin.size() > 0 && (resists(stiffness, spin) || resists(damping, spin));
+    result.gyroscopic = spin.size() > 0 && !result.slowed;
     if (result.gyroscopic) damping = Stiffness(damping + system.gyroscopic(spin));
     result.damped = !potential || damping.nonZeros() > 0;
     if (!result.damped) {

@@ -35,6 +35,7 @@ struct ModesResult {
     NeutralMotions neutral;
     bool damped = false;     ///< C or the lack of a potential counts
     bool gyroscopic = false; ///< rods spin about their axes
+    bool slowed = false;     ///< they do, but something resists, so that the spin is left out
     double asymmetry = 0;    ///< of the stiffness where friction sticks, whose symmetric part is taken
     std::string method;
     std::string reason; ///< why there are none; empty: there are

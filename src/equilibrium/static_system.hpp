@@ -109,8 +109,9 @@ public:
     /// Minus the derivative of all loads at rest by the rates of the unknowns; entries that are not 0.   theory.md
     /// (107)
     Stiffness damping(const StaticState& state);
-    /// Rates of the unknowns in which rods spin steadily about their own axes; empty where none does.
-    Unknown steady_spin(const StaticState& state, const Stiffness& stiffness, const Stiffness& damping) const;
+    /// Rates of the unknowns in which round rods spin about their own axes; empty where none does, or where they turn
+    /// otherwise too.
+    Unknown axial_spin(const StaticState& state) const;
     /// Gyroscopic couples of such a spin, by the rates of turns.                                        theory.md (109)
     Stiffness gyroscopic(const Unknown& spin) const;
     /// Eigenvalue well below that of the slowest bending of any rod by itself, 1/s^2.

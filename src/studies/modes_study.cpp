@@ -92,6 +92,7 @@ ModesReport find_modes(StaticScene& scene, int count, bool undamped) {
         report.asymmetry = std::max(report.asymmetry, found[i].asymmetry);
         report.damped |= found[i].damped;
         report.gyroscopic |= found[i].gyroscopic;
+        report.slowed |= found[i].slowed;
         if (method.empty()) method = found[i].method;
     }
     reason = comm.first_text(reason);
@@ -104,6 +105,7 @@ ModesReport find_modes(StaticScene& scene, int count, bool undamped) {
     report.asymmetry = comm.max(report.asymmetry);
     report.damped = comm.max(static_cast<std::int64_t>(report.damped)) > 0;
     report.gyroscopic = comm.max(static_cast<std::int64_t>(report.gyroscopic)) > 0;
+    report.slowed = comm.max(static_cast<std::int64_t>(report.slowed)) > 0;
     const auto most = static_cast<std::size_t>(count + report.neutral);
     if (report.modes.size() > most) report.modes.resize(most);
     report.seconds = wall_seconds() - began;
@@ -149,6 +151,7 @@ std::string to_text(const ModesReport& report) {
     if (report.neutral > 0)
         text += fmt::format("{} neutral motions, which change no load: {}\n", report.neutral, report.neutral_names);
     if (report.gyroscopic) text += "Rods spin about their own axes, with gyroscopic couples\n";
+    if (report.slowed) text += "Rods spin about their own axes, but ends or dampers resist: that spin is left out\n";
     return text + (report.damped ? damped_table(report) : swinging_table(report));
 }
 

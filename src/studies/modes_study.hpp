@@ -23,6 +23,7 @@ struct ModesReport {
     double asymmetry = 0;         ///< largest, of stiffnesses whose symmetric part is taken
     bool damped = false;     ///< modes of some piece have damping, gyroscopic couples, or loads without a potential
     bool gyroscopic = false; ///< rods of some piece spin about their axes
+    bool slowed = false;     ///< some do, but not steadily, so that the spin is left out
     std::string method;
     double seconds = 0;
 };
