@@ -72,6 +72,7 @@ SceneSpec mixed(Law law, Integrator integrator = Integrator::verlet) {
     scene.loads.push_back({.load = UniformForce{.force = {0.01, 0, 0}}});
     scene.loads.push_back({.load = UniformCouple{.couple = {0, 1e-4, 0}}, .rods = {"rod 5", "rod 17"}});
     scene.loads.push_back({.load = EndForce{.start = {0, 0, 0.01}, .end = {0, 0.02, 0}, .ramp = {0.1}}});
+    scene.loads.push_back({.load = EndForce{.start = {0, 0.01, 0}, .end = {0.01, 0, 0}, .frame = LoadFrame::body}});
     for (const LoadFrame frame : {LoadFrame::lab, LoadFrame::body}) {
         scene.loads.push_back(
             {.load = EndCouple{.start = {1e-4, 0, 0}, .end = {0, 2e-4, 1e-4}, .frame = frame, .ramp = {0.1}}});
