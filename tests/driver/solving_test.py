@@ -62,7 +62,6 @@ DAMPED = BODIES.replace("spring = 0.5", "spring = 0.5\naxis_damping = 0.02") + "
 kind = "physical"
 translational = 1e-2
 rotational = 1e-6
-rods = ["reeds"]
 """
 
 COLUMN = """
