@@ -29,4 +29,11 @@ Unknown StaticSolution::solve(Unknown right) const {
     return x;
 }
 
+Unknown StaticSolution::adjoint(Unknown right) const {
+    neutral_.take_out(right);
+    Unknown x = factor_->solve(right);
+    for (const int pin : pins_) x[pin] = 0;
+    return x;
+}
+
 } // namespace skein

@@ -25,6 +25,8 @@ public:
     /// With `mass` added to the stiffness, which then resists all motions: none is neutral.
     bool factorise(StaticSystem::Balance& balance, const Stiffness& mass);
     Unknown solve(Unknown right) const;
+    /// The transpose of solve() of a symmetric stiffness: adjoint(a).dot(b) is a.dot(solve(b)).
+    Unknown adjoint(Unknown right) const;
 
     const NeutralMotions& neutral() const { return neutral_; }
     bool symmetric() const { return symmetric_; }

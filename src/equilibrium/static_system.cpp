@@ -76,6 +76,7 @@ StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const Loc
 }
 
 void StaticSystem::lead_ends(StaticState& state) const {
+    if (!held_.empty()) unknowns_.put_held(held_, state.slot);
     at_rest_->lead_ends(state.slot);
     unknowns_.gather(state.slot);
     refresh(state);
@@ -153,25 +154,12 @@ void StaticSystem::add_block(Assembly& to, std::size_t row, std::size_t column, 
 StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_stiffness) {
     at_rest_->evaluate(state.slot, state.strain, with_stiffness, loads_);
     if (contacts_) add_contacts(state, with_stiffness);
-    const int count = unknowns();
     Balance out;
-    out.residual = Unknown::Zero(count);
+    out.residual = gathered(loads_, state);
     out.force_size = *std::max_element(loads_.force_size.begin(), loads_.force_size.end());
     out.couple_size = *std::max_element(loads_.couple_size.begin(), loads_.couple_size.end());
-    for (std::size_t s = 0; s < unknowns_.slots(); ++s) {
-        const Vec3d &f = loads_.force[s], &c = loads_.couple[s];
-        const double load[slot_unknowns] = {f.x, f.y, f.z, c.x, c.y, c.z};
-        if (unknowns_.plain(s)) {
-            for (std::size_t i = 0; i < slot_unknowns; ++i)
-                if (const int at = unknowns_.of(s, i); at >= 0) out.residual[at] += load[i];
-            continue;
-        }
-        const SlotParts parts = unknowns_.parts(s, state.slot);
-        for (std::size_t i = 0; i < slot_unknowns; ++i)
-            for (const UnknownPart& part : parts[i]) out.residual[part.unknown] += part.factor * load[i];
-    }
     if (!with_stiffness) return out;
-    assembly_.begin(count);
+    assembly_.begin(unknowns());
     add_blocks(assembly_, state);
     add_body_turns(state);
     out.stiffness = &assembly_.finish();
@@ -225,6 +213,23 @@ void StaticSystem::leave_couples(Balance& balance, const Unknown& left) const {
             balance.stiffness->coeffRef(at[j], at[i]) -= half;
         }
     }
+}
+
+Unknown StaticSystem::gathered(const StaticLoads& loads, const StaticState& state) const {
+    Unknown all = Unknown::Zero(unknowns());
+    for (std::size_t s = 0; s < unknowns_.slots(); ++s) {
+        const Vec3d &f = loads.force[s], &c = loads.couple[s];
+        const double load[slot_unknowns] = {f.x, f.y, f.z, c.x, c.y, c.z};
+        if (unknowns_.plain(s)) {
+            for (std::size_t i = 0; i < slot_unknowns; ++i)
+                if (const int at = unknowns_.of(s, i); at >= 0) all[at] += load[i];
+            continue;
+        }
+        const SlotParts parts = unknowns_.parts(s, state.slot);
+        for (std::size_t i = 0; i < slot_unknowns; ++i)
+            for (const UnknownPart& part : parts[i]) all[part.unknown] += part.factor * load[i];
+    }
+    return all;
 }
 
 std::pair<StaticSystem::Balance, double> StaticSystem::sticking_balance(const StaticState& state) {

@@ -71,7 +71,10 @@ public:
     void keep_springs(const StaticState& state);
     StaticRods& at_rest() { return *at_rest_; }
     StaticContacts* contacts() { return contacts_.get(); } ///< null where rods do not touch each other
-    /// Puts moved ends to their places; strains are then those of the state.
+    /// Held nodes and elements have the places of `start` from here on, to which lead_ends puts them: those of a scene
+    /// of which a number has changed.
+    void hold_at(const StaticState& start) { held_ = start.slot; }
+    /// Puts held parts and moved ends to their places; strains are then those of the state.
     void lead_ends(StaticState& state) const;
     /// Time, `to` or earlier, up to which no end turns by more than `most` rad from time `from` on: one
     /// that turns by more than half a turn at once would leave the rod with less twist.
@@ -88,6 +91,8 @@ public:
     Balance balance(const StaticState& state, bool with_stiffness);
     /// Takes [c]/2 of couples that are left beside the loads out of a stiffness without symmetry: those are constant.
     void leave_couples(Balance& balance, const Unknown& left) const;
+    /// Forces on nodes and couples on elements as loads on the free unknowns.
+    Unknown gathered(const StaticLoads& loads, const StaticState& state) const;
     /// The same in a reference state, where all contacts stick, with the symmetric part of the stiffness if friction
     /// alone has no potential: what is left out changes eigenvalues by its square. Second: its size, as `asymmetry`.
     std::pair<Balance, double> sticking_balance(const StaticState& state);
@@ -152,6 +157,7 @@ private:
     std::vector<LocalRod> rods_;
     std::unique_ptr<StaticRods> at_rest_;
     Unknowns unknowns_;
+    std::vector<Slot<1>> held_; ///< places of held parts; empty: where they are
     std::unique_ptr<StaticContacts> contacts_;
     const Communicator* ranks_;
     StaticLoads loads_;

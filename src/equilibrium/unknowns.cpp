@@ -141,6 +141,19 @@ void Unknowns::apply(const Moves& moves, double share, std::span<Slot<1>> state)
     gather(state);
 }
 
+void Unknowns::put_held(std::span<const Slot<1>> from, std::span<Slot<1>> to) const {
+    for (std::size_t s = 0; s < slots(); ++s) {
+        const auto& number = number_[s];
+        Vec3d place = lane(to[s].position, 0);
+        const Vec3d held = lane(from[s].position, 0);
+        if (number[0] < 0) place.x = held.x;
+        if (number[1] < 0) place.y = held.y;
+        if (number[2] < 0) place.z = held.z;
+        set_lane(to[s].position, 0, place);
+        if (number[3] < 0 && number[4] < 0 && number[5] < 0) set_lane(to[s].director, 0, lane(from[s].director, 0));
+    }
+}
+
 void Unknowns::gather(std::span<Slot<1>> state) const {
     for (const CommonNode& node : shared_) {
         const Slot<1>& master = state[node.master];

@@ -40,6 +40,8 @@ public:
     };
     Moves moves(std::span<const double> correction, std::span<const Slot<1>> state) const;
     void apply(const Moves& moves, double share, std::span<Slot<1>> state) const;
+    /// Copies what is held: components of nodes, and elements that do not turn at all.
+    void put_held(std::span<const Slot<1>> from, std::span<Slot<1>> to) const;
     /// Puts nodes at the places of those that they move with.
     void gather(std::span<Slot<1>> state) const;
 

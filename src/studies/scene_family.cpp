@@ -55,9 +55,14 @@ std::unique_ptr<StaticSystem> make_static_system(const Plan& plan, std::span<con
 }
 
 std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time) {
+    SceneSpec scene = parse_scene(text.file, text.text, text.overrides);
+    refuse_unsolvable(scene);
+    return static_case(std::move(scene), machine, time);
+}
+
+std::unique_ptr<StaticCase> static_case(SceneSpec scene, const Machine& machine, double time) {
     auto made = std::make_unique<StaticCase>();
-    made->scene = parse_scene(text.file, text.text, text.overrides);
-    refuse_unsolvable(made->scene);
+    made->scene = std::move(scene);
     made->scene.time.dt = 0; // no step is made
     made->groups = make_whole_groups(made->scene);
     made->plan = make_plan(made->scene, made->groups, machine);
@@ -67,6 +72,7 @@ std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& ma
     if (const auto* plan = made->plan.find<WallPlan>()) walls = std::make_shared<Walls>(plan->walls);
     made->threads = std::make_unique<Threads>(machine.threads);
     made->system = make_static_system(made->plan, made->groups, made->rods, std::move(walls), *made->threads);
+    made->system->hold_at(start_of(*made->system, made->groups, made->rods));
     made->system->set_time(time);
     return made;
 }

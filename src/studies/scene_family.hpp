@@ -33,6 +33,7 @@ std::unique_ptr<StaticSystem> make_static_system(const Plan& plan, std::span<con
                                                  const Threads& threads, const Communicator* ranks = nullptr);
 
 /// Loads and ends are those at `time`, s.
+std::unique_ptr<StaticCase> static_case(SceneSpec scene, const Machine& machine, double time);
 std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& machine, double time);
 
 /// Throws InputError for scenes that no equilibrium is asked of, or whose forces at rest are not known.
