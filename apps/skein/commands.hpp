@@ -91,6 +91,7 @@ struct GradientArguments {
     RunArguments run;
     double time = -1;
     std::vector<std::string> keys; ///< paths of the numbers
+    std::vector<std::string> of;   ///< observables; none: all
 };
 struct ExpectArguments {
     RunArguments run;

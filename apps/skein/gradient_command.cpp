@@ -21,7 +21,8 @@ nlohmann::ordered_json gradient_document(const GradientReport& report) {
     }
     nlohmann::ordered_json values = nlohmann::ordered_json::object();
     for (std::size_t i = 0; i < report.value.size(); ++i) values[report.observables[i]] = report.value[i];
-    return {{"values", values}, {"numbers", numbers}, {"seconds", report.seconds}};
+    return {
+        {"values", values}, {"numbers", numbers}, {"adjoint_solutions", report.adjoint}, {"seconds", report.seconds}};
 }
 
 } // namespace
@@ -30,7 +31,7 @@ int gradient_command(GradientArguments arguments, int& argc, char**& argv) {
     return study_on_one_rank(
         "gradient", arguments.run, arguments.time, argc, argv, [&](const StudiedScene& scene, const Threads& threads) {
             const GradientReport report =
-                gradients(scene.comm, threads, scene.machine, scene.text, arguments.keys, scene.time);
+                gradients(scene.comm, threads, scene.machine, scene.text, {arguments.keys, arguments.of, scene.time});
             std::printf("%s", to_text(report).c_str());
             if (arguments.run.json) print_document(gradient_document(report));
         });

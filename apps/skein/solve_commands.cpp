@@ -119,6 +119,11 @@ void SolveCommands::add_gradient(CLI::App& app) {
         "gradient", "find the equilibrium, and the slopes of all observables there by numbers of the scene");
     gradient_command_ = &command;
     add_scene_options(command, gradient_.run.scene);
+    command
+        .add_option("--of", gradient_.of,
+                    "an observable (may be repeated): each takes one adjoint solution, for any number of numbers")
+        ->type_name("OBSERVABLE")
+        ->allow_extra_args(false);
     command.add_option("--by", gradient_.keys, "path of a number, as --set has it (may be repeated)")
         ->required()
         ->type_name("KEY")

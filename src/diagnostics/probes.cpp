@@ -14,23 +14,6 @@ namespace {
 
 constexpr std::string_view units[] = {"m", "m/s", "-", "rad/s", "-", "1/m"};
 
-/// Element of a rod at rest at a share of its length, and the share of the element there.
-struct Place {
-    std::size_t element;
-    double share;
-};
-Place place_on(const RodGroup& rod, double at) {
-    double length = 0;
-    for (const ElementConstants& e : rod.element) length += e.rest_length;
-    double left = at * length;
-    for (std::size_t k = 0; k < rod.element.size(); ++k) {
-        const double here = rod.element[k].rest_length;
-        if (left <= here || k + 1 == rod.element.size()) return {k, std::clamp(left / here, 0.0, 1.0)};
-        left -= here;
-    }
-    return {0, 0};
-}
-
 /// Exact at both ends.
 template <class T> T between(const T& first, const T& second, double share) {
     return (1 - share) * first + share * second;
@@ -52,7 +35,7 @@ Vec3d of_body(ProbeQuantity quantity, const RodCopy& body) {
 }
 
 /// Quantity at a place of a rod; of strain and curvature the first component.
-Vec3d of_rod(ProbeQuantity quantity, const RodCopy& rod, const Place& at) {
+Vec3d of_rod(ProbeQuantity quantity, const RodCopy& rod, const ProbePlace& at) {
     const std::size_t k = at.element;
     const Slot<1>&s = rod.state[k], &next = rod.state[k + 1];
     switch (quantity) {
@@ -84,6 +67,18 @@ std::vector<std::size_t> own_of(const ProbeSpec& probe, std::span<const RodGroup
 }
 
 } // namespace
+
+ProbePlace probe_place(const RodGroup& rod, double at) {
+    double length = 0;
+    for (const ElementConstants& e : rod.element) length += e.rest_length;
+    double left = at * length;
+    for (std::size_t k = 0; k < rod.element.size(); ++k) {
+        const double here = rod.element[k].rest_length;
+        if (left <= here || k + 1 == rod.element.size()) return {k, std::clamp(left / here, 0.0, 1.0)};
+        left -= here;
+    }
+    return {0, 0};
+}
 
 void ProbeSpec::fields(FieldVisitor& f) {
     f.visit({.name = "name", .unit = "", .text = "first part of its columns in observables.csv", .required = true},
@@ -129,7 +124,7 @@ std::vector<double> probe_values(const Communicator& comm, std::span<const RodGr
             const LocalRod& local = rods.local()[own_rods[i]];
             Vec3d value;
             with_rod(nth(groups, local.group), local.index, [&](const RodGroup& own) {
-                value = own.strained() ? of_rod(probe.quantity, one, place_on(own, probe.at))
+                value = own.strained() ? of_rod(probe.quantity, one, probe_place(own, probe.at))
                                        : of_body(probe.quantity, one);
             });
             columns[first].push_back(value.x);

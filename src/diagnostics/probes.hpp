@@ -33,6 +33,14 @@ struct ProbeSpec {
     bool strained() const { return quantity == ProbeQuantity::strain || quantity == ProbeQuantity::curvature; }
 };
 
+/// Place of a probe on a rod: an element, and the share of it that lies before.
+struct ProbePlace {
+    std::size_t element;
+    double share;
+};
+/// `at`: over the length of the rod at rest.
+ProbePlace probe_place(const RodGroup& rod, double at);
+
 /// Columns with units, in the order of probe_values().
 std::vector<std::string> probe_names(std::span<const ProbeSpec> probes);
 

@@ -48,6 +48,7 @@ public:
     }
     void leave() override { --depth_; }
     const std::string& found() const { return name_.empty() ? kind_ : name_; }
+    bool is_called(std::string_view word) const { return word == name_ || word == kind_; }
 
 private:
     std::string name_, kind_;

@@ -4,8 +4,8 @@
 #include "core/timer.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
+#include "studies/number_effects.hpp"
 #include "studies/scene_number.hpp"
-#include "studies/static_slopes.hpp"
 
 #include <Eigen/Dense>
 #include <fmt/format.h>
@@ -38,6 +38,7 @@ struct MeasuredValue {
 /// Rows that were measured with the same keys.
 struct Experiment {
     std::vector<std::string> overrides;
+    SceneSpec scene;
     std::vector<MeasuredPlace> places;
     std::vector<MeasuredValue> values;
     std::optional<StaticState> state; ///< its last equilibrium
@@ -103,7 +104,7 @@ std::vector<Experiment> experiments_of(const CsvTable& data, const SceneSpec& sc
             keys.push_back(fmt::format("{}={:.17g}", heading.name, data.columns[c][row]));
         }
         const auto [at, fresh] = known.try_emplace(keys, all.size());
-        if (fresh) all.push_back({keys, {}, {}, {}});
+        if (fresh) all.push_back({keys, {}, {}, {}, {}});
         Experiment& own = all[at->second];
         for (const auto& [c, heading] : meaning.values)
             if (!std::isnan(data.columns[c][row])) own.values.push_back({heading, data.columns[c][row]});
@@ -134,8 +135,10 @@ public:
         const SceneSpec scene = parse_scene(text_.file, text_.text, text_.overrides);
         refuse_unsolvable(scene);
         experiments_ = experiments_of(data, scene);
-        for (const std::string& key : options_.keys) {
-            const SceneNumber number = number_at(scene, key);
+        const std::vector<SceneNumber> numbers = numbers_at(scene, options_.keys);
+        for (std::size_t i = 0; i < numbers.size(); ++i) {
+            const SceneNumber& number = numbers[i];
+            const std::string& key = options_.keys[i];
             refuse_whole(number, key);
             if (std::count(options_.keys.begin(), options_.keys.end(), key) > 1)
                 throw InputError(fmt::format("--number {} is given twice", key));
@@ -146,7 +149,13 @@ public:
             unit_.push_back(number.unit);
             scale_.push_back(value_.back() != 0 ? std::abs(value_.back()) : 1);
         }
-        for (const Experiment& one : experiments_) size_ += one.size();
+        for (Experiment& one : experiments_) {
+            std::vector<std::string> overrides = text_.overrides;
+            overrides.insert(overrides.end(), one.overrides.begin(), one.overrides.end());
+            one.scene = parse_scene(text_.file, text_.text, overrides);
+            refuse_unsolvable(one.scene);
+            size_ += one.size();
+        }
         if (size_ <= value_.size())
             throw InputError(
                 fmt::format("{} measured values are too few for {} numbers and their intervals", size_, value_.size()));
@@ -268,11 +277,10 @@ private:
     static std::size_t at(Eigen::Index i) { return static_cast<std::size_t>(i); }
 
     std::unique_ptr<StaticCase> case_of(const Experiment& experiment, std::span<const double> value) const {
-        SceneText own = text_;
-        own.overrides.insert(own.overrides.end(), experiment.overrides.begin(), experiment.overrides.end());
-        for (std::size_t i = 0; i < value.size(); ++i)
-            own.overrides.push_back(fmt::format("{}={:.17g}", options_.keys[i], value[i]));
-        return static_case(own, machine_, options_.time);
+        SceneSpec own = experiment.scene;
+        for (std::size_t i = 0; i < value.size(); ++i) own = with_number(std::move(own), options_.keys[i], value[i]);
+        check_scene(own);
+        return static_case(std::move(own), machine_, options_.time);
     }
 
     /// The rod that a shape is of.
@@ -300,35 +308,40 @@ private:
         return (1 - share) * lane(slot[k].position, 0) + share * lane(slot[k + 1].position, 0);
     }
 
-    /// Predicted values of an experiment, places first.
-    Unknown values_of(const Experiment& experiment, const StaticCase& one, const StaticState& state) {
-        Unknown all(static_cast<Eigen::Index>(experiment.size()));
-        Eigen::Index row = 0;
-        const std::size_t rod = experiment.places.empty() ? 0 : rod_of_shape(one);
-        const RodGroup& group = nth(one.groups, one.rods[rod].group);
-        for (const MeasuredPlace& place : experiment.places) {
-            const Vec3d x = place_at(place.s, group, state.slot.data() + one.system->first_slot(rod));
-            for (const double part : {x.x, x.y, x.z}) all[row++] = part;
-        }
-        if (experiment.values.empty()) return all;
-        const auto [names, values] = observe(comm_, threads_, one, state);
-        for (const MeasuredValue& value : experiment.values) {
-            std::vector<std::string> plain;
-            for (const std::string& name : names) plain.push_back(heading_of(name).name);
-            const auto found = std::find(plain.begin(), plain.end(), value.heading.name);
-            if (found == plain.end())
-                throw InputError(fmt::format(
-                    "'{}' is no observable of the scene, nor a key of it, which has a dot{}", value.heading.name,
-                    suggestion(value.heading.name, std::vector<std::string_view>(plain.begin(), plain.end()),
-                               "there are")));
-            const auto place = static_cast<std::size_t>(found - plain.begin());
-            const std::string unit = heading_of(names[place]).unit;
-            refuse_other_unit(value.heading, unit);
-            kind_units_[static_cast<std::size_t>(std::find(kinds_.begin(), kinds_.end(), value.heading.name) -
-                                                 kinds_.begin())] = unit;
-            all[row++] = values[place];
-        }
-        return all;
+    /// Values of an experiment, places first.
+    RestQuantity quantity_of(const Experiment& experiment, ObservedCase& observed) {
+        RestQuantity quantity;
+        if (!experiment.places.empty())
+            quantity.places = [&](const StaticCase& one, const StaticState& state) {
+                Unknown all(3 * static_cast<Eigen::Index>(experiment.places.size()));
+                const std::size_t rod = rod_of_shape(one);
+                const Slot<1>* slot = state.slot.data() + one.system->first_slot(rod);
+                Eigen::Index row = 0;
+                for (const MeasuredPlace& place : experiment.places) {
+                    const Vec3d x = place_at(place.s, nth(one.groups, one.rods[rod].group), slot);
+                    for (const double part : {x.x, x.y, x.z}) all[row++] = part;
+                }
+                return all;
+            };
+        for (const MeasuredValue& value : experiment.values)
+            quantity.observables.push_back(column_of(value.heading, observed.names()));
+        return quantity;
+    }
+
+    std::size_t column_of(const Heading& heading, const std::vector<std::string>& names) {
+        std::vector<std::string> plain;
+        for (const std::string& name : names) plain.push_back(heading_of(name).name);
+        const auto found = std::find(plain.begin(), plain.end(), heading.name);
+        if (found == plain.end())
+            throw InputError(fmt::format(
+                "'{}' is no observable of the scene, nor a key of it, which has a dot{}", heading.name,
+                suggestion(heading.name, std::vector<std::string_view>(plain.begin(), plain.end()), "there are")));
+        const auto column = static_cast<std::size_t>(found - plain.begin());
+        const std::string unit = heading_of(names[column]).unit;
+        refuse_other_unit(heading, unit);
+        kind_units_[static_cast<std::size_t>(std::find(kinds_.begin(), kinds_.end(), heading.name) - kinds_.begin())] =
+            unit;
+        return column;
     }
 
     static Unknown measured(const Experiment& experiment) {
@@ -362,8 +375,10 @@ private:
             const auto count = static_cast<Eigen::Index>(experiment.size());
             const std::unique_ptr<StaticCase> one = case_of(experiment, value);
             StaticState state = equilibrium(experiment, *one);
-            all.segment(row, count) = values_of(experiment, *one, state) - measured(experiment);
-            if (with_slopes) slopes_.middleRows(row, count) = slopes_of(experiment, *one, state, value);
+            ObservedCase observed(comm_, threads_, *one);
+            const RestQuantity quantity = quantity_of(experiment, observed);
+            all.segment(row, count) = quantity.at(observed, state) - measured(experiment);
+            if (with_slopes) slopes_.middleRows(row, count) = slopes_of(quantity, observed, state, value);
             experiment.state = std::move(state);
             row += count;
         }
@@ -383,23 +398,23 @@ private:
     }
 
     /// Slopes by numbers over their scales.
-    Eigen::MatrixXd slopes_of(const Experiment& experiment, StaticCase& one, const StaticState& state,
+    Eigen::MatrixXd slopes_of(const RestQuantity& quantity, ObservedCase& observed, const StaticState& state,
                               const std::vector<double>& value) {
-        constexpr double share = 1e-4;
-        Eigen::MatrixXd all(static_cast<Eigen::Index>(experiment.size()), static_cast<Eigen::Index>(value.size()));
+        constexpr double share = 1e-6;
+        const StaticCase& one = observed.at();
         StaticSystem::Balance balance = one.system->balance(state, true);
+        const Stiffness coupled = *balance.stiffness;
         const StaticSolution solution(*one.system, state, balance);
-        for (std::size_t i = 0; i < value.size(); ++i) {
-            const auto [low, high] = changed_cases(share, [&](double by) {
-                std::vector<double> other = value;
-                other[i] += by * scale_[i];
-                return case_of(experiment, other);
-            });
+        std::vector<ChangedNumber> numbers;
+        for (std::size_t i = 0; i < value.size(); ++i)
+            numbers.push_back({options_.keys[i], value[i], share * scale_[i]});
+        const std::vector<NumberEffect> effects =
+            NumberEffects(comm_, threads_, machine_, options_.time, one, state, coupled).find(numbers, quantity);
+        Eigen::MatrixXd all(effects.front().quantity.size(), static_cast<Eigen::Index>(value.size()));
+        for (std::size_t i = 0; i < value.size(); ++i)
             all.col(static_cast<Eigen::Index>(i)) =
-                slopes_at_rest(solution, state, low, high, [&](const StaticCase& at, const StaticState& own) {
-                    return values_of(experiment, at, own);
-                });
-        }
+                scale_[i] *
+                (effects[i].quantity + slope_along(solution.solve(effects[i].loads), quantity, observed, state));
         return all;
     }
 

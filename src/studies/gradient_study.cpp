@@ -1,47 +1,91 @@
 #include "studies/gradient_study.hpp"
 
+#include "core/nearest.hpp"
 #include "core/timer.hpp"
+#include "skein/core/error.hpp"
+#include "studies/number_effects.hpp"
+#include "studies/observable_slopes.hpp"
 #include "studies/scene_number.hpp"
-#include "studies/static_slopes.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace skein {
 
 namespace {
 
-constexpr double share = 1e-4; ///< of a number, by which it is changed to either side
+constexpr double share = 1e-6; ///< of a number, by which it is changed to either side
+
+/// Columns of these observables, or of all where none is named.
+std::vector<std::size_t> columns_of(const std::vector<std::string>& of, const std::vector<std::string>& names) {
+    std::vector<std::size_t> columns(names.size());
+    std::iota(columns.begin(), columns.end(), std::size_t{0});
+    if (of.empty()) return columns;
+    std::vector<std::string_view> plain;
+    for (const std::string& name : names) plain.push_back(std::string_view(name).substr(0, name.find('[')));
+    columns.clear();
+    for (const std::string& one : of) {
+        auto found = std::find(names.begin(), names.end(), one) - names.begin();
+        if (found == std::ssize(names)) found = std::find(plain.begin(), plain.end(), one) - plain.begin();
+        if (found == std::ssize(names))
+            throw InputError(
+                fmt::format("'{}' is no observable of the scene{}", one, suggestion(one, plain, "there are")));
+        columns.push_back(static_cast<std::size_t>(found));
+    }
+    return columns;
+}
+
+std::vector<ChangedNumber> numbers_of(const SceneSpec& scene, const std::vector<std::string>& keys,
+                                      std::vector<NumberSlopes>& out) {
+    std::vector<ChangedNumber> numbers;
+    const std::vector<SceneNumber> found = numbers_at(scene, keys);
+    for (std::size_t i = 0; i < keys.size(); ++i) {
+        refuse_whole(found[i], keys[i]);
+        out.push_back({keys[i], found[i].unit, found[i].value, {}});
+        numbers.push_back({keys[i], found[i].value, share * (found[i].value != 0 ? std::abs(found[i].value) : 1)});
+    }
+    return numbers;
+}
 
 } // namespace
 
 GradientReport gradients(const Communicator& comm, const Threads& threads, const Machine& machine,
-                         const SceneText& text, const std::vector<std::string>& keys, double time) {
+                         const SceneText& text, const GradientOptions& options) {
     const double began = wall_seconds();
-    const std::unique_ptr<StaticCase> one = static_case(text, machine, time);
-    const StaticState state = equilibrium_of(*one, time);
+    const std::unique_ptr<StaticCase> one = static_case(text, machine, options.time);
     GradientReport report;
-    ObservedState here = observe(comm, threads, *one, state);
-    report.observables = std::move(here.names);
-    report.value = std::move(here.values);
+    const std::vector<ChangedNumber> numbers = numbers_of(one->scene, options.keys, report.numbers);
+    ObservedCase observed(comm, threads, *one);
+    RestQuantity quantity{nullptr, columns_of(options.of, observed.names())};
+    const StaticState state = equilibrium_of(*one, options.time);
+    for (const std::size_t column : quantity.observables) report.observables.push_back(observed.names()[column]);
+    const Unknown value = quantity.at(observed, state);
+    report.value = {value.begin(), value.end()};
+
     StaticSystem::Balance balance = one->system->balance(state, true);
+    const Stiffness coupled = *balance.stiffness;
     const StaticSolution solution(*one->system, state, balance);
-    for (const std::string& key : keys) {
-        const SceneNumber number = number_at(one->scene, key);
-        refuse_whole(number, key);
-        const auto [low, high] =
-            changed_cases(share * (number.value != 0 ? std::abs(number.value) : 1), [&](double by) {
-                SceneText other = text;
-                other.overrides.push_back(fmt::format("{}={:.17g}", key, number.value + by));
-                return static_case(other, machine, time);
-            });
-        const Unknown slope =
-            slopes_at_rest(solution, state, low, high, [&](const StaticCase& at, const StaticState& own) {
-                const std::vector<double> values = observe(comm, threads, at, own).values;
-                return Unknown(Eigen::Map<const Unknown>(values.data(), static_cast<Eigen::Index>(values.size())));
-            });
-        report.numbers.push_back({key, number.unit, number.value, {slope.begin(), slope.end()}});
+    const std::vector<NumberEffect> effects =
+        NumberEffects(comm, threads, machine, options.time, *one, state, coupled).find(numbers, quantity);
+    // The adjoint solutions; without them the whole quantity is followed along the change of each number.
+    std::vector<Unknown> adjoint;
+    if (!options.of.empty() && solution.symmetric())
+        for (const std::string& name : report.observables) {
+            const std::optional<Unknown> slope = slope_by_unknowns(*one, state, name, options.time);
+            if (!slope) break;
+            adjoint.push_back(solution.adjoint(*slope));
+        }
+    const bool by_adjoint = adjoint.size() == report.observables.size();
+    if (by_adjoint) report.adjoint = adjoint.size();
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        Unknown slope = effects[i].quantity;
+        if (!by_adjoint) slope += slope_along(solution.solve(effects[i].loads), quantity, observed, state);
+        for (std::size_t j = 0; by_adjoint && j < adjoint.size(); ++j)
+            slope[static_cast<Eigen::Index>(j)] += adjoint[j].dot(effects[i].loads);
+        report.numbers[i].slope = {slope.begin(), slope.end()};
     }
     report.seconds = wall_seconds() - began;
     return report;

@@ -1,5 +1,6 @@
-// Slopes of all observables at an equilibrium by numbers of the scene.
-//   K v = d residual/dp,   dy/dp = dy/du v + dy/dp: one factor for all numbers, one solution for each.  theory.md (104)
+// Slopes of observables at an equilibrium by numbers of the scene.                             theory.md (104), (110)
+//   all observables       one solution for each number
+//   some of them          one adjoint solution for each observable
 #pragma once
 
 #include "parallel/communicator.hpp"
@@ -22,12 +23,19 @@ struct GradientReport {
     std::vector<std::string> observables; ///< with units, as in observables.csv
     std::vector<double> value;            ///< of the observables
     std::vector<NumberSlopes> numbers;
+    std::size_t adjoint = 0; ///< adjoint solutions, each for an observable
     double seconds = 0;
 };
 
-/// `time`: of loads and ends, s. Throws NumericalError where the scene has no equilibrium.
+struct GradientOptions {
+    std::vector<std::string> keys; ///< paths of the numbers
+    std::vector<std::string> of;   ///< observables, with or without units; none: all
+    double time = 0;               ///< of loads and ends, s
+};
+
+/// Throws NumericalError where the scene has no equilibrium.
 GradientReport gradients(const Communicator& comm, const Threads& threads, const Machine& machine,
-                         const SceneText& text, const std::vector<std::string>& keys, double time);
+                         const SceneText& text, const GradientOptions& options);
 std::string to_text(const GradientReport& report);
 
 } // namespace skein

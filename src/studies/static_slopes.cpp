@@ -1,10 +1,13 @@
 #include "studies/static_slopes.hpp"
 
+#include "diagnostics/observables.hpp"
 #include "equilibrium/newton.hpp"
-#include "simulation/simulation.hpp"
+#include "physics/audit/audit_plan.hpp"
 #include "skein/core/error.hpp"
 
 #include <fmt/format.h>
+
+#include <cmath>
 
 namespace skein {
 
@@ -17,55 +20,59 @@ StaticState equilibrium_of(StaticCase& one, double time) {
     return state;
 }
 
-ObservedState observe(const Communicator& comm, const Threads& threads, const StaticCase& one,
-                      const StaticState& state) {
-    Simulation simulation(comm, threads, one.scene, one.groups, one.plan, {.quiet = true});
-    Rods& rods = simulation.world().rods();
+void ObservedCase::make() {
+    world_ = std::make_unique<World>(*comm_, *threads_, at_->groups, at_->plan, Protocol::asynchronous, Balance::never);
+    observation_.emplace(*world_, at_->scene);
+    if (at_->plan.has<AuditPlan>()) observation_->begin_audit(*world_, std::nullopt);
+    names_ = observation_->names();
+}
+
+const std::vector<std::string>& ObservedCase::names() {
+    if (!world_) make();
+    return names_;
+}
+
+std::vector<double> ObservedCase::values(const StaticState& state) {
+    if (!world_) make();
+    Rods& rods = world_->rods();
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
         const auto rod = static_cast<std::size_t>(rods.local()[i].gid);
-        const auto begin = state.slot.begin();
-        const std::vector<Slot<1>> own(begin + static_cast<std::ptrdiff_t>(one.system->first_slot(rod)),
-                                       begin + static_cast<std::ptrdiff_t>(one.system->first_slot(rod + 1)));
-        rods.import_rod(i, own);
+        const std::size_t first = at_->system->first_slot(rod);
+        rods.import_rod(i, std::span(state.slot).subspan(first, at_->system->first_slot(rod + 1) - first));
     }
-    return {simulation.observation().names(), simulation.observation().values()};
+    std::vector<double> values = observation_->values();
+    values[observed_turn_per_cell + 1] = 0; // the defect of directors, which is rounding
+    return values;
 }
 
-std::pair<ChangedCase, ChangedCase> changed_cases(double by,
-                                                  const std::function<std::unique_ptr<StaticCase>(double)>& make) {
-    ChangedCase low, high;
-    try {
-        low = {make(-by), -by};
-    } catch (const InputError&) {
-        low = {make(0), 0};
-        high = {make(by), by};
-        return {std::move(low), std::move(high)};
-    }
-    try {
-        high = {make(by), by};
-    } catch (const InputError&) {
-        high = {make(0), 0};
-    }
-    return {std::move(low), std::move(high)};
+Unknown RestQuantity::at(ObservedCase& observed, const StaticState& state) const {
+    const Unknown first = places ? places(observed.at(), state) : Unknown(0);
+    if (observables.empty()) return first;
+    Unknown all = of_observables(observed.values(state), first.size() + static_cast<Eigen::Index>(observables.size()));
+    all.head(first.size()) = first;
+    return all;
 }
 
-Unknown slopes_at_rest(const StaticSolution& solution, const StaticState& state, const ChangedCase& low,
-                       const ChangedCase& high,
-                       const std::function<Unknown(const StaticCase&, const StaticState&)>& quantity) {
-    const double width = high.by - low.by;
-    const auto residual = [&](const ChangedCase& one) {
+Unknown RestQuantity::of_observables(const std::vector<double>& change, Eigen::Index size) const {
+    Unknown all = Unknown::Zero(size);
+    Eigen::Index row = size - static_cast<Eigen::Index>(observables.size());
+    for (const std::size_t one : observables) all[row++] = change[one];
+    return all;
+}
+
+Unknown slope_along(const Unknown& change, const RestQuantity& quantity, ObservedCase& observed,
+                    const StaticState& state) {
+    constexpr double way = 1e-6; // over the length, or turn: central differences are exact to its square
+    const StaticSystem& system = *observed.at().system;
+    const double size = system.size(change), step = size > 0 ? way / size : 1;
+    const Unknowns::Moves moves =
+        system.map().moves({change.data(), static_cast<std::size_t>(change.size())}, state.slot);
+    const auto moved = [&](double by) {
         StaticState own = state;
-        one.at->system->lead_ends(own);
-        return one.at->system->balance(own, false).residual;
+        system.map().apply(moves, by, own.slot);
+        return quantity.at(observed, own);
     };
-    const Unknown along = solution.solve((residual(high) - residual(low)) / width);
-    const auto moved = [&](const ChangedCase& one) {
-        StaticState own = state;
-        one.at->system->lead_ends(own);
-        one.at->system->correct(own, one.by * along, 1);
-        return quantity(*one.at, own);
-    };
-    return (moved(high) - moved(low)) / width;
+    return (moved(step) - moved(-step)) / (2 * step);
 }
 
 } // namespace skein

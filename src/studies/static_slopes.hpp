@@ -1,15 +1,19 @@
-// Quantities of a case at rest, and their slopes by a number of its scene.                            theory.md (104)
+// Quantities of a case at rest, and their slopes by numbers of its scene.                            theory.md (104)
+//   forward   K v = d residual/dp of a number, then dy/dp = dy/du v + dy/dp at the same u: for all quantities
+//   adjoint   K l = dy/du of an observable, then dy/dp = l . d residual/dp + dy/dp: for all numbers
 #pragma once
 
 #include "equilibrium/static_solution.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
+#include "simulation/observation.hpp"
+#include "simulation/world.hpp"
 #include "studies/scene_family.hpp"
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
-#include <utility>
 #include <vector>
 
 namespace skein {
@@ -17,27 +21,40 @@ namespace skein {
 /// Equilibrium from the bodies' places in the scene. Throws NumericalError where there is none.
 StaticState equilibrium_of(StaticCase& one, double time);
 
-/// Columns of observables.csv in a state.
-struct ObservedState {
-    std::vector<std::string> names; ///< with units
-    std::vector<double> values;
-};
-ObservedState observe(const Communicator& comm, const Threads& threads, const StaticCase& one,
-                      const StaticState& state);
+/// A case whose observables are asked for. Its bodies are made at the first question.
+class ObservedCase {
+public:
+    ObservedCase(const Communicator& comm, const Threads& threads, const StaticCase& at)
+        : comm_(&comm), threads_(&threads), at_(&at) {}
 
-/// A case whose number is changed.
-struct ChangedCase {
-    std::unique_ptr<StaticCase> at;
-    double by;
-};
-/// Cases whose number is less and more by `by`; where one side has no scene, as of a bound, the case as it is stands
-/// for it. `make`: the case with a change. Throws InputError where neither side has one.
-std::pair<ChangedCase, ChangedCase> changed_cases(double by,
-                                                  const std::function<std::unique_ptr<StaticCase>(double)>& make);
+    const StaticCase& at() const { return *at_; }
+    /// Columns of observables.csv, with units.
+    const std::vector<std::string>& names();
+    std::vector<double> values(const StaticState& state);
 
-/// Slopes of a quantity at the equilibrium `state` by the number.
-Unknown slopes_at_rest(const StaticSolution& solution, const StaticState& state, const ChangedCase& low,
-                       const ChangedCase& high,
-                       const std::function<Unknown(const StaticCase&, const StaticState&)>& quantity);
+private:
+    void make();
+
+    const Communicator* comm_;
+    const Threads* threads_;
+    const StaticCase* at_;
+    std::unique_ptr<World> world_;
+    std::optional<Observation> observation_;
+    std::vector<std::string> names_;
+};
+
+/// Numbers that a state at rest has: places, then observables.
+struct RestQuantity {
+    std::function<Unknown(const StaticCase&, const StaticState&)> places; ///< null: none
+    std::vector<std::size_t> observables;                                 ///< by their columns
+
+    Unknown at(ObservedCase& observed, const StaticState& state) const;
+    /// The same of changes of all observables, where places stay.
+    Unknown of_observables(const std::vector<double>& change, Eigen::Index size) const;
+};
+
+/// Slopes of a quantity by the state, along a change of the unknowns.
+Unknown slope_along(const Unknown& change, const RestQuantity& quantity, ObservedCase& observed,
+                    const StaticState& state);
 
 } // namespace skein

@@ -64,6 +64,35 @@ translational = 1e-2
 rotational = 1e-6
 """
 
+# A rod between two walls, with a rest curvature by a table and a start shape of its own.
+HELD = """
+[time]
+duration = 1.0
+[[table]]
+name = "bend"
+at = [0.0, 0.05, 0.1, 0.15, 0.2]
+value = [1.0, 2.0, 1.0, -1.0, 1.0]
+at_unit = "m"
+unit = "1/m"
+[[rods]]
+name = "arm"
+start = "clamped"
+end = "clamped"
+material = {density = 1200.0, youngs_modulus = 2e6}
+section.radius = 3e-3
+shape = {length = 0.2, elements = 16, rest_curvature_formula = ["0", "bend(s)", "0"], start_curvature = [0.0, 1.0, 0.0]}
+placement = {origin = [0.1, 0.0, 0.0], tangent = [1.0, 0.0, 0.0]}
+[[probe]]
+name = "mid"
+of = "arm"
+at = 0.45
+[[load]]
+kind = "gravity"
+acceleration = [0, 0.5, -9.81]
+[output]
+series = 1.0
+"""
+
 COLUMN = """
 [time]
 duration = 1.0
@@ -144,35 +173,93 @@ class Solving(DriverTest):
             self.assertNotEqual(self.digest(command), before)
             self.assertEqual(json.loads((self.directory / command / "previous_1/summary.json").read_text())["digest"], before)
 
-    def test_slopes_are_those_of_equilibria(self):
-        def tip(*arguments):
-            out = f"slope{len(list(self.directory.iterdir()))}"
-            self.solve("equilibrium", out, *arguments)
-            return self.series(out)["tip_zm"][-1]
+    def observed(self, text, *arguments):
+        """Observables at rest, {name with unit: value}."""
+        out = f"at{len(list(self.directory.iterdir()))}"
+        self.solve("equilibrium", out, *arguments, text=text)
+        return {name: float(value) for name, value in self.rows(out, "observables.csv")[-1].items()}
 
+    def slopes(self, text, keys, *arguments):
+        """What skein gradient finds: {key: {observable: slope}}."""
+        self.scene.write_text(text)
+        words = [word for key in keys for word in ("--by", key)]
+        found = json.loads(self.skein_says("gradient", self.scene, *words, *arguments, "--json").stdout)
+        return {one["key"]: one["slopes"] for one in found["numbers"]}, found
+
+    def differences(self, text, key, value, h):
+        """The same by differences of fourth order of equilibria."""
+        at = {k: self.observed(text, "--set", f"{key}={value + k * h!r}") for k in (-2, -1, 1, 2)}
+        return {name: (8 * (at[1][name] - at[-1][name]) - (at[2][name] - at[-2][name])) / (12 * h) for name in at[1]}
+
+    def test_slopes_are_those_of_equilibria(self):
         values = {"rods.reeds.material.youngs_modulus": 2e6, "load.0.acceleration.2": -2.0, "rods.reeds.shape.length": 0.5}
-        self.scene.write_text(BODIES)
-        words = [word for key in values for word in ("--by", key)]
-        found = json.loads(self.skein_says("gradient", self.scene, *words, "--json").stdout)["numbers"]
-        for one in found:
-            key, value = one["key"], values[one["key"]]
-            h = 1e-3 * abs(value)
-            at = {k: tip("--set", f"{key}={value + k * h!r}") for k in (-2, -1, 1, 2)}
-            slope = (8 * (at[1] - at[-1]) - (at[2] - at[-2])) / (12 * h)
-            self.assertLess(abs(one["slopes"]["tip_z[m]"] - slope), 1e-6 * abs(slope), key)
+        found, _ = self.slopes(BODIES, values)
+        for key, value in values.items():
+            slope = self.differences(BODIES, key, value, 1e-3 * abs(value))["tip_z[m]"]
+            self.assertLess(abs(found[key]["tip_z[m]"] - slope), 1e-6 * abs(slope), key)
+
+    def test_what_is_held_moves_with_the_number(self):
+        values = {"rods.arm.shape.length": 0.2, "rods.arm.placement.origin.0": 0.1, "rods.arm.shape.start_curvature.1": 1.0, "rods.arm.material.youngs_modulus": 2e6}
+        found, _ = self.slopes(HELD, values)
+        for key, value in values.items():
+            slopes = self.differences(HELD, key, value, 1e-3 * abs(value))
+            largest = max(abs(slopes[f"mid_{axis}[m]"]) for axis in "xyz")
+            for axis in "xyz":
+                self.assertLess(abs(found[key][f"mid_{axis}[m]"] - slopes[f"mid_{axis}[m]"]), 1e-6 * largest, (key, axis))
+
+    def test_numbers_along_a_rod(self):
+        """Values of a table are changed several at a time, and are as if each were changed alone."""
+        knots = [f"table.bend.value.{k}" for k in range(5)]
+        free = HELD.replace('end = "clamped"\n', "")
+        for text in (HELD, free):
+            together, _ = self.slopes(text, knots)
+            for key in knots:
+                alone, _ = self.slopes(text, [key])
+                for name, slope in alone[key].items():
+                    if not name.startswith("max"):
+                        self.assertLess(abs(together[key][name] - slope), 1e-6 * abs(slope) + 1e-12, (key, name))
+        slopes = self.differences(free, "table.bend.value.2", 1.0, 1e-2)
+        for name in ("mid_x[m]", "mid_y[m]", "mid_z[m]", "elastic_bend[J]", "elastic_twist[J]", "centre_y[m]"):
+            self.assertLess(abs(together["table.bend.value.2"][name] - slopes[name]), 1e-6 * abs(slopes[name]), name)
+
+    def test_a_table_that_loads_have_too(self):
+        """Its values do not act on their part of the rod alone."""
+        both = HELD.replace("[output]", '[[load]]\nkind = "formula"\nforce = ["0", "1e-3*bend(0.1)", "0"]\n[output]')
+        knots = [f"table.bend.value.{k}" for k in range(1, 5)]
+        together, _ = self.slopes(both, knots)
+        for key in knots:
+            alone, _ = self.slopes(both, [key])
+            self.assertLess(abs(together[key]["mid_y[m]"] - alone[key]["mid_y[m]"]), 1e-9 * abs(alone[key]["mid_y[m]"]), key)
+
+    def test_adjoint_slopes_are_those_of_each_number(self):
+        for text, keys in ((HELD, [f"table.bend.value.{k}" for k in range(5)] + ["load.0.acceleration.1", "rods.arm.section.radius"]),
+                           (BODIES, ["rods.upper.material.youngs_modulus", "rods.lower.material.youngs_modulus", "joint.0.spring", "rods.reeds.shape.length"])):
+            probe = "mid" if text == HELD else "tip"
+            of = [f"{probe}_x[m]", f"{probe}_z", "centre_x", "centre_z[m]", "elastic_stretch", "elastic_shear", "elastic_bend", "elastic_twist"]
+            every, figures = self.slopes(text, keys)
+            self.assertEqual(figures["adjoint_solutions"], 0)
+            adjoint, figures = self.slopes(text, keys, *[word for name in of for word in ("--of", name)])
+            self.assertEqual(figures["adjoint_solutions"], len(of))
+            for key in keys:
+                self.assertEqual(len(adjoint[key]), len(of))
+                for name, slope in adjoint[key].items():
+                    self.assertLess(abs(slope - every[key][name]), 2e-6 * abs(every[key][name]) + 1e-13, (key, name))
+        _, figures = self.slopes(HELD, ["table.bend.value.1"], "--of", "mid_x", "--of", "max_axial_strain")
+        self.assertEqual(figures["adjoint_solutions"], 0, "an extreme has no slope in closed form")
+        done = self.skein_says("gradient", self.scene, "--by", "table.bend.value.1", "--of", "mid_w", expect=2)
+        self.assertIn("'mid_w' is no observable", done.stderr)
 
     def test_slopes_at_a_bound_are_those_of_its_side(self):
         field = '[[load]]\nkind = "magnetic_field"\nconstant = [0, 0, 1e-3]\nsine_axis = [0, 1, 0]\nperiod = 4.0\nrotating = 0.0\n[[load]]'
         magnetised = BODIES.replace("[[load]]", field).replace("5e-3", '5e-3\nmagnetisation = {pattern = "uniform", strength = 1e4}', 1)
-        self.scene.write_text(magnetised)
         key = "load.0.rotating"  # no less than 0
-        found = json.loads(self.skein_says("gradient", self.scene, "--by", key, "--json").stdout)["numbers"]
+        found, _ = self.slopes(magnetised, [key])
         tip = {}
         for value in (1e-5, 2e-5):
             self.solve("equilibrium", f"at_{value}", "--set", f"{key}={value}", text=magnetised)
             tip[value] = self.series(f"at_{value}")["tip_ym"][-1]  # 0 without the field
         slope = (4 * tip[1e-5] - tip[2e-5]) / 2e-5
-        self.assertLess(abs(found[0]["slopes"]["tip_y[m]"] - slope), 1e-4 * abs(slope))
+        self.assertLess(abs(found[key]["tip_y[m]"] - slope), 1e-4 * abs(slope))
 
     def test_a_path_stops_when_it_is_told(self):
         self.scene.write_text(BODIES)

@@ -1,0 +1,299 @@
+#include "studies/number_effects.hpp"
+
+#include "diagnostics/observables.hpp"
+#include "physics/audit/audit_plan.hpp"
+#include "rod/formulas_along.hpp"
+#include "scene/scene_file.hpp"
+#include "skein/core/error.hpp"
+#include "studies/scene_number.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <map>
+#include <optional>
+
+namespace skein {
+
+namespace {
+
+constexpr std::size_t first_energy = 2, energy_columns = 4; ///< of elastic energies: stretch, shear, bend, twist
+
+bool is_digits(const std::string& part) {
+    return !part.empty() && part.find_first_not_of("0123456789") == std::string::npos;
+}
+
+/// The key without numbers of items and names of rods: numbers that are alike have the same.
+std::string kind_of(const std::string& key) {
+    const bool of_rods = key.starts_with("rods.");
+    std::string kind;
+    for (std::size_t from = 0, place = 0; from <= key.size(); ++place) {
+        const std::size_t dot = std::min(key.find('.', from), key.size());
+        const std::string part = key.substr(from, dot - from);
+        if (!(of_rods && place == 1) && !is_digits(part)) kind += part + ".";
+        from = dot + 1;
+    }
+    return kind;
+}
+
+/// Groups whose constants may follow from the number of a key.
+std::vector<std::size_t> groups_of(const std::string& key, const SceneSpec& scene) {
+    std::vector<std::size_t> groups;
+    const std::string table = key.substr(0, key.find('.'));
+    for (std::size_t g = 0; g < scene.rods.size(); ++g) {
+        const RodSpec& rods = scene.rods[g];
+        const bool by_formula = (table == "table" || table == "constants") &&
+                                !(rods.shape.rest_curvature_formula.empty() && rods.section.radius_formula.empty() &&
+                                  rods.section.radius_2_formula.empty());
+        if (!rods.body && (by_formula || table == "rods")) groups.push_back(g);
+    }
+    return groups;
+}
+
+/// A group of a scene made again; none where its places are a matter of files or of chance.
+std::optional<RodGroup> made_again(const SceneSpec& scene, const RodGroup& group) {
+    RodSpec spec = nth(scene.rods, group.id());
+    const PlacementKind kind = spec.placement.kind;
+    if (kind == PlacementKind::packing || kind == PlacementKind::file || kind == PlacementKind::mask) return {};
+    const FormulaScope names = names_for_formulas(scene);
+    spec.start_motion.use(names);
+    spec.end_motion.use(names);
+    if (!read_rest_curvature(spec.shape, names).empty() || !read_section(spec, names).empty()) return {};
+    RodGroup made(spec, group.id(), group.first_gid(), std::filesystem::path(scene.file).parent_path().string());
+    if (group.assembly()) made.join(std::shared_ptr<const AssemblyCopies>(std::shared_ptr<void>{}, group.assembly()));
+    return made;
+}
+
+bool equal(const Vec3d& a, const Vec3d& b) { return a.x == b.x && a.y == b.y && a.z == b.z; }
+
+bool alike_but_stiffness(const ElementConstants& a, const ElementConstants& b) {
+    return a.rest_length == b.rest_length && a.volume == b.volume && a.radius == b.radius &&
+           equal(a.rest_strain, b.rest_strain) && equal(a.inertia, b.inertia);
+}
+bool alike_but_stiffness(const VoronoiConstants& a, const VoronoiConstants& b) {
+    return a.inv_length == b.inv_length && a.share_before == b.share_before;
+}
+bool alike_but_stiffness(const RodGroup& a, const RodGroup& b) {
+    const auto alike = [](const auto& one, const auto& other) { return alike_but_stiffness(one, other); };
+    if (a.node_mass != b.node_mass || a.cell_weight != b.cell_weight || a.count() != b.count()) return false;
+    if (!std::ranges::equal(a.element, b.element, alike) || !std::ranges::equal(a.voronoi, b.voronoi, alike))
+        return false;
+    // What is held has a place of the start shape.
+    const RodSpec& spec = a.spec();
+    const bool held = spec.end != EndKind::free || !spec.hold.nodes.empty() || !spec.hold.elements.empty();
+    const auto same_frame = [](const Quaterniond& one, const Quaterniond& other) { return same_bits(one, other); };
+    return !held || std::ranges::equal(a.start_directors(), b.start_directors(), same_frame);
+}
+
+bool same(const ElementConstants& a, const ElementConstants& b) { return equal(a.stiffness, b.stiffness); }
+bool same(const VoronoiConstants& a, const VoronoiConstants& b) {
+    return equal(a.stiffness, b.stiffness) && equal(a.rest_curvature, b.rest_curvature);
+}
+
+/// Slots that feel a change between two groups, by slot of a rod.
+std::vector<char> changed_slots(const RodGroup& a, const RodGroup& b) {
+    std::vector<char> changed(to_index(a.slots()), 0);
+    const auto element = [&](int k) { nth(changed, k) = nth(changed, k + 1) = 1; };
+    for (int k = 0; k < a.elements(); ++k)
+        if (!same(nth(a.element, k), nth(b.element, k))) element(k);
+    for (int k = 0; k < a.cells(); ++k)
+        if (!same(nth(a.voronoi, k), nth(b.voronoi, k))) {
+            element(k);
+            element((k + 1) % a.elements());
+        }
+    if (!same(a.start_wall, b.start_wall)) element(0);
+    if (!same(a.end_wall, b.end_wall)) element(a.elements() - 1);
+    return changed;
+}
+
+} // namespace
+
+NumberEffects::Sides NumberEffects::sides_of(const ChangedNumber& number) const {
+    const auto at = [&](double by) { return with_number(one_.scene, number.key, number.value + by); };
+    try {
+        Sides sides{at(-number.step), {}, -number.step, number.step};
+        try {
+            sides.high = at(number.step);
+        } catch (const InputError&) {
+            sides.high = one_.scene;
+            sides.more = 0;
+        }
+        return sides;
+    } catch (const InputError&) {
+        return {one_.scene, at(number.step), 0, number.step};
+    }
+}
+
+Unknown NumberEffects::residual(StaticCase& at) const {
+    StaticState own = state_;
+    at.system->lead_ends(own);
+    return at.system->balance(own, false).residual;
+}
+
+NumberEffect NumberEffects::alone(const ChangedNumber& number) const {
+    Sides sides = sides_of(number);
+    // A side that contradicts other keys is that of the scene as it is.
+    const auto made = [&](const SceneSpec& scene, double& by, double other) {
+        try {
+            if (by != 0) check_scene(scene);
+            return static_case(scene, machine_, time_);
+        } catch (const InputError&) {
+            if (other == 0) throw;
+            by = 0;
+            return static_case(one_.scene, machine_, time_);
+        }
+    };
+    const std::unique_ptr<StaticCase> low = made(sides.low, sides.less, sides.more),
+                                      high = made(sides.high, sides.more, sides.less);
+    const auto quantity = [&](StaticCase& at) {
+        StaticState own = state_;
+        at.system->lead_ends(own);
+        ObservedCase observed(comm_, threads_, at);
+        return quantity_.at(observed, own);
+    };
+    return {(residual(*high) - residual(*low)) / sides.width(), (quantity(*high) - quantity(*low)) / sides.width()};
+}
+
+void NumberEffects::add_rows(std::size_t rod, const std::vector<char>& changed, std::vector<int>& rows) const {
+    const StaticSystem& system = *one_.system;
+    for (std::size_t k = 0; k < changed.size(); ++k) {
+        if (!changed[k]) continue;
+        for (const auto& parts : system.map().parts(system.first_slot(rod) + k, state_.slot))
+            for (const UnknownPart& part : parts) {
+                rows.push_back(part.unknown);
+                for (Stiffness::InnerIterator at(coupled_, part.unknown); at; ++at) // joints pass it on
+                    if (system.map().place(static_cast<int>(at.row())).rod != rod)
+                        rows.push_back(static_cast<int>(at.row()));
+            }
+    }
+}
+
+bool NumberEffects::add_group(const Sides& sides, std::size_t g, LocalChange& change) const {
+    const RodGroup& group = one_.groups[g];
+    if (group.heterogeneous()) return false;
+    const std::optional<RodGroup> other = made_again(sides.more > 0 ? sides.high : sides.low, group);
+    if (!other || !alike_but_stiffness(*other, group)) return false;
+    const std::vector<char> changed = changed_slots(*other, group);
+    for (std::int64_t i = 0; i < group.count(); ++i)
+        add_rows(static_cast<std::size_t>(group.first_gid() + i), changed, change.rows);
+    return !wants_energies() || add_energies(sides, group, change);
+}
+
+bool NumberEffects::wants_energies() const {
+    return std::ranges::any_of(quantity_.observables,
+                               [](std::size_t o) { return o >= first_energy && o < first_energy + energy_columns; });
+}
+
+bool NumberEffects::add_energies(const Sides& sides, const RodGroup& group, LocalChange& change) const {
+    const std::optional<RodGroup> low = made_again(sides.low, group), high = made_again(sides.high, group);
+    if (!low || !high) return false;
+    for (std::int64_t i = 0; i < group.count(); ++i) {
+        const std::size_t first = one_.system->first_slot(static_cast<std::size_t>(group.first_gid() + i));
+        const auto own = std::span(state_.slot).subspan(first, static_cast<std::size_t>(group.slots()));
+        const RodEnergy less = rod_energy(*low, own, time_, i), more = rod_energy(*high, own, time_, i);
+        const double by[energy_columns] = {more.stretch - less.stretch, more.shear - less.shear, more.bend - less.bend,
+                                           more.twist - less.twist};
+        for (std::size_t e = 0; e < energy_columns; ++e) change.energies[first_energy + e] += by[e] / sides.width();
+    }
+    return true;
+}
+
+std::unique_ptr<NumberEffects::LocalChange> NumberEffects::local_change(const ChangedNumber& number,
+                                                                        std::size_t place) const {
+    const std::vector<std::size_t> groups = groups_of(number.key, one_.scene);
+    if (groups.empty() || one_.plan.has<AuditPlan>()) return nullptr;
+    auto change = std::make_unique<LocalChange>();
+    change->number = place;
+    change->energies.assign(columns_, 0.0);
+    try {
+        const Sides sides = sides_of(number);
+        for (const std::size_t g : groups)
+            if (!add_group(sides, g, *change)) return nullptr;
+    } catch (const InputError&) {
+        return nullptr;
+    }
+    std::sort(change->rows.begin(), change->rows.end());
+    change->rows.erase(std::unique(change->rows.begin(), change->rows.end()), change->rows.end());
+    return change;
+}
+
+std::vector<NumberEffects::Batch>
+NumberEffects::batches_of(std::span<const std::unique_ptr<LocalChange>> changes) const {
+    std::vector<Batch> batches;
+    std::vector<std::vector<char>> taken;
+    for (const auto& change : changes) {
+        std::size_t b = 0;
+        const auto is_taken = [&](int row) { return taken[b][static_cast<std::size_t>(row)] != 0; };
+        while (b < batches.size() && std::ranges::any_of(change->rows, is_taken)) ++b;
+        if (b == batches.size()) {
+            batches.emplace_back();
+            taken.emplace_back(static_cast<std::size_t>(one_.system->unknowns()), 0);
+        }
+        for (const int row : change->rows) taken[b][static_cast<std::size_t>(row)] = 1;
+        batches[b].push_back(change.get());
+    }
+    return batches;
+}
+
+bool NumberEffects::add_batch(const Batch& batch, std::span<const ChangedNumber> numbers,
+                              std::vector<NumberEffect>& all) const {
+    SceneSpec low = one_.scene, high = one_.scene;
+    std::vector<double> width;
+    for (const LocalChange* change : batch) {
+        const ChangedNumber& number = numbers[change->number];
+        const Sides sides = sides_of(number);
+        width.push_back(sides.width());
+        low = with_number(std::move(low), number.key, number.value + sides.less);
+        high = with_number(std::move(high), number.key, number.value + sides.more);
+    }
+    Unknown difference;
+    try {
+        difference = residual(*static_case(std::move(high), machine_, time_)) -
+                     residual(*static_case(std::move(low), machine_, time_));
+    } catch (const InputError&) {
+        return false;
+    }
+    for (std::size_t i = 0; i < batch.size(); ++i) {
+        Unknown& loads = all[batch[i]->number].loads;
+        loads = Unknown::Zero(difference.size());
+        for (const int row : batch[i]->rows) loads[row] = std::exchange(difference[row], 0.0) / width[i];
+    }
+    return (difference.array() == 0).all();
+}
+
+std::vector<NumberEffect> NumberEffects::find(std::span<const ChangedNumber> numbers, const RestQuantity& quantity) {
+    quantity_ = quantity;
+    ObservedCase here(comm_, threads_, one_);
+    size_ = quantity_.at(here, state_).size();
+    columns_ = quantity_.observables.empty() ? first_energy + energy_columns : here.names().size();
+    std::map<std::string, std::size_t> alike;
+    for (const ChangedNumber& number : numbers) ++alike[kind_of(number.key)];
+
+    std::vector<NumberEffect> all(numbers.size());
+    std::map<std::string, bool> stays_local; // by kind, from the first number of it
+    std::vector<std::unique_ptr<LocalChange>> changes;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+        const std::string kind = kind_of(numbers[i].key);
+        const auto known = stays_local.find(kind);
+        std::unique_ptr<LocalChange> change;
+        if (alike[kind] > 1 && (known == stays_local.end() || known->second)) change = local_change(numbers[i], i);
+        if (!change || known == stays_local.end()) all[i] = alone(numbers[i]);
+        if (!change) {
+            stays_local[kind] = false;
+            continue;
+        }
+        if (known == stays_local.end()) {
+            Unknown elsewhere = all[i].loads;
+            for (const int row : change->rows) elsewhere[row] = 0;
+            stays_local[kind] = (elsewhere.array() == 0).all();
+            continue;
+        }
+        all[i].quantity = quantity_.of_observables(change->energies, size_);
+        changes.push_back(std::move(change));
+    }
+    for (const Batch& batch : batches_of(changes))
+        if (!add_batch(batch, numbers, all))
+            for (const LocalChange* change : batch) all[change->number] = alone(numbers[change->number]);
+    return all;
+}
+
+} // namespace skein
