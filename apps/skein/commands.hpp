@@ -86,6 +86,7 @@ struct FitArguments {
     std::string data;              ///< table of measurements
     std::vector<std::string> keys; ///< paths of the numbers to find
     std::string rods;              ///< group of a shape; empty: the first
+    bool keep_undetermined = false;
 };
 struct GradientArguments {
     RunArguments run;

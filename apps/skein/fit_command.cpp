@@ -45,7 +45,10 @@ CsvTable measurements_of(const std::string& file) {
 int fit_command(FitArguments arguments, int& argc, char**& argv) {
     return study_on_one_rank(
         "fit", arguments.run, arguments.time, argc, argv, [&](const StudiedScene& scene, const Threads& threads) {
-            const FitOptions options{.keys = arguments.keys, .time = scene.time, .rods = arguments.rods};
+            const FitOptions options{.keys = arguments.keys,
+                                     .time = scene.time,
+                                     .keep_undetermined = arguments.keep_undetermined,
+                                     .rods = arguments.rods};
             const FitReport report =
                 fit(scene.comm, threads, scene.machine, scene.text, measurements_of(arguments.data), options);
             std::printf("%s", to_text(report).c_str());

@@ -106,6 +106,8 @@ void SolveCommands::add_fit(CLI::App& app) {
         ->required()
         ->type_name("KEY")
         ->allow_extra_args(false);
+    command.add_flag("--keep-undetermined", fit_.keep_undetermined,
+                     "leave what the data do not determine as it is in the scene, in place of refusing it");
     command.add_option("--rods", fit_.rods, "group whose first rod the shape is of; default: the first group");
     command.add_option("-o,--out", fit_.run.options.out, "file to write, with comma-separated values; default: none");
     add_time(command, fit_.time);

@@ -8,7 +8,7 @@ _HOMES = {"Group": "results", "Results": "results", "Series": "results", "open":
           "draw": "picture.draw", "movie": "picture.draw", "Pictures": "picture.draw",
           "run": "program", "plan": "program", "RunFailed": "program",
           "Scene": "scene", "Simulation": "simulation",
-          "equilibrium": "equilibria", "modes": "equilibria", "path": "equilibria", "fit": "fits",
+          "equilibrium": "equilibria", "modes": "equilibria", "path": "equilibria", "fit": "fits", "gradient": "fits",
           "sweep": "sweeps", "page": "picture.page", "state": "picture.state"}
 
 __all__ = list(_HOMES)

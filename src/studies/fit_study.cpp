@@ -156,7 +156,7 @@ public:
             refuse_unsolvable(one.scene);
             size_ += one.size();
         }
-        if (size_ <= value_.size())
+        if (size_ <= value_.size() && !options_.keep_undetermined)
             throw InputError(
                 fmt::format("{} measured values are too few for {} numbers and their intervals", size_, value_.size()));
         find_kinds();
@@ -170,13 +170,10 @@ public:
             residual = minimise(report.iterations);
             if (i + 1 == most_weightings || !weigh(residual)) break;
         }
-        refuse_undetermined();
-        const auto freedom = static_cast<double>(size_ - value_.size());
-        const double variance = residual.squaredNorm() / freedom;
-        const Eigen::MatrixXd inverse = (slopes_.transpose() * slopes_).inverse();
-        for (Eigen::Index i = 0; i < inverse.rows(); ++i)
-            report.numbers.push_back({options_.keys[at(i)], unit_[at(i)], value_[at(i)],
-                                      student(freedom) * scale_[at(i)] * std::sqrt(variance * inverse(i, i))});
+        const auto freedom = static_cast<double>(size_) - static_cast<double>(rank_);
+        const double factor = freedom > 0 ? student(freedom) * std::sqrt(residual.squaredNorm() / freedom) : HUGE_VAL;
+        for (std::size_t i = 0; i < value_.size(); ++i)
+            report.numbers.push_back({options_.keys[i], unit_[i], value_[i], factor * scale_[i] * deviation(i)});
         report.values = size_;
         report.experiments = experiments_.size();
         for (std::size_t k = 0; k < kinds_.size(); ++k)
@@ -248,24 +245,23 @@ private:
     Unknown minimise(int& iterations) {
         const auto numbers = static_cast<Eigen::Index>(value_.size());
         Unknown residual = predict(value_, true);
-        double damping = 0;
+        double damping = 1e-2;
         for (int i = 0; i < options_.most_iterations; ++i) {
             ++iterations;
-            refuse_undetermined();
-            Eigen::MatrixXd damped = slopes_.transpose() * slopes_;
-            damped.diagonal() *= 1 + damping;
-            const Unknown step = -damped.ldlt().solve(slopes_.transpose() * residual);
+            const Unknown step = step_for(residual, damping);
             std::vector<double> trial = value_;
             for (Eigen::Index n = 0; n < numbers; ++n) trial[at(n)] += scale_[at(n)] * step[n];
             const double size = step.cwiseAbs().maxCoeff();
+            // Nothing against the intervals, which are as wide as the residual is large.
+            const bool small = (slopes_ * step).squaredNorm() < 1e-12 * residual.squaredNorm();
             std::optional<Unknown> next = try_to_predict(trial);
             if (next && next->squaredNorm() <= residual.squaredNorm() * (1 + 1e-12)) {
                 value_ = std::move(trial);
                 damping = damping > 1e-6 ? 0.1 * damping : 0;
                 residual = predict(value_, true);
-                if (size < options_.tolerance) return residual;
+                if (size < options_.tolerance || small) return residual;
             } else {
-                if (size < 1e3 * options_.tolerance) return residual; // as exact as slopes are
+                if (size < 1e3 * options_.tolerance || small) return residual; // as exact as slopes are
                 damping = std::max(10 * damping, 1e-3);
                 if (damping > 1e12) throw NumericalError("the fit finds no better numbers, and no minimum");
             }
@@ -387,6 +383,7 @@ private:
             all[row] *= weight;
             if (with_slopes) slopes_.row(row) *= weight;
         }
+        if (with_slopes) decompose();
         return all;
     }
     std::optional<Unknown> try_to_predict(const std::vector<double>& value) {
@@ -418,27 +415,54 @@ private:
         return all;
     }
 
-    /// Refuses numbers whose changes leave all values as they are.
-    void refuse_undetermined() const {
+    /// Parts the slopes, with columns of norm 1, into what the data determine and what they do not, which is refused
+    /// unless it may stay as it is.
+    void decompose() {
         constexpr double least = 1e-6; // of the largest, which slopes are exact to
-        const Unknown norms = slopes_.colwise().norm();
-        const double largest = norms.maxCoeff();
-        for (Eigen::Index i = 0; i < norms.size(); ++i)
-            if (!(norms[i] > least * largest * 1e-3))
-                throw InputError(fmt::format("the data do not depend on {}", options_.keys[at(i)]));
-        const Eigen::MatrixXd alike = slopes_ * norms.cwiseInverse().asDiagonal();
-        const Eigen::JacobiSVD<Eigen::MatrixXd> svd(alike, Eigen::ComputeThinV);
-        const Unknown size = svd.singularValues();
+        norms_ = slopes_.colwise().norm();
+        const double largest = norms_.maxCoeff();
+        for (Eigen::Index i = 0; i < norms_.size(); ++i) {
+            if (norms_[i] > least * largest * 1e-3) continue;
+            if (!options_.keep_undetermined || largest == 0)
+                throw InputError(fmt::format("the data do not depend on {}: leave it out, or keep what they do not "
+                                             "determine as it is with --keep-undetermined",
+                                             options_.keys[at(i)]));
+            slopes_.col(i).setZero();
+            norms_[i] = 1;
+        }
+        const Eigen::MatrixXd alike = slopes_ * norms_.cwiseInverse().asDiagonal();
+        svd_.compute(alike, Eigen::ComputeThinU | Eigen::ComputeThinV);
+        const Unknown& size = svd_.singularValues();
+        for (rank_ = size.size(); !(size[rank_ - 1] > least * size[0]);) --rank_;
+        if (rank_ == size.size() || options_.keep_undetermined) return;
         const Eigen::Index last = size.size() - 1;
-        if (size[last] > least * size[0]) return;
-        const Unknown shares = svd.matrixV().col(last).cwiseQuotient(norms).normalized();
+        const Unknown shares = svd_.matrixV().col(last).cwiseQuotient(norms_).normalized();
         std::vector<std::string> together;
         for (Eigen::Index i = 0; i <= last; ++i)
-            if (std::abs(svd.matrixV()(i, last)) > 0.1)
+            if (std::abs(svd_.matrixV()(i, last)) > 0.1)
                 together.push_back(fmt::format("{} ({:+.2g})", options_.keys[at(i)], shares[i]));
         throw InputError(fmt::format("the data do not determine {} apart: relative changes in these proportions change "
-                                     "nothing that was measured; hold one of them",
+                                     "nothing that was measured; hold one of them, or keep what they do not "
+                                     "determine as it is with --keep-undetermined",
                                      fmt::join(together, ", ")));
+    }
+
+    /// Step over the scales of the numbers, the shortest that the data ask for.
+    Unknown step_for(const Unknown& residual, double damping) const {
+        Unknown along = svd_.matrixU().leftCols(rank_).transpose() * residual;
+        for (Eigen::Index i = 0; i < rank_; ++i) {
+            const double size = svd_.singularValues()[i];
+            along[i] *= -size / (size * size + damping);
+        }
+        return (svd_.matrixV().leftCols(rank_) * along).cwiseQuotient(norms_);
+    }
+
+    /// Standard deviation of a number over its scale where that of all residuals is 1; infinite if it is kept.
+    double deviation(std::size_t number) const {
+        const auto i = static_cast<Eigen::Index>(number);
+        if (1 - svd_.matrixV().row(i).head(rank_).squaredNorm() > 0.01) return HUGE_VAL;
+        const Unknown size = svd_.singularValues().head(rank_);
+        return svd_.matrixV().row(i).head(rank_).transpose().cwiseQuotient(size).norm() / norms_[i];
     }
 
     const Communicator& comm_;
@@ -453,6 +477,9 @@ private:
     std::vector<double> sigma_, next_sigma_, size_of_kind_; ///< errors of kinds, and their ranges
     std::size_t size_ = 0;
     Eigen::MatrixXd slopes_;
+    Unknown norms_;                           ///< of the columns of slopes_
+    Eigen::JacobiSVD<Eigen::MatrixXd> svd_{}; ///< of slopes_ with columns of norm 1
+    Eigen::Index rank_ = 0;                   ///< directions that the data determine
 };
 
 } // namespace
@@ -471,7 +498,10 @@ std::string to_text(const FitReport& report) {
     for (const Misfit& one : report.misfits)
         text += fmt::format("  misfit of {}: {:.3g} {} (rms)\n", one.of, one.size, one.unit);
     for (const FittedNumber& one : report.numbers)
-        text += fmt::format("  {:<40} {:>14.7g} +- {:.2g} {} (95 %)\n", one.key, one.value, one.half_width, one.unit);
+        text +=
+            std::isfinite(one.half_width)
+                ? fmt::format("  {:<40} {:>14.7g} +- {:.2g} {} (95 %)\n", one.key, one.value, one.half_width, one.unit)
+                : fmt::format("  {:<40} {:>14.7g} {}, which the data do not determine\n", one.key, one.value, one.unit);
     return text;
 }
 

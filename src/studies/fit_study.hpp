@@ -19,16 +19,17 @@
 namespace skein {
 
 struct FitOptions {
-    std::vector<std::string> keys; ///< paths of the numbers to find
-    double time = 0;               ///< of loads and ends, s
-    std::string rods;              ///< group whose rod 0 the shape is of; empty: the first
+    std::vector<std::string> keys;  ///< paths of the numbers to find
+    double time = 0;                ///< of loads and ends, s
+    bool keep_undetermined = false; ///< what the data do not determine stays as near to the scene as the data allow
+    std::string rods;               ///< group whose rod 0 the shape is of; empty: the first
     int most_iterations = 60;
     double tolerance = 1e-9; ///< of a step over the value
 };
 
 struct FittedNumber {
     std::string key, unit;
-    double value = 0, half_width = 0; ///< half the width of the interval of 95 %
+    double value = 0, half_width = 0; ///< half the width of the interval of 95 %; infinite: not determined
 };
 
 /// Residual of the values of one kind: places, or an observable.

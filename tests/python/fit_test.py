@@ -1,4 +1,4 @@
-"""skein.fit: true numbers lie within the intervals for most seeds of noise, curves of a load, refusals."""
+"""skein.fit: true numbers lie within the intervals for most seeds of noise, curves of a load, rest shapes, refusals; skein.gradient."""
 
 import pathlib
 import tempfile
@@ -6,7 +6,7 @@ import unittest
 
 import numpy as np
 
-from package import skein
+from package import APPS, skein
 
 YOUNG, CURVATURE = 2e6, 1.5
 E, K = "rods.arm.material.youngs_modulus", "rods.arm.shape.rest_curvature.1"
@@ -94,6 +94,88 @@ class Fits(unittest.TestCase):
         self.assertIn(density, str(failed.exception))
         with self.assertRaisesRegex(skein.RunFailed, "do not depend on rods.arm.material.rotary_inertia_scale"):
             skein.fit(PULLED, shape(PULLED), [E, "rods.arm.material.rotary_inertia_scale"], threads=1)
+
+
+# A rest curvature by values along the rod, under its weight both ways up.
+BENT = ARM.replace("elements = 12, rest_curvature = [0.0, 1.5, 0.0]", 'elements = 40, rest_curvature_formula = ["0", "bend(s)", "0"]') + """
+acceleration = [0.0, 0.0, -9.81]
+[[table]]
+name = "bend"
+at = [0.0, 0.05, 0.1, 0.15, 0.2]
+at_unit = "m"
+value = [2.0, 5.0, 3.0, -2.0, 1.0]
+unit = "1/m"
+"""
+VALUES = [f"table.bend.value.{k}" for k in range(5)]
+TRUE = {E: YOUNG, **dict(zip(VALUES, (2.0, 5.0, 3.0, -2.0, 1.0)))}
+GRAVITY = "load.gravity.acceleration.2"
+
+WIRE = (APPS / "statics/straight_wire.toml").read_text()
+
+
+class Along(unittest.TestCase):
+    """Numbers along a rod."""
+
+    def test_intervals_hold_the_truth_for_100_seeds(self):
+        both = {name: [] for name in (GRAVITY, "s", "x", "y", "z")}
+        for gravity in (-9.81, 9.81):
+            for name, column in {GRAVITY: np.full(41, gravity), **shape(BENT, **{GRAVITY: gravity})}.items():
+                both[name] = np.append(both[name], column)
+        within, size = dict.fromkeys(TRUE, 0), 0.01 * np.ptp(both["z"])
+        for seed in range(1, 101):
+            random = np.random.default_rng(seed)
+            data = {name: column if name in ("s", GRAVITY) else column + random.normal(0, size, 82) for name, column in both.items()}
+            found = skein.fit(BENT, data, list(TRUE), threads=1, **{E: 1e6, "table.bend.value": [1.0] * 5})
+            for key, truth in TRUE.items():
+                low, high = found.interval(key)
+                within[key] += low <= truth <= high
+        for key, count in within.items():
+            self.assertTrue(90 <= count <= 99, (key, count))
+
+    def test_a_rest_shape_that_is_straight_under_its_weight(self):
+        """The rest curvature is w (L - s)^2/2EI: each cell balances the weight beyond it."""
+        s, keys = np.linspace(0, 1, 161), [f"table.bend.value.{k}" for k in range(41)]
+        found = skein.fit(WIRE, {"s": s, "x": s, "y": 0 * s, "z": 0 * s}, keys, threads=1)
+        bend = [found[key] for key in keys]
+        rest = skein.equilibrium(WIRE, threads=1, **{"table.bend.value": bend}).positions["wire"][0]
+        self.assertLess(np.max(np.linalg.norm(rest - np.stack([s, 0 * s, 0 * s], axis=1), axis=1)), 1e-6)
+        weight, stiffness = 7850 * 9.81 * np.pi * 5e-4**2, 2e11 * np.pi / 4 * 5e-4**4
+        inner = slice(2, 38)  # the end of the table acts on few cells
+        np.testing.assert_allclose(np.array(bend)[inner], -0.5 * weight * (1 - np.arange(41) / 40)[inner] ** 2 / stiffness, atol=0.01)
+
+    def test_what_is_not_determined_may_stay(self):
+        """With 20 elements every other value acts between two cells, and on none."""
+        wire, keys = WIRE.replace("elements = 160", "elements = 20"), [f"table.bend.value.{k}" for k in range(41)]
+        s = np.linspace(0, 1, 21)
+        data = {"s": s, "x": s, "y": 0 * s, "z": 0 * s}
+        with self.assertRaisesRegex(skein.RunFailed, "do not depend on table.bend.value.0: .*--keep-undetermined") as failed:
+            skein.fit(wire, data, keys, threads=1)
+        self.assertEqual(failed.exception.code, 2)
+        first = [-0.5 * (k % 2) for k in range(41)]
+        found = skein.fit(wire, data, keys, keep_undetermined=True, threads=1, **{"table.bend.value": first})
+        self.assertEqual([found[key] for key in keys[1::2]], [-0.5] * 20)
+        self.assertTrue(all(np.isinf(found.half_widths[key]) for key in keys[1::2]))
+        self.assertTrue(all(np.isfinite(found.half_widths[key]) for key in keys[2:-2:2]))
+        self.assertLess(found.misfits["places"], 1e-4)
+
+
+class Gradients(unittest.TestCase):
+    def test_slopes_by_one_and_by_many(self):
+        keys = [E, *VALUES]
+        every, adjoint = skein.gradient(BENT, keys, threads=1), skein.gradient(BENT, keys, of=["tip_z", "elastic_bend"], threads=1)
+        self.assertEqual(set(adjoint.values), {"tip_z", "elastic_bend"})
+        self.assertEqual(adjoint.units["tip_z"], "m")
+        self.assertEqual(adjoint.figures["adjoint_solutions"], 2)
+        self.assertIn("max_speed", every.values)
+        for key in keys:
+            for name, slope in adjoint[key].items():
+                self.assertLess(abs(slope - every[key][name]), 2e-6 * abs(slope), (key, name))
+        h = 1e-3 * YOUNG
+        tip = {k: skein.equilibrium(BENT, threads=1, **{E: YOUNG + k * h})["tip_z"] for k in (-2, -1, 1, 2)}
+        slope = (8 * (tip[1] - tip[-1]) - (tip[2] - tip[-2])) / (12 * h)
+        self.assertLess(abs(adjoint[E]["tip_z"] - slope), 1e-6 * abs(slope))
+        with self.assertRaisesRegex(skein.RunFailed, "is no observable of the scene"):
+            skein.gradient(BENT, E, of="tipz", threads=1)
 
 
 class Refusals(unittest.TestCase):
