@@ -406,7 +406,8 @@ private:
         for (std::size_t i = 0; i < value.size(); ++i)
             numbers.push_back({options_.keys[i], value[i], share * scale_[i]});
         const std::vector<NumberEffect> effects =
-            NumberEffects(comm_, threads_, machine_, options_.time, one, state, coupled).find(numbers, quantity);
+            NumberEffects(comm_, threads_, machine_, options_.time, one, state, coupled)
+                .find(numbers, quantity, observed);
         Eigen::MatrixXd all(effects.front().quantity.size(), static_cast<Eigen::Index>(value.size()));
         for (std::size_t i = 0; i < value.size(); ++i)
             all.col(static_cast<Eigen::Index>(i)) =

@@ -69,7 +69,7 @@ GradientReport gradients(const Communicator& comm, const Threads& threads, const
     const Stiffness coupled = *balance.stiffness;
     const StaticSolution solution(*one->system, state, balance);
     const std::vector<NumberEffect> effects =
-        NumberEffects(comm, threads, machine, options.time, *one, state, coupled).find(numbers, quantity);
+        NumberEffects(comm, threads, machine, options.time, *one, state, coupled).find(numbers, quantity, observed);
     // The adjoint solutions; without them the whole quantity is followed along the change of each number.
     std::vector<Unknown> adjoint;
     if (!options.of.empty() && solution.symmetric())

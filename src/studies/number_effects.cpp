@@ -38,13 +38,18 @@ std::string kind_of(const std::string& key) {
 /// Groups whose constants may follow from the number of a key.
 std::vector<std::size_t> groups_of(const std::string& key, const SceneSpec& scene) {
     std::vector<std::size_t> groups;
-    const std::string table = key.substr(0, key.find('.'));
+    const std::size_t dot = key.find('.');
+    const std::string table = key.substr(0, dot), item = key.substr(dot + 1, key.find('.', dot + 1) - dot - 1);
+    std::size_t place = 0; // among rods
     for (std::size_t g = 0; g < scene.rods.size(); ++g) {
         const RodSpec& rods = scene.rods[g];
+        if (rods.body) continue;
         const bool by_formula = (table == "table" || table == "constants") &&
                                 !(rods.shape.rest_curvature_formula.empty() && rods.section.radius_formula.empty() &&
-                                  rods.section.radius_2_formula.empty());
-        if (!rods.body && (by_formula || table == "rods")) groups.push_back(g);
+                                  rods.section.radius_2_formula.empty()),
+                   named = table == "rods" && (rods.name == item || std::to_string(place) == item);
+        if (by_formula || named) groups.push_back(g);
+        ++place;
     }
     return groups;
 }
@@ -103,6 +108,31 @@ std::vector<char> changed_slots(const RodGroup& a, const RodGroup& b) {
     if (!same(a.start_wall, b.start_wall)) element(0);
     if (!same(a.end_wall, b.end_wall)) element(a.elements() - 1);
     return changed;
+}
+
+/// The same where only the rest curvature has changed, by cell.
+std::vector<char> changed_slots(const RodGroup& group, std::span<const Vec3d> before, std::span<const Vec3d> after) {
+    std::vector<char> changed(to_index(group.slots()), 0);
+    const auto element = [&](std::size_t k) { changed[k] = changed[k + 1] = 1; };
+    const std::size_t n = to_index(group.elements());
+    for (std::size_t k = 0; k < after.size(); ++k)
+        if (!equal(before[k], after[k])) {
+            element(k);
+            element((k + 1) % n);
+        }
+    return changed;
+}
+
+/// Slots whose rest curvature differs in a scene whose formulas give nothing else; none where that is not sure.
+std::optional<std::vector<char>> bent_slots(const SceneSpec& scene, const RodGroup& group, const std::string& key) {
+    const RodSpec& spec = nth(scene.rods, group.id());
+    const bool free = spec.end == EndKind::free && spec.hold.nodes.empty() && spec.hold.elements.empty();
+    if (key.starts_with("rods.") || !spec.section.radius_formula.empty() || !spec.section.radius_2_formula.empty() ||
+        !(free || spec.shape.start_curvature || !spec.shape.start_curvature_profile.empty()))
+        return {};
+    Shape shape = spec.shape;
+    if (!read_rest_curvature(shape, names_for_formulas(scene)).empty()) return {};
+    return changed_slots(group, group.spec().shape.rest_curvature_profile, shape.rest_curvature_profile);
 }
 
 } // namespace
@@ -167,14 +197,18 @@ void NumberEffects::add_rows(std::size_t rod, const std::vector<char>& changed, 
     }
 }
 
-bool NumberEffects::add_group(const Sides& sides, std::size_t g, LocalChange& change) const {
+bool NumberEffects::add_group(const std::string& key, const Sides& sides, std::size_t g, LocalChange& change) const {
     const RodGroup& group = one_.groups[g];
     if (group.heterogeneous()) return false;
-    const std::optional<RodGroup> other = made_again(sides.more > 0 ? sides.high : sides.low, group);
-    if (!other || !alike_but_stiffness(*other, group)) return false;
-    const std::vector<char> changed = changed_slots(*other, group);
+    const SceneSpec& scene = sides.more > 0 ? sides.high : sides.low;
+    std::optional<std::vector<char>> changed = bent_slots(scene, group, key);
+    if (!changed) {
+        const std::optional<RodGroup> other = made_again(scene, group);
+        if (!other || !alike_but_stiffness(*other, group)) return false;
+        changed = changed_slots(*other, group);
+    }
     for (std::int64_t i = 0; i < group.count(); ++i)
-        add_rows(static_cast<std::size_t>(group.first_gid() + i), changed, change.rows);
+        add_rows(static_cast<std::size_t>(group.first_gid() + i), *changed, change.rows);
     return !wants_energies() || add_energies(sides, group, change);
 }
 
@@ -207,7 +241,7 @@ std::unique_ptr<NumberEffects::LocalChange> NumberEffects::local_change(const Ch
     try {
         const Sides sides = sides_of(number);
         for (const std::size_t g : groups)
-            if (!add_group(sides, g, *change)) return nullptr;
+            if (!add_group(number.key, sides, g, *change)) return nullptr;
     } catch (const InputError&) {
         return nullptr;
     }
@@ -260,11 +294,11 @@ bool NumberEffects::add_batch(const Batch& batch, std::span<const ChangedNumber>
     return (difference.array() == 0).all();
 }
 
-std::vector<NumberEffect> NumberEffects::find(std::span<const ChangedNumber> numbers, const RestQuantity& quantity) {
+std::vector<NumberEffect> NumberEffects::find(std::span<const ChangedNumber> numbers, const RestQuantity& quantity,
+                                              ObservedCase& observed) {
     quantity_ = quantity;
-    ObservedCase here(comm_, threads_, one_);
-    size_ = quantity_.at(here, state_).size();
-    columns_ = quantity_.observables.empty() ? first_energy + energy_columns : here.names().size();
+    size_ = quantity_.at(observed, state_).size();
+    columns_ = quantity_.observables.empty() ? first_energy + energy_columns : observed.names().size();
     std::map<std::string, std::size_t> alike;
     for (const ChangedNumber& number : numbers) ++alike[kind_of(number.key)];
 

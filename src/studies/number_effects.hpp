@@ -33,8 +33,9 @@ public:
                   const StaticCase& one, const StaticState& state, const Stiffness& coupled)
         : comm_(comm), threads_(threads), machine_(machine), time_(time), one_(one), state_(state), coupled_(coupled) {}
 
-    /// Effects of all numbers. Throws InputError where a scene accepts no change of one.
-    std::vector<NumberEffect> find(std::span<const ChangedNumber> numbers, const RestQuantity& quantity);
+    /// Effects of all numbers. `observed`: the case. Throws InputError where a scene accepts no change of one.
+    std::vector<NumberEffect> find(std::span<const ChangedNumber> numbers, const RestQuantity& quantity,
+                                   ObservedCase& observed);
 
 private:
     /// Scenes with a number less and more by these; one of the two is 0 where that side has no scene.
@@ -56,7 +57,7 @@ private:
     NumberEffect alone(const ChangedNumber& number) const;
     /// None where it changes more than stiffness and rest curvature, or where that acts beyond its place.
     std::unique_ptr<LocalChange> local_change(const ChangedNumber& number, std::size_t place) const;
-    bool add_group(const Sides& sides, std::size_t group, LocalChange& change) const;
+    bool add_group(const std::string& key, const Sides& sides, std::size_t group, LocalChange& change) const;
     bool wants_energies() const;
     bool add_energies(const Sides& sides, const RodGroup& group, LocalChange& change) const;
     /// `changed`: slots of the rod.
