@@ -160,6 +160,24 @@ class Along(unittest.TestCase):
 
 
 class Gradients(unittest.TestCase):
+    def test_a_cantilever_has_the_slopes_of_its_closed_form(self):
+        """Small deflections: F L^3/3EI, and the angle of each part of the rest curvature times the way to the tip."""
+        stiffness, force, load = 2e11 * np.pi / 4 * 5e-4**4, 1e-5, '[[load]]\nkind = "end_force"\nend = [0.0, 0.0, 1e-5]\n'
+        tip = {"rods.wire.material.youngs_modulus": -force / (3 * stiffness) / 2e11, "load.0.end.2": 1 / (3 * stiffness), "rods.wire.shape.length": force / stiffness,
+               "table.bend.value.20": -0.025 * 0.5}
+        wire = WIRE.replace('[[load]]\nkind = "gravity"\n', load)
+        for of in ((), "tip_z"):
+            errors = []
+            for elements in (40, 80, 160):
+                scene = wire.replace("elements = 160", f"elements = {elements}")
+                found = skein.gradient(scene, list(tip), of=of, threads=1)
+                self.assertEqual(found.figures["adjoint_solutions"], 1 if of else 0)
+                errors.append([abs(found[key]["tip_z"] / slope - 1) for key, slope in tip.items()])
+            for coarse, fine in zip(errors, errors[1:]):
+                orders = np.log2(np.array(coarse[:3]) / fine[:3])
+                self.assertTrue(np.all(np.abs(orders - 2) < 0.1), (of, errors))
+            self.assertLess(max(errors[-1]), 1e-4)
+
     def test_slopes_by_one_and_by_many(self):
         keys = [E, *VALUES]
         every, adjoint = skein.gradient(BENT, keys, threads=1), skein.gradient(BENT, keys, of=["tip_z", "elastic_bend"], threads=1)
