@@ -207,6 +207,14 @@ class Solving(DriverTest):
             for axis in "xyz":
                 self.assertLess(abs(found[key][f"mid_{axis}[m]"] - slopes[f"mid_{axis}[m]"]), 1e-6 * largest, (key, axis))
 
+    def test_a_path_moves_what_is_held(self):
+        self.solve("path", "longer", "--along", "rods.arm.shape.length", "--to", 0.204, "--points", 40, text=HELD)
+        end = self.rows("longer", "path.csv")[-1]
+        self.assertEqual((float(end["rods.arm.shape.length[m]"]), end["place"]), (0.204, "end"))
+        rest = self.observed(HELD, "--set", "rods.arm.shape.length=0.204")
+        for name in ("mid_x[m]", "mid_y[m]", "mid_z[m]"):
+            self.assertLess(abs(float(end[name]) - rest[name]), 1e-9, name)
+
     def test_numbers_along_a_rod(self):
         """Values of a table are changed several at a time, and are as if each were changed alone."""
         knots = [f"table.bend.value.{k}" for k in range(5)]
