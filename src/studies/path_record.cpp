@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 constexpr const char* format_name = "skein-path-state";
 
 /// Doubles of numbers side by side.
-template <class T> Json numbers_of(const std::vector<T>& values) {
+template <class T> Json listed(const std::vector<T>& values) {
     static_assert(sizeof(T) % sizeof(double) == 0);
     std::vector<double> numbers(values.size() * (sizeof(T) / sizeof(double)));
     if (!numbers.empty()) std::memcpy(numbers.data(), values.data(), numbers.size() * sizeof(double));
@@ -31,8 +31,8 @@ template <class T> std::vector<T> values_of(const Json& json) {
 }
 
 Json json_of(const PathState& s) {
-    return {{"slots", numbers_of(s.state.slot)},
-            {"strains", numbers_of(s.state.strain)},
+    return {{"slots", listed(s.state.slot)},
+            {"strains", listed(s.state.strain)},
             {"value", s.value},
             {"tangent", std::vector<double>(s.tangent.u.begin(), s.tangent.u.end())},
             {"tangent_value", s.tangent.p},
