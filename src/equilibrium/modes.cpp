@@ -41,6 +41,7 @@ public:
         const Eigen::Map<const Unknown> x(in, rows());
         Eigen::Map<Unknown>(out, rows()) = factor_->solve(x);
     }
+    bool regular() const { return regular_; }
 
 private:
     const Stiffness &stiffness_, &mass_;
@@ -83,6 +84,7 @@ Pairs by_lanczos(const Stiffness& stiffness, const Stiffness& mass, double shift
     const Eigen::Index vectors = std::min<Eigen::Index>(stiffness.rows(), 2 * count + 20);
     Spectra::SymGEigsShiftSolver<ShiftedInverse, MassProduct, Spectra::GEigsMode::ShiftInvert> solver(
         inverse, product, count, vectors, shift);
+    if (!inverse.regular()) return {};
     solver.init();
     solver.compute(Spectra::SortRule::LargestMagn, 1000, 1e-12, Spectra::SortRule::SmallestAlge);
     if (solver.info() != Spectra::CompInfo::Successful) return {};
@@ -128,7 +130,7 @@ void find_swinging(const StaticSystem& system, const Stiffness& stiffness, const
         result.method = "shifted and inverted Lanczos (Spectra)";
     }
     if (pairs.value.size() == 0) {
-        result.reason = "Lanczos' iteration did not converge";
+        result.reason = "Lanczos' iteration did not converge, or the stiffness is singular at its shift";
         return;
     }
     const Eigen::MatrixXd still = by_mass(result.neutral, mass);
@@ -179,7 +181,7 @@ void find_damped(const StaticSystem& system, const SmallMotions& motions, int co
     }
     const std::vector<ExponentPair> pairs = smallest_exponents(motions, unit, count, zeros);
     result.method = "shifted and inverted block Arnoldi";
-    if (pairs.empty() && 2 * motions.mass.rows() > zeros) result.reason = "Arnoldi's iteration did not converge";
+    if (pairs.empty() && 2 * motions.mass.rows() > zeros) result.reason = "Arnoldi's iteration did not converge, or the equations are singular at its shift";
     for (const ExponentPair& pair : pairs) result.modes.push_back(damped_mode(motions, pair.exponent, pair.shape));
 }
 

@@ -36,7 +36,7 @@ public:
         const Stiffness stiffness = scaled(motions.stiffness, 1 / (unit * unit)),
                         shifted = stiffness + damping_ + mass_, transposed = stiffness.transpose();
         factor_ = make_factor(shifted, motions.symmetric);
-        factor_->factorise(shifted);
+        regular_ = factor_->factorise(shifted);
         // Of motions that grow the energy falls: more mass makes it positive.
         constexpr double most = 1e6;
         for (double share = 1; share <= most; share *= 4) {
@@ -53,6 +53,7 @@ public:
         out.tail(n) = mass_ * pair.tail(n);
         return out;
     }
+    bool regular() const { return regular_; } ///< has an inverse about the shift
     Eigen::Index size() const { return 2 * scale_.size(); }
     Unknown operator()(const Eigen::Ref<const Unknown>& pair) const {
         const Eigen::Index n = scale_.size();
@@ -73,6 +74,7 @@ private:
     Unknown scale_;
     Stiffness mass_, damping_, energy_;
     std::unique_ptr<Factor> factor_;
+    bool regular_ = false;
 };
 
 /// Basis that is orthonormal in the energy, and the operator in it.
@@ -188,6 +190,7 @@ struct Smallest {
 
 Smallest smallest(const SmallMotions& motions, double unit, Eigen::Index count, Eigen::Index zeros) {
     const ShiftedPairs apply(motions, unit);
+    if (!apply.regular()) return {};
     Krylov space(apply);
     for (Eigen::Index most = 2 * (2 * count + zeros) + 3 * together;; most += most / 3) {
         space.extend(std::min(most, most_vectors));

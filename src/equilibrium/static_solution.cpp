@@ -19,7 +19,7 @@ bool StaticSolution::factorise(const Stiffness& stiffness, double asymmetry) {
     symmetric_ = is_symmetric(asymmetry);
     if (!factor_ || !factor_->suits(stiffness, symmetric_))
         factor_ = make_factor(stiffness, symmetric_, system_->ranks());
-    return factor_->factorise(stiffness);
+    return regular_ = factor_->factorise(stiffness);
 }
 
 Unknown StaticSolution::solve(Unknown right) const {

@@ -28,6 +28,8 @@ public:
     /// The transpose of solve() of a symmetric stiffness: adjoint(a).dot(b) is a.dot(solve(b)).
     Unknown adjoint(Unknown right) const;
 
+    /// False where the last stiffness was singular to working precision: solutions mean nothing then.
+    bool regular() const { return regular_; }
     const NeutralMotions& neutral() const { return neutral_; }
     bool symmetric() const { return symmetric_; }
     /// Negative eigenvalues of the last stiffness, in which neutral motions are held; -1: not known.
@@ -41,7 +43,7 @@ private:
     NeutralMotions neutral_;
     std::vector<int> pins_;
     std::unique_ptr<Factor> factor_;
-    bool symmetric_ = true;
+    bool symmetric_ = true, regular_ = true;
 };
 
 } // namespace skein

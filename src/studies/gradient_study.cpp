@@ -68,6 +68,7 @@ GradientReport gradients(const Communicator& comm, const Threads& threads, const
     StaticSystem::Balance balance = one->system->balance(state, true);
     const Stiffness coupled = *balance.stiffness;
     const StaticSolution solution(*one->system, state, balance);
+    refuse_singular(solution);
     const std::vector<NumberEffect> effects =
         NumberEffects(comm, threads, machine, options.time, *one, state, coupled).find(numbers, quantity, observed);
     // The adjoint solutions; without them the whole quantity is followed along the change of each number.

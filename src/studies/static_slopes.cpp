@@ -11,6 +11,12 @@
 
 namespace skein {
 
+void refuse_singular(const StaticSolution& solution) {
+    if (!solution.regular())
+        throw NumericalError("the stiffness at the equilibrium is singular, as at a limit or branch point or where "
+                             "several bodies move without a change of force: slopes have no value there");
+}
+
 StaticState equilibrium_of(StaticCase& one, double time) {
     StaticState state = start_of(*one.system, one.groups, one.rods);
     NewtonSolver newton(*one.system, {});

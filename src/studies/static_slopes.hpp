@@ -21,6 +21,9 @@ namespace skein {
 /// Equilibrium from the bodies' places in the scene. Throws NumericalError where there is none.
 StaticState equilibrium_of(StaticCase& one, double time);
 
+/// Throws NumericalError where the stiffness is singular, so that slopes have no value.
+void refuse_singular(const StaticSolution& solution);
+
 /// A case whose observables are asked for. Its bodies are made at the first question.
 class ObservedCase {
 public:
