@@ -2,8 +2,11 @@
 
 import csv
 import json
+import pathlib
+import re
 import subprocess
 import time
+import tomllib
 import unittest
 
 import numpy
@@ -139,6 +142,18 @@ class Solving(DriverTest):
         self.assertEqual(len(rows), len(self.series("path")) - 1)
         for name in ("tip_z[m]", "residual[-]"):
             self.assertIn(name, rows[0])
+
+    def test_a_couple_of_fixed_direction_takes_load_steps(self):
+        """As the gallery has it, where relaxation finds it; corrections fall with their square."""
+        text = (pathlib.Path(__file__).resolve().parents[2] / "apps/gallery/rod_under_couple.toml").read_text()
+        done = self.solve("equilibrium", "couple", text=text)
+        corrections = [float(value) for value in re.findall(r"correction (\S+)", done.stdout)]
+        self.assertLess(len(corrections), 9)
+        self.assertLess(corrections[-1], 10 * corrections[-2] ** 2 + 1e-12)
+        row = self.series("couple")
+        for value in tomllib.loads(text)["expect"]:
+            column = next(name for name in row.dtype.names if name.startswith(value["column"]))
+            self.assertLess(abs(numpy.atleast_1d(row[column])[-1] - value["value"]), abs(value["tolerance"] * value["value"]), column)
 
     def test_modes_have_what_damps(self):
         plain = self.solve("modes", "plain", "--count", 3, "--movies", 1).stdout
