@@ -181,7 +181,8 @@ void find_damped(const StaticSystem& system, const SmallMotions& motions, int co
     }
     const std::vector<ExponentPair> pairs = smallest_exponents(motions, unit, count, zeros);
     result.method = "shifted and inverted block Arnoldi";
-    if (pairs.empty() && 2 * motions.mass.rows() > zeros) result.reason = "Arnoldi's iteration did not converge, or the equations are singular at its shift";
+    if (pairs.empty() && 2 * motions.mass.rows() > zeros)
+        result.reason = "Arnoldi's iteration did not converge, or is singular at its shift";
     for (const ExponentPair& pair : pairs) result.modes.push_back(damped_mode(motions, pair.exponent, pair.shape));
 }
 

@@ -26,7 +26,7 @@ Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance
         reason = "loads are not finite";
         return {};
     }
-    const bool regular = solution_.factorise(state, balance);
+    solution_.factorise(state, balance);
     for (const NeutralMotions::Piece& piece : solution_.neutral().pieces) {
         Unknown own(piece.motion.rows());
         for (Eigen::Index r = 0; r < own.size(); ++r)
@@ -40,11 +40,17 @@ Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance
         }
     }
     Unknown correction = solution_.solve(balance.residual);
-    if (!regular || !correction.allFinite()) {
+    if (!correction.allFinite() || !solves(state, correction, balance.residual)) {
         reason = "the stiffness is singular";
         return {};
     }
     return correction;
+}
+
+bool NewtonSolver::solves(const StaticState& state, const Unknown& correction, const Unknown& residual) const {
+    if (solution_.regular()) return true;
+    const Stiffness& stiffness = *system_.balance(state, true).stiffness;
+    return (stiffness * correction - residual).norm() <= 1e-6 * residual.norm();
 }
 
 NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
@@ -132,8 +138,9 @@ NewtonResult NewtonSolver::descend(StaticState& state) {
         result.passes.push_back({relative, size});
         const bool settles = share == 1 && shift <= least;
         // What is left are motions without stiffness.
-        if (settles && relative < 1e-10 && size >= 0.5 * last) result.converged = true;
-        if (size < 1e-3 * options_.tolerance && shift > 1e6 * least) result.reason = text_of_jump(balance);
+        const bool stands = size < 1e-3 * options_.tolerance && shift > 1e6 * least;
+        if (relative < 1e-10 && (stands || (settles && size >= 0.5 * last))) result.converged = true;
+        else if (stands) result.reason = text_of_jump(balance);
         if (const long slot = system_.gone(state, start, farthest); slot >= 0)
             result.reason = fmt::format("{} leaves, as nothing stops it",
                                         system_.rod_name(system_.map().rod_of_slot()[static_cast<std::size_t>(slot)]));

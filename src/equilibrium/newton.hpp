@@ -64,6 +64,8 @@ public:
 private:
     /// Correction for a residual; empty where something is wrong, with the reason.
     Unknown correction(const StaticState& state, StaticSystem::Balance& balance, std::string& reason);
+    /// True where a correction does what it should: with a stiffness that is singular it may not.
+    bool solves(const StaticState& state, const Unknown& correction, const Unknown& residual) const;
     /// Goes to a minimum of the energy.
     NewtonResult descend(StaticState& state);
     /// Shift m by which no unknown goes beyond what it may in a correction of m M du = r.
