@@ -79,6 +79,7 @@ SCENES = {
                "load": [GRAVITY | RAMP, {"kind": "uniform_force", "force": [0.01, 0.0, 0.02], "rods": ["r0"]} | RAMP,
                         {"kind": "uniform_couple", "couple": [1e-4, 0.0, 2e-4], "rods": ["r1"]} | RAMP,
                         {"kind": "end_force", "start": [0.0, 0.01, 0.0], "end": [0.0, 0.0, 0.02], "rods": ["r0", "r2"]} | RAMP,
+                        {"kind": "end_force", "frame": "body", "end": [0.01, 0.0, 0.01], "rods": ["r2"]},
                         {"kind": "end_couple", "start": [1e-5, 0.0, 0.0], "end": [0.0, 1e-4, 0.0], "frame": "body", "rods": ["r2"]} | RAMP,
                         {"kind": "end_couple", "end": [0.0, 1e-4, 0.0], "rods": ["r3"]},
                         {"kind": "sinusoidal_end_force", "start": 0.01, "end": 0.02, "hold": 0.001, "period": 0.01, "rods": ["r4"]},
