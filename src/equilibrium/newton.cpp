@@ -137,7 +137,7 @@ NewtonResult NewtonSolver::descend(StaticState& state) {
             std::min({1.0, options_.most_descent / system_.turn(step), system_.farthest_way() / system_.way(step)});
         result.passes.push_back({relative, size});
         const bool settles = share == 1 && shift <= least;
-        // What is left are motions without stiffness.
+        // Residual in balance: only motions without stiffness remain.
         const bool stands = size < 1e-3 * options_.tolerance && shift > 1e6 * least;
         if (relative < 1e-10 && (stands || (settles && size >= 0.5 * last))) result.converged = true;
         else if (stands) result.reason = text_of_jump(balance);
@@ -245,9 +245,10 @@ void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {
 /// Several bodies together may move without stiffness, as a ball on rails that give way: signs of these are noise.
 void NewtonSolver::count_signs(Equilibrium& result, const StaticState& state) {
     const Stiffness mass = system_.mass(state);
+    const StaticSystem::Balance balance = system_.sticking_balance(state).first;
+    const double least = least_shift(*balance.stiffness, mass);
     const auto below = [&](double share) {
-        StaticSystem::Balance balance = system_.sticking_balance(state).first;
-        solution_.factorise(balance, share * least_shift(*balance.stiffness, mass) * mass);
+        solution_.factorise(balance, share * least * mass);
         return solution_.negative();
     };
     result.negative = below(1);

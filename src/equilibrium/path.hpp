@@ -76,7 +76,7 @@ public:
     PathFollower(PathFamily& family, StaticState state, const PathOptions& options);
     /// Goes on where another ended, whose family and options it has.
     PathFollower(PathFamily& family, PathMemory memory, const PathOptions& options);
-    /// Of the last point.
+    /// Record of the last point.
     PathMemory memory() const { return {now_, length_, step_, beyond_, beyond_length_, beyond_place_, over_}; }
 
     /// The first point is that of the start. Nothing once the path has left the range, or does not go on.

@@ -37,7 +37,7 @@ public:
                         shifted = stiffness + damping_ + mass_, transposed = stiffness.transpose();
         factor_ = make_factor(shifted, motions.symmetric);
         regular_ = factor_->factorise(shifted);
-        // Of motions that grow the energy falls: more mass makes it positive.
+        // Energy falls along motions that grow: more mass makes it positive.
         constexpr double most = 1e6;
         for (double share = 1; share <= most; share *= 4) {
             energy_ = 0.5 * (stiffness + transposed) + share * mass_;
@@ -153,7 +153,7 @@ struct Found {
     Eigen::Index column;
 };
 
-/// Those that have converged, smallest first, up to the size below which none is missing.
+/// Converged pairs, smallest first, up to the size below which none is missing.
 std::vector<Found> settled(const Krylov& space, const Eigen::EigenSolver<Eigen::MatrixXd>& solver) {
     std::vector<Eigen::Index> order(static_cast<std::size_t>(space.mapped()));
     std::iota(order.begin(), order.end(), Eigen::Index{0});

@@ -9,7 +9,7 @@ bool StaticSolution::factorise(const StaticState& state, StaticSystem::Balance& 
     return factorise(*balance.stiffness, balance.asymmetry);
 }
 
-bool StaticSolution::factorise(StaticSystem::Balance& balance, const Stiffness& mass) {
+bool StaticSolution::factorise(const StaticSystem::Balance& balance, const Stiffness& mass) {
     neutral_ = {};
     pins_.clear();
     return factorise(*balance.stiffness + mass, balance.asymmetry);

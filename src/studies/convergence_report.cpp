@@ -81,7 +81,7 @@ ObservableError error_of(const Study& study, const std::array<RunSamples, 4>& sa
 }
 
 /// As the plan predicts, at the speed of all runs together: short ones take their time for other things than steps.
-/// Of a relaxation a step is all of it.
+/// A relaxation counts as one step.
 CostModel cost_of_runs(const Study& study, const StudyFigures& figures) {
     double measured = 0, predicted = 0;
     for (std::size_t k = 0; k < study.runs.size(); ++k) {
@@ -131,7 +131,7 @@ StudyFigures figures_of(const Study& study, const std::array<RunSamples, 4>& sam
                 fmt::format("the run {} ended early, at {:g} of {:g} s: all are compared up to {:g} s",
                             study.runs[k].name, end, study.duration, samples[0].times[count - 1]));
     }
-    // Where a path has critical points, it is about them and not about its end.
+    // Critical points count where a path has them, in place of its end.
     const bool has_own = std::any_of(samples[0].quantities.begin(), samples[0].quantities.end(),
                                      [](const Quantity& q) { return q.of_solution; });
     std::map<std::string, double> largest; // range, by unit

@@ -61,7 +61,7 @@ void refuse_fixed_elements(const SceneSpec& scene) {
         throw InputError(scene.file + ": there are none but rigid bodies, which have no elements to refine");
 }
 
-/// Of the run with this number among those of other elements.
+/// Refinement of the run with this number among those of other elements.
 Refinement refinement(std::size_t number, bool coarser) { return {1L << number, coarser ? 2 : 1}; }
 
 /// Orders of the error of a step: forces that read velocities before the kick are of first order.

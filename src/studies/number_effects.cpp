@@ -82,7 +82,7 @@ bool alike_but_stiffness(const RodGroup& a, const RodGroup& b) {
     if (a.node_mass != b.node_mass || a.cell_weight != b.cell_weight || a.count() != b.count()) return false;
     if (!std::ranges::equal(a.element, b.element, alike) || !std::ranges::equal(a.voronoi, b.voronoi, alike))
         return false;
-    // What is held has a place of the start shape.
+    // Held parts have places of the start shape.
     const RodSpec& spec = a.spec();
     const bool held = spec.end != EndKind::free || !spec.hold.nodes.empty() || !spec.hold.elements.empty();
     const auto same_frame = [](const Quaterniond& one, const Quaterniond& other) { return same_bits(one, other); };
