@@ -48,6 +48,7 @@ struct EquilibriumArguments {
     RunArguments run;
     double time = -1; ///< s, at which loads are taken; below 0: the scene's end
     bool stable = false;
+    bool dry_run = false; ///< a plan of the solution, and no more
 };
 struct ModesArguments {
     RunArguments run;

@@ -11,6 +11,7 @@
 #include "studies/path_record.hpp"
 #include "studies/scene_family.hpp"
 #include "studies/scene_number.hpp"
+#include "studies/static_slopes.hpp"
 
 #include <fmt/format.h>
 #include <nlohmann/json.hpp>
@@ -142,8 +143,7 @@ StaticState state_at_start(const SlotPlaces& slots, SceneFamily& family, const F
     for (const auto& [slot, place] : slots) state.slot[place] = *slot;
     StaticSystem& first = family.at(what.options.from);
     first.refresh(state);
-    NewtonSolver newton(first, {});
-    const Equilibrium start = newton.find(state, what.time);
+    const Equilibrium start = find_or_stop(first, state, what.time);
     if (!start.found)
         throw NumericalError(
             fmt::format("no equilibrium was found where the path begins: {}", without_repetition(start.reason)));

@@ -51,6 +51,8 @@ void SolveCommands::add_equilibrium(CLI::App& app) {
     add_time(command, equilibrium_.time);
     command.add_flag("--stable", equilibrium_.stable,
                      "exit with 10 where the equilibrium is unstable, or not known to be stable");
+    command.add_flag("--dry-run", equilibrium_.dry_run,
+                     "make one correction, print what the factor and a correction take, and write nothing");
     add_json(command, equilibrium_.run.json, "figures of the solution as JSON; all else goes to standard error");
 }
 

@@ -79,6 +79,7 @@ SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments
     options.began = wall_seconds();
     if (options.out.empty()) options.out = default_out(arguments.scene.file) + suffix;
     options.quiet = true;
+    if (directory == Directory::none) options.out.clear();
     if (directory == Directory::begins) refuse_results(comm, options, options.out);
     auto [scene, groups] = prepare(comm, arguments.scene);
     refuse_unsolvable(scene);
@@ -101,7 +102,7 @@ SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments
 }
 
 EquilibriumReport find_and_tell(const SolvedScene& solved, StaticScene& at_rest, double time, bool quiet) {
-    const EquilibriumReport report = find_equilibrium(at_rest, time, {.friction = true});
+    const EquilibriumReport report = find_equilibrium(at_rest, time, {.friction = true}, !quiet);
     const Communicator& comm = solved.simulation->world().comm;
     if (comm.root() && !quiet) std::printf("%s", to_text(report).c_str());
     if (!report.found)

@@ -31,8 +31,9 @@ enum class Friction {
 };
 /// Results that a solution finds where it writes.
 enum class Directory {
-    begins, ///< there must be none
-    goes_on ///< they are its own
+    begins,  ///< there must be none
+    goes_on, ///< they are its own
+    none     ///< nothing is written
 };
 /// `suffix`: of the default directory; `change`: of the scene as read. Throws InputError for a scene with parts that
 /// cannot be solved. Collective.

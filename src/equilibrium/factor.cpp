@@ -70,6 +70,7 @@ public:
         return scale_.cwiseProduct(x);
     }
     long negative() const override { return negative_; }
+    double entries() const override { return static_cast<double>(columns_.size()); }
 
 private:
     long band_ = 0, negative_ = 0;
@@ -126,6 +127,7 @@ public:
         return (d.array().abs() > least_pivot).all();
     }
     long negative() const override { return negative_; }
+    double entries() const override { return static_cast<double>(solver_.matrixL().nestedExpression().nonZeros()); }
 
 private:
     long negative_ = 0;
@@ -136,6 +138,7 @@ public:
     std::string_view name() const override { return "sparse LU (Eigen)"; }
     bool suits(const Stiffness&, bool symmetric) const override { return !symmetric; }
     long negative() const override { return -1; }
+    double entries() const override { return static_cast<double>(solver_.nnzL() + solver_.nnzU()); }
 };
 
 } // namespace

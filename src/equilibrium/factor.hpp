@@ -28,6 +28,8 @@ public:
     virtual Unknown solve(const Unknown& right) const = 0;
     /// Negative eigenvalues of a symmetric matrix; -1: not known.
     virtual long negative() const = 0;
+    /// Numbers that the factor keeps, on all ranks together.
+    virtual double entries() const = 0;
 };
 
 /// The factor for such a matrix: its pattern, and whether it is symmetric. `ranks`: that all have the same matrices and

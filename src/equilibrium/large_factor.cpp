@@ -12,7 +12,7 @@ namespace {
 
 /// Function of the library; the number in its name changes with Factor.
 using Maker = Factor* (*)(bool symmetric, const Communicator* ranks);
-constexpr const char *library_name = "libskein_factor.so", *maker_name = "skein_factor_3";
+constexpr const char *library_name = "libskein_factor.so", *maker_name = "skein_factor_4";
 
 Maker load() {
     void* const library = open_own_library(library_name, reinterpret_cast<void (*)()>(&make_large_factor));

@@ -1,9 +1,12 @@
 #include "equilibrium/newton.hpp"
 
+#include "core/timer.hpp"
+
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace skein {
 
@@ -71,6 +74,7 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
             std::min({1.0, options_.most_turn / turn, system_.farthest_way() / system_.way(correction)});
         system_.correct(state, correction, share);
         result.passes.push_back({relative, size});
+        if (!goes_on(result, false)) return result;
         if (share < 1) {
             least_at = i;
             continue;
@@ -136,6 +140,7 @@ NewtonResult NewtonSolver::descend(StaticState& state) {
         const double share =
             std::min({1.0, options_.most_descent / system_.turn(step), system_.farthest_way() / system_.way(step)});
         result.passes.push_back({relative, size});
+        if (!goes_on(result, true)) return result;
         const bool settles = share == 1 && shift <= least;
         // Residual in balance: only motions without stiffness remain.
         const bool stands = size < 1e-3 * options_.tolerance && shift > 1e6 * least;
@@ -170,11 +175,22 @@ std::string NewtonSolver::text_of_jump(const StaticSystem::Balance& balance) con
                        system_.rod_name(system_.map().place(static_cast<int>(worst)).rod), system_.relative(balance));
 }
 
-Equilibrium NewtonSolver::find(StaticState& state, double time) {
-    Equilibrium result;
-    system_.set_time(0);
-    system_.lead_ends(state);
-    if (options_.friction) system_.set_reference(state);
+bool NewtonSolver::goes_on(NewtonResult& result, bool downhill) {
+    if (!options_.watch) return true;
+    ++progress_.corrections;
+    progress_.residual = result.passes.back().residual;
+    progress_.downhill = downhill;
+    progress_.factor = solution_.factor_name();
+    progress_.factor_entries = solution_.factor_entries();
+    const double now = wall_seconds();
+    progress_.seconds = now - std::exchange(last_told_, now);
+    if (options_.watch(progress_)) return true;
+    result.stopped = true;
+    result.reason = "the solution was stopped";
+    return false;
+}
+
+double NewtonSolver::load(StaticState& state, double time, Equilibrium& result) {
     const Unknown start = system_.balance(state, false).residual;
     double done = 0, step = 1;
     StaticState good = state;
@@ -184,7 +200,9 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
             aim = up_to / time;
         system_.set_time(aim * time);
         system_.lead_ends(state);
+        progress_.share = aim;
         NewtonResult pass = solve(state, (1 - aim) * start);
+        result.stopped = pass.stopped;
         const bool stable = !options_.stable || solution_.negative() <= 0;
         if (pass.converged && (stable || step <= 1.0 / 64)) {
             result.iterations.push_back(pass.passes.size());
@@ -197,16 +215,30 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
         }
         state = good;
         step = 0.5 * std::min(step, aim - done);
-        if (step < options_.least_step) {
+        if (step < options_.least_step || result.stopped) {
             result.reason = pass.converged ? "it is unstable" : pass.reason;
             break;
         }
     }
-    if (done < 1 && solution_.symmetric() && options_.stable &&
+    return done;
+}
+
+Equilibrium NewtonSolver::find(StaticState& state, double time) {
+    Equilibrium result;
+    progress_ = {};
+    last_told_ = wall_seconds();
+    system_.set_time(0);
+    system_.lead_ends(state);
+    if (options_.friction) system_.set_reference(state);
+    double done = load(state, time, result);
+    if (done < 1 && !result.stopped && solution_.symmetric() && options_.stable &&
         system_.lead_up_to(done * time, time, options_.most_turn) >= time) {
+        const StaticState good = state;
         system_.set_time(time);
         system_.lead_ends(state);
+        progress_.share = 1;
         NewtonResult pass = descend(state);
+        result.stopped = pass.stopped;
         if (pass.converged) {
             done = 1;
             result.iterations.push_back(pass.passes.size());
@@ -220,7 +252,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
     result.share = done;
     result.found = done >= 1;
     system_.set_time(done * time);
-    describe(result, state);
+    if (!result.stopped) describe(result, state);
     return result;
 }
 
@@ -235,6 +267,7 @@ void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {
     correction(own, balance, reason);
     result.negative = solution_.negative();
     if (result.asymmetry == 0) result.factor = solution_.factor_name();
+    result.factor_entries = solution_.factor_entries();
     result.neutral = solution_.neutral().count();
     for (const NeutralMotions::Piece& piece : solution_.neutral().pieces)
         for (Eigen::Index m = 0; m < piece.motion.cols() && result.neutral_names.size() < 8; ++m)

@@ -5,10 +5,23 @@
 
 #include "equilibrium/static_solution.hpp"
 
+#include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace skein {
+
+/// How far a solution is, after a correction.
+struct NewtonProgress {
+    double share = 0;    ///< of the load that is being balanced
+    int corrections = 0; ///< of all load steps
+    double residual = 0; ///< relative, before the correction
+    bool downhill = false;
+    double seconds = 0; ///< what the correction took
+    std::string_view factor;
+    double factor_entries = 0; ///< see Factor::entries()
+};
 
 struct NewtonOptions {
     double tolerance = 1e-11; ///< of a correction: displacement over length, or turn
@@ -21,6 +34,7 @@ struct NewtonOptions {
     double most_descent = 0.3;     ///< rad of an element in one of them
     bool friction = false;         ///< with memory acts, from springs that load steps hand on
     bool stable = true;            ///< steps that end in an unstable equilibrium are made shorter
+    std::function<bool(const NewtonProgress&)> watch; ///< called after each correction; false ends the solution
 };
 
 /// Record of an iteration.
@@ -31,6 +45,7 @@ struct NewtonPass {
 
 struct NewtonResult {
     bool converged = false;
+    bool stopped = false; ///< by the watch
     std::vector<NewtonPass> passes;
     std::string reason; ///< why it did not converge
 };
@@ -38,6 +53,7 @@ struct NewtonResult {
 /// Result of a whole solution.
 struct Equilibrium {
     bool found = false;
+    bool stopped = false;                ///< by the watch of the options
     double share = 0;                    ///< of the load that is balanced
     std::vector<std::size_t> iterations; ///< by step of the load
     NewtonResult last;
@@ -48,6 +64,7 @@ struct Equilibrium {
     Eigen::Index loose = 0;   ///< further ones, of several bodies, to rounding
     std::vector<std::string> neutral_names;
     std::string factor;
+    double factor_entries = 0;
     std::string reason; ///< why none was found
 };
 
@@ -66,8 +83,12 @@ private:
     Unknown correction(const StaticState& state, StaticSystem::Balance& balance, std::string& reason);
     /// True where a correction does what it should: with a stiffness that is singular it may not.
     bool solves(const StaticState& state, const Unknown& correction, const Unknown& residual) const;
+    /// Raises the load from 0 as far as an equilibrium follows; leaves the last state. Returns the share.
+    double load(StaticState& state, double time, Equilibrium& result);
     /// Goes to a minimum of the energy.
     NewtonResult descend(StaticState& state);
+    /// Tells how far the solution is; false where it is to end.
+    bool goes_on(NewtonResult& result, bool downhill);
     /// Shift m by which no unknown goes beyond what it may in a correction of m M du = r.
     double first_shift(const StaticSystem::Balance& balance, const Stiffness& mass) const;
     std::string text_of_jump(const StaticSystem::Balance& balance) const;
@@ -77,6 +98,8 @@ private:
     StaticSystem& system_;
     NewtonOptions options_;
     StaticSolution solution_; ///< of the last correction
+    NewtonProgress progress_;
+    double last_told_ = 0; ///< wall time, s
 };
 
 } // namespace skein

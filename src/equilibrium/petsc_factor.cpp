@@ -76,6 +76,7 @@ public:
         return scale_.cwiseProduct(out);
     }
     long negative() const override { return symmetric_ ? negative_ : -1; }
+    double entries() const override { return entries_; }
 
 private:
     bool on_all(bool well) const {
@@ -149,6 +150,9 @@ private:
         PetscInt negative = 0, zeros = 0, positive = 0;
         if (symmetric_) PetscCall(MatGetInertia(factor_, &negative, &zeros, &positive));
         negative_ = negative;
+        PetscInt entries = 0; // of the factor; below 0: in millions
+        PetscCall(MatMumpsGetInfog(factor_, 29, &entries));
+        entries_ = entries < 0 ? -1e6 * entries : entries;
         PetscFunctionReturn(zeros > 0 ? PETSC_ERR_MAT_LU_ZRPVT : 0);
     }
 
@@ -175,11 +179,12 @@ private:
     Mat factor_ = nullptr;
     Unknown scale_;
     long negative_ = 0;
+    double entries_ = 0;
 };
 
 } // namespace
 
-extern "C" [[gnu::visibility("default")]] Factor* skein_factor_3(bool symmetric, const Communicator* ranks) {
+extern "C" [[gnu::visibility("default")]] Factor* skein_factor_4(bool symmetric, const Communicator* ranks) {
     return new PetscFactor(symmetric, ranks);
 }
 

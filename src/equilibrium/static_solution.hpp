@@ -35,6 +35,7 @@ public:
     /// Negative eigenvalues of the last stiffness, in which neutral motions are held; -1: not known.
     long negative() const { return factor_ ? factor_->negative() : -1; }
     std::string_view factor_name() const { return factor_ ? factor_->name() : ""; }
+    double factor_entries() const { return factor_ ? factor_->entries() : 0; }
 
 private:
     bool factorise(const Stiffness& stiffness, double asymmetry);

@@ -3,6 +3,7 @@
 #include "io/own_files.hpp"
 #include "skein/core/error.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <vector>
@@ -12,6 +13,8 @@ namespace fs = std::filesystem;
 namespace skein {
 
 namespace {
+
+constexpr const char* record_name = "physics.json"; ///< written as a run begins
 
 const std::string& made(const std::string& path) {
     std::error_code error;
@@ -55,7 +58,8 @@ std::string result_in(const std::string& directory) {
     std::error_code error; // opening the directory reports what is wrong with it
     if (!fs::is_directory(directory, error)) return {};
     const auto names = results_in(directory);
-    return names.empty() ? std::string() : names.front();
+    const auto found = std::find_if(names.begin(), names.end(), [](const std::string& n) { return n != record_name; });
+    return found == names.end() ? std::string() : *found;
 }
 
 ResultsDirectory::ResultsDirectory(const std::string& path, bool anew) : path_(made(path)), lock_(path_) {
@@ -63,7 +67,7 @@ ResultsDirectory::ResultsDirectory(const std::string& path, bool anew) : path_(m
 }
 
 void ResultsDirectory::begin(const std::string& physics) const {
-    const std::string record = path_ + "/physics.json";
+    const std::string record = path_ + "/" + record_name;
     if (const auto names = results_in(path_); !names.empty()) {
         const bool unfinished =
             !fs::exists(path_ + "/summary.json") && fs::is_regular_file(record) && read_file(record) == physics;

@@ -7,7 +7,8 @@
 
 namespace skein {
 
-/// Name of a result in a directory; empty where it holds none, or is none.
+/// Name of a result in a directory; empty where it holds none but the scene of a run that wrote nothing else, or is
+/// none.
 std::string result_in(const std::string& directory);
 
 /// Lock on the directory, held by one rank alone.

@@ -1,5 +1,6 @@
 #include "studies/equilibrium_study.hpp"
 
+#include "core/stop.hpp"
 #include "core/timer.hpp"
 #include "equilibrium/large_factor.hpp"
 #include "physics/contact/contact_interaction.hpp"
@@ -147,29 +148,83 @@ void for_each_piece(StaticScene& scene, const std::function<void(std::size_t)>& 
     scene.world().threads.for_each(pieces.size() - shared, [&](std::size_t i, int) { act(shared + i); });
 }
 
-EquilibriumReport find_equilibrium(StaticScene& scene, double time, const NewtonOptions& options) {
-    const double began = wall_seconds();
+namespace {
+
+/// Looks at a solution after each correction; false ends it.
+using Look = std::function<bool(const NewtonProgress&)>;
+
+/// Equilibria of all pieces of this rank. Throws Stopped where a signal ends one on any rank. Collective.
+std::vector<Equilibrium> equilibria_of(StaticScene& scene, double time, NewtonOptions options, const Look& look) {
     const Communicator& comm = scene.world().comm;
     std::vector<Equilibrium> found(scene.pieces().size());
     for_each_piece(scene, [&](std::size_t i) {
         StaticPiece& piece = scene.pieces()[i];
-        NewtonSolver solver(*piece.system, options);
-        found[i] = solver.find(piece.state, time);
+        NewtonOptions own = options;
+        own.watch = [&](const NewtonProgress& now) {
+            const std::int64_t stop = stop_requested();
+            return look(now) && (piece.shared ? comm.max(stop) : stop) == 0;
+        };
+        found[i] = NewtonSolver(*piece.system, own).find(piece.state, time);
     });
+    const std::int64_t stop = stop_requested();
+    if (comm.max(stop) > 0)
+        throw Stopped("stopped by a signal while the equilibrium was looked for; nothing was written");
+    return found;
+}
+
+/// Pieces and unknowns of all ranks. Collective.
+std::pair<std::int64_t, std::int64_t> size_of(const StaticScene& scene) {
+    std::int64_t pieces = 0, unknowns = 0;
+    for (const StaticPiece& piece : scene.pieces()) {
+        if (!scene.counts(piece)) continue;
+        ++pieces;
+        unknowns += piece.system->unknowns();
+    }
+    return {scene.world().comm.sum(pieces), scene.world().comm.sum(unknowns)};
+}
+
+} // namespace
+
+SolutionPlan plan_equilibrium(StaticScene& scene, double time, const NewtonOptions& options) {
+    const Communicator& comm = scene.world().comm;
+    const auto [pieces, unknowns] = size_of(scene);
+    SolutionWatch watch(false, pieces, unknowns);
+    equilibria_of(scene, time, options, [&](const NewtonProgress& now) {
+        watch.see(now);
+        return false;
+    });
+    SolutionPlan plan = watch.plan();
+    const bool largest = plan.factor_bytes == comm.max(plan.factor_bytes);
+    plan.factor = comm.first_text(largest ? plan.factor : std::string());
+    plan.seconds = comm.max(largest ? plan.seconds : 0.0);
+    plan.factor_bytes = comm.max(plan.factor_bytes);
+    return plan;
+}
+
+EquilibriumReport find_equilibrium(StaticScene& scene, double time, const NewtonOptions& options, bool shown) {
+    const double began = wall_seconds();
+    const Communicator& comm = scene.world().comm;
+    const auto [pieces, unknowns] = size_of(scene);
+    std::vector<Equilibrium> found;
+    {
+        SolutionWatch watch(shown && comm.root(), pieces, unknowns);
+        found = equilibria_of(scene, time, options, [&](const NewtonProgress& now) {
+            watch.see(now);
+            return true;
+        });
+    }
 
     EquilibriumReport report;
-    std::int64_t pieces = 0, unknowns = 0, unstable = 0, no_signs = 0, neutral = 0, most = 0, steps = 0;
+    std::int64_t unstable = 0, no_signs = 0, neutral = 0, most = 0, steps = 0;
     std::string reason, names, factor;
     for (std::size_t i = 0; i < found.size(); ++i) {
         if (!scene.counts(scene.pieces()[i])) continue;
         const Equilibrium& one = found[i];
-        ++pieces;
         const auto all =
             static_cast<std::int64_t>(std::accumulate(one.iterations.begin(), one.iterations.end(), std::size_t{0}));
         if (all >= most) report.last = one.last.passes;
         most = std::max(most, all);
         steps = std::max(steps, static_cast<std::int64_t>(one.iterations.size()));
-        unknowns += scene.pieces()[i].system->unknowns();
         unstable += one.negative > 0;
         no_signs += one.negative < 0;
         neutral += one.neutral + one.loose;
@@ -180,9 +235,11 @@ EquilibriumReport find_equilibrium(StaticScene& scene, double time, const Newton
             reason = fmt::format("{}: {}", scene.pieces()[i].system->rod_name(0), without_repetition(one.reason));
         if (names.empty() && one.neutral + one.loose > 0) names = names_of_neutral(one);
         if (factor.empty()) factor = one.factor;
+        report.factor_bytes = std::max(report.factor_bytes, factor_bytes(one.factor, one.factor_entries));
     }
-    report.pieces = comm.sum(pieces);
-    report.unknowns = comm.sum(unknowns);
+    report.pieces = pieces;
+    report.unknowns = unknowns;
+    report.factor_bytes = comm.max(report.factor_bytes);
     report.unstable = comm.sum(unstable);
     report.unknown_stability = comm.sum(no_signs);
     report.neutral = comm.sum(neutral);
@@ -217,8 +274,9 @@ void require_stable(const EquilibriumReport& r) {
 
 std::string to_text(const EquilibriumReport& r) {
     std::string text = fmt::format(
-        "Newton: {} unknowns in {} pieces{}{}; at most {} load steps and {} iterations of a piece, {:.3g} s\n",
-        r.unknowns, r.pieces, r.factor.empty() ? "" : ", ", r.factor, r.load_steps, r.iterations, r.seconds);
+        "Newton: {} unknowns in {} pieces{}; at most {} load steps and {} iterations of a piece, {:.3g} s\n",
+        r.unknowns, r.pieces, r.factor.empty() ? "" : fmt::format(", {} of {:.2g} MB", r.factor, 1e-6 * r.factor_bytes),
+        r.load_steps, r.iterations, r.seconds);
     for (const NewtonPass& pass : r.last)
         text += fmt::format("  residual {:.2e}, correction {:.2e}\n", pass.residual, pass.correction);
     if (!r.found) return text;

@@ -7,6 +7,7 @@
 #include "equilibrium/newton.hpp"
 #include "simulation/world.hpp"
 #include "studies/shared_bodies.hpp"
+#include "studies/solution_watch.hpp"
 
 #include <functional>
 #include <memory>
@@ -63,12 +64,15 @@ struct EquilibriumReport {
     std::int64_t neutral = 0;                    ///< motions that change no load
     std::string neutral_names;                   ///< of the first few
     std::string factor;
+    double factor_bytes = 0;      ///< largest of a piece
     std::vector<NewtonPass> last; ///< iterations of the last load step, of the piece with most
     std::string reason;           ///< of the first piece that has none
     double seconds = 0;
 };
-/// Collective.
-EquilibriumReport find_equilibrium(StaticScene& scene, double time, const NewtonOptions& options);
+/// `shown`: prints the progress of a solution that takes long. Throws Stopped where a signal ends it. Collective.
+EquilibriumReport find_equilibrium(StaticScene& scene, double time, const NewtonOptions& options, bool shown = false);
+/// Makes one correction of each piece, for what it costs. Collective.
+SolutionPlan plan_equilibrium(StaticScene& scene, double time, const NewtonOptions& options);
 std::string to_text(const EquilibriumReport& report);
 /// Reasons, with semicolons between them, each once.
 std::string without_repetition(const std::string& reasons);

@@ -1,7 +1,7 @@
 #include "studies/static_slopes.hpp"
 
+#include "core/stop.hpp"
 #include "diagnostics/observables.hpp"
-#include "equilibrium/newton.hpp"
 #include "physics/audit/audit_plan.hpp"
 #include "skein/core/error.hpp"
 
@@ -17,10 +17,17 @@ void refuse_singular(const StaticSolution& solution) {
                              "several bodies move without a change of force: slopes have no value there");
 }
 
+Equilibrium find_or_stop(StaticSystem& system, StaticState& state, double time) {
+    NewtonOptions options;
+    options.watch = [](const NewtonProgress&) { return !stop_requested(); };
+    Equilibrium found = NewtonSolver(system, options).find(state, time);
+    stop_where_asked("an equilibrium was looked for");
+    return found;
+}
+
 StaticState equilibrium_of(StaticCase& one, double time) {
     StaticState state = start_of(*one.system, one.groups, one.rods);
-    NewtonSolver newton(*one.system, {});
-    const Equilibrium found = newton.find(state, time);
+    const Equilibrium found = find_or_stop(*one.system, state, time);
     if (!found.found) throw NumericalError(fmt::format("no equilibrium was found: {}", found.reason));
     one.system->refresh(state);
     return state;

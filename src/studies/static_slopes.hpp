@@ -3,6 +3,7 @@
 //   adjoint   K l = dy/du of an observable, then dy/dp = l . d residual/dp + dy/dp: for all numbers
 #pragma once
 
+#include "equilibrium/newton.hpp"
 #include "equilibrium/static_solution.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
@@ -18,6 +19,8 @@
 
 namespace skein {
 
+/// An equilibrium from this state, or why there is none. Throws Stopped where a signal ends it.
+Equilibrium find_or_stop(StaticSystem& system, StaticState& state, double time);
 /// Equilibrium from the bodies' places in the scene. Throws NumericalError where there is none.
 StaticState equilibrium_of(StaticCase& one, double time);
 

@@ -2,9 +2,10 @@
 
 import csv
 import json
+import subprocess
 import unittest
 
-from driver import DriverTest, FLUID_OF_RODS, launch, rods_in_a_fluid
+from driver import DriverTest, FLUID_OF_RODS, MPIRUN, SKEIN, launch, rods_in_a_fluid
 
 ROD = """
 time.duration = 1.0
@@ -18,6 +19,20 @@ shape = {length = 0.2, elements = 8}
 kind = "end_force"
 end = [0.0, 0.0, -1e-3]
 """
+LAYER = """
+[[rods]]
+name = "layer_{i}"
+start = "clamped"
+material = {{density = 1200.0, youngs_modulus = 5e6}}
+section.radius = 1.5e-3
+shape = {{length = 0.2, elements = 20}}
+placement = {{kind = "lattice", counts = [1, 10], spacing = [1.0, 4e-3], origin = [0.0, 0.0, {height}], tangent = [1.0, {across}, 0.0]}}
+"""
+TANGLE = """
+time.duration = 1.0
+contact = {stiffness = "auto", friction = "none"}
+load = [{kind = "gravity", acceleration = [0.0, 0.0, -9.81]}]
+""" + "".join(LAYER.format(i=i, height=3.2e-3 * i, across=0.07 * (-1)**i) for i in range(10)) # hair that slides long
 FREE = ROD.replace('start = "clamped"\n', "")
 TWISTED = ROD.replace('kind = "end_force"\nend = [0.0, 0.0, -1e-3]', 'kind = "formula"\nat = "end"\ncouple = ["1e-5", "1e-5", "1e-5"]')
 ALONG = ("--along", "load.0.end.2", "--to", "-0.002")
@@ -72,6 +87,34 @@ class Solving(DriverTest):
         text = self.solve("path", "--along", "rods.rod.material.youngs_modulus", "--to", "3e6", text=TWISTED, out="path").stdout
         self.assertIn("stability not known", text)
         self.assertNotIn(" stable", text)
+
+    def test_a_plan_costs_a_correction_and_writes_nothing(self):
+        for ranks in (1, 2):
+            plan = json.loads(self.solve("equilibrium", "--dry-run", "--json", ranks=ranks).stdout)
+            self.assertEqual((plan["pieces"], plan["unknowns"], plan["factor"]), (1, 48, "band L D L^T"))
+            self.assertEqual(plan["factor_bytes"], 8 * 48 * 12)  # the diagonal and 11 below: both slots of an element
+            self.assertGreater(plan["seconds_per_correction"], 0)
+            self.assertFalse((self.directory / "out").exists())
+        document = json.loads(self.solve("equilibrium", "--json").stdout)
+        self.assertEqual([document[key] for key in ("factor", "factor_bytes")], [plan[key] for key in ("factor", "factor_bytes")])
+
+    def test_a_solution_stops_when_it_is_told(self):
+        for ranks in (1, 2):
+            with self.subTest(ranks=ranks):
+                self.scene.write_text(TANGLE)
+                command = [SKEIN, "equilibrium", self.scene, "--out", self.directory / "out", "--threads", "1"]
+                running = subprocess.Popen([str(word) for word in ([MPIRUN, "-n", ranks] if ranks > 1 else []) + command],
+                                           stdout=subprocess.PIPE, stderr=subprocess.STDOUT, text=True)
+                line = ""
+                while "Plan:" not in line:
+                    line = running.stdout.readline()
+                    self.assertTrue(line, "it ended before its plan")
+                self.assertIn("corrections", running.stdout.readline())
+                running.terminate()
+                said = running.communicate(timeout=60)[0]
+                self.assertEqual(running.returncode, 3 if ranks == 1 else 1, said)  # mpirun has its own
+                self.assertIn("error: stopped by a signal while the equilibrium was looked for", said)
+                self.assertEqual([file.name for file in (self.directory / "out").iterdir() if file.suffix == ".h5"], [])
 
     def test_points_of_a_path(self):
         text = self.solve("path", *ALONG, "--points", "3").stdout
