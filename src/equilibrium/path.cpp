@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -50,6 +51,12 @@ void PathFollower::normalise(Direction& d) const {
     const double scale = 1 / std::sqrt(product(d, d));
     d.u *= scale;
     d.p *= scale;
+}
+
+PathDirection PathFollower::between(const Direction& a, const Direction& b) const {
+    Direction mean{a.u + b.u, a.p + b.p};
+    normalise(mean);
+    return mean;
 }
 
 Unknown PathFollower::slope(const StaticState& state, double value) {
@@ -131,12 +138,17 @@ std::optional<PathFollower::Place>
 PathFollower::locate(const Place& from, double length, bool (*passed)(const Place& from, const Place& to), double& at) {
     double low = 0, high = length;
     std::optional<Place> found;
+    // Nothing converges where the stiffness is singular to rounding; a little beside it, something does.
+    constexpr std::array shares{0.5, 0.35, 0.65, 0.2, 0.8};
     for (int i = 0; i < 30 && high - low > 1e-5 * length; ++i) {
-        const double middle = 0.5 * (low + high);
-        std::optional<Place> there = step(from, from.tangent, middle);
-        if (!there) return found;
-        (passed(from, *there) ? high : low) = middle;
-        at = middle;
+        std::optional<Place> there;
+        for (const double share : shares) {
+            const double middle = low + share * (high - low);
+            if (!(there = step(from, from.tangent, middle))) continue;
+            (passed(from, *there) ? high : low) = at = middle;
+            break;
+        }
+        if (!there) break;
         found = std::move(there);
     }
     return found;
@@ -213,6 +225,8 @@ std::optional<PathPoint> PathFollower::next() {
         double at = 0;
         std::optional<Place> critical = limit ? locate(now_, made, turned, at) : locate(now_, made, changed, at);
         if (critical) {
+            // At a branch point the stiffness is singular, and its solution has any share of the other path.
+            if (!limit) critical->tangent = between(now_.tangent, there->tangent);
             beyond_ = std::move(there);
             beyond_length_ = length_ + made;
             beyond_place_ = place;

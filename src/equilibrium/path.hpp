@@ -93,6 +93,7 @@ private:
     void set_weights(const StaticSystem& system);
     double product(const Direction& a, const Direction& b) const;
     void normalise(Direction& d) const;
+    Direction between(const Direction& a, const Direction& b) const;
     Unknown slope(const StaticState& state, double value);
     /// Goes from a place along a direction; nothing where Newton's iteration fails.
     std::optional<Place> step(const Place& from, const Direction& along, double length);

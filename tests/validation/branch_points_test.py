@@ -213,6 +213,32 @@ class BranchPoints(SolvedScenes):
                 turns.append(self.first_branch(text, "--along", "constants.angle.value", "--from", 0.5 * exact, "--to", 1.1 * exact, "--points", 200, "--step", 0.5))
             self.assert_second_order(f"helix, T = {tension:g} B/L^2", turns, exact)
 
+    def test_sides_of_an_arch(self):
+        """An arch under a push leaves its mirror symmetry to either side, at the same push for any step. Its stiffness there is singular to
+        rounding, so that neither the tangent nor a solution is to be trusted."""
+        def arch(side, step):
+            ends = ('start = "clamped"\nend = "clamped"\nstart_motion.rotation_formula = ["0", "angle*t", "0"]\n'
+                    'end_motion.rotation_formula = ["0", "-angle*t", "0"]')
+            tangent = (math.cos(0.6), 0, math.sin(0.6))
+            text = HEAD + number("push", "N", 0.0) + 'angle = {value = 0.6, unit = "1/s"}\n'
+            text += rod("arch", 0.3, 40, 2.1e11, 'kind = "rectangular", radius = 0.005, radius_2 = 1e-4', tangent, (0, 1, 0), ends)
+            text = text.replace("elements = 40", "elements = 40, start_curvature = [4.0, 0.0, 0.0]")
+            text += '[[load]]\nkind = "formula"\nper = "rod"\nforce = ["0", "0", "-push"]\n[[probe]]\nname = "middle"\nof = "arch"\nat = 0.5\n'
+            return self.path(text, "--along", "constants.push.value", "--to", 2, "--step", step, "--points", 40, "--branch", side)
+
+        pushes = []
+        for step in (0.05, 0.02):
+            left, right = arch(-1, step), arch(1, step)
+            at = next(i for i, row in enumerate(left) if row["place"] == "branch")
+            pushes.append(left[at]["value"])
+            middle = float(left[at]["middle_x"])
+            for one, other in zip(left[at + 1:], right[at + 1:]):
+                self.assertAlmostEqual(float(one["middle_x"]) + float(other["middle_x"]), 2 * middle, delta=1e-7)
+                self.assertAlmostEqual(one["value"], other["value"], delta=1e-5)
+            self.assertGreater(abs(float(left[at + 5]["middle_x"]) - middle), 1e-5, "a side of the arch")
+            self.assertLess(left[at + 1]["value"], pushes[-1], "under less push")
+        self.assertAlmostEqual(pushes[0] / pushes[1], 1, delta=1e-5)
+
     def test_lees_frame(self):
         """Both limit loads of a column and a beam that meet in a stiff corner, between hinges."""
         exact = lees_limits()
