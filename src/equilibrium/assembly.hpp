@@ -1,46 +1,105 @@
-// Sparse stiffness from its entries, whose places are found once for all matrices of one pattern.
+// Sparse stiffness from blocks between slots and from entries, whose places are found once for all matrices of one
+// pattern.
 #pragma once
 
 #include "equilibrium/factor.hpp"
+#include "tiles/slot_coupling.hpp"
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <vector>
 
 namespace skein {
 
+/// Unknowns of a slot by their numbers; -1 where one is held.
+using SlotNumbers = std::array<int, slot_unknowns>;
+
 class Assembly {
 public:
-    /// Begins the next matrix of `count` unknowns.
-    void begin(int count);
+    /// The sum of all that `add_all` adds, in its order. Where the pattern is new it is called again, and has to add
+    /// the same. The matrix stays until the next sum.
+    template <class AddAll> Stiffness& sum(int count, const AddAll& add_all) {
+        begin(count);
+        add_all();
+        while (!is_complete()) {
+            find_pattern();
+            begin(count);
+            add_all();
+        }
+        return matrix_;
+    }
+
     void add(int row, int column, double value) {
         const std::uint64_t key = static_cast<std::uint64_t>(column) << 32 | static_cast<std::uint32_t>(row);
-        if (same_ && at_ < key_.size() && key_[at_] == key) {
-            value_[place_[at_]] += value;
-        } else {
-            if (same_) key_.resize(at_);
-            same_ = false;
-            key_.push_back(key);
-        }
-        entry_.push_back(value);
+        if (expects(key)) value_[place_[items_[at_].first]] += value;
+        else record({key, Kind::entry, 0, nullptr, nullptr});
         ++at_;
     }
-    /// The sum of all entries since then, in their order. It stays until the next begin().
-    Stiffness& finish();
+    /// True where the pattern has this block next, though it may be zero now.
+    bool expects_block(std::size_t row, std::size_t column) const {
+        return expects(key_of_block(row, column, slot_unknowns));
+    }
+    /// Adds the part of a block between the first `count` unknowns of two slots: all, or those of the nodes. Numbers of
+    /// a slot have to stay.
+    void add_block(std::size_t row, std::size_t column, const SlotNumbers& rows, const SlotNumbers& columns,
+                   const StiffnessBlock& block, std::size_t count);
+
     double asymmetry() const; ///< largest |K - K^T| over the largest |K|
     /// Leaves (K + K^T)/2, if the pattern has K_ji for each K_ij.
     void take_symmetric_part();
+    /// True where this is the last sum, and its pattern has K_ji for each K_ij.
+    bool mirrors(const Stiffness& matrix) const {
+        return mirrored_ && &matrix == &matrix_ && matrix.nonZeros() == static_cast<Eigen::Index>(transposed_.size());
+    }
+    /// Value of K_ji at the place of K_ij, where it mirrors.
+    double mirror(int place) const { return value_[transposed_[static_cast<std::size_t>(place)]]; }
 
 private:
+    enum class Kind : std::uint8_t {
+        entry,
+        whole, ///< block of columns without gaps
+        parts, ///< block with a place for each entry
+    };
+    struct Item {
+        std::uint64_t key; ///< column and row
+        Kind kind;
+        std::uint8_t count;                ///< unknowns of a block
+        const SlotNumbers *rows, *columns; ///< of a block
+        std::size_t first = 0;             ///< among the places
+    };
+    /// Rows of a column without gaps.
+    struct Run {
+        int row, count;
+        std::size_t place; ///< of the place of its first row
+    };
+
+    static std::uint64_t key_of_block(std::size_t row, std::size_t column, std::size_t count) {
+        return std::uint64_t{count < slot_unknowns ? 3U : 2U} << 62 | std::uint64_t{column} << 31 | std::uint64_t{row};
+    }
+    void begin(int count);
+    bool is_complete() const {
+        return items_.empty() ? at_ == 0 && matrix_.rows() == count_ && matrix_.nonZeros() == 0
+                              : known_ && at_ == items_.size();
+    }
+    bool expects(std::uint64_t key) const { return known_ && at_ < items_.size() && items_[at_].key == key; }
+    void record(const Item& item) {
+        if (known_) items_.resize(at_);
+        known_ = false;
+        items_.push_back(item);
+    }
     void find_pattern();
+    void give_places();
+    template <class Visit> void for_runs(const Visit& visit) const;
     void find_transposed();
 
     int count_ = 0;
-    bool same_ = false; ///< as far as the entries before
+    bool known_ = false; ///< as far as the items before
     std::size_t at_ = 0;
-    std::vector<std::uint64_t> key_; ///< column and row of each entry
-    std::vector<double> entry_;
-    std::vector<int> place_;      ///< of each entry among the values
+    std::vector<Item> items_;
+    std::vector<int> place_;      ///< among the values
     std::vector<int> transposed_; ///< place of K_ji for K_ij; -1: none
+    bool mirrored_ = false;       ///< there is one for each
     double* value_ = nullptr;
     Stiffness matrix_;
 };

@@ -133,15 +133,8 @@ double StaticSystem::lead_up_to(double from, double to, double most) const {
 void StaticSystem::add_block(Assembly& to, std::size_t row, std::size_t column, const StiffnessBlock& block,
                              std::span<const Slot<1>> state, std::size_t count) const {
     // Whole blocks, so that the pattern is that of the couplings.
-    if (unknowns_.plain(row) && unknowns_.plain(column)) {
-        for (std::size_t i = 0; i < count; ++i) {
-            const int r = unknowns_.of(row, i);
-            if (r < 0) continue;
-            for (std::size_t j = 0; j < count; ++j)
-                if (const int c = unknowns_.of(column, j); c >= 0) to.add(r, c, block[i][j]);
-        }
-        return;
-    }
+    if (unknowns_.plain(row) && unknowns_.plain(column))
+        return to.add_block(row, column, unknowns_.of(row), unknowns_.of(column), block, count);
     const SlotParts rows = unknowns_.parts(row, state), columns = unknowns_.parts(column, state);
     for (std::size_t i = 0; i < count; ++i)
         for (std::size_t j = 0; j < count; ++j) {
@@ -159,30 +152,37 @@ StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_
     out.force_size = *std::max_element(loads_.force_size.begin(), loads_.force_size.end());
     out.couple_size = *std::max_element(loads_.couple_size.begin(), loads_.couple_size.end());
     if (!with_stiffness) return out;
-    assembly_.begin(unknowns());
-    add_blocks(assembly_, state);
-    add_body_turns(state);
-    out.stiffness = &assembly_.finish();
+    out.stiffness = &assembly_.sum(unknowns(), [&] {
+        add_blocks(assembly_, state);
+        add_body_turns(state);
+    });
     out.asymmetry = assembly_.asymmetry();
     return out;
 }
 
-/// Blocks of the last evaluation: of rods, of joints and of contacts.
+/// Blocks of the last evaluation: of rods, of joints and of contacts. The pattern keeps blocks that were not zero once.
 void StaticSystem::add_blocks(Assembly& to, const StaticState& state) const {
-    for (std::size_t s = 0; s < unknowns_.slots(); ++s) {
-        const RodGroup& own = group(unknowns_.rod_of_slot()[s]);
-        const std::size_t first = first_slot(unknowns_.rod_of_slot()[s]);
-        const long nodes = own.nodes(), k = static_cast<long>(s - first);
-        for (int offset = -StiffnessRow::reach; offset <= StiffnessRow::reach; ++offset) {
-            long column = k + offset;
-            if (own.closed()) column = (column + 2 * nodes) % nodes;
-            if (column < 0 || column >= own.slots() || k >= nodes) continue;
-            if (const StiffnessBlock& block = loads_.row[s].at(offset); !is_zero(block))
-                add_block(to, s, first + static_cast<std::size_t>(column), block, state.slot);
+    const auto counts = [&](std::size_t row, std::size_t column, const StiffnessBlock& block) {
+        return to.expects_block(row, column) || !is_zero(block);
+    };
+    for (std::size_t i = 0; i < rods_.size(); ++i) {
+        const RodGroup& own = group(i);
+        const std::size_t first = first_slot(i);
+        const long nodes = own.nodes(), slots = own.slots();
+        for (long k = 0; k < nodes; ++k) {
+            const std::size_t row = first + static_cast<std::size_t>(k);
+            for (int offset = -StiffnessRow::reach; offset <= StiffnessRow::reach; ++offset) {
+                long at = k + offset;
+                if (own.closed()) at = (at + 2 * nodes) % nodes;
+                if (at < 0 || at >= slots) continue;
+                const std::size_t column = first + static_cast<std::size_t>(at);
+                if (const StiffnessBlock& block = loads_.row[row].at(offset); counts(row, column, block))
+                    add_block(to, row, column, block, state.slot);
+            }
         }
     }
     for (const SlotCoupling& c : loads_.couplings)
-        if (!is_zero(c.block)) add_block(to, c.row, c.column, c.block, state.slot);
+        if (counts(c.row, c.column, c.block)) add_block(to, c.row, c.column, c.block, state.slot);
     if (contacts_) {
         for (const SlotCoupling& c : touching_.couplings) add_block(to, c.row, c.column, c.block, state.slot, 3);
         for (const SlotCoupling& c : touching_.turning) add_block(to, c.row, c.column, c.block, state.slot);
@@ -193,9 +193,7 @@ Stiffness StaticSystem::damping(const StaticState& state) {
     at_rest_->evaluate_damping(state.slot, loads_);
     if (contacts_) contacts_->evaluate_damping(state.slot, touching_);
     Assembly all;
-    all.begin(unknowns());
-    add_blocks(all, state);
-    Stiffness damping = all.finish();
+    Stiffness damping = all.sum(unknowns(), [&] { add_blocks(all, state); });
     damping.prune([](Eigen::Index, Eigen::Index, double value) { return value != 0; });
     return damping;
 }

@@ -33,6 +33,7 @@ public:
     bool plain(std::size_t slot) const { return turned_[slot] == 0 && on_body_[slot] < 0; }
     /// Number of the free unknown of a plain slot's; -1 where it is held.
     int of(std::size_t slot, std::size_t i) const { return number_[slot][i]; }
+    const std::array<int, slot_unknowns>& of(std::size_t slot) const { return number_[slot]; }
 
     /// Adds a correction to a state, in all slots. `turn`: of elements, body, rad; both as they were applied.
     struct Moves {
