@@ -65,7 +65,9 @@ struct PathArguments {
     double from = std::numeric_limits<double>::quiet_NaN(), to = 0; ///< NaN: the scene's
     double step = 0.05;                                             ///< of arc length at first and at most
     int points = 200;                                               ///< at most
-    int branch = 0; ///< side to which the first branch point is left: 1 or -1; 0: none
+    int branch = 0;              ///< side to which the first branch point is left: 1 or -1; 0: none
+    std::vector<std::string> by; ///< paths of numbers for slopes; none: no slopes
+    std::vector<std::string> of; ///< observables for these; none: all
     bool restart = false;
 };
 struct ConvergeArguments {

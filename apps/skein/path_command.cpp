@@ -1,4 +1,5 @@
 #include "document.hpp"
+#include "slope_tables.hpp"
 #include "solving.hpp"
 
 #include "core/timer.hpp"
@@ -87,10 +88,12 @@ struct Followed {
     double time;
     std::string out; ///< directory of results
 
+    double range() const { return options.to - options.from; }
     /// Options with an effect on points.
     nlohmann::ordered_json asked(const PathArguments& arguments) const {
         return {{"--along", arguments.key},       {"--from", options.from}, {"--to", options.to},
-                {"--step", options.largest_step}, {"--time", time},         {"--branch", arguments.branch}};
+                {"--step", options.largest_step}, {"--time", time},         {"--branch", arguments.branch},
+                {"--by", arguments.by},           {"--of", arguments.of}};
     }
 };
 
@@ -109,6 +112,8 @@ Followed followed(const Communicator& comm, const PathArguments& arguments) {
     options.step = std::min(arguments.step, options.largest_step);
     options.largest_step = arguments.step;
     if (what.time < 0) what.time = scene.time.duration;
+    if (!arguments.of.empty() && arguments.by.empty())
+        throw InputError("--of names observables whose slopes are asked for: give --by with a number of the scene");
     what.text.overrides.push_back(fmt::format("{}={:.17g}", arguments.key, options.from));
     return what;
 }
@@ -191,6 +196,20 @@ SolvedScene scene_with_frames(const Communicator& comm, const PathArguments& arg
     return solved;
 }
 
+/// Names of slopes; none where none are asked for.
+std::optional<GradientReport> names_asked_for(const Communicator& comm, const StaticCase& first,
+                                              const GradientOptions& asked) {
+    if (asked.keys.empty()) return {};
+    return names_of(comm, Threads(1), first, asked);
+}
+
+/// Adds the slopes of a path to what is written and told.
+void add_slopes(const SlopeTables& slopes, FoundPath& found) {
+    slopes.write(found.out);
+    found.document["critical_slopes"] = slopes.critical();
+    found.slopes = slopes.to_text();
+}
+
 /// Tells why a path ends that could go on.
 void tell_cut(FoundPath& found, std::size_t points) {
     found.goes_on = found.reason.empty() && !found.complete;
@@ -214,12 +233,18 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
     SceneFamily family(what.text, machine_of(comm, arguments.run.threads, arguments.run.lanes, arguments.run.mapping),
                        what.time, arguments.key);
     refuse_ends(family, what.options, arguments.key);
+    const GradientOptions asked{arguments.by, arguments.of, what.time};
+    const std::optional<GradientReport> names = names_asked_for(comm, family.case_at(what.options.from), asked);
     SolvedScene solved = scene_with_frames(comm, arguments, what, before ? before->points.size() : 0);
     StaticScene at_rest(solved.simulation->world());
     const SlotPlaces slots = slots_in(family.case_at(what.options.from), at_rest);
     PathFollower path = before ? PathFollower(family, std::move(before->memory), what.options)
                                : PathFollower(family, state_at_start(slots, family, what), what.options);
     PathTable table(arguments.key, what.number, solved.simulation->observation().names());
+    std::optional<SlopeTables> slopes;
+    if (names)
+        slopes.emplace(PathSlopes(comm, *solved.threads, solved.machine, family, arguments.key, what.range(), asked),
+                       *names, arguments.key, what.number.unit);
     FoundPath found{.unit = what.number.unit, .out = what.out};
     int branch = 0;
     if (before) {
@@ -227,6 +252,7 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
         found.limits = before->limits;
         found.branches = before->branches;
         branch = before->branch;
+        if (slopes) slopes->go_on(what.out, before->points.size(), before->critical_slopes);
     }
     const RunResult result = solved.simulation->go_through([&](World& world) {
         const std::optional<PathPoint> point = next_point(path, found);
@@ -237,6 +263,7 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
         for (const auto& [slot, place] : slots) *slot = path.state().slot[place];
         at_rest.put_back();
         table.add(*point, branch, solved.simulation->observation().values());
+        if (slopes) slopes->add(path, *point, table.points().size() - 1, branch);
         if (!quiet) std::printf("%s", line_of(*point).c_str());
         if (point->place == PathPlace::branch && arguments.branch != 0 && branch == 0)
             branch += path.switch_branch(arguments.branch);
@@ -245,17 +272,20 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
     found.code = result.code;
     if (found.reason.empty()) found.reason = path.reason();
     write_file(what.out + "/path.csv", table.text());
+    const nlohmann::ordered_json critical = slopes ? slopes->critical() : nlohmann::ordered_json::array();
     write_file(what.out + "/" + std::string(path_record_name),
-               to_text({what.asked(arguments), branch, table.points(), found.limits, found.branches, found.reason,
-                        path.memory()}));
+               to_text({what.asked(arguments), branch, table.points(), found.limits, found.branches, critical,
+                        found.reason, path.memory()}));
     tell_cut(found, table.points().size());
     found.document = table.document(found);
+    if (slopes) add_slopes(*slopes, found);
     return found;
 }
 
 int follow_and_write_path(const Communicator& comm, const PathArguments& arguments) {
     const bool quiet = arguments.run.options.quiet;
     const FoundPath found = follow_path(comm, arguments);
+    if (!quiet) std::printf("%s", found.slopes.c_str());
     if (!quiet && !found.reason.empty()) std::printf("The path ends: %s\n", found.reason.c_str());
     if (!quiet && found.goes_on) std::printf("The same command with --restart continues from there.\n");
     if (!quiet) std::printf("Written: %s\n", found.out.c_str());

@@ -88,6 +88,15 @@ void SolveCommands::add_path(CLI::App& app) {
     command.add_option("--points", path_.points, "most points")->check(CLI::PositiveNumber);
     command.add_option("--branch", path_.branch, "leave the path at its first branch point, to the side 1 or -1")
         ->check(CLI::IsMember({-1, 0, 1}));
+    command
+        .add_option("--by", path_.by,
+                    "path of a number (may be repeated) by which slopes are written: of observables at each point, and "
+                    "of the path's number at limit and branch points")
+        ->type_name("KEY")
+        ->allow_extra_args(false);
+    command.add_option("--of", path_.of, "an observable for these slopes (may be repeated); default: all")
+        ->type_name("OBSERVABLE")
+        ->allow_extra_args(false);
     command.add_flag("--restart", path_.restart, "continue a path that was stopped, or whose --points were used up")
         ->excludes(command.get_option("--overwrite"));
     add_json(command, path_.run.json, "the points as JSON; all else goes to standard error");

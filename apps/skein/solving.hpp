@@ -64,6 +64,7 @@ struct FoundPath {
     std::string reason;   ///< why it is not complete
     bool goes_on = false; ///< with --restart
     std::string out;      ///< directory of results
+    std::string slopes;   ///< of the number at these points, as text; empty: none were asked for
     nlohmann::ordered_json document;
     Exit code = Exit::done;
     double seconds = 0; ///< without what writing takes

@@ -43,5 +43,12 @@ def path_columns(directory):
     return Columns(directory, "path.csv", "point")
 
 
+def slope_columns(directory):
+    """Columns of observables by numbers of the scene at points, and of the path's number at limit and branch points; None if none were asked for."""
+    if not (Path(directory) / "slopes.csv").exists():
+        return None
+    return Columns(directory, "slopes.csv", "point"), Columns(directory, "critical_slopes.csv", "point")
+
+
 def modes_columns(directory):
     return Columns(directory, "modes.csv", "mode")

@@ -9,7 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
-from .columns import NUMBER, OF_POINT, modes_columns, path_columns
+from .columns import NUMBER, OF_POINT, modes_columns, path_columns, slope_columns
 from .program import RunFailed, as_file, command, environment
 from .results import open as open_results
 
@@ -106,6 +106,8 @@ class PathOfEquilibria:
     stable        [points] of bool, False where it is not known
     observables   {name: [points]}, and their `units`
     limits        values of the number at the limit points; `branches`: at the branch points
+    slopes        {key: {name: [points]}} of observables by the numbers in `by`, at a fixed value of the path's number; empty if none were asked for
+    limit_slopes  {key: [limit points]} of the path's number there, by these numbers; `branch_slopes`: [branch points]. NaN if there is none
     complete      whether the path has come to its end, and has not been cut off or failed to go farther
     positions     {group: [points, rods, nodes, 3]} m, single precision
     directors     {group: [points, rods, elements, 3, 3]}
@@ -124,6 +126,7 @@ class PathOfEquilibria:
         self.observables = {name: table[name] for name in list(table)[OF_POINT:]}
         self.units = {name: table.units[name] for name in self.observables}
         self.limits, self.branches = (self.value[self.place == place] for place in ("limit", "branch"))
+        self.slopes, self.limit_slopes, self.branch_slopes = _slopes_along(directory)
         self.complete = bool(len(self.place) and self.place[-1] == "end")
         self.positions, self.directors = (_frames(results, name, len(self.value)) for name in ("position", "directors"))
 
@@ -160,15 +163,34 @@ def modes(scene, count=10, time=None, movies=0, amplitude=None, undamped=False, 
         return Modes(directory, out is not None)
 
 
-def path(scene, along, to, from_=None, step=None, points=None, branch=0, time=None, out=None, overwrite=False, restart=False, threads=None, **keys):
+def path(scene, along, to, from_=None, step=None, points=None, branch=0, by=(), of=(), time=None, out=None, overwrite=False, restart=False, threads=None, **keys):
     """Follows the equilibria of a scene while the number `along`, the path of a key such as "load.0.end.2", goes from `from_`, else its value in the scene,
     to `to`, and round limit points. step: the largest, of arc; points: the most; branch: 1 or -1 leaves the path at its first branch point, to that side.
+    by: a number of the scene, or several, by which the path has slopes; of: an observable for them, or several, else all.
     restart: goes on with the path in `out`, which was stopped or has used up its points."""
     words = ["--along", along, "--to", repr(float(to)), *_option("--from", None if from_ is None else float(from_)), *_option("--step", step), *_option("--points", points),
-             *_option("--branch", branch or None), *_option("--time", time), *["--restart"] * bool(restart)]
+             *_option("--branch", branch or None), *_repeated("--by", by), *_repeated("--of", of), *_option("--time", time), *["--restart"] * bool(restart)]
     keys = {"output.directors": True, **keys}
     with _solved("path", scene, out, overwrite, threads, keys, words, goes_on=restart) as (directory, _):
         return PathOfEquilibria(directory, out is not None)
+
+
+def _slopes_along(directory):
+    """Slopes at points by key and observable, and those of the path's number at limit and at branch points by key."""
+    found = slope_columns(directory)
+    if found is None:
+        return {}, {}, {}
+    at_points, critical = found
+    slopes = {}
+    for heading in list(at_points)[3:]:  # after point, branch and number
+        name, number = heading[2:-1].split(")/d(", 1)
+        slopes.setdefault(number, {})[name] = at_points[heading]
+    of_number = {heading[2:-1].split(")/d(", 1)[1]: critical[heading] for heading in list(critical)[4:]}
+    return slopes, *({number: values[critical["place"] == place] for number, values in of_number.items()} for place in ("limit", "branch"))
+
+
+def _repeated(name, values):
+    return [word for value in ([values] if isinstance(values, str) else values) for word in (name, value)]
 
 
 def _option(name, value):

@@ -22,7 +22,7 @@ PathFollower::PathFollower(PathFamily& family, StaticState state, const PathOpti
     now_.state = std::move(state);
     now_.value = options.from;
     StaticSystem& system = family_.at(now_.value);
-    set_weights(system);
+    weights_ = path_weights(system);
     Direction ahead{Unknown::Zero(system.unknowns()), options.to > options.from ? 1.0 : -1.0};
     if (!find_tangent(now_, ahead)) reason_ = "the stiffness is singular at the start";
 }
@@ -32,14 +32,15 @@ PathFollower::PathFollower(PathFamily& family, PathMemory memory, const PathOpti
       started_(true), over_(memory.over), beyond_(std::move(memory.beyond)), beyond_length_(memory.beyond_length),
       beyond_place_(memory.beyond_place) {
     // Lengths are over those of the scene where the path began.
-    set_weights(family_.at(options.from));
+    weights_ = path_weights(family_.at(options.from));
 }
 
-void PathFollower::set_weights(const StaticSystem& system) {
-    weights_.resize(system.unknowns());
+Unknown path_weights(const StaticSystem& system) {
+    Unknown weights(system.unknowns());
     for (int u = 0; u < system.unknowns(); ++u)
-        weights_[u] = (system.map().place(u).i < 3 ? 1 / (system.length() * system.length()) : 1.0) /
-                      std::max(1, system.unknowns() / slot_unknowns);
+        weights[u] = (system.map().place(u).i < 3 ? 1 / (system.length() * system.length()) : 1.0) /
+                     std::max(1, system.unknowns() / slot_unknowns);
+    return weights;
 }
 
 double PathFollower::product(const Direction& a, const Direction& b) const {
@@ -208,6 +209,7 @@ std::optional<PathPoint> PathFollower::next() {
         length_ = beyond_length_;
         return point(beyond_place_);
     }
+    negative_before_ = now_.negative;
     double made = 0;
     std::optional<Place> there = ahead(made);
     if (!there) return {};

@@ -10,6 +10,7 @@
 
 #include "equilibrium/newton.hpp"
 
+#include <cstdlib>
 #include <optional>
 #include <string>
 #include <vector>
@@ -70,6 +71,9 @@ struct PathMemory {
     bool over = false;
 };
 
+/// Weights of the squares of unknowns in lengths along a path.                                          theory.md (102)
+Unknown path_weights(const StaticSystem& system);
+
 class PathFollower {
 public:
     /// `state`: an equilibrium at options.from.
@@ -82,6 +86,10 @@ public:
     /// The first point is that of the start. Nothing once the path has left the range, or does not go on.
     std::optional<PathPoint> next();
     const StaticState& state() const { return now_.state; }
+    /// Slopes of the loads there by the number, where bodies stay.
+    Unknown load_slope() { return slope(now_.state, now_.value); }
+    /// Directions in which the stability changes in the step that the last point was located in.
+    long changed_directions() const { return beyond_ ? std::abs(beyond_->negative - negative_before_) : 0; }
     /// Why it did not go on; empty: it has left the range.
     const std::string& reason() const { return reason_; }
     /// Leaves the path at a branch point, which must be the last, for the other branch: `side` 1 or -1.
@@ -90,7 +98,6 @@ public:
 private:
     using Direction = PathDirection;
     using Place = PathState;
-    void set_weights(const StaticSystem& system);
     double product(const Direction& a, const Direction& b) const;
     void normalise(Direction& d) const;
     Direction between(const Direction& a, const Direction& b) const;
@@ -111,7 +118,8 @@ private:
     PathFamily& family_;
     PathOptions options_;
     Place now_;
-    Unknown weights_; ///< of the squares of unknowns
+    Unknown weights_;
+    long negative_before_ = 0; ///< at the beginning of the last step
     double length_ = 0, step_;
     bool started_ = false, over_ = false;
     std::optional<Place> beyond_; ///< end of the step in which a point was located

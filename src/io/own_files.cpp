@@ -18,10 +18,10 @@ namespace skein {
 
 namespace {
 
-constexpr std::array whole_names = {"summary.json",    "physics.json", "observables.csv", "observables.lost.csv",
-                                    "trajectory.xdmf", "failure.h5",   "failure.xdmf",    "rods.pvd",
-                                    "walls.pvd",       "fields.xdmf",  "end.json",        "path.csv",
-                                    "modes.csv"};
+constexpr std::array whole_names = {"summary.json",    "physics.json", "observables.csv",    "observables.lost.csv",
+                                    "trajectory.xdmf", "failure.h5",   "failure.xdmf",       "rods.pvd",
+                                    "walls.pvd",       "fields.xdmf",  "end.json",           "path.csv",
+                                    "modes.csv",       "slopes.csv",   "critical_slopes.csv"};
 
 struct Numbered {
     std::string_view prefix, suffix;

@@ -402,7 +402,7 @@ private:
         StaticSystem::Balance balance = one.system->balance(state, true);
         const Stiffness coupled = *balance.stiffness;
         const StaticSolution solution(*one.system, state, balance);
-        refuse_singular(solution);
+        if (!solution.regular()) refuse_singular();
         std::vector<ChangedNumber> numbers;
         for (std::size_t i = 0; i < value.size(); ++i)
             numbers.push_back({options_.keys[i], value[i], share * scale_[i]});

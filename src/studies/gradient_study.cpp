@@ -52,30 +52,29 @@ std::vector<ChangedNumber> numbers_of(const SceneSpec& scene, const std::vector<
 
 } // namespace
 
-GradientReport gradients(const Communicator& comm, const Threads& threads, const Machine& machine,
-                         const SceneText& text, const GradientOptions& options) {
-    const double began = wall_seconds();
-    const std::unique_ptr<StaticCase> one = static_case(text, machine, options.time);
-    GradientReport report;
-    const std::vector<ChangedNumber> numbers = numbers_of(one->scene, options.keys, report.numbers);
-    ObservedCase observed(comm, threads, *one);
+StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Machine& machine, StaticCase& one,
+                      const StaticState& state, const GradientOptions& options) {
+    StateSlopes found;
+    GradientReport& report = found.report;
+    const std::vector<ChangedNumber> numbers = numbers_of(one.scene, options.keys, report.numbers);
+    ObservedCase observed(comm, threads, one);
     RestQuantity quantity{nullptr, columns_of(options.of, observed.names())};
-    const StaticState state = equilibrium_of(*one, options.time);
     for (const std::size_t column : quantity.observables) report.observables.push_back(observed.names()[column]);
     const Unknown value = quantity.at(observed, state);
     report.value = {value.begin(), value.end()};
 
-    StaticSystem::Balance balance = one->system->balance(state, true);
+    StaticSystem::Balance balance = one.system->balance(state, true);
     const Stiffness coupled = *balance.stiffness;
-    const StaticSolution solution(*one->system, state, balance);
-    refuse_singular(solution);
+    const StaticSolution solution(*one.system, state, balance);
+    found.regular = solution.regular();
     const std::vector<NumberEffect> effects =
-        NumberEffects(comm, threads, machine, options.time, *one, state, coupled).find(numbers, quantity, observed);
+        NumberEffects(comm, threads, machine, options.time, one, state, coupled).find(numbers, quantity, observed);
+    for (const NumberEffect& effect : effects) found.loads.push_back(effect.loads);
     // The adjoint solutions; without them the whole quantity is followed along the change of each number.
     std::vector<Unknown> adjoint;
     if (!options.of.empty() && solution.symmetric())
         for (const std::string& name : report.observables) {
-            const std::optional<Unknown> slope = slope_by_unknowns(*one, state, name, options.time);
+            const std::optional<Unknown> slope = slope_by_unknowns(one, state, name, options.time);
             if (!slope) break;
             adjoint.push_back(solution.adjoint(*slope));
         }
@@ -88,8 +87,28 @@ GradientReport gradients(const Communicator& comm, const Threads& threads, const
             slope[static_cast<Eigen::Index>(j)] += adjoint[j].dot(effects[i].loads);
         report.numbers[i].slope = {slope.begin(), slope.end()};
     }
-    report.seconds = wall_seconds() - began;
+    return found;
+}
+
+GradientReport names_of(const Communicator& comm, const Threads& threads, const StaticCase& one,
+                        const GradientOptions& options) {
+    GradientReport report;
+    numbers_of(one.scene, options.keys, report.numbers);
+    ObservedCase observed(comm, threads, one);
+    for (const std::size_t column : columns_of(options.of, observed.names()))
+        report.observables.push_back(observed.names()[column]);
     return report;
+}
+
+GradientReport gradients(const Communicator& comm, const Threads& threads, const Machine& machine,
+                         const SceneText& text, const GradientOptions& options) {
+    const double began = wall_seconds();
+    const std::unique_ptr<StaticCase> one = static_case(text, machine, options.time);
+    names_of(comm, threads, *one, options); // refuses wrong ones before anything is solved
+    StateSlopes found = slopes_in(comm, threads, machine, *one, equilibrium_of(*one, options.time), options);
+    if (!found.regular) refuse_singular();
+    found.report.seconds = wall_seconds() - began;
+    return std::move(found.report);
 }
 
 std::string to_text(const GradientReport& report) {

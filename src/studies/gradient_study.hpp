@@ -33,6 +33,19 @@ struct GradientOptions {
     double time = 0;               ///< of loads and ends, s
 };
 
+/// Slopes in a state at rest, with what they are made of.
+struct StateSlopes {
+    GradientReport report;
+    std::vector<Unknown> loads; ///< their slopes by each number, where bodies stay
+    bool regular = true;        ///< false where the stiffness is singular to working precision: slopes mean nothing
+};
+StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Machine& machine, StaticCase& one,
+                      const StaticState& state, const GradientOptions& options);
+/// Observables and numbers that are asked for, without values and slopes. Throws InputError where there are none of
+/// these names.
+GradientReport names_of(const Communicator& comm, const Threads& threads, const StaticCase& one,
+                        const GradientOptions& options);
+
 /// Throws NumericalError where the scene has no equilibrium.
 GradientReport gradients(const Communicator& comm, const Threads& threads, const Machine& machine,
                          const SceneText& text, const GradientOptions& options);

@@ -77,15 +77,11 @@ std::string to_text(const PathRecord& record) {
                          {"beyond_length", m.beyond_length},
                          {"beyond_place", static_cast<int>(m.beyond_place)},
                          {"over", m.over}};
-    const Json all = {{"format", format_name},
-                      {"version", 1},
-                      {"asked", record.asked},
-                      {"branch", record.branch},
-                      {"points", record.points},
-                      {"limits", record.limits},
-                      {"branches", record.branches},
-                      {"reason", record.reason},
-                      {"memory", memory}};
+    const Json all = {{"format", format_name},       {"version", 1},
+                      {"asked", record.asked},       {"branch", record.branch},
+                      {"points", record.points},     {"limits", record.limits},
+                      {"branches", record.branches}, {"critical_slopes", record.critical_slopes},
+                      {"reason", record.reason},     {"memory", memory}};
     return all.dump() + "\n";
 }
 
@@ -102,6 +98,7 @@ PathRecord read_path_record(const std::string& directory) {
                 .points = all.at("points"),
                 .limits = all.at("limits").get<std::vector<double>>(),
                 .branches = all.at("branches").get<std::vector<double>>(),
+                .critical_slopes = all.value("critical_slopes", Json::array()),
                 .reason = all.at("reason"),
                 .memory = memory_of(all.at("memory"))};
     } catch (const nlohmann::json::exception& error) {

@@ -18,7 +18,8 @@ struct PathRecord {
     int branch = 0;               ///< 1 once it has left for another branch
     nlohmann::ordered_json points = nlohmann::ordered_json::array();
     std::vector<double> limits, branches;
-    std::string reason; ///< why it does not go on; empty: it may
+    nlohmann::ordered_json critical_slopes = nlohmann::ordered_json::array(); ///< at these, where some are asked for
+    std::string reason;                                                       ///< why it does not go on; empty: it may
     PathMemory memory;
 };
 

@@ -11,10 +11,9 @@
 
 namespace skein {
 
-void refuse_singular(const StaticSolution& solution) {
-    if (!solution.regular())
-        throw NumericalError("the stiffness at the equilibrium is singular, as at a limit or branch point or where "
-                             "several bodies move without a change of force: slopes have no value there");
+void refuse_singular() {
+    throw NumericalError("the stiffness at the equilibrium is singular, as at a limit or branch point or where "
+                         "several bodies move without a change of force: slopes have no value there");
 }
 
 Equilibrium find_or_stop(StaticSystem& system, StaticState& state, double time) {

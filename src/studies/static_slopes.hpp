@@ -24,8 +24,8 @@ Equilibrium find_or_stop(StaticSystem& system, StaticState& state, double time);
 /// Equilibrium from the bodies' places in the scene. Throws NumericalError where there is none.
 StaticState equilibrium_of(StaticCase& one, double time);
 
-/// Throws NumericalError where the stiffness is singular, so that slopes have no value.
-void refuse_singular(const StaticSolution& solution);
+/// Throws NumericalError: the stiffness is singular, so that slopes have no value.
+[[noreturn]] void refuse_singular();
 
 /// A case whose observables are asked for. Its bodies are made at the first question.
 class ObservedCase {

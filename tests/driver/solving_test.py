@@ -112,6 +112,30 @@ end = [0, 0, -0.004]
 series = 1.0
 """  # bears 0.0194 N
 
+# An arch under a load along it, which buckles to a side before its limit load.
+ARCH = f"""
+[time]
+duration = 1.0
+[[rods]]
+name = "arch"
+start = "pinned"
+end = "pinned"
+material = {{density = 1000.0, youngs_modulus = 1e7, shear_modulus = 4e6}}
+section.radius = 0.02
+shape = {{length = 2.0, elements = 24, rest_curvature = [0.0, -1.0, 0.0], start_curvature = [0.0, -1.0, 0.0]}}
+placement = {{tangent = [0.5403023058681398, 0.0, 0.8414709848078965], normal = [-0.8414709848078965, 0.0, 0.5403023058681398]}}
+hold = {{nodes = {list(range(1, 24))}, directions = "y"}}
+[[load]]
+kind = "formula"
+force = ["side", "0", "-push"]
+[constants]
+push = {{value = 0.1, unit = "N/m"}}
+side = {{value = 0.0, unit = "N/m"}}
+[output]
+series = 1.0
+"""
+PUSH, MODULUS, SHEAR, RADIUS = "constants.push.value", "rods.arch.material.youngs_modulus", "rods.arch.material.shear_modulus", "rods.arch.section.radius"
+
 ALONG = ("--along", "load.0.end.2", "--to", -0.03, "--points", 12)
 
 
@@ -336,6 +360,90 @@ class Solving(DriverTest):
             rows = self.rows(f"branch{side}", "path.csv")
             self.assertIn("1", {row["branch"] for row in rows})
             self.assertEqual({row["negative"] for row in rows if row["branch"] == "1"}, {"0"}, "the bent column is stable")
+
+    def test_slopes_along_a_path(self):
+        """At a point those of skein gradient, and those of two paths."""
+        keys = ("rods.reeds.material.youngs_modulus", "joint.0.spring", "rods.reeds.shape.length")
+        by = [word for key in keys for word in ("--by", key)]
+        along = ("--along", "load.0.acceleration.2", "--to", -4.0)
+        self.solve_scene("path", "along", *along, *by, "--of", "tip_z", "--of", "centre_z", text=BODIES)
+        points, slopes = self.rows("along", "path.csv"), self.rows("along", "slopes.csv")
+        load = "load.0.acceleration.2[m/s^2]"
+        self.assertEqual([row[load] for row in points], [row[load] for row in slopes])
+        for row in (slopes[1], slopes[-1]):
+            there, _ = self.slopes(BODIES, keys, "--set", f"load.0.acceleration.2={row[load]}", "--of", "tip_z", "--of", "centre_z")
+            for key in keys:
+                for name in ("tip_z", "centre_z"):
+                    expected = there[key][f"{name}[m]"]
+                    slope = next(float(value) for heading, value in row.items() if heading.startswith(f"d({name})/d({key})"))
+                    # Loads by a soft spring are differences of large forces, which round off to 2e-9 of the slope.
+                    bound = 5e-9 if key == "joint.0.spring" else 1e-9
+                    self.assertLess(abs(slope - expected), bound * abs(expected) + 1e-20, (key, name))
+        ends = []
+        for modulus in (1.999e6, 2.001e6):
+            self.solve_scene("path", f"at{modulus}", *along, "--set", f"rods.reeds.material.youngs_modulus={modulus}", text=BODIES)
+            ends.append(float(self.rows(f"at{modulus}", "path.csv")[-1]["tip_z[m]"]))
+        slope = (ends[1] - ends[0]) / 2e3
+        self.assertLess(abs(float(slopes[-1]["d(tip_z)/d(rods.reeds.material.youngs_modulus)[m/Pa]"]) - slope), 1e-6 * abs(slope))
+
+    def critical(self, out, *arguments, text=ARCH, points=20):
+        """Rows of critical_slopes.csv, by numbers without their headings."""
+        self.solve("path", out, "--along", PUSH, "--to", 60, "--points", points, *arguments, text=text)
+        named = re.compile(r"d\(.*\)/d\((.*?)\)")
+        return [{(named.match(key) or [None, "value" if key == f"{PUSH}[N/m]" else key])[1]: value for key, value in row.items()} for row in self.rows(out, "critical_slopes.csv")]
+
+    def test_slopes_of_limit_and_branch_points(self):
+        """Loads go with stiffness: their slopes by moduli, times these, add up to them. Differences of paths have the others."""
+        by = [word for key in (MODULUS, SHEAR, RADIUS, "constants.side.value", "rods.arch.material.density", PUSH) for word in ("--by", key)]
+        rows = self.critical("arch", *by, "--of", "centre_z")
+        self.assertEqual([row["place"] for row in rows], ["branch", "limit"])
+        for row, bound in zip(rows, (2e-6, 1e-9)):
+            value = float(row["value"])
+            self.assertEqual(value, float(self.rows("arch", "path.csv")[int(row["point"])][f"{PUSH}[N/m]"]))
+            by_moduli = 1e7 * float(row[MODULUS]) + 4e6 * float(row[SHEAR])
+            self.assertLess(abs(by_moduli - value), bound * value, row["place"])
+            self.assertEqual(float(row["rods.arch.material.density"]), 0.0)
+            self.assertEqual(row[PUSH], "nan", "the path's own number")
+        self.assertEqual(rows[0]["constants.side.value"], "nan", "a load to a side leaves no branch point")
+        said = self.skein_says("path", self.scene, "--along", PUSH, "--to", 60, "--points", 6, "--out", self.directory / "said", "--by", RADIUS, "--by", "constants.side.value").stdout
+        self.assertRegex(said, r"Slopes of constants.push.value at limit and branch points.*\n  branch +11\.\d+ +by rods.arch.section.radius +2\d+\.\d+ \(N/m\)/m\n  branch +11\.\d+ +by constants.side.value +none\n")
+        limits = [float(self.critical(f"limit{radius}", "--set", f"{RADIUS}={radius}", "--by", MODULUS, "--of", "centre_z")[1]["value"]) for radius in (0.01999, 0.02001)]
+        slope = (limits[1] - limits[0]) / 2e-5
+        self.assertLess(abs(float(rows[1][RADIUS]) - slope), 1e-5 * slope)
+        # In a short range the branch point is located to more digits.
+        near = ("--from", float(rows[0]["value"]) - 0.3, "--step", 0.02, "--by", RADIUS, "--of", "centre_z")
+        branches = []
+        for radius in (0.01996, 0.02, 0.02004):
+            self.solve("path", f"near{radius}", "--along", PUSH, "--to", float(rows[0]["value"]) + 0.3, *near, "--set", f"{RADIUS}={radius}", text=ARCH)
+            branches.append(next(iter(self.rows(f"near{radius}", "critical_slopes.csv"))))
+        at = [float(branch[f"{PUSH}[N/m]"]) for branch in branches]
+        slope = (at[2] - at[0]) / 8e-5
+        self.assertLess(abs(float(branches[1][f"d({PUSH})/d({RADIUS})[(N/m)/m]"]) - slope), 2e-5 * slope)
+
+    def test_a_limit_point_of_loads_without_potential(self):
+        """Its left null vector is another than the right one."""
+        pushed = ARCH + '[[load]]\nkind = "formula"\nforce = ["0.6 - 20*x", "0", "0.5*z"]\n[[load]]\nkind = "formula"\nforce = ["3*z", "0", "0"]\n'
+        by = ("--by", RADIUS, "--by", "constants.side.value", "--of", "centre_z")
+        rows = [row for row in self.critical("pushed", *by, text=pushed, points=30) if row["place"] == "limit"]
+        self.assertEqual({row["negative"] for row in self.rows("pushed", "path.csv")}, {"-1"})
+        limits = [float([row for row in self.critical(f"pushed{radius}", *by, "--set", f"{RADIUS}={radius}", text=pushed, points=30) if row["place"] == "limit"][0]["value"])
+                  for radius in (0.01999, 0.02001)]
+        slope = (limits[1] - limits[0]) / 2e-5
+        self.assertLess(abs(float(rows[0][RADIUS]) - slope), 1e-5 * abs(slope))
+
+    def test_slopes_of_a_path_that_is_cut_off(self):
+        words = ("--along", PUSH, "--to", 60, "--by", RADIUS, "--of", "centre_z")
+        self.solve("path", "whole", *words, "--points", 15, text=ARCH)
+        for points in (4, 5, 6, 12, 15):
+            self.solve("path", "parts", *words, "--points", points, *["--restart"] * (points > 4), text=ARCH)
+        for name in ("path.csv", "slopes.csv", "critical_slopes.csv"):
+            self.assertEqual((self.directory / "parts" / name).read_bytes(), (self.directory / "whole" / name).read_bytes(), name)
+        said = self.solve("path", "parts", *words[:4], "--points", 20, "--restart", text=ARCH, expect=2).stderr
+        self.assertIn('--by ["rods.arch.section.radius"], not []', said)
+        for wrong, message in ((("--of", "centre_z"), "--of names observables"), (("--by", RADIUS, "--of", "centre_w"), "'centre_w' is no observable"),
+                               (("--by", "rods.arch.shape.elements"), "is a whole number"), (("--by", "rods.arc.section.radius"), "is no number of")):
+            self.assertIn(message, self.solve("path", "wrong", *words[:4], *wrong, text=ARCH, expect=2).stderr)
+            self.assertFalse((self.directory / "wrong").exists(), wrong)
 
     def test_a_branch_goes_on_from_it(self):
         self.solve("equilibrium", "rest")
