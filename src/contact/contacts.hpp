@@ -27,7 +27,8 @@
 
 namespace skein {
 
-class SegmentMeeting;
+template <class P> class MeetingOfSegment;
+using SegmentMeeting = MeetingOfSegment<double>;
 
 class Contacts final : public ContactSolver {
 public:

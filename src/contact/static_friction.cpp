@@ -1,9 +1,8 @@
-#include "core/dual_rotation.hpp"
+#include "contact/moved_elements.hpp"
 // The above comes before all templates over packs.
 #include "contact/static_contacts.hpp"
 #include "contact/static_friction.hpp"
 #include "core/closest_points.hpp"
-#include "tiles/slot_slopes.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -12,93 +11,11 @@ namespace skein {
 
 namespace {
 
-using P = Pack<dual>;
-
 bool before(const SavedContact& x, const SavedContact& y) { return std::pair(x.a, x.b) < std::pair(y.a, y.b); }
 
-/// An element of a contact: two slots, of a body the same, with what they are in the reference state.
-struct RubbingElement {
-    const AttachedSlot* slot[2];
-    const Slot<1>* now[2];
-    const Slot<1>* then[2];
-    double radius; ///< m
-};
-
-/// Motion of an element along some of its unknowns, or of its rates.
-class MovedElement {
-public:
-    /// Slopes of a slot's six unknowns, or of its three displacements, begin at `first`; below 0: it does not move.
-    MovedElement(const RubbingElement& element, const int (&first)[2], bool along_rates) {
-        if (along_rates) {
-            take_rates(element, first);
-            return;
-        }
-        Vec3<P::Slopes> turn{P::Slopes(0.0), P::Slopes(0.0), P::Slopes(0.0)};
-        if (first[0] >= 0) {
-            turn.x.set(first[0] + 3, 1);
-            turn.y.set(first[0] + 4, 1);
-            turn.z.set(first[0] + 5, 1);
-        }
-        frame = turned_along(lane(element.now[0]->director, 0), turn);
-        const Vec3<P> way = relative_rotation(frame, broadcast<dual>(lane(element.then[0]->director, 0)));
-        spin = transpose_times(frame, rate() * way);
-        for (const int i : {0, 1}) {
-            const int own = element.slot[i]->on_body ? first[0] : first[i];
-            node_[i] = broadcast<dual>(lane(element.now[i]->position, 0));
-            if (own >= 0) {
-                node_[i].x.d.set(own, 1);
-                node_[i].y.d.set(own + 1, 1);
-                node_[i].z.d.set(own + 2, 1);
-            }
-            velocity_[i] = rate() * (node_[i] - broadcast<dual>(lane(element.then[i]->position, 0)));
-            if (!element.slot[i]->on_body) continue;
-            arm[i] = transpose_times(frame, broadcast<dual>(element.slot[i]->arm));
-            node_[i] = node_[i] + arm[i];
-            velocity_[i] = velocity_[i] + cross(spin, arm[i]);
-        }
-    }
-    const Vec3<P>& start() const { return node_[0]; }
-    Vec3<P> edge() const { return node_[1] - node_[0]; }
-    Vec3<P> point(const P& share) const { return node_[0] + share * edge(); }
-    Vec3<P> velocity(const P& share) const { return velocity_[0] + share * (velocity_[1] - velocity_[0]); }
-
-    Quaternion<P> frame;
-    Vec3<P> spin;                            ///< lab
-    Vec3<P> arm[2] = {nowhere(), nowhere()}; ///< of nodes of a body, lab
-
-private:
-    void take_rates(const RubbingElement& element, const int (&first)[2]) {
-        frame = broadcast<dual>(lane(element.now[0]->director, 0));
-        const auto free = [](int slope) {
-            Vec3<P> rates = nowhere();
-            rates.x.d.set(slope, 1);
-            rates.y.d.set(slope + 1, 1);
-            rates.z.d.set(slope + 2, 1);
-            return rates;
-        };
-        spin = first[0] >= 0 ? transpose_times(frame, free(first[0] + 3)) : nowhere();
-        for (const int i : {0, 1}) {
-            const bool on_body = element.slot[i]->on_body;
-            const int own = on_body ? first[0] : first[i];
-            node_[i] = broadcast<dual>(lane(element.now[i]->position, 0));
-            velocity_[i] = own >= 0 ? free(own) : nowhere();
-            if (!on_body) continue;
-            arm[i] = transpose_times(frame, broadcast<dual>(element.slot[i]->arm));
-            node_[i] = node_[i] + arm[i];
-            velocity_[i] = velocity_[i] + cross(spin, arm[i]);
-        }
-    }
-    static P rate() { return P(1 / long_step); }
-    static Vec3<P> nowhere() { return {P(0.0), P(0.0), P(0.0)}; }
-    Vec3<P> node_[2], velocity_[2];
-};
-
-/// Loads on the slots of both elements: forces at their nodes, lab, and couples on them, body.
-struct RubbingLoad {
-    Vec3<P> force[4], couple[4];
-};
-
 struct RubbingContact {
+    using P = Pack<dual>;
+
     ContactKinds kinds;
     const ContactNumbers<double>& numbers;
     const Contact& contact;
@@ -106,7 +23,7 @@ struct RubbingContact {
     double nearest[2]; ///< shares of the nearest points, which vertices move
 
     /// Friction over a step, s, or with the normal force too.
-    RubbingLoad load(const MovedElement& a, const MovedElement& b, double step, bool with_normal) const {
+    ElementLoads load(const MovedElement& a, const MovedElement& b, double step, bool with_normal) const {
         const ClosestPoints<P> at = closest_points(a.start(), a.edge(), b.start(), b.edge());
         const P s = at.s + P(contact.s - nearest[0]), t = at.t + P(contact.t - nearest[1]);
         const Vec3<P> apart = b.point(t) - a.point(s);
@@ -119,7 +36,7 @@ struct RubbingContact {
         const ContactForce<P> all =
             contact_force<dual>(kinds, numbers.as<P>(), state, step, memory, {weight, weight}, P(elsewhere));
         const Vec3<P> force = with_normal ? all.on_1 : all.on_1 + all.normal * n;
-        RubbingLoad load{{(P(1.0) - s) * force, s * force, (t - P(1.0)) * force, -t * force}, {}};
+        ElementLoads load{{(P(1.0) - s) * force, s * force, (t - P(1.0)) * force, -t * force}, {}};
         for (const int i : {0, 1, 2, 3}) {
             const MovedElement& of = i < 2 ? a : b;
             Vec3<P> moment = cross(of.arm[i % 2], load.force[i]);
@@ -250,15 +167,14 @@ void StaticFriction::add_slopes_of(Slopes by, const Exposure& bodies, std::span<
     const auto [a, b] = one.pair;
     const auto material = [&](std::uint32_t slot) { return to_index(bodies.at(slot).group); };
     const std::size_t law = scene_.laws.materials() == 1 ? 0 : material(a) * scene_.laws.materials() + material(b);
-    const AttachedSlot* const slot[4] = {&attached[a], &attached[a + 1], &attached[b], &attached[b + 1]};
     const auto element_at = [&](std::uint32_t e) {
         const AttachedSlot *first = &attached[e], *second = &attached[e + 1];
-        return RubbingElement{{first, second},
+        return ElementAtRest{{first, second},
                               {&state[first->slot], &state[second->slot]},
                               {&then[first->slot], &then[second->slot]},
                               bodies.node[e].radius};
     };
-    const RubbingElement element[2] = {element_at(a), element_at(b)};
+    const ElementAtRest element[2] = {element_at(a), element_at(b)};
     const auto nearest = closest_points(
         broadcast<1>(bodies.node[a].position), broadcast<1>(bodies.node[a + 1].position - bodies.node[a].position),
         broadcast<1>(bodies.node[b].position), broadcast<1>(bodies.node[b + 1].position - bodies.node[b].position));
@@ -273,29 +189,12 @@ void StaticFriction::add_slopes_of(Slopes by, const Exposure& bodies, std::span<
                                  {nearest.s[0], nearest.t[0]},
                                  {element[0].radius, element[1].radius},
                                  std::max(0.0, pressed - own)};
-    // Unknowns of the first element, of the second one, and of the nodes behind them.
-    constexpr int still = -1;
-    const bool rates = by == Slopes::by_rates;
-    const int moves[3][2][2] = {{{0, still}, {still, still}}, {{still, still}, {0, still}}, {{still, 0}, {still, 3}}};
-    for (int p = 0; p < 3; ++p) {
-        const RubbingLoad load =
-            contact.load(MovedElement(element[0], moves[p][0], rates), MovedElement(element[1], moves[p][1], rates),
-                         rates ? 0 : long_step, rates);
-        for (std::size_t row = 0; row < 4; ++row) {
-            const auto put = [&](std::size_t column, int first, int count) {
-                const std::size_t of = slot[row]->slot, column_of = slot[column]->slot;
-                SlotCoupling& coupling = out.turning.emplace_back(SlotCoupling{of, column_of, {}});
-                add_slopes(load.force[row], load.couple[row], !rates && of == column_of && count == slot_unknowns,
-                           coupling.block, first, count);
-            };
-            if (p < 2) {
-                put(2 * static_cast<std::size_t>(p), 0, slot_unknowns);
-            } else {
-                if (!slot[1]->on_body) put(1, 0, 3);
-                if (!slot[3]->on_body) put(3, 3, 3);
-            }
-        }
-    }
+    const double step = by == Slopes::by_rates ? 0 : long_step;
+    add_slopes_of_loads(by, element,
+                        [&](const MovedElement& first, const MovedElement& second) {
+                            return contact.load(first, second, step, by == Slopes::by_rates);
+                        },
+                        out.turning);
 }
 
 } // namespace skein

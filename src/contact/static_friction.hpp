@@ -17,6 +17,7 @@
 namespace skein {
 
 struct StaticContactLoads;
+enum class Slopes;
 
 /// Length of such a step, s.
 inline constexpr double long_step = 1e12;
@@ -53,7 +54,6 @@ private:
     void show_rates(Exposure& bodies, std::span<const Slot<1>> state, std::span<const Slot<1>> then) const;
     void take_loads(const Exposure& bodies, std::span<const AttachedSlot> attached, std::span<const Slot<1>> state,
                     const SlotLoads& loads, StaticContactLoads& out) const;
-    enum class Slopes { by_places, by_rates };
     /// Adds the stiffness of a contact's friction, or its damping.
     void add_slopes_of(Slopes by, const Exposure& bodies, std::span<const AttachedSlot> attached,
                        std::span<const Slot<1>> state, std::span<const Slot<1>> then,

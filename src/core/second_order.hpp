@@ -5,7 +5,7 @@
 // A choice takes the derivatives of what it chooses. Where a root is 0, its derivatives are taken as 0.
 #pragma once
 
-#include "skein/core/vec3.hpp"
+#include "core/value_of.hpp"
 
 namespace skein {
 
@@ -109,8 +109,6 @@ private:
 };
 
 inline double inverse(double a) { return 1 / a; }
-inline double value_of(double a) { return a; }
 template <int N> double value_of(const SecondOrder<N>& a) { return a.value(); }
-template <class T> Vec3d values_of(const Vec3<T>& a) { return {value_of(a.x), value_of(a.y), value_of(a.z)}; }
 
 } // namespace skein
