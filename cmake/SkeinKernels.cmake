@@ -51,6 +51,7 @@ set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAK
                           ${CMAKE_SOURCE_DIR}/src/contact/near_parallel.cpp ${CMAKE_SOURCE_DIR}/src/contact/touching_scan.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/side_changes.cpp ${CMAKE_SOURCE_DIR}/src/contact/contact_energy.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/static_contacts.cpp
+                          ${CMAKE_SOURCE_DIR}/src/contact/static_boxes.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/static_friction.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp ${CMAKE_SOURCE_DIR}/src/core/rotation.cpp)
 set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/kernels/load_passes_at.cpp

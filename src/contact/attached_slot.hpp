@@ -11,9 +11,10 @@
 namespace skein {
 
 struct AttachedSlot {
-    std::size_t slot;     ///< of the state
-    bool on_body = false; ///< at `arm` of a rigid body
-    Vec3d arm{0, 0, 0};   ///< body, m
+    std::size_t slot;                     ///< of the state
+    bool on_body = false;                 ///< at `arm` of a rigid body
+    Vec3d arm{0, 0, 0};                   ///< body, m
+    const BodyShape::Part* box = nullptr; ///< whose centre it is
 
     Vec3d place(const Slot<1>& at) const {
         const Vec3d centre = lane(at.position, 0);
@@ -33,7 +34,7 @@ inline std::vector<AttachedSlot> attached_slots(const Exposure& bodies, std::spa
             AttachedSlot& one = all[window.first_slot + k];
             if (const BodyShape* body = group.body()) {
                 const BodyShape::Part& part = body->part[k / 2];
-                one = {first, true, k % 2 == 0 ? part.from : part.to};
+                one = {first, true, k % 2 == 0 ? part.from : part.to, part.box ? &part : nullptr};
             } else {
                 one = {first + (group.closed() && k + 1 == window.slots ? 0 : k)};
             }

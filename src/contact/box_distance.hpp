@@ -28,15 +28,15 @@ template <class P> PointAtBox<P> nearest_on_box(const Vec3<P>& x, const Vec3d& h
     P on[3];
     for (int i = 0; i < 3; ++i) on[i] = clamped(at[i], -h[i], h[i]);
     const Vec3<P> foot{on[0], on[1], on[2]}, apart = x - foot;
-    if (const P distance = norm(apart); value_of(distance) > 1e-150)
-        return {foot, (1 / distance) * apart, distance};
+    if (const P distance = norm(apart); value_of(distance) > 1e-150) return {foot, (1 / distance) * apart, distance};
     int least = 0;
     for (int i = 1; i < 3; ++i)
         if (h[i] - std::abs(value_of(at[i])) < h[least] - std::abs(value_of(at[least]))) least = i;
     double normal[3] = {0, 0, 0};
     normal[least] = std::copysign(1.0, value_of(at[least]));
     on[least] = normal[least] * h[least];
-    return {{on[0], on[1], on[2]}, constant<P>({normal[0], normal[1], normal[2]}), normal[least] * at[least] - h[least]};
+    return {
+        {on[0], on[1], on[2]}, constant<P>({normal[0], normal[1], normal[2]}), normal[least] * at[least] - h[least]};
 }
 inline BoxPoint nearest_on_box(const Vec3d& x, const Vec3d& half) { return nearest_on_box<double>(x, half); }
 

@@ -27,9 +27,7 @@ template <class P> struct BoxInPlace {
 
     Vec3<P> inwards(const Vec3<P>& place) const { return axes * (place - centre); }
     /// Half of its extent along a direction.
-    double extent(const Vec3d& along) const
-        requires std::is_same_v<P, double>
-    {
+    double extent(const Vec3d& along) const requires std::is_same_v<P, double> {
         const Vec3d c = axes * along;
         return std::abs(c.x) * half.x + std::abs(c.y) * half.y + std::abs(c.z) * half.z;
     }
@@ -137,7 +135,7 @@ private:
             const P g = reach_ - near.distance;
             if (!(value_of(g) > 0)) continue;
             const Vec3<P> foot = other.centre + transpose_times(other.axes, near.on_box),
-                        outwards = transpose_times(other.axes, near.outwards);
+                          outwards = transpose_times(other.axes, near.outwards);
             const BoxGap gap =
                 second ? BoxGap{foot, place, outwards, near.distance} : BoxGap{place, foot, -outwards, near.distance};
             vertex_[second][vertices_[second]++] = {place, gap, g, fourth(g)};
@@ -177,7 +175,8 @@ private:
             for (unsigned bits = 0; bits < 8; ++bits) {
                 if (bits >> axis & 1 || of.repeats(bits)) continue;
                 const Edge edge{of.vertex(bits), of.vertex(bits | 1u << axis)};
-                const Vec3d a = values_of(other.inwards(edge.from)), b = values_of(other.inwards(edge.to)), h = other.half;
+                const Vec3d a = values_of(other.inwards(edge.from)), b = values_of(other.inwards(edge.to)),
+                            h = other.half;
                 const auto beyond = [&](double u, double v, double half) {
                     return std::min(u, v) >= half + reach_ || std::max(u, v) <= -half - reach_;
                 };
@@ -205,7 +204,7 @@ private:
     void add_crossing(const Edge& e, const Edge& f) {
         const Vec3<P> d1 = e.to - e.from, d2 = f.to - f.from, r = e.from - f.from;
         const P a = dot(d1, d1), b = dot(d1, d2), c = dot(d2, d2), p = dot(d1, r), q = dot(d2, r),
-                     squared_sine = a * c - b * b;
+                squared_sine = a * c - b * b;
         if (!(value_of(squared_sine) > 1e-14 * value_of(a) * value_of(c))) return;
         const P s = (b * q - c * p) / squared_sine, t = (a * q - b * p) / squared_sine;
         const auto within = [](double share) { return share > 0 && share < 1; };

@@ -24,7 +24,7 @@ namespace skein {
 /// A segment between two nodes, in the axes of a box.
 template <class P> struct SegmentAtBox {
     Vec3<P> from, along; ///< m
-    double shares[2];  ///< of either node that belong to this element
+    double shares[2];    ///< of either node that belong to this element
 };
 
 /// Over doubles, or over numbers with their slopes.

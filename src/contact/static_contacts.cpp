@@ -1,3 +1,5 @@
+#include "contact/static_boxes.hpp"
+// The above comes before all templates over packs.
 #include "contact/static_contacts.hpp"
 
 #include "contact/attached_slot.hpp"
@@ -20,10 +22,6 @@ public:
           friction_(scene_, groups, rods, threads) {
         for (const LocalRod& rod : rods) {
             const RodGroup& group = nth(groups, rod.group);
-            if (group.body() && group.body()->has_boxes())
-                throw InputError("bodies of '" + group.name() +
-                                 "' have boxes, and contacts at rest know rods, spheres and capsules; leave [contact] "
-                                 "out, or run the scene to rest");
             slots_ += to_index(group.slots());
         }
         attached_ = attached_slots(bodies_, groups, rods);
@@ -66,6 +64,7 @@ public:
             for (std::size_t i = 0; i < count; ++i)
                 if (touches[i]) add(pairs_[begin + i], response[i], state, with_stiffness, out);
         }
+        for (const Pair pair : box_pairs_) add_box(pair, state, with_stiffness, out);
         if (!rubs_ || !friction_.acts()) return;
         out.force.assign(slots_, Vec3d{0, 0, 0}); // the normal ones are among those of a step
         out.couple.assign(slots_, Vec3d{0, 0, 0});
@@ -87,8 +86,12 @@ private:
         Candidates found;
         search_.build(bodies_, scene_.rules, 0, found);
         pairs_.clear();
+        box_pairs_.clear();
         for (std::uint32_t a = 0; a < bodies_.slots(); ++a)
-            for (std::uint32_t i = found.first[a]; i < found.first[a + 1]; ++i) pairs_.push_back({a, found.partner[i]});
+            for (std::uint32_t i = found.first[a]; i < found.first[a + 1]; ++i) {
+                const std::uint32_t b = found.partner[i];
+                (attached_[a].box || attached_[b].box ? box_pairs_ : pairs_).push_back({a, b});
+            }
     }
 
     /// Slot of the exposure whose node stands at a place of ContactElement::node.
@@ -110,12 +113,45 @@ private:
                 {before, after},
                 bodies_.node[slot].radius};
     }
-    bool respond_at(Pair pair, ContactResponse& response) const {
+    const ContactNumbers<double>& numbers_of(Pair pair) const {
         const auto material = [&](std::uint32_t slot) { return to_index(bodies_.at(slot).group); };
         const std::size_t law =
             scene_.laws.materials() == 1 ? 0 : material(pair.a) * scene_.laws.materials() + material(pair.b);
+        return numbers_[law];
+    }
+    bool respond_at(Pair pair, ContactResponse& response) const {
         const ContactElement<double> element[2] = {element_at(pair.a), element_at(pair.b)};
-        return respond({scene_.laws.normal(), numbers_[law].stiffness}, element, response);
+        return respond({scene_.laws.normal(), numbers_of(pair).stiffness}, element, response);
+    }
+
+    void add_box(Pair pair, std::span<const Slot<1>> state, bool with_stiffness, StaticContactLoads& out) const {
+        ContactNumbers<double> springs = numbers_of(pair);
+        springs.damping = 0;
+        const auto [contact, element] = box_contact_at(bodies_, attached_, pair, state, state,
+                                                       {scene_.laws.normal(), ContactFriction::none}, springs);
+        const auto load = [&, &contact = contact](const MovedElement& a, const MovedElement& b) {
+            return contact.load(a, b, 0, BoxContactAtRest::Parts::springs);
+        };
+        const int still[2] = {-1, -1};
+        const BoxLoads loads = load(MovedElement(element[0], still, false), MovedElement(element[1], still, false));
+        if (!(loads.overlap > 0)) return;
+        for (std::size_t row = 0; row < 4; ++row) {
+            const std::size_t slot = element[row / 2].slot[row % 2]->slot;
+            const Vec3d force = values_of(loads.force[row]), couple = values_of(loads.couple[row]);
+            out.force[slot] += force;
+            out.force_size[slot] += norm(force);
+            out.couple[slot] += couple;
+            out.couple_size[slot] += norm(couple);
+        }
+        const double diameter = 2 * std::min(contact.radius[0], contact.radius[1]);
+        out.energy += loads.energy;
+        out.largest_overlap = std::max(out.largest_overlap, loads.overlap / diameter);
+        out.contacts.push_back({{attached_[pair.a].slot, attached_[pair.b].slot},
+                                {loads.share[0], loads.share[1]},
+                                loads.overlap,
+                                diameter,
+                                values_of(loads.force[0] + loads.force[1])});
+        if (with_stiffness) add_slopes_of_loads(Slopes::by_places, element, load, out.turning);
     }
 
     void add(Pair pair, const ContactResponse& response, std::span<const Slot<1>> state, bool with_stiffness,
@@ -196,10 +232,10 @@ private:
     std::vector<ContactNumbers<double>> numbers_; ///< now, as the laws are ordered
     Exposure bodies_;
     BroadPhase search_;
-    std::vector<AttachedSlot> attached_; ///< by slot of the exposure
-    std::size_t slots_ = 0;              ///< of all rods
-    std::vector<Pair> pairs_;            ///< rising
-    double time_ = 0;                    ///< s
+    std::vector<AttachedSlot> attached_;  ///< by slot of the exposure
+    std::size_t slots_ = 0;               ///< of all rods
+    std::vector<Pair> pairs_, box_pairs_; ///< rising; the latter have a box
+    double time_ = 0;                     ///< s
     StaticFriction friction_;
     bool rubs_ = true;
 };

@@ -1,4 +1,4 @@
-#include "contact/moved_elements.hpp"
+#include "contact/static_boxes.hpp"
 // The above comes before all templates over packs.
 #include "contact/static_contacts.hpp"
 #include "contact/static_friction.hpp"
@@ -99,13 +99,15 @@ void StaticFriction::take_loads(const Exposure& bodies, std::span<const Attached
     }
 }
 
-FrictionSpring<double> StaticFriction::spring_before(const Exposure& bodies, const Contact& contact,
-                                                     const SavedContact& left) const {
+FrictionSpring<double> StaticFriction::spring_before(const Exposure& bodies, std::span<const AttachedSlot> attached,
+                                                     const Contact& contact, const SavedContact& left) const {
     const SavedContact key{bodies.in_scene(contact.pair.a), bodies.in_scene(contact.pair.b), 0, {}};
     const auto at = std::lower_bound(springs_.begin(), springs_.end(), key, before);
     if (at != springs_.end() && !before(key, *at)) return at->memory.spring;
+    if (attached[contact.pair.a].box && attached[contact.pair.b].box) return {{0, 0, 0}, 0};
     // A new contact's may be that of its neighbour: what is left without the way, if it sticks. What slides has none.
-    const Vec3d &n = contact.normal, way = long_step * (contact.slip - dot(contact.slip, n) * n);
+    const double sign = attached[contact.pair.a].box ? -1 : 1; // an element at a box is the first of the law
+    const Vec3d &n = contact.normal, way = sign * long_step * (contact.slip - dot(contact.slip, n) * n);
     FrictionSpring<double> spring = left.memory.spring;
     constexpr double sticks = 1 - 1e-9;
     spring.x = norm(spring.x) < sticks * norm(way) ? Vec3d{0, 0, 0} : spring.x - way;
@@ -167,12 +169,30 @@ void StaticFriction::add_slopes_of(Slopes by, const Exposure& bodies, std::span<
     const auto [a, b] = one.pair;
     const auto material = [&](std::uint32_t slot) { return to_index(bodies.at(slot).group); };
     const std::size_t law = scene_.laws.materials() == 1 ? 0 : material(a) * scene_.laws.materials() + material(b);
+    const ContactKinds kinds{scene_.laws.normal(), scene_.laws.friction()};
+    const FrictionSpring<double> spring = slips_always(kinds.friction) ? FrictionSpring<double>{{0, 0, 0}, 0}
+                                                                       : spring_before(bodies, attached, one, left);
+    const double step = by == Slopes::by_rates ? 0 : long_step;
+    if (attached[a].box || attached[b].box) {
+        auto [contact, element] = box_contact_at(bodies, attached, one.pair, state, then, kinds, numbers[law]);
+        const bool joined = bodies.vertices[attached[a].box ? b : a] & (at_start | at_end);
+        contact.weight = joined ? one.weight : 0;
+        contact.spring = &spring;
+        const auto parts = by == Slopes::by_rates ? BoxContactAtRest::Parts::all : BoxContactAtRest::Parts::friction;
+        add_slopes_of_loads(
+            by, element,
+            [&, &contact = contact](const MovedElement& first, const MovedElement& second) {
+                return contact.load(first, second, step, parts);
+            },
+            out.turning);
+        return;
+    }
     const auto element_at = [&](std::uint32_t e) {
         const AttachedSlot *first = &attached[e], *second = &attached[e + 1];
         return ElementAtRest{{first, second},
-                              {&state[first->slot], &state[second->slot]},
-                              {&then[first->slot], &then[second->slot]},
-                              bodies.node[e].radius};
+                             {&state[first->slot], &state[second->slot]},
+                             {&then[first->slot], &then[second->slot]},
+                             bodies.node[e].radius};
     };
     const ElementAtRest element[2] = {element_at(a), element_at(b)};
     const auto nearest = closest_points(
@@ -181,20 +201,19 @@ void StaticFriction::add_slopes_of(Slopes by, const Exposure& bodies, std::span<
     const double pressed = -dot(one.force, one.normal), depth = std::max(one.overlap, 0.0),
                  own = one.weight * numbers[law].stiffness * depth *
                        (scene_.laws.normal() == ContactNormal::hertz ? std::sqrt(depth) : 1.0);
-    const RubbingContact contact{{scene_.laws.normal(), scene_.laws.friction()},
+    const RubbingContact contact{kinds,
                                  numbers[law],
                                  one,
-                                 slips_always(scene_.laws.friction()) ? FrictionSpring<double>{{0, 0, 0}, 0}
-                                                                      : spring_before(bodies, one, left),
+                                 spring,
                                  {nearest.s[0], nearest.t[0]},
                                  {element[0].radius, element[1].radius},
                                  std::max(0.0, pressed - own)};
-    const double step = by == Slopes::by_rates ? 0 : long_step;
-    add_slopes_of_loads(by, element,
-                        [&](const MovedElement& first, const MovedElement& second) {
-                            return contact.load(first, second, step, by == Slopes::by_rates);
-                        },
-                        out.turning);
+    add_slopes_of_loads(
+        by, element,
+        [&](const MovedElement& first, const MovedElement& second) {
+            return contact.load(first, second, step, by == Slopes::by_rates);
+        },
+        out.turning);
 }
 
 } // namespace skein

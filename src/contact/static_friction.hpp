@@ -60,8 +60,8 @@ private:
                        std::span<const ContactNumbers<double>> numbers, const Contact& one, const SavedContact& left,
                        StaticContactLoads& out) const;
     /// The spring with which the step begins.
-    FrictionSpring<double> spring_before(const Exposure& bodies, const Contact& contact,
-                                         const SavedContact& left) const;
+    FrictionSpring<double> spring_before(const Exposure& bodies, std::span<const AttachedSlot> attached,
+                                         const Contact& contact, const SavedContact& left) const;
 
     ContactScene scene_; ///< with a margin on static friction
     std::span<const RodGroup> groups_;
