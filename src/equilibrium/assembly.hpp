@@ -48,12 +48,6 @@ public:
     double asymmetry() const; ///< largest |K - K^T| over the largest |K|
     /// Leaves (K + K^T)/2, if the pattern has K_ji for each K_ij.
     void take_symmetric_part();
-    /// True where this is the last sum, and its pattern has K_ji for each K_ij.
-    bool mirrors(const Stiffness& matrix) const {
-        return mirrored_ && &matrix == &matrix_ && matrix.nonZeros() == static_cast<Eigen::Index>(transposed_.size());
-    }
-    /// Value of K_ji at the place of K_ij, where it mirrors.
-    double mirror(int place) const { return value_[transposed_[static_cast<std::size_t>(place)]]; }
 
 private:
     enum class Kind : std::uint8_t {
@@ -99,7 +93,6 @@ private:
     std::vector<Item> items_;
     std::vector<int> place_;      ///< among the values
     std::vector<int> transposed_; ///< place of K_ji for K_ij; -1: none
-    bool mirrored_ = false;       ///< there is one for each
     double* value_ = nullptr;
     Stiffness matrix_;
 };
