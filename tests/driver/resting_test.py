@@ -1,7 +1,9 @@
 """Friction at rest as users meet it: sticks to its limit, goes on from the springs of a run, and stays at rest when stepped on."""
 
+import csv
 import json
 import math
+import pathlib
 import unittest
 
 import h5py
@@ -9,6 +11,7 @@ import numpy
 
 from driver import DriverTest
 
+APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 RADIUS, STIFFNESS, SHARE, NODES = 2e-3, 100.0, 0.8, 7
 LIES = f"""
 [time]
@@ -206,6 +209,24 @@ class Resting(DriverTest):
         done = self.solve("with", "--stable", text=FRAME)
         self.assertNotIn("Neutral", done.stdout)
         self.assertGreater(self.series("with")["ball_zm"][-1], height, "friction carries a part")
+
+    def test_blocks_rest_on_each_other(self):
+        text = (APPS / "gallery/stack.toml").read_text() + "".join(f'[[probe]]\nname = "{name}"\nof = "{name}"\n' for name in ("lowest", "middle", "highest"))
+        self.solve("stack", "--stable", text=text)
+        rows, weight, stiffness = self.series("stack"), 0.0648 * 9.81, 1e5
+        # Four corners on the floor; of blocks on each other both faces push, each with the stiffness of a contact.
+        sinks = numpy.cumsum([3 * weight / (4 * stiffness), 2 * weight / (2 * stiffness), weight / (2 * stiffness)])
+        for name, height, sink in zip(("lowest", "middle", "highest"), (0.015, 0.045, 0.075), sinks):
+            self.assertLess(abs(height - rows[f"{name}_zm"][-1] - sink), 1e-6 * sink, name)
+        # Dashpots in proportion to the springs: a vertical mode has the damping ratio w c/(2 k).
+        self.solve("modes", "--count", 18, command="modes", text=text)
+        with (self.directory / "modes/modes.csv").open(newline="") as file:
+            modes = [(float(row["frequency[Hz]"]), float(row["damping_ratio[-]"])) for row in csv.DictReader(file)]
+        springs = stiffness / 0.0648 * numpy.array([[6, -2, 0], [-2, 4, -2], [0, -2, 2]])
+        for square in numpy.linalg.eigvalsh(springs):
+            ratio = numpy.sqrt(square) * 15.0 / (2 * stiffness)
+            frequency = numpy.sqrt(square * (1 - ratio**2)) / (2 * numpy.pi)
+            self.assertTrue(any(abs(f - frequency) < 1e-6 * frequency and abs(r - ratio) < 1e-6 * ratio for f, r in modes), (frequency, ratio, modes))
 
     def test_bits_are_those_of_any_ranks_threads_and_lanes(self):
         self.scene.write_text(HANGERS)
