@@ -411,7 +411,7 @@ class Solving(DriverTest):
         slope = (limits[1] - limits[0]) / 2e-5
         self.assertLess(abs(float(rows[1][RADIUS]) - slope), 1e-5 * slope)
         # In a short range the branch point is located to more digits.
-        near = ("--from", float(rows[0]["value"]) - 0.3, "--step", 0.02, "--by", RADIUS, "--of", "centre_z")
+        near = ("--from", float(rows[0]["value"]) - 0.3, "--step", 0.005, "--by", RADIUS, "--of", "centre_z")
         branches = []
         for radius in (0.01996, 0.02, 0.02004):
             self.solve("path", f"near{radius}", "--along", PUSH, "--to", float(rows[0]["value"]) + 0.3, *near, "--set", f"{RADIUS}={radius}", text=ARCH)
