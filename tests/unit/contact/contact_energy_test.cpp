@@ -3,7 +3,6 @@
 #include "contact/contact_spec.hpp"
 #include "contact/static_contacts.hpp"
 #include "core/second_order.hpp"
-#include "skein/core/error.hpp"
 #include "support/rods_for_tests.hpp"
 
 #include <gtest/gtest.h>
@@ -398,15 +397,6 @@ TEST(ContactEnergy, IsThatOfStepsOfRings) {
         errors.take_all(rods, random);
     }
     expect_exact(errors, 50);
-}
-
-TEST(ContactEnergy, RefusesBoxes) {
-    const Threads one(1);
-    std::vector<RodGroup> groups;
-    groups.emplace_back(test::box_body({0.1, 0.1, 0.1}), 0, 0, "");
-    const std::vector<LocalRod> rods{{0, 0, 0}};
-    const ContactSpec spec{.law = {.stiffness = 1}};
-    EXPECT_THROW(make_static_contacts(contact_scene(groups, spec, spec.law), groups, rods, one), InputError);
 }
 
 // Of x^2 y/(1 + sqrt(z)) by hand.
