@@ -97,7 +97,7 @@ struct ElementLoads {
     Vec3<Pack<dual>> force[4], couple[4];
 };
 
-/// Which slopes a stiffness is made of: those by places, or those by rates.
+/// Slopes of loads that make a matrix: by places a stiffness, by rates a damping.
 enum class Slopes { by_places, by_rates };
 
 /// Calls load(a, b) with elements that move along the unknowns of the first, of the second, and of the nodes behind

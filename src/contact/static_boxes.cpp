@@ -21,7 +21,7 @@ P power(ContactNormal kind, const P& depth, int whole) {
     return all;
 }
 
-/// What a contact pushes with, and where.
+/// Place, direction and size of the normal force of a contact.
 struct Pushes {
     V middle{zero, zero, zero}, normal = middle; ///< mean place; from 1 to 2, a unit vector
     P pressed = zero, radius = zero;             ///< along the normal, N; of what pushes about it, m

@@ -57,8 +57,8 @@ public:
     virtual void set_springs(std::vector<SavedContact> springs) = 0;
 };
 
-/// Contacts of these rods and bodies by the laws and rules of their scene; `threads` must outlive them.
-/// Of the level of instructions that the caller is compiled for.
+/// Contacts of these rods and bodies by the laws and rules of their scene; `threads` must outlive them. Kernels are
+/// those of the level of instructions that the caller is compiled for.
 std::unique_ptr<StaticContacts> make_static_contacts(ContactScene scene, std::span<const RodGroup> groups,
                                                      std::span<const LocalRod> rods, const Threads& threads);
 

@@ -31,7 +31,7 @@ public:
 
     /// After a correction of a piece.
     void see(const NewtonProgress& now);
-    /// What the first corrections of the largest piece took.
+    /// Cost of a correction of the piece with the largest factor.
     const SolutionPlan& plan() const { return plan_; }
 
 private:
