@@ -132,12 +132,14 @@ void Assembly::find_transposed() {
     const int *first = matrix_.outerIndexPtr(), *row = matrix_.innerIndexPtr();
     std::vector<int> next(first, first + count_);
     transposed_.resize(static_cast<std::size_t>(matrix_.nonZeros()));
+    symmetric_pattern_ = true;
     for (int j = 0; j < count_; ++j)
         for (int at = first[j]; at < first[j + 1]; ++at) {
             const auto i = static_cast<std::size_t>(row[at]);
             while (next[i] < first[i + 1] && row[next[i]] < j) ++next[i];
             const bool there = next[i] < first[i + 1] && row[next[i]] == j;
             transposed_[static_cast<std::size_t>(at)] = there ? next[i]++ : -1;
+            symmetric_pattern_ &= there;
         }
 }
 

@@ -45,6 +45,8 @@ public:
     void add_block(std::size_t row, std::size_t column, const SlotNumbers& rows, const SlotNumbers& columns,
                    const StiffnessBlock& block, std::size_t count);
 
+    /// True where the pattern has K_ji for each K_ij.
+    bool has_symmetric_pattern() const { return symmetric_pattern_; }
     double asymmetry() const; ///< largest |K - K^T| over the largest |K|
     /// Leaves (K + K^T)/2, if the pattern has K_ji for each K_ij.
     void take_symmetric_part();
@@ -93,6 +95,7 @@ private:
     std::vector<Item> items_;
     std::vector<int> place_;      ///< among the values
     std::vector<int> transposed_; ///< place of K_ji for K_ij; -1: none
+    bool symmetric_pattern_ = false;
     double* value_ = nullptr;
     Stiffness matrix_;
 };

@@ -52,6 +52,7 @@ StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const Loc
                            const Communicator* ranks)
     : groups_(groups), rods_(rods.begin(), rods.end()), at_rest_(std::move(at_rest)),
       unknowns_(groups, rods_, *at_rest_), contacts_(std::move(contacts)), ranks_(ranks) {
+    choose_sample();
     all_gripped_ = std::all_of(rods_.begin(), rods_.end(),
                                [&](const LocalRod& rod) { return is_gripped(nth(groups_, rod.group)); });
     double bending = 0;
@@ -323,6 +324,12 @@ void StaticSystem::correct(StaticState& state, const Unknown& correction, double
 }
 
 std::vector<std::vector<int>> StaticSystem::pieces(const Stiffness& stiffness) const {
+    if (rods_.size() == 1) {
+        std::vector<int> all(static_cast<std::size_t>(unknowns()));
+        std::iota(all.begin(), all.end(), 0);
+        if (all.empty()) return {};
+        return {std::move(all)};
+    }
     std::vector<std::size_t> leader(rods_.size());
     std::iota(leader.begin(), leader.end(), std::size_t{0});
     const auto root = [&](std::size_t i) {
@@ -404,42 +411,50 @@ Vec3d StaticSystem::centre(const std::vector<int>& piece, const StaticState& sta
     return nodes > 0 ? (1 / nodes) * sum : sum;
 }
 
+StaticSystem::RigidMotions StaticSystem::rigid_motions(int unknown, const Vec3d& middle,
+                                                       const StaticState& state) const {
+    constexpr Vec3d units[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
+    const auto part = [](const Vec3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
+    const int i = unknowns_.place(unknown).i;
+    const Slot<1>& at = slot(unknown, state);
+    RigidMotions motions;
+    for (int m = 0; m < 3; ++m) {
+        const Vec3d axis = (1 / length_) * units[m];
+        motions[m] = i == m;
+        motions[3 + m] =
+            i < 3 ? part(cross(axis, lane(at.position, 0) - middle), i) : part(lane(at.director, 0) * axis, i - 3);
+    }
+    motions[6] = i == 5 ? 1 / length_ : 0;
+    return motions;
+}
+
 /// Three translations, three turns about the piece's centre that move a rod's end by 1, and the spin of all elements
 /// about their own axes: round rods that are straight at rest do not resist it, bent or not.
 Eigen::MatrixXd StaticSystem::rigid_motions(const std::vector<int>& piece, const StaticState& state) const {
     Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(piece.size()), 7);
-    const Vec3d units[3] = {{1, 0, 0}, {0, 1, 0}, {0, 0, 1}};
-    const auto part = [](const Vec3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
     const Vec3d middle = centre(piece, state);
-    for (Eigen::Index r = 0; r < motions.rows(); ++r) {
-        const int u = piece[static_cast<std::size_t>(r)], i = unknowns_.place(u).i;
-        const Slot<1>& at = slot(u, state);
-        for (int m = 0; m < 3; ++m) {
-            const Vec3d axis = (1 / length_) * units[m];
-            if (i < 3) motions(r, m) = i == m;
-            motions(r, 3 + m) =
-                i < 3 ? part(cross(axis, lane(at.position, 0) - middle), i) : part(lane(at.director, 0) * axis, i - 3);
-        }
-        motions(r, 6) = i == 5 ? 1 / length_ : 0;
-    }
+    for (Eigen::Index r = 0; r < motions.rows(); ++r)
+        motions.row(r) = rigid_motions(piece[static_cast<std::size_t>(r)], middle, state);
     return motions;
 }
 
-NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& balance) const {
+NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& balance, bool sampled) const {
     NeutralMotions found;
     if (all_gripped_) return found;
-    Resistance work{Motions::Zero(unknowns(), 8),
-                    Motions::Zero(unknowns(), 8),
-                    {},
-                    std::vector<std::uint8_t>(static_cast<std::size_t>(unknowns()))};
+    Resistance work;
+    const auto add = [&](std::vector<int> piece) {
+        if (sampled && sample_resists(piece, state, balance, work)) return false;
+        ++found.asked_in_full;
+        return add_neutral(std::move(piece), state, balance, work, found);
+    };
     for (std::vector<int>& piece : pieces(*balance.stiffness)) {
-        if (add_neutral(piece, state, balance, work, found)) continue;
+        if (add(piece)) continue;
         const auto rod_of = [&](int u) { return unknowns_.place(u).rod; };
         if (rod_of(piece.front()) == rod_of(piece.back())) continue;
         // Bodies that touch others may roll or slide by themselves.
         for (auto begin = piece.begin(); begin != piece.end();) {
             const auto end = std::find_if(begin, piece.end(), [&](int u) { return rod_of(u) != rod_of(*begin); });
-            add_neutral({begin, end}, state, balance, work, found);
+            add({begin, end});
             begin = end;
         }
     }
@@ -456,6 +471,10 @@ bool StaticSystem::add_neutral(std::vector<int> piece, const StaticState& state,
     const Eigen::Index rank = qr.rank();
     Motions own = Motions::Zero(count, 8);
     own.leftCols(rank) = qr.householderQ() * Eigen::MatrixXd::Identity(count, rank);
+    if (work.met.empty()) {
+        work.resisted = work.terms = Motions::Zero(unknowns(), 8);
+        work.met.resize(static_cast<std::size_t>(unknowns()));
+    }
     work.rows.clear();
     const Stiffness& stiffness = *balance.stiffness;
     for (Eigen::Index c = 0; c < count; ++c) {

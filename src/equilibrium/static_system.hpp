@@ -33,6 +33,7 @@ struct NeutralMotions {
         Eigen::MatrixXd motion; ///< of these unknowns: orthonormal columns
     };
     std::vector<Piece> pieces; ///< those that have some
+    int asked_in_full = 0;     ///< pieces, or bodies of them, that needed all rows of their stiffness
 
     Eigen::Index count() const;
     /// As many unknowns, whose being held takes these motions and no other away.
@@ -122,7 +123,8 @@ public:
     /// Eigenvalue well below that of the slowest bending of any rod by itself, 1/s^2.
     double slow_eigenvalue() const { return slow_eigenvalue_; }
 
-    NeutralMotions neutral(const StaticState& state, const Balance& balance) const;
+    /// `sampled`: a few rows of the stiffness are asked first, which suffice where they resist all motions.
+    NeutralMotions neutral(const StaticState& state, const Balance& balance, bool sampled = true) const;
     /// Names a neutral motion: a translation along, or a turn about, an axis, or that of a rod about its own.
     std::string name_of(const NeutralMotions::Piece& piece, const Unknown& along, const StaticState& state) const;
     std::string rod_name(std::size_t rod) const;
@@ -138,13 +140,23 @@ private:
     std::vector<std::vector<int>> pieces(const Stiffness& stiffness) const;
     /// A row for each unknown: seven motions, and 0 to fill registers.
     using Motions = Eigen::Matrix<double, Eigen::Dynamic, 8, Eigen::RowMajor>;
+    using RigidMotions = Eigen::Matrix<double, 1, 7>;
+    RigidMotions rigid_motions(int unknown, const Vec3d& middle, const StaticState& state) const;
     Eigen::MatrixXd rigid_motions(const std::vector<int>& piece, const StaticState& state) const;
     /// Forces that answer motions, rows of all unknowns, with sums of absolute values; rows that are not 0.
     struct Resistance {
         Motions resisted, terms;
         std::vector<int> rows;
         std::vector<std::uint8_t> met; ///< by unknown: it is among them
+        std::vector<int> place;        ///< by unknown: in a sample; -1: it is not there
     };
+    void choose_sample();
+    /// True where rows of the sample alone show that stiffness resists all rigid motions of these unknowns.
+    bool sample_resists(const std::vector<int>& piece, const StaticState& state, const Balance& balance,
+                        Resistance& work) const;
+    Eigen::MatrixXd sampled_resistance(const std::vector<int>& piece, const std::vector<int>& sample,
+                                       const Vec3d& middle, const StaticState& state, const Balance& balance,
+                                       Resistance& work) const;
     bool add_neutral(std::vector<int> piece, const StaticState& state, const Balance& balance, Resistance& work,
                      NeutralMotions& found) const;
     Vec3d centre(const std::vector<int>& piece, const StaticState& state) const;
@@ -163,7 +175,8 @@ private:
     StaticLoads loads_;
     StaticContactLoads touching_;
     Assembly assembly_;
-    bool all_gripped_ = false; ///< no rod moves as a rigid body
+    bool all_gripped_ = false;          ///< no rod moves as a rigid body
+    std::vector<std::uint8_t> sampled_; ///< by unknown: near an end, or near what is held
     double length_ = 0, element_ = 0;
     double slow_eigenvalue_ = 0;
     double farthest_way_ = HUGE_VAL; ///< m
