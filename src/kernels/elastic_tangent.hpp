@@ -10,6 +10,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstring>
 
 namespace skein {
 
@@ -71,17 +72,7 @@ private:
         if (direction >= 0) d.d.set(direction, 1.0);
         return d;
     }
-    /// Frame of an element whose turn has the directions from `first` on; fixed where first < 0.
-    static Quaternion<D> frame_along(const Quaterniond& q, int first) {
-        if (first < 0) return {D(q.w), {D(q.v.x), D(q.v.y), D(q.v.z)}};
-        Vec3<D::Slopes> slopes{D::Slopes(0.0), D::Slopes(0.0), D::Slopes(0.0)};
-        slopes.x.set(first, 1.0);
-        slopes.y.set(first + 1, 1.0);
-        slopes.z.set(first + 2, 1.0);
-        return turned_along(q, slopes);
-    }
-
-    static constexpr std::size_t turn_before = 0, turn_after = 3, stretch_before = 6, stretch_after = 7; // directions
+    static constexpr std::size_t stretch_before = 6; // directions: of both turns, and of both dilatations from here on
     static constexpr std::size_t rows = 8;
 
     /// Slopes of a cell's loads: rows and columns are both turns and both dilatations.
@@ -105,8 +96,8 @@ private:
     }
     static CellLoads<D> loads_of(const CellPlace& place, const D& inv_dilatation, const VoronoiConstants& v,
                                  double rest_stretch) {
-        const auto turn = relative_rotation_and_jacobian(frame_along(place.frame_after, place.after < 0 ? -1 : 3),
-                                                         frame_along(place.frame_before, place.before < 0 ? -1 : 0));
+        const auto turn = relative_rotation_along(place.frame_after, place.after < 0 ? -1 : 3, place.frame_before,
+                                                  place.before < 0 ? -1 : 0);
         return cell_loads<Law, dual>({turn, inv_dilatation}, v.inv_length, v.stiffness, v.rest_curvature, rest_stretch);
     }
 
@@ -160,61 +151,80 @@ private:
         spread(at, m);
     }
 
-    /// One unknown of a cell as unknowns of the slots from its first on: their numbers, and factors.
-    struct Parts {
-        std::array<std::size_t, 9> at;
-        std::array<double, 9> factor;
-        std::size_t count = 0;
-        void add(std::size_t slot, std::size_t i, double by) {
-            at[count] = slot * slot_unknowns + i;
-            factor[count++] = by;
+    static constexpr std::size_t slots = 3, size = slots * slot_unknowns;
+    /// Unknowns of the slots from a cell's first on.
+    using Row = std::array<double, size>;
+
+    /// row += by * other, of `count` numbers.
+    template <std::size_t count> static void add_times(double* row, double by, const double* other) {
+        static_assert(count % 2 == 0);
+        using Two = Pack<2>;
+        for (std::size_t i = 0; i < count; i += 2) {
+            Two a, b;
+            std::memcpy(&a, row + i, sizeof a);
+            std::memcpy(&b, other + i, sizeof b);
+            a = a + Two(by) * b;
+            std::memcpy(row + i, &a, sizeof a);
         }
+    }
+
+    /// The dilatation of an element by the unknowns from its slot on, to the third director of its turn.
+    struct StretchParts {
+        static constexpr std::size_t at[8] = {0, slot_unknowns, 1, slot_unknowns + 1, 2, slot_unknowns + 2, 3, 4};
+        double factor[8];
     };
-    /// The dilatation of the element that begins at this slot.
-    Parts stretch_parts(int k, std::size_t slot) const {
-        Parts parts;
+    StretchParts stretch_parts(int k) const {
         const Gradient g = gradient(k);
-        const double node[3] = {g.node.x, g.node.y, g.node.z};
-        for (std::size_t i = 0; i < 3; ++i) {
-            parts.add(slot, i, -node[i]);
-            parts.add(slot + 1, i, node[i]);
-        }
-        parts.add(slot, 3, g.turn.x);
-        parts.add(slot, 4, g.turn.y);
-        return parts;
+        return {{-g.node.x, g.node.x, -g.node.y, g.node.y, -g.node.z, g.node.z, g.turn.x, g.turn.y}};
     }
 
     /// Adds T^T m T: turns as they are, dilatations by their gradients.
     void spread(const CellPlace& at, const CellMatrix& m) const {
-        constexpr std::size_t slots = 3, size = slots * slot_unknowns;
         const int first = at.before >= 0 ? at.before : at.after;
         const std::size_t second = at.before >= 0 ? 1 : 0; // slot of the element after the cell
-        std::array<Parts, rows> parts;
-        for (std::size_t i = 0; i < 3; ++i) {
-            if (at.before >= 0) parts[turn_before + i].add(0, 3 + i, 1);
-            if (at.after >= 0) parts[turn_after + i].add(second, 3 + i, 1);
-        }
         if constexpr (Law::bending_pulls) {
-            if (at.before >= 0) parts[stretch_before] = stretch_parts(at.before, 0);
-            if (at.after >= 0) parts[stretch_after] = stretch_parts(at.after, second);
+            spread_with_stretch(at, first, second, m);
+        } else {
+            const int element[2] = {at.before, at.after};
+            for (std::size_t r = 0; r < 2; ++r)
+                for (std::size_t c = 0; c < 2; ++c) {
+                    if (element[r] < 0 || element[c] < 0) continue;
+                    StiffnessBlock& block = to_.row[element[r]].at(offset(element[r], element[c]));
+                    for (std::size_t i = 0; i < 3; ++i)
+                        for (std::size_t j = 0; j < 3; ++j) block[3 + i][3 + j] += m[3 * r + i][3 * c + j];
+                }
         }
-        double half[rows][size] = {}, all[size][size] = {};
-        for (std::size_t i = 0; i < rows; ++i)
-            for (std::size_t j = 0; j < rows; ++j)
-                for (std::size_t b = 0; b < parts[j].count; ++b)
-                    half[i][parts[j].at[b]] += m[i][j] * parts[j].factor[b];
-        for (std::size_t i = 0; i < rows; ++i)
-            for (std::size_t a = 0; a < parts[i].count; ++a)
-                for (std::size_t j = 0; j < size; ++j) all[parts[i].at[a]][j] += parts[i].factor[a] * half[i][j];
-        const std::size_t reached = Law::bending_pulls && at.before >= 0 && at.after >= 0 ? 3 : 2;
+    }
+    void spread_with_stretch(const CellPlace& at, int first, std::size_t second, const CellMatrix& m) const {
+        const bool acts[2] = {at.before >= 0, at.after >= 0};
+        const std::size_t begin[2] = {0, second * slot_unknowns}; // of the slots of both elements
+        StretchParts stretch[2]{};
+        if (acts[0]) stretch[0] = stretch_parts(at.before);
+        if (acts[1]) stretch[1] = stretch_parts(at.after);
+        std::array<Row, rows> half; // m T
+        for (std::size_t i = 0; i < rows; ++i) {
+            half[i].fill(0);
+            for (std::size_t e = 0; e < 2; ++e)
+                for (std::size_t j = 0; acts[e] && j < 3; ++j) half[i][begin[e] + 3 + j] = m[i][3 * e + j];
+            for (std::size_t e = 0; e < 2; ++e)
+                for (std::size_t b = 0; acts[e] && b < 8; ++b)
+                    half[i][begin[e] + StretchParts::at[b]] += m[i][stretch_before + e] * stretch[e].factor[b];
+        }
+        std::array<Row, size> all{};
+        for (std::size_t e = 0; e < 2; ++e)
+            for (std::size_t i = 0; acts[e] && i < 3; ++i) all[begin[e] + 3 + i] = half[3 * e + i];
+        for (std::size_t e = 0; e < 2; ++e)
+            for (std::size_t a = 0; acts[e] && a < 8; ++a)
+                add_times<size>(all[begin[e] + StretchParts::at[a]].data(), stretch[e].factor[a],
+                                half[stretch_before + e].data());
+        const std::size_t reached = acts[0] && acts[1] ? 3 : 2;
         int slot[slots] = {first, next(first), 0};
         slot[2] = reached > 2 ? next(slot[1]) : 0;
         for (std::size_t r = 0; r < reached; ++r)
             for (std::size_t c = 0; c < reached; ++c) {
                 StiffnessBlock& block = to_.row[slot[r]].at(offset(slot[r], slot[c]));
                 for (std::size_t i = 0; i < slot_unknowns; ++i)
-                    for (std::size_t j = 0; j < slot_unknowns; ++j)
-                        block[i][j] += all[r * slot_unknowns + i][c * slot_unknowns + j];
+                    add_times<slot_unknowns>(block[i].data(), 1, &all[r * slot_unknowns + i][c * slot_unknowns]);
             }
     }
     /// From slot to slot, the shorter way round a ring.

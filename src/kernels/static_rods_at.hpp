@@ -149,10 +149,11 @@ public:
         out.row.clear();
         out.couplings.clear();
         if (with_stiffness) out.row.resize(slots_);
-        place(state);
         for (Rod& rod : rods_) {
             add_internal(rod, state, carried, out);
-            if (!rod.passes.empty()) add_passes(rod, state, with_stiffness, out);
+            if (rod.passes.empty()) continue;
+            if (!with_stiffness) place(rod, state);
+            add_passes(rod, state, with_stiffness, out);
         }
         for (const Cluster& cluster : clusters_) add_joints(cluster, state, with_stiffness, out);
     }
@@ -165,7 +166,7 @@ public:
         out.row.assign(slots_, StiffnessRow{});
         out.couplings.clear();
         prepare(short_step_, short_step_);
-        place(state);
+        for (const Rod& rod : rods_) place(rod, state);
         const std::vector<Vec3d> strain = strains(state);
         along_rates_ = true;
         for (Rod& rod : rods_) {
@@ -353,8 +354,8 @@ private:
     // Loads
 
     /// The state without slopes.
-    void place(std::span<const Slot<1>> state) {
-        for (std::size_t s = 0; s < slots_; ++s) still(s, state[s]);
+    void place(const Rod& rod, std::span<const Slot<1>> state) {
+        for (std::size_t s = rod.first; s < rod.first + to_index(rod.group->slots()); ++s) still(s, state[s]);
     }
     void still(std::size_t s, const Slot<1>& at) {
         slot_[s] = {broadcast<dual>(lane(at.position, 0)), broadcast<dual>(Vec3d{0, 0, 0}),
@@ -435,6 +436,7 @@ private:
                 }
             }
         }
+        if (clusters_.empty()) return; // nothing else looks at the slots
         for (int k = 0; k < nodes; ++k) still(rod.first + to_index(k), state[rod.first + to_index(k)]);
         if (closed) slot_[rod.first + to_index(nodes)] = slot_[rod.first];
     }
