@@ -59,6 +59,7 @@ bool NewtonSolver::solves(const StaticState& state, const Unknown& correction, c
 NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
     constexpr int patience = 6; // iterations without a correction half as large as all before
     NewtonResult result;
+    factor_is_last_ = false;
     double last = HUGE_VAL, least = HUGE_VAL;
     int least_at = 0;
     const int most = system_.touches() ? options_.most_touching : options_.most_iterations;
@@ -82,6 +83,7 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
         // The next correction would be of its square.
         if (size < options_.tolerance || (size < 1e-6 && last < 1e-3 && size >= last)) {
             result.converged = true;
+            factor_is_last_ = size < options_.tolerance;
             return result;
         }
         last = size;
@@ -110,6 +112,7 @@ double NewtonSolver::first_shift(const StaticSystem::Balance& balance, const Sti
 /// which bodies without any stiffness fall, too.
 NewtonResult NewtonSolver::descend(StaticState& state) {
     NewtonResult result;
+    factor_is_last_ = false;
     const Stiffness mass = system_.mass(state);
     double shift = 0, last = HUGE_VAL, promised = 0;
     StaticState before = state;
@@ -191,29 +194,39 @@ bool NewtonSolver::goes_on(NewtonResult& result, bool downhill) {
 }
 
 double NewtonSolver::load(StaticState& state, double time, Equilibrium& result) {
-    const Unknown start = system_.balance(state, false).residual;
     double done = 0, step = 1;
     StaticState good = state;
+    Unknown start; // what is out of balance at time 0, where the load is raised in steps
+    const auto left_beside = [&](double aim) -> Unknown {
+        if (aim == 1) return Unknown::Zero(system_.unknowns());
+        if (start.size() == 0) {
+            system_.set_time(0);
+            start = system_.balance(good, false).residual;
+        }
+        return (1 - aim) * start;
+    };
     while (done < 1) {
         double aim = std::min(1.0, done + step);
         if (const double up_to = system_.lead_up_to(done * time, aim * time, options_.most_turn); up_to < aim * time)
             aim = up_to / time;
+        const Unknown left = left_beside(aim);
         system_.set_time(aim * time);
         system_.lead_ends(state);
         progress_.share = aim;
-        NewtonResult pass = solve(state, (1 - aim) * start);
+        NewtonResult pass = solve(state, left);
         result.stopped = pass.stopped;
         const bool stable = !options_.stable || solution_.negative() <= 0;
         if (pass.converged && (stable || step <= 1.0 / 64)) {
             result.iterations.push_back(pass.passes.size());
             result.last = std::move(pass);
             done = aim;
-            if (options_.friction) system_.keep_springs(state);
+            if (options_.friction && system_.rubs()) system_.keep_springs(state);
             good = state;
             step *= 2;
             continue;
         }
         state = good;
+        factor_is_last_ = false;
         step = 0.5 * std::min(step, aim - done);
         if (step < options_.least_step || result.stopped) {
             result.reason = pass.converged ? "it is unstable" : pass.reason;
@@ -243,7 +256,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
             done = 1;
             result.iterations.push_back(pass.passes.size());
             result.last = std::move(pass);
-            if (options_.friction) system_.keep_springs(state);
+            if (options_.friction && system_.rubs()) system_.keep_springs(state);
         } else {
             result.reason += "; " + pass.reason;
             state = good;
@@ -260,11 +273,15 @@ void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {
     StaticState own = state;
     system_.refresh(own);
     result.factor = solution_.factor_name(); // of the iterations, where friction makes the stiffness unsymmetric
-    auto [balance, asymmetry] = system_.sticking_balance(own);
-    result.asymmetry = asymmetry;
-    result.residual = system_.relative(balance);
-    std::string reason;
-    correction(own, balance, reason);
+    if (factor_is_last_ && !system_.touches() && !system_.rubs()) {
+        // The last correction is below the tolerance, so that the stiffness before it is that of the state.
+        result.residual = system_.relative(system_.balance(own, false));
+    } else {
+        auto [balance, asymmetry] = system_.sticking_balance(own);
+        result.asymmetry = asymmetry;
+        result.residual = system_.relative(balance);
+        if (balance.residual.allFinite()) solution_.factorise(own, balance);
+    }
     result.negative = solution_.negative();
     if (result.asymmetry == 0) result.factor = solution_.factor_name();
     result.factor_entries = solution_.factor_entries();

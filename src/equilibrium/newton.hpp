@@ -98,6 +98,8 @@ private:
     StaticSystem& system_;
     NewtonOptions options_;
     StaticSolution solution_; ///< of the last correction
+    /// That is the factor of the stiffness where the solution ended, to the tolerance.
+    bool factor_is_last_ = false;
     NewtonProgress progress_;
     double last_told_ = 0; ///< wall time, s
 };
