@@ -73,7 +73,10 @@ StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const Loc
             slow_eigenvalue_ = std::min(slow_eigenvalue_, 0.1 * soft / (mass * length * length * length));
     }
     if (slow_eigenvalue_ == HUGE_VAL) slow_eigenvalue_ = 1;
-    least_force_ = 1e-3 * bending / (length_ * length_);
+    constexpr double unseen = 1e-9; // strain of joints between bodies, far above rounding of their places
+    const JointStiffness joint = at_rest_->stiffest_joint();
+    least_force_ = bending > 0 ? 1e-3 * bending / (length_ * length_)
+                               : unseen * std::max(joint.along * length_, joint.about / length_);
 }
 
 void StaticSystem::lead_ends(StaticState& state) const {

@@ -180,7 +180,7 @@ private:
     double length_ = 0, element_ = 0;
     double slow_eigenvalue_ = 0;
     double farthest_way_ = HUGE_VAL; ///< m
-    double least_force_ = 0;         ///< N: a thousandth of what bends the longest rod by its length
+    double least_force_ = 0; ///< N: a thousandth of what bends the longest rod by its length; without rods, of joints
 };
 
 /// Bodies as a scene places them.

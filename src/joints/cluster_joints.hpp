@@ -312,6 +312,15 @@ private:
         add_b(load[s.b].force, loads.force_b);
         add_b(load[s.b_next].force, loads.force_b_next);
         add_b(load[s.b].couple, loads.couple_b);
+        if constexpr (W == dual) {
+            const auto note = [](double& size, const Vec3<P>& part) { size += norm(lane(part, 0)); };
+            note(load[s.a].force_size, loads.force_a);
+            note(load[s.a_next].force_size, loads.force_a_next);
+            note(load[s.a].couple_size, loads.couple_a);
+            note(load[s.b].force_size, loads.force_b);
+            note(load[s.b_next].force_size, loads.force_b_next);
+            note(load[s.b].couple_size, loads.couple_b);
+        }
     }
 
     /// Loads of all joints of a run across: law(number, first element, second element, constants).

@@ -228,8 +228,14 @@ private:
             const EndMoments<W>& m = moments[at.tile_across];
             return start ? m.start : m.end;
         }
-        void add_force(const ClusterPlace& at, const Vec3<Pack<W>>& f) const { load[at.across].force += f; }
-        void add_couple(const ClusterPlace& at, const Vec3<Pack<W>>& c) const { load[at.across].couple += c; }
+        void add_force(const ClusterPlace& at, const Vec3<Pack<W>>& f) const {
+            load[at.across].force += f;
+            if constexpr (W == dual) load[at.across].force_size += norm(lane(f, 0));
+        }
+        void add_couple(const ClusterPlace& at, const Vec3<Pack<W>>& c) const {
+            load[at.across].couple += c;
+            if constexpr (W == dual) load[at.across].couple_size += norm(lane(c, 0));
+        }
     };
     struct Within {
         static constexpr int width = 1;

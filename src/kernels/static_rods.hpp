@@ -46,6 +46,11 @@ struct CommonNode {
     Vec3d arm; ///< body, m
 };
 
+/// Stiffness of joints at their points, N/m, and of their turns, N m/rad.
+struct JointStiffness {
+    double along = 0, about = 0;
+};
+
 class StaticRods {
 public:
     virtual ~StaticRods() = default;
@@ -64,6 +69,8 @@ public:
     /// with what damps in kicks. The rates of a slot are the velocity of its node, lab, and the spin of its element,
     /// body.
     virtual void evaluate_damping(std::span<const Slot<1>> state, StaticLoads& out) = 0;
+    /// The largest of all joints.
+    virtual JointStiffness stiffest_joint() const = 0;
     virtual bool rubs() const = 0; ///< friction of walls acts
     /// Friction of walls acts from here on, where it has memory: its springs are those of this state.
     virtual void set_reference(std::span<const Slot<1>> state) = 0;

@@ -17,6 +17,7 @@
 #include "mechanics/moving_ends.hpp"
 #include "tiles/slot_slopes.hpp"
 
+#include <algorithm>
 #include <map>
 #include <memory>
 #include <utility>
@@ -124,6 +125,8 @@ public:
         }
         return all;
     }
+
+    JointStiffness stiffest_joint() const override { return stiffest_; }
 
     bool rubs() const override { return !reference_.empty(); }
     void set_reference(std::span<const Slot<1>> state) override {
@@ -257,6 +260,9 @@ private:
     // Clusters
 
     void make_clusters(const JointLists& lists, std::span<const RodGroup> groups, std::span<const LocalRod> owned) {
+        for (const JointSpec& table : lists.tables)
+            stiffest_ = {std::max(stiffest_.along, table.law.stiffness),
+                         std::max(stiffest_.about, table.law.torsional_stiffness)};
         std::map<std::pair<int, std::int64_t>, std::size_t> rod_of; // by group and index
         for (std::size_t i = 0; i < owned.size(); ++i) rod_of[{owned[i].group, owned[i].index}] = i;
         for (const AssemblyGroups& assembly : assemblies_of(groups)) {
@@ -582,7 +588,7 @@ private:
             for (std::size_t s = 0; s < slots; ++s) {
                 if (cluster.partners[s].empty()) continue;
                 const std::size_t at = cluster.slot[s];
-                if (colour == 0) add_loads(out, at, lane(joined_[s].force, 0), lane(joined_[s].couple, 0));
+                if (colour == 0) add_joined(out, at, joined_[s]);
                 if (!with_stiffness) continue;
                 for (const std::size_t column : cluster.partners[s]) {
                     if (cluster.colour[column] != colour) continue;
@@ -591,6 +597,13 @@ private:
                 }
             }
         }
+    }
+
+    static void add_joined(StaticLoads& out, std::size_t slot, const JoinedLoad<dual>& load) {
+        out.force[slot] = out.force[slot] + lane(load.force, 0);
+        out.couple[slot] = out.couple[slot] + lane(load.couple, 0);
+        out.force_size[slot] += load.force_size;
+        out.couple_size[slot] += load.couple_size;
     }
 
     /// Moments of muscles at the ends of the cluster's rods; null where none act through its joints.
@@ -620,6 +633,7 @@ private:
     std::size_t slots_ = 0;
     std::map<int, std::unique_ptr<JointsOfCluster<dual>>> joints_; ///< by assembly
     std::vector<Cluster> clusters_;
+    JointStiffness stiffest_;
     std::vector<CommonNode> shared_;
     AlignedVector<Slot<dual>> slot_, cluster_slot_;
     AlignedVector<SlotLoad<dual>> load_;

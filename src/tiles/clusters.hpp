@@ -50,8 +50,13 @@ std::vector<AssemblyGroups> assemblies_of(std::span<const RodGroup> groups);
 std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::span<const LocalRod> owned, int lanes,
                                         int threads);
 
+/// Sizes of such loads, summed joint by joint, as joints may balance each other. Only loads with slopes have them.
+template <int W> struct JoinedSize {};
+template <> struct JoinedSize<dual> {
+    double force_size = 0, couple_size = 0; ///< N, N m
+};
 /// Loads of joints between members of a cluster, by slot of the cluster.
-template <int W> struct JoinedLoad {
+template <int W> struct JoinedLoad : JoinedSize<W> {
     Vec3<Pack<W>> force;  ///< force on the node, lab, N
     Vec3<Pack<W>> couple; ///< couple on the element, body, N m
 };
