@@ -126,33 +126,55 @@ void refuse_ends(SceneFamily& family, const PathOptions& options, const std::str
                                      options.from, to, options.to));
 }
 
-/// Slots of the pieces of a scene, and their places in a case of all of its bodies.
-std::vector<std::pair<Slot<1>*, std::size_t>> slots_in(const StaticCase& all, StaticScene& at_rest) {
-    std::map<std::int64_t, std::size_t> first; // by rod
-    for (std::size_t i = 0; i < all.rods.size(); ++i) first[all.rods[i].gid] = all.system->first_slot(i);
+/// Where a case of all bodies has the slots of the pieces of a scene, and where the scene has its rods.
+struct CasePlaces {
     std::vector<std::pair<Slot<1>*, std::size_t>> slots;
+    std::vector<std::size_t> rods; ///< in local(), by rod of the case
+};
+
+CasePlaces places_in(const StaticCase& all, StaticScene& at_rest) {
+    std::map<std::int64_t, std::size_t> first, local; // by rod
+    for (std::size_t i = 0; i < all.rods.size(); ++i) first[all.rods[i].gid] = all.system->first_slot(i);
+    CasePlaces places;
     for (StaticPiece& piece : at_rest.pieces())
         for (std::size_t i = 0; i < piece.rods.size(); ++i) {
             const std::size_t begin = piece.system->first_slot(i);
-            const std::size_t there = first.at(at_rest.world().rods().local()[piece.rods[i]].gid);
+            const std::int64_t gid = at_rest.world().rods().local()[piece.rods[i]].gid;
+            local[gid] = piece.rods[i];
             for (std::size_t k = begin; k < piece.system->first_slot(i + 1); ++k)
-                slots.emplace_back(&piece.state.slot[k], there + k - begin);
+                places.slots.emplace_back(&piece.state.slot[k], first.at(gid) + k - begin);
         }
-    return slots;
+    for (const LocalRod& rod : all.rods) places.rods.push_back(local.at(rod.gid));
+    return places;
 }
 
-using SlotPlaces = std::vector<std::pair<Slot<1>*, std::size_t>>;
-
-StaticState state_at_start(const SlotPlaces& slots, SceneFamily& family, const Followed& what) {
-    StaticState state{std::vector<Slot<1>>(slots.size()), {}};
-    for (const auto& [slot, place] : slots) state.slot[place] = *slot;
+StaticState state_at_start(const CasePlaces& places, const Rods& rods, SceneFamily& family, const Followed& what) {
+    StaticState state{std::vector<Slot<1>>(places.slots.size()), {}, {}};
+    for (const auto& [slot, place] : places.slots) state.slot[place] = *slot;
     StaticSystem& first = family.at(what.options.from);
+    first.at_rest().set_joint_memory({});
+    for (std::size_t i = 0; i < places.rods.size(); ++i)
+        first.at_rest().set_joint_memory_of(i, rods.memory(places.rods[i]));
+    const auto joints = first.at_rest().joint_memory();
+    state.joint_memory.assign(joints.begin(), joints.end());
     first.refresh(state);
     const Equilibrium start = find_or_stop(first, state, what.time);
     if (!start.found)
         throw NumericalError(
             fmt::format("no equilibrium was found where the path begins: {}", without_repetition(start.reason)));
     return state;
+}
+
+/// Leaves a state of a case to the world.
+void show(const StaticCase& now, const StaticState& state, const CasePlaces& places, StaticScene& at_rest) {
+    World& world = at_rest.world();
+    Plan plan = world.plan;
+    world.change(make_groups(now.scene), std::move(plan));
+    for (const auto& [slot, place] : places.slots) *slot = state.slot[place];
+    at_rest.put_back();
+    StaticRods& joints = now.system->at_rest();
+    joints.set_joint_memory(state.joint_memory);
+    for (std::size_t i = 0; i < places.rods.size(); ++i) put_joints(joints, i, world.rods(), places.rods[i]);
 }
 
 /// The next point, with its place and the time it takes told.
@@ -237,9 +259,10 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
     const std::optional<GradientReport> names = names_asked_for(comm, family.case_at(what.options.from), asked);
     SolvedScene solved = scene_with_frames(comm, arguments, what, before ? before->points.size() : 0);
     StaticScene at_rest(solved.simulation->world());
-    const SlotPlaces slots = slots_in(family.case_at(what.options.from), at_rest);
-    PathFollower path = before ? PathFollower(family, std::move(before->memory), what.options)
-                               : PathFollower(family, state_at_start(slots, family, what), what.options);
+    const CasePlaces places = places_in(family.case_at(what.options.from), at_rest);
+    PathFollower path =
+        before ? PathFollower(family, std::move(before->memory), what.options)
+               : PathFollower(family, state_at_start(places, at_rest.world().rods(), family, what), what.options);
     PathTable table(arguments.key, what.number, solved.simulation->observation().names());
     std::optional<SlopeTables> slopes;
     if (names)
@@ -254,14 +277,10 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
         branch = before->branch;
         if (slopes) slopes->go_on(what.out, before->points.size(), before->critical_slopes);
     }
-    const RunResult result = solved.simulation->go_through([&](World& world) {
+    const RunResult result = solved.simulation->go_through([&](World&) {
         const std::optional<PathPoint> point = next_point(path, found);
         if (!point) return false;
-        StaticCase& now = family.case_at(point->value);
-        Plan plan = world.plan;
-        world.change(make_groups(now.scene), std::move(plan));
-        for (const auto& [slot, place] : slots) *slot = path.state().slot[place];
-        at_rest.put_back();
+        show(family.case_at(point->value), path.state(), places, at_rest);
         table.add(*point, branch, solved.simulation->observation().values());
         if (slopes) slopes->add(path, *point, table.points().size() - 1, branch);
         if (!quiet) std::printf("%s", line_of(*point).c_str());

@@ -221,6 +221,7 @@ double NewtonSolver::load(StaticState& state, double time, Equilibrium& result) 
             result.last = std::move(pass);
             done = aim;
             if (options_.friction && system_.rubs()) system_.keep_springs(state);
+            system_.keep_joints(state);
             good = state;
             step *= 2;
             continue;
@@ -242,6 +243,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
     last_told_ = wall_seconds();
     system_.set_time(0);
     system_.lead_ends(state);
+    system_.keep_joints(state);
     if (options_.friction) system_.set_reference(state);
     double done = load(state, time, result);
     if (done < 1 && !result.stopped && solution_.symmetric() && options_.stable &&
@@ -257,6 +259,7 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
             result.iterations.push_back(pass.passes.size());
             result.last = std::move(pass);
             if (options_.friction && system_.rubs()) system_.keep_springs(state);
+            system_.keep_joints(state);
         } else {
             result.reason += "; " + pass.reason;
             state = good;
@@ -273,7 +276,7 @@ void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {
     StaticState own = state;
     system_.refresh(own);
     result.factor = solution_.factor_name(); // of the iterations, where friction makes the stiffness unsymmetric
-    if (factor_is_last_ && !system_.touches() && !system_.rubs()) {
+    if (factor_is_last_ && !system_.touches() && !system_.rubs() && state.joint_memory.empty()) {
         // The last correction is below the tolerance, so that the stiffness before it is that of the state.
         result.residual = system_.relative(system_.balance(own, false));
     } else {

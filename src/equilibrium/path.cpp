@@ -14,6 +14,7 @@ namespace skein {
 namespace {
 
 constexpr double slope_step = 1e-4; ///< of the range, by which the number is changed for its slopes
+constexpr double most_turn = 1.5;   ///< rad of an element along the tangent
 
 } // namespace
 
@@ -101,7 +102,10 @@ std::optional<PathFollower::Place> PathFollower::step(const Place& from, const D
     Place to;
     to.state = from.state;
     to.value = from.value + length * along.p;
-    family_.at(to.value).correct(to.state, length * along.u, 1);
+    StaticSystem& ahead = family_.at(to.value);
+    // Joints that turn by more than half a turn at once would lose count.
+    if (!to.state.joint_memory.empty() && ahead.turn(length * along.u) > most_turn) return {};
+    ahead.correct(to.state, length * along.u, 1);
     Direction way{length * along.u, length * along.p};
     const Unknown by_value = slope(to.state, to.value);
     for (to.iterations = 1; to.iterations <= options_.most_iterations; ++to.iterations) {
@@ -128,6 +132,7 @@ std::optional<PathFollower::Place> PathFollower::step(const Place& from, const D
         const double size = std::max(system.size(correction), std::abs(change / (options_.to - options_.from)));
         if (size < options_.tolerance) {
             system.refresh(to.state);
+            system.keep_joints(to.state);
             if (!find_tangent(to, along)) return {};
             return to;
         }
@@ -188,6 +193,7 @@ std::optional<PathFollower::Place> PathFollower::last(double end, double length)
     NewtonSolver newton(system, {});
     system.lead_ends(there->state);
     newton.solve(there->state, Unknown::Zero(system.unknowns()));
+    system.keep_joints(there->state);
     there->value = end;
     find_tangent(*there, now_.tangent);
     return there;

@@ -98,6 +98,11 @@ void StaticSystem::keep_springs(const StaticState& state) {
     set_reference(state);
 }
 
+void StaticSystem::keep_joints(StaticState& state) const {
+    at_rest_->set_joint_memory(state.joint_memory);
+    state.joint_memory = at_rest_->joint_memory_at(state.slot, true);
+}
+
 long StaticSystem::gone(const StaticState& state, const StaticState& start, double distance) const {
     for (std::size_t s = 0; s < state.slot.size(); ++s)
         if (norm(lane(state.slot[s].position, 0) - lane(start.slot[s].position, 0)) > distance)
@@ -118,19 +123,22 @@ double StaticSystem::extent(const StaticState& state) {
 double StaticSystem::lead_up_to(double from, double to, double most) const {
     constexpr int looks = 256; // within the time, as ends may go there and back
     double earliest = to;
+    const auto limit = [&](auto&& turn) {
+        double turned = 0;
+        Vec3d last = turn(from);
+        for (int look = 1; look <= looks && turned <= most; ++look) {
+            const Vec3d now = turn(from + (to - from) * look / looks);
+            turned += norm(now - last);
+            last = now;
+            if (turned > most) earliest = std::min(earliest, from + (to - from) * std::max(1, look - 1) / looks);
+        }
+    };
     for (const LocalRod& rod : rods_)
         for (const EndMotion* motion :
-             {&nth(groups_, rod.group).spec().start_motion, &nth(groups_, rod.group).spec().end_motion}) {
-            if (!motion->turns()) continue;
-            double turned = 0;
-            Vec3d last = motion->turn(from).value;
-            for (int look = 1; look <= looks && turned <= most; ++look) {
-                const Vec3d now = motion->turn(from + (to - from) * look / looks).value;
-                turned += norm(now - last);
-                last = now;
-                if (turned > most) earliest = std::min(earliest, from + (to - from) * std::max(1, look - 1) / looks);
-            }
-        }
+             {&nth(groups_, rod.group).spec().start_motion, &nth(groups_, rod.group).spec().end_motion})
+            if (motion->turns()) limit([&](double time) { return motion->turn(time).value; });
+    for (std::size_t i = 0; i < at_rest_->turning_motors(); ++i)
+        limit([&](double time) { return at_rest_->motor_angle(i, time); });
     return earliest;
 }
 
@@ -149,6 +157,7 @@ void StaticSystem::add_block(Assembly& to, std::size_t row, std::size_t column, 
 }
 
 StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_stiffness) {
+    at_rest_->set_joint_memory(state.joint_memory);
     at_rest_->evaluate(state.slot, state.strain, with_stiffness, loads_);
     if (contacts_) add_contacts(state, with_stiffness);
     Balance out;
@@ -194,6 +203,7 @@ void StaticSystem::add_blocks(Assembly& to, const StaticState& state) const {
 }
 
 Stiffness StaticSystem::damping(const StaticState& state) {
+    at_rest_->set_joint_memory(state.joint_memory);
     at_rest_->evaluate_damping(state.slot, loads_);
     if (contacts_) contacts_->evaluate_damping(state.slot, touching_);
     Assembly all;
@@ -324,6 +334,9 @@ void StaticSystem::correct(StaticState& state, const Unknown& correction, double
         }
     }
     unknowns_.apply(moves, share, state.slot);
+    if (state.joint_memory.empty()) return;
+    at_rest_->set_joint_memory(state.joint_memory);
+    state.joint_memory = at_rest_->joint_memory_at(state.slot, false);
 }
 
 std::vector<std::vector<int>> StaticSystem::pieces(const Stiffness& stiffness) const {

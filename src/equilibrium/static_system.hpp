@@ -20,10 +20,12 @@
 
 namespace skein {
 
-/// State of all bodies of a rank, slot by slot, with the strains that Newton's iteration carries along.
+/// State of all bodies of a rank, slot by slot, with the strains that Newton's iteration carries along, and with the
+/// memory of joints in a state before, no more than half a turn away; empty: none is known.
 struct StaticState {
     std::vector<Slot<1>> slot;
     std::vector<Vec3d> strain;
+    std::vector<double> joint_memory;
 };
 
 /// Motions of pieces, which nothing connects to others, as rigid bodies, that change no load.
@@ -70,6 +72,8 @@ public:
     void set_reference(const StaticState& state);
     /// The springs of friction go on from this state.
     void keep_springs(const StaticState& state);
+    /// Joints count whole turns from this state on, and their dry friction has slipped as far as it does here.
+    void keep_joints(StaticState& state) const;
     StaticRods& at_rest() { return *at_rest_; }
     StaticContacts* contacts() { return contacts_.get(); } ///< null where rods do not touch each other
     /// Held nodes and elements have the places of `start` from here on, to which lead_ends puts them: those of a scene
@@ -77,8 +81,8 @@ public:
     void hold_at(const StaticState& start) { held_ = start.slot; }
     /// Puts held parts and moved ends to their places; strains are then those of the state.
     void lead_ends(StaticState& state) const;
-    /// Time, `to` or earlier, up to which no end turns by more than `most` rad from time `from` on: one
-    /// that turns by more than half a turn at once would leave the rod with less twist.
+    /// Time, `to` or earlier, up to which no end or motor turns by more than `most` rad from time `from` on: one
+    /// that turns by more than half a turn at once would leave the rod with less twist, the joint with fewer turns.
     double lead_up_to(double from, double to, double most) const;
     void refresh(StaticState& state) const { state.strain = at_rest_->strains(state.slot); }
 

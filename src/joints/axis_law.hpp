@@ -27,7 +27,7 @@ template <class P> struct AxisMemory {
     P interval;              ///< length of the last step, s
     P motor, lost;           ///< force of the motor, and of all that dissipates, at the last step
     P motor_work, lost_work; ///< sums since the start, J
-    P turns;                 ///< whole turns of an angle, which is within half a turn besides
+    P turns;                 ///< whole turns of an angle, which is within half a turn besides; before a first step too
 };
 
 /// Memory of a spherical joint, whose couples and rates are in the axes of the second side.
@@ -150,8 +150,8 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
     const Mask<W> moved = memory.steps > none;
     const P last = select(moved, memory.position, q);
     const P way = Turns ? detail::wrapped<W>(q - last) : q - last;
-    const P over = way - (q - last), counted = select(moved, memory.turns, none),
-            turns = Turns ? counted + detail::rounded<W>(P(1 / detail::whole_turn) * over) : none,
+    const P over = way - (q - last),
+            turns = Turns ? memory.turns + detail::rounded<W>(P(1 / detail::whole_turn) * over) : none,
             at = Turns ? detail::with_turns<W>(q, turns) : q;
     const P interval = half * (P(h) + select(moved, memory.interval, P(h)));
     const P before = select(moved, way / interval, lagging), // half a step before

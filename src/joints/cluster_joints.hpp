@@ -65,7 +65,21 @@ public:
     void prepare(std::span<const Step> steps) override {
         for (Run& run : runs_)
             if (run.spec.has_motor())
-                for (const Step& step : steps) nth(run.motor, step.slot) = run.spec.motors_at(step.time);
+                for (const Step& step : steps) {
+                    MotorsNow& motor = nth(run.motor, step.slot);
+                    motor = run.spec.motors_at(step.time);
+                    if (at_rest_) motor.rate = {0, 0, 0};
+                }
+    }
+    /// Motors hold the positions that they have at a time, and do not lead on.
+    void hold_motors() { at_rest_ = true; }
+    /// f(memory, that of further axes or null, table) for the joints of a copy that remember, across.
+    template <class F> void for_memories(P* memory, F&& f) const {
+        for (const Run& run : runs_)
+            for (std::size_t i = 0; run.numbers > 0 && i < run.end - run.first; ++i) {
+                P* own = memory + run.first_memory + run.numbers * i;
+                f(*reinterpret_cast<JointMemory<P>*>(own), axes_memory(own, run.more).more, run.spec);
+            }
     }
     void run(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, P* memory, JoinedLoad<W>* load,
              bool across) const override {
@@ -501,7 +515,7 @@ private:
                         for (int l = tile.lanes; l < lanes; ++l) number(*pack, l) = number(*pack, tile.lanes - 1);
     }
 
-    bool world_ = false;
+    bool world_ = false, at_rest_ = false;
     std::vector<std::size_t> slots_of_; ///< by group
     std::vector<bool> is_body_;         ///< by group: its node has no next
     Layout across_, within_;

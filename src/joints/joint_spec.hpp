@@ -102,6 +102,7 @@ struct JointSpec {
     bool has_motor() const {
         return axis_law.motor.kind != MotorKind::none || about_second.motor.kind != MotorKind::none;
     }
+    bool has_friction() const { return axis_law.friction > 0 || about_second.friction > 0; }
     /// Axis of cone and twist of a spherical joint, and a direction across it, at the start.
     Vec3d twist_axis() const;
     Vec3d across_twist() const;

@@ -6,7 +6,7 @@
 // Strains of elements are carried along: stresses are those of the carried strain, which a correction changes as its
 // slopes say. Where the carried strain is that of the state, these are its own loads.
 // Friction of walls acts from a state on in which its springs are known, over a step as contact/static_friction.hpp
-// has.
+// has. Joints count whole turns from a state whose memory of them is known.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -69,6 +69,18 @@ public:
     /// with what damps in kicks. The rates of a slot are the velocity of its node, lab, and the spin of its element,
     /// body.
     virtual void evaluate_damping(std::span<const Slot<1>> state, StaticLoads& out) = 0;
+    /// Memory of joints in a state from which the next ones are no more than half a turn away; empty: at the start.
+    virtual void set_joint_memory(std::span<const double> memory) = 0;
+    /// The same memory at such a next state. `slips`: dry friction of joints gives way there beyond its limit.
+    virtual std::vector<double> joint_memory_at(std::span<const Slot<1>> state, bool slips) = 0;
+    /// Numbers of that memory which a run keeps for rod i, after those of its passes.
+    virtual std::vector<double> joint_memory_of(std::size_t i) = 0;
+    /// Takes them out of all numbers that a run keeps for the rod.
+    virtual void set_joint_memory_of(std::size_t i, std::span<const double> numbers) = 0;
+    virtual std::span<const double> joint_memory() const = 0;
+    /// Motors of position that turn joints, and the angle of one at a time, rad: one of each axis, or a vector.
+    virtual std::size_t turning_motors() const = 0;
+    virtual Vec3d motor_angle(std::size_t i, double time) const = 0;
     /// The largest of all joints.
     virtual JointStiffness stiffest_joint() const = 0;
     virtual bool rubs() const = 0; ///< friction of walls acts

@@ -20,6 +20,7 @@
 #include <algorithm>
 #include <map>
 #include <memory>
+#include <type_traits>
 #include <utility>
 #include <vector>
 
@@ -126,12 +127,52 @@ public:
         return all;
     }
 
+    void set_joint_memory(std::span<const double> memory) override {
+        joint_memory_.assign(memory.begin(), memory.end());
+    }
+    std::vector<double> joint_memory_at(std::span<const Slot<1>> state, bool slips) override {
+        std::vector<double> numbers;
+        for (const Cluster& cluster : clusters_) {
+            if (!remembers(cluster)) continue;
+            place_all(cluster, state);
+            lead_memory(cluster, slips);
+            for (const P& number : memory_) numbers.push_back(number[0]);
+        }
+        return numbers;
+    }
+    std::span<const double> joint_memory() const override { return joint_memory_; }
+    std::vector<double> joint_memory_of(std::size_t i) override {
+        std::vector<double> numbers;
+        if (const Cluster* cluster = cluster_of(i)) {
+            recall(*cluster);
+            if (joints_rub_) end_step(*cluster);
+            else take_steps(*cluster);
+            cluster->joints->append_memory(memory_.data(), true, joined_rod(i), numbers);
+        }
+        return numbers;
+    }
+    void set_joint_memory_of(std::size_t i, std::span<const double> numbers) override {
+        const Cluster* cluster = cluster_of(i);
+        if (!cluster) return;
+        std::vector<double> own;
+        const std::size_t packs = cluster->joints->memory_packs(true);
+        memory_.assign(packs, P(0.0));
+        cluster->joints->append_memory(memory_.data(), true, joined_rod(i), own);
+        if (own.empty() || numbers.size() < own.size()) return;
+        joint_memory_.resize(clusters_.back().memory + clusters_.back().joints->memory_packs(true));
+        for (std::size_t n = 0; n < packs; ++n) memory_[n] = P(joint_memory_[cluster->memory + n]);
+        cluster->joints->restore(memory_.data(), true, joined_rod(i), numbers.last(own.size()));
+        for (std::size_t n = 0; n < packs; ++n) joint_memory_[cluster->memory + n] = memory_[n][0];
+    }
+    std::size_t turning_motors() const override { return turning_.size(); }
+    Vec3d motor_angle(std::size_t i, double time) const override { return turning_[i].motors_at(time).value; }
     JointStiffness stiffest_joint() const override { return stiffest_; }
 
     bool rubs() const override { return !reference_.empty(); }
     void set_reference(std::span<const Slot<1>> state) override {
         if (std::any_of(rods_.begin(), rods_.end(), [](const Rod& rod) { return rod.rubbing != nullptr; }))
             reference_.assign(state.begin(), state.end());
+        joints_rub_ = joints_have_friction_;
     }
     void take_friction(bool acts) override { rubs_ = acts; }
     void keep_springs() override {
@@ -195,9 +236,11 @@ private:
         const TilePass<dual>* rubbing = nullptr; ///< the pass of walls with friction that has memory
         std::vector<double> springs;             ///< memory at walls in the reference state
         std::vector<pass::Filter> filters;
-        int reach = 1;    ///< slots to each side of a load that it depends on
-        bool far = false; ///< some load depends on all of them
+        int reach = 1;               ///< slots to each side of a load that it depends on
+        bool far = false;            ///< some load depends on all of them
+        std::size_t cluster = alone; ///< whose joints remember
     };
+    static constexpr std::size_t alone = static_cast<std::size_t>(-1);
     /// Slots of a copy of an assembly, as its joints have them, and colours of those that are joined.
     struct Cluster {
         const JointsOfCluster<dual>* joints;
@@ -207,7 +250,8 @@ private:
         std::vector<int> colour;                        ///< by slot of the cluster; -1 where no joint is
         int colours = 0;
         Slot<1> world;
-        const RodGroup* group; ///< of its first rod
+        const RodGroup* group;  ///< of its first rod
+        std::size_t memory = 0; ///< first number of its joints' memory
     };
 
     /// A step over which springs of friction do not change, and regularised friction needs none.
@@ -260,9 +304,14 @@ private:
     // Clusters
 
     void make_clusters(const JointLists& lists, std::span<const RodGroup> groups, std::span<const LocalRod> owned) {
-        for (const JointSpec& table : lists.tables)
+        for (const JointSpec& table : lists.tables) {
+            joints_have_friction_ |= table.has_friction();
             stiffest_ = {std::max(stiffest_.along, table.law.stiffness),
                          std::max(stiffest_.about, table.law.torsional_stiffness)};
+            if (turns_freely(table.kind) && (table.axis_law.motor.kind == MotorKind::position ||
+                                             table.about_second.motor.kind == MotorKind::position))
+                turning_.push_back(table);
+        }
         std::map<std::pair<int, std::int64_t>, std::size_t> rod_of; // by group and index
         for (std::size_t i = 0; i < owned.size(); ++i) rod_of[{owned[i].group, owned[i].index}] = i;
         for (const AssemblyGroups& assembly : assemblies_of(groups)) {
@@ -273,6 +322,7 @@ private:
             gains.body = [](int, std::size_t) { return Vec3d{1, 1, 1}; };
             joints_[assembly.assembly] = std::make_unique<JointsOfCluster<dual>>(lists.tables, joints, groups,
                                                                                  assembly.assembly, junctions, gains);
+            joints_[assembly.assembly]->hold_motors();
             const RodGroup& leader = *assembly.groups.front();
             for (std::int64_t copy = 0; copy < leader.assembly()->count(); ++copy) {
                 if (!rod_of.contains({leader.id(), copy * leader.rods_per_copy()})) continue;
@@ -284,7 +334,10 @@ private:
     void add_cluster(const AssemblyGroups& assembly, std::int64_t copy, const JointLists& lists,
                      std::span<const Joint> joints, const Junctions& junctions,
                      const std::map<std::pair<int, std::int64_t>, std::size_t>& rod_of) {
+        const std::size_t memory =
+            clusters_.empty() ? 0 : clusters_.back().memory + clusters_.back().joints->memory_packs(true);
         Cluster& cluster = clusters_.emplace_back();
+        cluster.memory = memory;
         cluster.joints = joints_.at(assembly.assembly).get();
         cluster.group = assembly.groups.front();
         cluster.world = world_of(*cluster.group, copy * cluster.group->rods_per_copy());
@@ -329,6 +382,8 @@ private:
             }
         }
         colour(cluster);
+        if (!remembers(cluster)) return;
+        for (const std::size_t rod : cluster.rods) rods_[rod].cluster = clusters_.size() - 1;
     }
     static const RodGroup& group_of(const AssemblyGroups& assembly, int id) {
         for (const RodGroup* group : assembly.groups)
@@ -568,23 +623,111 @@ private:
         if (group.closed()) slot_[rod.first + to_index(nodes)] = slot_[rod.first];
     }
 
-    void add_joints(const Cluster& cluster, std::span<const Slot<1>> state, bool with_stiffness, StaticLoads& out) {
+    /// Puts a slot of a cluster where the joints look for it.
+    void put(const Cluster& cluster, std::size_t s, std::span<const Slot<1>> state, bool moves) {
+        const std::size_t at = cluster.slot[s];
+        if (moves) move(at, state[at], true);
+        else still(at, state[at]);
+        cluster_slot_[s] = slot_[at];
+    }
+    void make_place(const Cluster& cluster) {
         const std::size_t slots = cluster.slot.size();
         cluster_slot_.resize(slots + 1);
         joined_.resize(slots + 1);
-        const auto put = [&](std::size_t s, bool moves) {
-            const std::size_t at = cluster.slot[s];
-            if (moves) move(at, state[at], true);
-            else still(at, state[at]);
-            cluster_slot_[s] = slot_[at];
-        };
         cluster_slot_[slots] = {broadcast<dual>(lane(cluster.world.position, 0)), broadcast<dual>(Vec3d{0, 0, 0}),
                                 broadcast<dual>(lane(cluster.world.director, 0)), broadcast<dual>(Vec3d{0, 0, 0})};
+    }
+    void place_all(const Cluster& cluster, std::span<const Slot<1>> state) {
+        make_place(cluster);
+        for (std::size_t s = 0; s < cluster.slot.size(); ++s) put(cluster, s, state, false);
+    }
+
+    // Memory of joints
+
+    static bool remembers(const Cluster& cluster) { return cluster.joints->memory_packs(true) > 0; }
+    /// Null where no joint of the rod's cluster remembers.
+    const Cluster* cluster_of(std::size_t rod) const {
+        return rods_[rod].cluster == alone ? nullptr : &clusters_[rods_[rod].cluster];
+    }
+    JoinedRod joined_rod(std::size_t i) const {
+        const LocalRod& local = rods_[i].local;
+        return {local.group, local.index % rods_[i].group->rods_per_copy(), 0};
+    }
+    /// Calls f for each memory of free axes in memory_: of an angle or a way, or of a ball.
+    template <class F> void for_axes(const Cluster& cluster, F&& f) {
+        cluster.joints->for_memories(memory_.data(), [&](JointMemory<P>& own, P* more, const JointSpec& table) {
+            f(own.axis);
+            if (more && table.kind == JointKind::universal) f(*reinterpret_cast<AxisMemory<P>*>(more));
+            if (more && table.kind == JointKind::spherical) f(*reinterpret_cast<BallMemory<P>*>(more));
+        });
+    }
+    /// The memory of joints where it is known, in memory_, so long ago that nothing is left of rates.
+    void recall(const Cluster& cluster) {
+        constexpr double long_ago = 1e300; // s
+        const std::size_t packs = cluster.joints->memory_packs(true);
+        memory_.assign(packs, P(0.0));
+        for (std::size_t n = 0; n < packs && !joint_memory_.empty(); ++n)
+            memory_[n] = P(joint_memory_[cluster.memory + n]);
+        for_axes(cluster, [&](auto& axis) {
+            axis.steps = min(axis.steps, P(1.0));
+            axis.interval = P(long_ago);
+        });
+    }
+    /// Memory that the joints in cluster_slot_ leave. None breaks at rest, and a spring of friction at its limit holds.
+    void lead_memory(const Cluster& cluster, bool slips) {
+        constexpr double margin = 1e-9;
+        recall(cluster);
+        AlignedVector<P> after = memory_;
+        after.swap(memory_);
+        run_joints(cluster, after);
+        for_axes(cluster, [&](auto& axis) {
+            using Axis = std::remove_cvref_t<decltype(axis)>;
+            const Axis was = axis;
+            axis = reinterpret_cast<const Axis&>(after[to_index(reinterpret_cast<P*>(&axis) - memory_.data())]);
+            axis.motor_work = was.motor_work;
+            axis.lost_work = was.lost_work;
+            if (!slips && was.steps[0] > 0) axis.anchor = was.anchor;
+            else if constexpr (std::is_same_v<Axis, AxisMemory<P>>) {
+                const P at = detail::with_turns<dual>(axis.position, axis.turns);
+                axis.anchor = axis.anchor + P(margin) * (at - axis.anchor);
+            }
+        });
+    }
+    /// The memory as a step at rest leaves it to a run.
+    void end_step(const Cluster& cluster) {
+        for_axes(cluster, [&](auto& axis) { axis.interval = P(dt_); });
+    }
+    void run_joints(const Cluster& cluster, AlignedVector<P>& memory) {
+        cluster.joints->run(cluster_slot_.data(), end_moments(cluster), along_rates_ ? short_step_ : step_,
+                            memory.data(), joined_.data(), true);
+    }
+    /// Takes steps and friction out of memory_, and leaves whole turns and works.
+    void take_steps(const Cluster& cluster) {
+        for_axes(cluster, [](auto& axis) {
+            using Axis = std::remove_cvref_t<decltype(axis)>;
+            const Axis was = axis;
+            std::fill_n(reinterpret_cast<P*>(&axis), sizeof(Axis) / sizeof(P), P(0.0));
+            axis.motor_work = was.motor_work;
+            axis.lost_work = was.lost_work;
+            if constexpr (std::is_same_v<Axis, AxisMemory<P>>) axis.turns = was.turns;
+        });
+    }
+
+    void add_joints(const Cluster& cluster, std::span<const Slot<1>> state, bool with_stiffness, StaticLoads& out) {
+        const std::size_t slots = cluster.slot.size();
+        make_place(cluster);
+        recall(cluster);
+        if (remembers(cluster) && (along_rates_ || !joints_rub_ || !rubs_)) {
+            place_all(cluster, state);
+            lead_memory(cluster, false);
+            take_steps(cluster);
+        }
+        const AlignedVector<P> before = memory_;
         for (int colour = 0; colour < std::max(1, with_stiffness ? cluster.colours : 1); ++colour) {
-            for (std::size_t s = 0; s < slots; ++s) put(s, with_stiffness && cluster.colour[s] == colour);
-            memory_.assign(cluster.joints->memory_packs(true), P(0.0));
-            cluster.joints->run(cluster_slot_.data(), end_moments(cluster), along_rates_ ? short_step_ : step_,
-                                memory_.data(), joined_.data(), true);
+            for (std::size_t s = 0; s < slots; ++s)
+                put(cluster, s, state, with_stiffness && cluster.colour[s] == colour);
+            memory_ = before;
+            run_joints(cluster, memory_);
             for (std::size_t s = 0; s < slots; ++s) {
                 if (cluster.partners[s].empty()) continue;
                 const std::size_t at = cluster.slot[s];
@@ -626,14 +769,17 @@ private:
     double dt_;
     Step step_{}, rubbing_step_{}, short_step_{}; ///< the second of friction with memory, the last of damping
     bool rubs_ = true;
-    bool along_rates_ = false;                  ///< slots are moved along their rates
-    std::vector<std::vector<Damping>> damping_; ///< by group
-    std::vector<Slot<1>> reference_;            ///< where springs of friction are known; empty: it does not act
+    bool joints_have_friction_ = false, joints_rub_ = false; ///< the second: it acts
+    bool along_rates_ = false;                               ///< slots are moved along their rates
+    std::vector<std::vector<Damping>> damping_;              ///< by group
+    std::vector<Slot<1>> reference_; ///< where springs of friction are known; empty: it does not act
     std::vector<Rod> rods_;
     std::size_t slots_ = 0;
     std::map<int, std::unique_ptr<JointsOfCluster<dual>>> joints_; ///< by assembly
     std::vector<Cluster> clusters_;
     JointStiffness stiffest_;
+    std::vector<JointSpec> turning_;   ///< tables with motors that turn their joints to angles
+    std::vector<double> joint_memory_; ///< by cluster, in a state before; empty: none is known
     std::vector<CommonNode> shared_;
     AlignedVector<Slot<dual>> slot_, cluster_slot_;
     AlignedVector<SlotLoad<dual>> load_;

@@ -112,6 +112,10 @@ void StaticScene::add(std::span<const std::size_t> own, std::span<const RodGroup
         make_static_system(world_.plan, groups, bodies.rods, walls_, world_.threads, shared ? &world_.comm : nullptr);
     for (std::size_t i = 0; i < bodies.rods.size(); ++i)
         if (!bodies.wall_memory[i].empty()) piece.system->at_rest().set_wall_memory(i, bodies.wall_memory[i]);
+    for (std::size_t i = 0; i < bodies.rods.size(); ++i)
+        piece.system->at_rest().set_joint_memory_of(i, bodies.memory[i]);
+    const auto joints = piece.system->at_rest().joint_memory();
+    piece.state.joint_memory.assign(joints.begin(), joints.end());
     piece.rods = std::move(bodies.local);
     piece.state.slot = std::move(bodies.slot);
     piece.system->map().gather(piece.state.slot);
@@ -123,6 +127,7 @@ void StaticScene::put_back() const {
     ContactInteraction* contacts = contacts_of(world_.interactions());
     WallInteraction* walls = walls_of(world_.interactions());
     for (const StaticPiece& piece : pieces_) {
+        piece.system->at_rest().set_joint_memory(piece.state.joint_memory);
         if (contacts && piece.system->contacts()->rubs()) contacts->set_memory(piece.system->contacts()->springs());
         for (std::size_t i = 0; i < piece.rods.size(); ++i) {
             if (piece.rods[i] == SharedBodies::elsewhere) continue;
@@ -136,8 +141,17 @@ void StaticScene::put_back() const {
             rods.import_rod(piece.rods[i], state);
             if (const auto memory = piece.system->at_rest().wall_memory(i); !memory.empty())
                 walls->set_memory(piece.rods[i], memory);
+            put_joints(piece.system->at_rest(), i, rods, piece.rods[i]);
         }
     }
+}
+
+void put_joints(StaticRods& at_rest, std::size_t i, Rods& rods, std::size_t place) {
+    const std::vector<double> own = at_rest.joint_memory_of(i);
+    if (own.empty()) return;
+    std::vector<double> all = rods.memory(place);
+    std::copy(own.begin(), own.end(), all.end() - static_cast<std::ptrdiff_t>(own.size()));
+    rods.set_memory(place, all);
 }
 
 void for_each_piece(StaticScene& scene, const std::function<void(std::size_t)>& act) {

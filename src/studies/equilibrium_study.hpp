@@ -24,6 +24,9 @@ struct StaticPiece {
     StaticState state;
 };
 
+/// Leaves the present memory of joints, whose first side is body i, to rods where the body is at `place`.
+void put_joints(StaticRods& at_rest, std::size_t i, Rods& rods, std::size_t place);
+
 class StaticScene {
 public:
     /// Bodies as they are now. Collective.

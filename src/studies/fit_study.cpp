@@ -356,6 +356,7 @@ private:
             NewtonSolver newton(*one.system, {});
             if (newton.solve(state, Unknown::Zero(one.system->unknowns())).converged) {
                 one.system->refresh(state);
+                one.system->keep_joints(state);
                 return state;
             }
         }

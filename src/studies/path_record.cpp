@@ -33,6 +33,7 @@ template <class T> std::vector<T> values_of(const Json& json) {
 Json json_of(const PathState& s) {
     return {{"slots", listed(s.state.slot)},
             {"strains", listed(s.state.strain)},
+            {"joint_memory", s.state.joint_memory},
             {"value", s.value},
             {"tangent", std::vector<double>(s.tangent.u.begin(), s.tangent.u.end())},
             {"tangent_value", s.tangent.p},
@@ -43,7 +44,8 @@ Json json_of(const PathState& s) {
 
 PathState state_of(const Json& json) {
     PathState s;
-    s.state = {values_of<Slot<1>>(json.at("slots")), values_of<Vec3d>(json.at("strains"))};
+    s.state = {values_of<Slot<1>>(json.at("slots")), values_of<Vec3d>(json.at("strains")),
+               json.value("joint_memory", std::vector<double>())};
     s.value = json.at("value");
     const auto tangent = json.at("tangent").get<std::vector<double>>();
     s.tangent = {Eigen::Map<const Unknown>(tangent.data(), static_cast<Eigen::Index>(tangent.size())),

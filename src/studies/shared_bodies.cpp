@@ -17,7 +17,8 @@ namespace {
 static_assert(sizeof(Slot<1>) % sizeof(double) == 0);
 constexpr std::size_t slot_numbers = sizeof(Slot<1>) / sizeof(double);
 
-/// A body as numbers: its own in the scene, those of its slots, how many its memory has, and these.
+/// A body as numbers: its own in the scene, those of its slots, how many its memory at walls has, and these, and the
+/// same of all that a run keeps.
 void append_body(const World& world, const WallInteraction* walls, std::size_t i, std::vector<double>& to) {
     const LocalRod& rod = world.rods().local()[i];
     const RodGroup& group = nth(world.groups, rod.group);
@@ -31,6 +32,9 @@ void append_body(const World& world, const WallInteraction* walls, std::size_t i
     const std::vector<double> memory = walls ? walls->memory(i) : std::vector<double>();
     to.push_back(static_cast<double>(memory.size()));
     to.insert(to.end(), memory.begin(), memory.end());
+    const std::vector<double> all = world.rods().memory(i);
+    to.push_back(static_cast<double>(all.size()));
+    to.insert(to.end(), all.begin(), all.end());
 }
 
 LocalRod rod_of(std::span<const RodGroup> groups, std::int64_t gid) {
@@ -58,7 +62,7 @@ SharedBodies share_bodies(const World& world, std::span<const std::size_t> own, 
         const LocalRod rod = rod_of(world.groups, static_cast<std::int64_t>(*at));
         found.emplace_back(rod, ++at);
         at += to_index(nth(world.groups, rod.group).slots()) * slot_numbers;
-        at += 1 + static_cast<std::size_t>(*at);
+        for (int part = 0; part < 2; ++part) at += 1 + static_cast<std::size_t>(*at);
     }
     std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) { return a.first.gid < b.first.gid; });
     SharedBodies all;
@@ -71,7 +75,11 @@ SharedBodies share_bodies(const World& world, std::span<const std::size_t> own, 
         all.slot.resize(all.first.back() + slots);
         std::memcpy(static_cast<void*>(&all.slot[all.first.back()]), state, slots * sizeof(Slot<1>));
         const double* memory = state + slots * slot_numbers;
-        all.wall_memory.emplace_back(memory + 1, memory + 1 + static_cast<std::size_t>(*memory));
+        for (auto* part : {&all.wall_memory, &all.memory}) {
+            const double* end = memory + 1 + static_cast<std::size_t>(*memory);
+            part->emplace_back(memory + 1, end);
+            memory = end;
+        }
         all.first.push_back(all.slot.size());
     }
     return all;

@@ -17,6 +17,7 @@ struct SharedBodies {
     std::vector<std::size_t> first;               ///< slot of each, and behind the last
     std::vector<Slot<1>> slot;                    ///< synchronised
     std::vector<std::vector<double>> wall_memory; ///< empty where no wall acts
+    std::vector<std::vector<double>> memory;      ///< all that a run keeps
 };
 
 /// These bodies of this rank, places in the world's local(); with `of_all`, those of all ranks, and collective.

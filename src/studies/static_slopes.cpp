@@ -4,6 +4,7 @@
 #include "diagnostics/observables.hpp"
 #include "physics/audit/audit_plan.hpp"
 #include "skein/core/error.hpp"
+#include "studies/equilibrium_study.hpp"
 
 #include <fmt/format.h>
 
@@ -47,10 +48,12 @@ const std::vector<std::string>& ObservedCase::names() {
 std::vector<double> ObservedCase::values(const StaticState& state) {
     if (!world_) make();
     Rods& rods = world_->rods();
+    at_->system->at_rest().set_joint_memory(state.joint_memory);
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
         const auto rod = static_cast<std::size_t>(rods.local()[i].gid);
         const std::size_t first = at_->system->first_slot(rod);
         rods.import_rod(i, std::span(state.slot).subspan(first, at_->system->first_slot(rod + 1) - first));
+        put_joints(at_->system->at_rest(), rod, rods, i);
     }
     std::vector<double> values = observation_->values();
     values[observed_turn_per_cell + 1] = 0; // the defect of directors, which is rounding
