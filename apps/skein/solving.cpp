@@ -32,7 +32,9 @@ void refuse_parts(const Plan& plan, const Communicator& comm) {
 }
 
 void warn_of_friction(const SceneSpec& scene, Friction acting) {
-    if (acting == Friction::left_out && has_friction(scene, is_friction))
+    const bool in_joints = std::any_of(scene.joints.begin(), scene.joints.end(),
+                                       [](const JointSpec& joint) { return joint.has_friction(); });
+    if (acting == Friction::left_out && (in_joints || has_friction(scene, is_friction)))
         print_warning("friction is left out: its forces at rest depend on the way there; this is the state without it");
     if (acting == Friction::with_memory && has_friction(scene, slips_always))
         print_warning("friction that depends on the speed of slip is zero at rest: bodies that it slows creep to this "
