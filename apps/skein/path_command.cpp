@@ -169,6 +169,7 @@ StaticState state_at_start(const CasePlaces& places, const Rods& rods, SceneFami
 void show(const StaticCase& now, const StaticState& state, const CasePlaces& places, StaticScene& at_rest) {
     World& world = at_rest.world();
     Plan plan = world.plan;
+    plan.physics = now.plan.physics; // laws of joints, contacts and walls, of which the number may be one
     world.change(make_groups(now.scene), std::move(plan));
     for (const auto& [slot, place] : places.slots) *slot = state.slot[place];
     at_rest.put_back();

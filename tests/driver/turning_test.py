@@ -112,14 +112,15 @@ class Turning(DriverTest):
             self.assertEqual(len(digests), 1, shared)
 
     def test_a_spring_counts_whole_turns(self):
-        """Its rest is 9 rad away; the same along a path of the weight, with its energy."""
+        """Its rest is 9 rad away; the same along paths of the weight and of that angle, with its energy."""
         text = ARM.replace("KEYS", "spring = 50.0\nspring_rest = 9.0") + WEIGHT.replace("[0, G, 0]", "[0, 0, -9.0]")
         angle = 9.0
         for _ in range(100):
             angle = 9 + 0.2 * 9 * math.sin(angle) / 50
         self.solve("equilibrium", "spring", text)
         self.solve("path", "path", text, "--along", "load.0.acceleration.2", "--from", -1.0, "--to", -9.0, "--step", 0.2, "--points", 50)
-        for out in ("spring", "path"):
+        self.solve("path", "rest", text.replace("= 9.0\n", "= 0.5\n"), "--along", "joint.shaft.spring_rest", "--to", 9.0, "--step", 0.2, "--points", 200)
+        for out in ("spring", "path", "rest"):
             self.assert_turned(out, angle, (0, -9))
             energy = self.series(out)["joint_energyJ"][-1]
             self.assertLess(abs(energy - 25 * (angle - 9) ** 2 - 0.5 * 81 / STIFFNESS), 1e-10, out)
