@@ -35,6 +35,7 @@ public:
     bool rubs() const override { return friction_.acts(); }
     void set_reference(std::span<const Slot<1>> state) override { friction_.set_reference(state); }
     void take_friction(bool acts) override { rubs_ = acts; }
+    void make_convex(bool convex) override { convex_ = convex; }
     void keep_springs() override { friction_.keep_springs(); }
     const std::vector<SavedContact>& springs() const override { return friction_.springs(); }
     void set_springs(std::vector<SavedContact> springs) override { friction_.set_springs(std::move(springs)); }
@@ -71,6 +72,30 @@ public:
         friction_.add(bodies_, attached_, state, time_, with_stiffness, out);
     }
 
+    double clear_share(std::span<const Slot<1>> state, std::span<const Slot<1>> moved) override {
+        constexpr std::size_t many = 64; // pairs an element, beyond which no wider search is made
+        std::vector<Vec3d> way(bodies_.slots());
+        double farthest = 0, thinnest = HUGE_VAL;
+        for (std::size_t s = 0; s < bodies_.slots(); ++s) {
+            const AttachedSlot& one = attached_[s];
+            bodies_.node[s].position = one.place(state[one.slot]);
+            way[s] = one.place(moved[one.slot]) - bodies_.node[s].position;
+            farthest = std::max(farthest, norm(way[s]));
+            if (bodies_.has_element(s)) thinnest = std::min(thinnest, bodies_.node[s].radius);
+        }
+        if (farthest == 0) return 1;
+        for (double reach = 2 * thinnest;; reach *= 4) {
+            const double most = std::min(1.0, reach / farthest);
+            Candidates near;
+            search_.build(bodies_, scene_.rules, 2 * most * farthest, near);
+            double share = most;
+            for (std::uint32_t a = 0; a < bodies_.slots(); ++a)
+                for (std::uint32_t i = near.first[a]; i < near.first[a + 1]; ++i)
+                    share = clear_share({a, near.partner[i]}, state, moved, way, share);
+            if (share < most || most == 1 || near.count() > many * bodies_.slots()) return share;
+        }
+    }
+
     void evaluate_damping(std::span<const Slot<1>> state, StaticContactLoads& out) override {
         out.couplings.clear();
         out.turning.clear();
@@ -92,6 +117,48 @@ private:
                 const std::uint32_t b = found.partner[i];
                 (attached_[a].box || attached_[b].box ? box_pairs_ : pairs_).push_back({a, b});
             }
+    }
+
+    /// The same of one pair, up to `most`: steps that the distance allows at the largest speed of approach.
+    double clear_share(Pair pair, std::span<const Slot<1>> state, std::span<const Slot<1>> moved,
+                       std::span<const Vec3d> way, double most) const {
+        const std::uint32_t node[4] = {pair.a, pair.a + 1, pair.b, pair.b + 1};
+        const Vec3d mean = 0.25 * (way[node[0]] + way[node[1]] + way[node[2]] + way[node[3]]);
+        const auto speed_of = [&](int n) { return norm(way[node[n]] - mean); };
+        double speed = std::max(speed_of(0), speed_of(1)) + std::max(speed_of(2), speed_of(3));
+        const double radius[2] = {bodies_.node[pair.a].radius, bodies_.node[pair.b].radius},
+                     both = radius[0] + radius[1], least_radius = std::min(radius[0], radius[1]);
+        if (attached_[pair.a].box || attached_[pair.b].box) {
+            for (const std::uint32_t slot : {pair.a, pair.b}) speed += corner_way(slot, state, moved);
+            return std::min(most, 0.5 * least_radius / speed);
+        }
+        const auto distance_at = [&](double share) {
+            Vec3<Pack<1>> place[4];
+            for (int n = 0; n < 4; ++n)
+                place[n] = broadcast<1>(bodies_.node[node[n]].position + share * (way[node[n]] - mean));
+            const auto apart = closest_points(place[0], place[1] - place[0], place[2], place[3] - place[2]).apart;
+            return std::sqrt(dot(apart, apart)[0]);
+        };
+        const double start = distance_at(0);
+        if (start >= both + most * speed) return most;
+        const double least = std::max(std::min(start, both) - 0.5 * least_radius, 0.5 * start);
+        constexpr int most_steps = 100;
+        const double close = std::min(0.1 * (start - least), 0.05 * least_radius);
+        double share = 0, distance = start;
+        for (int i = 0; i < most_steps && distance - least > close; ++i) {
+            share += (distance - least) / speed;
+            if (share >= most) return most;
+            distance = distance_at(share);
+        }
+        return share;
+    }
+    /// Farthest way of a box's corners by its turn, m; 0 of others.
+    double corner_way(std::uint32_t slot, std::span<const Slot<1>> state, std::span<const Slot<1>> moved) const {
+        const AttachedSlot& one = attached_[slot];
+        if (!one.box) return 0;
+        const Quaterniond a = lane(state[one.slot].director, 0), b = lane(moved[one.slot].director, 0);
+        const double cosine = std::min(1.0, std::abs(dot(a, b)));
+        return 2 * std::sqrt(1 - cosine * cosine) * one.box->cover(); // |2 sin(turn / 2)|
     }
 
     /// Slot of the exposure whose node stands at a place of ContactElement::node.
@@ -154,7 +221,19 @@ private:
         if (with_stiffness) add_slopes_of_loads(Slopes::by_places, element, load, out.turning);
     }
 
-    void add(Pair pair, const ContactResponse& response, std::span<const Slot<1>> state, bool with_stiffness,
+    /// The energy goes with the power p of the overlap d, so that phi'' grad d grad d^T is f f^T (p - 1)/(p phi), with
+    /// forces f.
+    void leave_turns_of_normals(ContactResponse& response) const {
+        const double power = scene_.laws.normal() == ContactNormal::hertz ? 2.5 : 2;
+        const double factor = response.energy > 0 ? (power - 1) / (power * response.energy) : 0;
+        const auto component = [](const Vec3d& v, int i) { return i == 0 ? v.x : i == 1 ? v.y : v.z; };
+        for (int i = 0; i < 3 * response.nodes; ++i)
+            for (int j = 0; j < 3 * response.nodes; ++j)
+                response.stiffness[i][j] = factor * component(response.node[i / 3].force, i % 3) *
+                                           component(response.node[j / 3].force, j % 3);
+    }
+
+    void add(Pair pair, ContactResponse& response, std::span<const Slot<1>> state, bool with_stiffness,
              StaticContactLoads& out) const {
         const std::uint32_t element[2] = {pair.a, pair.b};
         const AttachedSlot* at[ContactResponse::most_nodes];
@@ -182,6 +261,7 @@ private:
                                 diameter,
                                 on_first});
         if (!with_stiffness) return;
+        if (convex_) leave_turns_of_normals(response);
         if (turns) return add_turning(response, at, state, out);
         for (int n = 0; n < response.nodes; ++n)
             for (int m = 0; m < response.nodes; ++m) {
@@ -194,9 +274,8 @@ private:
 
     /// Stiffness of places on bodies: J^T K J with J = [1, -Q^T [a]], and what a force adds as its arm turns.
     ///                                                                                            theory.md (97)
-    static void add_turning(const ContactResponse& response,
-                            const AttachedSlot* const (&at)[ContactResponse::most_nodes],
-                            std::span<const Slot<1>> state, StaticContactLoads& out) {
+    void add_turning(const ContactResponse& response, const AttachedSlot* const (&at)[ContactResponse::most_nodes],
+                     std::span<const Slot<1>> state, StaticContactLoads& out) const {
         Vec3d by[ContactResponse::most_nodes][slot_unknowns]; // motion of a node by the unknowns of its slot
         for (int n = 0; n < response.nodes; ++n) {
             auto& own = by[n];
@@ -221,7 +300,7 @@ private:
                     for (int i = 0; i < slot_unknowns; ++i)
                         coupling.block[to_index(i)][to_index(j)] = dot(by[n][i], Vec3d{f[0], f[1], f[2]});
                 }
-                if (n == m && at[n]->on_body)
+                if (n == m && at[n]->on_body && !convex_)
                     add_turn_of_arm(at[n]->arm, lane(state[at[n]->slot].director, 0) * response.node[n].force,
                                     coupling.block);
             }
@@ -237,7 +316,7 @@ private:
     std::vector<Pair> pairs_, box_pairs_; ///< rising; the latter have a box
     double time_ = 0;                     ///< s
     StaticFriction friction_;
-    bool rubs_ = true;
+    bool rubs_ = true, convex_ = false;
 };
 
 } // namespace

@@ -42,6 +42,11 @@ public:
     virtual void set_time(double time) = 0;
     /// `state`: slots of all rods, one after another.
     virtual void evaluate(std::span<const Slot<1>> state, bool with_stiffness, StaticContactLoads& out) = 0;
+    /// Leaves out of the stiffness of pairs without a box what makes it negative, or not: turns of normals and arms.
+    virtual void make_convex(bool convex) = 0;
+    /// Share of the way from `state` to `moved` on which no pair comes nearer than it may: half of the smaller radius
+    /// further into each other than where they touch, or where they are; and no nearer than half of their distance.
+    virtual double clear_share(std::span<const Slot<1>> state, std::span<const Slot<1>> moved) = 0;
     /// Damping at rest by dashpots, and by friction that vanishes with the speed of slip: minus the derivative of loads
     /// by rates, in `turning`.
     virtual void evaluate_damping(std::span<const Slot<1>> state, StaticContactLoads& out) = 0;

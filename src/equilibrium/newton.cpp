@@ -1,6 +1,7 @@
 #include "equilibrium/newton.hpp"
 
 #include "core/timer.hpp"
+#include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
@@ -56,13 +57,13 @@ bool NewtonSolver::solves(const StaticState& state, const Unknown& correction, c
     return (stiffness * correction - residual).norm() <= 1e-6 * residual.norm();
 }
 
-NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
+NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left, int most) {
     constexpr int patience = 6; // iterations without a correction half as large as all before
     NewtonResult result;
     factor_is_last_ = false;
     double last = HUGE_VAL, least = HUGE_VAL;
     int least_at = 0;
-    const int most = system_.touches() ? options_.most_touching : options_.most_iterations;
+    if (most == 0) most = system_.touches() ? options_.most_touching : options_.most_iterations;
     for (int i = 0; i < most; ++i) {
         StaticSystem::Balance balance = system_.balance(state, true);
         balance.residual -= left;
@@ -71,8 +72,7 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
         const Unknown correction = this->correction(state, balance, result.reason);
         if (correction.size() == 0) return result;
         const double size = system_.size(correction), turn = system_.turn(correction);
-        const double share =
-            std::min({1.0, options_.most_turn / turn, system_.farthest_way() / system_.way(correction)});
+        const double share = system_.clear_share(state, correction, std::min(1.0, options_.most_turn / turn));
         system_.correct(state, correction, share);
         result.passes.push_back({relative, size});
         if (!goes_on(result, false)) return result;
@@ -99,7 +99,7 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left) {
 }
 
 double NewtonSolver::first_shift(const StaticSystem::Balance& balance, const Stiffness& mass) const {
-    const double farthest = std::min(system_.farthest_way(), options_.most_descent * system_.length());
+    const double farthest = std::min(system_.first_way(), options_.most_descent * system_.length());
     double shift = 0;
     for (int u = 0; u < system_.unknowns(); ++u) {
         const double most = system_.map().place(u).i < 3 ? farthest : options_.most_descent, m = mass.coeff(u, u);
@@ -108,66 +108,109 @@ double NewtonSolver::first_shift(const StaticSystem::Balance& balance, const Sti
     return shift;
 }
 
-/// A correction of (K + m M) du = r goes downhill where that matrix is positive: a step of motion in a thick fluid, in
-/// which bodies without any stiffness fall, too.
+/// Steps of motion in a thick fluid, M (u' - u) m = r(u'), in which the energy falls and bodies without any stiffness
+/// do, too. The shift m goes towards 0 as steps converge.
 NewtonResult NewtonSolver::descend(StaticState& state) {
     NewtonResult result;
     factor_is_last_ = false;
     const Stiffness mass = system_.mass(state);
-    double shift = 0, last = HUGE_VAL, promised = 0;
-    StaticState before = state;
+    double shift = 0, near = 3e-4;
     const StaticState start = state;
     const double farthest = 2 * StaticSystem::extent(state) + system_.length();
-    Unknown step;
-    const int most = system_.touches() ? options_.most_falls : options_.most_descents;
-    for (int i = 0; i < most; ++i) {
-        StaticSystem::Balance balance = system_.balance(state, true);
-        if (!balance.residual.allFinite()) {
-            result.reason = "loads are not finite";
-            return result;
-        }
-        const double least = least_shift(*balance.stiffness, mass);
-        if (i == 0) shift = std::max(first_shift(balance, mass), least);
-        if (step.size() > 0 && balance.residual.dot(step) < -0.5 * promised) { // it has gone past the minimum
+    const std::size_t most = to_index(system_.touches() ? options_.most_falls : options_.most_descents);
+    while (result.passes.size() < most) {
+        const StaticState before = state;
+        const Fall step = fall(state, mass, shift, result);
+        if (result.converged || !result.reason.empty()) return result;
+        if (step.end == Fall::failed) {
             state = before;
-            step.resize(0);
             shift *= 8;
             continue;
         }
-        if (!solution_.factorise(balance, shift * mass) || solution_.negative() > 0) {
-            shift *= 4;
-            continue;
-        }
-        step = solution_.solve(balance.residual);
-        const double size = system_.size(step), relative = system_.relative(balance);
-        const double share =
-            std::min({1.0, options_.most_descent / system_.turn(step), system_.farthest_way() / system_.way(step)});
-        result.passes.push_back({relative, size});
-        if (!goes_on(result, true)) return result;
-        const bool settles = share == 1 && shift <= least;
-        // Residual in balance: only motions without stiffness remain.
-        const bool stands = size < 1e-3 * options_.tolerance && shift > 1e6 * least;
-        if (relative < 1e-10 && (stands || (settles && size >= 0.5 * last))) result.converged = true;
-        else if (stands) result.reason = text_of_jump(balance);
-        if (const long slot = system_.gone(state, start, farthest); slot >= 0)
+        if (const long slot = system_.gone(state, start, farthest); slot >= 0) {
             result.reason = fmt::format("{} leaves, as nothing stops it",
                                         system_.rod_name(system_.map().rod_of_slot()[static_cast<std::size_t>(slot)]));
-        if (result.converged || !result.reason.empty()) return result;
-        before = state;
-        step *= share;
-        promised = balance.residual.dot(step);
-        system_.correct(state, step, 1);
-        if (share == 1) shift = std::max(0.3 * shift, least);
-        else if (share < 0.5) shift *= 2;
-        if (!settles) continue;
-        if (size < options_.tolerance || (size < 1e-6 && last < 1e-3 && size >= last)) {
-            result.converged = true;
             return result;
         }
-        last = size;
+        shift *= step.end == Fall::near ? 1.5 : step.corrections <= 3 ? 0.1 : 0.3;
+        if (step.size >= near) continue;
+        near *= 0.5;
+        if (finish(state, result) || result.stopped) return result;
     }
     result.reason = fmt::format("{} corrections downhill do not end", most);
     return result;
+}
+
+/// The stiffness of contacts is taken convex until the step is near its end, as its negative part is that of normals
+/// that turn, which large corrections overrate.
+NewtonSolver::Fall NewtonSolver::fall(StaticState& state, const Stiffness& mass, double& shift, NewtonResult& result) {
+    constexpr int most = 8;
+    constexpr double whole_below = 0.3, near_below = 0.25, balanced_below = 0.01; // of the first promise
+    Fall fall;
+    Unknown way = Unknown::Zero(system_.unknowns());
+    double first = 0, promised = 0, last = HUGE_VAL, last_size = HUGE_VAL;
+    bool may_be_whole = true;
+    while (fall.corrections < most) {
+        const bool whole = fall.corrections > 0 && may_be_whole && promised < whole_below * first;
+        const StaticSystem::Balance balance = system_.balance(state, true, !whole);
+        if (!balance.residual.allFinite()) {
+            result.reason = "loads are not finite";
+            return fall;
+        }
+        const double least = least_shift(*balance.stiffness, mass);
+        shift = std::max(shift == 0 ? first_shift(balance, mass) : shift, least);
+        if (!solution_.factorise(balance, shift * mass) || solution_.negative() > 0) {
+            if (!whole) return fall;
+            may_be_whole = false;
+            continue;
+        }
+        const Unknown residual = balance.residual - shift * (mass * way), step = solution_.solve(residual);
+        promised = residual.dot(step);
+        if (fall.corrections++ == 0) first = promised;
+        const double size = system_.size(step),
+                     share =
+                         system_.clear_share(state, step, std::min(1.0, options_.most_descent / system_.turn(step)));
+        result.passes.push_back({system_.relative(balance), size});
+        if (!goes_on(result, true)) return fall;
+        const bool settles = share == 1 && shift <= least;
+        judge(balance, fall.corrections == 1 && size < 1e-3 * options_.tolerance && shift > 1e6 * least,
+              settles && size >= 0.5 * last_size, result);
+        if (result.converged || !result.reason.empty()) return fall;
+        system_.correct(state, step, share);
+        way += share * step;
+        fall.size = system_.size(way);
+        if (settles && (size < options_.tolerance || (size < 1e-6 && last_size < 1e-3 && size >= last_size))) {
+            result.converged = true;
+            return fall;
+        }
+        last_size = settles ? size : HUGE_VAL;
+        if (share < 1) continue;
+        if (promised < balanced_below * first && shift > least) {
+            fall.end = Fall::balanced;
+            return fall;
+        }
+        if (fall.corrections > 4 && promised > 2 * last) break;
+        last = promised;
+    }
+    if (promised < near_below * first) fall.end = Fall::near;
+    return fall;
+}
+
+void NewtonSolver::judge(const StaticSystem::Balance& balance, bool stands, bool settles, NewtonResult& result) const {
+    // Residual in balance: only motions without stiffness remain.
+    if (system_.relative(balance) < 1e-10 && (stands || settles)) result.converged = true;
+    else if (stands) result.reason = text_of_jump(balance);
+}
+
+bool NewtonSolver::finish(StaticState& state, NewtonResult& result) {
+    StaticState trial = state;
+    NewtonResult exact = solve(trial, Unknown::Zero(system_.unknowns()), options_.most_iterations);
+    result.passes.insert(result.passes.end(), exact.passes.begin(), exact.passes.end());
+    result.stopped = exact.stopped;
+    if (exact.stopped) result.reason = exact.reason;
+    result.converged = exact.converged && solution_.negative() <= 0;
+    if (result.converged) state = std::move(trial);
+    return result.converged;
 }
 
 std::string NewtonSolver::text_of_jump(const StaticSystem::Balance& balance) const {
@@ -193,7 +236,7 @@ bool NewtonSolver::goes_on(NewtonResult& result, bool downhill) {
     return false;
 }
 
-double NewtonSolver::load(StaticState& state, double time, Equilibrium& result) {
+double NewtonSolver::load(StaticState& state, double time, bool at_once, Equilibrium& result) {
     double done = 0, step = 1;
     StaticState good = state;
     Unknown start; // what is out of balance at time 0, where the load is raised in steps
@@ -213,7 +256,7 @@ double NewtonSolver::load(StaticState& state, double time, Equilibrium& result) 
         system_.set_time(aim * time);
         system_.lead_ends(state);
         progress_.share = aim;
-        NewtonResult pass = solve(state, left);
+        NewtonResult pass = solve(state, left, at_once ? options_.most_iterations : 0);
         result.stopped = pass.stopped;
         const bool stable = !options_.stable || solution_.negative() <= 0;
         if (pass.converged && (stable || step <= 1.0 / 64)) {
@@ -229,7 +272,7 @@ double NewtonSolver::load(StaticState& state, double time, Equilibrium& result) 
         state = good;
         factor_is_last_ = false;
         step = 0.5 * std::min(step, aim - done);
-        if (step < options_.least_step || result.stopped) {
+        if (at_once || step < options_.least_step || result.stopped) {
             result.reason = pass.converged ? "it is unstable" : pass.reason;
             break;
         }
@@ -245,31 +288,44 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
     system_.lead_ends(state);
     system_.keep_joints(state);
     if (options_.friction) system_.set_reference(state);
-    double done = load(state, time, result);
-    if (done < 1 && !result.stopped && solution_.symmetric() && options_.stable &&
-        system_.lead_up_to(done * time, time, options_.most_turn) >= time) {
-        const StaticState good = state;
-        system_.set_time(time);
-        system_.lead_ends(state);
-        progress_.share = 1;
-        NewtonResult pass = descend(state);
-        result.stopped = pass.stopped;
-        if (pass.converged) {
-            done = 1;
-            result.iterations.push_back(pass.passes.size());
-            result.last = std::move(pass);
-            if (options_.friction && system_.rubs()) system_.keep_springs(state);
-            system_.keep_joints(state);
-        } else {
-            result.reason += "; " + pass.reason;
-            state = good;
-        }
+    // Bodies that touch come to rest sooner downhill than by load steps, each of which has its own contacts.
+    const bool falls = options_.stable && system_.touches() && !system_.rubs();
+    const StaticState start = state;
+    double done = load(state, time, falls, result);
+    if (done < 1 && go_downhill(state, done, time, result)) done = 1;
+    else if (done < 1 && falls && !result.stopped) {
+        const std::string reason = std::exchange(result.reason, {});
+        state = start;
+        done = load(state, time, false, result);
+        if (done < 1) result.reason = reason;
     }
     result.share = done;
     result.found = done >= 1;
     system_.set_time(done * time);
     if (!result.stopped) describe(result, state);
     return result;
+}
+
+bool NewtonSolver::go_downhill(StaticState& state, double done, double time, Equilibrium& result) {
+    if (result.stopped || !solution_.symmetric() || !options_.stable ||
+        system_.lead_up_to(done * time, time, options_.most_turn) < time)
+        return false;
+    const StaticState good = state;
+    system_.set_time(time);
+    system_.lead_ends(state);
+    progress_.share = 1;
+    NewtonResult pass = descend(state);
+    result.stopped = pass.stopped;
+    if (!pass.converged) {
+        result.reason += "; " + pass.reason;
+        state = good;
+        return false;
+    }
+    result.iterations.push_back(pass.passes.size());
+    result.last = std::move(pass);
+    if (options_.friction && system_.rubs()) system_.keep_springs(state);
+    system_.keep_joints(state);
+    return true;
 }
 
 void NewtonSolver::describe(Equilibrium& result, const StaticState& state) {

@@ -26,11 +26,11 @@ struct NewtonProgress {
 struct NewtonOptions {
     double tolerance = 1e-11; ///< of a correction: displacement over length, or turn
     int most_iterations = 16;
-    int most_touching = 100;       ///< of rods that touch, which go by shares of their radius
+    int most_touching = 100;       ///< of bodies that touch, which must not pass through each other
     double most_turn = 1.5;        ///< rad of an element in a correction, and of an end in a load step
     double least_step = 1.0 / 256; ///< of the load
     int most_descents = 300;       ///< corrections downhill
-    int most_falls = 20000;        ///< of bodies that touch, which fall by shares of their radius
+    int most_falls = 20000;        ///< of bodies that touch
     double most_descent = 0.3;     ///< rad of an element in one of them
     bool friction = false;         ///< with memory acts, from springs that load steps hand on
     bool stable = true;            ///< steps that end in an unstable equilibrium are made shorter
@@ -74,7 +74,8 @@ public:
         : system_(system), options_(options), solution_(system) {}
 
     /// Solves from `state` at the present time, for `left` beside the loads; the state is changed either way.
-    NewtonResult solve(StaticState& state, const Unknown& left);
+    /// `most`: iterations; 0: those of the options.
+    NewtonResult solve(StaticState& state, const Unknown& left, int most = 0);
     /// Goes from the state, as it is at time 0, to an equilibrium at `time`.
     Equilibrium find(StaticState& state, double time);
 
@@ -84,9 +85,23 @@ private:
     /// True where a correction does what it should: with a stiffness that is singular it may not.
     bool solves(const StaticState& state, const Unknown& correction, const Unknown& residual) const;
     /// Raises the load from 0 as far as an equilibrium follows; leaves the last state. Returns the share.
-    double load(StaticState& state, double time, Equilibrium& result);
+    /// `at_once`: in one step of few iterations, or not at all.
+    double load(StaticState& state, double time, bool at_once, Equilibrium& result);
     /// Goes to a minimum of the energy.
     NewtonResult descend(StaticState& state);
+    /// Step of motion in a thick fluid, M (u' - u) shift = loads(u'), by Newton's method; see descend().
+    struct Fall {
+        enum End { failed, near, balanced } end = failed;
+        int corrections = 0;
+        double size = 0; ///< of its way, as of a correction
+    };
+    Fall fall(StaticState& state, const Stiffness& mass, double& shift, NewtonResult& result);
+    /// Ends the solution if a correction with a shift shows the balance, or that there is none.
+    void judge(const StaticSystem::Balance& balance, bool stands, bool settles, NewtonResult& result) const;
+    /// Tries the stiffness without a shift; true where it leads to a stable equilibrium.
+    bool finish(StaticState& state, NewtonResult& result);
+    /// Puts a solution that goes downhill into the result; true where it is one.
+    bool go_downhill(StaticState& state, double done, double time, Equilibrium& result);
     /// Tells how far the solution is; false where it is to end.
     bool goes_on(NewtonResult& result, bool downhill);
     /// Shift m by which no unknown goes beyond what it may in a correction of m M du = r.

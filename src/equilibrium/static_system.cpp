@@ -65,7 +65,7 @@ StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const Loc
             length += e.rest_length;
             element_ = std::max(element_, e.rest_length);
             bending = std::max({bending, e.bending.x, e.bending.y});
-            if (contacts_ && e.radius > 0) farthest_way_ = std::min(farthest_way_, 0.5 * e.radius);
+            if (contacts_ && e.radius > 0) first_way_ = std::min(first_way_, 0.5 * e.radius);
             soft = std::min({soft, e.bending.x, e.bending.y});
         }
         length_ = std::max(length_, length);
@@ -156,9 +156,10 @@ void StaticSystem::add_block(Assembly& to, std::size_t row, std::size_t column, 
         }
 }
 
-StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_stiffness) {
+StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_stiffness, bool convex) {
     at_rest_->set_joint_memory(state.joint_memory);
     at_rest_->evaluate(state.slot, state.strain, with_stiffness, loads_);
+    if (contacts_) contacts_->make_convex(convex);
     if (contacts_) add_contacts(state, with_stiffness);
     Balance out;
     out.residual = gathered(loads_, state);
@@ -302,11 +303,11 @@ double StaticSystem::size(const Unknown& correction) const {
     return largest;
 }
 
-double StaticSystem::way(const Unknown& correction) const {
-    double largest = 0;
-    for (int i = 0; i < unknowns(); ++i)
-        if (unknowns_.place(i).i < 3) largest = std::max(largest, std::abs(correction[i]));
-    return largest;
+double StaticSystem::clear_share(const StaticState& state, const Unknown& correction, double share) const {
+    if (!contacts_) return share;
+    StaticState moved = state;
+    correct(moved, correction, share);
+    return share * contacts_->clear_share(state.slot, moved.slot);
 }
 
 double StaticSystem::turn(const Unknown& correction) const {

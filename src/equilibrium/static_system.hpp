@@ -93,7 +93,8 @@ public:
         double force_size = 0;          ///< largest sum of the sizes of forces at a node, N
         double couple_size = 0;         ///< the same of couples at an element, N m
     };
-    Balance balance(const StaticState& state, bool with_stiffness);
+    /// `convex`: the stiffness of contacts is never negative, see StaticContacts::make_convex().
+    Balance balance(const StaticState& state, bool with_stiffness, bool convex = false);
     /// Takes [c]/2 of couples that are left beside the loads out of a stiffness without symmetry: those are constant.
     void leave_couples(Balance& balance, const Unknown& left) const;
     /// Forces on nodes and couples on elements as loads on the free unknowns.
@@ -107,9 +108,10 @@ public:
 
     /// Size of a correction: largest displacement over length(), or turn.
     double size(const Unknown& correction) const;
-    /// Largest displacement, m, and the one that a correction may have: rods must not pass through each other.
-    double way(const Unknown& correction) const;
-    double farthest_way() const { return farthest_way_; }
+    /// Largest part, up to `share`, of a correction in which no bodies pass through each other.
+    double clear_share(const StaticState& state, const Unknown& correction, double share) const;
+    /// Displacement with which corrections begin that go downhill, m.
+    double first_way() const { return first_way_; }
     /// Largest turn, rad.
     double turn(const Unknown& correction) const;
     void correct(StaticState& state, const Unknown& correction, double share) const;
@@ -183,7 +185,7 @@ private:
     std::vector<std::uint8_t> sampled_; ///< by unknown: near an end, or near what is held
     double length_ = 0, element_ = 0;
     double slow_eigenvalue_ = 0;
-    double farthest_way_ = HUGE_VAL; ///< m
+    double first_way_ = HUGE_VAL; ///< m
     double least_force_ = 0; ///< N: a thousandth of what bends the longest rod by its length; without rods, of joints
 };
 

@@ -82,6 +82,19 @@ public:
         return out;
     }
     void set_reference() { contacts_->set_reference(state); }
+    void make_convex(bool convex) { contacts_->make_convex(convex); }
+    double clear_share(std::span<const Slot<1>> moved) { return contacts_->clear_share(state, moved); }
+    /// Largest overlap on the way to another state.
+    double overlap_at(std::span<const Slot<1>> moved, double share) {
+        std::vector<Slot<1>> between = state;
+        for (std::size_t s = 0; s < between.size(); ++s) {
+            const Vec3d from = lane(state[s].position, 0), to = lane(moved[s].position, 0);
+            set_lane(between[s].position, 0, from + share * (to - from));
+        }
+        StaticContactLoads out;
+        contacts_->evaluate(between, false, out);
+        return out.largest_overlap;
+    }
     using Motion = std::vector<double>; ///< of all slots, six unknowns each, turns in radii
     void move(const Motion& motion, double share) {
         for (std::size_t s = 0; s < state.size(); ++s) {
@@ -238,6 +251,70 @@ TEST(StaticBodies, StiffnessOnABoxIsThatOfTheForces) {
         const double most = kind == OnBox::rod ? 1e-2 : 1e-7; // shares of an element beside others stand still
         EXPECT_LT(largest_error(ContactFriction::memory, kind, 30), most) << static_cast<int>(kind);
     }
+}
+
+/// Work -m K m of a motion of all slots, with turns in radii.
+double resistance(const StaticContactLoads& loads, const Heap::Motion& motion) {
+    double work = 0;
+    const auto add = [&](const std::vector<SlotCoupling>& couplings) {
+        for (const SlotCoupling& c : couplings)
+            for (std::size_t i = 0; i < slot_unknowns; ++i)
+                for (std::size_t j = 0; j < slot_unknowns; ++j)
+                    work += motion[6 * c.row + i] * c.block[i][j] * motion[6 * c.column + j] /
+                            ((i < 3 ? 1 : radius) * (j < 3 ? 1 : radius));
+    };
+    add(loads.couplings);
+    add(loads.turning);
+    return work;
+}
+
+// Without the turns of normals and of arms, stiffness is phi'' g g^T with the gradient g of the overlap.
+TEST(StaticBodies, ConvexStiffnessIsNeverNegative) {
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> some(-1, 1);
+    for (const ContactNormal normal : {ContactNormal::linear, ContactNormal::hertz}) {
+        int negative = 0;
+        for (int trial = 0; trial < 20; ++trial) {
+            Heap heap(random, normal, ContactFriction::none);
+            const StaticContactLoads whole = heap.loads(true);
+            ASSERT_FALSE(whole.contacts.empty());
+            heap.make_convex(true);
+            const StaticContactLoads convex = heap.loads(true);
+            EXPECT_EQ(Heap::all(convex), Heap::all(whole)) << "loads are the same";
+            for (int direction = 0; direction < 50; ++direction) {
+                Heap::Motion motion(6 * heap.state.size());
+                for (double& m : motion) m = some(random);
+                const double of_whole = resistance(whole, motion), of_convex = resistance(convex, motion);
+                EXPECT_GE(of_convex, -1e-9 * std::abs(of_whole));
+                negative += of_convex > of_whole;
+            }
+        }
+        EXPECT_GT(negative, 500) << "what is left out is negative in most directions";
+    }
+}
+
+// A correction within the share leaves a pair on its side, overlapping by half a radius more at most.
+TEST(StaticBodies, NothingPassesWithinTheClearShare) {
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> some(-1, 1);
+    int cut = 0, whole = 0;
+    for (int trial = 0; trial < 200; ++trial) {
+        Heap heap(random, ContactNormal::linear, ContactFriction::none);
+        std::vector<Slot<1>> moved = heap.state;
+        const double most = std::pow(10, some(random)) * radius;
+        for (Slot<1>& slot : moved)
+            set_lane(slot.position, 0, lane(slot.position, 0) + most * Vec3d{some(random), some(random), some(random)});
+        const double share = heap.clear_share(moved), deepest = heap.loads().largest_overlap;
+        ASSERT_GT(share, 0);
+        ASSERT_LE(share, 1);
+        ++(share < 1 ? cut : whole);
+        double largest = 0;
+        for (int i = 1; i <= 50; ++i) largest = std::max(largest, heap.overlap_at(moved, i / 50.0 * share));
+        EXPECT_LE(largest, deepest + 0.25 + 1e-9) << "half a radius further, over the diameter";
+        if (share < 1) EXPECT_GT(largest, 0.2) << "share " << share << " is cut without need";
+    }
+    EXPECT_GT(cut, 20);
+    EXPECT_GT(whole, 20);
 }
 
 } // namespace
