@@ -410,6 +410,8 @@ private:
         const std::vector<NumberEffect> effects =
             NumberEffects(comm_, threads_, machine_, options_.time, one, state, coupled)
                 .find(numbers, quantity, observed);
+        for (std::size_t i = 0; i < value.size(); ++i)
+            if (effects[i].jumps) refuse_jump(options_.keys[i], value[i]);
         Eigen::MatrixXd all(effects.front().quantity.size(), static_cast<Eigen::Index>(value.size()));
         for (std::size_t i = 0; i < value.size(); ++i)
             all.col(static_cast<Eigen::Index>(i)) =

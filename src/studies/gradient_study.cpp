@@ -52,12 +52,12 @@ std::vector<ChangedNumber> numbers_of(const SceneSpec& scene, const std::vector<
 
 } // namespace
 
-StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Machine& machine, StaticCase& one,
+StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Machine& machine, ObservedCase& observed,
                       const StaticState& state, const GradientOptions& options) {
+    const StaticCase& one = observed.at();
     StateSlopes found;
     GradientReport& report = found.report;
     const std::vector<ChangedNumber> numbers = numbers_of(one.scene, options.keys, report.numbers);
-    ObservedCase observed(comm, threads, one);
     RestQuantity quantity{nullptr, columns_of(options.of, observed.names())};
     for (const std::size_t column : quantity.observables) report.observables.push_back(observed.names()[column]);
     const Unknown value = quantity.at(observed, state);
@@ -86,15 +86,15 @@ StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Ma
         for (std::size_t j = 0; by_adjoint && j < adjoint.size(); ++j)
             slope[static_cast<Eigen::Index>(j)] += adjoint[j].dot(effects[i].loads);
         report.numbers[i].slope = {slope.begin(), slope.end()};
+        report.numbers[i].jumps = effects[i].jumps;
     }
     return found;
 }
 
-GradientReport names_of(const Communicator& comm, const Threads& threads, const StaticCase& one,
-                        const GradientOptions& options) {
+GradientReport names_of(ObservedCase& observed, const Machine& machine, const GradientOptions& options) {
     GradientReport report;
-    numbers_of(one.scene, options.keys, report.numbers);
-    ObservedCase observed(comm, threads, one);
+    const std::vector<ChangedNumber> numbers = numbers_of(observed.at().scene, options.keys, report.numbers);
+    require_changes(observed.at(), numbers, machine, options.time);
     for (const std::size_t column : columns_of(options.of, observed.names()))
         report.observables.push_back(observed.names()[column]);
     return report;
@@ -104,9 +104,12 @@ GradientReport gradients(const Communicator& comm, const Threads& threads, const
                          const SceneText& text, const GradientOptions& options) {
     const double began = wall_seconds();
     const std::unique_ptr<StaticCase> one = static_case(text, machine, options.time);
-    names_of(comm, threads, *one, options); // refuses wrong ones before anything is solved
-    StateSlopes found = slopes_in(comm, threads, machine, *one, equilibrium_of(*one, options.time), options);
+    ObservedCase observed(comm, threads, *one);
+    names_of(observed, machine, options); // refuses wrong ones before anything is solved
+    StateSlopes found = slopes_in(comm, threads, machine, observed, equilibrium_of(*one, options.time), options);
     if (!found.regular) refuse_singular();
+    for (const NumberSlopes& number : found.report.numbers)
+        if (number.jumps) refuse_jump(number.key, number.value);
     found.report.seconds = wall_seconds() - began;
     return std::move(found.report);
 }

@@ -6,6 +6,7 @@
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
 #include "studies/scene_family.hpp"
+#include "studies/static_slopes.hpp"
 
 #include <string>
 #include <vector>
@@ -17,6 +18,7 @@ struct NumberSlopes {
     std::string key, unit;
     double value = 0;
     std::vector<double> slope; ///< by observable
+    bool jumps = false;        ///< loads jump at the number, or have another slope to each side: these mean nothing
 };
 
 struct GradientReport {
@@ -39,12 +41,11 @@ struct StateSlopes {
     std::vector<Unknown> loads; ///< their slopes by each number, where bodies stay
     bool regular = true;        ///< false where the stiffness is singular to working precision: slopes mean nothing
 };
-StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Machine& machine, StaticCase& one,
+StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Machine& machine, ObservedCase& observed,
                       const StaticState& state, const GradientOptions& options);
 /// Observables and numbers that are asked for, without values and slopes. Throws InputError where there are none of
-/// these names.
-GradientReport names_of(const Communicator& comm, const Threads& threads, const StaticCase& one,
-                        const GradientOptions& options);
+/// these names, or where a number cannot be varied.
+GradientReport names_of(ObservedCase& observed, const Machine& machine, const GradientOptions& options);
 
 /// Throws NumericalError where the scene has no equilibrium.
 GradientReport gradients(const Communicator& comm, const Threads& threads, const Machine& machine,

@@ -7,6 +7,8 @@
 #include "skein/core/error.hpp"
 #include "studies/scene_number.hpp"
 
+#include <fmt/format.h>
+
 #include <algorithm>
 #include <filesystem>
 #include <map>
@@ -135,52 +137,106 @@ std::optional<std::vector<char>> bent_slots(const SceneSpec& scene, const RodGro
     return changed_slots(group, group.spec().shape.rest_curvature_profile, shape.rest_curvature_profile);
 }
 
-} // namespace
-
-NumberEffects::Sides NumberEffects::sides_of(const ChangedNumber& number) const {
-    const auto at = [&](double by) { return with_number(one_.scene, number.key, number.value + by); };
+NumberSides sides_of(const SceneSpec& scene, const ChangedNumber& number) {
+    const auto at = [&](double by) { return with_number(scene, number.key, number.value + by); };
     try {
-        Sides sides{at(-number.step), {}, -number.step, number.step};
+        NumberSides sides{at(-number.step), {}, -number.step, number.step};
         try {
             sides.high = at(number.step);
         } catch (const InputError&) {
-            sides.high = one_.scene;
+            sides.high = scene;
             sides.more = 0;
         }
         return sides;
     } catch (const InputError&) {
-        return {one_.scene, at(number.step), 0, number.step};
+        return {scene, at(number.step), 0, number.step};
     }
 }
 
-Unknown NumberEffects::residual(StaticCase& at) const {
+/// Cases with a number less and more; null where that side is the case as it is.
+struct SideCases {
+    std::unique_ptr<StaticCase> low, high;
+    double less, more;
+    double width() const { return more - less; }
+};
+SideCases cases_of(const StaticCase& one, const ChangedNumber& number, const Machine& machine, double time) {
+    // A side that contradicts other keys is that of the scene as it is.
+    const auto made = [&](const SceneSpec& scene, double& by, double other) -> std::unique_ptr<StaticCase> {
+        if (by == 0) return nullptr;
+        try {
+            check_scene(scene);
+            refuse_unsolvable(scene);
+            return static_case(scene, machine, time);
+        } catch (const InputError&) {
+            if (other == 0) throw;
+            by = 0;
+            return nullptr;
+        }
+    };
+    try {
+        const NumberSides sides = sides_of(one.scene, number);
+        SideCases cases{nullptr, nullptr, sides.less, sides.more};
+        cases.low = made(sides.low, cases.less, cases.more);
+        cases.high = made(sides.high, cases.more, cases.less);
+        return cases;
+    } catch (const InputError& error) {
+        throw InputError(fmt::format("'{}' = {:g} cannot be varied, so that there are no slopes by it: {}", number.key,
+                                     number.value, error.what()));
+    }
+}
+
+} // namespace
+
+void refuse_jump(const std::string& key, double value) {
+    throw NumericalError(fmt::format("slopes by '{}' have no value: at {:g} the loads jump, or change otherwise to one "
+                                     "side than to the other; slopes a little beside it may have one",
+                                     key, value));
+}
+
+void require_changes(const StaticCase& one, std::span<const ChangedNumber> numbers, const Machine& machine,
+                     double time) {
+    for (const ChangedNumber& number : numbers) cases_of(one, number, machine, time);
+}
+
+Unknown NumberEffects::residual(const StaticCase& at) const {
     StaticState own = state_;
     at.system->lead_ends(own);
     return at.system->balance(own, false).residual;
 }
 
-NumberEffect NumberEffects::alone(const ChangedNumber& number) const {
-    Sides sides = sides_of(number);
-    // A side that contradicts other keys is that of the scene as it is.
-    const auto made = [&](const SceneSpec& scene, double& by, double other) {
-        try {
-            if (by != 0) check_scene(scene);
-            return static_case(scene, machine_, time_);
-        } catch (const InputError&) {
-            if (other == 0) throw;
-            by = 0;
-            return static_case(one_.scene, machine_, time_);
-        }
+bool NumberEffects::jumps(const Unknown& first, const Unknown& second) const {
+    constexpr double rounding = 1e-10, alike = 0.5;
+    StaticSystem::Balance balance = one_.system->balance(state_, false);
+    const auto size = [&](const Unknown& difference) {
+        balance.residual = difference;
+        return one_.system->relative(balance);
     };
-    const std::unique_ptr<StaticCase> low = made(sides.low, sides.less, sides.more),
-                                      high = made(sides.high, sides.more, sides.less);
-    const auto quantity = [&](StaticCase& at) {
+    return size(second) > std::max(rounding, alike * size(first));
+}
+
+NumberEffect NumberEffects::alone(const ChangedNumber& number) const {
+    const SideCases cases = cases_of(one_, number, machine_, time_);
+    const StaticCase &low = cases.low ? *cases.low : one_, &high = cases.high ? *cases.high : one_;
+    const Unknown less = residual(low), more = residual(high);
+    const auto quantity = [&](const StaticCase& at) {
         StaticState own = state_;
         at.system->lead_ends(own);
         ObservedCase observed(comm_, threads_, at);
         return quantity_.at(observed, own);
     };
-    return {(residual(*high) - residual(*low)) / sides.width(), (quantity(*high) - quantity(*low)) / sides.width()};
+    NumberEffect effect{(more - less) / cases.width(), (quantity(high) - quantity(low)) / cases.width()};
+    if (cases.low && cases.high) {
+        effect.jumps = jumps(more - less, more - 2 * residual(one_) + less);
+        return effect;
+    }
+    try { // of a bound, one side has no values
+        const ChangedNumber twice{number.key, number.value, 2 * number.step};
+        const SideCases beyond = cases_of(one_, twice, machine_, time_);
+        if (beyond.high) effect.jumps = jumps(more - less, residual(*beyond.high) - 2 * more + less);
+        else if (beyond.low) effect.jumps = jumps(more - less, residual(*beyond.low) - 2 * less + more);
+    } catch (const InputError&) { // nor twice as far
+    }
+    return effect;
 }
 
 void NumberEffects::add_rows(std::size_t rod, const std::vector<char>& changed, std::vector<int>& rows) const {
@@ -197,7 +253,8 @@ void NumberEffects::add_rows(std::size_t rod, const std::vector<char>& changed, 
     }
 }
 
-bool NumberEffects::add_group(const std::string& key, const Sides& sides, std::size_t g, LocalChange& change) const {
+bool NumberEffects::add_group(const std::string& key, const NumberSides& sides, std::size_t g,
+                              LocalChange& change) const {
     const RodGroup& group = one_.groups[g];
     if (group.heterogeneous()) return false;
     const SceneSpec& scene = sides.more > 0 ? sides.high : sides.low;
@@ -217,7 +274,7 @@ bool NumberEffects::wants_energies() const {
                                [](std::size_t o) { return o >= first_energy && o < first_energy + energy_columns; });
 }
 
-bool NumberEffects::add_energies(const Sides& sides, const RodGroup& group, LocalChange& change) const {
+bool NumberEffects::add_energies(const NumberSides& sides, const RodGroup& group, LocalChange& change) const {
     const std::optional<RodGroup> low = made_again(sides.low, group), high = made_again(sides.high, group);
     if (!low || !high) return false;
     for (std::int64_t i = 0; i < group.count(); ++i) {
@@ -239,7 +296,7 @@ std::unique_ptr<NumberEffects::LocalChange> NumberEffects::local_change(const Ch
     change->number = place;
     change->energies.assign(columns_, 0.0);
     try {
-        const Sides sides = sides_of(number);
+        const NumberSides sides = sides_of(one_.scene, number);
         for (const std::size_t g : groups)
             if (!add_group(number.key, sides, g, *change)) return nullptr;
     } catch (const InputError&) {
@@ -272,24 +329,33 @@ bool NumberEffects::add_batch(const Batch& batch, std::span<const ChangedNumber>
                               std::vector<NumberEffect>& all) const {
     SceneSpec low = one_.scene, high = one_.scene;
     std::vector<double> width;
+    std::vector<char> is_inner; // numbers with values on both sides
     for (const LocalChange* change : batch) {
         const ChangedNumber& number = numbers[change->number];
-        const Sides sides = sides_of(number);
+        const NumberSides sides = sides_of(one_.scene, number);
         width.push_back(sides.width());
+        is_inner.push_back(sides.less < 0 && sides.more > 0);
         low = with_number(std::move(low), number.key, number.value + sides.less);
         high = with_number(std::move(high), number.key, number.value + sides.more);
     }
-    Unknown difference;
+    Unknown difference, second;
     try {
-        difference = residual(*static_case(std::move(high), machine_, time_)) -
-                     residual(*static_case(std::move(low), machine_, time_));
+        const Unknown more = residual(*static_case(std::move(high), machine_, time_)),
+                      less = residual(*static_case(std::move(low), machine_, time_));
+        difference = more - less;
+        second = more - 2 * residual(one_) + less;
     } catch (const InputError&) {
         return false;
     }
     for (std::size_t i = 0; i < batch.size(); ++i) {
-        Unknown& loads = all[batch[i]->number].loads;
-        loads = Unknown::Zero(difference.size());
-        for (const int row : batch[i]->rows) loads[row] = std::exchange(difference[row], 0.0) / width[i];
+        NumberEffect& effect = all[batch[i]->number];
+        Unknown first = Unknown::Zero(difference.size()), bend = first;
+        for (const int row : batch[i]->rows) {
+            first[row] = std::exchange(difference[row], 0.0);
+            bend[row] = second[row];
+        }
+        effect.loads = first / width[i];
+        effect.jumps = is_inner[i] && jumps(first, bend);
     }
     return (difference.array() == 0).all();
 }

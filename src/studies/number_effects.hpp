@@ -20,11 +20,25 @@ struct ChangedNumber {
     double value, step;
 };
 
+/// Scenes with a number less and more by these; one of the two is 0 where that side has no scene.
+struct NumberSides {
+    SceneSpec low, high;
+    double less, more;
+    double width() const { return more - less; }
+};
+
 /// Derivatives by a number, in the same state of the free unknowns.
 struct NumberEffect {
     Unknown loads;
     Unknown quantity;
+    bool jumps = false; ///< the loads jump at the number, or have another slope to each side: there are no derivatives
 };
+
+/// Throws NumericalError: loads jump at the value of a number.
+[[noreturn]] void refuse_jump(const std::string& key, double value);
+/// Throws InputError, with its key, where a scene accepts no change of a number to either side.
+void require_changes(const StaticCase& one, std::span<const ChangedNumber> numbers, const Machine& machine,
+                     double time);
 
 class NumberEffects {
 public:
@@ -38,12 +52,6 @@ public:
                                    ObservedCase& observed);
 
 private:
-    /// Scenes with a number less and more by these; one of the two is 0 where that side has no scene.
-    struct Sides {
-        SceneSpec low, high;
-        double less, more;
-        double width() const { return more - less; }
-    };
     /// Change of parts of rods.
     struct LocalChange {
         std::size_t number;
@@ -52,14 +60,15 @@ private:
     };
     using Batch = std::vector<const LocalChange*>;
 
-    Sides sides_of(const ChangedNumber& number) const;
-    Unknown residual(StaticCase& at) const;
+    Unknown residual(const StaticCase& at) const;
+    /// True where loads do not change in proportion; `first`, `second`: their first and second difference.
+    bool jumps(const Unknown& first, const Unknown& second) const;
     NumberEffect alone(const ChangedNumber& number) const;
     /// None where it changes more than stiffness and rest curvature, or where that acts beyond its place.
     std::unique_ptr<LocalChange> local_change(const ChangedNumber& number, std::size_t place) const;
-    bool add_group(const std::string& key, const Sides& sides, std::size_t group, LocalChange& change) const;
+    bool add_group(const std::string& key, const NumberSides& sides, std::size_t group, LocalChange& change) const;
     bool wants_energies() const;
-    bool add_energies(const Sides& sides, const RodGroup& group, LocalChange& change) const;
+    bool add_energies(const NumberSides& sides, const RodGroup& group, LocalChange& change) const;
     /// `changed`: slots of the rod.
     void add_rows(std::size_t rod, const std::vector<char>& changed, std::vector<int>& rows) const;
     std::vector<Batch> batches_of(std::span<const std::unique_ptr<LocalChange>> changes) const;

@@ -77,9 +77,10 @@ StateSlopes PathSlopes::at(double value, const StaticState& state) {
     StaticCase& one = family_.case_at(value);
     StaticState own = state;
     one.system->refresh(own);
-    StateSlopes found = slopes_in(comm_, threads_, machine_, one, own, asked_);
-    if (!found.regular)
-        for (NumberSlopes& number : found.report.numbers) std::fill(number.slope.begin(), number.slope.end(), none);
+    ObservedCase observed(comm_, threads_, one);
+    StateSlopes found = slopes_in(comm_, threads_, machine_, observed, own, asked_);
+    for (NumberSlopes& number : found.report.numbers)
+        if (!found.regular || number.jumps) std::fill(number.slope.begin(), number.slope.end(), none);
     return found;
 }
 

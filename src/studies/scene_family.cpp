@@ -7,6 +7,7 @@
 #include "scene/make_plan.hpp"
 #include "scene/scene_file.hpp"
 #include "skein/core/error.hpp"
+#include "studies/scene_number.hpp"
 
 #include <fmt/format.h>
 
@@ -79,6 +80,7 @@ std::unique_ptr<StaticCase> static_case(SceneSpec scene, const Machine& machine,
 
 StaticCase& SceneFamily::case_at(double value) {
     if (now_ && value == value_) return *now_;
+    if (now_) with_number(now_->scene, key_, value); // which refuses what is no number
     SceneText own = text_;
     own.overrides.push_back(fmt::format("{}={:.17g}", key_, value));
     now_ = static_case(own, machine_, time_);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "physics/scene_spec.hpp"
+#include "skein/core/fields.hpp"
 
 #include <span>
 #include <string>
@@ -16,15 +17,21 @@ struct SceneNumber {
     /// "load.0.end.2[N]"
     std::string heading(const std::string& path) const { return unit.empty() ? path : path + "[" + unit + "]"; }
 };
-/// Numbers under paths as --set has them, given or by default. Throws InputError where one is none.
+/// Numbers under paths as --set has them, given or by default; where a value stands for a number that follows from
+/// other keys, this number. Throws InputError where one is none, or none that can be told.
 std::vector<SceneNumber> numbers_at(const SceneSpec& scene, std::span<const std::string> paths);
 SceneNumber number_at(const SceneSpec& scene, const std::string& path);
 
+/// True where a value of a key is no number, but stands for one that follows from other keys or for none at all:
+/// "auto", and what the text of the key describes as "0: ...", "0 stands for ..." or "below 0: ...".
+bool is_placeholder(const Field& field, double value);
+
 /// The scene with another value of such a number, which does not count anything. Throws InputError where the key does
-/// not accept the value; contradictions of keys are not looked for.
+/// not accept the value, or has it as a placeholder; contradictions of keys are not looked for.
 SceneSpec with_number(SceneSpec scene, const std::string& path, double value);
 
-/// Throws InputError for numbers that count something, such as elements: what is unknown changes with them.
+/// Throws InputError for numbers that count something, such as elements: what is unknown changes with them; and for
+/// the time of the solution itself.
 void refuse_whole(const SceneNumber& number, const std::string& path);
 
 } // namespace skein

@@ -1,15 +1,26 @@
 // Numbers that are set in a scene beside those that are read, and adjoint solutions beside solutions.
 #include "equilibrium/static_solution.hpp"
+#include "parallel/communicator.hpp"
+#include "parallel/threads.hpp"
 #include "scene/scene_file.hpp"
+#include "scene/scene_keys.hpp"
 #include "skein/core/error.hpp"
+#include "studies/number_effects.hpp"
 #include "studies/scene_family.hpp"
 #include "studies/scene_number.hpp"
+#include "studies/static_slopes.hpp"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <nlohmann/json.hpp>
+
+#include <cmath>
+#include <optional>
 #include <random>
+#include <set>
 #include <string>
+#include <vector>
 
 namespace skein {
 namespace {
@@ -49,6 +60,174 @@ of = "rod"
             {}};
 }
 
+/// A rod and a strip with loads of many kinds; numbers that stand for others are left out.
+SceneText everything() {
+    return {"everything.toml",
+            R"toml(
+time.duration = 1.0
+constants.pull = {value = 0.01, unit = "N/m"}
+[[table]]
+name = "bend"
+at = [0.0, 0.5, 1.0]
+at_unit = "m"
+value = [0.1, 0.2, -0.3]
+[[rods]]
+name = "rod"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e8}
+section = {radius = 0.01, taper = 0.7}
+shape = {length = 1.0, elements = 5, rest_curvature = [0.1, 0.3, 0.5]}
+placement = {origin = [0.1, 0.2, 0.3], tangent = [1.0, 0.1, 0.2]}
+magnetisation = {pattern = "uniform", strength = 1e3, direction = [0.1, 0.0, 1.0]}
+[[rods]]
+name = "strip"
+start = "clamped"
+end = "clamped"
+end_motion = {amplitude = [0.01, 0.0, -0.02], period = 3.0, phase = 0.4}
+material = {density = 900.0, youngs_modulus = 1e7, law = "neo_hookean"}
+section = {kind = "rectangular", radius = 0.01, radius_2 = 0.02}
+shape = {length = 1.0, elements = 6, rest_curvature_formula = ["bend(s)", "0.1*bend(s)", "0"], start_curvature = [0.1, 0.0, 0.0]}
+placement = {origin = [0.0, 3.0, 0.0], tangent = [1.0, 0.0, 0.0], normal = [0.0, 1.0, 0.0]}
+[[load]]
+kind = "gravity"
+rods = ["rod", "strip"]
+acceleration = [0.1, 0.2, -1.0]
+[[load]]
+kind = "end_force"
+rods = ["rod"]
+end = [0.01, 0.02, 0.03]
+ramp = 2.0
+[[load]]
+kind = "end_couple"
+rods = ["rod"]
+end = [0.01, 0.02, 0.03]
+[[load]]
+kind = "magnetic_field"
+rods = ["rod"]
+constant = [0.0, 0.0, 1e-3]
+rotating = 1e-3
+period = 4.0
+[[load]]
+kind = "formula"
+rods = ["strip"]
+force = ["pull", "0.1*bend(0.1)", "0"]
+[[probe]]
+name = "tip"
+of = "rod"
+[[probe]]
+name = "tip_of_strip"
+of = "strip"
+at = 0.5
+)toml",
+            {}};
+}
+
+/// Joints of many kinds between rods and a body.
+SceneText joined() {
+    return {"joined.toml",
+            R"toml(
+time.duration = 1.0
+[[rods]]
+name = "upper"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e8}
+section.radius = 0.01
+shape = {length = 0.5, elements = 4}
+placement.tangent = [1.0, 0.0, 0.0]
+[[rods]]
+name = "lower"
+material = {density = 1000.0, youngs_modulus = 1e8}
+section.radius = 0.01
+shape = {length = 0.5, elements = 4}
+placement = {origin = [0.5, 0.0, 0.0], tangent = [1.0, 0.0, 0.0]}
+[[rods]]
+name = "fork"
+material = {density = 1000.0, youngs_modulus = 1e8}
+section.radius = 0.01
+shape = {length = 0.4, elements = 4}
+placement = {origin = [1.0, 0.0, 0.0], tangent = [0.0, 1.0, 0.0]}
+[[bodies]]
+name = "ball"
+density = 500.0
+spheres.radii = [0.05]
+placement.origin = [1.0, 0.4, 0.2]
+[[joint]]
+kind = "hinge"
+between = ["upper", "lower"]
+axis = [0.0, 1.0, 0.0]
+stiffness = 1e4
+torsional_stiffness = 10.0
+spring = 5.0
+motor = {kind = "force", value = "0.1"}
+[[joint]]
+kind = "fixed"
+between = ["lower", "fork"]
+at = [1.0, 0.0]
+[[joint]]
+kind = "distance"
+between = ["upper", "fork"]
+at = [0.5, 0.5]
+stiffness = 50.0
+[[joint]]
+kind = "bushing"
+between = ["fork", "ball"]
+stiffness = 1e3
+torsional_stiffness = 3.0
+at = [1.0, 0.0]
+along = [1.0, 0.5, 0.7]
+[[load]]
+kind = "gravity"
+acceleration = [0.1, 0.2, -1.0]
+[[probe]]
+name = "tip"
+of = "fork"
+[[probe]]
+name = "tip_of_ball"
+of = "ball"
+)toml",
+            {}};
+}
+
+/// A rod between supports that lies on a floor and bears another.
+SceneText lying() {
+    return {"lying.toml",
+            R"toml(
+time.duration = 1.0
+[[rods]]
+name = "rod"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e6}
+section.radius = 0.01
+shape = {length = 0.5, elements = 3}
+placement = {origin = [0.0, 0.0, 0.02], tangent = [1.0, 0.0, 0.0]}
+[[rods]]
+name = "upper"
+start = "clamped"
+material = {density = 1100.0, youngs_modulus = 1e6}
+section.radius = 0.01
+shape = {length = 0.5, elements = 4}
+placement = {origin = [0.33, -0.21, 0.05], tangent = [0.0, 1.0, 0.0]}
+[contact]
+stiffness = "auto"
+[[wall]]
+name = "floor"
+kind = "plane"
+stiffness = "auto"
+friction = "memory"
+static_friction = 0.3
+[[load]]
+kind = "gravity"
+acceleration = [0.0, 0.0, -9.81]
+[[probe]]
+name = "tip"
+of = "rod"
+[[probe]]
+name = "tip_of_upper"
+of = "upper"
+)toml",
+            {}};
+}
+
 TEST(SceneNumber, IsSetAsAnOverrideSetsIt) {
     const SceneText text = rod(8, "clamped");
     const SceneSpec scene = parse_scene(text.file, text.text);
@@ -63,6 +242,164 @@ TEST(SceneNumber, IsSetAsAnOverrideSetsIt) {
     for (const char* key :
          {"rods.bar.material.density", "load.0.end.3", "table.bend.value.3", "table.bend", "probe.1.at"})
         EXPECT_THROW(with_number(scene, key, 0.75), InputError) << key;
+}
+
+TEST(SceneNumber, IsTheOneThatTheSceneUses) {
+    const SceneText text = rod(8, "clamped");
+    const SceneSpec scene = parse_scene(text.file, text.text);
+    EXPECT_EQ(number_at(scene, "rods.rod.material.shear_modulus").value, 1e9 / 3);
+    EXPECT_EQ(
+        number_at(with_number(scene, "rods.rod.material.shear_modulus", 7), "rods.rod.material.shear_modulus").value,
+        7);
+    EXPECT_THROW(with_number(scene, "rods.rod.material.shear_modulus", 0), InputError) << "stands for E/3";
+    for (const char* key : {"rods.rod.section.torsion_constant", "rods.rod.placement.normal.0",
+                            "rods.rod.shape.rest_curvature_formula.0"})
+        EXPECT_THROW(number_at(scene, key), InputError) << key;
+    const SceneText touching = lying();
+    const SceneSpec floor = parse_scene(touching.file, touching.text);
+    EXPECT_GT(number_at(floor, "wall.floor.stiffness").value, 0);
+    EXPECT_EQ(number_at(floor, "wall.floor.kinetic_friction").value, 0.3);
+    EXPECT_THROW(with_number(floor, "wall.floor.stiffness", -0.5), InputError);
+}
+
+/// Values that stand for other numbers, of all keys that are numbers.
+TEST(SceneNumber, PlaceholdersAreThoseOfTheReference) {
+    std::set<std::string> found;
+    for (const KeyEntry& key : all_keys())
+        for (const double value : {0.0, -1.0})
+            if (key.type == "number" && is_placeholder(key.field, value)) found.insert(key.path());
+    for (const char* key : {"rods.material.shear_modulus",
+                            "rods.section.torsion_constant",
+                            "rods.material.rotary_inertia_for_dt",
+                            "rods.placement.gap",
+                            "contact.stiffness",
+                            "contact.kinetic_friction",
+                            "contact.restitution",
+                            "contact.self_gap",
+                            "contact_pair.stiffness",
+                            "wall.stiffness",
+                            "wall.kinetic_friction",
+                            "joint.length",
+                            "joint.gap",
+                            "joint.stiffness",
+                            "joint.cone",
+                            "joint.motor.most",
+                            "joint.about_second.motor.most",
+                            "joint.from",
+                            "joint.until",
+                            "joint.break_force",
+                            "joint.break_strain",
+                            "load.magnetic_field.until",
+                            "load.anisotropic_plane.tolerance",
+                            "load.anisotropic_plane.slip_speed",
+                            "time.dt"})
+        EXPECT_EQ(found.count(key), 1) << key;
+    for (const char* key : {"rods.material.density", "joint.torsional_stiffness", "contact.static_friction",
+                            "load.gravity.ramp", "rods.shape.length", "load.end_force.start"})
+        EXPECT_EQ(found.count(key), 0) << key;
+}
+
+/// Paths of all numbers of a scene, given or not.
+void collect(const nlohmann::json& at, const std::string& path, std::vector<std::string>& paths) {
+    if (at.is_structured())
+        for (const auto& [name, inner] : at.items()) collect(inner, path.empty() ? name : path + "." + name, paths);
+    else if (at.is_number() || at.is_null() || at == "auto") paths.push_back(path);
+}
+
+/// Places of all nodes.
+Unknown places_of(const StaticCase&, const StaticState& state) {
+    Unknown all(3 * static_cast<Eigen::Index>(state.slot.size()));
+    for (Eigen::Index s = 0; s < all.size() / 3; ++s) {
+        const Vec3d at = lane(state.slot[static_cast<std::size_t>(s)].position, 0);
+        all.segment(3 * s, 3) << at.x, at.y, at.z;
+    }
+    return all;
+}
+
+/// Differences of second order of the places at rest; none where a scene has no values so far away.
+std::optional<Unknown> differences(const SceneSpec& scene, const std::string& key, double value, double h) {
+    const auto at = [&](double by) {
+        SceneSpec own = by == 0 ? scene : with_number(scene, key, value + by);
+        check_scene(own);
+        refuse_unsolvable(own);
+        const auto one = static_case(std::move(own), {}, 1);
+        return places_of(*one, equilibrium_of(*one, 1));
+    };
+    const auto beside = [&](double by) -> std::optional<Unknown> {
+        try {
+            return at(by);
+        } catch (const InputError&) {
+            return {};
+        }
+    };
+    const std::optional<Unknown> less = beside(-h), more = beside(h);
+    if (less && more) return (*more - *less) / (2 * h);
+    if (!less && !more) return {};
+    const double side = more ? h : -h;
+    return (4 * (more ? *more : *less) - 3 * at(0) - at(2 * side)) / (2 * side);
+}
+
+/// Numbers of a scene that slopes are found by; the others are refused, with their key.
+std::vector<ChangedNumber> accepted_numbers(const StaticCase& one) {
+    std::vector<std::string> paths;
+    collect(nlohmann::json::parse(scene_json(one.scene, true)), "", paths);
+    std::vector<ChangedNumber> numbers;
+    for (const std::string& path : paths) {
+        try {
+            const SceneNumber found = number_at(one.scene, path);
+            refuse_whole(found, path);
+            const ChangedNumber number{path, found.value, 1e-6 * (found.value != 0 ? std::abs(found.value) : 1)};
+            require_changes(one, {&number, 1}, {}, 1);
+            numbers.push_back(number);
+        } catch (const InputError& error) {
+            EXPECT_NE(std::string(error.what()).find(path), std::string::npos) << path << ": " << error.what();
+        }
+    }
+    return numbers;
+}
+
+TEST(Slopes, AreThoseOfEquilibriaOfEveryNumberOrRefused) {
+    static int argc = 0;
+    static char** argv = nullptr;
+    static const MpiSession session(argc, argv); // a communicator needs one, up to the end
+    const Communicator comm = Communicator::alone();
+    const Threads threads(1);
+    std::size_t compared = 0;
+    std::vector<std::string> jump, alone;
+    for (const SceneText& text : {everything(), joined(), lying()}) {
+        const auto one = static_case(text, {}, 1);
+        const StaticState state = equilibrium_of(*one, 1);
+        ObservedCase observed(comm, threads, *one);
+        StaticSystem::Balance balance = one->system->balance(state, true);
+        const Stiffness coupled = *balance.stiffness;
+        const StaticSolution solution(*one->system, state, balance);
+        const std::vector<ChangedNumber> numbers = accepted_numbers(*one);
+        const RestQuantity quantity{places_of, {}};
+        const std::vector<NumberEffect> effects =
+            NumberEffects(comm, threads, {}, 1, *one, state, coupled).find(numbers, quantity, observed);
+        for (std::size_t i = 0; i < numbers.size(); ++i) {
+            const auto& [key, value, step] = numbers[i];
+            if (effects[i].jumps) {
+                jump.push_back(key);
+                continue;
+            }
+            const Unknown slope =
+                effects[i].quantity + slope_along(solution.solve(effects[i].loads), quantity, observed, state);
+            SCOPED_TRACE(key);
+            const std::optional<Unknown> expected = differences(one->scene, key, value, 100 * step);
+            if (!expected) {
+                alone.push_back(key);
+                continue;
+            }
+            EXPECT_LT((slope - *expected).norm(), 2e-3 * expected->norm() + 1e-12 / step) << key << " = " << value;
+            ++compared;
+        }
+    }
+    EXPECT_GT(compared, 100);
+    // Beyond them the rod leaves the axis that its joint without a spring needs.
+    EXPECT_EQ(alone, (std::vector<std::string>{"rods.1.shape.rest_curvature.0", "rods.1.shape.rest_curvature.1"}));
+    // A knot at a vertex, to whose sides the curvature rises otherwise; a spring that replaces half elements.
+    EXPECT_EQ(jump, (std::vector<std::string>{"table.0.at.1", "joint.1.torsional_stiffness"}));
 }
 
 TEST(StaticSolution, AdjointIsTheTranspose) {
