@@ -108,6 +108,7 @@ Followed followed(const Communicator& comm, const PathArguments& arguments) {
     refuse_whole(what.number, arguments.key);
     PathOptions& options = what.options;
     options.from = std::isnan(arguments.from) ? what.number.value : arguments.from;
+    for (const double end : {options.from, options.to}) with_number(scene, arguments.key, end); // which refuses it
     if (options.from == options.to) throw InputError("--to is where the path begins; give another value");
     options.step = std::min(arguments.step, options.largest_step);
     options.largest_step = arguments.step;
@@ -223,7 +224,9 @@ SolvedScene scene_with_frames(const Communicator& comm, const PathArguments& arg
 std::optional<GradientReport> names_asked_for(const Communicator& comm, const StaticCase& first,
                                               const GradientOptions& asked) {
     if (asked.keys.empty()) return {};
-    return names_of(comm, Threads(1), first, asked);
+    const Threads one(1);
+    ObservedCase observed(comm, one, first);
+    return names_of(observed, {}, asked);
 }
 
 /// Adds the slopes of a path to what is written and told.

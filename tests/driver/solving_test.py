@@ -237,6 +237,16 @@ class Solving(DriverTest):
             slope = self.differences(BODIES, key, value, 1e-3 * abs(value))["tip_z[m]"]
             self.assertLess(abs(found[key]["tip_z[m]"] - slope), 1e-6 * abs(slope), key)
 
+    def test_a_modulus_that_is_left_out_is_the_one_in_use(self):
+        """Of a twisted rod with G = E/3: by gradient and path."""
+        twisted = COLUMN.replace('"end_force"\nend = [0, 0, -0.004]', '"end_couple"\nend = [0, 0, 1e-3]')
+        key = "rods.column.material.shear_modulus"
+        found, _ = self.slopes(twisted, [key])
+        slopes = self.differences(twisted, key, 1e6 / 3, 1e2)
+        self.assertLess(abs(found[key]["elastic_twist[J]"] - slopes["elastic_twist[J]"]), 1e-6 * abs(slopes["elastic_twist[J]"]))
+        self.solve("path", "softer", "--along", key, "--to", 2e5, "--points", 5, text=twisted)
+        self.assertEqual(float(self.rows("softer", "path.csv")[0][f"{key}[Pa]"]), 1e6 / 3)
+
     def test_what_is_held_moves_with_the_number(self):
         values = {"rods.arm.shape.length": 0.2, "rods.arm.placement.origin.0": 0.1, "rods.arm.shape.start_curvature.1": 1.0, "rods.arm.material.youngs_modulus": 2e6}
         found, _ = self.slopes(HELD, values)
@@ -332,6 +342,8 @@ class Solving(DriverTest):
                 ("path", ("--along", "load.0.end.7", "--to", "1"), "load.0.end.7"), ("path", ("--along", "load.0.kind", "--to", "1"), "load.0.kind"),
                 ("path", ("--along", "rods.none.shape.length", "--to", "1"), "rods.none.shape.length"), ("path", ("--along", "load.0.end.2"), "--to"),
                 ("path", ("--to", "1"), "--along"), ("path", ("--along", "load.0.end.2", "--to", "-0.004"), "--to"),
+                ("path", (*ALONG, "--by", "rods.column.section.radius_2"), "cannot be varied"), ("path", (*ALONG, "--by", "rods.column.section.torsion_constant"), "stands for another"),
+                ("path", (*ALONG, "--by", "time.duration"), "--time"), ("path", ("--along", "rods.column.material.shear_modulus", "--to", "0"), "stands for another"),
                 ("path", (*ALONG, "--branch", "3"), "--branch"), ("path", (*ALONG, "--step", "-1"), "--step")):
             done = self.solve(command, "wrong", *arguments, text=COLUMN, expect=2)
             self.assertIn(words, done.stderr, (command, arguments))
