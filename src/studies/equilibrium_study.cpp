@@ -164,11 +164,10 @@ void for_each_piece(StaticScene& scene, const std::function<void(std::size_t)>& 
 
 namespace {
 
-/// Looks at a solution after each correction; false ends it.
-using Look = std::function<bool(const NewtonProgress&)>;
-
-/// Equilibria of all pieces of this rank. Throws Stopped where a signal ends one on any rank. Collective.
-std::vector<Equilibrium> equilibria_of(StaticScene& scene, double time, NewtonOptions options, const Look& look) {
+/// Equilibria of all pieces of this rank, or with `once` a correction of each. Throws Stopped where a signal ends one
+/// on any rank. Collective.
+std::vector<Equilibrium> equilibria_of(StaticScene& scene, double time, NewtonOptions options, SolutionWatch& watch,
+                                       bool once = false) {
     const Communicator& comm = scene.world().comm;
     std::vector<Equilibrium> found(scene.pieces().size());
     for_each_piece(scene, [&](std::size_t i) {
@@ -176,7 +175,8 @@ std::vector<Equilibrium> equilibria_of(StaticScene& scene, double time, NewtonOp
         NewtonOptions own = options;
         own.watch = [&](const NewtonProgress& now) {
             const std::int64_t stop = stop_requested();
-            return look(now) && (piece.shared ? comm.max(stop) : stop) == 0;
+            watch.see(now);
+            return !once && (piece.shared ? comm.max(stop) : stop) == 0;
         };
         found[i] = NewtonSolver(*piece.system, own).find(piece.state, time);
     });
@@ -203,10 +203,7 @@ SolutionPlan plan_equilibrium(StaticScene& scene, double time, const NewtonOptio
     const Communicator& comm = scene.world().comm;
     const auto [pieces, unknowns] = size_of(scene);
     SolutionWatch watch(false, pieces, unknowns);
-    equilibria_of(scene, time, options, [&](const NewtonProgress& now) {
-        watch.see(now);
-        return false;
-    });
+    equilibria_of(scene, time, options, watch, true);
     SolutionPlan plan = watch.plan();
     const bool largest = plan.factor_bytes == comm.max(plan.factor_bytes);
     plan.factor = comm.first_text(largest ? plan.factor : std::string());
@@ -222,10 +219,7 @@ EquilibriumReport find_equilibrium(StaticScene& scene, double time, const Newton
     std::vector<Equilibrium> found;
     {
         SolutionWatch watch(shown && comm.root(), pieces, unknowns);
-        found = equilibria_of(scene, time, options, [&](const NewtonProgress& now) {
-            watch.see(now);
-            return true;
-        });
+        found = equilibria_of(scene, time, options, watch);
     }
 
     EquilibriumReport report;
