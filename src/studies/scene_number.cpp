@@ -79,7 +79,7 @@ SceneNumber number_in(const Json& root, const std::string& file, const std::stri
     }
     if (at && at->is_string() && *at == "auto") return number; // of which the caller finds what is used
     if (at && at->is_string())
-        throw InputError(fmt::format("'{}' of {} is a text: a number in a formula has to be a constant, "
+        throw InputError(fmt::format("'{}' is no number of {} but a text: a number in a formula has to be a constant, "
                                      "[constants] NAME = VALUE, whose key is constants.NAME.value",
                                      path, file));
     if (absent)
