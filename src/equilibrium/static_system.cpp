@@ -103,6 +103,25 @@ void StaticSystem::keep_joints(StaticState& state) const {
     state.joint_memory = at_rest_->joint_memory_at(state.slot, true);
 }
 
+FrictionMemory StaticSystem::friction_memory(const StaticState& state) const {
+    FrictionMemory memory;
+    if (!rubs()) return memory;
+    memory.reference = state.slot;
+    for (std::size_t i = 0; i < rods_.size(); ++i) memory.walls.push_back(at_rest_->wall_memory(i));
+    if (contacts_) memory.contacts = contacts_->springs();
+    return memory;
+}
+
+void StaticSystem::set_friction_memory(const FrictionMemory& memory) {
+    if (memory.empty()) return;
+    for (std::size_t i = 0; i < rods_.size(); ++i)
+        if (!memory.walls[i].empty()) at_rest_->set_wall_memory(i, memory.walls[i]);
+    at_rest_->set_reference(memory.reference);
+    if (!contacts_) return;
+    contacts_->set_springs(memory.contacts);
+    contacts_->set_reference(memory.reference);
+}
+
 long StaticSystem::gone(const StaticState& state, const StaticState& start, double distance) const {
     for (std::size_t s = 0; s < state.slot.size(); ++s)
         if (norm(lane(state.slot[s].position, 0) - lane(start.slot[s].position, 0)) > distance)

@@ -28,6 +28,15 @@ struct StaticState {
     std::vector<double> joint_memory;
 };
 
+/// Springs of friction with memory, and the state where they are known; all empty where none acts.
+struct FrictionMemory {
+    std::vector<Slot<1>> reference;
+    std::vector<std::vector<double>> walls; ///< by rod
+    std::vector<SavedContact> contacts;
+
+    bool empty() const { return reference.empty(); }
+};
+
 /// Motions of pieces, which nothing connects to others, as rigid bodies, that change no load.
 struct NeutralMotions {
     struct Piece {
@@ -74,6 +83,10 @@ public:
     void keep_springs(const StaticState& state);
     /// Joints count whole turns from this state on, and their dry friction has slipped as far as it does here.
     void keep_joints(StaticState& state) const;
+    /// The springs of friction, known in this state, and those of another system of the same bodies, which act from
+    /// here on.
+    FrictionMemory friction_memory(const StaticState& state) const;
+    void set_friction_memory(const FrictionMemory& memory);
     StaticRods& at_rest() { return *at_rest_; }
     StaticContacts* contacts() { return contacts_.get(); } ///< null where rods do not touch each other
     /// Held nodes and elements have the places of `start` from here on, to which lead_ends puts them: those of a scene
