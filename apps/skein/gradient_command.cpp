@@ -21,8 +21,11 @@ nlohmann::ordered_json gradient_document(const GradientReport& report) {
     }
     nlohmann::ordered_json values = nlohmann::ordered_json::object();
     for (std::size_t i = 0; i < report.value.size(); ++i) values[report.observables[i]] = report.value[i];
-    return {
-        {"values", values}, {"numbers", numbers}, {"adjoint_solutions", report.adjoint}, {"seconds", report.seconds}};
+    return {{"values", values},
+            {"numbers", numbers},
+            {"contacts_stick", report.rubs},
+            {"adjoint_solutions", report.adjoint},
+            {"seconds", report.seconds}};
 }
 
 } // namespace

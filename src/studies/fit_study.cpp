@@ -350,7 +350,7 @@ private:
     }
 
     StaticState equilibrium(Experiment& experiment, StaticCase& one) const {
-        if (experiment.state) {
+        if (experiment.state && !one.system->rubs()) {
             StaticState state = *experiment.state;
             one.system->lead_ends(state);
             NewtonSolver newton(*one.system, {});
@@ -413,10 +413,12 @@ private:
         for (std::size_t i = 0; i < value.size(); ++i)
             if (effects[i].jumps) refuse_jump(options_.keys[i], value[i]);
         Eigen::MatrixXd all(effects.front().quantity.size(), static_cast<Eigen::Index>(value.size()));
-        for (std::size_t i = 0; i < value.size(); ++i)
+        for (std::size_t i = 0; i < value.size(); ++i) {
+            const Unknown change = solution.solve(effects[i].loads);
+            if (one.system->rubs() && slips_along(change, solution, *one.system, state)) refuse_slip(options_.keys[i]);
             all.col(static_cast<Eigen::Index>(i)) =
-                scale_[i] *
-                (effects[i].quantity + slope_along(solution.solve(effects[i].loads), quantity, observed, state));
+                scale_[i] * (effects[i].quantity + slope_along(change, quantity, observed, state));
+        }
         return all;
     }
 

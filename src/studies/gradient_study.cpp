@@ -72,7 +72,8 @@ StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Ma
     for (const NumberEffect& effect : effects) found.loads.push_back(effect.loads);
     // The adjoint solutions; without them the whole quantity is followed along the change of each number.
     std::vector<Unknown> adjoint;
-    if (!options.of.empty() && solution.symmetric())
+    report.rubs = one.system->rubs();
+    if (!options.of.empty() && solution.symmetric() && !report.rubs)
         for (const std::string& name : report.observables) {
             const std::optional<Unknown> slope = slope_by_unknowns(one, state, name, options.time);
             if (!slope) break;
@@ -82,7 +83,11 @@ StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Ma
     if (by_adjoint) report.adjoint = adjoint.size();
     for (std::size_t i = 0; i < numbers.size(); ++i) {
         Unknown slope = effects[i].quantity;
-        if (!by_adjoint) slope += slope_along(solution.solve(effects[i].loads), quantity, observed, state);
+        if (!by_adjoint) {
+            const Unknown change = solution.solve(effects[i].loads);
+            slope += slope_along(change, quantity, observed, state);
+            report.numbers[i].slips = report.rubs && slips_along(change, solution, *one.system, state);
+        }
         for (std::size_t j = 0; by_adjoint && j < adjoint.size(); ++j)
             slope[static_cast<Eigen::Index>(j)] += adjoint[j].dot(effects[i].loads);
         report.numbers[i].slope = {slope.begin(), slope.end()};
@@ -110,12 +115,15 @@ GradientReport gradients(const Communicator& comm, const Threads& threads, const
     if (!found.regular) refuse_singular();
     for (const NumberSlopes& number : found.report.numbers)
         if (number.jumps) refuse_jump(number.key, number.value);
+    for (const NumberSlopes& number : found.report.numbers)
+        if (number.slips) refuse_slip(number.key);
     found.report.seconds = wall_seconds() - began;
     return std::move(found.report);
 }
 
 std::string to_text(const GradientReport& report) {
     std::string text = fmt::format("Slopes at the equilibrium, per unit of each number; {:.3g} s\n", report.seconds);
+    if (report.rubs) text += "Contacts stick: their springs of friction hold where they are\n";
     for (const NumberSlopes& number : report.numbers) {
         text += fmt::format("  by {} = {:g} {}\n", number.key, number.value, number.unit);
         for (std::size_t i = 0; i < number.slope.size(); ++i)

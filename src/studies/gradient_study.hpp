@@ -18,6 +18,7 @@ struct NumberSlopes {
     std::string key, unit;
     double value = 0;
     std::vector<double> slope; ///< by observable
+    bool slips = false;        ///< contacts slip as the number goes to one side: these mean nothing
     bool jumps = false;        ///< loads jump at the number, or have another slope to each side: these mean nothing
 };
 
@@ -25,6 +26,7 @@ struct GradientReport {
     std::vector<std::string> observables; ///< with units, as in observables.csv
     std::vector<double> value;            ///< of the observables
     std::vector<NumberSlopes> numbers;
+    bool rubs = false;       ///< friction acts: its springs hold where they are
     std::size_t adjoint = 0; ///< adjoint solutions, each for an observable
     double seconds = 0;
 };

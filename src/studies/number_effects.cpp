@@ -200,6 +200,7 @@ void require_changes(const StaticCase& one, std::span<const ChangedNumber> numbe
 
 Unknown NumberEffects::residual(const StaticCase& at) const {
     StaticState own = state_;
+    at.system->set_friction_memory(friction_);
     at.system->lead_ends(own);
     return at.system->balance(own, false).residual;
 }

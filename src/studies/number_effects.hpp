@@ -45,7 +45,8 @@ public:
     /// `coupled`: pattern of the stiffness in `state`. `time`: of loads and ends, s. All have to outlive it.
     NumberEffects(const Communicator& comm, const Threads& threads, const Machine& machine, double time,
                   const StaticCase& one, const StaticState& state, const Stiffness& coupled)
-        : comm_(comm), threads_(threads), machine_(machine), time_(time), one_(one), state_(state), coupled_(coupled) {}
+        : comm_(comm), threads_(threads), machine_(machine), time_(time), one_(one), state_(state), coupled_(coupled),
+          friction_(one.system->friction_memory(state)) {}
 
     /// Effects of all numbers. `observed`: the case. Throws InputError where a scene accepts no change of one.
     std::vector<NumberEffect> find(std::span<const ChangedNumber> numbers, const RestQuantity& quantity,
@@ -82,6 +83,7 @@ private:
     const StaticCase& one_;
     const StaticState& state_;
     const Stiffness& coupled_;
+    FrictionMemory friction_;
     RestQuantity quantity_;
     Eigen::Index size_ = 0;   ///< of the quantity
     std::size_t columns_ = 0; ///< of observables

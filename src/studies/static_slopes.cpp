@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace skein {
@@ -19,6 +20,7 @@ void refuse_singular() {
 
 Equilibrium find_or_stop(StaticSystem& system, StaticState& state, double time) {
     NewtonOptions options;
+    options.friction = true;
     options.watch = [](const NewtonProgress&) { return !stop_requested(); };
     Equilibrium found = NewtonSolver(system, options).find(state, time);
     stop_where_asked("an equilibrium was looked for");
@@ -73,6 +75,36 @@ Unknown RestQuantity::of_observables(const std::vector<double>& change, Eigen::I
     Eigen::Index row = size - static_cast<Eigen::Index>(observables.size());
     for (const std::size_t one : observables) all[row++] = change[one];
     return all;
+}
+
+bool slips_along(const Unknown& change, const StaticSolution& solution, StaticSystem& system,
+                 const StaticState& state) {
+    constexpr double way = 1e-7, rounding = 1e-9, share = 1e-2; // over the length, or turn; of forces; of the change
+    const double size = system.size(change);
+    if (!(size > 0) || !std::isfinite(size)) return false;
+    StaticSystem::Balance here = system.balance(state, false);
+    const Unknown residual = here.residual;
+    const Unknowns::Moves moves =
+        system.map().moves({change.data(), static_cast<std::size_t>(change.size())}, state.slot);
+    const auto moved = [&](double by) {
+        StaticState own = state;
+        system.map().apply(moves, by / size, own.slot);
+        system.refresh(own);
+        return system.balance(own, false).residual;
+    };
+    const Unknown more = moved(way), less = moved(-way), half = moved(0.5 * way) + moved(-0.5 * way);
+    // Second differences of smooth loads go with the square of the way, and drop out.
+    const Unknown kink = 4 * (half - 2 * residual) - (more - 2 * residual + less);
+    here.residual = kink;
+    return system.relative(here) > rounding && system.size(solution.solve(kink)) > share * way;
+}
+
+void refuse_slip(const std::string& key) {
+    throw NumericalError(
+        fmt::format("slopes by '{}' have no value: friction acts otherwise if the number goes to one "
+                    "side than if it goes to the other, as of a contact that slips at its limit, or of "
+                    "a Hertzian one that is pressed less",
+                    key));
 }
 
 Unknown slope_along(const Unknown& change, const RestQuantity& quantity, ObservedCase& observed,

@@ -19,7 +19,8 @@
 
 namespace skein {
 
-/// An equilibrium from this state, or why there is none. Throws Stopped where a signal ends it.
+/// An equilibrium from this state, with friction that has memory, or why there is none. Throws Stopped where a signal
+/// ends it.
 Equilibrium find_or_stop(StaticSystem& system, StaticState& state, double time);
 /// Equilibrium from the bodies' places in the scene. Throws NumericalError where there is none.
 StaticState equilibrium_of(StaticCase& one, double time);
@@ -58,6 +59,12 @@ struct RestQuantity {
     /// The same of changes of all observables, where places stay.
     Unknown of_observables(const std::vector<double>& change, Eigen::Index size) const;
 };
+
+/// True where friction acts otherwise along a change of the unknowns, which a solution in the state has, than against
+/// it, so that the changes to both sides differ by more than a hundredth.                              theory.md (106)
+bool slips_along(const Unknown& change, const StaticSolution& solution, StaticSystem& system, const StaticState& state);
+/// Throws NumericalError: friction acts otherwise to one side of a number.
+[[noreturn]] void refuse_slip(const std::string& key);
 
 /// Slopes of a quantity by the state, along a change of the unknowns.
 Unknown slope_along(const Unknown& change, const RestQuantity& quantity, ObservedCase& observed,

@@ -213,8 +213,6 @@ stiffness = "auto"
 name = "floor"
 kind = "plane"
 stiffness = "auto"
-friction = "memory"
-static_friction = 0.3
 [[load]]
 kind = "gravity"
 acceleration = [0.0, 0.0, -9.81]
@@ -224,6 +222,32 @@ of = "rod"
 [[probe]]
 name = "tip_of_upper"
 of = "upper"
+)toml",
+            {}};
+}
+
+/// A rod on a slope, held by friction, which cannot roll.
+SceneText sticking() {
+    return {"sticking.toml",
+            R"toml(
+time.duration = 1.0
+[[rods]]
+name = "rod"
+material = {density = 1000.0, youngs_modulus = 1e8}
+section.radius = 0.02
+shape = {length = 0.5, elements = 4}
+placement = {origin = [0.0, 0.0, 0.0199], tangent = [0.0, 1.0, 0.0], normal = [1.0, 0.0, 0.0]}
+hold = {nodes = [0, 1, 2, 3, 4], directions = "x"}
+[[load]]
+kind = "gravity"
+acceleration = [0.0, 1.0, -9.0]
+[[wall]]
+name = "floor"
+kind = "plane"
+law = "linear"
+stiffness = 300.0
+friction = "memory"
+static_friction = 0.4
 )toml",
             {}};
 }
@@ -258,7 +282,8 @@ TEST(SceneNumber, IsTheOneThatTheSceneUses) {
     const SceneText touching = lying();
     const SceneSpec floor = parse_scene(touching.file, touching.text);
     EXPECT_GT(number_at(floor, "wall.floor.stiffness").value, 0);
-    EXPECT_EQ(number_at(floor, "wall.floor.kinetic_friction").value, 0.3);
+    const SceneText held = sticking();
+    EXPECT_EQ(number_at(parse_scene(held.file, held.text), "wall.floor.kinetic_friction").value, 0.4);
     EXPECT_THROW(with_number(floor, "wall.floor.stiffness", -0.5), InputError);
 }
 
@@ -316,14 +341,23 @@ Unknown places_of(const StaticCase&, const StaticState& state) {
     return all;
 }
 
-/// Differences of second order of the places at rest; none where a scene has no values so far away.
-std::optional<Unknown> differences(const SceneSpec& scene, const std::string& key, double value, double h) {
+/// Differences of second order of the places at rest, which go on from a state and its springs of friction; none where
+/// a scene has no values so far away.
+std::optional<Unknown> differences(const StaticCase& one, const StaticState& state, const std::string& key,
+                                   double value, double h) {
+    const SceneSpec& scene = one.scene;
     const auto at = [&](double by) {
         SceneSpec own = by == 0 ? scene : with_number(scene, key, value + by);
         check_scene(own);
         refuse_unsolvable(own);
-        const auto one = static_case(std::move(own), {}, 1);
-        return places_of(*one, equilibrium_of(*one, 1));
+        const auto other = static_case(std::move(own), {}, 1);
+        StaticState moved = state;
+        other->system->set_friction_memory(one.system->friction_memory(state));
+        other->system->lead_ends(moved);
+        NewtonSolver newton(*other->system, {});
+        const NewtonResult found = newton.solve(moved, Unknown::Zero(other->system->unknowns()));
+        EXPECT_TRUE(found.converged) << key << ": " << found.reason;
+        return places_of(*other, moved);
     };
     const auto beside = [&](double by) -> std::optional<Unknown> {
         try {
@@ -366,7 +400,7 @@ TEST(Slopes, AreThoseOfEquilibriaOfEveryNumberOrRefused) {
     const Threads threads(1);
     std::size_t compared = 0;
     std::vector<std::string> jump, alone;
-    for (const SceneText& text : {everything(), joined(), lying()}) {
+    for (const SceneText& text : {everything(), joined(), lying(), sticking()}) {
         const auto one = static_case(text, {}, 1);
         const StaticState state = equilibrium_of(*one, 1);
         ObservedCase observed(comm, threads, *one);
@@ -379,14 +413,14 @@ TEST(Slopes, AreThoseOfEquilibriaOfEveryNumberOrRefused) {
             NumberEffects(comm, threads, {}, 1, *one, state, coupled).find(numbers, quantity, observed);
         for (std::size_t i = 0; i < numbers.size(); ++i) {
             const auto& [key, value, step] = numbers[i];
-            if (effects[i].jumps) {
+            const Unknown change = solution.solve(effects[i].loads);
+            if (effects[i].jumps || (one->system->rubs() && slips_along(change, solution, *one->system, state))) {
                 jump.push_back(key);
                 continue;
             }
-            const Unknown slope =
-                effects[i].quantity + slope_along(solution.solve(effects[i].loads), quantity, observed, state);
+            const Unknown slope = effects[i].quantity + slope_along(change, quantity, observed, state);
             SCOPED_TRACE(key);
-            const std::optional<Unknown> expected = differences(one->scene, key, value, 100 * step);
+            const std::optional<Unknown> expected = differences(*one, state, key, value, 100 * step);
             if (!expected) {
                 alone.push_back(key);
                 continue;
