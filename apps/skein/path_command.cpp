@@ -113,6 +113,12 @@ Followed followed(const Communicator& comm, const PathArguments& arguments) {
     options.step = std::min(arguments.step, options.largest_step);
     options.largest_step = arguments.step;
     if (what.time < 0) what.time = scene.time.duration;
+    const bool in_joints = std::any_of(scene.joints.begin(), scene.joints.end(),
+                                       [](const JointSpec& joint) { return joint.has_friction(); });
+    if (arguments.branch != 0 && (in_joints || has_friction(scene, has_memory)))
+        throw InputError(
+            "--branch: with friction that has memory no branch points are located, as its forces depend on "
+            "the way there; leave --branch out, or give contacts friction = \"none\" and joints no friction");
     if (!arguments.of.empty() && arguments.by.empty())
         throw InputError("--of names observables whose slopes are asked for: give --by with a number of the scene");
     what.text.overrides.push_back(fmt::format("{}={:.17g}", arguments.key, options.from));
@@ -149,10 +155,47 @@ CasePlaces places_in(const StaticCase& all, StaticScene& at_rest) {
     return places;
 }
 
-StaticState state_at_start(const CasePlaces& places, const Rods& rods, SceneFamily& family, const Followed& what) {
+/// Bodies of the pieces of a scene, and their places in a case of all of its bodies.
+struct BodyPlace {
+    StaticPiece* piece;
+    std::size_t in_piece, in_case;
+};
+std::vector<BodyPlace> bodies_in(const StaticCase& all, StaticScene& at_rest) {
+    std::map<std::int64_t, std::size_t> place; // by rod
+    for (std::size_t i = 0; i < all.rods.size(); ++i) place[all.rods[i].gid] = i;
+    std::vector<BodyPlace> bodies;
+    for (StaticPiece& piece : at_rest.pieces())
+        for (std::size_t i = 0; i < piece.rods.size(); ++i)
+            bodies.push_back({&piece, i, place.at(at_rest.world().rods().local()[piece.rods[i]].gid)});
+    return bodies;
+}
+
+/// Springs of friction that the scene starts with.
+void take_springs(const std::vector<BodyPlace>& bodies, StaticSystem& first) {
+    for (const auto& [piece, in_piece, in_case] : bodies) {
+        const std::vector<double> wall = piece->system->at_rest().wall_memory(in_piece);
+        if (!wall.empty()) first.at_rest().set_wall_memory(in_case, wall);
+        if (first.contacts()) first.contacts()->set_springs(piece->system->contacts()->springs());
+    }
+}
+/// Leaves the springs of a point to the pieces.
+void put_springs(const FrictionMemory& friction, const std::vector<BodyPlace>& bodies) {
+    if (friction.empty()) return;
+    for (const auto& [piece, in_piece, in_case] : bodies) {
+        if (!friction.walls[in_case].empty())
+            piece->system->at_rest().set_wall_memory(in_piece, friction.walls[in_case]);
+        if (!piece->system->contacts()) continue;
+        piece->system->contacts()->set_springs(friction.contacts);
+        piece->system->contacts()->set_reference(piece->state.slot);
+    }
+}
+
+StaticState state_at_start(const CasePlaces& places, const Rods& rods, const std::vector<BodyPlace>& bodies,
+                           SceneFamily& family, const Followed& what) {
     StaticState state{std::vector<Slot<1>>(places.slots.size()), {}, {}};
     for (const auto& [slot, place] : places.slots) state.slot[place] = *slot;
     StaticSystem& first = family.at(what.options.from);
+    take_springs(bodies, first);
     first.at_rest().set_joint_memory({});
     for (std::size_t i = 0; i < places.rods.size(); ++i)
         first.at_rest().set_joint_memory_of(i, rods.memory(places.rods[i]));
@@ -166,13 +209,16 @@ StaticState state_at_start(const CasePlaces& places, const Rods& rods, SceneFami
     return state;
 }
 
-/// Leaves a state of a case to the world.
-void show(const StaticCase& now, const StaticState& state, const CasePlaces& places, StaticScene& at_rest) {
+/// Leaves a point of a path to the world.
+void show(const StaticCase& now, const PathFollower& path, const CasePlaces& places,
+          const std::vector<BodyPlace>& bodies, StaticScene& at_rest) {
+    const StaticState& state = path.state();
     World& world = at_rest.world();
     Plan plan = world.plan;
     plan.physics = now.plan.physics; // laws of joints, contacts and walls, of which the number may be one
     world.change(make_groups(now.scene), std::move(plan));
     for (const auto& [slot, place] : places.slots) *slot = state.slot[place];
+    put_springs(path.friction(), bodies);
     at_rest.put_back();
     StaticRods& joints = now.system->at_rest();
     joints.set_joint_memory(state.joint_memory);
@@ -211,7 +257,7 @@ SolvedScene scene_with_frames(const Communicator& comm, const PathArguments& arg
         if (scene.output.tips > 0) scene.output.tips = dt;
     };
     SolvedScene solved =
-        solved_scene(comm, run, {}, Friction::left_out, change, points > 0 ? Directory::goes_on : Directory::begins);
+        solved_scene(comm, run, {}, Friction::with_memory, change, points > 0 ? Directory::goes_on : Directory::begins);
     const std::int64_t frames = solved.simulation->world().clock.done();
     if (frames != static_cast<std::int64_t>(points))
         throw InputError(fmt::format("--restart: '{}' has {} frames of {} points of the path: begin again with "
@@ -264,9 +310,11 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
     SolvedScene solved = scene_with_frames(comm, arguments, what, before ? before->points.size() : 0);
     StaticScene at_rest(solved.simulation->world());
     const CasePlaces places = places_in(family.case_at(what.options.from), at_rest);
+    const std::vector<BodyPlace> bodies = bodies_in(family.case_at(what.options.from), at_rest);
     PathFollower path =
-        before ? PathFollower(family, std::move(before->memory), what.options)
-               : PathFollower(family, state_at_start(places, at_rest.world().rods(), family, what), what.options);
+        before
+            ? PathFollower(family, std::move(before->memory), what.options)
+            : PathFollower(family, state_at_start(places, at_rest.world().rods(), bodies, family, what), what.options);
     PathTable table(arguments.key, what.number, solved.simulation->observation().names());
     std::optional<SlopeTables> slopes;
     if (names)
@@ -284,7 +332,7 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
     const RunResult result = solved.simulation->go_through([&](World&) {
         const std::optional<PathPoint> point = next_point(path, found);
         if (!point) return false;
-        show(family.case_at(point->value), path.state(), places, at_rest);
+        show(family.case_at(point->value), path, places, bodies, at_rest);
         table.add(*point, branch, solved.simulation->observation().values());
         if (slopes) slopes->add(path, *point, table.points().size() - 1, branch);
         if (!quiet) std::printf("%s", line_of(*point).c_str());

@@ -70,7 +70,7 @@ void SlopeTables::go_on(const std::string& directory, std::size_t points, nlohma
 }
 
 void SlopeTables::add(PathFollower& path, const PathPoint& point, std::size_t number, int branch) {
-    const StateSlopes found = slopes_.at(point.value, path.state());
+    const StateSlopes found = slopes_.at(point.value, path.state(), path.friction());
     text_ += fmt::format("{},{},{:.17g}", number, branch, point.value);
     for (const NumberSlopes& one : found.report.numbers)
         for (const double slope : one.slope) text_ += fmt::format(",{:.17g}", slope);
@@ -78,8 +78,9 @@ void SlopeTables::add(PathFollower& path, const PathPoint& point, std::size_t nu
     const bool limit = point.place == PathPlace::limit;
     if (!limit && point.place != PathPlace::branch) return;
     std::vector<double> slopes(keys_.size(), std::numeric_limits<double>::quiet_NaN());
-    if (limit) slopes = slopes_.of_limit(point.value, path.state(), found, path.load_slope());
-    else if (path.changed_directions() == 1) slopes = slopes_.of_branch(point.value, path.state(), found);
+    if (limit && path.friction().empty())
+        slopes = slopes_.of_limit(point.value, path.state(), found, path.load_slope());
+    else if (!limit && path.changed_directions() == 1) slopes = slopes_.of_branch(point.value, path.state(), found);
     nlohmann::ordered_json row = {{"point", number},
                                   {"branch", branch},
                                   {"place", nth(path_place_names, point.place)},

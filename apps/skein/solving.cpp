@@ -32,10 +32,6 @@ void refuse_parts(const Plan& plan, const Communicator& comm) {
 }
 
 void warn_of_friction(const SceneSpec& scene, Friction acting) {
-    const bool in_joints = std::any_of(scene.joints.begin(), scene.joints.end(),
-                                       [](const JointSpec& joint) { return joint.has_friction(); });
-    if (acting == Friction::left_out && (in_joints || has_friction(scene, is_friction)))
-        print_warning("friction is left out: its forces at rest depend on the way there; this is the state without it");
     if (acting == Friction::with_memory && has_friction(scene, slips_always))
         print_warning("friction that depends on the speed of slip is zero at rest: bodies that it slows creep to this "
                       "state");
@@ -60,7 +56,7 @@ int study_on_one_rank(const char* command, const RunArguments& arguments, double
                              time};
         const SceneText& text = studied.text;
         const SceneSpec first = parse_scene(text.file, text.text, text.overrides);
-        warn_of_friction(first, Friction::left_out);
+        warn_of_friction(first, Friction::with_memory);
         if (time < 0) studied.time = first.time.duration;
         study(studied, Threads(studied.machine.threads));
         return static_cast<int>(Exit::done);

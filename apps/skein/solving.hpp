@@ -26,8 +26,7 @@ struct SolvedScene {
 /// Friction in a solution, for the warning that says so.
 enum class Friction {
     with_memory, ///< acts if it has memory; others are zero at rest
-    left_out,
-    told ///< before
+    told         ///< before
 };
 /// Results that a solution finds where it writes.
 enum class Directory {

@@ -16,6 +16,17 @@ namespace {
 constexpr double slope_step = 1e-4; ///< of the range, by which the number is changed for its slopes
 constexpr double most_turn = 1.5;   ///< rad of an element along the tangent
 
+/// True where nothing is left along neutral motions, in which corrections have no part.
+bool is_balanced(const StaticSolution& solution, const StaticSystem::Balance& balance) {
+    constexpr double rounding = 1e-6;
+    return std::ranges::all_of(solution.neutral().pieces, [&](const NeutralMotions::Piece& piece) {
+        Unknown own(piece.motion.rows());
+        for (Eigen::Index i = 0; i < own.size(); ++i)
+            own[i] = balance.residual[piece.unknowns[static_cast<std::size_t>(i)]];
+        return (piece.motion.transpose() * own).norm() <= rounding * balance.force_size;
+    });
+}
+
 } // namespace
 
 PathFollower::PathFollower(PathFamily& family, StaticState state, const PathOptions& options)
@@ -23,6 +34,7 @@ PathFollower::PathFollower(PathFamily& family, StaticState state, const PathOpti
     now_.state = std::move(state);
     now_.value = options.from;
     StaticSystem& system = family_.at(now_.value);
+    now_.friction = system.friction_memory(now_.state);
     weights_ = path_weights(system);
     Direction ahead{Unknown::Zero(system.unknowns()), options.to > options.from ? 1.0 : -1.0};
     if (!find_tangent(now_, ahead)) reason_ = "the stiffness is singular at the start";
@@ -61,11 +73,17 @@ PathDirection PathFollower::between(const Direction& a, const Direction& b) cons
     return mean;
 }
 
-Unknown PathFollower::slope(const StaticState& state, double value) {
-    const double h = slope_step * (options_.to - options_.from);
+StaticSystem& PathFollower::system_at(double value, const FrictionMemory& friction) {
+    StaticSystem& system = family_.at(value);
+    system.set_friction_memory(friction);
+    return system;
+}
+
+Unknown PathFollower::slope(const Place& at) {
+    const double h = slope_step * (options_.to - options_.from), value = at.value;
     const auto residual = [&](double p) {
-        StaticState own = state;
-        StaticSystem& system = family_.at(p);
+        StaticState own = at.state;
+        StaticSystem& system = system_at(p, at.friction);
         system.lead_ends(own);
         return system.balance(own, false).residual;
     };
@@ -83,13 +101,14 @@ Unknown PathFollower::slope(const StaticState& state, double value) {
 }
 
 bool PathFollower::find_tangent(Place& place, const Direction& last) {
-    const Unknown by_value = slope(place.state, place.value);
-    StaticSystem& system = family_.at(place.value);
+    const Unknown by_value = slope(place);
+    StaticSystem& system = system_at(place.value, place.friction);
     StaticState own = place.state;
     system.refresh(own);
     StaticSystem::Balance balance = system.balance(own, true);
     place.residual = system.relative(balance);
     const StaticSolution tangent(system, own, balance);
+    if (!is_balanced(tangent, balance)) return false;
     place.negative = tangent.negative();
     place.tangent = {tangent.solve(by_value), 1};
     if (!place.tangent.u.allFinite()) return false;
@@ -98,18 +117,30 @@ bool PathFollower::find_tangent(Place& place, const Direction& last) {
     return true;
 }
 
+void PathFollower::keep_friction(Place& place) {
+    if (place.friction.empty()) return;
+    StaticSystem& system = system_at(place.value, place.friction);
+    StaticState own = place.state;
+    system.refresh(own);
+    system.keep_springs(own);
+    place.friction = system.friction_memory(own);
+    StaticSystem::Balance balance = system.sticking_balance(own).first;
+    place.negative = StaticSolution(system, own, balance).negative();
+}
+
 std::optional<PathFollower::Place> PathFollower::step(const Place& from, const Direction& along, double length) {
     Place to;
     to.state = from.state;
+    to.friction = from.friction;
     to.value = from.value + length * along.p;
     StaticSystem& ahead = family_.at(to.value);
     // Joints that turn by more than half a turn at once would lose count.
     if (!to.state.joint_memory.empty() && ahead.turn(length * along.u) > most_turn) return {};
     ahead.correct(to.state, length * along.u, 1);
     Direction way{length * along.u, length * along.p};
-    const Unknown by_value = slope(to.state, to.value);
+    const Unknown by_value = slope(to);
     for (to.iterations = 1; to.iterations <= options_.most_iterations; ++to.iterations) {
-        StaticSystem& system = family_.at(to.value);
+        StaticSystem& system = system_at(to.value, to.friction);
         StaticState led = to.state;
         system.lead_ends(led);
         led.strain = to.state.strain;
@@ -189,7 +220,7 @@ std::optional<PathFollower::Place> PathFollower::last(double end, double length)
         reason_ = fmt::format("the step to {:.6g} does not converge", end);
         return {};
     }
-    StaticSystem& system = family_.at(end);
+    StaticSystem& system = system_at(end, there->friction);
     NewtonSolver newton(system, {});
     system.lead_ends(there->state);
     newton.solve(there->state, Unknown::Zero(system.unknowns()));
@@ -202,6 +233,7 @@ std::optional<PathFollower::Place> PathFollower::last(double end, double length)
 std::optional<PathPoint> PathFollower::next() {
     const auto point = [&](PathPlace place) {
         over_ = place == PathPlace::end;
+        keep_friction(now_);
         return PathPoint{now_.value, length_, place, now_.negative, now_.iterations, now_.residual};
     };
     if (over_ || !reason_.empty()) return {};
@@ -229,7 +261,7 @@ std::optional<PathPoint> PathFollower::next() {
     const auto turned = [](const Place& a, const Place& b) { return a.tangent.p * b.tangent.p < 0; };
     const auto changed = [](const Place& a, const Place& b) { return a.negative != b.negative; };
     const bool limit = turned(now_, *there);
-    if (limit || changed(now_, *there)) {
+    if (limit || (now_.friction.empty() && changed(now_, *there))) {
         double at = 0;
         std::optional<Place> critical = limit ? locate(now_, made, turned, at) : locate(now_, made, changed, at);
         if (critical) {

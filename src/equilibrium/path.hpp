@@ -6,6 +6,8 @@
 //              range asked for
 //   step       along the tangent, then Newton's iteration across it
 //   stability  signs of the factor of K; one that changes without a turn of p is a branch point
+//   friction   with memory: over a step as from load step to load step, its springs go on at each point; no branch
+//              points are located then
 #pragma once
 
 #include "equilibrium/newton.hpp"
@@ -60,6 +62,7 @@ struct PathState {
     long negative = 0;
     double residual = 0;
     int iterations = 0;
+    FrictionMemory friction{}; ///< of the point before; of this one once the path has it
 };
 /// All that a path needs to go on with the same bits.
 struct PathMemory {
@@ -86,8 +89,9 @@ public:
     /// The first point is that of the start. Nothing once the path has left the range, or does not go on.
     std::optional<PathPoint> next();
     const StaticState& state() const { return now_.state; }
+    const FrictionMemory& friction() const { return now_.friction; }
     /// Slopes of the loads there by the number, where bodies stay.
-    Unknown load_slope() { return slope(now_.state, now_.value); }
+    Unknown load_slope() { return slope(now_); }
     /// Directions in which the stability changes in the step that the last point was located in.
     long changed_directions() const { return beyond_ ? std::abs(beyond_->negative - negative_before_) : 0; }
     /// Why it did not go on; empty: it has left the range.
@@ -101,10 +105,14 @@ private:
     double product(const Direction& a, const Direction& b) const;
     void normalise(Direction& d) const;
     Direction between(const Direction& a, const Direction& b) const;
-    Unknown slope(const StaticState& state, double value);
+    /// The system at a value, with these springs of friction.
+    StaticSystem& system_at(double value, const FrictionMemory& friction);
+    Unknown slope(const Place& at);
     /// Goes from a place along a direction; nothing where Newton's iteration fails.
     std::optional<Place> step(const Place& from, const Direction& along, double length);
     bool find_tangent(Place& place, const Direction& last);
+    /// The path has this point: springs of friction go on from it, and all contacts stick there.
+    void keep_friction(Place& place);
     /// The end of the range that the value of the next point lies beyond, or nearly at; NaN: it lies within.
     double passed_end(double value) const;
     /// A step forward, of the length `made`; nothing where none converges, with the reason.

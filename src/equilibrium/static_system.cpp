@@ -105,7 +105,7 @@ void StaticSystem::keep_joints(StaticState& state) const {
 
 FrictionMemory StaticSystem::friction_memory(const StaticState& state) const {
     FrictionMemory memory;
-    if (!rubs()) return memory;
+    if (!has_history()) return memory;
     memory.reference = state.slot;
     for (std::size_t i = 0; i < rods_.size(); ++i) memory.walls.push_back(at_rest_->wall_memory(i));
     if (contacts_) memory.contacts = contacts_->springs();

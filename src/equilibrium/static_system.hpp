@@ -116,6 +116,8 @@ public:
     /// alone has no potential: what is left out changes eigenvalues by its square. Second: its size, as `asymmetry`.
     std::pair<Balance, double> sticking_balance(const StaticState& state);
     bool rubs() const { return at_rest_->rubs() || (contacts_ && contacts_->rubs()); } ///< friction acts
+    /// The balance depends on the way there: friction acts, or dry friction of joints.
+    bool has_history() const { return rubs() || at_rest_->joints_rub(); }
     /// Largest residual: of forces over force_size, of couples over couple_size and over force times an element.
     double relative(const Balance& balance) const;
 

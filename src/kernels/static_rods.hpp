@@ -83,7 +83,8 @@ public:
     virtual Vec3d motor_angle(std::size_t i, double time) const = 0;
     /// The largest of all joints.
     virtual JointStiffness stiffest_joint() const = 0;
-    virtual bool rubs() const = 0; ///< friction of walls acts
+    virtual bool rubs() const = 0;       ///< friction of walls acts
+    virtual bool joints_rub() const = 0; ///< dry friction of joints acts
     /// Friction of walls acts from here on, where it has memory: its springs are those of this state.
     virtual void set_reference(std::span<const Slot<1>> state) = 0;
     /// Leaves friction out for a while, or not.

@@ -169,6 +169,7 @@ public:
     JointStiffness stiffest_joint() const override { return stiffest_; }
 
     bool rubs() const override { return !reference_.empty(); }
+    bool joints_rub() const override { return joints_rub_; }
     void set_reference(std::span<const Slot<1>> state) override {
         if (std::any_of(rods_.begin(), rods_.end(), [](const Rod& rod) { return rod.rubbing != nullptr; }))
             reference_.assign(state.begin(), state.end());

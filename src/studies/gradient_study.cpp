@@ -72,7 +72,7 @@ StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Ma
     for (const NumberEffect& effect : effects) found.loads.push_back(effect.loads);
     // The adjoint solutions; without them the whole quantity is followed along the change of each number.
     std::vector<Unknown> adjoint;
-    report.rubs = one.system->rubs();
+    report.rubs = one.system->has_history();
     if (!options.of.empty() && solution.symmetric() && !report.rubs)
         for (const std::string& name : report.observables) {
             const std::optional<Unknown> slope = slope_by_unknowns(one, state, name, options.time);

@@ -30,10 +30,31 @@ template <class T> std::vector<T> values_of(const Json& json) {
     return values;
 }
 
+static_assert(sizeof(ContactMemory<double>) == 8 * sizeof(double));
+
+/// Springs of friction.
+Json json_of(const FrictionMemory& friction) {
+    if (friction.empty()) return {};
+    Json contacts = Json::array();
+    for (const SavedContact& c : friction.contacts)
+        contacts.push_back({c.a, c.b, c.status, listed<ContactMemory<double>>({c.memory})});
+    return {{"reference", listed(friction.reference)}, {"walls", friction.walls}, {"contacts", contacts}};
+}
+FrictionMemory friction_of(const Json& json) {
+    FrictionMemory friction;
+    if (json.is_null()) return friction;
+    friction.reference = values_of<Slot<1>>(json.at("reference"));
+    friction.walls = json.at("walls").get<std::vector<std::vector<double>>>();
+    for (const Json& c : json.at("contacts"))
+        friction.contacts.push_back({c.at(0), c.at(1), c.at(2), values_of<ContactMemory<double>>(c.at(3)).at(0)});
+    return friction;
+}
+
 Json json_of(const PathState& s) {
     return {{"slots", listed(s.state.slot)},
             {"strains", listed(s.state.strain)},
             {"joint_memory", s.state.joint_memory},
+            {"friction", json_of(s.friction)},
             {"value", s.value},
             {"tangent", std::vector<double>(s.tangent.u.begin(), s.tangent.u.end())},
             {"tangent_value", s.tangent.p},
@@ -46,6 +67,7 @@ PathState state_of(const Json& json) {
     PathState s;
     s.state = {values_of<Slot<1>>(json.at("slots")), values_of<Vec3d>(json.at("strains")),
                json.value("joint_memory", std::vector<double>())};
+    s.friction = friction_of(json.value("friction", Json()));
     s.value = json.at("value");
     const auto tangent = json.at("tangent").get<std::vector<double>>();
     s.tangent = {Eigen::Map<const Unknown>(tangent.data(), static_cast<Eigen::Index>(tangent.size())),

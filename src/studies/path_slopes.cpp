@@ -73,14 +73,15 @@ CriticalMode critical_mode(StaticSystem& system, const StaticState& state, bool 
     return mode;
 }
 
-StateSlopes PathSlopes::at(double value, const StaticState& state) {
+StateSlopes PathSlopes::at(double value, const StaticState& state, const FrictionMemory& friction) {
     StaticCase& one = family_.case_at(value);
+    one.system->set_friction_memory(friction);
     StaticState own = state;
     one.system->refresh(own);
     ObservedCase observed(comm_, threads_, one);
     StateSlopes found = slopes_in(comm_, threads_, machine_, observed, own, asked_);
     for (NumberSlopes& number : found.report.numbers)
-        if (!found.regular || number.jumps) std::fill(number.slope.begin(), number.slope.end(), none);
+        if (!found.regular || number.jumps || number.slips) std::fill(number.slope.begin(), number.slope.end(), none);
     return found;
 }
 

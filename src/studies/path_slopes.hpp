@@ -28,8 +28,8 @@ public:
         : comm_(comm), threads_(threads), machine_(machine), family_(family), along_(std::move(along)), range_(range),
           asked_(std::move(asked)) {}
 
-    /// Slopes at a point of the path; NaN where the stiffness is singular to working precision.
-    StateSlopes at(double value, const StaticState& state);
+    /// Slopes at a point of the path; NaN where the stiffness is singular to working precision, or contacts slip.
+    StateSlopes at(double value, const StaticState& state, const FrictionMemory& friction);
     /// Slopes of the path's number at the limit point of these, by the numbers. `by_value`: slope of the loads by the
     /// path's number.
     std::vector<double> of_limit(double value, const StaticState& state, const StateSlopes& there,

@@ -40,7 +40,7 @@ std::unique_ptr<StaticCase> static_case(const SceneText& text, const Machine& ma
 void refuse_unsolvable(const SceneSpec& scene);
 /// True where rods rub on walls or on each other, by a friction that this holds for.
 bool has_friction(const SceneSpec& scene, bool (*holds)(ContactFriction));
-inline bool is_friction(ContactFriction friction) { return friction != ContactFriction::none; }
+inline bool has_memory(ContactFriction friction) { return friction == ContactFriction::memory; }
 
 class SceneFamily final : public PathFamily {
 public:

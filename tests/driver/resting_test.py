@@ -41,6 +41,38 @@ series = 1.0
 """
 WEIGHT = 1000 * numpy.pi * RADIUS**2 * 0.05  # kg
 
+# A soft rod that is pulled along a floor by its start.
+PULL = "rods.rod.start_motion.amplitude.1"
+PULLED = f"""
+[time]
+duration = 1.0
+[[rods]]
+name = "rod"
+start = "clamped"
+start_motion = {{amplitude = [0.0, 1e-5, 0.0], period = 4.0}}
+material = {{density = 1000.0, youngs_modulus = 1e6}}
+section.radius = {RADIUS}
+shape = {{length = 0.5, elements = 10}}
+placement = {{origin = [0.0, 0.0, {RADIUS - 6e-6}], tangent = [0.0, 1.0, 0.0], normal = [1.0, 0.0, 0.0]}}
+[[load]]
+kind = "gravity"
+acceleration = [0.0, 0.0, -9.81]
+[[wall]]
+name = "floor"
+kind = "plane"
+law = "linear"
+stiffness = 1e3
+friction = "memory"
+static_friction = 0.4
+[[probe]]
+name = "end"
+of = "rod"
+[output]
+series = 1.0
+trajectory = 1.0
+"""
+LAG = 0.4 * 1000 * 9.81 * 0.5**2 / (2 * 1e6)  # by which a rod is longer whose floor pulls it back everywhere
+
 # Two bent rods hang like hangers on two held ones. Weight pulls them along, and they slide until friction holds them.
 HANGERS = """
 [time]
@@ -163,6 +195,85 @@ class Resting(DriverTest):
         done = self.solve("stable", "--stable")
         self.assertIn("Stability: stable, by the symmetric part", done.stdout)
         self.solve("modes", "--count", 3, command="modes")
+
+    def rows(self, out, name):
+        with open(self.directory / out / name, newline="") as file:
+            return list(csv.DictReader(file))
+
+    def pull(self, out, to, *arguments):
+        """Pull and place of the free end at the points of a path."""
+        self.solve(out, "--along", PULL, "--to", to, *arguments, command="path", text=PULLED)
+        rows = self.rows(out, "path.csv")
+        return numpy.array([float(row[f"{PULL}[m]"]) for row in rows]), numpy.array([float(row["end_y[m]"]) for row in rows]) - 0.5
+
+    def test_a_rod_that_is_pulled_sticks_and_then_slides(self):
+        """Up to the pull at which friction acts along all of it, its end stays; then it follows, longer by LAG."""
+        pull, end = self.pull("pulled", 2e-3, "--points", 300)
+        self.assertEqual(pull[-1], 2e-3)
+        self.assertLess(numpy.abs(end[pull < 0.8 * LAG]).max(), 0.02 * LAG)
+        slides = pull > 1.1 * LAG
+        self.assertGreater(slides.sum(), 2)
+        self.assertLess(numpy.abs(pull - end - LAG)[slides].max(), 0.02 * LAG)
+
+        for step in (0.02, 0.5):  # friction in one direction does not depend on the steps
+            self.assertLess(abs(self.pull(f"by{step}", 2e-3, "--points", 300, "--step", step)[1][-1] - end[-1]), 1e-9)
+        # On the way back friction turns from the pulled end on. The free end stays for a way of 2 LAG.
+        back = PULLED.replace("1e-5", "2e-3")
+        start = f'[start]\nfrom = "{self.directory / "pulled"}"\n'
+        self.solve("back", "--along", PULL, "--to", 1.2e-3, command="path", text=start + back)
+        returned = float(self.rows("back", "path.csv")[-1]["end_y[m]"]) - 0.5
+        self.assertLess(abs(returned - end[-1]), 2e-3 * LAG)
+
+    def test_a_path_of_a_load_ends_where_friction_does(self):
+        """A rod on a slope: nothing balances a weight along it of more than 0.4 of that across it."""
+        done = self.solve("steeper", "--along", "load.0.acceleration.1", "--to", 4.0, "--json", command="path", text=LIES)
+        found = json.loads(done.stdout)
+        self.assertFalse(found["complete"])
+        self.assertLess(abs(found["points"][-1]["value"] - 3.6), 1e-3)
+
+    def test_a_path_with_friction_goes_on_with_its_springs(self):
+        """A path in parts has the bits of one in one piece; bodies stay where a path leaves them."""
+        self.pull("whole", 1e-3, "--points", 40)
+        self.pull("parts", 1e-3, "--points", 3)
+        self.pull("parts", 1e-3, "--points", 40, "--restart")
+        for name in ("path.csv", "observables.csv"):
+            self.assertEqual((self.directory / "parts" / name).read_bytes(), (self.directory / "whole" / name).read_bytes(), name)
+        end = float(self.rows("whole", "path.csv")[-1]["end_y[m]"])
+        start = f'[start]\nfrom = "{self.directory / "whole"}"\n'
+        self.solve("stays", "--set", f"{PULL}=1e-3", text=start + PULLED)
+        self.assertLess(abs(self.series("stays")["end_ym"][-1] - end), 1e-9)
+        done = self.solve("branch", "--along", PULL, "--to", 1e-3, "--branch", 1, command="path", text=PULLED, expect=2)
+        self.assertIn("depend on the way there", done.stderr)
+
+    def test_slopes_are_those_of_springs_that_hold(self):
+        """Of contacts that stick, those of equilibria that go on from the same springs; where they slip, there are none."""
+        key = "load.0.acceleration.1"
+        self.scene.write_text(LIES)
+        done = self.skein_says("gradient", self.scene, "--by", key, "--json")
+        found = json.loads(done.stdout)
+        self.assertTrue(found["contacts_stick"])
+        self.solve("here")
+        at = {}
+        for value in (0.99, 1.01):
+            self.solve(f"at{value}", "--set", f"{key}={value}", text=f'[start]\nfrom = "{self.directory / "here"}"\n' + LIES)
+            at[value] = self.series(f"at{value}")["end_ym"][-1]
+        slope, difference = found["numbers"][0]["slopes"]["end_y[m]"], (at[1.01] - at[0.99]) / 0.02
+        self.assertLess(abs(slope - difference), 1e-4 * abs(difference))
+        self.scene.write_text(PULLED)
+        done = self.skein_says("gradient", self.scene, "--by", PULL, "--set", f"{PULL}=1e-4", expect=4)
+        self.assertIn("slips at its limit", done.stderr)
+
+    def test_a_fit_finds_the_springs_of_friction(self):
+        rows = []
+        for pull in (0.5, 1.0, 1.5):
+            self.solve(f"fit{pull}", "--set", f"load.0.acceleration.1={pull}")
+            rows.append(f"{pull},{float(self.series(f'fit{pull}')['end_ym'][-1])!r}")
+        data = self.directory / "data.csv"
+        data.write_text("\n".join(["load.0.acceleration.1,end_y[m]", *rows]) + "\n")
+        key = "wall.floor.tangential_share"
+        self.scene.write_text(LIES)
+        done = self.skein_says("fit", self.scene, data, "--number", key, "--set", f"{key}=0.6", "--json")
+        self.assertLess(abs(json.loads(done.stdout)["numbers"][0]["value"] - SHARE), 1e-6)
 
     def test_other_friction_is_zero_at_rest(self):
         slips = LIES.replace('friction = "memory"\nstatic_friction = 0.4', 'friction = "regularised"\nkinetic_friction = 0.4\nslip_speed = 1e-3')
