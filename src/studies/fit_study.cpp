@@ -415,7 +415,8 @@ private:
         Eigen::MatrixXd all(effects.front().quantity.size(), static_cast<Eigen::Index>(value.size()));
         for (std::size_t i = 0; i < value.size(); ++i) {
             const Unknown change = solution.solve(effects[i].loads);
-            if (one.system->has_history() && slips_along(change, solution, *one.system, state)) refuse_slip(options_.keys[i]);
+            if (one.system->has_history() && slips_along(change, solution, *one.system, state))
+                refuse_slip(options_.keys[i]);
             all.col(static_cast<Eigen::Index>(i)) =
                 scale_[i] * (effects[i].quantity + slope_along(change, quantity, observed, state));
         }
