@@ -3,14 +3,17 @@
 // solution.
 #include "equilibrium/factor.hpp"
 
+#include "core/hash.hpp"
 #include "parallel/petsc_start.hpp"
 
 #include <petscmat.h>
 
 #include <algorithm>
+#include <cstdint>
 #include <limits>
 #include <mutex>
 #include <numeric>
+#include <span>
 #include <vector>
 
 namespace skein {
@@ -92,6 +95,13 @@ private:
         MPI_Allgatherv(MPI_IN_PLACE, 0, MPI_DOUBLE, solution.data(), counts.data(), begins.data(), MPI_DOUBLE, comm_);
     }
 
+    static std::uint64_t pattern_of(std::span<const PetscInt> rows, std::span<const PetscInt> columns) {
+        std::uint64_t hash = hash_begin(rows.size());
+        for (const PetscInt at : rows) hash = hash_with(hash, static_cast<double>(at));
+        for (const PetscInt at : columns) hash = hash_with(hash, static_cast<double>(at));
+        return hash_end(hash);
+    }
+
     /// Rows of PETSc are columns of the matrix: of a symmetric one the same, of others the transposed is factorised.
     PetscErrorCode make(const Stiffness& matrix) {
         const auto size = static_cast<PetscInt>(matrix.rows());
@@ -118,17 +128,29 @@ private:
                                                 values.data(), &whole));
         else
             PetscCall(MatCreateSeqAIJWithArrays(comm_, size, size, rows.data(), columns.data(), values.data(), &whole));
-        const PetscErrorCode code = factorise_whole(whole);
+        const PetscErrorCode code = factorise_whole(whole, pattern_of(rows, columns));
         MatDestroy(&whole);
         PetscFunctionReturn(code);
     }
 
-    PetscErrorCode factorise_whole(Mat whole) {
+    PetscErrorCode factorise_whole(Mat whole, std::uint64_t pattern) {
         PetscFunctionBegin;
         if (symmetric_) {
             PetscCall(MatSetOption(whole, MAT_SYMMETRIC, PETSC_TRUE));
             PetscCall(MatSetOption(whole, MAT_SPD, PETSC_FALSE));
         }
+        const bool known = on_all(factor_ && pattern == analysed_);
+        PetscErrorCode code = known ? factorise_known(whole) : PETSC_ERR_MAT_LU_ZRPVT;
+        if (!known || !on_all(code == 0)) { // pivots may ask for more memory than those of the first values
+            analysed_ = pattern;
+            code = analyse(whole);
+            if (on_all(code == 0)) code = factorise_known(whole);
+        }
+        PetscFunctionReturn(code);
+    }
+
+    PetscErrorCode analyse(Mat whole) {
+        PetscFunctionBegin;
         MatFactorInfo info;
         PetscCall(MatFactorInfoInitialize(&info));
         MatDestroy(&factor_);
@@ -137,13 +159,18 @@ private:
         PetscCall(MatMumpsSetIcntl(factor_, 13, 1));  // leaves the last front to one process, or signs are not counted
         PetscCall(MatMumpsSetIcntl(factor_, 14, 60)); // more memory for pivots, %
         PetscCall(MatMumpsSetIcntl(factor_, 24, 1));  // finds rows of zeros
-        if (symmetric_) {
-            PetscCall(MatCholeskyFactorSymbolic(factor_, whole, nullptr, &info));
-            PetscCall(MatCholeskyFactorNumeric(factor_, whole, &info));
-        } else {
-            PetscCall(MatLUFactorSymbolic(factor_, whole, nullptr, nullptr, &info));
-            PetscCall(MatLUFactorNumeric(factor_, whole, &info));
-        }
+        if (symmetric_) PetscCall(MatCholeskyFactorSymbolic(factor_, whole, nullptr, &info));
+        else PetscCall(MatLUFactorSymbolic(factor_, whole, nullptr, nullptr, &info));
+        PetscFunctionReturn(0);
+    }
+
+    /// Of a matrix whose pattern is that of the last analysis.
+    PetscErrorCode factorise_known(Mat whole) {
+        PetscFunctionBegin;
+        MatFactorInfo info;
+        PetscCall(MatFactorInfoInitialize(&info));
+        if (symmetric_) PetscCall(MatCholeskyFactorNumeric(factor_, whole, &info));
+        else PetscCall(MatLUFactorNumeric(factor_, whole, &info));
         MatFactorError fault = MAT_FACTOR_NOERROR;
         PetscCall(MatFactorGetError(factor_, &fault));
         if (fault != MAT_FACTOR_NOERROR) PetscFunctionReturn(PETSC_ERR_MAT_LU_ZRPVT);
@@ -177,6 +204,7 @@ private:
     int ranks_;
     PetscInt begin_ = 0, rows_ = 0; ///< block of this rank
     Mat factor_ = nullptr;
+    std::uint64_t analysed_ = 0; ///< pattern of this rank's block that the factor knows
     Unknown scale_;
     long negative_ = 0;
     double entries_ = 0;

@@ -44,6 +44,32 @@ TEST(FactorOverRanks, SolvesAsOneRankDoes) {
         }
 }
 
+TEST(FactorOverRanks, OneFactorTakesMatricesOfTheSamePatternAndOfOthers) {
+    const Communicator comm = Communicator::world();
+    for (const bool symmetric : {true, false}) {
+        const auto factor = make_large_factor(symmetric, &comm);
+        ASSERT_TRUE(factor);
+        const Stiffness first = matrix_of(200, symmetric);
+        Stiffness other = first; // of the same pattern, with its large entries elsewhere
+        other.diagonal().array() *= -1;
+        for (Eigen::Index i = 0; i < other.nonZeros(); ++i) other.valuePtr()[i] *= 1 + i % 2;
+        if (symmetric) other = Stiffness((other + Stiffness(other.transpose())) / 2);
+        for (int i = 0; i < 200; i += 5) other.coeffRef(i, i) = 1e-9;
+        const Stiffness smaller = matrix_of(150, symmetric);
+        const Stiffness* const matrices[] = {&first, &other, &first, &smaller, &first};
+        for (const Stiffness* matrix : matrices) {
+            const Unknown right = Unknown::LinSpaced(matrix->rows(), -1, 2);
+            ASSERT_TRUE(factor->factorise(*matrix));
+            const Unknown x = factor->solve(right);
+            EXPECT_LT((*matrix * x - right).norm(), 1e-11 * matrix->norm() * x.norm());
+            if (!symmetric) continue;
+            const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> dense(Eigen::MatrixXd(*matrix),
+                                                                       Eigen::EigenvaluesOnly);
+            EXPECT_EQ(factor->negative(), (dense.eigenvalues().array() < 0).count());
+        }
+    }
+}
+
 TEST(FactorOverRanks, SingularMatricesAreFoundByAll) {
     const Communicator comm = Communicator::world();
     Eigen::MatrixXd dense(matrix_of(60, true));
