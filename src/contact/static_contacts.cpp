@@ -51,7 +51,7 @@ public:
         out.turning.clear();
         for (std::size_t s = 0; s < bodies_.slots(); ++s)
             bodies_.node[s].position = attached_[s].place(state[attached_[s].slot]);
-        find_pairs();
+        find_pairs(out.share);
         // A few hundred pairs at a time, as each response has 5 kB.
         constexpr std::size_t at_once = 512, in_task = 16;
         std::vector<ContactResponse> response(std::min(at_once, pairs_.size()));
@@ -106,8 +106,8 @@ public:
     }
 
 private:
-    /// Pairs that touch and may.
-    void find_pairs() {
+    /// Pairs that may touch, with an element of these slots.
+    void find_pairs(const SlotShare& share) {
         Candidates found;
         search_.build(bodies_, scene_.rules, 0, found);
         pairs_.clear();
@@ -115,6 +115,7 @@ private:
         for (std::uint32_t a = 0; a < bodies_.slots(); ++a)
             for (std::uint32_t i = found.first[a]; i < found.first[a + 1]; ++i) {
                 const std::uint32_t b = found.partner[i];
+                if (!share.has(attached_[a].slot) && !share.has(attached_[b].slot)) continue;
                 (attached_[a].box || attached_[b].box ? box_pairs_ : pairs_).push_back({a, b});
             }
     }
@@ -265,6 +266,7 @@ private:
         if (turns) return add_turning(response, at, state, out);
         for (int n = 0; n < response.nodes; ++n)
             for (int m = 0; m < response.nodes; ++m) {
+                if (!out.share.has(at[m]->slot)) continue;
                 SlotCoupling& coupling = out.couplings.emplace_back(SlotCoupling{at[n]->slot, at[m]->slot, {}});
                 for (std::size_t i = 0; i < 3; ++i)
                     for (std::size_t j = 0; j < 3; ++j)

@@ -24,6 +24,7 @@ struct StaticContact {
 
 /// Sums over all contacts by slot of all rods, one after another.
 struct StaticContactLoads {
+    SlotShare share;            ///< set by who asks; sums beyond it are not complete
     double energy = 0;          ///< J
     double largest_overlap = 0; ///< over the smaller diameter
     std::vector<StaticContact> contacts;

@@ -131,7 +131,8 @@ void StaticFriction::add(Exposure& bodies, std::span<const AttachedSlot> attache
         const double friction = memory.weight * memory.spring.stiffness * norm(memory.spring.x);
         for (const std::uint32_t element : {all[c].pair.a, all[c].pair.b})
             out.couple_size[attached[element].slot] += bodies.node[element].radius * friction;
-        if (with_stiffness)
+        const auto asked = [&](std::uint32_t element) { return out.share.has(attached[element].slot); };
+        if (with_stiffness && (asked(all[c].pair.a) || asked(all[c].pair.b)))
             add_slopes_of(Slopes::by_places, bodies, attached, state, reference_, numbers, all[c], left_[c], out);
     }
 }

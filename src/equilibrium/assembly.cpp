@@ -2,6 +2,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
+#include <tuple>
+#include <utility>
 
 namespace skein {
 
@@ -23,6 +26,12 @@ template <std::size_t count> void add_whole(const StiffnessBlock& block, const i
 
 } // namespace
 
+void Assembly::share(const Communicator& ranks, std::vector<int> ends) {
+    ranks_ = &ranks;
+    ends_ = std::move(ends);
+    rank_ = ranks.rank();
+}
+
 void Assembly::begin(int count) {
     known_ =
         count == count_ && !transposed_.empty() && matrix_.nonZeros() == static_cast<Eigen::Index>(transposed_.size());
@@ -33,7 +42,7 @@ void Assembly::begin(int count) {
         return;
     }
     value_ = matrix_.valuePtr();
-    std::fill_n(value_, matrix_.nonZeros(), 0.0);
+    std::fill(value_ + own_begin(), value_ + own_end(), 0.0);
 }
 
 void Assembly::add_block(std::size_t row, std::size_t column, const SlotNumbers& rows, const SlotNumbers& columns,
@@ -120,11 +129,39 @@ void Assembly::find_pattern() {
         }
         first[j + 1] = static_cast<int>(rows.size());
     }
+    if (ranks_) gather_pattern(first, rows);
     matrix_.resize(count_, count_);
     matrix_.resizeNonZeros(static_cast<Eigen::Index>(rows.size()));
     std::copy(first.begin(), first.end(), matrix_.outerIndexPtr());
     std::copy(rows.begin(), rows.end(), matrix_.innerIndexPtr());
     find_transposed();
+}
+
+/// Completes a pattern, of which this rank has its columns.
+void Assembly::gather_pattern(std::vector<int>& first, std::vector<int>& rows) {
+    const std::vector<std::int64_t> entries = ranks_->all_gather(static_cast<std::int64_t>(rows.size()));
+    const auto before = static_cast<int>(std::accumulate(entries.begin(), entries.begin() + rank_, std::int64_t{0}));
+    for (int& place : place_)
+        if (place >= 0) place += before;
+    std::vector<std::int64_t> columns;
+    for (std::size_t r = 0; r + 1 < ends_.size(); ++r) columns.push_back(ends_[r + 1] - ends_[r]);
+    const std::size_t begin = to_index(ends_[to_index(rank_)]), own = to_index(columns[to_index(rank_)]);
+    std::vector<int> last(own);
+    for (std::size_t j = 0; j < own; ++j) last[j] = before + first[begin + j + 1];
+    first.front() = 0;
+    ranks_->all_gather(std::as_bytes(std::span(last)), sizeof(int), columns,
+                       std::as_writable_bytes(std::span(first).subspan(1)));
+    std::vector<int> all(to_index(first.back()));
+    ranks_->all_gather(std::as_bytes(std::span(rows)), sizeof(int), entries, std::as_writable_bytes(std::span(all)));
+    rows = std::move(all);
+}
+
+void Assembly::gather_values() {
+    const int* first = matrix_.outerIndexPtr();
+    std::vector<std::int64_t> entries;
+    for (std::size_t r = 0; r + 1 < ends_.size(); ++r) entries.push_back(first[ends_[r + 1]] - first[ends_[r]]);
+    const std::vector<double> own(value_ + own_begin(), value_ + own_end());
+    ranks_->all_gather(own, entries, std::span(value_, to_index(matrix_.nonZeros())));
 }
 
 /// Places of K_ji: row i of the columns j = 0, 1, ... in turn, where the pattern is that of its transposed.
@@ -153,12 +190,17 @@ void Assembly::take_symmetric_part() {
 
 double Assembly::asymmetry() const {
     double largest = 0, difference = 0;
-    for (std::size_t at = 0; at < transposed_.size(); ++at) {
+    for (std::size_t at = own_begin(); at < own_end(); ++at) {
         const int place = transposed_[at];
         if (place >= 0 && place < static_cast<int>(at)) continue; // done
         const double one = value_[at], other = place < 0 ? 0 : value_[place];
         largest = std::max({largest, std::abs(one), std::abs(other)});
         difference = std::max(difference, std::abs(one - other));
+    }
+    if (ranks_) {
+        double sizes[] = {largest, difference};
+        ranks_->max(std::span(sizes));
+        std::tie(largest, difference) = std::tie(sizes[0], sizes[1]);
     }
     return largest > 0 ? difference / largest : 0;
 }

@@ -1,8 +1,11 @@
 // Sparse stiffness from blocks between slots and from entries, whose places are found once for all matrices of one
-// pattern.
+// pattern. Ranks that share a sum each add to columns of their own, and all get the whole matrix: an entry is the sum
+// of one rank, in the order of one rank.
 #pragma once
 
 #include "equilibrium/factor.hpp"
+#include "parallel/communicator.hpp"
+#include "skein/core/index.hpp"
 #include "tiles/slot_coupling.hpp"
 
 #include <array>
@@ -17,16 +20,21 @@ using SlotNumbers = std::array<int, slot_unknowns>;
 
 class Assembly {
 public:
+    /// Sums are shared by these ranks from here on, which all ask for them: rank r adds to the columns between ends[r]
+    /// and ends[r + 1]. `ranks` must outlive them.
+    void share(const Communicator& ranks, std::vector<int> ends);
+
     /// The sum of all that `add_all` adds, in its order. Where the pattern is new it is called again, and has to add
     /// the same. The matrix stays until the next sum.
     template <class AddAll> Stiffness& sum(int count, const AddAll& add_all) {
         begin(count);
         add_all();
-        while (!is_complete()) {
+        while (!is_complete_on_all()) {
             find_pattern();
             begin(count);
             add_all();
         }
+        if (ranks_) gather_values();
         return matrix_;
     }
 
@@ -75,8 +83,14 @@ private:
     }
     void begin(int count);
     bool is_complete() const {
-        return items_.empty() ? at_ == 0 && matrix_.rows() == count_ && matrix_.nonZeros() == 0
+        return items_.empty() ? at_ == 0 && matrix_.rows() == count_ && own_end() == own_begin()
                               : known_ && at_ == items_.size();
+    }
+    bool is_complete_on_all() const { return ranks_ ? ranks_->min(std::int64_t{is_complete()}) > 0 : is_complete(); }
+    /// Values of this rank's columns.
+    std::size_t own_begin() const { return to_index(matrix_.outerIndexPtr()[ranks_ ? ends_[to_index(rank_)] : 0]); }
+    std::size_t own_end() const {
+        return to_index(matrix_.outerIndexPtr()[ranks_ ? ends_[to_index(rank_) + 1] : matrix_.outerSize()]);
     }
     bool expects(std::uint64_t key) const { return known_ && at_ < items_.size() && items_[at_].key == key; }
     void record(const Item& item) {
@@ -85,11 +99,15 @@ private:
         items_.push_back(item);
     }
     void find_pattern();
+    void gather_pattern(std::vector<int>& first, std::vector<int>& rows);
+    void gather_values();
     void give_places();
     template <class Visit> void for_runs(const Visit& visit) const;
     void find_transposed();
 
-    int count_ = 0;
+    const Communicator* ranks_ = nullptr; ///< null: this rank adds to all columns
+    std::vector<int> ends_;               ///< columns before those of each rank, and all
+    int rank_ = 0, count_ = 0;
     bool known_ = false; ///< as far as the items before
     std::size_t at_ = 0;
     std::vector<Item> items_;

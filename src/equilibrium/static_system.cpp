@@ -77,6 +77,48 @@ StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const Loc
     const JointStiffness joint = at_rest_->stiffest_joint();
     least_force_ = bending > 0 ? 1e-3 * bending / (length_ * length_)
                                : unseen * std::max(joint.along * length_, joint.about / length_);
+    // Nodes of several rods at once have columns of several rods.
+    if (ranks_ && ranks_->size() > 1 && at_rest_->common_nodes().empty()) share_rods(*ranks_);
+}
+
+void StaticSystem::share_rods(const Communicator& ranks) {
+    const auto count = static_cast<std::size_t>(ranks.size());
+    std::vector<int> columns;
+    std::vector<std::size_t> slots;
+    std::size_t rod = 0;
+    int unknown = 0;
+    for (std::size_t r = 0; r <= count; ++r) {
+        while (rod < rods_.size() && first_slot(rod) * count < r * unknowns_.slots()) ++rod;
+        while (unknown < unknowns() && unknowns_.place(unknown).rod < rod) ++unknown;
+        columns.push_back(unknown);
+        slots.push_back(first_slot(rod));
+    }
+    for (std::size_t r = 0; r < count; ++r)
+        slots_of_ranks_.push_back(static_cast<std::int64_t>(slots[r + 1] - slots[r]));
+    const auto own = static_cast<std::size_t>(ranks.rank());
+    share_ = {slots[own], slots[own + 1]};
+    assembly_.share(ranks, std::move(columns));
+}
+
+void StaticSystem::gather_loads() {
+    constexpr std::size_t numbers = 8;
+    std::vector<double> own;
+    own.reserve(numbers * (share_.end - share_.first));
+    for (std::size_t s = share_.first; s < share_.end; ++s) {
+        const Vec3d &f = loads_.force[s], &c = loads_.couple[s];
+        own.insert(own.end(), {f.x, f.y, f.z, c.x, c.y, c.z, loads_.force_size[s], loads_.couple_size[s]});
+    }
+    std::vector<std::int64_t> counts;
+    for (const std::int64_t slots : slots_of_ranks_) counts.push_back(static_cast<std::int64_t>(numbers) * slots);
+    std::vector<double> all(numbers * unknowns_.slots());
+    ranks_->all_gather(own, counts, all);
+    for (std::size_t s = 0; s < unknowns_.slots(); ++s) {
+        const double* x = &all[numbers * s];
+        loads_.force[s] = {x[0], x[1], x[2]};
+        loads_.couple[s] = {x[3], x[4], x[5]};
+        loads_.force_size[s] = x[6];
+        loads_.couple_size[s] = x[7];
+    }
 }
 
 void StaticSystem::lead_ends(StaticState& state) const {
@@ -177,9 +219,11 @@ void StaticSystem::add_block(Assembly& to, std::size_t row, std::size_t column, 
 
 StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_stiffness, bool convex) {
     at_rest_->set_joint_memory(state.joint_memory);
+    loads_.share = touching_.share = share_;
     at_rest_->evaluate(state.slot, state.strain, with_stiffness, loads_);
     if (contacts_) contacts_->make_convex(convex);
     if (contacts_) add_contacts(state, with_stiffness);
+    if (!slots_of_ranks_.empty()) gather_loads();
     Balance out;
     out.residual = gathered(loads_, state);
     out.force_size = *std::max_element(loads_.force_size.begin(), loads_.force_size.end());
@@ -201,6 +245,7 @@ void StaticSystem::add_blocks(Assembly& to, const StaticState& state) const {
     for (std::size_t i = 0; i < rods_.size(); ++i) {
         const RodGroup& own = group(i);
         const std::size_t first = first_slot(i);
+        if (!loads_.share.has(first)) continue;
         const long nodes = own.nodes(), slots = own.slots();
         for (long k = 0; k < nodes; ++k) {
             const std::size_t row = first + static_cast<std::size_t>(k);
@@ -214,16 +259,19 @@ void StaticSystem::add_blocks(Assembly& to, const StaticState& state) const {
             }
         }
     }
+    const auto is_asked = [&](const SlotCoupling& c) { return loads_.share.has(c.column); };
     for (const SlotCoupling& c : loads_.couplings)
-        if (counts(c.row, c.column, c.block)) add_block(to, c.row, c.column, c.block, state.slot);
-    if (contacts_) {
-        for (const SlotCoupling& c : touching_.couplings) add_block(to, c.row, c.column, c.block, state.slot, 3);
-        for (const SlotCoupling& c : touching_.turning) add_block(to, c.row, c.column, c.block, state.slot);
-    }
+        if (is_asked(c) && counts(c.row, c.column, c.block)) add_block(to, c.row, c.column, c.block, state.slot);
+    if (!contacts_) return;
+    for (const SlotCoupling& c : touching_.couplings)
+        if (is_asked(c)) add_block(to, c.row, c.column, c.block, state.slot, 3);
+    for (const SlotCoupling& c : touching_.turning)
+        if (is_asked(c)) add_block(to, c.row, c.column, c.block, state.slot);
 }
 
 Stiffness StaticSystem::damping(const StaticState& state) {
     at_rest_->set_joint_memory(state.joint_memory);
+    loads_.share = touching_.share = {};
     at_rest_->evaluate_damping(state.slot, loads_);
     if (contacts_) contacts_->evaluate_damping(state.slot, touching_);
     Assembly all;

@@ -156,6 +156,10 @@ private:
                    std::span<const Slot<1>> state, std::size_t count = slot_unknowns) const;
     void add_blocks(Assembly& to, const StaticState& state) const;
     void add_contacts(const StaticState& state, bool with_stiffness);
+    /// Shares loads and stiffness among the ranks: rods without gaps, of about as many slots for each.
+    void share_rods(const Communicator& ranks);
+    /// Loads of all slots from those of each rank.
+    void gather_loads();
     void add_body_turns(const StaticState& state);
     /// Unknowns of rods that stiffness connects.
     std::vector<std::vector<int>> pieces(const Stiffness& stiffness) const;
@@ -195,6 +199,8 @@ private:
     const Communicator* ranks_;
     StaticLoads loads_;
     StaticContactLoads touching_;
+    SlotShare share_;                          ///< of this rank
+    std::vector<std::int64_t> slots_of_ranks_; ///< empty: each rank has loads and stiffness of all rods
     Assembly assembly_;
     bool all_gripped_ = false;          ///< no rod moves as a rigid body
     std::vector<std::uint8_t> sampled_; ///< by unknown: near an end, or near what is held

@@ -31,6 +31,7 @@ struct StiffnessRow {
 
 /// Loads by slot of all rods, one after another.
 struct StaticLoads {
+    SlotShare share;           ///< set by who asks; loads beyond it are not complete
     std::vector<Vec3d> force;  ///< at nodes, lab, N
     std::vector<Vec3d> couple; ///< at elements, body, N m
     /// Sums of the sizes of the loads that act there: what a balance is measured by.

@@ -195,10 +195,12 @@ public:
         out.couplings.clear();
         if (with_stiffness) out.row.resize(slots_);
         for (Rod& rod : rods_) {
-            add_internal(rod, state, carried, out);
-            if (rod.passes.empty()) continue;
-            if (!with_stiffness) place(rod, state);
-            add_passes(rod, state, with_stiffness, out);
+            const bool asked = out.share.has(rod.first);
+            if (asked) add_internal(rod, state, carried, out);
+            // Memory at walls is kept for all rods.
+            if (rod.passes.empty() || !(asked || rod.rubbing)) continue;
+            if (!(asked && with_stiffness)) place(rod, state);
+            add_passes(rod, state, asked && with_stiffness, out);
         }
         for (const Cluster& cluster : clusters_) add_joints(cluster, state, with_stiffness, out);
     }
@@ -249,6 +251,7 @@ private:
         std::vector<std::size_t> slot;                  ///< of all rods, by slot of the cluster
         std::vector<std::vector<std::size_t>> partners; ///< slots of the cluster that a slot's loads depend on
         std::vector<int> colour;                        ///< by slot of the cluster; -1 where no joint is
+        std::vector<std::size_t> joined;                ///< slots of the cluster that have partners
         int colours = 0;
         Slot<1> world;
         const RodGroup* group;  ///< of its first rod
@@ -402,6 +405,7 @@ private:
         std::vector<std::size_t> taken; // by colour: the last slot that refused it, plus 1
         for (std::size_t s = 0; s < cluster.slot.size(); ++s) {
             if (cluster.partners[s].empty()) continue;
+            cluster.joined.push_back(s);
             for (const std::size_t row : cluster.partners[s])
                 for (const std::size_t other : cluster.partners[row])
                     if (const int c = cluster.colour[other]; c >= 0) taken[to_index(c)] = s + 1;
@@ -715,27 +719,26 @@ private:
     }
 
     void add_joints(const Cluster& cluster, std::span<const Slot<1>> state, bool with_stiffness, StaticLoads& out) {
-        const std::size_t slots = cluster.slot.size();
-        make_place(cluster);
+        place_all(cluster, state);
         recall(cluster);
         if (remembers(cluster) && (along_rates_ || !joints_rub_ || !rubs_)) {
-            place_all(cluster, state);
             lead_memory(cluster, false);
             take_steps(cluster);
         }
         const AlignedVector<P> before = memory_;
+        const auto asked = [&](std::size_t s) { return out.share.has(cluster.slot[s]); };
         for (int colour = 0; colour < std::max(1, with_stiffness ? cluster.colours : 1); ++colour) {
-            for (std::size_t s = 0; s < slots; ++s)
-                put(cluster, s, state, with_stiffness && cluster.colour[s] == colour);
+            const auto moves = [&](std::size_t s) { return with_stiffness && cluster.colour[s] == colour && asked(s); };
+            if (colour > 0 && std::none_of(cluster.joined.begin(), cluster.joined.end(), moves)) continue;
+            for (const std::size_t s : cluster.joined) put(cluster, s, state, moves(s));
             memory_ = before;
             run_joints(cluster, memory_);
-            for (std::size_t s = 0; s < slots; ++s) {
-                if (cluster.partners[s].empty()) continue;
+            for (const std::size_t s : cluster.joined) {
                 const std::size_t at = cluster.slot[s];
                 if (colour == 0) add_joined(out, at, joined_[s]);
                 if (!with_stiffness) continue;
                 for (const std::size_t column : cluster.partners[s]) {
-                    if (cluster.colour[column] != colour) continue;
+                    if (!moves(column)) continue;
                     SlotCoupling& coupling = out.couplings.emplace_back(SlotCoupling{at, cluster.slot[column], {}});
                     add_slopes(joined_[s].force, joined_[s].couple, turns(column == s), coupling.block);
                 }

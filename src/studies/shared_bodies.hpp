@@ -1,5 +1,6 @@
 // Bodies that are solved for together. Where they are of several ranks, every rank has the states of all of them, in
-// the order of their numbers, so that all solve the same equations; large factors alone are distributed over ranks.
+// the order of their numbers, so that all solve the same equations; loads, stiffness and large factors are computed in
+// shares.
 #pragma once
 
 #include "simulation/world.hpp"

@@ -6,6 +6,7 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
 
 namespace skein {
 
@@ -27,6 +28,13 @@ inline void add_turn_of_arm(const Vec3d& a, const Vec3d& f, StiffnessBlock& bloc
 struct SlotCoupling {
     std::size_t row, column;
     StiffnessBlock block;
+};
+
+/// Slots of whole rods whose loads are asked for, and by whose unknowns the stiffness is: columns of it.
+struct SlotShare {
+    std::size_t first = 0, end = SIZE_MAX;
+
+    bool has(std::size_t slot) const { return slot >= first && slot < end; }
 };
 
 } // namespace skein

@@ -11,7 +11,7 @@
 namespace skein {
 namespace {
 
-/// Two layers of crossed sticks that touch each other and a floor, and a ball between them.
+/// Two layers of crossed sticks that touch each other and a floor, and a ball on them.
 const char* const heap = R"(
 title = "heap"
 
@@ -36,7 +36,7 @@ placement = {kind = "lattice", counts = [3, 1, 1], spacing = [0.013, 0.01, 0.01]
 name = "ball"
 density = 800.0
 spheres.radii = [4e-3]
-placement.origin = [0.03, 0.015, 11.7e-3]
+placement.origin = [0.023, 0.015, 11.75e-3]
 
 [[load]]
 kind = "gravity"
