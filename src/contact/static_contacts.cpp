@@ -142,8 +142,8 @@ private:
         };
         const double start = distance_at(0);
         if (start >= both + most * speed) return most;
-        const double least = std::max(std::min(start, both) - 0.5 * least_radius, 0.5 * start);
-        constexpr int most_steps = 100;
+        const double near = std::min(start, both), least = std::max(near - 0.5 * least_radius, 0.5 * near);
+        constexpr int most_steps = 1000; // of pairs that graze
         const double close = std::min(0.1 * (start - least), 0.05 * least_radius);
         double share = 0, distance = start;
         for (int i = 0; i < most_steps && distance - least > close; ++i) {

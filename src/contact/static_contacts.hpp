@@ -46,7 +46,7 @@ public:
     /// Leaves out of the stiffness of pairs without a box what makes it negative, or not: turns of normals and arms.
     virtual void make_convex(bool convex) = 0;
     /// Share of the way from `state` to `moved` on which no pair comes nearer than it may: half of the smaller radius
-    /// further into each other than where they touch, or where they are; and no nearer than half of their distance.
+    /// further into each other than where they touch, or where they are; and no nearer than half of that distance.
     virtual double clear_share(std::span<const Slot<1>> state, std::span<const Slot<1>> moved) = 0;
     /// Damping at rest by dashpots, and by friction that vanishes with the speed of slip: minus the derivative of loads
     /// by rates, in `turning`.

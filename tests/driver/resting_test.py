@@ -73,6 +73,51 @@ trajectory = 1.0
 """
 LAG = 0.4 * 1000 * 9.81 * 0.5**2 / (2 * 1e6)  # by which a rod is longer whose floor pulls it back everywhere
 
+CROSSING_RADIUS = 1.5e-3
+
+
+def crossing_rods(layers, softer):
+    """Layers of ten rods that are held at one end, turned by 20 degrees to either side in turn, and a twentieth of a diameter apart."""
+    text = """
+[time]
+duration = 1.0
+[[load]]
+kind = "gravity"
+[contact]
+law = "linear"
+stiffness = "auto"
+[output]
+trajectory = 1.0
+precision = "double"
+"""
+    for i in range(layers):
+        angle = math.radians(20 if i % 2 == 0 else -20)
+        for j in range(10):
+            y = (j - 4.5) * 0.015 - 0.1 * math.sin(angle)
+            text += f"""
+[[rods]]
+name = "rod{10 * i + j}"
+start = "clamped"
+material = {{density = 1000.0, youngs_modulus = {3e8 * softer**i}}}
+section.radius = {CROSSING_RADIUS}
+shape = {{length = 0.2, elements = 20}}
+placement = {{origin = [0.0, {y}, {i * 2.1 * CROSSING_RADIUS}], tangent = [{math.cos(angle)}, {math.sin(angle)}, 0.0]}}
+"""
+    return text
+
+
+def gaps_where_crossed(low, high):
+    """Heights of one polyline over another where they cross in the plan."""
+    p, q = low[:-1, None], high[None, :-1]
+    a, b = low[1:, None] - p, high[None, 1:] - q
+    across = a[..., 0] * b[..., 1] - a[..., 1] * b[..., 0]
+    r = q - p
+    s = (r[..., 0] * b[..., 1] - r[..., 1] * b[..., 0]) / across
+    t = (r[..., 0] * a[..., 1] - r[..., 1] * a[..., 0]) / across
+    met = (s >= 0) & (s <= 1) & (t >= 0) & (t <= 1)
+    return (q[..., 2] + t * b[..., 2] - p[..., 2] - s * a[..., 2])[met]
+
+
 # Two bent rods hang like hangers on two held ones. Weight pulls them along, and they slide until friction holds them.
 HANGERS = """
 [time]
@@ -305,6 +350,18 @@ class Resting(DriverTest):
         self.assertEqual(height.shape[0], 8)
         self.assertGreater(height.min(), 0.8 * RADIUS)
         self.assertLess(height.min(axis=1).max(), 0.01, "none is in the air: it was packed up to 0.06 m")
+
+    def test_a_hundred_held_rods_rest_on_each_other(self):
+        """Ten layers of ten that cross, each softer by a tenth than the one below, from straight rods that do not touch. Where two rods of
+        neighbouring layers cross in the plan, the upper one is still above."""
+        done = self.solve("layers", "--stable", "--json", text=crossing_rods(layers=10, softer=0.9))
+        self.assertLess(json.loads(done.stdout)["residual"], 1e-9)
+        with h5py.File(sorted((self.directory / "layers").glob("trajectory_*.h5"))[-1]) as file:
+            place = numpy.array([file[f"groups/rod{i}/position"][-1][0] for i in range(100)]).reshape(10, 10, 21, 3)
+        self.assertLess(place[..., 2].min(), -0.01, "they sag by much more than they were apart")
+        crossings = [gap for low, high in zip(place, place[1:]) for one in low for other in high for gap in gaps_where_crossed(one, other)]
+        self.assertGreater(len(crossings), 300)
+        self.assertGreater(min(crossings), 0.95 * 2 * CROSSING_RADIUS)
 
     def test_a_rigid_body_rests_in_a_frame(self):
         weight = 9.81 * 1000 * 4 / 3 * numpy.pi * 0.02**3

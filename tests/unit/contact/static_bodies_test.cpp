@@ -311,7 +311,9 @@ TEST(StaticBodies, NothingPassesWithinTheClearShare) {
         double largest = 0;
         for (int i = 1; i <= 50; ++i) largest = std::max(largest, heap.overlap_at(moved, i / 50.0 * share));
         EXPECT_LE(largest, deepest + 0.25 + 1e-9) << "half a radius further, over the diameter";
-        if (share < 1) EXPECT_GT(largest, 0.2) << "share " << share << " is cut without need";
+        if (share < 1) {
+            EXPECT_GT(largest, 0.2) << "share " << share << " is cut without need";
+        }
     }
     EXPECT_GT(cut, 20);
     EXPECT_GT(whole, 20);
