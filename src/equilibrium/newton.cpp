@@ -72,7 +72,9 @@ NewtonResult NewtonSolver::solve(StaticState& state, const Unknown& left, int mo
         const Unknown correction = this->correction(state, balance, result.reason);
         if (correction.size() == 0) return result;
         const double size = system_.size(correction), turn = system_.turn(correction);
-        const double share = system_.clear_share(state, correction, std::min(1.0, options_.most_turn / turn));
+        const double asked = std::min(1.0, options_.most_turn / turn),
+                     share = system_.clear_share(state, correction, asked);
+        meets_ = meets_ || share < asked;
         system_.correct(state, correction, share);
         result.passes.push_back({relative, size});
         if (!goes_on(result, false)) return result;
@@ -118,7 +120,7 @@ NewtonResult NewtonSolver::descend(StaticState& state) {
     const StaticState start = state;
     const double farthest = 2 * StaticSystem::extent(state) + system_.length();
     const std::size_t most = to_index(system_.touches() ? options_.most_falls : options_.most_descents);
-    while (result.passes.size() < most) {
+    for (std::size_t tries = 0; tries < most && result.passes.size() < most; ++tries) {
         const StaticState before = state;
         const Fall step = fall(state, mass, shift, result);
         if (result.converged || !result.reason.empty()) return result;
@@ -288,15 +290,23 @@ Equilibrium NewtonSolver::find(StaticState& state, double time) {
     system_.lead_ends(state);
     system_.keep_joints(state);
     if (options_.friction) system_.set_reference(state);
-    // Bodies that touch come to rest sooner downhill than by load steps, each of which has its own contacts.
-    const bool falls = options_.stable && system_.touches() && !system_.rubs();
+    // Bodies that meet come to rest sooner downhill than by load steps, each of which has its own contacts.
+    const bool at_once = options_.stable && system_.touches() && !system_.rubs();
     const StaticState start = state;
-    double done = load(state, time, falls, result);
-    if (done < 1 && go_downhill(state, done, time, result)) done = 1;
-    else if (done < 1 && falls && !result.stopped) {
-        const std::string reason = std::exchange(result.reason, {});
+    meets_ = false;
+    double done = load(state, time, at_once, result);
+    const bool falls = at_once && meets_;
+    const auto load_in_steps = [&] {
+        if (done >= 1 || !at_once || result.stopped) return;
         state = start;
         done = load(state, time, false, result);
+    };
+    if (!falls) load_in_steps();
+    if (done < 1 && go_downhill(state, done, time, result)) {
+        done = 1;
+    } else if (falls) {
+        const std::string reason = std::exchange(result.reason, {});
+        load_in_steps();
         if (done < 1) result.reason = reason;
     }
     result.share = done;

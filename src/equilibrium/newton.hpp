@@ -115,6 +115,7 @@ private:
     StaticSolution solution_; ///< of the last correction
     /// That is the factor of the stiffness where the solution ended, to the tolerance.
     bool factor_is_last_ = false;
+    bool meets_ = false; ///< a correction was cut where bodies meet
     NewtonProgress progress_;
     double last_told_ = 0; ///< wall time, s
 };
