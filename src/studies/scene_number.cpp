@@ -263,9 +263,9 @@ SceneNumber number_at(const SceneSpec& scene, const std::string& path) { return 
 SceneSpec with_number(SceneSpec scene, const std::string& path, double value) {
     bool done = find_number(scene, path, [&](const Field& f, double& x) {
         if (!(value > f.above && value >= f.at_least && value <= f.at_most))
-            throw InputError(fmt::format("'{}' does not accept {:g}: it has to be {}", f.name, value, bounds_text(f)));
+            throw InputError(fmt::format("'{}' does not accept {:g}: it must be {}", f.name, value, bounds_text(f)));
         if (f.takes_auto() && value < 0)
-            throw InputError(fmt::format("'{}' does not accept {:g}: it has to be at least 0", f.name, value));
+            throw InputError(fmt::format("'{}' does not accept {:g}: it must be at least 0", f.name, value));
         if (is_placeholder(f, value))
             throw InputError(fmt::format("{}, and no number is next to it", text_of_placeholder(f, path, value)));
         x = value;
