@@ -131,15 +131,19 @@ class Turning(DriverTest):
         self.assert_turned("stop", (0.5 + 800) / 100.01, (0, 0))
 
     def test_dry_friction_holds_up_to_its_limit(self):
-        """A small weight turns the arm by the spring of friction alone; beyond the limit the arm turns on, and the spring of the axis bears the rest. A path
-        leaves friction out, and says so."""
+        """A small weight turns the arm by both springs; beyond the limit the arm turns on, and the spring of the axis bears the rest. So along a path."""
+
+        def angle_at(g, limit, stiffness):
+            angle = 0.0
+            for _ in range(100):
+                angle = -(0.2 * g * math.cos(angle) - limit) / stiffness
+            return angle
+
         text = ARM.replace("KEYS", "spring = 20.0\nfriction = 0.5\nfriction_stiffness = 400.0") + WEIGHT
         for g, limit, stiffness in ((1.0, 0.0, 420), (9.0, 0.5, 20)):
             out = f"friction{g:g}"
             self.solve("equilibrium", out, text.replace("G", str(g)))
-            angle = 0.0
-            for _ in range(100):
-                angle = -(0.2 * g * math.cos(angle) - limit) / stiffness
+            angle = angle_at(g, limit, stiffness)
             self.assert_turned(out, angle, (g, 0), 1e-9)
         # From the checkpoint on, a smaller weight does not turn the arm back over the limit: the spring of friction gives way.
         anchor = angle + 0.5 / 400
@@ -148,10 +152,10 @@ class Turning(DriverTest):
         self.skein_says("branch", self.directory / "friction9", self.directory / "less", "--set", "load.0.acceleration=[0, 8.5, 0]", "--set", "start.time=zero")
         self.skein_says("equilibrium", self.directory / "less", "--out", self.directory / "held", "--threads", 1)
         self.assert_turned("held", angle, (8.5, 0), 1e-9)
-        said = self.solve("path", "left", text.replace("G", "1.0"), "--along", "joint.shaft.spring", "--to", 30.0, "--points", 1)
-        self.assertIn("friction is left out", said.stderr)
-        said = self.solve("path", "none", text.replace("G", "1.0").replace("friction", "# friction"), "--along", "joint.shaft.spring", "--to", 30.0, "--points", 1)
-        self.assertNotIn("friction is left out", said.stderr)
+        # A path hands friction on from point to point: past its limit it ends where load steps do.
+        for out, end, expected in (("slid", 9.0, angle_at(9, 0.5, 20)), ("stuck", 1.0, angle_at(1, 0, 420))):
+            self.solve("path", out, text.replace("G", "0.5"), "--along", "load.0.acceleration.1", "--to", end, "--points", 100)
+            self.assert_turned(out, expected, (end, 0), 1e-8)
 
     def test_dry_friction_is_a_spring_in_modes(self):
         """With its dashpot, beside the spring that joins the points: both motions of the arm in its plane."""
