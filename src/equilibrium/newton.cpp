@@ -32,10 +32,7 @@ Unknown NewtonSolver::correction(const StaticState& state, StaticSystem::Balance
     }
     solution_.factorise(state, balance);
     for (const NeutralMotions::Piece& piece : solution_.neutral().pieces) {
-        Unknown own(piece.motion.rows());
-        for (Eigen::Index r = 0; r < own.size(); ++r)
-            own[r] = balance.residual[piece.unknowns[static_cast<std::size_t>(r)]];
-        const Unknown along = piece.motion.transpose() * own;
+        const Unknown own = piece.part_of(balance.residual), along = piece.motion.transpose() * own;
         const double allowed = 1e-8 * balance.force_size * std::sqrt(static_cast<double>(own.size()));
         if (along.norm() > allowed) {
             reason =

@@ -20,10 +20,7 @@ constexpr double most_turn = 1.5;   ///< rad of an element along the tangent
 bool is_balanced(const StaticSolution& solution, const StaticSystem::Balance& balance) {
     constexpr double rounding = 1e-6;
     return std::ranges::all_of(solution.neutral().pieces, [&](const NeutralMotions::Piece& piece) {
-        Unknown own(piece.motion.rows());
-        for (Eigen::Index i = 0; i < own.size(); ++i)
-            own[i] = balance.residual[piece.unknowns[static_cast<std::size_t>(i)]];
-        return (piece.motion.transpose() * own).norm() <= rounding * balance.force_size;
+        return (piece.motion.transpose() * piece.part_of(balance.residual)).norm() <= rounding * balance.force_size;
     });
 }
 

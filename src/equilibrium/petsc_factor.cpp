@@ -164,7 +164,7 @@ private:
         PetscFunctionReturn(0);
     }
 
-    /// Of a matrix whose pattern is that of the last analysis.
+    /// Factor of a matrix whose pattern is that of the last analysis.
     PetscErrorCode factorise_known(Mat whole) {
         PetscFunctionBegin;
         MatFactorInfo info;

@@ -1,5 +1,5 @@
-// Whether a few rows of a stiffness show that it resists all rigid motions of a piece. Rows raise what resists a motion
-// and lower it never, so that such a piece has no neutral motion. Sizes are bounded from above and rounding as well:
+// Test of a few rows of a stiffness for resistance to all rigid motions of a piece. Further rows only raise the
+// resistance, so that such a piece has no neutral motion. Sizes are bounded from above and rounding as well:
 // what this test leaves open, the test of all rows decides.
 #include "equilibrium/static_system.hpp"
 
@@ -27,8 +27,8 @@ struct Extent {
         for (const Vec3d& x : node) middle = middle + x;
         middle = (1 / std::max(1.0, static_cast<double>(node.size()))) * middle;
     }
-    /// Of three translations, three turns about the middle that move a node at the distance of `length` by 1, and the
-    /// spin of all elements.
+    /// Gram matrix of three translations, of three turns about the middle that move a node at the distance of `length`
+    /// by 1, and of the spin of all elements.
     Seven gram(double length) const {
         const double share = 1 / (length * length), elements = static_cast<double>(axis.size());
         Eigen::Vector3d sum = Eigen::Vector3d::Zero(), spin = Eigen::Vector3d::Zero();

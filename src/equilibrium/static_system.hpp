@@ -42,6 +42,8 @@ struct NeutralMotions {
     struct Piece {
         std::vector<int> unknowns;
         Eigen::MatrixXd motion; ///< of these unknowns: orthonormal columns
+
+        Unknown part_of(const Unknown& all) const;
     };
     std::vector<Piece> pieces; ///< those that have some
     int asked_in_full = 0;     ///< pieces, or bodies of them, that needed all rows of their stiffness
@@ -175,6 +177,9 @@ private:
         std::vector<std::uint8_t> met; ///< by unknown: it is among them
         std::vector<int> place;        ///< by unknown: in a sample; -1: it is not there
     };
+    Unknowns::Moves moves(const Unknown& correction, const StaticState& state) const {
+        return unknowns_.moves({correction.data(), static_cast<std::size_t>(correction.size())}, state.slot);
+    }
     void choose_sample();
     /// True where rows of the sample alone show that stiffness resists all rigid motions of these unknowns.
     bool sample_resists(const std::vector<int>& piece, const StaticState& state, const Balance& balance,
