@@ -49,8 +49,7 @@ public:
         out.couple_size.assign(slots_, 0);
         out.couplings.clear();
         out.turning.clear();
-        for (std::size_t s = 0; s < bodies_.slots(); ++s)
-            bodies_.node[s].position = attached_[s].place(state[attached_[s].slot]);
+        put(state);
         find_pairs(out.share);
         // A few hundred pairs at a time, as each response has 5 kB.
         constexpr std::size_t at_once = 512, in_task = 16;
@@ -76,10 +75,9 @@ public:
         constexpr std::size_t many = 64; // pairs an element, beyond which no wider search is made
         std::vector<Vec3d> way(bodies_.slots());
         double farthest = 0, thinnest = HUGE_VAL;
+        put(state);
         for (std::size_t s = 0; s < bodies_.slots(); ++s) {
-            const AttachedSlot& one = attached_[s];
-            bodies_.node[s].position = one.place(state[one.slot]);
-            way[s] = one.place(moved[one.slot]) - bodies_.node[s].position;
+            way[s] = attached_[s].place(moved[attached_[s].slot]) - bodies_.node[s].position;
             farthest = std::max(farthest, norm(way[s]));
             if (bodies_.has_element(s)) thinnest = std::min(thinnest, bodies_.node[s].radius);
         }
@@ -89,9 +87,7 @@ public:
             Candidates near;
             search_.build(bodies_, scene_.rules, 2 * most * farthest, near);
             double share = most;
-            for (std::uint32_t a = 0; a < bodies_.slots(); ++a)
-                for (std::uint32_t i = near.first[a]; i < near.first[a + 1]; ++i)
-                    share = clear_share({a, near.partner[i]}, state, moved, way, share);
+            for_each(near, [&](Pair pair) { share = clear_share(pair, state, moved, way, share); });
             if (share < most || most == 1 || near.count() > many * bodies_.slots()) return share;
         }
     }
@@ -100,24 +96,31 @@ public:
         out.couplings.clear();
         out.turning.clear();
         if (!friction_.damps(time_)) return;
-        for (std::size_t s = 0; s < bodies_.slots(); ++s)
-            bodies_.node[s].position = attached_[s].place(state[attached_[s].slot]);
+        put(state);
         friction_.add_damping(bodies_, attached_, state, time_, out);
     }
 
 private:
+    /// Places the exposure as in a state.
+    void put(std::span<const Slot<1>> state) {
+        for (std::size_t s = 0; s < bodies_.slots(); ++s)
+            bodies_.node[s].position = attached_[s].place(state[attached_[s].slot]);
+    }
+    template <class F> void for_each(const Candidates& pairs, F&& f) const {
+        for (std::uint32_t a = 0; a < bodies_.slots(); ++a)
+            for (std::uint32_t i = pairs.first[a]; i < pairs.first[a + 1]; ++i) f(Pair{a, pairs.partner[i]});
+    }
+
     /// Pairs that may touch, with an element of these slots.
     void find_pairs(const SlotShare& share) {
         Candidates found;
         search_.build(bodies_, scene_.rules, 0, found);
         pairs_.clear();
         box_pairs_.clear();
-        for (std::uint32_t a = 0; a < bodies_.slots(); ++a)
-            for (std::uint32_t i = found.first[a]; i < found.first[a + 1]; ++i) {
-                const std::uint32_t b = found.partner[i];
-                if (!share.has(attached_[a].slot) && !share.has(attached_[b].slot)) continue;
-                (attached_[a].box || attached_[b].box ? box_pairs_ : pairs_).push_back({a, b});
-            }
+        for_each(found, [&](Pair pair) {
+            const AttachedSlot &a = attached_[pair.a], &b = attached_[pair.b];
+            if (share.has(a.slot) || share.has(b.slot)) (a.box || b.box ? box_pairs_ : pairs_).push_back(pair);
+        });
     }
 
     /// The same of one pair, up to `most`: steps that the distance allows at the largest speed of approach.
