@@ -133,55 +133,43 @@ void refuse_ends(SceneFamily& family, const PathOptions& options, const std::str
                                      options.from, to, options.to));
 }
 
-/// Where a case of all bodies has the slots of the pieces of a scene, and where the scene has its rods.
-struct CasePlaces {
-    std::vector<std::pair<Slot<1>*, std::size_t>> slots;
-    std::vector<std::size_t> rods; ///< in local(), by rod of the case
-};
-
-CasePlaces places_in(const StaticCase& all, StaticScene& at_rest) {
-    std::map<std::int64_t, std::size_t> first, local; // by rod
-    for (std::size_t i = 0; i < all.rods.size(); ++i) first[all.rods[i].gid] = all.system->first_slot(i);
-    CasePlaces places;
-    for (StaticPiece& piece : at_rest.pieces())
-        for (std::size_t i = 0; i < piece.rods.size(); ++i) {
-            const std::size_t begin = piece.system->first_slot(i);
-            const std::int64_t gid = at_rest.world().rods().local()[piece.rods[i]].gid;
-            local[gid] = piece.rods[i];
-            for (std::size_t k = begin; k < piece.system->first_slot(i + 1); ++k)
-                places.slots.emplace_back(&piece.state.slot[k], first.at(gid) + k - begin);
-        }
-    for (const LocalRod& rod : all.rods) places.rods.push_back(local.at(rod.gid));
-    return places;
-}
-
-/// Bodies of the pieces of a scene, and their places in a case of all of its bodies.
+/// A body of the pieces of a scene, and its places in a case of all of its bodies and in local().
 struct BodyPlace {
     StaticPiece* piece;
-    std::size_t in_piece, in_case;
+    std::size_t in_piece, in_case, local;
+
+    std::span<Slot<1>> slots() const {
+        const std::size_t first = piece->system->first_slot(in_piece);
+        return std::span(piece->state.slot).subspan(first, piece->system->first_slot(in_piece + 1) - first);
+    }
 };
-std::vector<BodyPlace> bodies_in(const StaticCase& all, StaticScene& at_rest) {
+using BodyPlaces = std::vector<BodyPlace>;
+
+/// In the order of the case.
+BodyPlaces bodies_in(const StaticCase& all, StaticScene& at_rest) {
     std::map<std::int64_t, std::size_t> place; // by rod
     for (std::size_t i = 0; i < all.rods.size(); ++i) place[all.rods[i].gid] = i;
-    std::vector<BodyPlace> bodies;
+    BodyPlaces bodies(all.rods.size());
     for (StaticPiece& piece : at_rest.pieces())
-        for (std::size_t i = 0; i < piece.rods.size(); ++i)
-            bodies.push_back({&piece, i, place.at(at_rest.world().rods().local()[piece.rods[i]].gid)});
+        for (std::size_t i = 0; i < piece.rods.size(); ++i) {
+            const std::size_t there = place.at(at_rest.world().rods().local()[piece.rods[i]].gid);
+            bodies[there] = {&piece, i, there, piece.rods[i]};
+        }
     return bodies;
 }
 
 /// Springs of friction that the scene starts with.
-void take_springs(const std::vector<BodyPlace>& bodies, StaticSystem& first) {
-    for (const auto& [piece, in_piece, in_case] : bodies) {
+void take_springs(const BodyPlaces& bodies, StaticSystem& first) {
+    for (const auto& [piece, in_piece, in_case, local] : bodies) {
         const std::vector<double> wall = piece->system->at_rest().wall_memory(in_piece);
         if (!wall.empty()) first.at_rest().set_wall_memory(in_case, wall);
         if (first.contacts()) first.contacts()->set_springs(piece->system->contacts()->springs());
     }
 }
 /// Leaves the springs of a point to the pieces.
-void put_springs(const FrictionMemory& friction, const std::vector<BodyPlace>& bodies) {
+void put_springs(const FrictionMemory& friction, const BodyPlaces& bodies) {
     if (friction.empty()) return;
-    for (const auto& [piece, in_piece, in_case] : bodies) {
+    for (const auto& [piece, in_piece, in_case, local] : bodies) {
         if (!friction.walls[in_case].empty())
             piece->system->at_rest().set_wall_memory(in_piece, friction.walls[in_case]);
         if (!piece->system->contacts()) continue;
@@ -190,17 +178,17 @@ void put_springs(const FrictionMemory& friction, const std::vector<BodyPlace>& b
     }
 }
 
-StaticState state_at_start(const CasePlaces& places, const Rods& rods, const std::vector<BodyPlace>& bodies,
-                           SceneFamily& family, const Followed& what) {
-    StaticState state{std::vector<Slot<1>>(places.slots.size()), {}, {}};
-    for (const auto& [slot, place] : places.slots) state.slot[place] = *slot;
+StaticState state_at_start(const BodyPlaces& bodies, const Rods& rods, SceneFamily& family, const Followed& what) {
+    StaticState state;
+    std::vector<std::vector<double>> kept;
+    for (const BodyPlace& body : bodies) {
+        const std::span<const Slot<1>> slots = body.slots();
+        state.slot.insert(state.slot.end(), slots.begin(), slots.end());
+        kept.push_back(rods.memory(body.local));
+    }
     StaticSystem& first = family.at(what.options.from);
     take_springs(bodies, first);
-    first.at_rest().set_joint_memory({});
-    for (std::size_t i = 0; i < places.rods.size(); ++i)
-        first.at_rest().set_joint_memory_of(i, rods.memory(places.rods[i]));
-    const auto joints = first.at_rest().joint_memory();
-    state.joint_memory.assign(joints.begin(), joints.end());
+    state.joint_memory = joint_memory_of(first.at_rest(), kept);
     first.refresh(state);
     const Equilibrium start = find_or_stop(first, state, what.time);
     if (!start.found)
@@ -210,19 +198,20 @@ StaticState state_at_start(const CasePlaces& places, const Rods& rods, const std
 }
 
 /// Leaves a point of a path to the world.
-void show(const StaticCase& now, const PathFollower& path, const CasePlaces& places,
-          const std::vector<BodyPlace>& bodies, StaticScene& at_rest) {
+void show(const StaticCase& now, const PathFollower& path, const BodyPlaces& bodies, StaticScene& at_rest) {
     const StaticState& state = path.state();
     World& world = at_rest.world();
     Plan plan = world.plan;
     plan.physics = now.plan.physics; // laws of joints, contacts and walls, of which the number may be one
     world.change(make_groups(now.scene), std::move(plan));
-    for (const auto& [slot, place] : places.slots) *slot = state.slot[place];
+    for (const BodyPlace& body : bodies)
+        std::ranges::copy_n(state.slot.begin() + static_cast<std::ptrdiff_t>(now.system->first_slot(body.in_case)),
+                            std::ssize(body.slots()), body.slots().begin());
     put_springs(path.friction(), bodies);
     at_rest.put_back();
     StaticRods& joints = now.system->at_rest();
     joints.set_joint_memory(state.joint_memory);
-    for (std::size_t i = 0; i < places.rods.size(); ++i) put_joints(joints, i, world.rods(), places.rods[i]);
+    for (const BodyPlace& body : bodies) put_joints(joints, body.in_case, world.rods(), body.local);
 }
 
 /// The next point, with its place and the time it takes told.
@@ -309,12 +298,10 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
     const std::optional<GradientReport> names = names_asked_for(comm, family.case_at(what.options.from), asked);
     SolvedScene solved = scene_with_frames(comm, arguments, what, before ? before->points.size() : 0);
     StaticScene at_rest(solved.simulation->world());
-    const CasePlaces places = places_in(family.case_at(what.options.from), at_rest);
-    const std::vector<BodyPlace> bodies = bodies_in(family.case_at(what.options.from), at_rest);
+    const BodyPlaces bodies = bodies_in(family.case_at(what.options.from), at_rest);
     PathFollower path =
-        before
-            ? PathFollower(family, std::move(before->memory), what.options)
-            : PathFollower(family, state_at_start(places, at_rest.world().rods(), bodies, family, what), what.options);
+        before ? PathFollower(family, std::move(before->memory), what.options)
+               : PathFollower(family, state_at_start(bodies, at_rest.world().rods(), family, what), what.options);
     PathTable table(arguments.key, what.number, solved.simulation->observation().names());
     std::optional<SlopeTables> slopes;
     if (names)
@@ -332,7 +319,7 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
     const RunResult result = solved.simulation->go_through([&](World&) {
         const std::optional<PathPoint> point = next_point(path, found);
         if (!point) return false;
-        show(family.case_at(point->value), path, places, bodies, at_rest);
+        show(family.case_at(point->value), path, bodies, at_rest);
         table.add(*point, branch, solved.simulation->observation().values());
         if (slopes) slopes->add(path, *point, table.points().size() - 1, branch);
         if (!quiet) std::printf("%s", line_of(*point).c_str());

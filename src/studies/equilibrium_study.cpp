@@ -112,10 +112,7 @@ void StaticScene::add(std::span<const std::size_t> own, std::span<const RodGroup
         make_static_system(world_.plan, groups, bodies.rods, walls_, world_.threads, shared ? &world_.comm : nullptr);
     for (std::size_t i = 0; i < bodies.rods.size(); ++i)
         if (!bodies.wall_memory[i].empty()) piece.system->at_rest().set_wall_memory(i, bodies.wall_memory[i]);
-    for (std::size_t i = 0; i < bodies.rods.size(); ++i)
-        piece.system->at_rest().set_joint_memory_of(i, bodies.memory[i]);
-    const auto joints = piece.system->at_rest().joint_memory();
-    piece.state.joint_memory.assign(joints.begin(), joints.end());
+    piece.state.joint_memory = joint_memory_of(piece.system->at_rest(), bodies.memory);
     piece.rods = std::move(bodies.local);
     piece.state.slot = std::move(bodies.slot);
     piece.system->map().gather(piece.state.slot);
@@ -144,6 +141,12 @@ void StaticScene::put_back() const {
             put_joints(piece.system->at_rest(), i, rods, piece.rods[i]);
         }
     }
+}
+
+std::vector<double> joint_memory_of(StaticRods& at_rest, std::span<const std::vector<double>> kept) {
+    at_rest.set_joint_memory({});
+    for (std::size_t i = 0; i < kept.size(); ++i) at_rest.set_joint_memory_of(i, kept[i]);
+    return {at_rest.joint_memory().begin(), at_rest.joint_memory().end()};
 }
 
 void put_joints(StaticRods& at_rest, std::size_t i, Rods& rods, std::size_t place) {

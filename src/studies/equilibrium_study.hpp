@@ -24,6 +24,8 @@ struct StaticPiece {
     StaticState state;
 };
 
+/// Memory of joints by what a run keeps of each body.
+std::vector<double> joint_memory_of(StaticRods& at_rest, std::span<const std::vector<double>> kept);
 /// Leaves the present memory of joints, whose first side is body i, to rods where the body is at `place`.
 void put_joints(StaticRods& at_rest, std::size_t i, Rods& rods, std::size_t place);
 
