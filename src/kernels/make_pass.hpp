@@ -5,6 +5,7 @@
 #include "contact/wall_pass.hpp"
 #include "contact/wall_points.hpp"
 #include "immersion/fluid_load_pass.hpp"
+#include "implicit/implicit_pass.hpp"
 #include "kernels/physics_passes.hpp"
 #include "kernels/surroundings.hpp"
 #include "loads/laplacian_filter.hpp"
@@ -124,6 +125,12 @@ public:
     Made operator()(const pass::Relax& p) const {
         return with_energy_law(p.law, [&]<class L>(L) -> Made {
             return std::make_unique<RelaxPass<L, W>>(parts_.group, p.contacts, parts_.around.residual);
+        });
+    }
+    Made operator()(const pass::StepImplicitly& p) const {
+        return with_energy_law(p.law, [&]<class L>(L) -> Made {
+            return std::make_unique<ImplicitPass<L, W>>(parts_.group, damping_rates(parts_.group, p.damping),
+                                                        parts_.end_walls);
         });
     }
     Made operator()(const pass::Filter& p) const {

@@ -12,8 +12,20 @@
 namespace skein {
 
 template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of_plan, const Maker& maker) {
-    TileProgram<W> program{.passes = {}, .names = of_plan.names(), .before = of_plan.before()};
-    for (const PassSpec& pass : of_plan) program.passes.push_back(PassKinds::make(pass, maker));
+    TileProgram<W> program{.passes = {}, .names = {}, .before = of_plan.before()};
+    const bool evaluated = of_plan.find<pass::StepImplicitly>() != nullptr;
+    std::vector<EvaluatedPass<W>> loads;
+    for (const PassSpec& pass : of_plan) {
+        std::unique_ptr<TilePass<W>> made = PassKinds::make(pass, maker);
+        if (evaluated && pass.place > PassPlace::internal && pass.place < PassPlace::kick) {
+            const auto* load = pass.template get<pass::ApplyLoad>();
+            loads.push_back({std::move(made), !(load && load->load.ignores_motion())});
+            continue;
+        }
+        if (auto* step = dynamic_cast<EvaluatesPasses<W>*>(made.get())) step->take(std::move(loads));
+        program.passes.push_back(std::move(made));
+        program.names.push_back(pass.name);
+    }
     program.last = static_cast<std::size_t>(std::count_if(
         of_plan.begin(), of_plan.end(), [](const PassSpec& pass) { return pass.place == PassPlace::balance; }));
     return program;

@@ -3,6 +3,7 @@
 #pragma once
 
 #include "immersion/inertia_in_fluid.hpp"
+#include "loads/damping.hpp"
 #include "plan/program.hpp"
 #include "relaxation/relaxation_estimate.hpp"
 #include "skein/loads/load.hpp"
@@ -13,6 +14,7 @@
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace skein {
 
@@ -69,6 +71,17 @@ struct Relax {
         return "time.relax solves along whole rods that are alike; give each size a group of its own";
     }
 };
+/// In the place of the kick: implicit steps, which evaluate the loads of other passes at each correction. The time is
+/// that of three corrections.
+struct StepImplicitly {
+    Law law;
+    std::vector<Damping> damping;
+    static constexpr std::string_view name = "implicit step", cause = "implicit steps";
+    static constexpr double ns = 300;
+    static std::string refuses_sizes() {
+        return "implicit steps solve along whole rods that are alike; give each size a group of its own";
+    }
+};
 /// Audit: kinetic energy of ends before they are moved.
 struct AuditEnds {
     static constexpr std::string_view name = "audit ends", cause = "audits";
@@ -115,6 +128,7 @@ using PassKinds = PassKindList<pass::Drift, pass::CloseRing, pass::AuditEnds, pa
                                pass::ApplyLoad, pass::NoteForces, pass::TakeJoinedLoads, pass::Walls,
                                pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing,
                                pass::AuditLoads, pass::FeelFluid, pass::AuditMedium, pass::Kick, pass::Relax,
+                               pass::StepImplicitly,
                                pass::Filter, pass::Slide, pass::Hold, pass::AuditMediumWork, pass::AuditBalance>;
 
 } // namespace skein

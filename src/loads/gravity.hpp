@@ -11,6 +11,7 @@ namespace skein {
 
 struct Gravity {
     static constexpr std::string_view kind = "gravity";
+    static constexpr bool ignores_motion = true;
     Vec3d acceleration{0, 0, -9.81}; ///< g, m/s^2, lab
 
     Ramp ramp;

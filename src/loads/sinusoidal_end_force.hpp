@@ -16,6 +16,7 @@ namespace skein {
 
 struct SinusoidalEndForce {
     static constexpr std::string_view kind = "sinusoidal_end_force", label = "sinusoidal end forces";
+    static constexpr bool ignores_motion = true;
     static constexpr bool for_rigid_bodies = false, for_rings = false;
     double start = 0;       ///< F_start, N
     double end = 0;         ///< F_end, N

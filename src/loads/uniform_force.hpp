@@ -11,6 +11,7 @@ namespace skein {
 
 struct UniformForce {
     static constexpr std::string_view kind = "uniform_force";
+    static constexpr bool ignores_motion = true;
     Vec3d force{0, 0, 0}; ///< total on each rod, N, lab
     Ramp ramp;
 

@@ -5,6 +5,7 @@
 #include "physics/contact/contact_tables.hpp"
 #include "physics/expectations/expect_tables.hpp"
 #include "physics/fluid/fluid_tables.hpp"
+#include "physics/implicit/implicit_tables.hpp"
 #include "physics/joints/joint_tables.hpp"
 #include "physics/loads/load_tables.hpp"
 #include "physics/probes/probe_tables.hpp"
@@ -74,6 +75,6 @@ private:
 };
 
 using PhysicsTables = TablesOf<LoadTables, JointTables, ContactTables, WallTables, FluidTables, RelaxationTables,
-                               AuditTables, ProbeTables, ExpectTables>;
+                               ImplicitTables, AuditTables, ProbeTables, ExpectTables>;
 
 } // namespace skein

@@ -139,7 +139,7 @@ bool Plan::acts_between_rods() const {
 }
 
 StepWatch step_watch(const Plan& plan) {
-    if (plan.pseudo_time) return {};
+    if (plan.pseudo_time || is_implicit(plan.integrator)) return {};
     double inertia = 1;
     std::vector<char> undamped, acted_on;
     for (const GroupPlan& group : plan.groups) {

@@ -177,6 +177,11 @@ public:
             if (pass.place == place) pass = pass_of(place, kind);
     }
 
+    /// Leaves out what stands in a place.
+    void remove(PassPlace place) {
+        std::erase_if(passes_, [place](const PassSpec& pass) { return pass.place == place; });
+    }
+
     std::size_t size() const { return passes_.size(); }
     /// Number of passes before rods feel each other.
     std::size_t before() const;

@@ -12,6 +12,7 @@
 //   refine(was, now)                     converts lists by element, node or vertex to rods of other elements; says how
 //   predicted_ns() const                 time of one core for an element and step, where that is not about 1 ns
 //   needs_whole_rods = true              it reads a rod from end to end, which strands do not have
+//   ignores_motion = true                its load does not change with places, frames and rates
 //   feels_all_nodes = true               its load at a node depends on nodes far away
 //   acts_last = true                     it reads all other loads: it acts after contacts and walls
 // A member of one of these names that cannot be called like this does not compile.
@@ -63,6 +64,7 @@ template <class L> inline constexpr bool keeps_tables_of_group = requires(L l, c
 namespace detail {
 
 template <class L> inline constexpr bool says_whole_rods = requires { requires L::needs_whole_rods; };
+template <class L> inline constexpr bool says_ignores_motion = requires { requires L::ignores_motion; };
 template <class L> inline constexpr bool says_all_nodes = requires { requires L::feels_all_nodes; };
 template <class L> inline constexpr bool says_acts_last = requires { requires L::acts_last; };
 template <class L> inline constexpr bool not_for_rigid_bodies = requires { requires !L::for_rigid_bodies; };
@@ -126,6 +128,7 @@ public:
     int number() const;
     bool needs_whole_rods() const { return held_->traits().needs_whole_rods; }
     bool keeps_tables_of_group() const { return held_->traits().keeps_tables_of_group; }
+    bool ignores_motion() const { return held_->traits().ignores_motion; }
     bool feels_all_nodes() const { return held_->traits().feels_all_nodes; }
     bool acts_last() const { return held_->traits().acts_last; }
 
@@ -154,7 +157,7 @@ public:
 private:
     struct Traits {
         std::string_view kind, label;
-        bool needs_whole_rods, keeps_tables_of_group, feels_all_nodes, acts_last, for_rigid_bodies, for_rings;
+        bool needs_whole_rods, keeps_tables_of_group, ignores_motion, feels_all_nodes, acts_last, for_rigid_bodies, for_rings;
     };
 
     class AnyHeld {
@@ -179,6 +182,7 @@ private:
                                                          .label = detail::label_of<L>(),
                                                          .needs_whole_rods = skein::needs_whole_rods<L>,
                                                          .keeps_tables_of_group = skein::keeps_tables_of_group<L>,
+                                                         .ignores_motion = detail::says_ignores_motion<L>,
                                                          .feels_all_nodes = detail::says_all_nodes<L>,
                                                          .acts_last = detail::says_acts_last<L>,
                                                          .for_rigid_bodies = !detail::not_for_rigid_bodies<L>,

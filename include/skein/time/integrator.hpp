@@ -2,6 +2,10 @@
 //   verlet   position Verlet, second order, one force evaluation
 //   pefrl    Omelyan, Mryglod and Folk 2002, Comput. Phys. Commun. 146, 188, eq. (27): fourth order, four force
 //            evaluations
+//   implicit, implicit_damped
+//            second order at steps that stability does not limit: the midpoint rule, which keeps energy, and a diagonally
+//            implicit Runge-Kutta step, which damps what it does not resolve (implicit/implicit_pass.hpp). A kick is a
+//            stage of this length, the drift goes on after it, and the state does not lag.
 // The last drift of a step and the first of the next are one, so that the state between steps lags: positions are at
 // t_N - lag dt.
 #pragma once
@@ -11,8 +15,10 @@
 
 namespace skein {
 
-enum class Integrator { verlet, pefrl };
-inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl"};
+enum class Integrator { verlet, pefrl, implicit, implicit_damped };
+inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl", "implicit", "implicit_damped"};
+/// True for steps that Newton corrections end.
+constexpr bool is_implicit(Integrator i) { return i == Integrator::implicit || i == Integrator::implicit_damped; }
 
 /// Combination of damping and kick: an implicit midpoint, which leaves slow motion its inertia; the exact flow of both;
 /// or a factor after the kick (published codes; first order).
@@ -47,11 +53,20 @@ inline constexpr Substep pefrl_stages[] = {{2 * xi, 0.5 - lambda, xi, 0},
                                            {chi, 0.5 - lambda, 1 - xi, 0}};
 inline constexpr double pefrl_kicks[] = {0.5 - lambda, lambda};
 
+inline constexpr Substep midpoint_stages[] = {{0.5, 0.5, 0.5, 0}};
+inline constexpr double midpoint_kicks[] = {0.5};
+
+inline constexpr double gamma = 0.2928932188134525; // 1 - 1/sqrt 2
+inline constexpr Substep damped_stages[] = {{1 - 2 * gamma, gamma, gamma, 0}, {0.0, gamma, 1.0, 0}};
+inline constexpr double damped_kicks[] = {gamma};
+
 } // namespace detail
 
 constexpr Scheme scheme_of(Integrator integrator) {
     if (integrator == Integrator::pefrl)
         return {detail::pefrl_stages, detail::pefrl_kicks, detail::xi, 1.4947247, 2.3414};
+    if (integrator == Integrator::implicit) return {detail::midpoint_stages, detail::midpoint_kicks, 0, 1.0, 2.0};
+    if (integrator == Integrator::implicit_damped) return {detail::damped_stages, detail::damped_kicks, 0, 1.0, 2.0};
     return {detail::verlet_stages, detail::verlet_kicks, 0.5, 1.0, 2.0};
 }
 

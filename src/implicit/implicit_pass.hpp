@@ -1,0 +1,285 @@
+// An implicit step of rods and bodies that nothing couples: each by itself, by Newton corrections. theory.md (111)-(118)
+//   stage     from (x, v, Q, w) over a time h:   x' = x + h v',  Q' = R(h w') Q
+//             m (v' - v) = h f',   Q'^T J w' - Q^T J w = h Q'^T c'        loads at the stage's end and time
+//   goes on   by a time b at the same rates: x' + b v',  R(b w') Q',  and momenta by b/h of their change
+// A step of half a dt which goes on by the other half is the implicit midpoint rule; two of g = 1 - 1/sqrt 2, of which
+// the first goes on by 1 - 2 g, are a diagonally implicit Runge-Kutta step that damps what it does not resolve. Both are
+// of second order. Each lane counts its own corrections and stays as it is once they end, so that no bit depends on its
+// neighbours. What does not converge becomes NaN, which the run reports.
+#pragma once
+
+#include "implicit/elastic_rows.hpp"
+#include "implicit/implicit_rod.hpp"
+#include "implicit/load_slopes.hpp"
+
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace skein {
+
+/// A pass of the step that adds loads, which implicit steps evaluate at each correction.
+template <int W> struct EvaluatedPass {
+    std::unique_ptr<TilePass<W>> pass;
+    bool has_slopes; ///< false where its loads do not change with the motion
+};
+
+/// What evaluates passes of its program by itself.
+template <int W> class EvaluatesPasses {
+public:
+    virtual ~EvaluatesPasses() = default;
+    virtual void take(std::vector<EvaluatedPass<W>> passes) = 0;
+};
+
+template <class Law, int W> class ImplicitPass final : public TilePass<W>, public EvaluatesPasses<W> {
+public:
+    static constexpr int most_corrections = 30;
+    static constexpr double tolerance = 1e-9;  ///< of a correction, over the length and in rad
+    static constexpr double most_turn = 0.5;   ///< of a correction, rad; its displacement over the length
+
+    ImplicitPass(const RodGroup& group, const DampingRates& rates, std::shared_ptr<EndWalls<W>> walls)
+        : rod_(group, rates), walls_(std::move(walls)), elastic_(ends_of(group), *walls_),
+          strained_(group.strained()), closed_(group.closed()) {
+        apart_ = 1e-7 * (strained_ ? group.element.front().rest_length : rod_.length());
+    }
+
+    void take(std::vector<EvaluatedPass<W>> passes) override {
+        passes_ = std::move(passes);
+        for (const EvaluatedPass<W>& one : passes_)
+            if (one.has_slopes) with_slopes_.push_back(one.pass.get());
+        const auto adds = [](const TilePass<W>* pass) { return pass->adds_loads(); };
+        if (std::none_of(with_slopes_.begin(), with_slopes_.end(), adds)) with_slopes_.clear();
+    }
+
+    void expect(std::size_t tiles) override {
+        for (const EvaluatedPass<W>& one : passes_) one.pass->expect(tiles);
+    }
+    void bind(const RodTile<W>& rod) override {
+        if (strained_) walls_->bind(rod);
+        for (const EvaluatedPass<W>& one : passes_) one.pass->bind(rod);
+    }
+    void prepare(std::span<const Step> steps) override {
+        for (const EvaluatedPass<W>& one : passes_) one.pass->prepare(steps);
+    }
+    void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
+        for (const EvaluatedPass<W>& one : passes_) one.pass->append_memory(rod, lane, numbers);
+    }
+    std::size_t restore(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
+        std::size_t taken = 0;
+        for (const EvaluatedPass<W>& one : passes_) taken += one.pass->restore(rod, lane, numbers.subspan(taken));
+        return taken;
+    }
+
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
+        static thread_local Work work;
+        begin(rod, work, step.kick);
+        Mask<W> active = P(1.0) > P(0.0);
+        for (int i = 0; i < most_corrections && any(active); ++i) {
+            correct(rod, load, step, work, i);
+            const P size = size_of(rod, work);
+            const P share = select(size > P(most_turn), P(most_turn) / size, P(1.0));
+            move(rod, work, step.kick, select(active, share, P(0.0)));
+            active = active & !(size <= P(tolerance)); // NaN goes on
+        }
+        go_on(rod, work, step, select(active, P(NAN), P(0.0)));
+    }
+
+private:
+    using P = Pack<W>;
+    using V = Vec3<P>;
+    using Q = Quaternion<P>;
+
+    /// Numbers of a stage, by slot.
+    struct Work {
+        AlignedVector<Slot<W>> start;
+        AlignedVector<V> displacement, carried, followed;
+        AlignedVector<Q> turn;
+        AlignedVector<RowVector<W>> correction;
+        AlignedVector<SlotLoad<W>> inner, moved;
+        BlockRows<W> rows;
+        LoadSlopes<W> slopes;
+    };
+
+    int last(const RodTile<W>& rod) const { return closed_ ? rod.n - 1 : rod.last; }
+    V free_node(int k) const { return {P(rod_[k].free[0]), P(rod_[k].free[1]), P(rod_[k].free[2])}; }
+    bool turns(int k) const { return rod_[k].free[3] + rod_[k].free[4] + rod_[k].free[5] > 0; }
+
+    void close(const RodTile<W>& rod) const {
+        if (!closed_) return;
+        rod.slot[rod.n].position = rod.slot[0].position;
+        rod.slot[rod.n].velocity = rod.slot[0].velocity;
+    }
+
+    /// First guess: the stage's end at the present rates; strains as they are.
+    void begin(const RodTile<W>& rod, Work& work, double h) const {
+        const std::size_t slots = to_index(rod.last) + 1;
+        work.start.assign(rod.slot, rod.slot + slots);
+        for (auto* vectors : {&work.displacement, &work.carried, &work.followed})
+            if (vectors->size() < slots) vectors->resize(slots);
+        if (work.turn.size() < slots) {
+            work.turn.resize(slots);
+            work.correction.resize(slots);
+            work.inner.resize(slots);
+            work.moved.resize(slots);
+        }
+        work.rows.begin(last(rod), closed_);
+        if (strained_)
+            for (int k = 0; k < rod.n; ++k) work.carried[to_index(k)] = element_strain<Across<W>>(rod, k);
+        for (int k = 0; k <= last(rod); ++k) {
+            Slot<W>& s = rod.slot[k];
+            V& d = work.displacement[to_index(k)];
+            d = scale(free_node(k), P(h) * s.velocity);
+            s.position = work.start[to_index(k)].position + d;
+            if (k >= rod.n) continue;
+            Q& r = work.turn[to_index(k)];
+            r = turns(k) ? rotation(P(h) * s.spin) : broadcast<W>(no_turn);
+            s.director = r * work.start[to_index(k)].director;
+        }
+        close(rod);
+    }
+
+    /// Loads at the present state of the stage, and the correction that would balance them.
+    void correct(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work, int number) const {
+        if (strained_) elastic_.loads(rod, work.carried.data(), step, work.inner.data());
+        else work.inner[0] = {{}, {}, P(1.0)};
+        const int slots = rod.last + 1;
+        std::copy_n(work.inner.data(), slots, load);
+        for (const EvaluatedPass<W>& one : passes_) one.pass->run(rod, load, step);
+        const bool sloped = !with_slopes_.empty();
+        if (sloped && number % 3 == 0)
+            work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick,
+                                apart_);
+        const auto take = [&](int k, BlockRow<W>& row) {
+            if (sloped) work.slopes.subtract_from(k, row);
+            add_inertia(rod, work, load, k, step.kick, row);
+            for (int i = 0; i < row_size; ++i)
+                if (rod_[k].free[to_index(i)] == 0) row.hold(i);
+            work.rows.add(k, row);
+        };
+        if (strained_) {
+            elastic_.stiffness(rod, work.carried.data(), step, last(rod), take);
+        } else {
+            BlockRow<W> row;
+            row.clear();
+            take(0, row);
+        }
+        work.rows.solve(work.correction.data());
+    }
+
+    /// Adds inertia and damping over h, and all loads on the right.
+    void add_inertia(const RodTile<W>& rod, const Work& work, const SlotLoad<W>* load, int k, double h,
+                     BlockRow<W>& row) const {
+        const ImplicitRod::Row& c = rod_[k];
+        const Slot<W>&s = rod.slot[k], &start = work.start[to_index(k)];
+        const double inv = 1 / h, by_mass = c.mass * inv;
+        const V f = load[k].force - P(by_mass) * fma(P(h * c.node_rate), s.velocity, s.velocity - start.velocity);
+        row.right[0] = f.x;
+        row.right[1] = f.y;
+        row.right[2] = f.z;
+        const P node(by_mass * (inv + c.node_rate));
+        for (int i = 0; i < 3; ++i) row.diagonal[i][i] += node;
+        if (k >= rod.n) {
+            for (int i = 3; i < row_size; ++i) row.right[i] = P(0.0);
+            return;
+        }
+        const V j = broadcast<W>(c.inertia), spin = scale(j, s.spin),
+                before = work.turn[to_index(k)] * scale(j, start.spin);
+        const V rate = fma(load[k].dilatation, broadcast<W>(c.rate_by_stretch), broadcast<W>(c.rate));
+        const V all = load[k].couple - P(inv) * (spin - before) - scale(rate, spin);
+        row.right[3] = all.x;
+        row.right[4] = all.y;
+        row.right[5] = all.z;
+        // d(J w) = J (1 + [u]/2) t/h, u = h w;  d(R J w) = [R J w] t
+        const V by{fma(rate.x, P(inv), P(inv * inv)), fma(rate.y, P(inv), P(inv * inv)),
+                   fma(rate.z, P(inv), P(inv * inv))};
+        const V stiff = scale(j, by);
+        const P diagonal[3] = {stiff.x, stiff.y, stiff.z};
+        const Three<P> half = detail::skew(P(0.5 * h) * s.spin), gyration = detail::skew(P(inv) * before);
+        for (int i = 0; i < 3; ++i)
+            for (int m = 0; m < 3; ++m) {
+                const P turned = fms(diagonal[i], half.a[i][m], gyration.a[i][m]);
+                row.diagonal[3 + i][3 + m] += i == m ? turned + diagonal[i] : turned;
+            }
+    }
+
+    /// Largest displacement over the length, or turn, of the correction.
+    P size_of(const RodTile<W>& rod, const Work& work) const {
+        P most(0.0), zero(0.0);
+        for (int k = 0; k <= last(rod); ++k) {
+            const P* u = work.correction[to_index(k)].u;
+            most = max(most, P(1 / rod_.length()) * max(abs(u[0]), max(abs(u[1]), abs(u[2]))));
+            most = max(most, max(abs(u[3]), max(abs(u[4]), abs(u[5]))));
+            zero = fma(u[0] + u[1] + u[2] + u[3] + u[4] + u[5], P(0.0), zero);
+        }
+        return most + zero;
+    }
+
+    /// Takes a share of the correction.
+    void move(const RodTile<W>& rod, Work& work, double h, const P& share) const {
+        const auto of = [&](int k) {
+            const P* u = work.correction[to_index(k)].u;
+            return V{share * u[0], share * u[1], share * u[2]};
+        };
+        const auto turn_of = [&](int k) {
+            const P* u = work.correction[to_index(k)].u;
+            return V{share * u[3], share * u[4], share * u[5]};
+        };
+        const Mask<W> moves = share > P(0.0);
+        if (strained_)
+            for (int k = 0; k < rod.n; ++k) {
+                const int next = closed_ && k == rod.n - 1 ? 0 : k + 1;
+                V& s = work.carried[to_index(k)];
+                const V nu = element_strain<Across<W>>(rod, k);
+                // s + share (nu - s) + share (d nu)
+                const V followed = ElasticRows<Law, W>::followed(rod, k, fma(share, nu - s, s), of(next) - of(k),
+                                                                 turn_of(k));
+                s = select(moves, followed, s);
+            }
+        for (int k = 0; k <= last(rod); ++k) {
+            Slot<W>& s = rod.slot[k];
+            const Slot<W>& start = work.start[to_index(k)];
+            V& d = work.displacement[to_index(k)];
+            d += of(k);
+            s.position = start.position + d;
+            const V free = free_node(k);
+            s.velocity = fma(P(1 / h), d, scale(V{P(1.0) - free.x, P(1.0) - free.y, P(1.0) - free.z}, start.velocity));
+            if (k >= rod.n || !turns(k)) continue;
+            Q& r = work.turn[to_index(k)];
+            r = rotation(turn_of(k)) * r;
+            s.director = r * start.director;
+            s.spin = P(1 / h) * relative_rotation(r, broadcast<W>(no_turn));
+        }
+        close(rod);
+    }
+
+    /// Goes on at the stage's rates. `wrong`: NaN where it has not converged.
+    void go_on(const RodTile<W>& rod, Work& work, const Step& step, const P& wrong) const {
+        const P b(step.drift), ratio(step.drift / step.kick), more(1 + step.drift / step.kick);
+        for (int k = 0; k <= last(rod); ++k) {
+            Slot<W>& s = rod.slot[k];
+            const Slot<W>& start = work.start[to_index(k)];
+            s.position = fma(b, s.velocity, s.position);
+            s.position.x += wrong;
+            s.velocity = fma(ratio, s.velocity - start.velocity, s.velocity);
+            if (k >= rod.n || !turns(k)) continue;
+            const V j = broadcast<W>(rod_[k].inertia), inv{P(1 / rod_[k].inertia.x), P(1 / rod_[k].inertia.y),
+                                                           P(1 / rod_[k].inertia.z)};
+            const V now = scale(j, s.spin), before = work.turn[to_index(k)] * scale(j, start.spin);
+            const Q r = rotation(b * s.spin);
+            s.director = r * s.director;
+            s.spin = scale(inv, r * (more * now - ratio * before));
+        }
+        close(rod);
+    }
+
+    ImplicitRod rod_;
+    std::shared_ptr<EndWalls<W>> walls_;
+    ElasticRows<Law, W> elastic_;
+    bool strained_, closed_;
+    double apart_; ///< m, for slopes
+    std::vector<EvaluatedPass<W>> passes_;
+    std::vector<const TilePass<W>*> with_slopes_;
+};
+
+} // namespace skein

@@ -1,0 +1,102 @@
+// Slopes of the loads of passes by a rod's own motion, for Newton corrections: differences of the passes themselves, so
+// that any load has them. Slots are moved in colours, no two of which a load feels together. A slot moves as its step
+// does: with a displacement d its velocity changes by d/h, with a turn its spin. They steer corrections and leave no
+// trace in what these end with.
+#pragma once
+
+#include "core/rotation.hpp"
+#include "implicit/block_rows.hpp"
+#include "skein/tiles/tile.hpp"
+
+#include <algorithm>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+template <int W> class LoadSlopes {
+public:
+    using P = Pack<W>;
+    using V = Vec3<P>;
+
+    /// Computes the slopes of `passes` about the present state. `inner`: loads before them; `total`: after them;
+    /// `load`: room for others, all [slots]. `time`: s, from displacement to velocity; `apart`: m, a small displacement.
+    void compute(const RodTile<W>& rod, std::span<const TilePass<W>* const> passes, const SlotLoad<W>* inner,
+                 const SlotLoad<W>* total, SlotLoad<W>* load, const Step& step, double time, double apart) {
+        const bool ring = rod.group->closed();
+        const int nodes = rod.last == rod.n ? rod.group->nodes() : 1, slots = rod.last + 1;
+        const int elements = rod.n;
+        if (blocks_.size() < 3 * to_index(nodes)) blocks_.resize(3 * to_index(nodes));
+        const int over = ring ? nodes % 3 : 0, colours = ring ? 3 + over : std::min(3, nodes);
+        const auto colour = [&](int k) { return k >= nodes - over ? 3 + k - (nodes - over) : k % 3; };
+        for (int c = 0; c < colours; ++c)
+            for (int i = 0; i < row_size; ++i) {
+                const double small = i < 3 ? apart : turned_by;
+                kept_.clear();
+                for (int k = 0; k < nodes; ++k) {
+                    if (colour(k) != c || (i >= 3 && k >= elements)) continue;
+                    kept_.push_back(rod.slot[k]);
+                    move(rod.slot[k], i, small, time);
+                }
+                if (kept_.empty()) continue;
+                close(rod, ring);
+                std::copy_n(inner, slots, load);
+                for (const TilePass<W>* pass : passes) pass->run(rod, load, step);
+                for (int k = 0, at = 0; k < nodes; ++k) {
+                    if (colour(k) != c || (i >= 3 && k >= elements)) continue;
+                    rod.slot[k] = kept_[to_index(at++)];
+                    for (int by = -1; by <= 1; ++by) {
+                        int row = k + by;
+                        if (ring) row = (row + nodes) % nodes;
+                        if (row < 0 || row >= nodes) continue;
+                        put(block(row, -by), i, load[row], total[row], 1 / small, row < elements);
+                    }
+                }
+                close(rod, ring);
+            }
+    }
+
+    /// Takes the slopes of row k from its matrix.
+    void subtract_from(int k, BlockRow<W>& row) {
+        RowBlock<W>* const to[3] = {&row.before, &row.diagonal, &row.after};
+        for (int by = 0; by < 3; ++by) {
+            const RowBlock<W>& slopes = blocks_[3 * to_index(k) + to_index(by)].a;
+            for (int i = 0; i < row_size; ++i)
+                for (int j = 0; j < row_size; ++j) (*to[by])[i][j] -= slopes[i][j];
+        }
+    }
+
+private:
+    static constexpr double turned_by = 1e-7; ///< rad
+    struct Block { RowBlock<W> a; };
+
+    RowBlock<W>& block(int row, int by) { return blocks_[to_index(3 * row + 1 + by)].a; }
+
+    static void move(Slot<W>& s, int i, double small, double time) {
+        const V by{P(i % 3 == 0 ? small : 0.0), P(i % 3 == 1 ? small : 0.0), P(i % 3 == 2 ? small : 0.0)};
+        if (i < 3) {
+            s.position += by;
+            s.velocity = fma(P(1 / time), by, s.velocity);
+        } else {
+            s.director = rotation(by) * s.director;
+            s.spin = fma(P(1 / time), by, s.spin);
+        }
+    }
+    static void close(const RodTile<W>& rod, bool ring) {
+        if (!ring) return;
+        rod.slot[rod.n].position = rod.slot[0].position;
+        rod.slot[rod.n].velocity = rod.slot[0].velocity;
+    }
+    static void put(RowBlock<W>& to, int column, const SlotLoad<W>& moved, const SlotLoad<W>& still, double over,
+                    bool has_element) {
+        const V f = P(over) * (moved.force - still.force);
+        const V c = has_element ? P(over) * (moved.couple - still.couple) : V{};
+        const P all[row_size] = {f.x, f.y, f.z, c.x, c.y, c.z};
+        for (int r = 0; r < row_size; ++r) to[r][column] = all[r];
+    }
+
+    AlignedVector<Block> blocks_; ///< [3 nodes]: by the slot before, by the own, by the slot after
+    AlignedVector<Slot<W>> kept_;
+};
+
+} // namespace skein

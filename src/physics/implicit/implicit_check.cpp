@@ -1,0 +1,35 @@
+#include "physics/implicit/implicit_tables.hpp"
+#include "physics/scene_spec.hpp"
+#include "physics/table_objections.hpp"
+
+#include <fmt/format.h>
+
+namespace skein {
+
+void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
+    const TimeSpec& time = scene.time;
+    if (time.relax || !is_implicit(time.integrator)) return;
+    const auto name = nth(integrator_names, time.integrator);
+    TableObjections of_time(objections, "time");
+    of_time.unused({"safety", "e_min", "damping", "force_dt"},
+                   fmt::format("with integrator = \"{}\", whose steps stability does not limit", name));
+    if (time.dt == 0) of_time.add("dt", fmt::format("integrator = \"{}\" needs 'dt' [s]", name));
+    const auto refuse = [&](bool has, const std::string& table, const std::string& message) {
+        if (has) objections.add(table, fmt::format("time.integrator = \"{}\" {}", name, message));
+    };
+    refuse(scene.contact.has_value(), "contact", "is for rods that do not touch each other: use \"verlet\"");
+    refuse(!scene.joints.empty(), "joint.0", "is for rods without joints: use \"verlet\"");
+    refuse(scene.fluid.has_value(), "fluid", "is for rods outside of a fluid that is solved for: use \"verlet\"");
+    refuse(scene.output.audit, "output.audit", "has no audit: use \"verlet\"");
+    for (std::size_t i = 0; i < scene.rods.size(); ++i)
+        refuse(scene.rods[i].material.law == Law::elastica, path_of_group(scene, i) + ".material.law",
+               "needs a law with an energy, and \"elastica\" has none");
+    for (std::size_t i = 0; i < scene.damping.size(); ++i)
+        refuse(is_filter(scene.damping[i].damping), fmt::format("damping.{}", i),
+               "has no filter of rates: give \"uniform\" or \"physical\"");
+    for (std::size_t i = 0; i < scene.walls.size(); ++i)
+        refuse(scene.walls[i].law.friction != ContactFriction::none, fmt::format("wall.{}.friction", i),
+               "is for walls without friction: use \"verlet\"");
+}
+
+} // namespace skein

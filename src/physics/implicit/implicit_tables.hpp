@@ -1,0 +1,19 @@
+// Implicit steps of a scene: keys of [time], no table.
+#pragma once
+
+#include "skein/core/objections.hpp"
+
+namespace skein {
+
+struct SceneSpec;
+struct PlanInput;
+class PlannedPhysics;
+
+struct ImplicitTables {
+    template <class Scene, class F> static void visit_tables(Scene&, F&&) {}
+    static void check(const SceneSpec& scene, Objections& objections);
+    /// Adds its plan to those of a scene that steps implicitly.
+    static void plan(const PlanInput& input, PlannedPhysics& out);
+};
+
+} // namespace skein
