@@ -101,6 +101,12 @@ double step_limit(const Interactions& all) {
     return least;
 }
 
+StepControl* step_control(const Interactions& all) {
+    StepControl* control = nullptr;
+    for (const auto& one : all)
+        if (!control) control = one->step_control();
+    return control;
+}
 bool couples(const Interactions& all) {
     return std::any_of(all.begin(), all.end(), [](const auto& one) { return one->couples(); });
 }

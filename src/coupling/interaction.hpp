@@ -9,6 +9,7 @@
 #include "parallel/communicator.hpp"
 #include "tiles/rods.hpp"
 #include "time/every.hpp"
+#include "time/step_control.hpp"
 
 #include <nlohmann/json_fwd.hpp>
 
@@ -95,6 +96,9 @@ public:
     /// Resets the search for an end of the run, such as rest. Called after restore() as a stage begins.
     virtual void begin_stage() {}
 
+    /// What cuts steps into parts; null: this does not.
+    virtual StepControl* step_control() { return nullptr; }
+
     /// State of an interaction that may end runs. Not collective.
     enum class Ending { never, not_yet, now };
     virtual Ending ending() const { return Ending::never; }
@@ -174,6 +178,8 @@ double step_limit(const Interactions& all);
 /// True if one of them does.
 bool couples(const Interactions& all);
 bool ends_every_step(const Interactions& all);
+/// What cuts steps into parts; null where nothing does.
+StepControl* step_control(const Interactions& all);
 /// First coupling of any of them.
 std::int64_t next_coupling(const Interactions& all, std::int64_t done);
 /// Strongest force on a body, of any interaction and rank. Collective.

@@ -9,6 +9,7 @@
 #pragma once
 
 #include "implicit/elastic_rows.hpp"
+#include "implicit/evaluated_passes.hpp"
 #include "implicit/implicit_rod.hpp"
 #include "implicit/load_slopes.hpp"
 
@@ -19,29 +20,16 @@
 
 namespace skein {
 
-/// A pass of the step that adds loads, which implicit steps evaluate at each correction.
-template <int W> struct EvaluatedPass {
-    std::unique_ptr<TilePass<W>> pass;
-    bool has_slopes; ///< false where its loads do not change with the motion
-};
-
-/// What evaluates passes of its program by itself.
-template <int W> class EvaluatesPasses {
-public:
-    virtual ~EvaluatesPasses() = default;
-    virtual void take(std::vector<EvaluatedPass<W>> passes) = 0;
-};
-
 template <class Law, int W> class ImplicitPass final : public TilePass<W>, public EvaluatesPasses<W> {
 public:
     static constexpr int most_corrections = 30;
     static constexpr double tolerance = 1e-9;  ///< of a correction, over the length and in rad
     static constexpr double most_turn = 0.5;   ///< of a correction, rad; its displacement over the length
 
-    ImplicitPass(const RodGroup& group, const DampingRates& rates, std::shared_ptr<EndWalls<W>> walls)
-        : rod_(group, rates), walls_(std::move(walls)), elastic_(ends_of(group), *walls_),
-          strained_(group.strained()), closed_(group.closed()) {
-        apart_ = 1e-7 * (strained_ ? group.element.front().rest_length : rod_.length());
+    explicit ImplicitPass(const ImplicitParts<W>& parts)
+        : rod_(parts.group, parts.rates), walls_(parts.walls), elastic_(ends_of(parts.group), *walls_),
+          strained_(parts.group.strained()), closed_(parts.group.closed()) {
+        apart_ = 1e-7 * (strained_ ? parts.group.element.front().rest_length : rod_.length());
     }
 
     void take(std::vector<EvaluatedPass<W>> passes) override {
@@ -53,10 +41,15 @@ public:
     }
 
     void expect(std::size_t tiles) override {
+        strains_.resize(tiles);
         for (const EvaluatedPass<W>& one : passes_) one.pass->expect(tiles);
     }
     void bind(const RodTile<W>& rod) override {
-        if (strained_) walls_->bind(rod);
+        if (strained_) {
+            walls_->bind(rod);
+            if (rod.number >= strains_.size()) strains_.resize(rod.number + 1);
+            strains_[rod.number].assign(to_index(rod.n), V{P(0.0), P(0.0), P(0.0)});
+        }
         for (const EvaluatedPass<W>& one : passes_) one.pass->bind(rod);
     }
     void prepare(std::span<const Step> steps) override {
@@ -64,10 +57,20 @@ public:
     }
     void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
         for (const EvaluatedPass<W>& one : passes_) one.pass->append_memory(rod, lane, numbers);
+        if (!strained_) return;
+        for (const V& s : strains_[rod.number]) {
+            const Vec3d one = skein::lane(s, lane);
+            numbers.insert(numbers.end(), {one.x, one.y, one.z});
+        }
     }
     std::size_t restore(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
         std::size_t taken = 0;
         for (const EvaluatedPass<W>& one : passes_) taken += one.pass->restore(rod, lane, numbers.subspan(taken));
+        if (!strained_) return taken;
+        for (V& s : strains_[rod.number]) {
+            set_lane(s, lane, {numbers[taken], numbers[taken + 1], numbers[taken + 2]});
+            taken += 3;
+        }
         return taken;
     }
 
@@ -82,6 +85,7 @@ public:
             move(rod, work, step.kick, select(active, share, P(0.0)));
             active = active & !(size <= P(tolerance)); // NaN goes on
         }
+        if (strained_) std::copy_n(work.carried.data(), rod.n, strains_[rod.number].data());
         go_on(rod, work, step, select(active, P(NAN), P(0.0)));
     }
 
@@ -93,7 +97,7 @@ private:
     /// Numbers of a stage, by slot.
     struct Work {
         AlignedVector<Slot<W>> start;
-        AlignedVector<V> displacement, carried, followed;
+        AlignedVector<V> displacement, carried;
         AlignedVector<Q> turn;
         AlignedVector<RowVector<W>> correction;
         AlignedVector<SlotLoad<W>> inner, moved;
@@ -111,11 +115,12 @@ private:
         rod.slot[rod.n].velocity = rod.slot[0].velocity;
     }
 
-    /// First guess: the stage's end at the present rates; strains as they are.
+    /// First guess: the stage's end at the present rates, with the strains of the stage before. Those of its end would
+    /// not do: what turns by an angle a in a midpoint step is a^2/8 too long at the ends of it.
     void begin(const RodTile<W>& rod, Work& work, double h) const {
         const std::size_t slots = to_index(rod.last) + 1;
         work.start.assign(rod.slot, rod.slot + slots);
-        for (auto* vectors : {&work.displacement, &work.carried, &work.followed})
+        for (auto* vectors : {&work.displacement, &work.carried})
             if (vectors->size() < slots) vectors->resize(slots);
         if (work.turn.size() < slots) {
             work.turn.resize(slots);
@@ -125,7 +130,11 @@ private:
         }
         work.rows.begin(last(rod), closed_);
         if (strained_)
-            for (int k = 0; k < rod.n; ++k) work.carried[to_index(k)] = element_strain<Across<W>>(rod, k);
+            for (int k = 0; k < rod.n; ++k) {
+                const V& known = strains_[rod.number][to_index(k)];
+                const Mask<W> is_known = fma(known.x + known.y, P(0.0), known.z) > P(0.0); // and not NaN
+                work.carried[to_index(k)] = select(is_known, known, element_strain<Across<W>>(rod, k));
+            }
         for (int k = 0; k <= last(rod); ++k) {
             Slot<W>& s = rod.slot[k];
             V& d = work.displacement[to_index(k)];
@@ -278,6 +287,7 @@ private:
     ElasticRows<Law, W> elastic_;
     bool strained_, closed_;
     double apart_; ///< m, for slopes
+    mutable std::vector<AlignedVector<V>> strains_; ///< by tile: of the last stage; 0 where there was none
     std::vector<EvaluatedPass<W>> passes_;
     std::vector<const TilePass<W>*> with_slopes_;
 };

@@ -5,7 +5,7 @@
 #include "contact/wall_pass.hpp"
 #include "contact/wall_points.hpp"
 #include "immersion/fluid_load_pass.hpp"
-#include "implicit/implicit_pass.hpp"
+#include "implicit/evaluated_passes.hpp"
 #include "kernels/physics_passes.hpp"
 #include "kernels/surroundings.hpp"
 #include "loads/laplacian_filter.hpp"
@@ -128,10 +128,8 @@ public:
         });
     }
     Made operator()(const pass::StepImplicitly& p) const {
-        return with_energy_law(p.law, [&]<class L>(L) -> Made {
-            return std::make_unique<ImplicitPass<L, W>>(parts_.group, damping_rates(parts_.group, p.damping),
-                                                        parts_.end_walls);
-        });
+        return make_implicit_pass<W>(
+            {parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls});
     }
     Made operator()(const pass::Filter& p) const {
         return std::make_unique<LaplacianFilterPass<W>>(parts_.group, p.order, p.rate, parts_.dt);

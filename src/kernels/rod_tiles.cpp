@@ -477,8 +477,38 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
         cluster.joints->restore(cluster.memory.data(), cluster.across, joined_rod(i, l), numbers);
 }
 
+template <int W> void RodTiles<W>::keep(std::size_t place) {
+    kept_[place].need(slots_.size());
+    threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
+        const RodTile<W>& tile = tiles_[t];
+        std::copy_n(tile.slot, tile.last + 1, kept_[place].data() + (tile.slot - slots_.data()));
+    });
+}
+
+template <int W> void RodTiles<W>::go_back(std::size_t place) {
+    threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
+        const RodTile<W>& tile = tiles_[t];
+        std::copy_n(kept_[place].data() + (tile.slot - slots_.data()), tile.last + 1, tile.slot);
+    });
+}
+
+template <int W> double RodTiles<W>::farthest_from(std::size_t place) const {
+    std::vector<double> most(tiles_.size());
+    threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
+        const RodTile<W>& tile = tiles_[t];
+        const Slot<W>* kept = kept_[place].data() + (tile.slot - slots_.data());
+        Pack<W> squared(0.0);
+        for (int k = 0; k <= tile.last; ++k) {
+            const Vec3<Pack<W>> apart = tile.slot[k].position - kept[k].position;
+            squared = max(squared, dot(apart, apart));
+        }
+        for (int l = 0; l < W; ++l) most[t] = std::max(most[t], squared[l]);
+    });
+    return std::sqrt(most.empty() ? 0.0 : *std::max_element(most.begin(), most.end()));
+}
+
 template <int W> std::size_t RodTiles<W>::bytes() const {
-    std::size_t bytes = slots_.size() * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) +
+    std::size_t bytes = (slots_.size() + kept_[0].size() + kept_[1].size()) * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) +
                         local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
     for (const auto& joined : joined_) bytes += joined.size() * sizeof(JoinedLoad<W>);

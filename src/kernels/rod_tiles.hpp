@@ -64,6 +64,9 @@ public:
     void set_memory(std::size_t i, std::span<const double> numbers) override;
     int threads() const override { return threads_.count(); }
     std::vector<PassEffect> dissect(std::size_t i, std::span<const Step> stages) override;
+    void keep(std::size_t place) override;
+    void go_back(std::size_t place) override;
+    double farthest_from(std::size_t place) const override;
     std::size_t bytes() const override;
 
 private:
@@ -166,6 +169,7 @@ private:
     StepWatch watch_;
     std::atomic<double> undamped_share_ = 0;
     UnsetArray<Slot<W>> slots_; ///< first written by the threads that advance them
+    std::array<UnsetArray<Slot<W>>, 2> kept_;
     std::vector<RodTile<W>> tiles_;
     JointsOfAssemblies<W> joints_;
     std::vector<Cluster> clusters_;

@@ -129,14 +129,17 @@ std::uint64_t World::digest() const { return comm.sum_wrapping(rods_->digest() +
 void World::advance(std::int64_t until) {
     bool going = true;
     while (clock.done() < until && going) {
-        const auto steps = next_steps(std::min(until, checks.next(clock.done())));
-        const bool check = steps.back().index == until || checks.due(steps.back().index);
-        const bool valid = step(steps, check);
-        clock.advance(steps);
+        StepControl* control = step_control(interactions_);
+        const auto steps =
+            control ? clock.next(clock.done() + 1, 1) : next_steps(std::min(until, checks.next(clock.done())));
+        const Step end = steps.back();
+        const bool check = end.index == until || checks.due(end.index) || control;
+        const bool valid = control ? step_in_parts(*control) : step(steps, check);
+        clock.advance({&end, 1});
         if (check) {
             watch_limit();
             undamped_share_ = std::max(undamped_share_, rods_->undamped_share());
-            for (const auto& interaction : interactions_) interaction->watch(steps.back());
+            for (const auto& interaction : interactions_) interaction->watch(end);
         }
         if (!valid) failure_ = reason_of_failure(); // other ranks learn of it when they meet
         going = (synchronous_ ? all_ranks_valid() : failure_.empty()) && !ended();
@@ -182,13 +185,53 @@ bool World::step(std::span<const Step> steps, bool check) {
     return valid && (!check || invalid(interactions_).empty());
 }
 
+bool World::step_in_parts(std::int64_t parts) {
+    bool valid = true;
+    for (std::int64_t part = 0; part < parts && valid;) {
+        const auto steps = clock.next_in_parts(parts, part);
+        part += static_cast<std::int64_t>(steps.size() / scheme_of(plan.integrator).stages.size());
+        valid = step(steps, true);
+    }
+    return comm.max(static_cast<std::int64_t>(!valid)) == 0;
+}
+
+bool World::step_in_parts(StepControl& control) {
+    rods_->keep(0);
+    const bool compares = control.compares();
+    bool coarse = false;
+    if (compares) {
+        coarse = step_in_parts(control.parts() / 2);
+        if (coarse) rods_->keep(1);
+        rods_->go_back(0);
+    }
+    while (true) {
+        const bool valid = step_in_parts(control.parts());
+        if (valid && !compares) break;
+        if (valid && coarse) {
+            const double error = comm.max(rods_->farthest_from(1)) / 3;
+            if (control.allows(error)) {
+                control.note_compared(error);
+                return true;
+            }
+        }
+        if (!control.refine()) return false;
+        coarse = valid;
+        if (coarse) rods_->keep(1);
+        rods_->go_back(0);
+    }
+    control.note();
+    return true;
+}
+
 bool World::repeat(std::int64_t until, bool check) {
     bool valid = true;
     while (clock.done() < until) {
-        const auto steps = next_steps(until);
-        const bool last = check && steps.back().index == until;
-        valid = step(steps, last) || !last;
-        clock.advance(steps);
+        StepControl* control = step_control(interactions_);
+        const auto steps = control ? clock.next(clock.done() + 1, 1) : next_steps(until);
+        const Step end = steps.back();
+        const bool last = check && end.index == until;
+        valid = (control ? step_in_parts(*control) : step(steps, last)) || !last;
+        clock.advance({&end, 1});
     }
     return comm.max(static_cast<std::int64_t>(!valid)) == 0;
 }

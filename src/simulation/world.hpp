@@ -87,6 +87,10 @@ public:
 
 private:
     bool step(std::span<const Step> steps, bool check);
+    /// One step of the clock in as many parts as it needs; false where no number of them does. Collective.
+    bool step_in_parts(StepControl& control);
+    /// The step in parts; false on all ranks where it failed on one.
+    bool step_in_parts(std::int64_t parts);
     std::span<const Step> next_steps(std::int64_t until);
     /// Notes the first body of this rank that is near the limit of its step.
     void watch_limit();

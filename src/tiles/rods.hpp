@@ -160,6 +160,11 @@ public:
         static_cast<void>(stages);
         return {};
     }
+    /// Keeps the state in a place of its own, 0 or 1; returns to it. Memory of passes stays as it is.
+    virtual void keep(std::size_t place) = 0;
+    virtual void go_back(std::size_t place) = 0;
+    /// Largest distance of a node from where a kept state has it, m.
+    virtual double farthest_from(std::size_t place) const = 0;
     /// Bytes held for state, parameters and scratch.
     virtual std::size_t bytes() const = 0;
     /// Largest ratio of the step to the limit that strains left, at any check and for any rod without damping, where it

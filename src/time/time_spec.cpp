@@ -28,6 +28,13 @@ void TimeSpec::fields(FieldVisitor& f) {
              .above = 0,
              .at_most = 1},
             e_min);
+    f.visit({.name = "tolerance",
+             .unit = "-",
+             .text = "implicit integrators with an automatic step: error of positions at the end that steps are cut "
+                     "into parts for, over the largest length of the scene",
+             .above = 0,
+             .at_most = 1},
+            tolerance);
     f.choice(
         {.name = "integrator",
          .text = "verlet: second order; pefrl: fourth order, with four force evaluations for a step 1.5 times as long; "

@@ -80,6 +80,9 @@ public:
     bool kick(const Step&, bool) override { return true; }
     void kick_and_drift(const Step&, const Step&) override {}
     void begin_within(const Step&) override {}
+    void keep(std::size_t) override {}
+    void go_back(std::size_t) override {}
+    double farthest_from(std::size_t) const override { return 0; }
     std::string near_limit() const override { return {}; }
     bool budgets_fluid(std::size_t) const override { return false; }
     std::vector<std::string_view> passes(std::size_t) const override { return {}; }

@@ -68,6 +68,22 @@ public:
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
     }
+    /// The next whole step in equal parts: stages of parts from number `first` on, as many as a batch holds.
+    std::span<const Step> next_in_parts(std::int64_t parts, std::int64_t first) {
+        const auto stages = static_cast<std::int64_t>(scheme_.stages.size());
+        const std::int64_t end = std::min(parts, first + largest_batch / stages);
+        const double part = dt_ / static_cast<double>(parts), begin = shift_ + static_cast<double>(done_) * dt_;
+        batch_.clear();
+        for (std::int64_t p = first; p < end; ++p)
+            for (const Substep& stage : scheme_.stages)
+                batch_.push_back({done_ + 1, part, stage.drift * part, stage.kick * part,
+                                  begin + (static_cast<double>(p) + stage.time) * part, stage.kick_length,
+                                  static_cast<int>(batch_.size()),
+                                  p + 1 == parts && &stage == &scheme_.stages.back(), false,
+                                  begin + static_cast<double>(p) * part});
+        if (!batch_.empty()) batch_.back().last = true;
+        return batch_;
+    }
     void advance(std::span<const Step> batch) {
         if (!batch.empty()) done_ = batch.back().index;
     }

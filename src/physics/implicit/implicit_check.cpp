@@ -8,12 +8,15 @@ namespace skein {
 
 void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
     const TimeSpec& time = scene.time;
-    if (time.relax || !is_implicit(time.integrator)) return;
-    const auto name = nth(integrator_names, time.integrator);
     TableObjections of_time(objections, "time");
+    if (time.relax || !is_implicit(time.integrator)) {
+        of_time.unused({"tolerance"}, "without an implicit integrator");
+        return;
+    }
+    const auto name = nth(integrator_names, time.integrator);
     of_time.unused({"safety", "e_min", "damping", "force_dt"},
                    fmt::format("with integrator = \"{}\", whose steps stability does not limit", name));
-    if (time.dt == 0) of_time.add("dt", fmt::format("integrator = \"{}\" needs 'dt' [s]", name));
+    if (time.dt > 0) of_time.unused({"tolerance", "divide"}, "with a given 'dt'");
     const auto refuse = [&](bool has, const std::string& table, const std::string& message) {
         if (has) objections.add(table, fmt::format("time.integrator = \"{}\" {}", name, message));
     };

@@ -1,10 +1,15 @@
 #include "kernels/physics_passes.hpp"
+#include "physics/implicit/implicit_interaction.hpp"
 #include "physics/implicit/implicit_tables.hpp"
 #include "physics/plan_input.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
 #include "plan/plan_steps.hpp"
+#include "rod/body_shape.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 namespace skein {
@@ -12,11 +17,28 @@ namespace skein {
 namespace {
 
 /// Steps of a length that stability does not limit.
-class PlannedImplicitSteps final : public PhysicsPlan {
+class PlannedImplicitSteps final : public PhysicsPlan, public StartsInteraction {
 public:
-    explicit PlannedImplicitSteps(const PlanInput& input) : integrator_(input.scene.time.integrator) {}
+    explicit PlannedImplicitSteps(const PlanInput& input)
+        : integrator_(input.scene.time.integrator), tolerance_(input.scene.time.tolerance) {
+        for (const RodGroup& group : input.groups)
+            length_ = std::max(length_, group.strained() ? group.spec().shape.length : 2 * group.body()->reach);
+    }
 
     std::string summary(const Plan&) const override { return "implicit steps"; }
+    std::vector<PlanLine> describe(const Plan& plan) const override {
+        if (!plan.automatic_dt) return {};
+        return {{"implicit",
+                 fmt::format("each step in as many parts as keep the error of positions below {:g} of {:g} m in the "
+                             "whole run",
+                             tolerance_, length_),
+                 "tolerance", tolerance_}};
+    }
+    std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
+        const Plan& plan = parts.plan;
+        return std::make_unique<ImplicitInteraction>(
+            plan.automatic_dt ? tolerance_ * length_ / static_cast<double>(plan.steps) : 0.0, length_);
+    }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.remove(PassPlace::drift);
         p.program.remove(PassPlace::internal);
@@ -26,14 +48,23 @@ public:
         plan.integrator = integrator_;
         plan.force_dt = true;
         plan.rest_speed = scene.time.rest_speed;
-        plan.dt = scene.time.dt;
         plan.limit = HUGE_VAL;
+        plan.automatic_dt = scene.time.dt == 0;
+        plan.dt = scene.time.dt;
+        if (plan.automatic_dt) { // steps are cut into parts
+            const double longest = scene.time.duration / fewest_steps;
+            const Interval interval = interval_to_divide(plan, scene, longest);
+            plan.divides = interval.text();
+            plan.dt = interval.length / std::ceil(interval.length / longest * (1 - 1e-12));
+        }
         plan.steps = whole_steps(scene.time.duration, plan);
         return true;
     }
 
 private:
+    static constexpr double fewest_steps = 64; ///< of the duration
     Integrator integrator_;
+    double tolerance_, length_ = 0; ///< m
 };
 
 } // namespace
