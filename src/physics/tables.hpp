@@ -10,6 +10,7 @@
 #include "physics/loads/load_tables.hpp"
 #include "physics/probes/probe_tables.hpp"
 #include "physics/relaxation/relaxation_tables.hpp"
+#include "physics/rods/rod_tables.hpp"
 #include "physics/walls/wall_tables.hpp"
 #include "skein/core/objections.hpp"
 
@@ -75,6 +76,6 @@ private:
 };
 
 using PhysicsTables = TablesOf<LoadTables, JointTables, ContactTables, WallTables, FluidTables, RelaxationTables,
-                               ImplicitTables, AuditTables, ProbeTables, ExpectTables>;
+                               ImplicitTables, AuditTables, ProbeTables, ExpectTables, RodTables>;
 
 } // namespace skein

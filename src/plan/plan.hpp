@@ -9,6 +9,7 @@
 #include "plan/core_tables.hpp"
 #include "plan/physics_plan.hpp"
 #include "plan/program.hpp"
+#include "rod/automatic_inertia.hpp"
 #include "rod/time_limits.hpp"
 #include "tiles/tiling.hpp"
 
@@ -55,7 +56,8 @@ struct GroupPlan {
     double least_rotary_scale = 1, largest_rotary_scale = 1; ///< j of the elements
     double packed_fill = 0, packed_top = 0; ///< of packed rods: share of the region's volume; its upper end, m
     double bending_shift = 0;               ///< what j does to the lowest bending frequency, relative, estimated
-    std::vector<std::string> hints;         ///< where numbers cost time or accuracy for nothing (numerics.md)
+    std::optional<AutomaticInertia> automatic_inertia; ///< where "auto" chooses j
+    std::vector<std::string> hints; ///< where numbers cost time or accuracy for nothing (numerics.md)
     std::string start, end;
     std::string body; ///< of bodies: mass, inertia and parts
 

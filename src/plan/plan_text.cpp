@@ -104,6 +104,13 @@ Lines describe(const GroupPlan& g, bool pseudo_time) {
                      Json{{"least_scale", g.least_rotary_scale},
                           {"largest_scale", g.largest_rotary_scale},
                           {"bending_shift", g.bending_shift}}});
+    if (const auto& chosen = g.automatic_inertia)
+        lines.push_back({"", "", "automatic_inertia",
+                         Json{{"for_dt", chosen->dt},
+                              {"gain", chosen->gain},
+                              {"share_of_error", chosen->share},
+                              {"highest_mode", chosen->highest},
+                              {"frequency_Hz", chosen->frequency}}});
     lines.push_back({"", "", "hints", g.hints});
     for (const std::string& hint : g.hints) lines.push_back({"  hint", hint, "", {}});
     const bool flips = std::isfinite(g.tension_limit);

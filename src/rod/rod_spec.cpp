@@ -24,8 +24,10 @@ void Material::fields(FieldVisitor& f) {
     f.visit({.name = "rotary_inertia_for_dt",
              .unit = "s",
              .text = "step to which `rotary_inertia_scale`, chosen as small as possible for every element, lifts its "
-                     "shear-rotation limit; 0: off",
-             .at_least = 0},
+                     "shear-rotation limit; 0: off; or \"auto\": the longest step that changes the two lowest bending "
+                     "frequencies by less than a fifth of their error (docs/theory.md 9)",
+             .at_least = 0,
+             .automatic = automatic_inertia},
             rotary_inertia_for_dt);
 }
 

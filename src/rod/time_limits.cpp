@@ -1,5 +1,6 @@
 #include "rod/time_limits.hpp"
 
+#include "rod/rest_stiffness.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
@@ -16,27 +17,13 @@ namespace {
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
-/// Divisor of B at rest, at dilatation e. With neo_hookean, B is that at rest already.
-double bending_divisor(const RodGroup& g, double e) {
-    return g.law() == Law::linear || g.law() == Law::neo_hookean ? 1 : e * e * e;
-}
-
-/// dn_3/de at rest, N.
-double axial_stiffness(const RodGroup& g, const ElementConstants& c) {
-    if (g.law() == Law::linear) return c.stiffness.z;
-    return g.law() == Law::neo_hookean ? c.stiffness.z / (c.rest_stretch * c.rest_stretch)
-                                       : c.stiffness.z / c.rest_stretch;
-}
-
 /// Rotational stiffness over inertia, from the cells and walls beside element k at rest, theory.md (26). `j(i)` is J of
 /// element i.
 template <class Inertia> double cell_term(const RodGroup& g, int k, double Vec3d::*axis, const Inertia& j) {
     const auto cell = [&](int v, int neighbour) {
         const VoronoiConstants& c = nth(g.voronoi, v);
-        const int after = (v + 1) % g.elements();
-        const double dilatation =
-            c.share_before * nth(g.element, v).rest_stretch + c.share_after * nth(g.element, after).rest_stretch;
-        return c.stiffness.*axis * c.inv_length / bending_divisor(g, dilatation) * (1 / j(k) + 1 / j(neighbour));
+        return c.stiffness.*axis * c.inv_length / bending_divisor(g, rest_dilatation(g, v)) *
+               (1 / j(k) + 1 / j(neighbour));
     };
     double beta = 0;
     if (const int before = g.element_before(k); before >= 0) beta += cell(before, before);

@@ -2,6 +2,7 @@
 
 #include "io/rod_file.hpp"
 #include "physics/assemblies.hpp"
+#include "physics/rods/rotary_inertia.hpp"
 #include "placement/packing.hpp"
 #include "rod/formulas_along.hpp"
 #include "scene/memory_check.hpp"
@@ -39,6 +40,10 @@ std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const d
         spec.end_motion.use(names);
         read_rest_curvature(spec.shape, names);
         read_section(spec, names);
+        if (spec.material.rotary_inertia_for_dt == Material::automatic_inertia) {
+            spec.material.rotary_inertia_for_dt = automatic_inertia(scene, spec).dt;
+            spec.material.inertia_chosen = true;
+        }
         const bool in_file = spec.placement.kind == PlacementKind::file;
         auto source =
             in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source)

@@ -75,8 +75,11 @@ std::string scene_json(const SceneSpec& scene, bool physics_only) {
     Json json;
     json["time"] = echo([&](FieldVisitor& f) { copy.time.fields(f); });
     json["rods"] = json["load"] = json["damping"] = Json::array();
-    for (RodSpec& rods : copy.rods)
-        json[rods.body ? "bodies" : "rods"].push_back(echo([&](FieldVisitor& f) { rods.fields(f); }));
+    for (RodSpec& rods : copy.rods) {
+        Json& table = json[rods.body ? "bodies" : "rods"].emplace_back(echo([&](FieldVisitor& f) { rods.fields(f); }));
+        if (rods.material.rotary_inertia_for_dt == Material::automatic_inertia)
+            table["material"]["rotary_inertia_for_dt"] = "auto";
+    }
     for (const FormulaConstant& c : copy.constants) json["constants"][c.name] = {{"value", c.value}, {"unit", c.unit}};
     for_each_spec(copy, [&](const char* name, auto& spec) { json[name] = table_echo(spec, copy, physics_only); });
     for_each_list(copy, [&](const char* name, auto& specs) {

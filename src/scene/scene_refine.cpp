@@ -85,10 +85,11 @@ void refine_hold(RodSpec& rods, long was, const Refinement& by) {
 }
 
 /// The rotary inertia stays that of the elements as given: what lifts the limit of others would make another rod of it.
-/// Elements near ends, whose neighbours are fewer, follow the others.
+/// Elements near ends, whose neighbours are fewer, follow the others. What "auto" chooses changes with the elements as
+/// their error does.
 void keep_inertia(RodSpec& rods) {
     Material& material = rods.material;
-    if (material.rotary_inertia_for_dt == 0) return;
+    if (material.rotary_inertia_for_dt == 0 || material.chooses_inertia()) return;
     RodSpec one = rods;
     one.placement = {};
     const std::vector<double> j = RodGroup(one, 0, 0, "").rotary_inertia_scale;
@@ -214,6 +215,10 @@ std::vector<std::string> refinement_notes(const SceneSpec& scene) {
                 "rotary_inertia_for_dt of '{}': all runs have the inertia that it gives to the elements of the "
                 "scene",
                 rods.name));
+        if (rods.material.chooses_inertia())
+            notes.push_back(fmt::format("rotary_inertia_for_dt of '{}' is chosen for each number of elements: its "
+                                        "effect falls as their error does",
+                                        rods.name));
         if (!rods.hold.elements.empty())
             notes.push_back(fmt::format(
                 "hold.elements of '{}': a stretch that is held keeps its length; one element at an end stays "

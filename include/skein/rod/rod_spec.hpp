@@ -26,6 +26,11 @@ struct Material {
     double rotary_inertia_scale = 1; ///< j, factor on J1 and J2 of every element
     /// s; 0: off; else each element takes the smallest j that lifts its shear-rotation limit to it
     double rotary_inertia_for_dt = 0;
+    static constexpr double automatic_inertia = -1; ///< value of rotary_inertia_for_dt that stands for "auto"
+    bool inertia_chosen = false;                    ///< "auto" has chosen the step, which stands in its place
+
+    /// True where rotary inertia is what "auto" chooses.
+    bool chooses_inertia() const { return inertia_chosen || rotary_inertia_for_dt == automatic_inertia; }
 
     void fields(FieldVisitor& f);
 };
