@@ -18,7 +18,7 @@ namespace skein {
 namespace {
 
 void rotary_inertia(const RodSpec& rods, Objections& of_group) {
-    if (rods.material.rotary_inertia_for_dt > 0)
+    if (rods.material.rotary_inertia_for_dt != 0)
         TableObjections(of_group, "material")
             .unused({"rotary_inertia_scale"}, "beside 'rotary_inertia_for_dt', which chooses it");
 }

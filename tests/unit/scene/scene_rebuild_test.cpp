@@ -39,6 +39,31 @@ TEST(SceneRebuild, FromWhatCheckpointsKeep) {
     }
 }
 
+TEST(SceneRebuild, OfChosenRotaryInertia) {
+    const SceneSpec scene = parse_scene("thin.toml", R"(
+time.duration = 1.0
+[[rods]]
+name = "thin"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e6, rotary_inertia_for_dt = "auto"}
+section.radius = 0.001
+shape = {length = 1.0, elements = 20}
+)");
+    EXPECT_EQ(scene_json(read_text(scene_toml(scene, Keys::given)), false), scene_json(scene, false));
+    EXPECT_NE(scene_toml(scene, Keys::given).find("rotary_inertia_for_dt = \"auto\""), std::string::npos);
+    const std::vector<RodGroup> groups = make_groups(scene);
+    const SceneSpec numbers = resolved(scene, groups);
+    const double dt = numbers.rods[0].material.rotary_inertia_for_dt;
+    EXPECT_GT(dt, 0);
+    EXPECT_EQ(groups[0].spec().material.rotary_inertia_for_dt, dt);
+    // A checkpoint keeps the number, and the scene that is built of it has the same inertia.
+    const std::string physics = physics_json(numbers, {}, 1e-3);
+    EXPECT_EQ(physics.find("auto\""), std::string::npos);
+    const SceneSpec back = rebuilt_scene(physics, settings_json(scene), "checkpoint");
+    EXPECT_EQ(back.rods[0].material.rotary_inertia_for_dt, dt);
+    EXPECT_EQ(make_groups(back)[0].rotary_inertia_scale, groups[0].rotary_inertia_scale);
+}
+
 TEST(SceneRebuild, OfAutomaticStiffnesses) {
     SceneSpec scene = read_scene(good_scene);
     const ContactLaw law{.stiffness = ContactLaw::automatic, .accepted_overlap = 0.03};

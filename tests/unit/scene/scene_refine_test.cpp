@@ -188,6 +188,17 @@ TEST(SceneRefine, ScaledInertiaStaysThatOfTheScene) {
     EXPECT_NE(refused(tapered, {2, 1}).find("rotary_inertia_for_dt"), std::string::npos);
 }
 
+TEST(SceneRefine, RotaryInertiaThatIsChosenFallsWithTheElements) {
+    const SceneSpec scene =
+        scene_of("", {"rods.one.start=clamped", "rods.one.shape.elements=20", "rods.one.section.radius=1e-3",
+                      "rods.one.material.rotary_inertia_for_dt=auto"});
+    const auto scale = [](const SceneSpec& s) { return make_groups(s)[0].rotary_inertia_scale.at(5); };
+    EXPECT_NEAR(scale(scene) / scale(refined(scene, {2, 1})), 4, 0.1);
+    EXPECT_NEAR(scale(scene) / scale(refined(scene, {1, 2})), 0.25, 0.02);
+    ASSERT_EQ(refinement_notes(scene).size(), 1u);
+    EXPECT_NE(refinement_notes(scene)[0].find("is chosen for each number of elements"), std::string::npos);
+}
+
 TEST(SceneRefine, WhatCannotBeRefinedIsNamed) {
     EXPECT_NE(refused(scene_of("", {"rods.one.shape.elements=5"}), {1, 2}).find("shape.elements"), std::string::npos);
     EXPECT_NE(refused(scene_of("", {"start.from=elsewhere"}), {2, 1}).find("start.from"), std::string::npos);
