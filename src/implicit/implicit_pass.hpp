@@ -13,6 +13,7 @@
 #include "implicit/implicit_rod.hpp"
 #include "implicit/load_slopes.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -22,22 +23,23 @@ namespace skein {
 
 template <class Law, int W> class ImplicitPass final : public TilePass<W>, public EvaluatesPasses<W> {
 public:
-    static constexpr int most_corrections = 30;
+    static constexpr int most_corrections = 15;
     static constexpr double tolerance = 1e-9;  ///< of a correction, over the length and in rad
     static constexpr double most_turn = 0.5;   ///< of a correction, rad; its displacement over the length
 
     explicit ImplicitPass(const ImplicitParts<W>& parts)
         : rod_(parts.group, parts.rates), walls_(parts.walls), elastic_(ends_of(parts.group), *walls_),
           strained_(parts.group.strained()), closed_(parts.group.closed()) {
+        for (int k = 0; k < parts.group.slots(); ++k) turns_in_lab_ |= rod_[k].turns_in_lab;
         apart_ = 1e-7 * (strained_ ? parts.group.element.front().rest_length : rod_.length());
     }
 
     void take(std::vector<EvaluatedPass<W>> passes) override {
         passes_ = std::move(passes);
-        for (const EvaluatedPass<W>& one : passes_)
-            if (one.has_slopes) with_slopes_.push_back(one.pass.get());
+        std::stable_partition(passes_.begin(), passes_.end(), [](const auto& one) { return !one.has_slopes; });
+        for (const EvaluatedPass<W>& one : passes_) (one.has_slopes ? with_slopes_ : constant_).push_back(one.pass.get());
         const auto adds = [](const TilePass<W>* pass) { return pass->adds_loads(); };
-        if (std::none_of(with_slopes_.begin(), with_slopes_.end(), adds)) with_slopes_.clear();
+        sloped_ = std::any_of(with_slopes_.begin(), with_slopes_.end(), adds);
     }
 
     void expect(std::size_t tiles) override {
@@ -78,12 +80,15 @@ public:
         static thread_local Work work;
         begin(rod, work, step.kick);
         Mask<W> active = P(1.0) > P(0.0);
+        P before(0.0); // corrections that are small at once may have too stiff a matrix
         for (int i = 0; i < most_corrections && any(active); ++i) {
             correct(rod, load, step, work, i);
             const P size = size_of(rod, work);
             const P share = select(size > P(most_turn), P(most_turn) / size, P(1.0));
             move(rod, work, step.kick, select(active, share, P(0.0)));
-            active = active & !(size <= P(tolerance)); // NaN goes on
+            const Mask<W> shrinks = size <= P(0.5) * before, rounding = size <= P(1e-3 * tolerance);
+            active = active & !((size <= P(tolerance)) & (shrinks | rounding)); // NaN goes on
+            before = size;
         }
         if (strained_) std::copy_n(work.carried.data(), rod.n, strains_[rod.number].data());
         go_on(rod, work, step, select(active, P(NAN), P(0.0)));
@@ -152,16 +157,16 @@ private:
     void correct(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work, int number) const {
         if (strained_) elastic_.loads(rod, work.carried.data(), step, work.inner.data());
         else work.inner[0] = {{}, {}, P(1.0)};
-        const int slots = rod.last + 1;
-        std::copy_n(work.inner.data(), slots, load);
-        for (const EvaluatedPass<W>& one : passes_) one.pass->run(rod, load, step);
-        const bool sloped = !with_slopes_.empty();
-        if (sloped && number % 3 == 0)
+        for (const TilePass<W>* pass : constant_) pass->run(rod, work.inner.data(), step);
+        std::copy_n(work.inner.data(), rod.last + 1, load);
+        for (const TilePass<W>* pass : with_slopes_) pass->run(rod, load, step);
+        if (sloped_ && number % 3 == 0)
             work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick,
                                 apart_);
         const auto take = [&](int k, BlockRow<W>& row) {
-            if (sloped) work.slopes.subtract_from(k, row);
+            if (sloped_) work.slopes.subtract_from(k, row);
             add_inertia(rod, work, load, k, step.kick, row);
+            turn_to_lab(rod, k, row);
             for (int i = 0; i < row_size; ++i)
                 if (rod_[k].free[to_index(i)] == 0) row.hold(i);
             work.rows.add(k, row);
@@ -174,6 +179,43 @@ private:
             take(0, row);
         }
         work.rows.solve(work.correction.data());
+        for (int k = 0; k <= last(rod); ++k)
+            if (rod_[k].turns_in_lab) {
+                P* u = work.correction[to_index(k)].u;
+                const V turn = rod.slot[k].director * V{u[3], u[4], u[5]};
+                u[3] = turn.x;
+                u[4] = turn.y;
+                u[5] = turn.z;
+            }
+    }
+
+    /// Turns of elements that are held about some lab axes: t = Q u.
+    void turn_to_lab(const RodTile<W>& rod, int k, BlockRow<W>& row) const {
+        if (!turns_in_lab_) return;
+        const int end = last(rod);
+        const int before = k > 0 ? k - 1 : closed_ ? end : -1, after = k < end ? k + 1 : closed_ ? 0 : -1;
+        const auto columns = [&](int of, RowBlock<W>& block) {
+            if (of < 0 || !rod_[of].turns_in_lab) return;
+            for (auto& line : block) {
+                const V turned = transpose_times(rod.slot[of].director, V{line[3], line[4], line[5]});
+                line[3] = turned.x;
+                line[4] = turned.y;
+                line[5] = turned.z;
+            }
+        };
+        columns(before, row.before);
+        columns(k, row.diagonal);
+        columns(after, row.after);
+        if (!rod_[k].turns_in_lab) return;
+        const auto rows = [&](P& x, P& y, P& z) {
+            const V turned = transpose_times(rod.slot[k].director, V{x, y, z});
+            x = turned.x;
+            y = turned.y;
+            z = turned.z;
+        };
+        for (RowBlock<W>* block : {&row.before, &row.diagonal, &row.after})
+            for (int j = 0; j < row_size; ++j) rows((*block)[3][j], (*block)[4][j], (*block)[5][j]);
+        rows(row.right[3], row.right[4], row.right[5]);
     }
 
     /// Adds inertia and damping over h, and all loads on the right.
@@ -271,7 +313,11 @@ private:
             s.position = fma(b, s.velocity, s.position);
             s.position.x += wrong;
             s.velocity = fma(ratio, s.velocity - start.velocity, s.velocity);
-            if (k >= rod.n || !turns(k)) continue;
+            if (k >= rod.n) continue;
+            if (!turns(k)) { // with its wall
+                s.director = rotation(b * s.spin) * s.director;
+                continue;
+            }
             const V j = broadcast<W>(rod_[k].inertia), inv{P(1 / rod_[k].inertia.x), P(1 / rod_[k].inertia.y),
                                                            P(1 / rod_[k].inertia.z)};
             const V now = scale(j, s.spin), before = work.turn[to_index(k)] * scale(j, start.spin);
@@ -289,7 +335,9 @@ private:
     double apart_; ///< m, for slopes
     mutable std::vector<AlignedVector<V>> strains_; ///< by tile: of the last stage; 0 where there was none
     std::vector<EvaluatedPass<W>> passes_;
-    std::vector<const TilePass<W>*> with_slopes_;
+    std::vector<const TilePass<W>*> constant_, with_slopes_; ///< in the order of passes_
+    bool sloped_ = false; ///< false where with_slopes_ only moves loads
+    bool turns_in_lab_ = false;
 };
 
 } // namespace skein

@@ -72,12 +72,12 @@ struct Relax {
     }
 };
 /// In the place of the kick: implicit steps, which evaluate the loads of other passes at each correction. The time is
-/// that of three corrections.
+/// that of three corrections of a stage.
 struct StepImplicitly {
     Law law;
     std::vector<Damping> damping;
     static constexpr std::string_view name = "implicit step", cause = "implicit steps";
-    static constexpr double ns = 300;
+    static constexpr double ns = 200;
     static std::string refuses_sizes() {
         return "implicit steps solve along whole rods that are alike; give each size a group of its own";
     }

@@ -124,6 +124,10 @@ std::string step_text(const Plan& p) {
     const char* automatic = p.automatic_dt ? " (auto)" : "";
     if (p.pseudo_time) return fmt::format("{:g} s: time counts steps of an iteration", p.dt);
     if (p.groups.empty()) return fmt::format("{:.6g} s{}", p.dt, automatic);
+    if (is_implicit(p.integrator)) {
+        const double limit = p.groups[p.governing].limits.front().dt;
+        return fmt::format("{:.6g} s{}, {:.4g} times the limit of explicit steps", p.dt, automatic, p.dt / limit);
+    }
     return fmt::format("{:.6g} s{}, {} of the limit {:.6g} s ({} of '{}')", p.dt, automatic, share_text(p.dt / p.limit),
                        p.limit, p.groups[p.governing].limits.front().mode, p.groups[p.governing].name);
 }
@@ -159,13 +163,13 @@ Lines describe_step(const Plan& p) {
              p.coupling() == PhysicsPlan::Coupling::every_step ? "one step per visit: rods wait for each other" : "",
              "steps_together", p.coupling() != PhysicsPlan::Coupling::none},
             {"integrator",
-             p.integrator == Integrator::verlet
-                 ? ""
+             p.integrator == Integrator::verlet ? ""
+             : is_implicit(p.integrator)        ? std::string(nth(integrator_names, p.integrator))
                  : fmt::format("{}, limits times {:.4g}", nth(integrator_names, p.integrator),
                                scheme_of(p.integrator).stability),
              "integrator", nth(integrator_names, p.integrator)},
             {"dt", step_text(p), "dt", p.dt},
-            {"", "", "limit", p.limit},
+            {"", "", "limit", is_implicit(p.integrator) ? p.groups[p.governing].limits.front().dt : p.limit},
             {"", "", "automatic_dt", p.automatic_dt},
             {"  divides", p.divides, "divides", p.divides},
             {"", "", "pseudo_time", p.pseudo_time},

@@ -17,6 +17,8 @@ namespace skein {
 
 enum class Integrator { verlet, pefrl, implicit, implicit_damped };
 inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl", "implicit", "implicit_damped"};
+/// True where some kicks go backwards in time.
+constexpr bool kicks_backwards(Integrator i) { return i == Integrator::pefrl; }
 /// True for steps that Newton corrections end.
 constexpr bool is_implicit(Integrator i) { return i == Integrator::implicit || i == Integrator::implicit_damped; }
 
@@ -57,7 +59,9 @@ inline constexpr Substep midpoint_stages[] = {{0.5, 0.5, 0.5, 0}};
 inline constexpr double midpoint_kicks[] = {0.5};
 
 inline constexpr double gamma = 0.2928932188134525; // 1 - 1/sqrt 2
-inline constexpr Substep damped_stages[] = {{1 - 2 * gamma, gamma, gamma, 0}, {0.0, gamma, 1.0, 0}};
+/// What begins at the end of a step does not act in it.
+inline constexpr double before_end = 1 - 1e-9;
+inline constexpr Substep damped_stages[] = {{1 - 2 * gamma, gamma, gamma, 0}, {0.0, gamma, before_end, 0}};
 inline constexpr double damped_kicks[] = {gamma};
 
 } // namespace detail

@@ -39,7 +39,7 @@ void ContactTables::check(const SceneSpec& scene, Objections& objections) {
     if (scene.contact->joined && scene.joints.empty() && scene.assemblies.empty())
         contact.add("joined", "'joined' has no use without [[joint]] or [[assembly]]");
     if (!scene.contact->self && !scene.contact->joined) contact.unused({"self_gap"}, "without 'self' or 'joined'");
-    if (scene.time.integrator != Integrator::verlet)
+    if (kicks_backwards(scene.time.integrator))
         contact.add("", "contact needs integrator = \"verlet\": the kicks of \"pefrl\" go backwards too");
     for (std::size_t i = 0; i < scene.contact_pairs.size(); ++i) {
         TableObjections pair(objections, fmt::format("contact_pair.{}", i));

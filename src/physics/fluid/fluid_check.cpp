@@ -116,7 +116,7 @@ void check_two_way(const SceneSpec& scene, Objections& objections) {
     };
     if (scene.fluid->scheme == FlowScheme::crank_nicolson)
         objections.add("fluid.scheme", one_way("rods that feel the fluid need a scheme of explicit viscosity"));
-    if (scene.time.integrator != Integrator::verlet)
+    if (kicks_backwards(scene.time.integrator))
         objections.add("time.integrator",
                        one_way("rods that feel the fluid need the integrator \"verlet\", whose kicks all go forward"));
 }

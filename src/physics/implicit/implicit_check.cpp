@@ -30,9 +30,7 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
     for (std::size_t i = 0; i < scene.damping.size(); ++i)
         refuse(is_filter(scene.damping[i].damping), fmt::format("damping.{}", i),
                "has no filter of rates: give \"uniform\" or \"physical\"");
-    for (std::size_t i = 0; i < scene.walls.size(); ++i)
-        refuse(scene.walls[i].law.friction != ContactFriction::none, fmt::format("wall.{}.friction", i),
-               "is for walls without friction: use \"verlet\"");
+    refuse(!scene.walls.empty(), "wall.0", "is for rods that touch nothing: use \"verlet\"");
 }
 
 } // namespace skein

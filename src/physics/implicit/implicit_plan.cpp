@@ -49,6 +49,8 @@ public:
         plan.force_dt = true;
         plan.rest_speed = scene.time.rest_speed;
         plan.limit = HUGE_VAL;
+        for (std::size_t g = 0; g < plan.groups.size(); ++g)
+            if (plan.groups[g].limits.front().dt < plan.groups[plan.governing].limits.front().dt) plan.governing = g;
         plan.automatic_dt = scene.time.dt == 0;
         plan.dt = scene.time.dt;
         if (plan.automatic_dt) { // steps are cut into parts

@@ -122,7 +122,7 @@ void check_free_axis(const SceneSpec& scene, const JointSpec& spec, const AxisSp
     if (axis.friction == 0) objections.unused({"friction_stiffness", "friction_damping"}, "without 'friction'");
     else if (axis.friction_stiffness == 0)
         objections.add("", "'friction' needs 'friction_stiffness', of the spring by which it holds");
-    if (scene.time.integrator != Integrator::verlet &&
+    if (kicks_backwards(scene.time.integrator) &&
         (axis.friction > 0 || axis.damping > 0 || axis.stop_damping > 0 || axis.motor.damping > 0))
         objections.add("", "friction and dashpots of joints need integrator = \"verlet\": the kicks of \"pefrl\" go "
                            "backwards too");
@@ -158,7 +158,7 @@ void check_events(const SceneSpec& scene, const JointSpec& spec, Objections& obj
     else if (tears(spec) && has_springs(spec))
         objections.add("break_strain", "rods that tear have no springs or dashpots beside their common node: leave out "
                                        "'torsional_stiffness' and 'torsional_damping'");
-    if (scene.time.integrator != Integrator::verlet)
+    if (kicks_backwards(scene.time.integrator))
         objections.add("",
                        "joints that are made or come to an end need integrator = \"verlet\", which evaluates forces "
                        "once a step");
@@ -213,7 +213,7 @@ void joint(const SceneSpec& scene, const JointSpec& spec, Objections& objections
         objections.add(
             "", fmt::format("'torsional_stiffness' [N m/rad] is needed {}{}", where,
                             kind == JointKind::fixed ? " whose 'stiffness' is a number; both may be left out" : ""));
-    if (common_node && scene.time.integrator != Integrator::verlet && (groups[0]->body || groups[1]->body))
+    if (common_node && kicks_backwards(scene.time.integrator) && (groups[0]->body || groups[1]->body))
         objections.add("stiffness",
                        "a rod and a body have a common node in steps of time.integrator = \"verlet\" alone: leave that "
                        "out, or give 'stiffness' [N/m] and 'torsional_stiffness' [N m/rad]");

@@ -21,7 +21,7 @@ void check_damping(const Damping& d, const std::vector<const RodSpec*>& groups, 
             objections.add(
                 "rate",
                 fmt::format("'rate' [1/s] is needed {}: that of motion which alternates from node to node", where));
-        if (integrator != Integrator::verlet)
+        if (kicks_backwards(integrator))
             objections.add("kind",
                            "a damping of kind \"laplacian\" needs integrator = \"verlet\": the kicks of \"pefrl\" go "
                            "backwards too");

@@ -55,8 +55,8 @@ void WallTables::check(const SceneSpec& scene, Objections& objections) {
         check_law(wall.law, ContactSpec{}.overlap, table);
         if (wall.servo.drives()) watched(scene, wall, table);
     }
-    if (!scene.walls.empty() && scene.time.integrator != Integrator::verlet)
-        objections.add("wall.0", "walls need integrator = \"verlet\"");
+    if (!scene.walls.empty() && kicks_backwards(scene.time.integrator))
+        objections.add("wall.0", "walls need integrator = \"verlet\": the kicks of \"pefrl\" go backwards too");
 }
 
 } // namespace skein
