@@ -57,10 +57,10 @@ StudySolution solve_at_rest(const Communicator& comm, const StudyRun& run, const
         const ModesReport report = find_modes(at_rest, arguments.modes);
         seconds += report.seconds;
         solution.quantities = frequencies_of(report);
-        solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
+        solved.simulation->go_to_end([&](World&) { at_rest.show(run.scene.time.duration); });
         on_root(comm, [&] { write_file(out + "/modes.csv", to_csv(report)); });
     } else {
-        solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
+        solved.simulation->go_to_end([&](World&) { at_rest.show(run.scene.time.duration); });
     }
     const Machine& machine = solved.machine;
     solution.core_seconds = seconds * machine.ranks * std::min(machine.threads, machine.cores);

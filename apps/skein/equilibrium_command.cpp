@@ -55,7 +55,7 @@ int equilibrium_command(EquilibriumArguments arguments, int& argc, char**& argv)
             return static_cast<int>(Exit::done);
         }
         const EquilibriumReport report = find_and_tell(solved, at_rest, time, quiet);
-        solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
+        solved.simulation->go_to_end([&](World&) { at_rest.show(time); });
         if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
         if (comm.root() && arguments.run.json) print_document(equilibrium_document(report, solved.out));
         if (arguments.stable) require_stable(report);

@@ -19,7 +19,7 @@ namespace {
 constexpr int movie_frames = 24; ///< of a swing there and back
 
 /// A swing of one mode as the frames of a run.
-void write_movie(const Communicator& comm, const ModesArguments& arguments, const StaticScene& at_rest,
+void write_movie(const Communicator& comm, const ModesArguments& arguments, const StaticScene& at_rest, double time,
                  const PieceMode& mode, const std::string& out) {
     RunArguments run = arguments.run;
     run.options.out = out;
@@ -30,6 +30,7 @@ void write_movie(const Communicator& comm, const ModesArguments& arguments, cons
         scene.output.trajectory = scene.output.series = dt;
     });
     StaticScene moving(movie.simulation->world());
+    moving.take_springs(at_rest);
     int frame = 0;
     movie.simulation->go_through([&](World&) {
         const double phase = 2 * std::numbers::pi * ++frame / movie_frames;
@@ -39,7 +40,7 @@ void write_movie(const Communicator& comm, const ModesArguments& arguments, cons
                 i == mode.piece ? moved_along(still, mode.mode, phase, arguments.amplitude * still.system->length())
                                 : still.state;
         }
-        moving.put_back();
+        moving.show(time, &at_rest);
         return true;
     });
 }
@@ -68,15 +69,16 @@ int find_and_write_modes(const Communicator& comm, const ModesArguments& argumen
         refuse_results(comm, options, fmt::format("{}/mode_{}", out, number));
     SolvedScene solved = solved_scene(comm, arguments.run, "_modes", Friction::with_memory);
     StaticScene at_rest(solved.simulation->world());
-    find_and_tell(solved, at_rest, arguments.time >= 0 ? arguments.time : solved.scene.time.duration, quiet);
+    const double time = arguments.time >= 0 ? arguments.time : solved.scene.time.duration;
+    find_and_tell(solved, at_rest, time, quiet);
     const ModesReport report = find_modes(at_rest, arguments.count, arguments.undamped);
-    solved.simulation->go_to_end([&](World&) { at_rest.put_back(); });
+    solved.simulation->go_to_end([&](World&) { at_rest.show(time); });
     on_root(comm, [&] { write_file(solved.out + "/modes.csv", to_csv(report)); });
     if (comm.root() && !quiet) std::printf("%s", to_text(report).c_str());
     int number = 0;
     for (const PieceMode& mode : report.modes) {
         if (mode.mode.neutral || ++number > arguments.movies) continue;
-        write_movie(comm, arguments, at_rest, mode, fmt::format("{}/mode_{}", solved.out, number));
+        write_movie(comm, arguments, at_rest, time, mode, fmt::format("{}/mode_{}", solved.out, number));
     }
     if (comm.root() && !quiet) std::printf("Written: %s\n", solved.out.c_str());
     if (comm.root() && arguments.run.json) print_document(modes_document(report, solved.out));

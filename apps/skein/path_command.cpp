@@ -198,7 +198,8 @@ StaticState state_at_start(const BodyPlaces& bodies, const Rods& rods, SceneFami
 }
 
 /// Leaves a point of a path to the world.
-void show(const StaticCase& now, const PathFollower& path, const BodyPlaces& bodies, StaticScene& at_rest) {
+void show(const StaticCase& now, const PathFollower& path, const BodyPlaces& bodies, StaticScene& at_rest,
+          double time) {
     const StaticState& state = path.state();
     World& world = at_rest.world();
     Plan plan = world.plan;
@@ -212,6 +213,7 @@ void show(const StaticCase& now, const PathFollower& path, const BodyPlaces& bod
     StaticRods& joints = now.system->at_rest();
     joints.set_joint_memory(state.joint_memory);
     for (const BodyPlace& body : bodies) put_joints(joints, body.in_case, world.rods(), body.local);
+    world.show_solution(time);
 }
 
 /// The next point, with its place and the time it takes told.
@@ -319,7 +321,7 @@ FoundPath follow_path(const Communicator& comm, const PathArguments& arguments) 
     const RunResult result = solved.simulation->go_through([&](World&) {
         const std::optional<PathPoint> point = next_point(path, found);
         if (!point) return false;
-        show(family.case_at(point->value), path, bodies, at_rest);
+        show(family.case_at(point->value), path, bodies, at_rest, what.time);
         table.add(*point, branch, solved.simulation->observation().values());
         if (slopes) slopes->add(path, *point, table.points().size() - 1, branch);
         if (!quiet) std::printf("%s", line_of(*point).c_str());

@@ -66,7 +66,6 @@ void StaticFriction::set_springs(std::vector<SavedContact> springs) {
 }
 
 void StaticFriction::show_rates(Exposure& bodies, std::span<const Slot<1>> state, std::span<const Slot<1>> then) const {
-    constexpr double rate = 1 / long_step;
     std::vector<Slot<1>> one;
     std::size_t first = 0;
     for (std::size_t i = 0; i < rods_.size(); ++i) {
@@ -74,12 +73,7 @@ void StaticFriction::show_rates(Exposure& bodies, std::span<const Slot<1>> state
         const std::size_t slots = to_index(group.slots());
         one.assign(state.begin() + static_cast<std::ptrdiff_t>(first),
                    state.begin() + static_cast<std::ptrdiff_t>(first + slots));
-        for (std::size_t k = 0; k < slots; ++k) {
-            const Slot<1>& before = then[first + k];
-            const Vec3d way = lane(one[k].position, 0) - lane(before.position, 0);
-            set_lane(one[k].velocity, 0, rate * way);
-            set_lane(one[k].spin, 0, rate * relative_rotation(lane(one[k].director, 0), lane(before.director, 0)));
-        }
+        set_rates_from(then.subspan(first, slots), one);
         first += slots;
         if (group.closed()) one.back() = one.front();
         bodies.show(i, one, group.body());

@@ -8,6 +8,7 @@
 
 #include "contact/attached_slot.hpp"
 #include "contact/contact_solver.hpp"
+#include "core/rotation.hpp"
 #include "skein/rod/slot.hpp"
 #include "tiles/slot_coupling.hpp"
 
@@ -21,6 +22,15 @@ enum class Slopes;
 
 /// Length of such a step, s.
 inline constexpr double long_step = 1e12;
+/// Sets the rates with which a rod comes to its state from `then` in such a step.
+inline void set_rates_from(std::span<const Slot<1>> then, std::span<Slot<1>> state) {
+    constexpr double rate = 1 / long_step;
+    for (std::size_t k = 0; k < state.size(); ++k) {
+        Slot<1>& now = state[k];
+        set_lane(now.velocity, 0, rate * (lane(now.position, 0) - lane(then[k].position, 0)));
+        set_lane(now.spin, 0, rate * relative_rotation(lane(now.director, 0), lane(then[k].director, 0)));
+    }
+}
 
 class StaticFriction {
 public:

@@ -3,6 +3,7 @@
 #include "parallel/exact_sum.hpp"
 
 #include <algorithm>
+#include <limits>
 
 namespace skein {
 
@@ -167,6 +168,8 @@ std::vector<double> values_of_figures(const Communicator& comm, const Interactio
             values.push_back(figure.terms.front());
             break;
         }
+    for (std::size_t i = 0; sample.solved && i < figures.size(); ++i)
+        if (figures[i].of_steps) values[i] = std::numeric_limits<double>::quiet_NaN();
     return values;
 }
 

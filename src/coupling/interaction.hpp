@@ -37,6 +37,7 @@ struct Figure {
     std::vector<double> terms;             ///< those of a sum, or one number
     double times = 1, over = 1;            ///< of a sum
     std::optional<BinnedTotal> total = {}; ///< of this rank
+    bool of_steps = false;                 ///< steps alone make it, so that bodies solved for have no value
 };
 
 /// Parts of a run that interactions are made from, which must outlive them.
@@ -52,6 +53,7 @@ struct InteractionParts {
 /// Time at which observables are taken.
 struct Sample {
     double time = 0, lag = 0; ///< s; positions are `lag` behind the rates
+    bool solved = false;      ///< bodies are where they were solved for, with loads of `time`
 };
 
 class Interaction {
@@ -77,6 +79,9 @@ public:
 
     /// Before the first of steps that bodies make by themselves: what they are to feel in them. Collective.
     virtual void begin([[maybe_unused]] const Step& first, [[maybe_unused]] Timers& timers) {}
+    /// A step that is not one of the run is about to evaluate loads, for figures, tables and frames. Where saved()
+    /// gives the memory of before until the next begin(), figures stay; else that memory is restored. Collective.
+    virtual void begin_evaluation() {}
     /// Adds loads to those of the slots, when own bodies have exposed themselves: those for which no ghost is needed.
     /// This rank alone.
     virtual void add_own([[maybe_unused]] const Step& step) {}

@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <limits>
 
 namespace skein {
 
@@ -39,14 +40,17 @@ std::vector<std::string> Observation::names() const {
 
 std::vector<double> Observation::values() const {
     const Plan& plan = world_.plan;
-    const Sample at{world_.clock.time(), world_.clock.lag()};
+    const std::optional<double>& solved = world_.solved();
+    const Sample at{solved.value_or(world_.clock.time()), solved ? 0 : world_.clock.lag(), solved.has_value()};
     if (world_.groups.empty()) return values_of_figures(world_.comm, world_.interactions(), at);
     auto values = observe(world_.comm, world_.threads, world_.groups, world_.rods(), at.time, at.lag, sets_);
     if (plan.has<AuditPlan>()) {
         const EnergyAudit a = audit(values, at.lag);
-        values.insert(values.end(), {a.loads, a.walls, a.dissipated, a.defect(*audited_from())});
-        if (books_fluid()) values.push_back(a.fluid);
-        if (staged_) values.push_back(stage_work());
+        std::vector<double> works{a.loads, a.walls, a.dissipated, a.defect(*audited_from())};
+        if (books_fluid()) works.push_back(a.fluid);
+        if (staged_) works.push_back(stage_work());
+        if (at.solved) works.assign(works.size(), std::numeric_limits<double>::quiet_NaN()); // sums over steps
+        values.insert(values.end(), works.begin(), works.end());
     }
     const Vec3d centre{values[observed_centre], values[observed_centre + 1], values[observed_centre + 2]};
     for (const double x : values_of_figures(world_.comm, world_.interactions(), at)) values.push_back(x);

@@ -174,6 +174,7 @@ RunResult Simulation::go_by(std::int64_t steps, const std::function<bool(World&)
     if (!checkpoints_)
         throw InputError(
             fmt::format("'{}' holds a run that is over: a solution needs a directory of its own", options_.out));
+    if (first_step_ == 0) world_.evaluate_at_rest(world_.clock.time());
     for (const auto& output : outputs_)
         if (first_step_ == 0 && output->due(now())) write(*output);
     setup_s_ = wall_seconds() - started_;

@@ -34,12 +34,16 @@ void StateCopy::take(const Rods& rods, const Interactions& interactions, std::in
     step_ = step;
 }
 
-void StateCopy::put_back(Rods& rods, const Interactions& interactions) const {
+void StateCopy::put_back(Rods& rods) const {
     for (std::size_t i = 0; i < budgets_.size(); ++i) { // one by one: rods of a tile share what is put back
         rods.import_rod(i, state(i));
         rods.set_budget(i, budgets_[i]);
         if (!memory_.empty()) rods.set_memory(i, memory_[i]);
     }
+}
+
+void StateCopy::put_back(Rods& rods, const Interactions& interactions) const {
+    put_back(rods);
     restore(interactions, kept_);
 }
 

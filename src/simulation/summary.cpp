@@ -172,7 +172,8 @@ RunFigures figures_of(const World& world, const RunResult& result, RunEnd end) {
         figures.balance = world.balance().figures();
     }
     nlohmann::ordered_json json = nlohmann::ordered_json::object();
-    for (const auto& interaction : all) interaction->summarise(json);
+    for (const auto& interaction : all)
+        if (!world.solved()) interaction->summarise(json);
     figures.interactions = json.dump();
     return figures;
 }

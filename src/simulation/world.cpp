@@ -127,6 +127,7 @@ void World::move_bodies(const Step& step) {
 std::uint64_t World::digest() const { return comm.sum_wrapping(rods_->digest() + digest_of(interactions_)); }
 
 void World::advance(std::int64_t until) {
+    solved_.reset();
     bool going = true;
     while (clock.done() < until && going) {
         StepControl* control = step_control(interactions_);

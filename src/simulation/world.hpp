@@ -17,6 +17,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -77,6 +78,16 @@ public:
     /// Goes on with the same bodies under other groups and another plan, of the same step. Collective.
     void change(std::vector<RodGroup> other_groups, Plan other_plan);
 
+    /// Rates of local()[i] in an evaluation, to be set in its state.
+    using Rates = std::function<void(std::size_t i, std::span<Slot<1>> state)>;
+    /// Evaluates contacts and walls at a time, s, for figures, tables and frames; state and memory stay as they are.
+    /// Bodies are at rest where they are, or come there by these rates in a step of long_step. Collective.
+    void evaluate_at_rest(double time, const Rates& rates = {});
+    /// The same of bodies that have been put where they were solved for with loads of this time. Collective.
+    void show_solution(double time, const Rates& rates = {});
+    /// Time of the loads, s, since bodies were put there; none: steps have brought them where they are.
+    const std::optional<double>& solved() const { return solved_; }
+
     /// Copy of this rank's state. Collective where bodies interact.
     std::unique_ptr<StateCopy> copy() const;
     void copy_to(StateCopy& copy) const;
@@ -111,6 +122,7 @@ private:
     std::int64_t owners_ = 0;
     std::string failure_, near_limit_;
     double undamped_share_ = 0;
+    std::optional<double> solved_; ///< s
 };
 
 } // namespace skein

@@ -1,5 +1,6 @@
 #include "studies/equilibrium_study.hpp"
 
+#include "contact/static_friction.hpp"
 #include "core/stop.hpp"
 #include "core/timer.hpp"
 #include "equilibrium/large_factor.hpp"
@@ -141,6 +142,24 @@ void StaticScene::put_back() const {
             put_joints(piece.system->at_rest(), i, rods, piece.rods[i]);
         }
     }
+}
+
+void StaticScene::show(double time, const StaticScene* from) const {
+    put_back();
+    if (!from) return world_.show_solution(time);
+    std::vector<std::span<const Slot<1>>> then(world_.rods().local().size());
+    for (const StaticPiece& piece : from->pieces_)
+        for (std::size_t i = 0; i < piece.rods.size(); ++i) {
+            const std::size_t first = piece.system->first_slot(i), last = piece.system->first_slot(i + 1);
+            if (piece.rods[i] != SharedBodies::elsewhere)
+                then[piece.rods[i]] = std::span(piece.state.slot).subspan(first, last - first);
+        }
+    world_.show_solution(time, [&](std::size_t i, std::span<Slot<1>> state) { set_rates_from(then[i], state); });
+}
+
+void StaticScene::take_springs(const StaticScene& other) {
+    for (std::size_t i = 0; i < pieces_.size(); ++i)
+        pieces_[i].system->set_friction_memory(other.pieces_[i].system->friction_memory(other.pieces_[i].state));
 }
 
 std::vector<double> joint_memory_of(StaticRods& at_rest, std::span<const std::vector<double>> kept) {

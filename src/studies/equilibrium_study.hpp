@@ -39,6 +39,11 @@ public:
     const std::vector<StaticPiece>& pieces() const { return pieces_; }
     /// Puts the states into the world, at rest.
     void put_back() const;
+    /// The same, with the figures of these states under loads of a time, s. `from`: the same bodies where springs of
+    /// friction are known, which the states stretch; null: the states are it. Collective.
+    void show(double time, const StaticScene* from = nullptr) const;
+    /// Springs of friction are those of other pieces of the same bodies.
+    void take_springs(const StaticScene& other);
     World& world() const { return world_; }
     /// True where figures of a piece are to be counted by this rank.
     bool counts(const StaticPiece& piece) const { return !piece.shared || world_.comm.root(); }

@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <string_view>
 
@@ -23,8 +24,9 @@ namespace {
 constexpr std::array<std::string_view, 6> bookkeeping = {
     "max_director_defect", "energy_defect", "candidates", "rebuilds", "skin", "max_turn_per_cell"};
 
-/// "centre_x[m]" and the next two are one quantity; so is any other by itself.
-std::vector<Quantity> quantities_of(const CsvTable& table, std::span<const std::size_t> rows) {
+/// "centre_x[m]" and the next two are one quantity; so is any other by itself. `solved`: sums over steps have no value,
+/// and are left out.
+std::vector<Quantity> quantities_of(const CsvTable& table, std::span<const std::size_t> rows, bool solved) {
     std::vector<Quantity> out;
     const auto is = [&](std::size_t c, const std::string& stem, char axis, const std::string& unit) {
         return c < table.names.size() && table.names[c] == stem + "_" + axis + unit;
@@ -41,7 +43,10 @@ std::vector<Quantity> quantities_of(const CsvTable& table, std::span<const std::
         for (const std::size_t row : rows)
             for (std::size_t k = 0; k < q.components; ++k) q.values.push_back(table.columns[c + k][row]);
         c += q.components - 1;
-        if (std::find(bookkeeping.begin(), bookkeeping.end(), q.name) == bookkeeping.end()) out.push_back(std::move(q));
+        const bool known =
+            !solved || std::all_of(q.values.begin(), q.values.end(), [](double x) { return std::isfinite(x); });
+        if (known && std::find(bookkeeping.begin(), bookkeeping.end(), q.name) == bookkeeping.end())
+            out.push_back(std::move(q));
     }
     return out;
 }
@@ -91,7 +96,7 @@ RunSamples read_samples(const std::string& directory, std::span<const RodGroup> 
         samples.times.push_back(table.columns[1][row]);
     }
     for (const RodGroup& group : groups) append_tips(directory, group, steps, samples.quantities);
-    auto columns = quantities_of(table, rows);
+    auto columns = quantities_of(table, rows, at_end);
     std::move(columns.begin(), columns.end(), std::back_inserter(samples.quantities));
     return samples;
 }

@@ -126,6 +126,7 @@ TEST(NewPhysics, MovesRodsAsItsForcesSay) {
     world.advance(then + 500);
     const std::uint64_t digest = world.digest();
     world.go_back(*copy);
+    world.evaluate_at_rest(0);
     EXPECT_EQ(dynamic_cast<const Tether&>(*world.interactions().front()).steps(), then);
     world.advance(then + 500);
     EXPECT_EQ(world.digest(), digest);

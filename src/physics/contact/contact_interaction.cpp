@@ -86,6 +86,25 @@ std::int64_t ContactInteraction::element(std::size_t slot) const {
     return exposure_->element(slot) / (strained ? 1 : 2);
 }
 
+void ContactInteraction::begin(const Step&, Timers&) {
+    if (before_) restore(SavedNumbers(before_->numbers));
+}
+
+void ContactInteraction::begin_evaluation() {
+    if (before_) restore(SavedNumbers(before_->numbers));
+    const ContactFigures f = contacts_->figures();
+    before_ = Before{saved(), memory(), f.friction_work, f.viscous_work};
+}
+
+ContactFigures ContactInteraction::present_figures() const {
+    ContactFigures f = contacts_->figures();
+    if (before_) {
+        f.friction_work = before_->friction_work;
+        f.viscous_work = before_->viscous_work;
+    }
+    return f;
+}
+
 void ContactInteraction::add_own(const Step& step) {
     contacts_->arrived_in(step.drift);
     contacts_->begin(*exposure_, step.time, step.kick, loads_->load, comm_.size() > 1);
@@ -98,7 +117,7 @@ void ContactInteraction::add_shared(const Step& step) {
     const auto changes = contacts_->side_changes();
     if (!changes.empty() && side_change_.empty()) take_side_change(changes.front(), step);
     if (step.time >= soft_until_) watch_overlap(step);
-    if (!audit_begins_) return;
+    if (!audit_begins_ || before_) return;
     start_bookings_.add(bookings(*audit_begins_ - step.drift)); // works are in it already
     audit_begins_.reset();
 }
@@ -136,7 +155,7 @@ ContactInteraction::Bookings ContactInteraction::bookings(double after) const {
 
 double ContactInteraction::booked(double lag) const {
     if (audit_begins_ || forces_lost_) return booked_at_start();
-    const ContactFigures f = contacts_->figures();
+    const ContactFigures f = present_figures();
     Bookings all = bookings(lag);
     all.add({.energies = {}, .totals = {f.friction_work, f.viscous_work}});
     return sum(all);
@@ -246,17 +265,21 @@ Touch ContactInteraction::strongest_touch(std::int64_t gid) const {
 
 std::vector<Figure> ContactInteraction::figures(const Sample&) const {
     using Of = Figure::Of;
-    const ContactFigures f = contacts_->figures();
-    return {{"contacts[-]", Of::sum, {f.weight}},
-            {"touching_pairs[-]", Of::sum, {static_cast<double>(f.active)}},
-            {"coordination[-]", Of::sum, {f.weight}, 2, static_cast<double>(all_rods_)},
-            {"max_overlap[-]", Of::largest, {f.max_overlap}},
-            {.name = "contact_energy[J]", .of = Of::total, .terms = {}, .total = f.elastic_energy},
-            {.name = "contact_friction_work[J]", .of = Of::total, .terms = {}, .total = f.friction_work},
-            {.name = "contact_viscous_work[J]", .of = Of::total, .terms = {}, .total = f.viscous_work},
-            {"candidates[-]", Of::sum, {static_cast<double>(f.candidates)}},
-            {"rebuilds[-]", Of::largest, {static_cast<double>(f.rebuilds)}},
-            {"skin[m]", Of::same, {f.skin}}};
+    const ContactFigures f = present_figures();
+    std::vector<Figure> all = {
+        {"contacts[-]", Of::sum, {f.weight}},
+        {"touching_pairs[-]", Of::sum, {static_cast<double>(f.active)}},
+        {"coordination[-]", Of::sum, {f.weight}, 2, static_cast<double>(all_rods_)},
+        {"max_overlap[-]", Of::largest, {f.max_overlap}},
+        {.name = "contact_energy[J]", .of = Of::total, .terms = {}, .total = f.elastic_energy},
+        {.name = "contact_friction_work[J]", .of = Of::total, .terms = {}, .total = f.friction_work},
+        {.name = "contact_viscous_work[J]", .of = Of::total, .terms = {}, .total = f.viscous_work},
+        {"candidates[-]", Of::sum, {static_cast<double>(f.candidates)}},
+        {"rebuilds[-]", Of::largest, {static_cast<double>(f.rebuilds)}},
+        {"skin[m]", Of::same, {f.skin}}};
+    const auto works_and_search = std::span(all).last(5);
+    for (Figure& figure : works_and_search) figure.of_steps = true;
+    return all;
 }
 
 std::string ContactInteraction::table() const {
@@ -297,6 +320,7 @@ void ContactInteraction::forces(std::int64_t gid, std::span<Vec3d> out) const {
 }
 
 SavedNumbers ContactInteraction::saved() const {
+    if (before_) return before_->numbers;
     const ContactFigures f = contacts_->figures();
     std::vector<Row> mine;
     std::vector<std::int64_t> first_body;
@@ -318,6 +342,7 @@ SavedNumbers ContactInteraction::saved() const {
 
 void ContactInteraction::restore(const SavedNumbers& kept) {
     forces_lost_ = true;
+    before_.reset();
     if (!std::exchange(follows_, false)) {
         side_change_.clear();
         cause_.clear();
@@ -361,7 +386,8 @@ void ContactInteraction::restore(const SavedNumbers& kept) {
 
 void ContactInteraction::set_memory(std::span<const SavedContact> contacts) {
     forces_lost_ = true;
-    const ContactFigures f = contacts_->figures();
+    const ContactFigures f = present_figures();
+    before_.reset();
     contacts_->restore(contacts, f.friction_work, f.viscous_work);
 }
 

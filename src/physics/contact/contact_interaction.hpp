@@ -23,6 +23,8 @@ public:
     void settle(std::span<const std::uint32_t> slot) override;
     void rebind(const InteractionParts& parts) override;
     void add_work(std::span<const LocalRod> own, std::span<double> work) const override;
+    void begin(const Step& first, Timers& timers) override;
+    void begin_evaluation() override;
     void add_own(const Step& step) override;
     void add_shared(const Step& step) override;
     std::string invalid() const override;
@@ -37,7 +39,7 @@ public:
     SavedNumbers saved() const override;
     void restore(const SavedNumbers& kept) override;
     /// Memory of the contacts whose first body is of this rank, in order of pairs.
-    std::vector<SavedContact> memory() const { return contacts_->saved(*exposure_); }
+    std::vector<SavedContact> memory() const { return before_ ? before_->memory : contacts_->saved(*exposure_); }
     /// Goes on from these, of bodies of this rank alone, with the works of before.
     void set_memory(std::span<const SavedContact> contacts);
 
@@ -64,6 +66,14 @@ private:
         std::vector<BinnedTotal> totals;
         void add(const Bookings& other);
     };
+    /// What an evaluation for figures changes.
+    struct Before {
+        SavedNumbers numbers;
+        std::vector<SavedContact> memory;
+        BinnedTotal friction_work, viscous_work;
+    };
+    /// Figures with the works of before.
+    ContactFigures present_figures() const;
     double sum(const Bookings& mine) const;
     /// Energies of this rank with bodies where they will be in this time at their last rates, s; 0 before the first
     /// step.
@@ -94,6 +104,7 @@ private:
     bool follows_ = false;             ///< bodies of a running step have come here
     std::int64_t inactive_ = 0;        ///< pairs of the last search that do not touch, whose first body is own
     bool forces_lost_ = false;         ///< since a checkpoint was loaded
+    std::optional<Before> before_;     ///< since an evaluation for figures
     std::optional<double> audit_begins_; ///< lag of an audit whose first step is not yet done, s
     Bookings start_bookings_;            ///< none where no audit began here
 };

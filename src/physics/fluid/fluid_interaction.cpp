@@ -384,7 +384,11 @@ std::vector<Figure> FluidInteraction::figures(const Sample&) const {
         {"fluid_max_divergence[1/s]", Of::largest, largest(&FlowFigures::divergence)},
         {"fluid_max_speed[m/s]", Of::largest, largest(&FlowFigures::speed)},
         {"fluid_steps[-]", Of::same, {static_cast<double>(steps_)}}};
-    if (!bodies_) return all;
+    const auto only_of_steps = [&all] {
+        for (Figure& figure : all) figure.of_steps = true;
+        return std::move(all);
+    };
+    if (!bodies_) return only_of_steps();
     const auto add_force = [&](const std::string& name, const Vec3d& force) {
         all.push_back({name + "x[N]", Of::same, {force.x}});
         all.push_back({name + "y[N]", Of::same, {force.y}});
@@ -405,7 +409,7 @@ std::vector<Figure> FluidInteraction::figures(const Sample&) const {
         }
     }
     all.push_back({"slip[m/s]", Of::same, {slip()}});
-    return all;
+    return only_of_steps();
 }
 
 SavedNumbers FluidInteraction::saved() const {

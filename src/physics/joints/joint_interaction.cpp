@@ -133,8 +133,11 @@ std::vector<Figure> JointInteraction::figures(const Sample& sample) const {
     std::vector<Figure> figures = {{"joint_energy[J]", Figure::Of::sum, std::move(now.energies)},
                                    {"joint_gap[m]", Figure::Of::largest, {now.gap}}};
     if (plan_.has_axes()) {
-        figures.push_back({"joint_motor_work[J]", Figure::Of::sum, std::move(now.motor_works)});
-        figures.push_back({"joint_loss[J]", Figure::Of::sum, std::move(now.losses)});
+        for (auto& [name, terms] :
+             {std::pair{"joint_motor_work[J]", &now.motor_works}, {"joint_loss[J]", &now.losses}}) {
+            figures.push_back({name, Figure::Of::sum, std::move(*terms)});
+            figures.back().of_steps = true;
+        }
     }
     for (std::size_t t = 0; t < plan_.joints->tables.size(); ++t) {
         const std::string& name = plan_.joints->tables[t].name;

@@ -123,6 +123,7 @@ std::vector<Figure> WallInteraction::figures(const Sample&) const {
             viscous_work.terms.push_back(a.viscous_work);
             overlap.terms.front() = std::max(overlap.terms.front(), a.max_overlap);
         }
+    friction_work.of_steps = viscous_work.of_steps = true;
     std::vector<Figure> figures;
     for (std::size_t w = 0; w < count; ++w)
         figures.push_back({walls_->wall[w].name + "_force[N]", Of::sum, std::move(normal[w])});
@@ -130,6 +131,7 @@ std::vector<Figure> WallInteraction::figures(const Sample&) const {
         const std::string& name = wall(d).name;
         figures.push_back({name + "_height[m]", Of::same, {d.servo.height()}});
         figures.push_back({name + "_work[J]", Of::same, {nth(work_, d.wall)}});
+        figures.back().of_steps = true;
         figures.push_back({name + "_turns[-]", Of::same, {static_cast<double>(d.servo.turns())}});
     }
     for (Figure* figure : {&touching, &overlap, &elastic_energy, &friction_work, &viscous_work})
