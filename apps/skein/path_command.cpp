@@ -262,7 +262,7 @@ std::optional<GradientReport> names_asked_for(const Communicator& comm, const St
                                               const GradientOptions& asked) {
     if (asked.keys.empty()) return {};
     const Threads one(1);
-    ObservedCase observed(comm, one, first);
+    ObservedCase observed(comm, one, first, asked.time);
     return names_of(observed, {}, asked);
 }
 

@@ -340,6 +340,16 @@ private:
         return column;
     }
 
+    /// Refuses values of observables that are not numbers at rest.
+    static void refuse_unknown(const Unknown& residual, const Experiment& experiment) {
+        const Eigen::Index first = 3 * static_cast<Eigen::Index>(experiment.places.size());
+        for (Eigen::Index row = first; row < residual.size(); ++row)
+            if (std::isnan(residual[row]))
+                throw InputError(fmt::format("'{}' sums what the steps of a run do, so that it has no value at rest: "
+                                             "leave its column out of the data",
+                                             experiment.values[at(row - first)].heading.name));
+    }
+
     static Unknown measured(const Experiment& experiment) {
         Unknown all(static_cast<Eigen::Index>(experiment.size()));
         Eigen::Index row = 0;
@@ -372,9 +382,11 @@ private:
             const auto count = static_cast<Eigen::Index>(experiment.size());
             const std::unique_ptr<StaticCase> one = case_of(experiment, value);
             StaticState state = equilibrium(experiment, *one);
-            ObservedCase observed(comm_, threads_, *one);
+            ObservedCase observed(comm_, threads_, *one, options_.time);
+            observed.take_friction(one->system->friction_memory(state));
             const RestQuantity quantity = quantity_of(experiment, observed);
             all.segment(row, count) = quantity.at(observed, state) - measured(experiment);
+            refuse_unknown(all.segment(row, count), experiment);
             if (with_slopes) slopes_.middleRows(row, count) = slopes_of(quantity, observed, state, value);
             experiment.state = std::move(state);
             row += count;

@@ -60,6 +60,7 @@ StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Ma
     const std::vector<ChangedNumber> numbers = numbers_of(one.scene, options.keys, report.numbers);
     RestQuantity quantity{nullptr, columns_of(options.of, observed.names())};
     for (const std::size_t column : quantity.observables) report.observables.push_back(observed.names()[column]);
+    observed.take_friction(one.system->friction_memory(state));
     const Unknown value = quantity.at(observed, state);
     report.value = {value.begin(), value.end()};
 
@@ -90,6 +91,8 @@ StateSlopes slopes_in(const Communicator& comm, const Threads& threads, const Ma
         }
         for (std::size_t j = 0; by_adjoint && j < adjoint.size(); ++j)
             slope[static_cast<Eigen::Index>(j)] += adjoint[j].dot(effects[i].loads);
+        for (std::size_t j = 0; j < report.observables.size(); ++j)
+            if (is_count(report.observables[j])) slope[static_cast<Eigen::Index>(j)] = 0;
         report.numbers[i].slope = {slope.begin(), slope.end()};
         report.numbers[i].jumps = effects[i].jumps;
     }
@@ -109,7 +112,7 @@ GradientReport gradients(const Communicator& comm, const Threads& threads, const
                          const SceneText& text, const GradientOptions& options) {
     const double began = wall_seconds();
     const std::unique_ptr<StaticCase> one = static_case(text, machine, options.time);
-    ObservedCase observed(comm, threads, *one);
+    ObservedCase observed(comm, threads, *one, options.time);
     names_of(observed, machine, options); // refuses wrong ones before anything is solved
     StateSlopes found = slopes_in(comm, threads, machine, observed, equilibrium_of(*one, options.time), options);
     if (!found.regular) refuse_singular();
@@ -127,7 +130,7 @@ std::string to_text(const GradientReport& report) {
     for (const NumberSlopes& number : report.numbers) {
         text += fmt::format("  by {} = {:g} {}\n", number.key, number.value, number.unit);
         for (std::size_t i = 0; i < number.slope.size(); ++i)
-            if (number.slope[i] != 0)
+            if (number.slope[i] != 0 && std::isfinite(number.slope[i]))
                 text += fmt::format("    {:<32} {:>16.9g}\n", report.observables[i], number.slope[i]);
     }
     return text;

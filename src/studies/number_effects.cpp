@@ -222,7 +222,8 @@ NumberEffect NumberEffects::alone(const ChangedNumber& number) const {
     const auto quantity = [&](const StaticCase& at) {
         StaticState own = state_;
         at.system->lead_ends(own);
-        ObservedCase observed(comm_, threads_, at);
+        ObservedCase observed(comm_, threads_, at, time_);
+        observed.take_friction(friction_);
         return quantity_.at(observed, own);
     };
     NumberEffect effect{(more - less) / cases.width(), (quantity(high) - quantity(low)) / cases.width()};

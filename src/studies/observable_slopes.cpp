@@ -100,6 +100,12 @@ std::optional<Unknown> slope_of_probe(const StaticCase& one, const StaticState& 
 
 } // namespace
 
+bool is_count(std::string_view name) {
+    constexpr std::array<std::string_view, 4> counts = {"contacts[-]", "touching_pairs[-]", "coordination[-]",
+                                                        "wall_contacts[-]"};
+    return std::find(counts.begin(), counts.end(), name) != counts.end();
+}
+
 std::optional<Unknown> slope_by_unknowns(const StaticCase& one, const StaticState& state, const std::string& name,
                                          double time) {
     const std::array<std::pair<std::string_view, Vec3d>, 3> axes = {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 
 namespace skein {
 
@@ -14,5 +15,8 @@ namespace skein {
 /// optional sets, and figures of interactions. `time`: of ends, s.
 std::optional<Unknown> slope_by_unknowns(const StaticCase& one, const StaticState& state, const std::string& name,
                                          double time);
+
+/// True of a number of contacts, which has no slope: the weights of pairs that it sums are rounded.
+bool is_count(std::string_view name);
 
 } // namespace skein

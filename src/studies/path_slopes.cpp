@@ -78,7 +78,7 @@ StateSlopes PathSlopes::at(double value, const StaticState& state, const Frictio
     one.system->set_friction_memory(friction);
     StaticState own = state;
     one.system->refresh(own);
-    ObservedCase observed(comm_, threads_, one);
+    ObservedCase observed(comm_, threads_, one, asked_.time);
     StateSlopes found = slopes_in(comm_, threads_, machine_, observed, own, asked_);
     for (NumberSlopes& number : found.report.numbers)
         if (!found.regular || number.jumps || number.slips) std::fill(number.slope.begin(), number.slope.end(), none);

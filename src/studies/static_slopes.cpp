@@ -1,8 +1,11 @@
 #include "studies/static_slopes.hpp"
 
+#include "contact/static_friction.hpp"
 #include "core/stop.hpp"
 #include "diagnostics/observables.hpp"
 #include "physics/audit/audit_plan.hpp"
+#include "physics/contact/contact_interaction.hpp"
+#include "physics/walls/wall_interaction.hpp"
 #include "skein/core/error.hpp"
 #include "studies/equilibrium_study.hpp"
 
@@ -47,16 +50,27 @@ const std::vector<std::string>& ObservedCase::names() {
     return names_;
 }
 
+std::span<const Slot<1>> ObservedCase::slots_of(std::size_t i, std::span<const Slot<1>> all) const {
+    const auto rod = static_cast<std::size_t>(world_->rods().local()[i].gid);
+    const std::size_t first = at_->system->first_slot(rod);
+    return all.subspan(first, at_->system->first_slot(rod + 1) - first);
+}
+
 std::vector<double> ObservedCase::values(const StaticState& state) {
     if (!world_) make();
     Rods& rods = world_->rods();
+    WallInteraction* walls = walls_of(world_->interactions());
     at_->system->at_rest().set_joint_memory(state.joint_memory);
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
         const auto rod = static_cast<std::size_t>(rods.local()[i].gid);
-        const std::size_t first = at_->system->first_slot(rod);
-        rods.import_rod(i, std::span(state.slot).subspan(first, at_->system->first_slot(rod + 1) - first));
+        rods.import_rod(i, slots_of(i, state.slot));
+        if (!friction_.empty() && !friction_.walls[rod].empty()) walls->set_memory(i, friction_.walls[rod]);
         put_joints(at_->system->at_rest(), rod, rods, i);
     }
+    if (ContactInteraction* contacts = contacts_of(world_->interactions())) contacts->set_memory(friction_.contacts);
+    world_->show_solution(time_, [&](std::size_t i, std::span<Slot<1>> own) {
+        if (!friction_.empty()) set_rates_from(slots_of(i, friction_.reference), own);
+    });
     std::vector<double> values = observation_->values();
     values[observed_turn_per_cell + 1] = 0; // the defect of directors, which is rounding
     return values;

@@ -28,23 +28,31 @@ StaticState equilibrium_of(StaticCase& one, double time);
 /// Throws NumericalError: the stiffness is singular, so that slopes have no value.
 [[noreturn]] void refuse_singular();
 
-/// A case whose observables are asked for. Its bodies are made at the first question.
+/// A case whose observables at a time, s, are asked for. Its bodies are made at the first question.
 class ObservedCase {
 public:
-    ObservedCase(const Communicator& comm, const Threads& threads, const StaticCase& at)
-        : comm_(&comm), threads_(&threads), at_(&at) {}
+    ObservedCase(const Communicator& comm, const Threads& threads, const StaticCase& at, double time)
+        : comm_(&comm), threads_(&threads), at_(&at), time_(time) {}
+
+    /// States from here on stretch springs of friction that are known elsewhere; empty: none acts.
+    void take_friction(FrictionMemory known) { friction_ = std::move(known); }
 
     const StaticCase& at() const { return *at_; }
     /// Columns of observables.csv, with units.
     const std::vector<std::string>& names();
+    /// Figures that sum what steps do are not numbers.
     std::vector<double> values(const StaticState& state);
 
 private:
     void make();
+    /// Slots of local()[i] among those of all bodies.
+    std::span<const Slot<1>> slots_of(std::size_t i, std::span<const Slot<1>> all) const;
 
     const Communicator* comm_;
     const Threads* threads_;
     const StaticCase* at_;
+    double time_;
+    FrictionMemory friction_;
     std::unique_ptr<World> world_;
     std::optional<Observation> observation_;
     std::vector<std::string> names_;

@@ -199,6 +199,41 @@ class RestFigures(DriverTest):
             self.assertGreater(float(by_end[column]), 0)
             self.assertLess(abs(float(by_time[column]) - float(by_end[column])), 1e-6 * float(by_end[column]), column)
 
+    def test_slopes_are_those_of_equilibria(self):
+        """Energies of all springs: those of friction go on from where they are."""
+        key, value, step = "load.0.acceleration.2", -9.81, 1e-2
+        for text in (SMOOTH, STICKS):
+            self.scene.write_text(text)
+            found = json.loads(self.skein_says("gradient", self.scene, "--by", key, "--json").stdout)
+            slopes = found["numbers"][0]["slopes"]
+            here = self.solve(f"here{text == SMOOTH}", text=text)
+            at = {}
+            for side in (-1, 1):
+                begun = text if text == SMOOTH else self.after(f"here{text == SMOOTH}", text)
+                at[side] = self.solve(f"{side}{text == SMOOTH}", "--set", f"{key}={value + side * step}", text=begun)
+            for column in ("contact_energy[J]", "wall_energy[J]", "max_overlap[-]", "floor_force[N]", "potential[J]"):
+                difference = (float(at[1][column]) - float(at[-1][column])) / (2 * step)
+                self.assertLess(abs(found["values"][column] - float(here[column])), 1e-12 + 1e-9 * abs(float(here[column])), column)
+                self.assertNotEqual(difference, 0)
+                self.assertLess(abs(slopes[column] - difference), 1e-4 * abs(difference), (column, text == SMOOTH))
+            self.assertEqual(slopes["contacts[-]"], 0)
+            self.assertIsNone(slopes["contact_friction_work[J]"])
+
+    def test_a_fit_has_energies_of_contacts(self):
+        rows = []
+        for force in (-9.0, -10.0, -11.0):
+            row = self.solve(f"fit{force}", "--set", f"load.0.acceleration.2={force}", text=SMOOTH)
+            rows.append(f"{force},{row['contact_energy[J]']}")
+        data = self.directory / "data.csv"
+        data.write_text("\n".join(["load.0.acceleration.2,contact_energy[J]", *rows]) + "\n")
+        self.scene.write_text(SMOOTH)
+        key = "contact.stiffness"
+        done = self.skein_says("fit", self.scene, data, "--number", key, "--set", f"{key}=1.2e3", "--json")
+        self.assertLess(abs(json.loads(done.stdout)["numbers"][0]["value"] - 1e3), 1e-3)
+        data.write_text("load.0.acceleration.2,contact_friction_work[J]\n-9,0.0\n-10,0.0\n-11,0.0\n")
+        done = self.skein_says("fit", self.scene, data, "--number", key, expect=2)
+        self.assertIn("has no value at rest", done.stderr)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -403,7 +403,7 @@ TEST(Slopes, AreThoseOfEquilibriaOfEveryNumberOrRefused) {
     for (const SceneText& text : {everything(), joined(), lying(), sticking()}) {
         const auto one = static_case(text, {}, 1);
         const StaticState state = equilibrium_of(*one, 1);
-        ObservedCase observed(comm, threads, *one);
+        ObservedCase observed(comm, threads, *one, 1);
         StaticSystem::Balance balance = one->system->balance(state, true);
         const Stiffness coupled = *balance.stiffness;
         const StaticSolution solution(*one->system, state, balance);
