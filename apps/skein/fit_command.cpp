@@ -48,7 +48,8 @@ int fit_command(FitArguments arguments, int& argc, char**& argv) {
             const FitOptions options{.keys = arguments.keys,
                                      .time = scene.time,
                                      .keep_undetermined = arguments.keep_undetermined,
-                                     .rods = arguments.rods};
+                                     .rods = arguments.rods,
+                                     .begun = scene.begun ? &*scene.begun : nullptr};
             const FitReport report =
                 fit(scene.comm, threads, scene.machine, scene.text, measurements_of(arguments.data), options);
             std::printf("%s", to_text(report).c_str());

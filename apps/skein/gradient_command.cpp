@@ -34,7 +34,8 @@ int gradient_command(GradientArguments arguments, int& argc, char**& argv) {
     return study_on_one_rank(
         "gradient", arguments.run, arguments.time, argc, argv, [&](const StudiedScene& scene, const Threads& threads) {
             const GradientReport report =
-                gradients(scene.comm, threads, scene.machine, scene.text, {arguments.keys, arguments.of, scene.time});
+                gradients(scene.comm, threads, scene.machine, scene.text,
+                          {arguments.keys, arguments.of, scene.time, scene.begun ? &*scene.begun : nullptr});
             std::printf("%s", to_text(report).c_str());
             if (arguments.run.json) print_document(gradient_document(report));
         });

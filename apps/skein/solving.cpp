@@ -53,11 +53,19 @@ int study_on_one_rank(const char* command, const RunArguments& arguments, double
         StudiedScene studied{comm,
                              {scene.file, read_scene_text(scene.file), scene.overrides},
                              machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping),
-                             time};
+                             time,
+                             {}};
         const SceneText& text = studied.text;
         const SceneSpec first = parse_scene(text.file, text.text, text.overrides);
         warn_of_friction(first, Friction::with_memory);
         if (time < 0) studied.time = first.time.duration;
+        if (!first.start.from.empty()) {
+            RunArguments begins = arguments;
+            begins.scene = scene;
+            studied.begun =
+                begun_bodies(solved_scene(comm, begins, {}, Friction::told, {}, Directory::none).simulation->world());
+            require_held_as_placed(*static_case(first, studied.machine, studied.time), *studied.begun);
+        }
         study(studied, Threads(studied.machine.threads));
         return static_cast<int>(Exit::done);
     });

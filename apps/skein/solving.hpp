@@ -4,12 +4,13 @@
 #include "commands.hpp"
 #include "simulation/simulation.hpp"
 #include "studies/equilibrium_study.hpp"
-#include "studies/scene_family.hpp"
+#include "studies/static_slopes.hpp"
 
 #include <nlohmann/json.hpp>
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -45,7 +46,8 @@ struct StudiedScene {
     const Communicator& comm;
     SceneText text;
     Machine machine;
-    double time; ///< of loads and ends, s
+    double time;                      ///< of loads and ends, s
+    std::optional<BegunBodies> begun; ///< of start.from
 };
 /// Runs a study that the command of this name makes on one rank; `time`: below 0, the scene's end.
 int study_on_one_rank(const char* command, const RunArguments& arguments, double time, int& argc, char**& argv,

@@ -370,7 +370,7 @@ private:
                 return state;
             }
         }
-        return equilibrium_of(one, options_.time);
+        return equilibrium_of(one, options_.time, options_.begun);
     }
 
     /// Residuals at these numbers and, where asked for, their slopes by numbers over their scales.

@@ -10,7 +10,7 @@
 #include "io/csv_table.hpp"
 #include "parallel/communicator.hpp"
 #include "parallel/threads.hpp"
-#include "studies/scene_family.hpp"
+#include "studies/static_slopes.hpp"
 
 #include <map>
 #include <string>
@@ -24,7 +24,8 @@ struct FitOptions {
     bool keep_undetermined = false; ///< what the data do not determine stays as near to the scene as the data allow
     std::string rods;               ///< group whose rod 0 the shape is of; empty: the first
     int most_iterations = 60;
-    double tolerance = 1e-9; ///< of a step over the value
+    double tolerance = 1e-9;            ///< of a step over the value
+    const BegunBodies* begun = nullptr; ///< from which equilibria are looked for; null: the scene's start
 };
 
 struct FittedNumber {

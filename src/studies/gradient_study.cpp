@@ -114,7 +114,8 @@ GradientReport gradients(const Communicator& comm, const Threads& threads, const
     const std::unique_ptr<StaticCase> one = static_case(text, machine, options.time);
     ObservedCase observed(comm, threads, *one, options.time);
     names_of(observed, machine, options); // refuses wrong ones before anything is solved
-    StateSlopes found = slopes_in(comm, threads, machine, observed, equilibrium_of(*one, options.time), options);
+    StateSlopes found =
+        slopes_in(comm, threads, machine, observed, equilibrium_of(*one, options.time, options.begun), options);
     if (!found.regular) refuse_singular();
     for (const NumberSlopes& number : found.report.numbers)
         if (number.jumps) refuse_jump(number.key, number.value);

@@ -32,9 +32,10 @@ struct GradientReport {
 };
 
 struct GradientOptions {
-    std::vector<std::string> keys; ///< paths of the numbers
-    std::vector<std::string> of;   ///< observables, with or without units; none: all
-    double time = 0;               ///< of loads and ends, s
+    std::vector<std::string> keys;      ///< paths of the numbers
+    std::vector<std::string> of;        ///< observables, with or without units; none: all
+    double time = 0;                    ///< of loads and ends, s
+    const BegunBodies* begun = nullptr; ///< from which the equilibrium is looked for; null: the scene's start
 };
 
 /// Slopes in a state at rest, with what they are made of.

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace skein {
 
@@ -30,8 +31,56 @@ Equilibrium find_or_stop(StaticSystem& system, StaticState& state, double time) 
     return found;
 }
 
-StaticState equilibrium_of(StaticCase& one, double time) {
+BegunBodies begun_bodies(const World& world) {
+    std::vector<std::size_t> all(world.rods().local().size());
+    std::iota(all.begin(), all.end(), std::size_t{0});
+    const ContactInteraction* contacts = contacts_of(world.interactions());
+    return {share_bodies(world, all, false), contacts ? contacts->memory() : std::vector<SavedContact>()};
+}
+
+namespace {
+
+/// The state and the memory of a checkpoint. Throws InputError where its bodies have other elements.
+StaticState begin_with(const BegunBodies& begun, StaticCase& one, StaticState state) {
+    const SharedBodies& bodies = begun.bodies;
+    if (bodies.slot.size() != state.slot.size())
+        throw InputError("start.from: the checkpoint has bodies with other numbers of elements");
+    StaticRods& at_rest = one.system->at_rest();
+    state.slot = bodies.slot;
+    one.system->map().gather(state.slot);
+    one.system->refresh(state);
+    for (std::size_t i = 0; i < bodies.rods.size(); ++i)
+        if (!bodies.wall_memory[i].empty()) at_rest.set_wall_memory(i, bodies.wall_memory[i]);
+    if (one.system->contacts()) one.system->contacts()->set_springs(begun.contacts);
+    state.joint_memory = joint_memory_of(at_rest, bodies.memory);
+    return state;
+}
+
+} // namespace
+
+void require_held_as_placed(StaticCase& one, const BegunBodies& begun) {
+    constexpr double alike = 1e-9; // over the length, or turn
+    StaticSystem& system = *one.system;
+    const StaticState scene = start_of(system, one.groups, one.rods);
+    StaticState there = begin_with(begun, one, scene), here = there;
+    system.hold_at(there);
+    system.lead_ends(there);
+    system.hold_at(scene);
+    system.lead_ends(here);
+    for (std::size_t s = 0; s < here.slot.size(); ++s) {
+        const Slot<1>&a = here.slot[s], &b = there.slot[s];
+        const double way = norm(lane(a.position, 0) - lane(b.position, 0)),
+                     turn = norm(relative_rotation(lane(a.director, 0), lane(b.director, 0)));
+        if (way > alike * system.length() || turn > alike)
+            throw InputError("start.from: the checkpoint holds an end elsewhere than the scene places it, as one that "
+                             "was caught, so that slopes by numbers of the scene are not known: write its place into "
+                             "the scene, or leave start.from out");
+    }
+}
+
+StaticState equilibrium_of(StaticCase& one, double time, const BegunBodies* begun) {
     StaticState state = start_of(*one.system, one.groups, one.rods);
+    if (begun) state = begin_with(*begun, one, std::move(state));
     const Equilibrium found = find_or_stop(*one.system, state, time);
     if (!found.found) throw NumericalError(fmt::format("no equilibrium was found: {}", found.reason));
     one.system->refresh(state);
@@ -60,16 +109,23 @@ std::vector<double> ObservedCase::values(const StaticState& state) {
     if (!world_) make();
     Rods& rods = world_->rods();
     WallInteraction* walls = walls_of(world_->interactions());
+    std::vector<Slot<1>> own;
     at_->system->at_rest().set_joint_memory(state.joint_memory);
     for (std::size_t i = 0; i < rods.local().size(); ++i) {
         const auto rod = static_cast<std::size_t>(rods.local()[i].gid);
-        rods.import_rod(i, slots_of(i, state.slot));
+        const std::span<const Slot<1>> slots = slots_of(i, state.slot);
+        own.assign(slots.begin(), slots.end());
+        for (Slot<1>& slot : own) { // the start of a scene may have some
+            set_lane(slot.velocity, 0, Vec3d{0, 0, 0});
+            set_lane(slot.spin, 0, Vec3d{0, 0, 0});
+        }
+        rods.import_rod(i, own);
         if (!friction_.empty() && !friction_.walls[rod].empty()) walls->set_memory(i, friction_.walls[rod]);
         put_joints(at_->system->at_rest(), rod, rods, i);
     }
     if (ContactInteraction* contacts = contacts_of(world_->interactions())) contacts->set_memory(friction_.contacts);
-    world_->show_solution(time_, [&](std::size_t i, std::span<Slot<1>> own) {
-        if (!friction_.empty()) set_rates_from(slots_of(i, friction_.reference), own);
+    world_->show_solution(time_, [&](std::size_t i, std::span<Slot<1>> slots) {
+        if (!friction_.empty()) set_rates_from(slots_of(i, friction_.reference), slots);
     });
     std::vector<double> values = observation_->values();
     values[observed_turn_per_cell + 1] = 0; // the defect of directors, which is rounding

@@ -10,6 +10,7 @@
 #include "simulation/observation.hpp"
 #include "simulation/world.hpp"
 #include "studies/scene_family.hpp"
+#include "studies/shared_bodies.hpp"
 
 #include <functional>
 #include <memory>
@@ -22,8 +23,19 @@ namespace skein {
 /// An equilibrium from this state, with friction that has memory, or why there is none. Throws Stopped where a signal
 /// ends it.
 Equilibrium find_or_stop(StaticSystem& system, StaticState& state, double time);
-/// Equilibrium from the bodies' places in the scene. Throws NumericalError where there is none.
-StaticState equilibrium_of(StaticCase& one, double time);
+/// Bodies as a checkpoint has them, with what they remember.
+struct BegunBodies {
+    SharedBodies bodies;
+    std::vector<SavedContact> contacts;
+};
+/// Those of a world on one rank.
+BegunBodies begun_bodies(const World& world);
+/// Throws InputError where they are not those of the case, or held elsewhere than it places them.
+void require_held_as_placed(StaticCase& one, const BegunBodies& begun);
+
+/// Equilibrium from the bodies' places in the scene, or from `begun`; null: the former. Throws NumericalError where
+/// there is none.
+StaticState equilibrium_of(StaticCase& one, double time, const BegunBodies* begun = nullptr);
 
 /// Throws NumericalError: the stiffness is singular, so that slopes have no value.
 [[noreturn]] void refuse_singular();

@@ -219,6 +219,38 @@ class RestFigures(DriverTest):
             self.assertEqual(slopes["contacts[-]"], 0)
             self.assertIsNone(slopes["contact_friction_work[J]"])
 
+    def test_slopes_and_fits_begin_with_a_checkpoint(self):
+        """Rods that a run has hung upon each other: from the scene's start they do not come to rest there."""
+        self.scene.write_text(HANGERS)
+        self.skein_says("run", self.scene, "--out", self.directory / "run", "--threads", 1)
+        key, value, step = "load.0.acceleration.1", 0.1, 2e-4
+        begun = self.after("run", HANGERS)
+        self.scene.write_text(begun)
+        found = json.loads(self.skein_says("gradient", self.scene, "--by", key, "--json").stdout)
+        here = self.solve("here", text=begun)
+        at = {side: self.solve(f"at{side}", "--set", f"{key}={value + side * step}", text=self.after("here", HANGERS)) for side in (-1, 1)}
+        self.assertEqual(found["values"]["kinetic_translation[J]"], 0)
+        for column in ("centre_y[m]", "elastic_bend[J]", "contact_energy[J]", "max_overlap[-]"):
+            difference = (float(at[1][column]) - float(at[-1][column])) / (2 * step)
+            self.assertLess(abs(found["values"][column] - float(here[column])), 1e-9 * abs(float(here[column])), column)
+            self.assertLess(abs(found["numbers"][0]["slopes"][column] - difference), 1e-3 * abs(difference), column)
+        # A fit goes on from the same springs for each row: what is measured is what an equilibrium has.
+        data = self.directory / "data.csv"
+        rows = [f"{value + side * step},{at_side['centre_y[m]']}" for side, at_side in ((side, self.solve(f"fit{side}", "--set", f"{key}={value + side * step}", text=begun)) for side in (-1, 0, 1))]
+        data.write_text("\n".join([f"{key},centre_y[m]", *rows]) + "\n")
+        self.scene.write_text(begun)
+        number = "rods.above.material.youngs_modulus"
+        done = self.skein_says("fit", self.scene, data, "--number", number, "--set", f"{number}=1.001e6", "--json")
+        self.assertLess(abs(json.loads(done.stdout)["numbers"][0]["value"] - 1e6), 10)
+
+    def test_an_end_that_was_caught_has_no_slopes(self):
+        """A branch holds an end where a run has brought it, and no number of the scene places it there."""
+        free = SMOOTH.replace('end = "clamped"\n', "").replace("1e7", "1e6")
+        self.solve("bent", text=free)
+        self.scene.write_text(self.after("bent", SMOOTH.replace("1e7", "1e6")))
+        done = self.skein_says("gradient", self.scene, "--by", "rods.rod.material.youngs_modulus", expect=2)
+        self.assertIn("elsewhere than the scene places it", done.stderr)
+
     def test_a_fit_has_energies_of_contacts(self):
         rows = []
         for force in (-9.0, -10.0, -11.0):
