@@ -20,7 +20,7 @@ public:
     void take(const Rods& rods, const Interactions& interactions, std::int64_t step);
     /// Into rods of the same owners. Collective where rods interact.
     void put_back(Rods& rods, const Interactions& interactions) const;
-    /// The rods alone.
+    /// Puts back rods alone.
     void put_back(Rods& rods) const;
     /// Restores the places of single rods that groups knew with these owners.
     void put_back_places(std::span<RodGroup> groups) const;

@@ -83,7 +83,7 @@ public:
     /// Evaluates contacts and walls at a time, s, for figures, tables and frames; state and memory stay as they are.
     /// Bodies are at rest where they are, or come there by these rates in a step of long_step. Collective.
     void evaluate_at_rest(double time, const Rates& rates = {});
-    /// The same of bodies that have been put where they were solved for with loads of this time. Collective.
+    /// Evaluates them for bodies that have been put where they were solved for, with loads of this time. Collective.
     void show_solution(double time, const Rates& rates = {});
     /// Time of the loads, s, since bodies were put there; none: steps have brought them where they are.
     const std::optional<double>& solved() const { return solved_; }

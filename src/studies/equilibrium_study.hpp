@@ -39,8 +39,8 @@ public:
     const std::vector<StaticPiece>& pieces() const { return pieces_; }
     /// Puts the states into the world, at rest.
     void put_back() const;
-    /// The same, with the figures of these states under loads of a time, s. `from`: the same bodies where springs of
-    /// friction are known, which the states stretch; null: the states are it. Collective.
+    /// Puts them there with the figures of these states under loads of a time, s. `from`: the same bodies where springs
+    /// of friction are known, which the states stretch; null: the states are it. Collective.
     void show(double time, const StaticScene* from = nullptr) const;
     /// Springs of friction are those of other pieces of the same bodies.
     void take_springs(const StaticScene& other);

@@ -28,7 +28,7 @@ struct BegunBodies {
     SharedBodies bodies;
     std::vector<SavedContact> contacts;
 };
-/// Those of a world on one rank.
+/// Bodies of a world on one rank.
 BegunBodies begun_bodies(const World& world);
 /// Throws InputError where they are not those of the case, or held elsewhere than it places them.
 void require_held_as_placed(StaticCase& one, const BegunBodies& begun);

@@ -146,6 +146,28 @@ class RestFigures(DriverTest):
         self.assertLess(abs(largest["wall floor"] - expected["wall_overlap[-]"]), 1e-6 * largest["wall floor"])
         self.assertIsNone(self.summary("stack")["observables"]["contact_friction_work[J]"])
 
+    def test_a_solution_is_no_relaxation(self):
+        """Which its summary would say had not settled."""
+        text = """
+[time]
+duration = 1.0
+relax = true
+[[rods]]
+name = "arm"
+start = "clamped"
+material = {density = 1000.0, youngs_modulus = 1e6}
+section.radius = 2e-3
+shape = {length = 0.1, elements = 8}
+[[load]]
+kind = "end_force"
+end = [1e-3, 0.0, 0.0]
+"""
+        self.scene.write_text(text)
+        self.skein_says("run", self.scene, "--out", self.directory / "run", "--threads", 1)
+        self.assertTrue(self.summary("run")["relaxation"]["settled"])
+        self.solve_scene("equilibrium", "rest", text=text)
+        self.assertNotIn("relaxation", self.summary("rest"))
+
     def test_the_start_has_figures_too(self):
         self.solve("start", text=SMOOTH)
         start = self.rows("start")[0]

@@ -66,7 +66,7 @@ private:
         std::vector<BinnedTotal> totals;
         void add(const Bookings& other);
     };
-    /// What an evaluation for figures changes.
+    /// Memory and works before an evaluation for figures.
     struct Before {
         SavedNumbers numbers;
         std::vector<SavedContact> memory;
