@@ -150,7 +150,7 @@ class RestFigures(DriverTest):
         """Which its summary would say had not settled."""
         text = """
 [time]
-duration = 1.0
+duration = 20000.0
 relax = true
 [[rods]]
 name = "arm"
