@@ -64,8 +64,8 @@ template <int Columns, int W> void solve_block(RowBlock<W>& d, Pack<W> (&m)[row_
 }
 
 /// a -= l m, of the first columns of m.
-template <int Columns, int W> void subtract(const RowBlock<W>& l, const Pack<W> (&m)[row_size][Columns], int first,
-                                            RowBlock<W>& a) {
+template <int Columns, int W>
+void subtract(const RowBlock<W>& l, const Pack<W> (&m)[row_size][Columns], int first, RowBlock<W>& a) {
     for (int i = 0; i < row_size; ++i)
         for (int j = 0; j < row_size; ++j)
             for (int c = 0; c < row_size; ++c) a[i][c] = fnma(l[i][j], m[j][first + c], a[i][c]);
@@ -97,7 +97,8 @@ public:
         if (k > 0) {
             const Kept& prior = kept_[to_index(k - 1)];
             detail::subtract<row_size + 1, W>(row.before, prior.m, 0, row.diagonal);
-            detail::subtract<W>(row.before, [&](int j) -> const P& { return prior.m[j][row_size]; }, row.right);
+            detail::subtract<W>(
+                row.before, [&](int j) -> const P& { return prior.m[j][row_size]; }, row.right);
         }
         put(kept, row);
         detail::solve_block<row_size + 1, W>(row.diagonal, kept.m);
@@ -121,8 +122,12 @@ public:
     }
 
 private:
-    struct Kept { P m[row_size][row_size + 1]; }; ///< X and y
-    struct Across { RowBlock<W> to_last; };       ///< Z
+    struct Kept {
+        P m[row_size][row_size + 1];
+    }; ///< X and y
+    struct Across {
+        RowBlock<W> to_last;
+    }; ///< Z
 
     static void put(Kept& kept, const BlockRow<W>& row) {
         for (int i = 0; i < row_size; ++i) {
@@ -143,7 +148,8 @@ private:
             const Kept& prior = kept_[to_index(k - 1)];
             detail::subtract<row_size + 1, W>(row.before, prior.m, 0, row.diagonal);
             detail::subtract<row_size, W>(row.before, across_[to_index(k - 1)].to_last, 0, to_last);
-            detail::subtract<W>(row.before, [&](int j) -> const P& { return prior.m[j][row_size]; }, row.right);
+            detail::subtract<W>(
+                row.before, [&](int j) -> const P& { return prior.m[j][row_size]; }, row.right);
         }
         if (k == last_) return finish_ring(row);
         if (k + 1 == last_) // both couplings are to the last unknowns
@@ -179,7 +185,8 @@ private:
                 for (int i = 0; i < row_size; ++i)
                     for (int j = 0; j < row_size; ++j) l[i][j] += row.before[i][j];
             detail::subtract<row_size, W>(l, across_[to_index(k)].to_last, 0, row.diagonal);
-            detail::subtract<W>(l, [&](int j) -> const P& { return kept.m[j][row_size]; }, row.right);
+            detail::subtract<W>(
+                l, [&](int j) -> const P& { return kept.m[j][row_size]; }, row.right);
             clear<W>(next);
             detail::subtract<row_size + 1, W>(l, kept.m, 0, next);
             for (int i = 0; i < row_size; ++i)

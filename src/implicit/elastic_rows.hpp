@@ -55,8 +55,8 @@ public:
         CellLoads<P> before = seam;
         V force_before{};
         for (int k = 0; k < n; ++k) {
-            const CellLoads<P> after = k + 1 < n      ? of_cell(rod, carried, k, k + 1)
-                                       : ends_.closed ? seam
+            const CellLoads<P> after = k + 1 < n        ? of_cell(rod, carried, k, k + 1)
+                                       : ends_.closed   ? seam
                                        : ends_.end_wall ? of_end(rod, carried, step)
                                                         : CellLoads<P>{};
             const V nu = element_strain<Across<W>>(rod, k);
@@ -81,9 +81,7 @@ public:
         Element element_before = ends_.closed ? element(rod, n - 1, carried[n - 1]) : Element{};
         BlockRow<W> row;
         for (int k = 0; k < n; ++k) {
-            const Cell after = k + 1 < n      ? cell(rod, carried, k, k + 1)
-                               : ends_.closed ? seam
-                                              : end(rod, carried, step);
+            const Cell after = k + 1 < n ? cell(rod, carried, k, k + 1) : ends_.closed ? seam : end(rod, carried, step);
             const Element own = element(rod, k, carried[k]);
             fill(row, element_before, own, before, after);
             take(k, row);
@@ -155,8 +153,8 @@ private:
         const P inv(c.inv_rest_length), s3[3] = {sx * inv, sy * inv, sz * inv};
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
-                e.xx.a[i][j] = fma(s3[0] * q.a[0][i], q.a[0][j],
-                                   fma(s3[1] * q.a[1][i], q.a[1][j], s3[2] * q.a[2][i] * q.a[2][j]));
+                e.xx.a[i][j] =
+                    fma(s3[0] * q.a[0][i], q.a[0][j], fma(s3[1] * q.a[1][i], q.a[1][j], s3[2] * q.a[2][i] * q.a[2][j]));
         e.tx = detail::product(h, q);
         const Three<P> turned = detail::product(h, detail::skew(nu));
         for (int i = 0; i < 3; ++i)
@@ -205,9 +203,9 @@ private:
     }
     Cell start(const RodTile<W>& rod, const V* carried, const Step& step) const {
         if (!ends_.start_wall) return {};
-        return of_constants(relative_rotation_and_jacobian(rod.slot[0].director,
-                                                           walls_.frame(EndWalls<W>::start, rod, step)),
-                            P(1.0) / carried[0].z, rod.group->start_wall, rod.element[0].rest_stretch);
+        return of_constants(
+            relative_rotation_and_jacobian(rod.slot[0].director, walls_.frame(EndWalls<W>::start, rod, step)),
+            P(1.0) / carried[0].z, rod.group->start_wall, rod.element[0].rest_stretch);
     }
     Cell end(const RodTile<W>& rod, const V* carried, const Step& step) const {
         if (!ends_.end_wall) return {};

@@ -1,11 +1,12 @@
-// An implicit step of rods and bodies that nothing couples: each by itself, by Newton corrections. theory.md (111)-(118)
+// An implicit step of rods and bodies that nothing couples: each by itself, by Newton corrections. theory.md
+// (111)-(118)
 //   stage     from (x, v, Q, w) over a time h:   x' = x + h v',  Q' = R(h w') Q
 //             m (v' - v) = h f',   Q'^T J w' - Q^T J w = h Q'^T c'        loads at the stage's end and time
 //   goes on   by a time b at the same rates: x' + b v',  R(b w') Q',  and momenta by b/h of their change
 // A step of half a dt which goes on by the other half is the implicit midpoint rule; two of g = 1 - 1/sqrt 2, of which
-// the first goes on by 1 - 2 g, are a diagonally implicit Runge-Kutta step that damps what it does not resolve. Both are
-// of second order. Each lane counts its own corrections and stays as it is once they end, so that no bit depends on its
-// neighbours. What does not converge becomes NaN, which the run reports.
+// the first goes on by 1 - 2 g, are a diagonally implicit Runge-Kutta step that damps what it does not resolve. Both
+// are of second order. Each lane counts its own corrections and stays as it is once they end, so that no bit depends on
+// its neighbours. What does not converge becomes NaN, which the run reports.
 #pragma once
 
 #include "implicit/elastic_rows.hpp"
@@ -24,8 +25,8 @@ namespace skein {
 template <class Law, int W> class ImplicitPass final : public TilePass<W>, public EvaluatesPasses<W> {
 public:
     static constexpr int most_corrections = 15;
-    static constexpr double tolerance = 1e-9;  ///< of a correction, over the length and in rad
-    static constexpr double most_turn = 0.5;   ///< of a correction, rad; its displacement over the length
+    static constexpr double tolerance = 1e-9; ///< of a correction, over the length and in rad
+    static constexpr double most_turn = 0.5;  ///< of a correction, rad; its displacement over the length
 
     explicit ImplicitPass(const ImplicitParts<W>& parts)
         : rod_(parts.group, parts.rates), walls_(parts.walls), elastic_(ends_of(parts.group), *walls_),
@@ -37,7 +38,8 @@ public:
     void take(std::vector<EvaluatedPass<W>> passes) override {
         passes_ = std::move(passes);
         std::stable_partition(passes_.begin(), passes_.end(), [](const auto& one) { return !one.has_slopes; });
-        for (const EvaluatedPass<W>& one : passes_) (one.has_slopes ? with_slopes_ : constant_).push_back(one.pass.get());
+        for (const EvaluatedPass<W>& one : passes_)
+            (one.has_slopes ? with_slopes_ : constant_).push_back(one.pass.get());
         const auto adds = [](const TilePass<W>* pass) { return pass->adds_loads(); };
         sloped_ = std::any_of(with_slopes_.begin(), with_slopes_.end(), adds);
     }
@@ -161,8 +163,7 @@ private:
         std::copy_n(work.inner.data(), rod.last + 1, load);
         for (const TilePass<W>* pass : with_slopes_) pass->run(rod, load, step);
         if (sloped_ && number % 3 == 0)
-            work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick,
-                                apart_);
+            work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick, apart_);
         const auto take = [&](int k, BlockRow<W>& row) {
             if (sloped_) work.slopes.subtract_from(k, row);
             add_inertia(rod, work, load, k, step.kick, row);
@@ -283,8 +284,8 @@ private:
                 V& s = work.carried[to_index(k)];
                 const V nu = element_strain<Across<W>>(rod, k);
                 // s + share (nu - s) + share (d nu)
-                const V followed = ElasticRows<Law, W>::followed(rod, k, fma(share, nu - s, s), of(next) - of(k),
-                                                                 turn_of(k));
+                const V followed =
+                    ElasticRows<Law, W>::followed(rod, k, fma(share, nu - s, s), of(next) - of(k), turn_of(k));
                 s = select(moves, followed, s);
             }
         for (int k = 0; k <= last(rod); ++k) {
@@ -318,8 +319,8 @@ private:
                 s.director = rotation(b * s.spin) * s.director;
                 continue;
             }
-            const V j = broadcast<W>(rod_[k].inertia), inv{P(1 / rod_[k].inertia.x), P(1 / rod_[k].inertia.y),
-                                                           P(1 / rod_[k].inertia.z)};
+            const V j = broadcast<W>(rod_[k].inertia),
+                    inv{P(1 / rod_[k].inertia.x), P(1 / rod_[k].inertia.y), P(1 / rod_[k].inertia.z)};
             const V now = scale(j, s.spin), before = work.turn[to_index(k)] * scale(j, start.spin);
             const Q r = rotation(b * s.spin);
             s.director = r * s.director;
@@ -332,11 +333,11 @@ private:
     std::shared_ptr<EndWalls<W>> walls_;
     ElasticRows<Law, W> elastic_;
     bool strained_, closed_;
-    double apart_; ///< m, for slopes
+    double apart_;                                  ///< m, for slopes
     mutable std::vector<AlignedVector<V>> strains_; ///< by tile: of the last stage; 0 where there was none
     std::vector<EvaluatedPass<W>> passes_;
     std::vector<const TilePass<W>*> constant_, with_slopes_; ///< in the order of passes_
-    bool sloped_ = false; ///< false where with_slopes_ only moves loads
+    bool sloped_ = false;                                    ///< false where with_slopes_ only moves loads
     bool turns_in_lab_ = false;
 };
 

@@ -15,10 +15,10 @@ namespace skein {
 class ImplicitRod {
 public:
     struct Row {
-        std::array<double, 6> free{1, 1, 1, 1, 1, 1}; ///< 0: held; node along lab axes, element along its own
-        bool turns_in_lab = false;                    ///< the element's are along lab axes too
-        double mass = 0, node_rate = 0;               ///< kg, 1/s
-        Vec3d inertia{0, 0, 0};                       ///< kg m^2
+        std::array<double, 6> free{1, 1, 1, 1, 1, 1};  ///< 0: held; node along lab axes, element along its own
+        bool turns_in_lab = false;                     ///< the element's are along lab axes too
+        double mass = 0, node_rate = 0;                ///< kg, 1/s
+        Vec3d inertia{0, 0, 0};                        ///< kg m^2
         Vec3d rate{0, 0, 0}, rate_by_stretch{0, 0, 0}; ///< damping of the spin, 1/s: by itself and per dilatation
     };
 

@@ -20,7 +20,8 @@ public:
     using V = Vec3<P>;
 
     /// Computes the slopes of `passes` about the present state. `inner`: loads before them; `total`: after them;
-    /// `load`: room for others, all [slots]. `time`: s, from displacement to velocity; `apart`: m, a small displacement.
+    /// `load`: room for others, all [slots]. `time`: s, from displacement to velocity; `apart`: m, a small
+    /// displacement.
     void compute(const RodTile<W>& rod, std::span<const TilePass<W>* const> passes, const SlotLoad<W>* inner,
                  const SlotLoad<W>* total, SlotLoad<W>* load, const Step& step, double time, double apart) {
         const bool ring = rod.group->closed();
@@ -68,7 +69,9 @@ public:
 
 private:
     static constexpr double turned_by = 1e-7; ///< rad
-    struct Block { RowBlock<W> a; };
+    struct Block {
+        RowBlock<W> a;
+    };
 
     RowBlock<W>& block(int row, int by) { return blocks_[to_index(3 * row + 1 + by)].a; }
 
