@@ -6,7 +6,7 @@
 //                A = P K - [tau]/2,   A' = P^T K + [tau]/2,   K = f B/D
 // The strains s are unknowns of their own, which follow the corrections linearly ("carried"), as those of equilibria
 // do: a turn by t would otherwise stretch elements by t^2/2, whose forces exceed those of bending by (l/r)^2. Left out
-// of the stiffness is what bending pulls on elements, of order (r kappa)^2 of the rest.   theory.md (111)-(116)
+// of the stiffness is what bending pulls on elements, of order (r kappa)^2 of the rest.   theory.md (115)
 #pragma once
 
 #include "implicit/block_rows.hpp"

@@ -1,5 +1,5 @@
 // An implicit step of rods and bodies that nothing couples: each by itself, by Newton corrections. theory.md
-// (111)-(118)
+// (113)-(115)
 //   stage     from (x, v, Q, w) over a time h:   x' = x + h v',  Q' = R(h w') Q
 //             m (v' - v) = h f',   Q'^T J w' - Q^T J w = h Q'^T c'        loads at the stage's end and time
 //   goes on   by a time b at the same rates: x' + b v',  R(b w') Q',  and momenta by b/h of their change

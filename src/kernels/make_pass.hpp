@@ -128,8 +128,7 @@ public:
         });
     }
     Made operator()(const pass::StepImplicitly& p) const {
-        return make_implicit_pass<W>(
-            {parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls});
+        return make_implicit_pass<W>({parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls});
     }
     Made operator()(const pass::Filter& p) const {
         return std::make_unique<LaplacianFilterPass<W>>(parts_.group, p.order, p.rate, parts_.dt);

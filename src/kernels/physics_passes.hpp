@@ -123,12 +123,12 @@ template <class... Kinds> struct PassKindList {
         return made;
     }
 };
-using PassKinds = PassKindList<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise,
-                               pass::Expose, pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner,
-                               pass::ApplyLoad, pass::NoteForces, pass::TakeJoinedLoads, pass::Walls,
-                               pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing,
-                               pass::AuditLoads, pass::FeelFluid, pass::AuditMedium, pass::Kick, pass::Relax,
-                               pass::StepImplicitly,
-                               pass::Filter, pass::Slide, pass::Hold, pass::AuditMediumWork, pass::AuditBalance>;
+using PassKinds =
+    PassKindList<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
+                 pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad,
+                 pass::NoteForces, pass::TakeJoinedLoads, pass::Walls, pass::SurfaceWalls, pass::TakeLoads,
+                 pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads, pass::FeelFluid, pass::AuditMedium,
+                 pass::Kick, pass::Relax, pass::StepImplicitly, pass::Filter, pass::Slide, pass::Hold,
+                 pass::AuditMediumWork, pass::AuditBalance>;
 
 } // namespace skein

@@ -508,8 +508,8 @@ template <int W> double RodTiles<W>::farthest_from(std::size_t place) const {
 }
 
 template <int W> std::size_t RodTiles<W>::bytes() const {
-    std::size_t bytes = (slots_.size() + kept_[0].size() + kept_[1].size()) * sizeof(Slot<W>) + tiles_.size() * sizeof(RodTile<W>) +
-                        local_.size() * (sizeof(LocalRod) + sizeof(Place));
+    std::size_t bytes = (slots_.size() + kept_[0].size() + kept_[1].size()) * sizeof(Slot<W>) +
+                        tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
     for (const auto& joined : joined_) bytes += joined.size() * sizeof(JoinedLoad<W>);
     for (const auto& audit : audits_) bytes += audit->bytes();

@@ -165,8 +165,8 @@ Lines describe_step(const Plan& p) {
             {"integrator",
              p.integrator == Integrator::verlet ? ""
              : is_implicit(p.integrator)        ? std::string(nth(integrator_names, p.integrator))
-                 : fmt::format("{}, limits times {:.4g}", nth(integrator_names, p.integrator),
-                               scheme_of(p.integrator).stability),
+                                         : fmt::format("{}, limits times {:.4g}", nth(integrator_names, p.integrator),
+                                                       scheme_of(p.integrator).stability),
              "integrator", nth(integrator_names, p.integrator)},
             {"dt", step_text(p), "dt", p.dt},
             {"", "", "limit", is_implicit(p.integrator) ? p.groups[p.governing].limits.front().dt : p.limit},

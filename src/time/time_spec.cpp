@@ -38,8 +38,8 @@ void TimeSpec::fields(FieldVisitor& f) {
     f.choice(
         {.name = "integrator",
          .text = "verlet: second order; pefrl: fourth order, with four force evaluations for a step 1.5 times as long; "
-                 "implicit: second order at any step, by Newton corrections, keeps energy; implicit_damped: the same, "
-                 "damps what the step does not resolve"},
+                 "implicit_damped: second order at any step, by Newton corrections, damps what steps do not resolve; "
+                 "implicit: the midpoint rule, which damps nothing"},
         integrator, integrator_names);
     f.choice({.name = "damping",
               .text = "combination of damping and kick (docs/theory.md 7): midpoint; exponential, which pefrl always "

@@ -149,6 +149,7 @@ def rows_of(folder):
     magnetised = {"strength": 1e5, "direction": [1.0, 0.0, 0.2]}
     rows = [
         of_scene("time.integrator = pefrl", "time.integrator", time={"integrator": "pefrl"}),
+        of_scene("time.integrator = implicit", "time.integrator", time={"integrator": "implicit_damped"}),
         Row("time.relax", relax, last=True),
         of_scene("time.damping = exponential", "time.damping", time={"damping": "exponential"}, damping=[{"kind": "uniform", "rate": 7.0}]),
         of_scene("time.damping = after", "time.damping", time={"damping": "after"}, damping=[{"kind": "uniform", "rate": 7.0}]),

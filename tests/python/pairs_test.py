@@ -30,6 +30,8 @@ REFUSED = (
     (r"no audit with time.relax", "relaxation", "audits", "Inertia in pseudo-time is not that of the rods, so there is no balance of energy."),
     (r"need.* the integrator \"verlet\"|needs? integrator = \"verlet\"", "`integrator = \"pefrl\"`", "contact, walls, filters of damping, fluids that rods feel",
      "Some of its kicks go backwards in time; friction, dashpots and fluids dissipate in forward time alone."),
+    (r"time.integrator = \"implicit_damped\" needs a law with an energy", "implicit steps", "`law = \"elastica\"`", "Newton corrections need the stiffness of an energy, and this law has none."),
+    (r"time.integrator = \"implicit_damped\"|with integrator = \"implicit_damped\"", "implicit steps", "contact, walls, joints, fluids, audits, filters of damping, choices of explicit steps", None),
     (r"a ring has no ends|needs rods with two ends", "rings", "held ends, loads on ends", "A ring has no ends."),
     (r"the ring .* does not close", "rings", "files of straight rods", "A straight rod does not close."),
     (r"\"gregory\" has no use here|with end_weights = \"gregory\"", "`end_weights = \"gregory\"`", "tapered, frozen or joined rods, `law = \"elastica\"`",

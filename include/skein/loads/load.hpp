@@ -157,7 +157,8 @@ public:
 private:
     struct Traits {
         std::string_view kind, label;
-        bool needs_whole_rods, keeps_tables_of_group, ignores_motion, feels_all_nodes, acts_last, for_rigid_bodies, for_rings;
+        bool needs_whole_rods, keeps_tables_of_group, ignores_motion, feels_all_nodes, acts_last, for_rigid_bodies,
+            for_rings;
     };
 
     class AnyHeld {

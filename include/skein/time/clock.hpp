@@ -78,9 +78,8 @@ public:
             for (const Substep& stage : scheme_.stages)
                 batch_.push_back({done_ + 1, part, stage.drift * part, stage.kick * part,
                                   begin + (static_cast<double>(p) + stage.time) * part, stage.kick_length,
-                                  static_cast<int>(batch_.size()),
-                                  p + 1 == parts && &stage == &scheme_.stages.back(), false,
-                                  begin + static_cast<double>(p) * part});
+                                  static_cast<int>(batch_.size()), p + 1 == parts && &stage == &scheme_.stages.back(),
+                                  false, begin + static_cast<double>(p) * part});
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
     }

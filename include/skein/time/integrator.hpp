@@ -3,9 +3,9 @@
 //   pefrl    Omelyan, Mryglod and Folk 2002, Comput. Phys. Commun. 146, 188, eq. (27): fourth order, four force
 //            evaluations
 //   implicit, implicit_damped
-//            second order at steps that stability does not limit: the midpoint rule, which keeps energy, and a diagonally
-//            implicit Runge-Kutta step, which damps what it does not resolve (implicit/implicit_pass.hpp). A kick is a
-//            stage of this length, the drift goes on after it, and the state does not lag.
+//            second order at steps that stability does not limit: the midpoint rule, and a diagonally implicit
+//            Runge-Kutta step, which damps what it does not resolve (implicit/implicit_pass.hpp). A kick is a stage of
+//            this length, the drift goes on after it, and the state does not lag.
 // The last drift of a step and the first of the next are one, so that the state between steps lags: positions are at
 // t_N - lag dt.
 #pragma once

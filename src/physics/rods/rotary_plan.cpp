@@ -74,6 +74,7 @@ private:
     }
     /// What the step would gain if all groups took "auto" where they can. Groups are looked at from the slowest on.
     std::string possible_gain(const Plan& plan, std::span<const RodGroup> groups) const {
+        if (is_implicit(plan.integrator)) return "";
         std::vector<std::size_t> order(groups.size());
         std::iota(order.begin(), order.end(), 0);
         const auto limit = [&](std::size_t g) { return plan.groups[g].limits.front().dt; };
