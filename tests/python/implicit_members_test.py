@@ -1,0 +1,132 @@
+"""Every feature of scenes in implicit steps: it comes to the explicit places with an error of second order, or is refused with the reason and a way out."""
+
+import math
+import re
+import tempfile
+import unittest
+from pathlib import Path
+
+import numpy as np
+
+from feature_rows import rows_of, scene_of
+from package import skein
+
+DURATION, STEPS, EXPLICIT_STEPS = 2e-3, 200, 2000
+METHODS = ("implicit", "implicit_damped")
+LEFT_OVER = {"position": 1e-10, "directors": 1e-10 * 2 * STEPS}  # m, 1: of corrections that have ended
+# Pattern of the row and of the message: what has no implicit steps, with the reason and the way out in the message.
+REFUSED = (
+    (r"contact", r"is for rods that do not touch each other: use \"verlet\""),
+    (r"joint", r"is for rods without joints: use \"verlet\""),
+    (r"fluid|immersion|obstacle", r"is for rods outside of a fluid that is solved for: use \"verlet\""),
+    (r"wall", r"walls .*\"verlet\""),
+    (r"rods.material.law = elastica", r"needs a law with an energy"),
+    (r"damping.kind = laplacian", r"has no filter of rates: give \"uniform\" or \"physical\""),
+    (r"rods.placement.kind = file", r"give each size a group of its own"),
+    (r"output.audit", r"has no audit: use \"verlet\""),
+)
+FIRST_ORDER = {"damping.kind = legacy": "the rates are far above 1/dt, where explicit steps are of first order"}
+OWN_TIMES = r"time\.|stage|load.stages|table"  # keys of other steps, stages whose ends go to the next step, and a table that rises within a step
+BEAM = {"material": {"density": 1000.0, "youngs_modulus": 1e6}, "section": {"radius": 4e-3}}
+LET_GO = {"length": 0.1, "elements": 8, "rest_curvature": [3.0, 4.0, 5.0], "start_curvature": [0.0, 0.0, 0.0]}  # straight at the start
+ENDS = ("free", "pinned", "clamped", "clamped_frozen")
+UNTIL = 2 * DURATION
+MOTIONS = {
+    "sine": {"amplitude": [0.001, 0.002, 0.003], "period": UNTIL},
+    "turn": {"rotation_amplitude": [0.3, 0.2, 0.4], "period": UNTIL},
+    "table": {"times": [0.0, UNTIL], "translation": [[0.0, 0.0, 0.0], [0.001, -0.002, 0.001]], "rotation": [[0.0, 0.0, 0.0], [0.3, 0.1, 1.0]], "smooth": True},
+    "formula": {"translation_formula": ["0", "0.002*sin(w*t)", "0"], "rotation_formula": ["0.2*sin(w*t)", "0", "0.1*w*t"]},
+}
+
+
+def state(scene, **time):
+    with skein.Simulation(skein.Scene("member", **scene | {"time": {"duration": DURATION} | time}), threads=1) as run:
+        run.step(run.steps)
+        return {(name, what): np.array(getattr(group, what)) for name, group in run.groups.items() for what in ("position", "directors")}
+
+
+class ImplicitMembers(unittest.TestCase):
+    @classmethod
+    def setUpClass(cls):
+        cls.folder = tempfile.TemporaryDirectory()
+        cls.rows = [row for row in rows_of(Path(cls.folder.name)) if not re.match(OWN_TIMES, row.name)]
+
+    @classmethod
+    def tearDownClass(cls):
+        cls.folder.cleanup()
+
+    def assert_agrees(self, scene, first_order=False):
+        """With the explicit state, group by group, at the second order of the step."""
+        steps = (4 * EXPLICIT_STEPS, 8 * EXPLICIT_STEPS) if first_order else (EXPLICIT_STEPS, 2 * EXPLICIT_STEPS)
+        coarse, fine = (state(scene, dt=DURATION / n, force_dt=True) for n in steps)
+        for method in METHODS:
+            one, two = (state(scene, dt=DURATION / n, integrator=method) for n in (STEPS, 2 * STEPS))
+            for of, b in fine.items():
+                change = b - coarse[of]
+                explicit, unsure = b + change / 3, np.abs(change).max() / (1 if first_order else 3)
+                first, second = (np.abs(end[of] - explicit).max() for end in (one, two))
+                with self.subTest(group=of, method=method):
+                    self.assertLessEqual(second, max(first / 3, 2 * unsure, LEFT_OVER[of[1]]), (first, unsure))
+
+    def beams(self, groups):
+        """A scene of rods that begin straight and bend at once."""
+        return {"rods": [BEAM | {"name": name, "shape": LET_GO, "placement": {"origin": [0.0, 0.1 * i, 0.0], "tangent": [1.0, 0.0, 0.0]}} | keys
+                         for i, (name, keys) in enumerate(groups.items())], "load": [{"kind": "gravity"}]}
+
+    def test_ends(self):
+        groups = {f"{start}-{end}": {"start": start, "end": end} for start in ENDS for end in ENDS}
+        for kind in ENDS[1:]:
+            for free in ("x", "z", "yz"):
+                groups |= {f"{kind}-{side}-slides-{free}": {side: kind, f"{side}_free": free} for side in ("start", "end")}
+        self.assert_agrees(self.beams(groups))
+
+    def test_moved_ends(self):
+        groups = {}
+        for kind in ENDS[1:]:
+            for name, motion in MOTIONS.items():
+                if kind != "clamped" and name != "sine": continue
+                for side, other in (("start", "end"), ("end", "start")):
+                    groups |= {f"{side}-{kind}-{name}-{beyond}": {side: kind, f"{side}_motion": motion, other: beyond} for beyond in ("free", "clamped")}
+        self.assert_agrees(self.beams(groups) | {"constants": {"w": {"value": math.pi / DURATION, "unit": "1/s"}}})
+
+    def test_held_nodes_and_elements(self):
+        groups = {f"nodes-{i}-{directions}": {"hold": {"nodes": nodes, "directions": directions}}
+                  for i, nodes in enumerate(([0], [4], [-1], [2, 5])) for directions in ("x", "y", "yz", "xyz")}
+        groups |= {f"elements-{i}-{axes}": {"hold": {"elements": elements, "axes": axes}}
+                   for i, elements in enumerate(([0], [3], [-1], [2, 5])) for axes in ("xyz",)}
+        self.assert_agrees(self.beams(groups))
+
+    def test_rings_and_short_rods(self):
+        """Rings of all remainders by three: loads' slopes are taken in three colours and what is left."""
+        spun = {"angular_velocity": [30.0, 20.0, 10.0], "element_spin": [0.0, 0.0, 20.0]}
+        groups = {f"ring-{n}": {"shape": {"length": 0.2, "elements": n, "closed": True} | spun} for n in (3, 4, 5, 12, 13, 14)}
+        groups |= {f"ring-{n}-held": {"shape": {"length": 0.2, "elements": n, "closed": True}, "hold": {"nodes": [0], "elements": [-1]}} for n in (12, 13, 14)}
+        groups |= {f"short-{n}": {"shape": LET_GO | {"elements": n}} for n in (2, 3, 4)}
+        pulled = [{"kind": "formula", "force": ["-2*x/0.1", "-0.5*y/0.1", "0.2*sin(x/0.01)"]}]
+        self.assert_agrees(self.beams(groups) | {"load": pulled})
+
+    def test_each_agrees_or_is_refused(self):
+        left = {pattern for pattern, _ in REFUSED}
+        for row in self.rows:
+            scene = scene_of((row, "left"))
+            reasons = [(pattern, message) for pattern, message in REFUSED if re.match(pattern, row.name)]
+            with self.subTest(row.name):
+                if not reasons:
+                    self.assert_agrees(scene, row.name in FIRST_ORDER)
+                    continue
+                left.discard(reasons[0][0])
+                for method in METHODS:
+                    with self.assertRaisesRegex(skein.RunFailed, reasons[0][1]):
+                        state(scene, dt=DURATION / STEPS, integrator=method)
+        self.assertEqual(left, set(), "no row is refused by these")
+
+    def test_keys_of_explicit_steps_have_no_use(self):
+        for key, value in {"safety": 0.5, "e_min": 0.9, "damping": "after", "force_dt": True, "tolerance": 1e-3, "divide": 1e-4}.items():
+            with self.subTest(key), self.assertRaisesRegex(skein.RunFailed, f"'?{key}'? .*no use"):
+                state(scene_of(), dt=DURATION / STEPS, integrator="implicit", **{key: value})
+        with self.assertRaisesRegex(skein.RunFailed, "tolerance.*no use"):
+            state(scene_of(), tolerance=1e-3)
+
+
+if __name__ == "__main__":
+    unittest.main()
