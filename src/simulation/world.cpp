@@ -1,6 +1,7 @@
 #include "simulation/world.hpp"
 
 #include "core/memory.hpp"
+#include "core/stop.hpp"
 #include "mechanics/rod_copies.hpp"
 #include "partition/partition.hpp"
 #include "physics/walls/wall_plan.hpp"
@@ -135,7 +136,11 @@ void World::advance(std::int64_t until) {
             control ? clock.next(clock.done() + 1, 1) : next_steps(std::min(until, checks.next(clock.done())));
         const Step end = steps.back();
         const bool check = end.index == until || checks.due(end.index) || control;
-        const bool valid = control ? step_in_parts(*control) : step(steps, check);
+        const StepEnd ended_as = control              ? step_in_parts(*control)
+                                 : step(steps, check) ? StepEnd::done
+                                                      : StepEnd::failed;
+        if (ended_as == StepEnd::stopped) return;
+        const bool valid = ended_as == StepEnd::done;
         clock.advance({&end, 1});
         if (check) {
             watch_limit();
@@ -143,6 +148,9 @@ void World::advance(std::int64_t until) {
             for (const auto& interaction : interactions_) interaction->watch(end);
         }
         if (!valid) failure_ = reason_of_failure(); // other ranks learn of it when they meet
+        if (!valid && control && failure_.empty())
+            failure_ = fmt::format("step {} in {} parts still has an error beyond time.tolerance", end.index,
+                                   StepControl::most_parts);
         going = (synchronous_ ? all_ranks_valid() : failure_.empty()) && !ended();
     }
 }
@@ -187,16 +195,20 @@ bool World::step(std::span<const Step> steps, bool check) {
 }
 
 bool World::step_in_parts(std::int64_t parts) {
-    bool valid = true;
-    for (std::int64_t part = 0; part < parts && valid;) {
+    enum : std::int64_t { good, bad, stop };
+    std::int64_t found = good;
+    for (std::int64_t part = 0; part < parts && found == good;) {
         const auto steps = clock.next_in_parts(parts, part);
         part += static_cast<std::int64_t>(steps.size() / scheme_of(plan.integrator).stages.size());
-        valid = step(steps, true);
+        const bool valid = step(steps, true);
+        found = comm.max(std::int64_t{part < parts && stop_requested() ? stop : valid ? good : bad});
     }
-    return comm.max(static_cast<std::int64_t>(!valid)) == 0;
+    stopped_ = found == stop;
+    return found == good;
 }
 
-bool World::step_in_parts(StepControl& control) {
+World::StepEnd World::step_in_parts(StepControl& control) {
+    stopped_ = false;
     rods_->keep(0);
     const bool compares = control.compares();
     bool coarse = false;
@@ -206,22 +218,26 @@ bool World::step_in_parts(StepControl& control) {
         rods_->go_back(0);
     }
     while (true) {
-        const bool valid = step_in_parts(control.parts());
+        const bool valid = !stopped_ && step_in_parts(control.parts());
         if (valid && !compares) break;
         if (valid && coarse) {
             const double error = comm.max(rods_->farthest_from(1)) / 3;
             if (control.allows(error)) {
                 control.note_compared(error);
-                return true;
+                return StepEnd::done;
             }
         }
-        if (!control.refine()) return false;
+        if (stopped_) {
+            rods_->go_back(0);
+            return StepEnd::stopped;
+        }
+        if (!control.refine()) return StepEnd::failed;
         coarse = valid;
         if (coarse) rods_->keep(1);
         rods_->go_back(0);
     }
     control.note();
-    return true;
+    return StepEnd::done;
 }
 
 bool World::repeat(std::int64_t until, bool check) {
@@ -231,7 +247,8 @@ bool World::repeat(std::int64_t until, bool check) {
         const auto steps = control ? clock.next(clock.done() + 1, 1) : next_steps(until);
         const Step end = steps.back();
         const bool last = check && end.index == until;
-        valid = (control ? step_in_parts(*control) : step(steps, last)) || !last;
+        valid = (control ? step_in_parts(*control) == StepEnd::done : step(steps, last)) || !last;
+        if (stopped_) break;
         clock.advance({&end, 1});
     }
     return comm.max(static_cast<std::int64_t>(!valid)) == 0;

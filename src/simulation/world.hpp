@@ -98,9 +98,11 @@ public:
 
 private:
     bool step(std::span<const Step> steps, bool check);
-    /// One step of the clock in as many parts as it needs; false where no number of them does. Collective.
-    bool step_in_parts(StepControl& control);
-    /// The step in parts; false on all ranks where it failed on one.
+    enum class StepEnd { done, failed, stopped };
+    /// One step of the clock in as many parts as it needs. It fails where no number of them does, and is taken back
+    /// where the run is to stop. Collective.
+    StepEnd step_in_parts(StepControl& control);
+    /// The step in parts; false on all ranks where it failed on one, or is to stop.
     bool step_in_parts(std::int64_t parts);
     std::span<const Step> next_steps(std::int64_t until);
     /// Notes the first body of this rank that is near the limit of its step.
@@ -118,7 +120,7 @@ private:
     std::unique_ptr<Neighbourhood> neighbourhood_;
     Interactions interactions_;
     LoadBalance balance_;
-    bool always_moves_, synchronous_ = false, coupled_ = false;
+    bool always_moves_, synchronous_ = false, coupled_ = false, stopped_ = false;
     std::int64_t owners_ = 0;
     std::string failure_, near_limit_;
     double undamped_share_ = 0;

@@ -23,9 +23,9 @@ struct InteractionExample {
 };
 
 static_assert(
-    PhysicsTables::count == 10,
-    "contact and walls have examples here; loads, joints, the fluid, relaxation, the audit, probes, expected values "
-    "and rotary inertia have tests of their own: a new physics needs examples");
+    PhysicsTables::count == 11,
+    "contact and walls have examples here; loads, joints, the fluid, relaxation, implicit steps, the audit, probes, "
+    "expected values and rotary inertia have tests of their own: a new physics needs examples");
 static_assert(std::size(wall_names) == 4, "a new kind of wall needs an example");
 
 /// Half a metre long, its middle at `middle`, in motion.

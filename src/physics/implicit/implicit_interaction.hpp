@@ -21,8 +21,8 @@ public:
         summary["implicit"] = {{"parts", control_.parts()}, {"error_of_a_step", control_.error() / length_}};
     }
     std::string advice() const override {
-        return "Newton corrections of an implicit step do not converge: give a smaller time.dt, or integrator = "
-               "\"implicit_damped\"";
+        return "an implicit step does not converge: integrator = \"implicit_damped\", a larger time.tolerance, or a "
+               "given, smaller time.dt may do";
     }
     std::string saved_name() const override { return "implicit"; }
     SavedNumbers saved() const override { return {.name = saved_name(), .numbers = control_.numbers()}; }
