@@ -124,6 +124,13 @@ def relax(scene, where):
             one.get("shape", one).pop(key, None)
 
 
+def stepping(name):
+    """By implicit steps, of the given length."""
+    def edit(scene, where):
+        scene["time"] = {key: value for key, value in scene["time"].items() if key != "divide"} | {"integrator": name}
+    return edit
+
+
 def branch(scene, where, **keys):
     """A rod from the start of `left`, with a joint as within a rod."""
     start = group(scene, "left")["placement"].get("origin", [-0.1, 0.0, HEIGHT])
@@ -149,7 +156,7 @@ def rows_of(folder):
     magnetised = {"strength": 1e5, "direction": [1.0, 0.0, 0.2]}
     rows = [
         of_scene("time.integrator = pefrl", "time.integrator", time={"integrator": "pefrl"}),
-        of_scene("time.integrator = implicit", "time.integrator", time={"integrator": "implicit_damped"}),
+        *(Row(f"time.integrator = {name}", stepping(name), sets="time.integrator", last=True) for name in ("implicit", "implicit_damped")),
         Row("time.relax", relax, last=True),
         of_scene("time.damping = exponential", "time.damping", time={"damping": "exponential"}, damping=[{"kind": "uniform", "rate": 7.0}]),
         of_scene("time.damping = after", "time.damping", time={"damping": "after"}, damping=[{"kind": "uniform", "rate": 7.0}]),
