@@ -88,7 +88,7 @@ class Outputs(unittest.TestCase):
         if plan.get("fluid"):
             keys = coarser(text, plan, keys)
             plan = plan_of(scene, keys)
-        dt, steps = plan["dt"], 500
+        dt, steps = plan["dt"], min(500, plan["steps"])
         if plan.get("fluid") and plan["rods"]:
             every = plan["fluid"]["meets_rods_every"]
             steps = (12 if every >= 100 else 20) * every  # the most frequent table has six outputs in a step of the fluid, others one or fewer

@@ -16,7 +16,7 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
     const auto name = nth(integrator_names, time.integrator);
     of_time.unused({"safety", "e_min", "damping", "force_dt"},
                    fmt::format("with integrator = \"{}\", whose steps stability does not limit", name));
-    if (time.dt > 0) of_time.unused({"tolerance", "divide"}, "with a given 'dt'");
+    if (time.dt > 0) of_time.unused({"tolerance"}, "with a given 'dt'");
     const auto refuse = [&](bool has, const std::string& table, const std::string& message) {
         if (has) objections.add(table, fmt::format("time.integrator = \"{}\" {}", name, message));
     };
