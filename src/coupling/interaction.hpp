@@ -101,7 +101,7 @@ public:
     /// Resets the search for an end of the run, such as rest. Called after restore() as a stage begins.
     virtual void begin_stage() {}
 
-    /// What cuts steps into parts; null: this does not.
+    /// Control of the parts that steps are cut into; null: it cuts none.
     virtual StepControl* step_control() { return nullptr; }
 
     /// State of an interaction that may end runs. Not collective.
@@ -183,7 +183,7 @@ double step_limit(const Interactions& all);
 /// True if one of them does.
 bool couples(const Interactions& all);
 bool ends_every_step(const Interactions& all);
-/// What cuts steps into parts; null where nothing does.
+/// Control of the parts of steps, of the first that has one; null: none has.
 StepControl* step_control(const Interactions& all);
 /// First coupling of any of them.
 std::int64_t next_coupling(const Interactions& all, std::int64_t done);

@@ -122,12 +122,14 @@ public:
     }
 
 private:
+    /// X and y of a row.
     struct Kept {
         P m[row_size][row_size + 1];
-    }; ///< X and y
+    };
+    /// Z of a row.
     struct Across {
         RowBlock<W> to_last;
-    }; ///< Z
+    };
 
     static void put(Kept& kept, const BlockRow<W>& row) {
         for (int i = 0; i < row_size; ++i) {

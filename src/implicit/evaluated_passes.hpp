@@ -15,7 +15,7 @@ template <int W> struct EvaluatedPass {
     bool has_slopes; ///< false where its loads do not change with the motion
 };
 
-/// What evaluates passes of its program by itself.
+/// Pass that evaluates others of its program by itself.
 template <int W> class EvaluatesPasses {
 public:
     virtual ~EvaluatesPasses() = default;

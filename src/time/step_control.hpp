@@ -1,6 +1,6 @@
 // Number of equal parts of a step, by the error of positions or because corrections do not converge.
-//   error     of a step in p parts: a third of its difference to the step in p/2 parts, which steps of second order
-//   have allowed   tolerance times the step's share of the duration
+//   error     a third of the difference between steps in p and in p/2 parts: that of p parts, at second order
+//   allowed   tolerance times the step's share of the duration
 // Errors are compared at some steps alone: at the next after a change, then at every second and at every fourth.
 #pragma once
 

@@ -59,7 +59,7 @@ inline constexpr Substep midpoint_stages[] = {{0.5, 0.5, 0.5, 0}};
 inline constexpr double midpoint_kicks[] = {0.5};
 
 inline constexpr double gamma = 0.2928932188134525; // 1 - 1/sqrt 2
-/// What begins at the end of a step does not act in it.
+/// Time of a stage at the end of a step, over its length: loads that begin there do not act in it.
 inline constexpr double before_end = 1 - 1e-9;
 inline constexpr Substep damped_stages[] = {{1 - 2 * gamma, gamma, gamma, 0}, {0.0, gamma, before_end, 0}};
 inline constexpr double damped_kicks[] = {gamma};
