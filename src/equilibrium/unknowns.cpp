@@ -2,20 +2,11 @@
 
 #include "core/rotation.hpp"
 #include "mechanics/rod_copies.hpp"
+#include "rod/slot_freedom.hpp"
 
 #include <algorithm>
 
 namespace skein {
-
-namespace {
-
-std::array<bool, 3> axes_in(const std::string& names) {
-    std::array<bool, 3> held{};
-    for (const char axis : names) held[static_cast<std::size_t>(axis - 'x')] = true;
-    return held;
-}
-
-} // namespace
 
 Unknowns::Unknowns(std::span<const RodGroup> groups, std::span<const LocalRod> rods, const StaticRods& at_rest)
     : shared_(at_rest.common_nodes().begin(), at_rest.common_nodes().end()) {
@@ -52,31 +43,12 @@ Unknowns::Unknowns(std::span<const RodGroup> groups, std::span<const LocalRod> r
 }
 
 void Unknowns::number_rod(const RodGroup& group, std::size_t rod, std::size_t first) {
-    const int slots = group.slots(), n = group.elements();
-    const bool body = !group.strained();
-    const auto hold = [&](int slot, std::size_t from, const std::array<bool, 3>& held) {
-        for (std::size_t i = 0; i < 3; ++i)
-            if (held[i]) number_[first + to_index(slot)][from + i] = -1;
-    };
-    constexpr std::array<bool, 3> all{true, true, true};
-    for (int k = 0; k < slots; ++k) {
-        rod_of_slot_[first + to_index(k)] = rod;
-        if (body) continue;
-        if (group.holds_node(k)) hold(k, 0, all);
-        if (group.slides(k)) {
-            const Vec3d free = group.free_directions(k);
-            hold(k, 0, {free.x == 0, free.y == 0, free.z == 0});
-        }
-        if (k == n || group.holds_element(k)) hold(k, 3, all);
-    }
-    const Hold& held = group.spec().hold;
-    const int nodes = group.nodes();
-    for (const long i : held.nodes) hold(static_cast<int>(i < 0 ? nodes + i : i), 0, axes_in(held.directions));
-    const std::array<bool, 3> axes = axes_in(held.axes);
-    for (const long k : held.elements) {
-        const int slot = static_cast<int>(k < 0 ? n + k : k);
-        hold(slot, 3, axes);
-        if (axes != all) turned_[first + to_index(slot)] = 1;
+    const std::vector<SlotFreedom> freedom = slot_freedoms(group);
+    for (std::size_t k = 0; k < freedom.size(); ++k) {
+        rod_of_slot_[first + k] = rod;
+        turned_[first + k] = freedom[k].turns_in_lab;
+        for (std::size_t i = 0; i < slot_unknowns; ++i)
+            if (freedom[k].free[i] == 0) number_[first + k][i] = -1;
     }
 }
 

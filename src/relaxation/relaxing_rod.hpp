@@ -3,12 +3,12 @@
 #pragma once
 
 #include "relaxation/relaxation_estimate.hpp"
+#include "rod/slot_freedom.hpp"
 #include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
 
 #include <algorithm>
 #include <array>
-#include <string>
 #include <vector>
 
 namespace skein {
@@ -34,17 +34,10 @@ public:
         for (const ElementConstants& e : group.element)
             bending += 0.5 * (e.bending.x + e.bending.y) * e.rest_length / length_;
         const double per_length = own_share * bending / (length_ * length_);
+        const std::vector<SlotFreedom> freedom = slot_freedoms(group);
         for (int k = 0; k <= n; ++k) {
             Row& row = row_.emplace_back();
-            row.free = {1, 1, 1, 1, 1, 1};
-            if (group.holds_node(k)) row.free[0] = row.free[1] = row.free[2] = 0;
-            if (group.slides(k)) {
-                const Vec3d free = group.free_directions(k);
-                row.free[0] = free.x;
-                row.free[1] = free.y;
-                row.free[2] = free.z;
-            }
-            if (k == n || group.holds_element(k)) row.free[3] = row.free[4] = row.free[5] = 0;
+            row.free = nth(freedom, k).free;
             row.own_node = per_length * nth(group.node_length, k) / (length_ * length_);
             if (k < n) {
                 const ElementConstants& e = nth(group.element, k);
@@ -55,13 +48,6 @@ public:
             row.own_node += nth(held.node, k);
             if (k < n) row.own_turn += nth(held.turn, k);
         }
-        const int nodes = group.nodes();
-        const Hold& hold = group.spec().hold;
-        const auto hold_axes = [](double* free, const std::string& axes) {
-            for (const char axis : axes) free[axis - 'x'] = 0;
-        };
-        for (const long i : hold.nodes) hold_axes(&row(i < 0 ? nodes + i : i).free[0], hold.directions);
-        for (const long k : hold.elements) hold_axes(&row(k < 0 ? n + k : k).free[3], hold.axes);
     }
 
     double length() const { return length_; } ///< m
@@ -69,8 +55,6 @@ public:
     const Row& operator[](int k) const { return nth(row_, k); }
 
 private:
-    Row& row(long k) { return nth(row_, k); }
-
     double length_ = 0;
     std::vector<Row> row_; ///< [n + 1]
 };
