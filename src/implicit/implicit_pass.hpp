@@ -13,6 +13,7 @@
 #include "implicit/evaluated_passes.hpp"
 #include "implicit/implicit_rod.hpp"
 #include "implicit/load_slopes.hpp"
+#include "mechanics/drift.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -116,12 +117,6 @@ private:
     V free_node(int k) const { return {P(rod_[k].free[0]), P(rod_[k].free[1]), P(rod_[k].free[2])}; }
     bool turns(int k) const { return rod_[k].free[3] + rod_[k].free[4] + rod_[k].free[5] > 0; }
 
-    void close(const RodTile<W>& rod) const {
-        if (!closed_) return;
-        rod.slot[rod.n].position = rod.slot[0].position;
-        rod.slot[rod.n].velocity = rod.slot[0].velocity;
-    }
-
     /// First guess: the stage's end at the present rates, with the strains of the stage before. Those of its end would
     /// not do: what turns by an angle a in a midpoint step is a^2/8 too long at the ends of it.
     void begin(const RodTile<W>& rod, Work& work, double h) const {
@@ -152,7 +147,7 @@ private:
             r = turns(k) ? rotation(P(h) * s.spin) : broadcast<W>(no_turn);
             s.director = r * work.start[to_index(k)].director;
         }
-        close(rod);
+        close_ring(rod);
     }
 
     /// Loads at the present state of the stage, and the correction that would balance them.
@@ -302,7 +297,7 @@ private:
             s.director = r * start.director;
             s.spin = P(1 / h) * relative_rotation(r, broadcast<W>(no_turn));
         }
-        close(rod);
+        close_ring(rod);
     }
 
     /// Goes on at the stage's rates. `wrong`: NaN where it has not converged.
@@ -326,7 +321,7 @@ private:
             s.director = r * s.director;
             s.spin = scale(inv, r * (more * now - ratio * before));
         }
-        close(rod);
+        close_ring(rod);
     }
 
     ImplicitRod rod_;

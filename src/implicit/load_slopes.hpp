@@ -6,6 +6,7 @@
 
 #include "core/rotation.hpp"
 #include "implicit/block_rows.hpp"
+#include "mechanics/drift.hpp"
 #include "skein/tiles/tile.hpp"
 
 #include <algorithm>
@@ -40,7 +41,7 @@ public:
                     move(rod.slot[k], i, small, time);
                 }
                 if (kept_.empty()) continue;
-                close(rod, ring);
+                close_ring(rod);
                 std::copy_n(inner, slots, load);
                 for (const TilePass<W>* pass : passes) pass->run(rod, load, step);
                 for (int k = 0, at = 0; k < nodes; ++k) {
@@ -53,7 +54,7 @@ public:
                         put(block(row, -by), i, load[row], total[row], 1 / small, row < elements);
                     }
                 }
-                close(rod, ring);
+                close_ring(rod);
             }
     }
 
@@ -84,11 +85,6 @@ private:
             s.director = rotation(by) * s.director;
             s.spin = fma(P(1 / time), by, s.spin);
         }
-    }
-    static void close(const RodTile<W>& rod, bool ring) {
-        if (!ring) return;
-        rod.slot[rod.n].position = rod.slot[0].position;
-        rod.slot[rod.n].velocity = rod.slot[0].velocity;
     }
     static void put(RowBlock<W>& to, int column, const SlotLoad<W>& moved, const SlotLoad<W>& still, double over,
                     bool has_element) {
