@@ -118,7 +118,7 @@ void note_doubts(Plan& plan, const CoreTables& scene, std::span<const RodGroup> 
     };
     note(uneven_outputs(plan, scene));
     note(doubts(scene, groups, plan.dt));
-    if (plan.force_dt && !plan.pseudo_time && plan.dt > plan.limit)
+    if (plan.force_dt && !plan.pseudo_time && !is_implicit(plan.integrator) && plan.dt > plan.limit)
         note({fmt::format(
             "time.force_dt lets a step pass that is {} of its limit: the motion that sets the limit may gain energy "
             "without end, and a run is stopped only where rods break or pass through each other",

@@ -65,9 +65,6 @@ std::int64_t whole_steps(double interval, const Plan& plan) {
                : 0;
 }
 
-namespace {
-
-/// The group whose limit is the shortest, which governs. Throws InputError where its limit is no number.
 void find_governing(Plan& plan, const CoreTables& scene) {
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
         // Written so that a limit which is no number governs too, and is refused.
@@ -81,6 +78,8 @@ void find_governing(Plan& plan, const CoreTables& scene) {
             "numbers of its material, section and shape",
             scene.file, plan.limit, limit.mode, limit.element, governing.name));
 }
+
+namespace {
 
 /// The longest automatic step, s: a share of the limits, and no longer than physics accept.
 double longest_step(const Plan& plan, const CoreTables& scene) {

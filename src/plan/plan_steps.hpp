@@ -12,6 +12,9 @@ namespace skein {
 /// Sets dt, its limit and the number of steps, when groups have their limits. Throws InputError where a given step is
 /// too long.
 void choose_step(Plan& plan, const CoreTables& scene);
+/// Finds the group with the shortest limit, which governs, and the limit of explicit steps. Throws InputError where
+/// that is no number.
+void find_governing(Plan& plan, const CoreTables& scene);
 /// Steps of an interval, s, that end with events; at least as many as between two of these, and 0 of no interval.
 std::int64_t whole_steps(double interval, const Plan& plan);
 Cadence cadence_of(const OutputSpec& out, const Plan& plan);

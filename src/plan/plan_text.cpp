@@ -124,10 +124,8 @@ std::string step_text(const Plan& p) {
     const char* automatic = p.automatic_dt ? " (auto)" : "";
     if (p.pseudo_time) return fmt::format("{:g} s: time counts steps of an iteration", p.dt);
     if (p.groups.empty()) return fmt::format("{:.6g} s{}", p.dt, automatic);
-    if (is_implicit(p.integrator)) {
-        const double limit = p.groups[p.governing].limits.front().dt;
-        return fmt::format("{:.6g} s{}, {:.4g} times the limit of explicit steps", p.dt, automatic, p.dt / limit);
-    }
+    if (is_implicit(p.integrator))
+        return fmt::format("{:.6g} s{}, {:.4g} times the limit of explicit steps", p.dt, automatic, p.dt / p.limit);
     return fmt::format("{:.6g} s{}, {} of the limit {:.6g} s ({} of '{}')", p.dt, automatic, share_text(p.dt / p.limit),
                        p.limit, p.groups[p.governing].limits.front().mode, p.groups[p.governing].name);
 }
@@ -169,7 +167,7 @@ Lines describe_step(const Plan& p) {
                                                        scheme_of(p.integrator).stability),
              "integrator", nth(integrator_names, p.integrator)},
             {"dt", step_text(p), "dt", p.dt},
-            {"", "", "limit", is_implicit(p.integrator) ? p.groups[p.governing].limits.front().dt : p.limit},
+            {"", "", "limit", p.limit},
             {"", "", "automatic_dt", p.automatic_dt},
             {"  divides", p.divides, "divides", p.divides},
             {"", "", "pseudo_time", p.pseudo_time},

@@ -25,13 +25,13 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
     refuse(scene.fluid.has_value(), "fluid", "is for rods outside of a fluid that is solved for: use \"verlet\"");
     refuse(scene.output.audit, "output.audit", "has no audit: use \"verlet\"");
     for (std::size_t i = 0; i < scene.rods.size(); ++i) {
-        const Hold& hold = scene.rods[i].hold;
-        refuse(!hold.elements.empty() && hold.axes.size() == 1, path_of_group(scene, i) + ".hold.axes",
+        const RodSpec& rods = scene.rods[i];
+        const std::string group = path_of_group(scene, i);
+        refuse(!rods.hold.elements.empty() && rods.hold.axes.size() == 1, group + ".hold.axes",
                "holds elements about two axes or three, not about one: give two, or use \"verlet\"");
-    }
-    for (std::size_t i = 0; i < scene.rods.size(); ++i)
-        refuse(scene.rods[i].material.law == Law::elastica, path_of_group(scene, i) + ".material.law",
+        refuse(rods.material.law == Law::elastica, group + ".material.law",
                "needs a law with an energy, and \"elastica\" has none");
+    }
     for (std::size_t i = 0; i < scene.damping.size(); ++i)
         refuse(is_filter(scene.damping[i].damping), fmt::format("damping.{}", i),
                "has no filter of rates: give \"uniform\" or \"physical\"");

@@ -48,9 +48,7 @@ public:
         plan.integrator = integrator_;
         plan.force_dt = true;
         plan.rest_speed = scene.time.rest_speed;
-        plan.limit = HUGE_VAL;
-        for (std::size_t g = 0; g < plan.groups.size(); ++g)
-            if (plan.groups[g].limits.front().dt < plan.groups[plan.governing].limits.front().dt) plan.governing = g;
+        find_governing(plan, scene);
         plan.automatic_dt = scene.time.dt == 0;
         plan.dt = scene.time.dt;
         if (plan.automatic_dt) { // steps are cut into parts
@@ -72,7 +70,8 @@ private:
 } // namespace
 
 void ImplicitTables::plan(const PlanInput& input, PlannedPhysics& out) {
-    if (!input.scene.time.relax && is_implicit(input.scene.time.integrator)) out.add<PlannedImplicitSteps>(input);
+    const TimeSpec& time = input.scene.time;
+    if (!time.relax && is_implicit(time.integrator) && !input.groups.empty()) out.add<PlannedImplicitSteps>(input);
 }
 
 } // namespace skein
