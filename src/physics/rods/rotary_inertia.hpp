@@ -14,7 +14,8 @@ AutomaticInertia automatic_inertia(const SceneSpec& scene, const RodSpec& rods);
 /// Why the motion of these rods depends on rotary inertia, whatever is chosen; empty: nothing says so.
 std::string rotary_inertia_matters(const SceneSpec& scene, const RodSpec& rods);
 
-/// What drives these rods faster, or in shorter waves, than bending is right to 1 % with `chosen`; empty: nothing.
+/// Cause, in words, that drives these rods faster, or in shorter waves, than bending is right to 1 % with `chosen`;
+/// empty: there is none.
 std::string driven_beyond(const SceneSpec& scene, const RodSpec& rods, const AutomaticInertia& chosen);
 
 } // namespace skein

@@ -72,7 +72,7 @@ private:
         if (chosen.dt == 0 || !driven_beyond(scene_, group.spec(), chosen).empty()) return now;
         return std::min(other_limit(p), chosen.gain * now);
     }
-    /// What the step would gain if all groups took "auto" where they can. Groups are looked at from the slowest on.
+    /// Gain of the step, in words, if all groups took "auto" where they can, from the slowest on; empty: too little.
     std::string possible_gain(const Plan& plan, std::span<const RodGroup> groups) const {
         if (is_implicit(plan.integrator)) return "";
         std::vector<std::size_t> order(groups.size());
