@@ -55,7 +55,7 @@ set(SKEIN_CONTACT_KERNELS ${CMAKE_SOURCE_DIR}/src/contact/broad_phase.cpp ${CMAK
                           ${CMAKE_SOURCE_DIR}/src/contact/static_friction.cpp
                           ${CMAKE_SOURCE_DIR}/src/contact/contacts.cpp ${CMAKE_SOURCE_DIR}/src/core/rotation.cpp)
 set(SKEIN_ROD_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/kernels_at.cpp ${CMAKE_SOURCE_DIR}/src/kernels/load_passes_at.cpp
-                      ${CMAKE_SOURCE_DIR}/src/kernels/implicit_at.cpp
+                      ${CMAKE_SOURCE_DIR}/src/kernels/implicit_at.cpp ${CMAKE_SOURCE_DIR}/src/kernels/bed_at.cpp
                       ${CMAKE_SOURCE_DIR}/src/kernels/rod_tiles.cpp ${CMAKE_SOURCE_DIR}/src/kernels/rod_tiles_layout.cpp)
 set(SKEIN_STATIC_KERNELS ${CMAKE_SOURCE_DIR}/src/kernels/static_rods_at.cpp)
 if(SKEIN_FLUID)

@@ -5,6 +5,7 @@
 //   friction  at the mean place of what pushes, across its mean normal, pressed by all of it
 // The memory of dashpots is that of their sum along the mean normal; what they take besides, as an element rocks, is
 // that of this step alone. Two boxes: contact_box_pairs.cpp.
+#include "contact/contact_tangent.hpp"
 #include "contact/segment_meeting.hpp"
 #include "contact/work_area.hpp"
 #include "skein/core/index.hpp"
@@ -217,6 +218,30 @@ Contact Contacts::contact_with_box(const Exposure& bodies, std::uint32_t pair) c
             sign * c.normal,  sign * c.slip};
 }
 
+/// Adds slopes of a contact whose points may be anywhere on a box and along an element: bounds of those of its points.
+///   |x + t x a|^2 <= 2 |x|^2 + 2 |t|^2 R^2,  R the radius of the ball around a box;  |(1-s) x + s y|^2 <= |x|^2 +
+///   |y|^2
+void Contacts::stiffen_at_box(const Work& work, std::uint32_t pair, const BoxContact& contact) {
+    const auto [a, b] = list_.pair[pair];
+    const ContactNumbers<Pack<1>> law = numbers<1>(work.bodies, &list_.pair[pair]);
+    const ContactState<Pack<1>> state{broadcast<1>(contact.normal), 0.0, contact.overlap, 0.0, {}, {}, {}, {}};
+    ContactForce<Pack<1>> force = contact.force;
+    force.normal = force.stiffness * contact.overlap;
+    const auto slopes = contact_slopes<1>(kinds_, law, state, work.h, force, {1.0, contact.weight}, 0.0, 0.0);
+    const double p = own_share_of_tangents * slopes.normal[0], q = own_share_of_tangents * slopes.tangential[0];
+    const auto [x, y, z] = contact.normal;
+    for (const std::uint32_t slot : {a, b}) {
+        if (const PartBox* box = box_at(work.bodies, slot)) {
+            const double reach = norm(box->half) + box->radius;
+            stiffen(work, slot, {{x, y, z, 2 * p, 2 * q, 0, 0, 2 * std::max(p, q) * reach * reach}});
+        } else {
+            const double arm = work.bodies.node[slot].radius * (slot == a ? 1 : -1);
+            stiffen(work, slot, {{x, y, z, p, q, 0, arm, 0}});
+            stiffen(work, slot, {{x, y, z, p, q, 1, arm, 0}});
+        }
+    }
+}
+
 void Contacts::push_boxes(const Work& work, WorkArea& area) {
     const std::uint32_t begin = list_.first[work.block.first_slot], end = list_.first[work.block.last_slot];
     const auto first = std::lower_bound(box_pairs_.begin(), box_pairs_.end(), begin),
@@ -237,6 +262,7 @@ void Contacts::push_boxes(const Work& work, WorkArea& area) {
         const bool box_first = box_is_first(work.bodies, *i);
         exert(work, a, box_first ? c->on_box : c->on_element);
         exert(work, b, box_first ? c->on_element : c->on_box);
+        if (work.tangent) stiffen_at_box(work, *i, *c);
         if (!work.bodies.owns_slot(a)) continue;
         BlockFigures& figures = work.figures;
         ++figures.active;

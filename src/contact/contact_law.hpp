@@ -46,16 +46,21 @@ template <class P> struct ContactNumbers {
     P slip_speed;           ///< v_s, m/s
     P compliance{};         ///< 1/k_h of the spring that regularised friction has for its step, m/N: set_spring
     P twice_step{};         ///< 2 h, s: likewise
+    P stiffest_tangential{HUGE_VAL}; ///< of springs with memory, N/m: limit_springs
 
     /// For a step h, s, of regularised friction on bodies of this mobility, 1/kg (contact_limits.hpp).
     void set_spring(double step, double mobility) {
         compliance = step * step * mobility;
         twice_step = 2 * step;
     }
+    /// Springs of friction with memory that add no more than this mass to bodies of this mobility, over their own.
+    void limit_springs(double step, double mobility, double most) {
+        if (mobility > 0) stiffest_tangential = most / (step * step * mobility);
+    }
     /// Copies the numbers to all lanes.
     template <class Q> ContactNumbers<Q> as() const {
         return {stiffness,          damping,    static_friction, kinetic_friction, tangential_stiffness,
-                tangential_damping, slip_speed, compliance,      twice_step};
+                tangential_damping, slip_speed, compliance,      twice_step,       stiffest_tangential};
     }
 };
 
@@ -69,6 +74,7 @@ template <int W> SKEIN_INLINE void set_lane(ContactNumbers<Pack<W>>& all, int i,
     all.slip_speed.set(i, one.slip_speed);
     all.compliance.set(i, one.compliance);
     all.twice_step.set(i, one.twice_step);
+    all.stiffest_tangential.set(i, one.stiffest_tangential);
 }
 
 struct ContactLaw {

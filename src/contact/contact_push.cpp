@@ -1,4 +1,5 @@
 // The forces of a block's contacts, and the slots and strips that these go to.
+#include "contact/contact_tangent.hpp"
 #include "contact/work_area.hpp"
 #include "skein/core/index.hpp"
 
@@ -61,8 +62,17 @@ void Contacts::exert_at(const Work& work, std::uint32_t slot, const ForceRow& ro
     nth(touched_, window) = 1;
 }
 
+/// Adds or defers slopes of a contact of an own body's element.
+void Contacts::stiffen(const Work& work, std::uint32_t slot, const PointTangent& tangent) {
+    const std::int32_t window = work.bodies.window_of[slot];
+    if (!tangent.acts() || !work.bodies.owns(to_index(window))) return;
+    if (slot >= work.last_slot) return work.deferring.defer(window, slot, tangent);
+    add(work.tangent[slot], tangent);
+    nth(touched_, window) = 1;
+}
+
 /// Forces of pairs that touch, eight at a time: state, force, memory, loads on both elements in the order of pairs.
-class Contacts::TouchingForces {
+template <bool tangents> class Contacts::TouchingForces {
 public:
     TouchingForces(Contacts& contacts, const Work& work, const WorkArea& area)
         : contacts_(contacts), work_(work), area_(area), motion_(work.bodies.motion.data()),
@@ -79,16 +89,26 @@ public:
         load(memory, eight);
         ContactState<P> now;
         const P inverse_radius = set_state(now, i, eight, s, t);
-        const ContactForce<P> force =
-            contact_force<W>(contacts_.kinds_, contacts_.numbers<W>(work_.bodies, eight.pair), now, work_.h, memory,
-                             {area_.pack(A::weight, i), share}, area_.pack(A::elsewhere, i));
+        const ContactNumbers<P> law = contacts_.numbers<W>(work_.bodies, eight.pair);
+        const ContactWeight<P> weight{area_.pack(A::weight, i), share};
+        const P elsewhere = area_.pack(A::elsewhere, i);
+        const ContactForce<P> force = contact_force<W>(contacts_.kinds_, law, now, work_.h, memory, weight, elsewhere);
         Rows rows;
         fill(rows, force, s, t);
-        const unsigned shared = bits_of(share > P(0.0)); // near-parallel pairs may have no share
+        const P overlap = now.radius_1 + now.radius_2 - now.distance;
+        P counted = share;
+        if constexpr (tangents) counted = select(overlap > P(0.0), share, P(0.0)); // others are near enough to meet
+        const unsigned shared = bits_of(counted > P(0.0)); // near-parallel pairs may have no share
         if (contacts_.remembers_) store(memory, eight, shared);
         const unsigned mine = add_loads(rows, eight, shared);
-        const P overlap = now.radius_1 + now.radius_2 - now.distance;
-        sums.add(force, P(0.5) * overlap * inverse_radius, share, mine);
+        if constexpr (tangents) {
+            const ContactWeight<P> of_slope{select(overlap > P(0.0), weight.normal, P(1.0)), share};
+            auto slopes = contact_slopes<W>(contacts_.kinds_, law, now, work_.h, force, of_slope, elsewhere,
+                                            contacts_.scene_.meeting_zone);
+            slopes.tangential += turning_slope(force.normal, now);
+            add_tangents(now.normal, slopes, s, force.arm_1, t, force.arm_2, eight);
+        }
+        sums.add(force, P(0.5) * overlap * inverse_radius, counted, mine);
         work_.figures.active += std::popcount(mine & shared);
     }
 
@@ -200,13 +220,24 @@ private:
                 add_row(load_ + pair.b, all, rows.first_2[l], -t, arm_2);
                 touched_[second] = 1;
             } else {
-                work_.deferring.defer(second, pair.b, {-f[0], -f[1], -f[2], t, f[4], f[5], f[6], arm_2});
+                work_.deferring.defer(second, pair.b, LoadRow{-f[0], -f[1], -f[2], t, f[4], f[5], f[6], arm_2});
             }
         }
         return mine;
     }
 
-    const Contacts& contacts_;
+    /// Adds the slopes of both elements.
+    void add_tangents(const Vec3<P>& n, const ContactSlopes<P>& slopes, const P& s, const P& arm_1, const P& t,
+                      const P& arm_2, const Eight& eight) const {
+        const P p = P(own_share_of_tangents) * slopes.normal, q = P(own_share_of_tangents) * slopes.tangential;
+        for (int l = 0; l < eight.count; ++l) {
+            const auto [x, y, z] = lane(n, l);
+            contacts_.stiffen(work_, eight.pair[l].a, {{x, y, z, p[l], q[l], s[l], arm_1[l], 0}});
+            contacts_.stiffen(work_, eight.pair[l].b, {{x, y, z, p[l], q[l], t[l], -arm_2[l], 0}});
+        }
+    }
+
+    Contacts& contacts_;
     const Work& work_;
     const WorkArea& area_;
     const ExposedMotion* const motion_;
@@ -219,8 +250,11 @@ private:
 };
 
 void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums) {
-    const TouchingForces forces(*this, work, area);
-    for (std::uint32_t i = 0; i < area.count; i += WorkArea::W) forces.push(i, sums);
+    const auto push_all = [&](const auto& forces) {
+        for (std::uint32_t i = 0; i < area.count; i += WorkArea::W) forces.push(i, sums);
+    };
+    if (work.tangent) push_all(TouchingForces<true>(*this, work, area));
+    else push_all(TouchingForces<false>(*this, work, area));
 }
 
 /// Saves the memory of pairs for a step that may be repeated. Pairs that do not touch have none.
@@ -246,6 +280,7 @@ void Contacts::push(const Work& work, WorkArea& area) {
     if (!block.paired) return; // its bodies are marked as untouched since the list was made
     std::fill(touched_.begin() + block.first_window, touched_.begin() + block.last_window, std::uint8_t{0});
     std::fill(work.load + block.first_slot, work.load + block.last_slot, ExertedLoad{});
+    if (work.tangent) std::fill(work.tangent + block.first_slot, work.tangent + block.last_slot, SlotTangent{});
     const std::uint32_t begin = list_.first[block.first_slot], end = list_.first[block.last_slot];
     if (begin == end) return;
     if (may_repeat_) save_memory(begin, end);
@@ -271,8 +306,8 @@ void Contacts::run_strips(const Exposure& bodies, double h, std::span<const std:
         if (!area) area = std::make_unique<WorkArea>();
         DeferredLoads::Deferring deferring(deferred_, strips[i], nth(next_, thread));
         for (std::size_t b = strip.last_block; b-- > strip.first_block;) {
-            push({bodies, h, deferred_.blocks()[b], strip.last_slot, deferring, block_figures_[b], loads.data(), b,
-                  prune},
+            push({bodies, h, deferred_.blocks()[b], strip.last_slot, deferring, block_figures_[b], loads.data(),
+                  tangents_.empty() ? nullptr : tangents_.data(), b, prune},
                  *area);
             threads_.poll();
         }
@@ -282,8 +317,9 @@ void Contacts::run_strips(const Exposure& bodies, double h, std::span<const std:
 void Contacts::add_deferred(const Exposure& bodies, std::span<ExertedLoad> loads) {
     if (deferred_.strips().size() < 2) return;
     threads_.for_each(deferred_.blocks().size(), [&](std::size_t block, int) {
-        deferred_.add_deferred(block, [&](std::uint32_t slot, const LoadRow& row) {
-            add_row(&loads[slot], row);
+        deferred_.add_deferred(block, [&]<class Row>(std::uint32_t slot, const Row& row) {
+            if constexpr (std::is_same_v<Row, LoadRow>) add_row(&loads[slot], row);
+            else add(tangents_[slot], row);
             nth(touched_, bodies.window_of[slot]) = 1;
         });
     });

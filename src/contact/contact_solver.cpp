@@ -71,6 +71,8 @@ void ContactSolver::evaluate(const Exposure& bodies, double time, double h, Slot
         std::iota(same.begin(), same.end(), 0u);
         finish_rebuild(bodies, same, search(bodies, wanted));
     }
+    loads.tangent.resize(loads.has_tangents ? bodies.slots() : 0);
+    set_tangents(loads.tangent);
     begin(bodies, time, h, loads.load, false);
     finish(bodies, h, loads.load);
     loads.touched = touched();

@@ -82,6 +82,8 @@ struct ContactScene {
     std::vector<double> masses;              ///< mass of a body, by group, kg
     std::vector<double> slip_mobility;       ///< by group, 1/kg: contact_limits.hpp
     double largest_energy = 0; ///< energy of the stiffest normal spring between the widest elements one in another, J
+    bool has_tangents = false; ///< loads come with their slopes: set_tangents()
+    double meeting_zone = 0;   ///< gap of pairs that have slopes before they touch, m
 };
 /// `joined`: rules of elements of one copy of an assembly; null: none of them touch.
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws,
@@ -119,6 +121,8 @@ public:
     /// Memory of contacts whose first body is own, in order of pairs.
     virtual std::vector<SavedContact> saved(const Exposure& bodies) const = 0;
 
+    /// Place of the slopes of the next step's contacts, by slot, where the scene has them.
+    virtual void set_tangents(std::span<SlotTangent> tangents) = 0;
     /// Contacts of blocks of bodies that need no ghosts, over a step of length h, s. `may_repeat`: other ranks may
     /// still ask for a rebuild, after which the step begins anew.
     virtual void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads,

@@ -236,11 +236,17 @@ FrictionSpring<double> Contacts::inherited_spring(const Exposure& bodies, std::u
     return spring;
 }
 
+/// True where a pair touches, and is not only near enough to meet in the step.
+bool Contacts::overlaps(const WorkArea& area, std::uint32_t n) const {
+    const double reach = area[WorkArea::radius_1][n] + area[WorkArea::radius_2][n];
+    return scene_.meeting_zone == 0 || area[WorkArea::squared][n] < reach * reach;
+}
+
 /// Inherits springs before any memory or status of the block's pairs changes.
 void Contacts::inherit_springs(const Work& work, const WorkArea& area) {
     if (!area.begins || !has_spring(kinds_.friction)) return;
     for (std::uint32_t n = 0; n < area.count; ++n)
-        if (const std::uint32_t pair = area.index[n]; !(status_[pair] & touching))
+        if (const std::uint32_t pair = area.index[n]; !(status_[pair] & touching) && overlaps(area, n))
             memory_[pair].spring = inherited_spring(work.bodies, pair, area[WorkArea::s][n], area[WorkArea::t][n]);
 }
 

@@ -1,3 +1,4 @@
+#include "contact/contact_tangent.hpp"
 #include "contact/work_area.hpp"
 
 #include "core/timer.hpp"
@@ -157,7 +158,7 @@ double Contacts::next_skin() {
         margin_ = figures_.skin * std::min(0.5, 1 / std::sqrt(change * age));
         age_ = 0;
     }
-    return figures_.skin;
+    return figures_.skin + scene_.meeting_zone;
 }
 
 /// Pairs that touch, by slots of the scene, in order.
@@ -246,7 +247,7 @@ void Contacts::finish_rebuild(const Exposure& bodies, std::span<const std::uint3
     list_ = PairList(std::exchange(found_, {}), bodies, threads_, has_spring(kinds_.friction));
     find_boxes(bodies);
     place_saved(bodies);
-    deferred_.make_room(list_, bodies, threads_);
+    deferred_.make_room(list_, bodies, threads_, scene_.has_tangents);
     block_figures_.resize(deferred_.blocks().size());
     touched_.assign(bodies.window.size(), 0);
     now_.clear();
@@ -314,20 +315,23 @@ std::vector<double> Contacts::work(const Exposure& bodies) const {
     return work;
 }
 
-/// Sets the springs of regularised friction for a step h.
+/// Sets the springs of friction without memory for a step h, and limits those with memory in beds.
 void Contacts::set_springs(double h) {
     const std::vector<double>& mobility = scene_.slip_mobility;
+    const auto set = [&](ContactNumbers<double>& numbers, double of_both) {
+        if (slips_always(kinds_.friction)) numbers.set_spring(h, of_both);
+        if (scene_.has_tangents) numbers.limit_springs(h, of_both, most_added_by_friction);
+    };
     if (mobility.empty() || laws_.materials() == 1)
-        return numbers_[0].set_spring(h,
-                                      mobility.empty() ? 0 : 2 * *std::max_element(mobility.begin(), mobility.end()));
+        return set(numbers_[0], mobility.empty() ? 0 : 2 * *std::max_element(mobility.begin(), mobility.end()));
     for (std::size_t i = 0; i < laws_.materials(); ++i)
         for (std::size_t j = 0; j < laws_.materials(); ++j)
-            numbers_[i * laws_.materials() + j].set_spring(h, mobility[i] + mobility[j]);
+            set(numbers_[i * laws_.materials() + j], mobility[i] + mobility[j]);
 }
 
 void Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) {
     numbers_ = laws_.numbers(time);
-    if (slips_always(kinds_.friction)) set_springs(h);
+    if (slips_always(kinds_.friction) || scene_.has_tangents) set_springs(h);
     time_ = time;
     side_changes_.clear();
     overlap_now_.clear();

@@ -46,6 +46,7 @@ public:
                  const BinnedTotal& viscous_work) override;
     const SumBins& energy_bins() const override { return bins_; }
     std::vector<SavedContact> saved(const Exposure& bodies) const override;
+    void set_tangents(std::span<SlotTangent> tangents) override { tangents_ = tangents; }
     void begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) override;
     void finish(const Exposure& bodies, double h, std::span<ExertedLoad> loads) override;
     std::span<const std::uint8_t> touched() const override { return touched_; }
@@ -122,6 +123,7 @@ private:
         DeferredLoads::Deferring& deferring;
         BlockFigures& figures;
         ExertedLoad* load;
+        SlotTangent* tangent;
         std::size_t number; ///< number of the block
         bool prune;         ///< all candidates are checked
     };
@@ -130,15 +132,18 @@ private:
     void restore_memory(std::uint32_t begin, std::uint32_t end);
     template <bool prune> class TouchingScan;
     template <bool prune> void find_touching(const Work& work, WorkArea& area);
+    bool overlaps(const WorkArea& area, std::uint32_t n) const;
     void inherit_springs(const Work& work, const WorkArea& area);
     void push_vertices(const Work& work, WorkArea& area, Sums& sums);
     void push_near_parallel(const Work& work, WorkArea& area, Sums& sums);
-    class TouchingForces;
+    template <bool tangents> class TouchingForces;
     void push_touching(const Work& work, const WorkArea& area, Sums& sums);
     void push_boxes(const Work& work, WorkArea& area);
     template <class Row> void exert(const Work& work, std::uint32_t slot, const Row& first, const Row& second);
     void exert(const Work& work, std::uint32_t slot, const ElementLoad<double>& load);
     void exert_at(const Work& work, std::uint32_t slot, const ForceRow& row, bool at_end);
+    void stiffen(const Work& work, std::uint32_t slot, const PointTangent& tangent);
+    void stiffen_at_box(const Work& work, std::uint32_t pair, const BoxContact& contact);
     /// Pairs whose first element is near a vertex; they are numbered so for as long as that matters.
     template <int W> struct NearVertex {
         std::uint32_t slot[2][W];
@@ -242,6 +247,7 @@ private:
     std::vector<std::vector<std::size_t>> next_;          ///< by thread, of DeferredLoads::Deferring
     std::vector<std::unique_ptr<WorkArea>> area_;         ///< by thread
     std::vector<std::uint8_t> touched_;                   ///< by window
+    std::span<SlotTangent> tangents_;                     ///< by slot; none where nothing wants them
     std::vector<std::uint8_t> edge_;                      ///< by slot: an end of a window; padded
     bool may_repeat_ = false;                 ///< the step that is under way, on this rank alone until ghosts arrive
     std::vector<std::uint8_t> status_before_; ///< status of pairs in now_ before the step

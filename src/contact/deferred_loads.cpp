@@ -11,7 +11,8 @@ namespace skein {
 namespace {
 
 constexpr std::size_t strips_per_thread = 4, // strips differ in time
-    rows_per_pair = 7;                       // rows of near-parallel elements bent near vertices; most pairs have one
+    rows_per_pair = 7,                       // rows of near-parallel elements bent near vertices; most pairs have one
+    tangents_per_pair = 3;                   // at both ends of their overlap, and where they are nearest
 
 } // namespace
 
@@ -59,7 +60,9 @@ void DeferredLoads::cut_strips(const PairList& list, const Threads& threads) {
     }
 }
 
-void DeferredLoads::make_room(const PairList& list, const Exposure& bodies, const Threads& threads) {
+void DeferredLoads::make_room(const PairList& list, const Exposure& bodies, const Threads& threads,
+                              bool with_tangents) {
+    const std::size_t rows_of_pair = rows_per_pair + (with_tangents ? tangents_per_pair : 0);
     cut_blocks(list, bodies, threads);
     cut_strips(list, threads);
     struct Wanted {
@@ -77,7 +80,7 @@ void DeferredLoads::make_room(const PairList& list, const Exposure& bodies, cons
             if (b < strip.last_slot || !bodies.owns_slot(b)) continue;
             const std::uint32_t to = nth(block_of_window_, bodies.window_of[b]);
             if (rows[to] == 0) wanted[from].push_back({to, 0});
-            rows[to] += rows_per_pair;
+            rows[to] += rows_of_pair;
         }
         std::sort(wanted[from].begin(), wanted[from].end(),
                   [](const Wanted& x, const Wanted& y) { return x.to < y.to; });

@@ -14,6 +14,7 @@
 #include "contact/pair_list.hpp"
 #include "contact/rows.hpp"
 
+#include <bit>
 #include <span>
 
 namespace skein {
@@ -37,7 +38,8 @@ public:
     std::span<const ContactStrip> strips() const { return strips_; }
 
     /// Blocks of these bodies, strips for these threads, and room for the loads of pairs of different ones.
-    void make_room(const PairList& list, const Exposure& bodies, const Threads& threads);
+    /// `with_tangents`: slopes of contacts too.
+    void make_room(const PairList& list, const Exposure& bodies, const Threads& threads, bool with_tangents);
 
     /// Loads of one strip on their way.
     class Deferring {
@@ -51,6 +53,9 @@ public:
             row_[at] = row;
             slot_[at] = slot;
         }
+        SKEIN_INLINE void defer(std::int32_t window, std::uint32_t slot, const PointTangent& tangent) {
+            defer(window, slot | is_tangent, std::bit_cast<LoadRow>(tangent));
+        }
 
     private:
         DeferredLoads& all_;
@@ -60,15 +65,18 @@ public:
         std::uint32_t* const slot_;
         const std::uint32_t* const block_of_window_;
     };
-    /// add(slot, row) for all loads deferred to a block, in order.
+    /// add(slot, row) for all loads deferred to a block, in order; add(slot, tangent) for slopes of contacts.
     template <class Add> void add_deferred(std::size_t block, Add&& add) const {
         for (std::size_t r = received_[block]; r < received_[block + 1]; ++r) {
             const Route& route = route_[to_[r]];
-            for (std::size_t i = route.begin; i < route.end; ++i) add(slot_[i], row_[i]);
+            for (std::size_t i = route.begin; i < route.end; ++i)
+                if (slot_[i] & is_tangent) add(slot_[i] & ~is_tangent, std::bit_cast<PointTangent>(row_[i]));
+                else add(slot_[i], row_[i]);
         }
     }
 
 private:
+    static constexpr std::uint32_t is_tangent = 1u << 31; ///< bit of a slot whose row is no load
     /// Loads of a strip on a block behind it.
     struct Route {
         std::uint32_t from, to;

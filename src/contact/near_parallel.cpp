@@ -12,6 +12,7 @@
 //   overlap   -a (E_1 + E_2)/2 dL/df df/dx,  f = (x - x_0).e/e^2 the foot of the other's end x on this line
 //   turning   -(L (E_1 + E_2)/2 - E_0) da/de_i,
 //             da/de_1 = 4 sqrt(a)/b^2 (e1.e2)/(e1^2 e2^2) (e2 - (e1.e2)/e1^2 e1)
+#include "contact/contact_tangent.hpp"
 #include "contact/overlap.hpp"
 #include "contact/work_area.hpp"
 
@@ -149,7 +150,8 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
     ElementLoad<Q> on[2]{};
     add_change_of_overlap(of, overlap, same_way, half * share * energy, on);
     const Q end_weight = half * share * lambda;
-    for (const OverlapEnd<N>& e : end) {
+    for (const int k : {0, 1}) {
+        const OverlapEnd<N>& e = end[k];
         const ContactState<Q> state{e.normal,
                                     e.distance,
                                     e1.radius,
@@ -159,8 +161,11 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
                                     between(e2.velocity[0], e2.velocity[1], e.t),
                                     e2.spin};
         ContactMemory<Q> none{};
-        const auto f =
-            contact_force<N>({kinds_.normal, ContactFriction::none}, law, state, h, none, {end_weight, end_weight});
+        const ContactKinds pushes{kinds_.normal, ContactFriction::none};
+        const auto f = contact_force<N>(pushes, law, state, h, none, {end_weight, end_weight});
+        const auto slopes =
+            contact_slopes<N>(pushes, law, state, h, f, {end_weight, end_weight}, zero, scene_.meeting_zone);
+        out.tangent[k] = {e.normal, slopes.normal, turning_slope(f.normal, state), e.s, e.t, f.arm_1, f.arm_2};
         out.elsewhere += f.normal;
         out.elastic_energy += f.elastic_energy;
         out.viscous_work += f.viscous_work + f.viscous_work;
@@ -216,6 +221,16 @@ void Contacts::push_near_parallel(const Work& work, WorkArea& area, Sums& sums) 
             area[A::elsewhere][at[l]] += ends.elsewhere[from];
             exert(work, pair[l].a, first[0][l], second[0][l]);
             exert(work, pair[l].b, first[1][l], second[1][l]);
+        }
+        if (!work.tangent) continue;
+        for (const auto& end : ends.tangent) {
+            const P slope = P(own_share_of_tangents) * end.slope, turning = P(own_share_of_tangents) * end.turning;
+            for (std::uint32_t l = 0; l < valid; ++l) {
+                const int from = static_cast<int>(l);
+                const auto [x, y, z] = lane(end.normal, from);
+                stiffen(work, pair[l].a, {{x, y, z, slope[from], turning[from], end.s[from], end.arm_1[from], 0}});
+                stiffen(work, pair[l].b, {{x, y, z, slope[from], turning[from], end.t[from], -end.arm_2[from], 0}});
+            }
         }
     }
 }

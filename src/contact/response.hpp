@@ -169,7 +169,8 @@ template <int W, class S> SKEIN_INLINE void friction_of_memory(Friction<W>& out,
                                                                const ContactNumbers<Pack<W>>& law, const S& in,
                                                                const FrictionSpring<Pack<W>>& last) {
     using P = Pack<W>;
-    const P zero(0.0), one(1.0), tiny(1e-150), stiffness = law.tangential_stiffness * in.root;
+    const P zero(0.0), one(1.0), tiny(1e-150),
+        stiffness = min(law.tangential_stiffness * in.root, law.stiffest_tangential);
     const Vec3<P> none{zero, zero, zero},
         kept = hertz ? min(one, last.stiffness / max(stiffness, tiny)) * last.x : last.x,
         x = fma(in.step, in.tangential, in.in_plane(kept));

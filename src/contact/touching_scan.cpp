@@ -3,11 +3,11 @@
 //   eight candidates     a b c d e f g h
 //   closest points       squared distance d^2 of both axes, theory.md (52)
 //   prune                a b . d e f . h    d < r1 + r2 + margin by the paces of both, kept in the pruned list
-//   touch                . b . d . . . h    d < r1 + r2, stored in the columns of the work area
-//   ended                . . . . e . . .    touched in the step before and no longer
-//   deep                 . . . d . . . .    d < (r1 + r2)/2, watched by side_changes.cpp
-//   near-parallel        . b . . . . . .    sine of the angle below `blend`
-//   vertex rule          . . . d . . . h    d^2 + x^2 sin^2 < (r1 + r2)^2, x from the nearest point to the vertex
+//   touch                . b . d . . . h    d < r1 + r2, and a zone of steps in a bed, stored in the columns of the
+//   work area ended                . . . . e . . .    touched in the step before and no longer deep                 . .
+//   . d . . . .    d < (r1 + r2)/2, watched by side_changes.cpp near-parallel        . b . . . . . .    sine of the
+//   angle below `blend` vertex rule          . . . d . . . h    d^2 + x^2 sin^2 < (r1 + r2)^2, x from the nearest point
+//   to the vertex
 #include "contact/capsule_tiles.hpp"
 #include "contact/work_area.hpp"
 #include "core/closest_points.hpp"
@@ -29,9 +29,10 @@ public:
           vertices_(prune ? &contacts.list_.vertices[begin] : pruned.vertices), status_(contacts.status_.data()),
           has_box_(contacts.has_box_.empty() ? nullptr : &contacts.has_box_[begin]),
           memory_(contacts.remembers_ ? contacts.memory_.data() : nullptr),
-          paces_(prune ? &contacts.list_.paces[begin] : nullptr), half_margin_(0.5 * contacts.margin_), pruned_(pruned),
-          area_(area), index_(area.index.data()), near_parallel_(area.near_parallel.data()),
-          touching_pair_(area.pair.data()), near_one_(area.near_one.columns()), near_two_(area.near_two.columns()) {
+          paces_(prune ? &contacts.list_.paces[begin] : nullptr), half_margin_(0.5 * contacts.margin_),
+          zone_(contacts.scene_.meeting_zone), pruned_(pruned), area_(area), index_(area.index.data()),
+          near_parallel_(area.near_parallel.data()), touching_pair_(area.pair.data()),
+          near_one_(area.near_one.columns()), near_two_(area.near_two.columns()) {
         for (int i = 0; i < A::numbers; ++i) number_[i] = area.number[i].data();
     }
 
@@ -75,7 +76,7 @@ private:
     /// Closest points of eight candidates, and candidates as bits.
     struct Tile {
         ClosestPoints<P> closest;
-        P reach, within_reach, squared; ///< sum of radii, m, its square and the squared distance, m^2
+        P reach, within_reach, squared; ///< sum of radii and zone, m, its square and the squared distance, m^2
         unsigned valid, before, touch;  ///< in the list, touching in the step before, touching now
     };
 
@@ -88,7 +89,7 @@ private:
     SKEIN_INLINE void find_closest(Tile& tile, std::size_t k, const CapsuleTile& capsules) const {
         tile.closest = closest_points(capsules.p, capsules.d1, capsules.q, capsules.d2);
         tile.squared = dot(tile.closest.apart, tile.closest.apart);
-        tile.reach = capsules.radius_1 + capsules.radius_2;
+        tile.reach = capsules.radius_1 + capsules.radius_2 + zone_;
         tile.within_reach = tile.reach * tile.reach;
         tile.valid = valid_of(k);
         tile.before = before(k, tile.valid);
@@ -188,7 +189,7 @@ private:
     const std::uint8_t *const vertices_, *const status_, *const has_box_;
     const ContactMemory<double>* const memory_;
     const double* const paces_;
-    const P half_margin_; ///< m
+    const P half_margin_, zone_; ///< m
     const PrunedList::Part pruned_;
     WorkArea& area_;
     double* number_[A::numbers];

@@ -9,6 +9,7 @@
 
 #include "contact/compress.hpp"
 #include "contact/contact_limits.hpp"
+#include "contact/contact_tangent.hpp"
 #include "contact/wall_contacts.hpp"
 #include "contact/wall_points.hpp"
 #include "core/transposed.hpp"
@@ -37,15 +38,20 @@ struct WallNow {
 
 template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W> {
 public:
-    WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallContactTiles<W>> contacts)
-        : walls_(std::move(walls)), contacts_(std::move(contacts)), points_(group),
+    /// `tangents`: where slopes of its loads go; null: nothing wants them.
+    WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallContactTiles<W>> contacts,
+             std::shared_ptr<WallTangents<W>> tangents = nullptr)
+        : walls_(std::move(walls)), contacts_(std::move(contacts)), tangents_(std::move(tangents)), points_(group),
           slip_mobility_(slip_mobility(group)) {
         for (const int w : contacts_->acting()) {
             law_.push_back(nth(walls_->wall, w).law.resolved(mass_at_wall(group)));
         }
     }
 
-    void bind(const RodTile<W>& rod) override { contacts_->add_tile(rod); }
+    void bind(const RodTile<W>& rod) override {
+        contacts_->add_tile(rod);
+        if (tangents_) tangents_->add_tile(rod);
+    }
 
     /// Walls at all steps of the batch: driven ones where their states say now.
     void prepare(std::span<const Step> steps) override {
@@ -81,10 +87,12 @@ public:
     }
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
+        if (tangents_) (*tangents_)[rod.number].clear();
         if (acting() == 0) return;
         const WallNow* wall = &now_[to_index(step.slot) * acting()];
         TileContacts& contacts = contacts_->of_tile(rod.number);
-        const Box box = box_of(rod);
+        Box box = box_of(rod);
+        if (tangents_) box.reach = box.reach + P(tangents_->zone);
         find_near(wall, box, contacts);
         contacts.checked.clear();
         for (std::size_t w = 0; w < acting(); ++w) {
@@ -110,6 +118,7 @@ public:
                 some |= now;
             }
             while (some != 0) some = push(rod, load, step.kick, wall, contacts, i, at, radius);
+            if (tangents_) stiffen_near(rod, step.kick, wall, contacts, i, at, radius);
         }
     }
 
@@ -128,6 +137,7 @@ private:
     ContactNumbers<double> numbers_at(const ContactLaw& law, const Step& step) const {
         ContactNumbers<double> numbers = law.at(step.time).numbers();
         numbers.set_spring(step.kick, slip_mobility_);
+        if (tangents_) numbers.limit_springs(step.kick, slip_mobility_, most_added_by_friction);
         return numbers;
     }
 
@@ -265,6 +275,12 @@ private:
             contact_force<W>(one.kinds, one.law, state, h, memory, {}, P(0.0),
                              one.kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
         points_.push(rod, load, point, lanes, out.on_1, out.arm_1 * out.moment);
+        if (tangents_) {
+            const auto slopes = contact_slopes<W>(one.kinds, one.law, state, h, out, {}, P(0.0), tangents_->zone);
+            const auto there = [&](const P& of) { return select(lanes, of, P(0.0)); };
+            points_.stiffen(rod, (*tangents_)[rod.number], point,
+                            {state.normal, there(slopes.normal), there(slopes.tangential), there(out.arm_1)});
+        }
         const P none(0.0);
         const Vec3<P> nowhere{none, none, none};
         store_transposed<W>(select(lanes, memory.spring.x, nowhere), select(lanes, memory.spring.stiffness, none),
@@ -290,8 +306,23 @@ private:
         return one.more;
     }
 
+    /// Slopes of points that are near enough to meet a wall in the step.
+    void stiffen_near(const RodTile<W>& rod, double h, const WallNow* wall, const TileContacts& contacts, int point,
+                      const Vec3<P>& at, double radius) const {
+        for (const std::size_t w : contacts.checked) {
+            const Surface s = surface(wall[w], at);
+            const P gap = s.distance - P(wall[w].width * radius), zone(tangents_->zone), zero(0.0);
+            const auto near = (gap >= zero) & (gap < zone);
+            if (!contacts.near[w] || !any(near)) continue;
+            const P slope = normal_slope(wall[w].kinds.normal, wall[w].law.template as<P>(), h, zone - gap);
+            points_.stiffen(rod, (*tangents_)[rod.number], point,
+                            {s.towards, select(near, slope, zero), zero, P(wall[w].width * radius)});
+        }
+    }
+
     std::shared_ptr<const Walls> walls_;
     std::shared_ptr<WallContactTiles<W>> contacts_;
+    std::shared_ptr<WallTangents<W>> tangents_;
     Points points_;
     double slip_mobility_;        ///< 1/kg
     std::vector<ContactLaw> law_; ///< by wall that acts

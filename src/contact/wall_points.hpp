@@ -2,6 +2,7 @@
 #pragma once
 
 #include "contact/response.hpp"
+#include "contact/tangent_lanes.hpp"
 #include "rod/body_shape.hpp"
 #include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
@@ -22,6 +23,12 @@ template <int W> SKEIN_INLINE void add_where(const Mask<W>& lanes, Pack<W>& to, 
 template <int W> SKEIN_INLINE void add_where(const Mask<W>& lanes, Vec3<Pack<W>>& to, const Vec3<Pack<W>>& more) {
     to = select(lanes, to + more, to);
 }
+
+/// Slopes of a point's contact: unit vector n, p, q and arm r of slot_tangent.hpp; 0 in lanes that touch nothing.
+template <int W> struct PointSlopes {
+    Vec3<Pack<W>> normal;
+    Pack<W> along, across, arm;
+};
 
 /// Nodes, with the mean of their elements' radii at rest and of their lab spins; half of a couple goes to each of these
 /// elements.
@@ -59,6 +66,18 @@ public:
         const auto [before, after] = around(rod, i);
         for (const int k : {before, after}) add_where(lanes, load[k].couple, P(0.5) * (rod.slot[k].director * couple));
     }
+    /// Each element by itself has half of it: |x + (t + t')/2 x a|^2 <= (|x + t x a|^2 + |x + t' x a|^2)/2.
+    void stiffen(const RodTile<W>& rod, typename WallTangents<W>::Tile& tangents, int i,
+                 const PointSlopes<W>& of) const {
+        tangents.touches = true;
+        const auto [before, after] = around(rod, i);
+        const P half(0.5), p = half * of.along, q = half * of.across;
+        for (const bool starts : {false, true}) {
+            const int k = starts ? after : before;
+            const double share = before != after ? (starts ? 0.0 : 1.0) : (i == 0 ? 0.0 : 1.0);
+            tangents.element[to_index(k)].add(of.normal, p, q, share, of.arm);
+        }
+    }
 
 private:
     /// At an end both are the one element there.
@@ -94,6 +113,24 @@ public:
         const Quaternion<P>& q = rod.slot[0].director;
         add_where(lanes, load[0].force, force);
         add_where(lanes, load[0].couple, q * couple + cross(place(i), q * force));
+    }
+    /// G^T C G,  G = [1, -[a]],  a from the centre to the contact.
+    void stiffen(const RodTile<W>& rod, typename WallTangents<W>::Tile& tangents, int i,
+                 const PointSlopes<W>& of) const {
+        tangents.touches = true;
+        const Vec3<P> a = transpose_times(rod.slot[0].director, place(i)) + of.arm * of.normal;
+        const P zero(0.0), one(1.0), n[3] = {of.normal.x, of.normal.y, of.normal.z};
+        const P g[3][6] = {
+            {one, zero, zero, zero, a.z, -a.y}, {zero, one, zero, -a.z, zero, a.x}, {zero, zero, one, a.y, -a.x, zero}};
+        P c[3][6];
+        for (int r = 0; r < 3; ++r)
+            for (int j = 0; j < 6; ++j) {
+                const P along = fma(n[0], g[0][j], fma(n[1], g[1][j], n[2] * g[2][j]));
+                c[r][j] = fma((of.along - of.across) * n[r], along, of.across * g[r][j]);
+            }
+        for (int r = 0; r < 6; ++r)
+            for (int j = 0; j < 6; ++j)
+                for (int m = 0; m < 3; ++m) tangents.body[r][j] = fma(g[m][r], c[m][j], tangents.body[r][j]);
     }
 
 private:

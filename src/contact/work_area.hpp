@@ -152,6 +152,10 @@ template <int N> struct Contacts::Ends {
     Pack<N> elsewhere{0.0};               ///< normal force at both ends, N
     Pack<N> elastic_energy{0.0}, viscous_work{0.0}, stiffness{0.0};
     ElementLoad<Pack<N>> on_1, on_2;
+    struct Tangent {
+        Vec3<Pack<N>> normal;
+        Pack<N> slope, turning, s, t, arm_1, arm_2;
+    } tangent[2]; ///< slopes at either end, N/m: of the normal force, and by its direction
 };
 
 /// Figures of packs of contacts.

@@ -108,6 +108,17 @@ StepControl* step_control(const Interactions& all) {
         if (!control) control = one->step_control();
     return control;
 }
+PaceControl* pace_control(const Interactions& all) {
+    PaceControl* control = nullptr;
+    for (const auto& one : all)
+        if (!control) control = one->pace_control();
+    return control;
+}
+double fastest(const Interactions& all) {
+    double most = 0;
+    for (const auto& one : all) most = std::max(most, one->fastest());
+    return most;
+}
 bool couples(const Interactions& all) {
     return std::any_of(all.begin(), all.end(), [](const auto& one) { return one->couples(); });
 }

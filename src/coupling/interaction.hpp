@@ -103,6 +103,9 @@ public:
 
     /// Control of the parts that steps are cut into; null: it cuts none.
     virtual StepControl* step_control() { return nullptr; }
+    /// The same by the pace of what moves, and the speed of the fastest node of this rank, m/s.
+    virtual PaceControl* pace_control() { return nullptr; }
+    virtual double fastest() const { return 0; }
 
     /// State of an interaction that may end runs. Not collective.
     enum class Ending { never, not_yet, now };
@@ -185,6 +188,9 @@ bool couples(const Interactions& all);
 bool ends_every_step(const Interactions& all);
 /// Control of the parts of steps, of the first that has one; null: none has.
 StepControl* step_control(const Interactions& all);
+PaceControl* pace_control(const Interactions& all);
+/// Largest of their speeds on this rank, m/s.
+double fastest(const Interactions& all);
 /// First coupling of any of them.
 std::int64_t next_coupling(const Interactions& all, std::int64_t done);
 /// Strongest force on a body, of any interaction and rank. Collective.

@@ -1,15 +1,18 @@
-// Implicit steps as a pass: what makes it, and what it takes over from its program.
+// Implicit steps as passes: what makes them, and what they take over from their program.
 #pragma once
 
+#include "contact/tangent_lanes.hpp"
+#include "implicit/bed_figures.hpp"
 #include "mechanics/kick.hpp"
 #include "mechanics/moving_ends.hpp"
+#include "neighbourhood/exposure.hpp"
 
 #include <memory>
 #include <vector>
 
 namespace skein {
 
-/// A pass of the step that adds loads, which implicit steps evaluate at each correction.
+/// A pass of the step that adds loads, which implicit steps evaluate by themselves.
 template <int W> struct EvaluatedPass {
     std::unique_ptr<TilePass<W>> pass;
     bool has_slopes; ///< false where its loads do not change with the motion
@@ -30,7 +33,17 @@ template <int W> struct ImplicitParts {
     std::shared_ptr<EndWalls<W>> walls;
 };
 
-/// The pass of implicit_pass.hpp, which is compiled by itself.
+/// Numbers of the steps of a group in a bed.
+template <int W> struct BedParts {
+    ImplicitParts<W> rod;
+    std::shared_ptr<const Exposure> exposure; ///< null where rods do not feel each other
+    std::shared_ptr<const SlotLoads> loads;
+    std::shared_ptr<WallTangents<W>> tangents; ///< null where no wall acts
+    std::shared_ptr<BedTiles<W>> figures;
+};
+
+/// The passes of implicit_pass.hpp and bed_pass.hpp, which are compiled by themselves.
 template <int W> std::unique_ptr<TilePass<W>> make_implicit_pass(const ImplicitParts<W>& parts);
+template <int W> std::unique_ptr<TilePass<W>> make_bed_pass(const BedParts<W>& parts);
 
 } // namespace skein

@@ -9,10 +9,9 @@
 // its neighbours. What does not converge becomes NaN, which the run reports.
 #pragma once
 
-#include "implicit/elastic_rows.hpp"
 #include "implicit/evaluated_passes.hpp"
-#include "implicit/implicit_rod.hpp"
 #include "implicit/load_slopes.hpp"
+#include "implicit/row_terms.hpp"
 #include "mechanics/drift.hpp"
 
 #include <algorithm>
@@ -30,10 +29,9 @@ public:
     static constexpr double most_turn = 0.5;  ///< of a correction, rad; its displacement over the length
 
     explicit ImplicitPass(const ImplicitParts<W>& parts)
-        : rod_(parts.group, parts.rates), walls_(parts.walls), elastic_(ends_of(parts.group), *walls_),
+        : terms_(parts.group, parts.rates), walls_(parts.walls), elastic_(ends_of(parts.group), *walls_),
           strained_(parts.group.strained()), closed_(parts.group.closed()) {
-        for (int k = 0; k < parts.group.slots(); ++k) turns_in_lab_ |= rod_[k].turns_in_lab;
-        apart_ = 1e-7 * (strained_ ? parts.group.element.front().rest_length : rod_.length());
+        apart_ = 1e-7 * (strained_ ? parts.group.element.front().rest_length : terms_.length());
     }
 
     void take(std::vector<EvaluatedPass<W>> passes) override {
@@ -114,8 +112,6 @@ private:
     };
 
     int last(const RodTile<W>& rod) const { return closed_ ? rod.n - 1 : rod.last; }
-    V free_node(int k) const { return {P(rod_[k].free[0]), P(rod_[k].free[1]), P(rod_[k].free[2])}; }
-    bool turns(int k) const { return rod_[k].free[3] + rod_[k].free[4] + rod_[k].free[5] > 0; }
 
     /// First guess: the stage's end at the present rates, with the strains of the stage before. Those of its end would
     /// not do: what turns by an angle a in a midpoint step is a^2/8 too long at the ends of it.
@@ -140,11 +136,11 @@ private:
         for (int k = 0; k <= last(rod); ++k) {
             Slot<W>& s = rod.slot[k];
             V& d = work.displacement[to_index(k)];
-            d = scale(free_node(k), P(h) * s.velocity);
+            d = scale(terms_.free_node(k), P(h) * s.velocity);
             s.position = work.start[to_index(k)].position + d;
             if (k >= rod.n) continue;
             Q& r = work.turn[to_index(k)];
-            r = turns(k) ? rotation(P(h) * s.spin) : broadcast<W>(no_turn);
+            r = terms_.turns(k) ? rotation(P(h) * s.spin) : broadcast<W>(no_turn);
             s.director = r * work.start[to_index(k)].director;
         }
         close_ring(rod);
@@ -161,10 +157,8 @@ private:
             work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick, apart_);
         const auto take = [&](int k, BlockRow<W>& row) {
             if (sloped_) work.slopes.subtract_from(k, row);
-            add_inertia(rod, work, load, k, step.kick, row);
-            turn_to_lab(rod, k, row);
-            for (int i = 0; i < row_size; ++i)
-                if (rod_[k].free[to_index(i)] == 0) row.hold(i);
+            add_inertia(rod, work, load[k], k, step.kick, row);
+            terms_.hold(rod, k, last(rod), row);
             work.rows.add(k, row);
         };
         if (strained_) {
@@ -175,79 +169,20 @@ private:
             take(0, row);
         }
         work.rows.solve(work.correction.data());
-        for (int k = 0; k <= last(rod); ++k)
-            if (rod_[k].turns_in_lab) {
-                P* u = work.correction[to_index(k)].u;
-                const V turn = rod.slot[k].director * V{u[3], u[4], u[5]};
-                u[3] = turn.x;
-                u[4] = turn.y;
-                u[5] = turn.z;
-            }
-    }
-
-    /// Turns of elements that are held about some lab axes: t = Q u.
-    void turn_to_lab(const RodTile<W>& rod, int k, BlockRow<W>& row) const {
-        if (!turns_in_lab_) return;
-        const int end = last(rod);
-        const int before = k > 0 ? k - 1 : closed_ ? end : -1, after = k < end ? k + 1 : closed_ ? 0 : -1;
-        const auto columns = [&](int of, RowBlock<W>& block) {
-            if (of < 0 || !rod_[of].turns_in_lab) return;
-            for (auto& line : block) {
-                const V turned = transpose_times(rod.slot[of].director, V{line[3], line[4], line[5]});
-                line[3] = turned.x;
-                line[4] = turned.y;
-                line[5] = turned.z;
-            }
-        };
-        columns(before, row.before);
-        columns(k, row.diagonal);
-        columns(after, row.after);
-        if (!rod_[k].turns_in_lab) return;
-        const auto rows = [&](P& x, P& y, P& z) {
-            const V turned = transpose_times(rod.slot[k].director, V{x, y, z});
-            x = turned.x;
-            y = turned.y;
-            z = turned.z;
-        };
-        for (RowBlock<W>* block : {&row.before, &row.diagonal, &row.after})
-            for (int j = 0; j < row_size; ++j) rows((*block)[3][j], (*block)[4][j], (*block)[5][j]);
-        rows(row.right[3], row.right[4], row.right[5]);
+        terms_.turn_back(rod, last(rod), work.correction.data());
     }
 
     /// Adds inertia and damping over h, and all loads on the right.
-    void add_inertia(const RodTile<W>& rod, const Work& work, const SlotLoad<W>* load, int k, double h,
+    void add_inertia(const RodTile<W>& rod, const Work& work, const SlotLoad<W>& load, int k, double h,
                      BlockRow<W>& row) const {
-        const ImplicitRod::Row& c = rod_[k];
         const Slot<W>&s = rod.slot[k], &start = work.start[to_index(k)];
-        const double inv = 1 / h, by_mass = c.mass * inv;
-        const V f = load[k].force - P(by_mass) * fma(P(h * c.node_rate), s.velocity, s.velocity - start.velocity);
-        row.right[0] = f.x;
-        row.right[1] = f.y;
-        row.right[2] = f.z;
-        const P node(by_mass * (inv + c.node_rate));
-        for (int i = 0; i < 3; ++i) row.diagonal[i][i] += node;
+        terms_.add_node(k, h, load.force, s.velocity, s.velocity - start.velocity, row);
         if (k >= rod.n) {
             for (int i = 3; i < row_size; ++i) row.right[i] = P(0.0);
             return;
         }
-        const V j = broadcast<W>(c.inertia), spin = scale(j, s.spin),
-                before = work.turn[to_index(k)] * scale(j, start.spin);
-        const V rate = fma(load[k].dilatation, broadcast<W>(c.rate_by_stretch), broadcast<W>(c.rate));
-        const V all = load[k].couple - P(inv) * (spin - before) - scale(rate, spin);
-        row.right[3] = all.x;
-        row.right[4] = all.y;
-        row.right[5] = all.z;
-        // d(J w) = J (1 + [u]/2) t/h, u = h w;  d(R J w) = [R J w] t
-        const V by{fma(rate.x, P(inv), P(inv * inv)), fma(rate.y, P(inv), P(inv * inv)),
-                   fma(rate.z, P(inv), P(inv * inv))};
-        const V stiff = scale(j, by);
-        const P diagonal[3] = {stiff.x, stiff.y, stiff.z};
-        const Three<P> half = detail::skew(P(0.5 * h) * s.spin), gyration = detail::skew(P(inv) * before);
-        for (int i = 0; i < 3; ++i)
-            for (int m = 0; m < 3; ++m) {
-                const P turned = fms(diagonal[i], half.a[i][m], gyration.a[i][m]);
-                row.diagonal[3 + i][3 + m] += i == m ? turned + diagonal[i] : turned;
-            }
+        const V before = work.turn[to_index(k)] * scale(broadcast<W>(terms_[k].inertia), start.spin);
+        terms_.add_element(k, h, load, s.spin, before, row);
     }
 
     /// Largest displacement over the length, or turn, of the correction.
@@ -255,7 +190,7 @@ private:
         P most(0.0), zero(0.0);
         for (int k = 0; k <= last(rod); ++k) {
             const P* u = work.correction[to_index(k)].u;
-            most = max(most, P(1 / rod_.length()) * max(abs(u[0]), max(abs(u[1]), abs(u[2]))));
+            most = max(most, P(1 / terms_.length()) * max(abs(u[0]), max(abs(u[1]), abs(u[2]))));
             most = max(most, max(abs(u[3]), max(abs(u[4]), abs(u[5]))));
             zero = fma(u[0] + u[1] + u[2] + u[3] + u[4] + u[5], P(0.0), zero);
         }
@@ -289,9 +224,9 @@ private:
             V& d = work.displacement[to_index(k)];
             d += of(k);
             s.position = start.position + d;
-            const V free = free_node(k);
+            const V free = terms_.free_node(k);
             s.velocity = fma(P(1 / h), d, scale(V{P(1.0) - free.x, P(1.0) - free.y, P(1.0) - free.z}, start.velocity));
-            if (k >= rod.n || !turns(k)) continue;
+            if (k >= rod.n || !terms_.turns(k)) continue;
             Q& r = work.turn[to_index(k)];
             r = rotation(turn_of(k)) * r;
             s.director = r * start.director;
@@ -310,12 +245,12 @@ private:
             s.position.x += wrong;
             s.velocity = fma(ratio, s.velocity - start.velocity, s.velocity);
             if (k >= rod.n) continue;
-            if (!turns(k)) { // with its wall
+            if (!terms_.turns(k)) { // with its wall
                 s.director = rotation(b * s.spin) * s.director;
                 continue;
             }
-            const V j = broadcast<W>(rod_[k].inertia),
-                    inv{P(1 / rod_[k].inertia.x), P(1 / rod_[k].inertia.y), P(1 / rod_[k].inertia.z)};
+            const V j = broadcast<W>(terms_[k].inertia),
+                    inv{P(1 / terms_[k].inertia.x), P(1 / terms_[k].inertia.y), P(1 / terms_[k].inertia.z)};
             const V now = scale(j, s.spin), before = work.turn[to_index(k)] * scale(j, start.spin);
             const Q r = rotation(b * s.spin);
             s.director = r * s.director;
@@ -324,7 +259,7 @@ private:
         close_ring(rod);
     }
 
-    ImplicitRod rod_;
+    RowTerms<W> terms_;
     std::shared_ptr<EndWalls<W>> walls_;
     ElasticRows<Law, W> elastic_;
     bool strained_, closed_;
@@ -333,7 +268,6 @@ private:
     std::vector<EvaluatedPass<W>> passes_;
     std::vector<const TilePass<W>*> constant_, with_slopes_; ///< in the order of passes_
     bool sloped_ = false;                                    ///< false where with_slopes_ only moves loads
-    bool turns_in_lab_ = false;
 };
 
 } // namespace skein

@@ -63,9 +63,11 @@ template <int W> struct PassParts {
     const Scheme scheme;
     double dt; ///< s
     const Surroundings& around;
-    std::shared_ptr<WallContactTiles<W>> walls; ///< null where none act
-    std::shared_ptr<EnergyBudget<W>> audit;     ///< null where there is none
-    std::shared_ptr<MovingEnds> moving;         ///< null where ends are still
+    std::shared_ptr<WallContactTiles<W>> walls;     ///< null where none act
+    std::shared_ptr<WallTangents<W>> wall_tangents; ///< null where nothing wants them
+    std::shared_ptr<BedTiles<W>> bed;               ///< null where steps are others
+    std::shared_ptr<EnergyBudget<W>> audit;         ///< null where there is none
+    std::shared_ptr<MovingEnds> moving;             ///< null where ends are still
     std::shared_ptr<EndWalls<W>> end_walls;
 };
 
@@ -130,6 +132,13 @@ public:
     Made operator()(const pass::StepImplicitly& p) const {
         return make_implicit_pass<W>({parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls});
     }
+    Made operator()(const pass::StepInBed& p) const {
+        return make_bed_pass<W>({{parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls},
+                                 parts_.around.exposure,
+                                 parts_.around.loads,
+                                 parts_.wall_tangents,
+                                 parts_.bed});
+    }
     Made operator()(const pass::Filter& p) const {
         return std::make_unique<LaplacianFilterPass<W>>(parts_.group, p.order, p.rate, parts_.dt);
     }
@@ -145,7 +154,8 @@ public:
 
 private:
     template <class Points> Made walls() const {
-        return std::make_unique<WallPass<W, Points>>(parts_.around.walls, parts_.group, parts_.walls);
+        return std::make_unique<WallPass<W, Points>>(parts_.around.walls, parts_.group, parts_.walls,
+                                                     parts_.wall_tangents);
     }
     const PassParts<W>& parts_;
 };

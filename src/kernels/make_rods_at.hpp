@@ -13,13 +13,19 @@ namespace skein {
 
 template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of_plan, const Maker& maker) {
     TileProgram<W> program{.passes = {}, .names = {}, .before = of_plan.before()};
-    const bool evaluated = of_plan.find<pass::StepImplicitly>() != nullptr;
+    const bool evaluated = of_plan.find<pass::StepImplicitly>() != nullptr,
+               in_bed = of_plan.find<pass::StepInBed>() != nullptr;
     std::vector<EvaluatedPass<W>> loads;
     for (const PassSpec& pass : of_plan) {
         std::unique_ptr<TilePass<W>> made = PassKinds::make(pass, maker);
+        const auto* load = pass.template get<pass::ApplyLoad>();
+        const bool has_slopes = !(load && load->load.ignores_motion());
         if (evaluated && pass.place > PassPlace::internal && pass.place < PassPlace::kick) {
-            const auto* load = pass.template get<pass::ApplyLoad>();
-            loads.push_back({std::move(made), !(load && load->load.ignores_motion())});
+            loads.push_back({std::move(made), has_slopes});
+            continue;
+        }
+        if (in_bed && load && has_slopes) {
+            loads.push_back({std::move(made), true});
             continue;
         }
         if (auto* step = dynamic_cast<EvaluatesPasses<W>*>(made.get())) step->take(std::move(loads));
@@ -111,11 +117,17 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
         const GroupProgram& program = plan.groups[g].program;
         if (program.find<pass::Walls>() || program.find<pass::SurfaceWalls>())
             parts.walls = std::make_shared<WallContactTiles<W>>(*around.walls, groups[g]);
+        if (program.find<pass::StepInBed>()) parts.bed = std::make_shared<BedTiles<W>>();
+        if (parts.bed && parts.walls) {
+            parts.wall_tangents = std::make_shared<WallTangents<W>>();
+            parts.wall_tangents->zone = around.meeting_zone;
+        }
         if (program.find<pass::AuditBalance>())
             parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g], kicked_shares(program)));
         if (groups[g].spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(groups[g]);
         parts.end_walls = std::make_shared<EndWalls<W>>(parts.moving);
         around.wall_contacts.push_back(parts.walls);
+        around.beds.push_back(parts.bed);
         programs.push_back(make_program<W>(program, PassMaker<W>(parts)));
     }
     std::vector<std::int64_t> counts(groups.size(), 0);

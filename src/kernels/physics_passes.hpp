@@ -82,6 +82,17 @@ struct StepImplicitly {
         return "implicit steps solve along whole rods that are alike; give each size a group of its own";
     }
 };
+/// In the place of the kick: a step in a bed, which evaluates by itself loads that change with the motion. The time is
+/// that of bench/scenes/nest.
+struct StepInBed {
+    Law law;
+    std::vector<Damping> damping;
+    static constexpr std::string_view name = "bed step", cause = "implicit steps";
+    static constexpr double ns = 120;
+    static std::string refuses_sizes() {
+        return "implicit steps solve along whole rods that are alike; give each size a group of its own";
+    }
+};
 /// Audit: kinetic energy of ends before they are moved.
 struct AuditEnds {
     static constexpr std::string_view name = "audit ends", cause = "audits";
@@ -128,7 +139,7 @@ using PassKinds =
                  pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad,
                  pass::NoteForces, pass::TakeJoinedLoads, pass::Walls, pass::SurfaceWalls, pass::TakeLoads,
                  pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads, pass::FeelFluid, pass::AuditMedium,
-                 pass::Kick, pass::Relax, pass::StepImplicitly, pass::Filter, pass::Slide, pass::Hold,
+                 pass::Kick, pass::Relax, pass::StepImplicitly, pass::StepInBed, pass::Filter, pass::Slide, pass::Hold,
                  pass::AuditMediumWork, pass::AuditBalance>;
 
 } // namespace skein

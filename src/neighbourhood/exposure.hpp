@@ -5,6 +5,7 @@
 
 #include "core/transposed.hpp"
 #include "neighbourhood/scene_slots.hpp"
+#include "neighbourhood/slot_tangent.hpp"
 #include "parallel/threads.hpp"
 #include "skein/core/aligned.hpp"
 #include "skein/core/index.hpp"
@@ -152,6 +153,8 @@ struct SlotLoads {
     SlotLoads& operator=(const SlotLoads&) = delete;
 
     AlignedVector<ExertedLoad> load;       ///< only of bodies that are touched
+    AlignedVector<SlotTangent> tangent;    ///< the same, where `has_tangents`
+    bool has_tangents = false;             ///< steps want the slopes of contacts
     std::span<const std::uint8_t> touched; ///< by window; not 0 where there is a load
 
     /// No body is touched yet: called before anything adds loads by at().

@@ -132,13 +132,15 @@ void World::advance(std::int64_t until) {
     bool going = true;
     while (clock.done() < until && going) {
         StepControl* control = step_control(interactions_);
+        PaceControl* pace = pace_control(interactions_);
         const auto steps =
-            control ? clock.next(clock.done() + 1, 1) : next_steps(std::min(until, checks.next(clock.done())));
+            control || pace ? clock.next(clock.done() + 1, 1) : next_steps(std::min(until, checks.next(clock.done())));
         const Step end = steps.back();
         const bool check = end.index == until || checks.due(end.index) || control;
-        const StepEnd ended_as = control              ? step_in_parts(*control)
-                                 : step(steps, check) ? StepEnd::done
-                                                      : StepEnd::failed;
+        const auto as = [](bool valid) { return valid ? StepEnd::done : StepEnd::failed; };
+        const StepEnd ended_as = control ? step_in_parts(*control)
+                                 : pace  ? as(step_at_pace(*pace, check))
+                                         : as(step(steps, check));
         if (ended_as == StepEnd::stopped) return;
         const bool valid = ended_as == StepEnd::done;
         clock.advance({&end, 1});
@@ -148,6 +150,9 @@ void World::advance(std::int64_t until) {
             for (const auto& interaction : interactions_) interaction->watch(end);
         }
         if (!valid) failure_ = reason_of_failure(); // other ranks learn of it when they meet
+        if (!valid && pace && failure_.empty())
+            failure_ = fmt::format("step {} needs more than {} parts: a node moves at {:.3g} m/s", end.index,
+                                   PaceControl::most_parts, fastest(interactions_));
         if (!valid && control && failure_.empty())
             failure_ = fmt::format("step {} in {} parts still has an error beyond time.tolerance", end.index,
                                    StepControl::most_parts);
@@ -207,6 +212,14 @@ bool World::step_in_parts(std::int64_t parts) {
     return found == good;
 }
 
+bool World::step_at_pace(PaceControl& pace, bool check) {
+    for (pace.begin(); !pace.ended(); pace.next()) {
+        if (!pace.choose(comm.max(fastest(interactions_)), plan.dt)) return false;
+        if (!step(clock.next_in_parts(pace.parts(), pace.part(), 1), check)) return false;
+    }
+    return true;
+}
+
 World::StepEnd World::step_in_parts(StepControl& control) {
     stopped_ = false;
     rods_->keep(0);
@@ -244,10 +257,14 @@ bool World::repeat(std::int64_t until, bool check) {
     bool valid = true;
     while (clock.done() < until) {
         StepControl* control = step_control(interactions_);
-        const auto steps = control ? clock.next(clock.done() + 1, 1) : next_steps(until);
+        PaceControl* pace = pace_control(interactions_);
+        const auto steps = control || pace ? clock.next(clock.done() + 1, 1) : next_steps(until);
         const Step end = steps.back();
         const bool last = check && end.index == until;
-        valid = (control ? step_in_parts(*control) == StepEnd::done : step(steps, last)) || !last;
+        valid = (control ? step_in_parts(*control) == StepEnd::done
+                 : pace  ? step_at_pace(*pace, last)
+                         : step(steps, last)) ||
+                !last;
         if (stopped_) break;
         clock.advance({&end, 1});
     }

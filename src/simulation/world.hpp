@@ -102,6 +102,9 @@ private:
     /// One step of the clock in as many parts as it needs. It fails where no number of them does, and is taken back
     /// where the run is to stop. Collective.
     StepEnd step_in_parts(StepControl& control);
+    /// One step of the clock in parts that bodies go through at their pace. It fails where they are too fast.
+    /// Collective.
+    bool step_at_pace(PaceControl& pace, bool check);
     /// The step in parts; false on all ranks where it failed on one, or is to stop.
     bool step_in_parts(std::int64_t parts);
     std::span<const Step> next_steps(std::int64_t until);

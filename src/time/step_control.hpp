@@ -59,4 +59,42 @@ private:
     double error_ = 0;
 };
 
+/// Parts of a step by the way of what moves in it: one after the other, each a power of two of the step, as long as the
+/// fastest node goes no farther than allowed.
+class PaceControl {
+public:
+    static constexpr std::int64_t most_parts = std::int64_t{1} << 20;
+
+    /// `allowed`: way in a part, m; HUGE_VAL: any.
+    explicit PaceControl(double allowed) : allowed_(allowed) {}
+
+    void begin() { part_ = 0, parts_ = 1; }
+    bool ended() const { return part_ == parts_; }
+    /// Chooses the next part of a step of `dt` at this speed; false where it would be too short.
+    bool choose(double speed, double dt) {
+        const auto too_far = [&](std::int64_t parts) { return speed * dt > allowed_ * static_cast<double>(parts); };
+        while (parts_ > 1 && part_ % 2 == 0 && !too_far(parts_ / 2)) {
+            parts_ /= 2;
+            part_ /= 2;
+        }
+        while (too_far(parts_) && parts_ < most_parts) {
+            parts_ *= 2;
+            part_ *= 2;
+        }
+        most_ = std::max(most_, parts_);
+        ++made_;
+        return !too_far(parts_);
+    }
+    std::int64_t parts() const { return parts_; }
+    std::int64_t part() const { return part_; }
+    void next() { ++part_; }
+
+    std::int64_t most() const { return most_; } ///< parts of a step, since the start of this run
+    std::int64_t made() const { return made_; } ///< parts of all steps, likewise
+
+private:
+    double allowed_;
+    std::int64_t part_ = 0, parts_ = 1, most_ = 1, made_ = 0;
+};
+
 } // namespace skein

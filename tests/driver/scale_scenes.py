@@ -140,6 +140,7 @@ SCENES = {
     "pefrl": ({"time": {"duration": 0.1, "integrator": "pefrl", "dt": 1e-5}, "rods": [beam("a", 0.0, shape=CURVED)], "load": [GRAVITY], "damping": [{"kind": "uniform", "rate": 2.0}]}, 100),
     "implicit": ({"time": {"duration": 0.1, "integrator": "implicit", "dt": 1e-3}, "rods": [beam("a", 0.0, shape=CURVED)], "load": [GRAVITY], "damping": [{"kind": "uniform", "rate": 2.0}]}, 20),
     "implicit_damped": ({"time": {"duration": 0.1, "integrator": "implicit_damped", "tolerance": 1e-3}, "rods": [beam("a", 0.0, shape=CURVED)], "load": [GRAVITY], "damping": [{"kind": "uniform", "rate": 2.0}]}, 10),
+    "implicit_bed": (pile("hertz", "memory") | {"time": {"duration": 0.1, "integrator": "implicit_bed", "dt": 1e-4}}, 100),
     "legacy": ({"time": {"duration": 0.1}, "rods": [beam("a", 0.0, shape=CURVED)], "damping": [{"kind": "legacy", "rate": 0.01}]}, 100),
     "exponential": ({"time": {"duration": 0.1, "damping": "exponential"}, "rods": [beam("a", 0.0, shape=CURVED)], "damping": [{"kind": "uniform", "rate": 200.0}]}, 100),
     "relaxed": ({"time": {"duration": 400, "relax": True}, "rods": [beam("a", 0.0, shape={"start_curvature": [2.0, 1.0, 0.0]})], "load": [GRAVITY]}, 0),

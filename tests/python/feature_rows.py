@@ -156,7 +156,7 @@ def rows_of(folder):
     magnetised = {"strength": 1e5, "direction": [1.0, 0.0, 0.2]}
     rows = [
         of_scene("time.integrator = pefrl", "time.integrator", time={"integrator": "pefrl"}),
-        *(Row(f"time.integrator = {name}", stepping(name), sets="time.integrator", last=True) for name in ("implicit", "implicit_damped")),
+        *(Row(f"time.integrator = {name}", stepping(name), sets="time.integrator", last=True) for name in ("implicit", "implicit_damped", "implicit_bed")),
         Row("time.relax", relax, last=True),
         of_scene("time.damping = exponential", "time.damping", time={"damping": "exponential"}, damping=[{"kind": "uniform", "rate": 7.0}]),
         of_scene("time.damping = after", "time.damping", time={"damping": "after"}, damping=[{"kind": "uniform", "rate": 7.0}]),

@@ -68,10 +68,11 @@ public:
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
     }
-    /// The next whole step in equal parts: stages of parts from number `first` on, as many as a batch holds.
-    std::span<const Step> next_in_parts(std::int64_t parts, std::int64_t first) {
+    /// The next whole step in equal parts: stages of parts from number `first` on, as many as a batch holds, and no
+    /// more than `most`.
+    std::span<const Step> next_in_parts(std::int64_t parts, std::int64_t first, std::int64_t most = largest_batch) {
         const auto stages = static_cast<std::int64_t>(scheme_.stages.size());
-        const std::int64_t end = std::min(parts, first + largest_batch / stages);
+        const std::int64_t end = std::min(parts, first + std::min(most, largest_batch / stages));
         const double part = dt_ / static_cast<double>(parts), begin = shift_ + static_cast<double>(done_) * dt_;
         batch_.clear();
         for (std::int64_t p = first; p < end; ++p)

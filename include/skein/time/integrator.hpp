@@ -6,6 +6,9 @@
 //            second order at steps that stability does not limit: the midpoint rule, and a diagonally implicit
 //            Runge-Kutta step, which damps what it does not resolve (implicit/implicit_pass.hpp). A kick is a stage of
 //            this length, the drift goes on after it, and the state does not lag.
+//   implicit_bed
+//            first order, for rods in contact: the drift predicts the end of the step, and the kick is one linear
+//            solution there (implicit/bed_pass.hpp)
 // The last drift of a step and the first of the next are one, so that the state between steps lags: positions are at
 // t_N - lag dt.
 #pragma once
@@ -15,12 +18,15 @@
 
 namespace skein {
 
-enum class Integrator { verlet, pefrl, implicit, implicit_damped };
-inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl", "implicit", "implicit_damped"};
+enum class Integrator { verlet, pefrl, implicit, implicit_damped, implicit_bed };
+inline constexpr std::string_view integrator_names[] = {"verlet", "pefrl", "implicit", "implicit_damped",
+                                                        "implicit_bed"};
 /// True where some kicks go backwards in time.
 constexpr bool kicks_backwards(Integrator i) { return i == Integrator::pefrl; }
-/// True for steps that Newton corrections end.
-constexpr bool is_implicit(Integrator i) { return i == Integrator::implicit || i == Integrator::implicit_damped; }
+/// True for steps that stability does not limit.
+constexpr bool is_implicit(Integrator i) {
+    return i == Integrator::implicit || i == Integrator::implicit_damped || i == Integrator::implicit_bed;
+}
 
 /// Combination of damping and kick: an implicit midpoint, which leaves slow motion its inertia; the exact flow of both;
 /// or a factor after the kick (published codes; first order).
@@ -64,6 +70,8 @@ inline constexpr double before_end = 1 - 1e-9;
 inline constexpr Substep damped_stages[] = {{1 - 2 * gamma, gamma, gamma, 0}, {0.0, gamma, before_end, 0}};
 inline constexpr double damped_kicks[] = {gamma};
 
+inline constexpr Substep bed_stages[] = {{1.0, 1.0, before_end, 0}};
+
 } // namespace detail
 
 constexpr Scheme scheme_of(Integrator integrator) {
@@ -71,6 +79,7 @@ constexpr Scheme scheme_of(Integrator integrator) {
         return {detail::pefrl_stages, detail::pefrl_kicks, detail::xi, 1.4947247, 2.3414};
     if (integrator == Integrator::implicit) return {detail::midpoint_stages, detail::midpoint_kicks, 0, 1.0, 2.0};
     if (integrator == Integrator::implicit_damped) return {detail::damped_stages, detail::damped_kicks, 0, 1.0, 2.0};
+    if (integrator == Integrator::implicit_bed) return {detail::bed_stages, detail::verlet_kicks, 0, 1.0, 2.0};
     return {detail::verlet_stages, detail::verlet_kicks, 0.5, 1.0, 2.0};
 }
 

@@ -34,7 +34,9 @@ template <class Row> std::vector<Row> rows_of(std::span<const std::byte> bytes) 
 ContactInteraction::ContactInteraction(const InteractionParts& parts, const ContactPlan& contact)
     : comm_(parts.comm), plan_(parts.plan), contact_(contact), groups_(parts.groups), exposure_(parts.around.exposure),
       loads_(parts.around.loads), all_rods_(exposure_->scene().bodies()),
-      contacts_(kernels(plan_.machine.lanes).make_contacts(contact_.scene(groups_), parts.threads)) {
+      contacts_(
+          kernels(plan_.machine.lanes)
+              .make_contacts(contact_.scene(groups_, loads_->has_tangents, parts.around.meeting_zone), parts.threads)) {
     for (const RodGroup& group : groups_) mobility_.push_back(contact_mobility(group));
     const ContactLaws& laws = contact_.laws;
     const std::size_t materials = laws.materials();
@@ -60,6 +62,7 @@ void ContactInteraction::find_partners(const Exposure& near, std::span<std::uint
 
 void ContactInteraction::settle(std::span<const std::uint32_t> slot) {
     loads_->load.resize(exposure_->slots());
+    if (loads_->has_tangents) loads_->tangent.resize(exposure_->slots());
     contacts_->finish_rebuild(*exposure_, slot, comm_.sum(inactive_));
 }
 
@@ -107,6 +110,7 @@ ContactFigures ContactInteraction::present_figures() const {
 
 void ContactInteraction::add_own(const Step& step) {
     contacts_->arrived_in(step.drift);
+    contacts_->set_tangents(loads_->tangent);
     contacts_->begin(*exposure_, step.time, step.kick, loads_->load, comm_.size() > 1);
 }
 

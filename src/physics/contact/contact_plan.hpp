@@ -20,7 +20,13 @@ struct ContactPlan {
     bool automatic_stiffness = false;
     std::shared_ptr<const JoinedGaps> joined; ///< null where rods of one copy never touch
 
-    ContactScene scene(std::span<const RodGroup> groups) const { return contact_scene(groups, spec, laws, joined); }
+    /// `has_tangents`: loads come with their slopes, of bodies that are nearer than `meeting_zone` too, m.
+    ContactScene scene(std::span<const RodGroup> groups, bool has_tangents = false, double meeting_zone = 0) const {
+        ContactScene scene = contact_scene(groups, spec, laws, joined);
+        scene.has_tangents = has_tangents;
+        scene.meeting_zone = meeting_zone;
+        return scene;
+    }
 };
 
 /// Estimates for rods that may touch each other or walls.

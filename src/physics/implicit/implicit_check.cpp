@@ -16,11 +16,14 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
     const auto name = nth(integrator_names, time.integrator);
     of_time.unused({"safety", "e_min", "damping", "force_dt"},
                    fmt::format("with integrator = \"{}\", whose steps stability does not limit", name));
-    if (time.dt > 0) of_time.unused({"tolerance"}, "with a given 'dt'");
+    const bool in_bed = time.integrator == Integrator::implicit_bed;
+    if (in_bed) of_time.unused({"tolerance"}, "with integrator = \"implicit_bed\"");
+    else if (time.dt > 0) of_time.unused({"tolerance"}, "with a given 'dt'");
     const auto refuse = [&](bool has, const std::string& table, const std::string& message) {
         if (has) objections.add(table, fmt::format("time.integrator = \"{}\" {}", name, message));
     };
-    refuse(scene.contact.has_value(), "contact", "is for rods that do not touch each other: use \"verlet\"");
+    refuse(scene.contact.has_value() && !in_bed, "contact",
+           "is for rods that do not touch each other: use \"implicit_bed\" or \"verlet\"");
     refuse(!scene.joints.empty(), "joint.0", "is for rods without joints: use \"verlet\"");
     refuse(scene.fluid.has_value(), "fluid", "is for rods outside of a fluid that is solved for: use \"verlet\"");
     refuse(scene.output.audit, "output.audit", "has no audit: use \"verlet\"");
@@ -35,7 +38,8 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
     for (std::size_t i = 0; i < scene.damping.size(); ++i)
         refuse(is_filter(scene.damping[i].damping), fmt::format("damping.{}", i),
                "has no filter of rates: give \"uniform\" or \"physical\"");
-    refuse(!scene.walls.empty(), "wall.0", "is for rods that touch nothing: use \"verlet\"");
+    refuse(!scene.walls.empty() && !in_bed, "wall.0",
+           "is for rods that touch nothing: use \"implicit_bed\" or \"verlet\"");
 }
 
 } // namespace skein

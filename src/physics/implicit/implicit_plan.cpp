@@ -1,4 +1,5 @@
 #include "kernels/physics_passes.hpp"
+#include "physics/implicit/bed_plan.hpp"
 #include "physics/implicit/implicit_interaction.hpp"
 #include "physics/implicit/implicit_tables.hpp"
 #include "physics/plan_input.hpp"
@@ -71,7 +72,9 @@ private:
 
 void ImplicitTables::plan(const PlanInput& input, PlannedPhysics& out) {
     const TimeSpec& time = input.scene.time;
-    if (!time.relax && is_implicit(time.integrator) && !input.groups.empty()) out.add<PlannedImplicitSteps>(input);
+    if (time.relax || !is_implicit(time.integrator) || input.groups.empty()) return;
+    if (time.integrator == Integrator::implicit_bed) plan_bed(input, out);
+    else out.add<PlannedImplicitSteps>(input);
 }
 
 } // namespace skein

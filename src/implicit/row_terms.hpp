@@ -1,0 +1,105 @@
+// Terms of a row besides the rod's elasticity: inertia and damping over a time, loads on the right, held directions.
+#pragma once
+
+#include "implicit/elastic_rows.hpp"
+#include "implicit/implicit_rod.hpp"
+
+namespace skein {
+
+template <int W> class RowTerms {
+public:
+    using P = Pack<W>;
+    using V = Vec3<P>;
+
+    RowTerms(const RodGroup& group, const DampingRates& rates)
+        : rod_(group, rates), slots_(group.slots()), closed_(group.closed()) {
+        for (int k = 0; k < slots_; ++k) turns_in_lab_ |= rod_[k].turns_in_lab;
+    }
+
+    const ImplicitRod::Row& operator[](int k) const { return rod_[k]; }
+    double length() const { return rod_.length(); }
+    V free_node(int k) const { return {P(rod_[k].free[0]), P(rod_[k].free[1]), P(rod_[k].free[2])}; }
+    bool turns(int k) const { return rod_[k].free[3] + rod_[k].free[4] + rod_[k].free[5] > 0; }
+
+    /// A node's. `velocity`: now; `gained`: since the beginning of the time h.
+    void add_node(int k, double h, const V& force, const V& velocity, const V& gained, BlockRow<W>& row) const {
+        const ImplicitRod::Row& c = rod_[k];
+        const double inv = 1 / h, by_mass = c.mass * inv;
+        const V f = force - P(by_mass) * fma(P(h * c.node_rate), velocity, gained);
+        row.right[0] = f.x;
+        row.right[1] = f.y;
+        row.right[2] = f.z;
+        const P node(by_mass * (inv + c.node_rate));
+        for (int i = 0; i < 3; ++i) row.diagonal[i][i] += node;
+    }
+    /// An element's. `before`: moment of momentum at the beginning of the time h, in the frame now.
+    ///   d(J w) = J (1 + [u]/2) t/h, u = h w;  d(R J w) = [R J w] t
+    void add_element(int k, double h, const SlotLoad<W>& load, const V& spin, const V& before, BlockRow<W>& row) const {
+        const ImplicitRod::Row& c = rod_[k];
+        const double inv = 1 / h;
+        const V j = broadcast<W>(c.inertia), momentum = scale(j, spin);
+        const V rate = fma(load.dilatation, broadcast<W>(c.rate_by_stretch), broadcast<W>(c.rate));
+        const V all = load.couple - P(inv) * (momentum - before) - scale(rate, momentum);
+        row.right[3] = all.x;
+        row.right[4] = all.y;
+        row.right[5] = all.z;
+        const V by{fma(rate.x, P(inv), P(inv * inv)), fma(rate.y, P(inv), P(inv * inv)),
+                   fma(rate.z, P(inv), P(inv * inv))};
+        const V stiff = scale(j, by);
+        const P diagonal[3] = {stiff.x, stiff.y, stiff.z};
+        const Three<P> half = detail::skew(P(0.5 * h) * spin), gyration = detail::skew(P(inv) * before);
+        for (int i = 0; i < 3; ++i)
+            for (int m = 0; m < 3; ++m) {
+                const P turned = fms(diagonal[i], half.a[i][m], gyration.a[i][m]);
+                row.diagonal[3 + i][3 + m] += i == m ? turned + diagonal[i] : turned;
+            }
+    }
+
+    /// Holds what is not free. Turns of elements that are held about some lab axes become turns in the lab, t = Q u.
+    void hold(const RodTile<W>& rod, int k, int last, BlockRow<W>& row) const {
+        if (turns_in_lab_) turn_to_lab(rod, k, last, row);
+        for (int i = 0; i < row_size; ++i)
+            if (rod_[k].free[to_index(i)] == 0) row.hold(i);
+    }
+    /// Turns of a solution, in the elements' frames again.
+    void turn_back(const RodTile<W>& rod, int last, RowVector<W>* solution) const {
+        if (!turns_in_lab_) return;
+        for (int k = 0; k <= last; ++k) {
+            if (!rod_[k].turns_in_lab) continue;
+            P* u = solution[k].u;
+            const V turn = rod.slot[k].director * V{u[3], u[4], u[5]};
+            u[3] = turn.x;
+            u[4] = turn.y;
+            u[5] = turn.z;
+        }
+    }
+
+private:
+    static void transpose_turn(const Quaternion<P>& q, P& x, P& y, P& z) {
+        const V turned = transpose_times(q, V{x, y, z});
+        x = turned.x;
+        y = turned.y;
+        z = turned.z;
+    }
+    void turn_to_lab(const RodTile<W>& rod, int k, int end, BlockRow<W>& row) const {
+        const int before = k > 0 ? k - 1 : closed_ ? end : -1, after = k < end ? k + 1 : closed_ ? 0 : -1;
+        const auto columns = [&](int of, RowBlock<W>& block) {
+            if (of < 0 || !rod_[of].turns_in_lab) return;
+            for (auto& line : block) transpose_turn(rod.slot[of].director, line[3], line[4], line[5]);
+        };
+        columns(before, row.before);
+        columns(k, row.diagonal);
+        columns(after, row.after);
+        if (!rod_[k].turns_in_lab) return;
+        for (RowBlock<W>* block : {&row.before, &row.diagonal, &row.after})
+            for (int j = 0; j < row_size; ++j)
+                transpose_turn(rod.slot[k].director, (*block)[3][j], (*block)[4][j], (*block)[5][j]);
+        transpose_turn(rod.slot[k].director, row.right[3], row.right[4], row.right[5]);
+    }
+
+    ImplicitRod rod_;
+    int slots_;
+    bool closed_, turns_in_lab_ = false;
+};
+
+} // namespace skein

@@ -1,0 +1,54 @@
+// Steps in a bed as an interaction: the parts that steps are cut into, and what the method takes and adds.
+#pragma once
+
+#include "coupling/interaction.hpp"
+#include "implicit/bed_figures.hpp"
+
+#include <nlohmann/json.hpp>
+
+#include <optional>
+#include <vector>
+
+namespace skein {
+
+class BedInteraction final : public Interaction {
+public:
+    /// `allowed`: way of a node in a part of a step, m; `radius`: over which it is given.
+    BedInteraction(const InteractionParts& parts, double allowed, double radius);
+
+    void rebind(const InteractionParts& parts) override {
+        rods_ = &parts.rods;
+        beds_ = parts.around.beds;
+    }
+    PaceControl* pace_control() override { return &control_; }
+    /// Of the states where no step has been made.
+    double fastest() const override;
+    void end_step(const Step&, Timers&) override { known_ = now(); }
+    bool ends_every_step() const override { return true; }
+    std::vector<Figure> figures(const Sample&) const override;
+    std::string progress() const override {
+        return control_.parts() > 1 ? "  parts " + std::to_string(control_.parts()) : std::string();
+    }
+    void summarise(nlohmann::ordered_json& summary) const override {
+        summary["implicit_bed"] = {{"most_parts", control_.most()}, {"parts", control_.made()}};
+    }
+    std::string advice() const override {
+        return "bodies move too fast for steps of \"implicit_bed\": a smaller time.dt, softer starts or \"verlet\" may "
+               "do";
+    }
+    std::string saved_name() const override { return "implicit_bed"; }
+    SavedNumbers saved() const override;
+    void restore(const SavedNumbers& saved) override;
+
+private:
+    double now() const;
+
+    Communicator comm_;
+    const Rods* rods_;
+    std::vector<std::shared_ptr<BedFigures>> beds_;
+    PaceControl control_;
+    double radius_, mass_ = 0;    ///< m; of all, kg
+    std::optional<double> known_; ///< speed of the fastest node of this rank, m/s; none: to be found from the states
+};
+
+} // namespace skein
