@@ -11,6 +11,7 @@
 #include "loads/laplacian_filter.hpp"
 #include "loads/load_pass.hpp"
 #include "mechanics/audit.hpp"
+#include "mechanics/bearing.hpp"
 #include "mechanics/body.hpp"
 #include "mechanics/elastic.hpp"
 #include "mechanics/gyration.hpp"
@@ -36,6 +37,17 @@ inline KicksOfGroup kicks_of(const pass::Kick& kick, const GroupPlan& plan, cons
     for (const double share : scheme.kicks)
         kicks.emplace_back(group, rates, share * (kick.share * dt), plan.damping_scheme);
     return kicks;
+}
+
+/// Shares of a group's inertia that its kicks feel in a fluid; none without it.
+inline KickedShares kicked_shares(const GroupProgram& program) {
+    KickedShares shares;
+    const auto* fluid = program.find<pass::FeelFluid>();
+    if (!fluid) return shares;
+    for (const InertiaShares<double>& node : fluid->inertia->of_nodes) shares.of_nodes.push_back(node.effective);
+    for (const InertiaShares<Vec3d>& element : fluid->inertia->of_elements)
+        shares.of_elements.push_back(element.effective);
+    return shares;
 }
 
 /// Calls make.operator()<Kind>() with the kind of kick of rods whose law has an energy.
@@ -79,6 +91,10 @@ public:
 
     Made operator()(const pass::Drift& p) const {
         return with_gyration(p.top, []<class Top>(Top) -> Made { return std::make_unique<DriftPass<Top, W>>(); });
+    }
+    Made operator()(const pass::DriftOnBearings& p) const {
+        return with_gyration(
+            p.top, [&]<class Top>(Top) -> Made { return std::make_unique<BearingDriftPass<Top, W>>(parts_.group); });
     }
     Made operator()(pass::CloseRing) const { return std::make_unique<CloseRingPass<W>>(); }
     Made operator()(pass::AuditEnds) const { return std::make_unique<AuditEndsPass<W>>(parts_.audit); }
@@ -144,6 +160,14 @@ public:
     }
     Made operator()(pass::Slide) const { return std::make_unique<SlidePass<W>>(parts_.end_walls); }
     Made operator()(pass::Hold) const { return std::make_unique<HoldPass<W>>(); }
+    Made operator()(const pass::Bearings& p) const {
+        std::vector<Vec3d> shares = kicked_shares(parts_.plan.program).of_elements;
+        if (p.kind == KickKind::undamped) return std::make_unique<BearingPass<W>>(parts_.group, shares);
+        KicksOfGroup kicks = kicks_of(pass::Kick{p.kind, p.share}, parts_.plan, parts_.group, parts_.scheme, parts_.dt);
+        return with_kick(p.kind, [&]<KickKind Kind>() -> Made {
+            return std::make_unique<DampedBearingPass<Kind, W>>(parts_.group, std::move(kicks), std::move(shares));
+        });
+    }
     Made operator()(pass::AuditMedium) const { return std::make_unique<AuditMediumPass<W>>(parts_.audit); }
     Made operator()(pass::AuditMediumWork) const {
         return std::make_unique<AuditMediumWorkPass<W>>(parts_.audit, parts_.moving != nullptr);

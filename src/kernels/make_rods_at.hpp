@@ -37,17 +37,6 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
     return program;
 }
 
-/// Shares of a group's inertia that its kicks feel in a fluid; none without it.
-inline KickedShares kicked_shares(const GroupProgram& program) {
-    KickedShares shares;
-    const auto* fluid = program.find<pass::FeelFluid>();
-    if (!fluid) return shares;
-    for (const InertiaShares<double>& node : fluid->inertia->of_nodes) shares.of_nodes.push_back(node.effective);
-    for (const InertiaShares<Vec3d>& element : fluid->inertia->of_elements)
-        shares.of_elements.push_back(element.effective);
-    return shares;
-}
-
 /// Mobilities in the kicks of all groups; `kicks` is where they are kept.
 inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, std::vector<KicksOfGroup>& kicks) {
     const Scheme scheme = scheme_of(plan.integrator);

@@ -135,11 +135,11 @@ template <class... Kinds> struct PassKindList {
     }
 };
 using PassKinds =
-    PassKindList<pass::Drift, pass::CloseRing, pass::AuditEnds, pass::MoveEnds, pass::Orthonormalise, pass::Expose,
-                 pass::ExposeSurface, pass::Elastic, pass::Unstrained, pass::AuditInner, pass::ApplyLoad,
-                 pass::NoteForces, pass::TakeJoinedLoads, pass::Walls, pass::SurfaceWalls, pass::TakeLoads,
-                 pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads, pass::FeelFluid, pass::AuditMedium,
-                 pass::Kick, pass::Relax, pass::StepImplicitly, pass::StepInBed, pass::Filter, pass::Slide, pass::Hold,
-                 pass::AuditMediumWork, pass::AuditBalance>;
+    PassKindList<pass::Drift, pass::DriftOnBearings, pass::CloseRing, pass::AuditEnds, pass::MoveEnds,
+                 pass::Orthonormalise, pass::Expose, pass::ExposeSurface, pass::Elastic, pass::Unstrained,
+                 pass::AuditInner, pass::ApplyLoad, pass::NoteForces, pass::TakeJoinedLoads, pass::Walls,
+                 pass::SurfaceWalls, pass::TakeLoads, pass::TakeSurfaceLoads, pass::FoldRing, pass::AuditLoads,
+                 pass::FeelFluid, pass::AuditMedium, pass::Kick, pass::Relax, pass::StepImplicitly, pass::StepInBed,
+                 pass::Filter, pass::Slide, pass::Hold, pass::Bearings, pass::AuditMediumWork, pass::AuditBalance>;
 
 } // namespace skein

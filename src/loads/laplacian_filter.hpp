@@ -14,6 +14,7 @@
 #pragma once
 
 #include "mechanics/hold.hpp"
+#include "rod/bearing.hpp"
 #include "skein/core/aligned.hpp"
 #include "skein/core/index.hpp"
 
@@ -61,7 +62,7 @@ template <int W> class LaplacianFilterPass final : public TilePass<W> {
 public:
     /// order: p; rate: c, 1/s; h: length of the step, s.
     LaplacianFilterPass(const RodGroup& group, long order, double rate, double h)
-        : order_(order), closed_(group.closed()) {
+        : order_(order), closed_(group.closed()), bearings_(bearings_of(group)) {
         const double s = -std::expm1(-rate * h);
         once_ = s + 0.5 * s * s;
         twice_ = 0.5 * s * s;
@@ -82,6 +83,10 @@ public:
         apply_hold<W>(*rod.group, rod.slot);
         filter_velocities(rod, rows.data());
         filter_spins(rod, rows.data());
+        for (const Bearing& b : bearings_) {
+            Slot<W>& s = rod.slot[b.element];
+            s.spin = rate_on(b, s.director, s.spin, broadcast<W>(rod.element[b.element].inv_inertia));
+        }
     }
 
 private:
@@ -153,6 +158,7 @@ private:
 
     long order_;
     bool closed_;
+    std::vector<Bearing> bearings_;
     double once_, twice_;                        ///< s + s^2/2, s^2/2
     std::vector<double> conductance_;            ///< conductance between the nodes of an element, kg, [n]
     std::vector<double> inv_mass_;               ///< 1/kg, [n + 1]; 0 for held nodes

@@ -95,6 +95,14 @@ public:
             kick_node(at(c.node, rod.n), load[rod.n].force, rod.slot[rod.n].velocity); // bodies have no node n
     }
 
+    /// Change of an element's rate by a unit couple over the kick, body axes.
+    template <class C> static Vec3<Pack<W>> gain(const C& c, const Pack<W>& dilatation) {
+        const P one(1.0);
+        Vec3<P> spin{P(0.0), P(0.0), P(0.0)};
+        kick_element<false>(c, SlotLoad<W>{{}, {one, one, one}, dilatation}, spin);
+        return spin;
+    }
+
 private:
     using P = Pack<W>;
 

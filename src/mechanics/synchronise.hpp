@@ -1,6 +1,7 @@
 // Synchronised copy of rods: positions and directors advanced at constant rates. theory.md (21)
 #pragma once
 
+#include "mechanics/bearing.hpp"
 #include "mechanics/gyration.hpp"
 
 namespace skein {
@@ -13,7 +14,8 @@ template <int W> void synchronise_positions(const RodTile<W>& rod, double h) {
 }
 
 template <int W> void synchronise(const RodTile<W>& rod, double h) {
-    with_gyration(gyration_of(*rod.group), [&]<class Top>(Top) { drift<Top>(rod, h); });
+    drift_on(bearings_of(*rod.group), rod, h,
+             [&] { with_gyration(gyration_of(*rod.group), [&]<class Top>(Top) { drift<Top>(rod, h); }); });
     close_ring(rod);
 }
 

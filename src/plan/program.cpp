@@ -2,6 +2,7 @@
 
 #include "mechanics/law.hpp"
 #include "plan/plan.hpp"
+#include "rod/bearing.hpp"
 
 #include <algorithm>
 
@@ -35,11 +36,13 @@ bool GroupProgram::lies_along() const {
 }
 
 GroupProgram program_of(const RodGroup& group, const GroupPlan& plan, bool acts_between) {
-    const bool ring = group.closed(), body = !group.strained(), slides = group.spec().ends_slide();
+    const bool ring = group.closed(), body = !group.strained(), slides = group.spec().ends_slide(),
+               bearings = !bearings_of(group).empty();
     const bool filtered = std::any_of(plan.damping.begin(), plan.damping.end(), is_filter);
     const double share = filtered ? 0.5 : 1.0; // of a kick: one before the filters, one after
     GroupProgram program;
-    program.add(PassPlace::drift, pass::Drift{gyration_of(group)});
+    if (bearings) program.add(PassPlace::drift, pass::DriftOnBearings{gyration_of(group)});
+    else program.add(PassPlace::drift, pass::Drift{gyration_of(group)});
     if (ring) program.add(PassPlace::ring, pass::CloseRing{});
     if (group.spec().ends_move()) program.add(PassPlace::ends, pass::MoveEnds{});
     program.add(PassPlace::frames, pass::Orthonormalise{});
@@ -53,11 +56,13 @@ GroupProgram program_of(const RodGroup& group, const GroupPlan& plan, bool acts_
     program.add(PassPlace::kick, pass::Kick{plan.kick, share});
     const pass::Slide slide{group.spec().end == EndKind::clamped && !group.spec().end_free.empty()};
     if (filtered && slides) program.add(PassPlace::slide, slide);
+    if (filtered && bearings) program.add(PassPlace::slide, pass::Bearings{plan.kick, share});
     for (const Damping& d : plan.damping)
         if (is_filter(d)) program.add(PassPlace::filter, pass::Filter{d.order, d.rate});
     if (filtered) program.add(PassPlace::second_kick, pass::Kick{plan.kick, share});
     if (slides) program.add(PassPlace::last_slide, slide);
     if (group.spec().hold.any()) program.add(PassPlace::hold, pass::Hold{});
+    if (bearings) program.add(PassPlace::bearings, pass::Bearings{plan.kick, share});
     return program;
 }
 

@@ -45,6 +45,7 @@ enum class PassPlace {
     second_kick,
     last_slide,
     hold,
+    bearings,
     balance
 };
 
@@ -91,6 +92,12 @@ struct Drift {
     std::string_view name() const { return nth(drift_names, top); }
     double ns() const { return top == Gyration::circular ? 3.2 : 9; }
     bool lies_along() const { return top != Gyration::plain && top != Gyration::elliptic_each; }
+};
+/// The same of rods with elements on bearings.
+struct DriftOnBearings {
+    Gyration top;
+    static constexpr std::string_view name = "drift (bearings)", cause = "'hold'";
+    double ns() const { return Drift{top}.ns(); }
 };
 /// A ring's last node takes the place of its first.
 struct CloseRing {
@@ -154,6 +161,13 @@ struct Filter {
 };
 struct Hold {
     static constexpr std::string_view name = "hold", cause = "'hold'";
+};
+/// Impulses of bearings: by inertia where a kick damps nothing, or by what a damped kick over a `share` of the step
+/// makes of them.
+struct Bearings {
+    KickKind kind = KickKind::undamped;
+    double share = 1;
+    static constexpr std::string_view name = "bearings", cause = "'hold'";
 };
 /// Held directions of ends that slide in others.
 struct Slide {

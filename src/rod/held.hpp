@@ -1,11 +1,13 @@
-// Nodes and elements held inside a rod, in any lab directions. theory.md (47)
+// Nodes and elements held inside a rod. theory.md (47)
 #pragma once
 
 #include "skein/rod/rod_group.hpp"
 
 namespace skein {
 
-/// Sets the held components of velocities and lab angular velocities to 0. Slot n of a ring is not a node of its own.
+/// Sets the held components of velocities to 0, and rates of elements held about all axes. Slot n of a ring is not a
+/// node of its own. Elements held about some axes are bearings (rod/bearing.hpp), but with the published law: its held
+/// components of lab angular velocities become 0.
 template <int W> void apply_hold(const RodGroup& group, Slot<W>* slot) {
     using P = Pack<W>;
     const auto free_of = [](const std::string& held) {
@@ -20,6 +22,7 @@ template <int W> void apply_hold(const RodGroup& group, Slot<W>* slot) {
         v = scale(broadcast<W>(direction), v);
     }
     const bool all = axis.x + axis.y + axis.z == 0;
+    if (!all && group.law() != Law::elastica) return;
     for (const long k : hold.elements) {
         Slot<W>& s = slot[k < 0 ? n + k : k];
         s.spin = all ? Vec3<P>{P(0.0), P(0.0), P(0.0)}

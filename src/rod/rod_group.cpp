@@ -3,6 +3,7 @@
 #include "core/memory.hpp"
 #include "core/share_text.hpp"
 #include "placement/packing.hpp"
+#include "rod/bearing.hpp"
 #include "rod/body_shape.hpp"
 #include "rod/cell_turn.hpp"
 #include "rod/end_weights.hpp"
@@ -291,6 +292,10 @@ void RodGroup::start_state(const Vec3d& start, const Quaterniond& turn, bool tur
         }
     }
     apply_hold(*this, out.data());
+    for (const Bearing& b : bearings_of(*this)) {
+        Slot<1>& s = nth(out, b.element);
+        s.spin = rate_on(b, s.director, s.spin, broadcast<1>(nth(element, b.element).inv_inertia));
+    }
 }
 
 Vec3d RodGroup::magnetisation(std::int64_t i) const {

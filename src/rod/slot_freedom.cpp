@@ -29,7 +29,7 @@ std::vector<SlotFreedom> slot_freedoms(const RodGroup& group) {
     for (const long k : hold.elements) {
         SlotFreedom& slot = nth(all, k < 0 ? n + k : k);
         hold_axes(&slot.free[3], hold.axes);
-        slot.turns_in_lab = hold.axes.size() < 3;
+        slot.turns_in_lab = slot.free[3] + slot.free[4] + slot.free[5] > 0;
     }
     return all;
 }

@@ -44,6 +44,7 @@ public:
         p.program.remove(PassPlace::drift);
         p.program.remove(PassPlace::internal);
         p.program.replace(PassPlace::kick, pass::StepImplicitly{group.law(), p.damping});
+        p.program.replace(PassPlace::bearings, pass::Bearings{});
     }
     bool sets_step(Plan& plan, const CoreTables& scene) override {
         plan.integrator = integrator_;

@@ -79,6 +79,7 @@ public:
         if (p.program.has(PassPlace::boundaries) || p.program.has(PassPlace::neighbours) || contacts.any())
             p.program.add(PassPlace::loads_done, pass::NoteForces{});
         p.program.replace(PassPlace::kick, pass::Relax{group.law(), std::move(contacts)});
+        p.program.replace(PassPlace::bearings, pass::Bearings{});
     }
     /// Steps of 1 s, half of what M of theory.md (64) leaves.
     bool sets_step(Plan& plan, const CoreTables& scene) override {
