@@ -140,7 +140,8 @@ private:
             s.position = work.start[to_index(k)].position + d;
             if (k >= rod.n) continue;
             Q& r = work.turn[to_index(k)];
-            r = terms_.turns(k) ? rotation(P(h) * s.spin) : broadcast<W>(no_turn);
+            r = terms_.turns(k) ? rotation(as_held(k, work.start[to_index(k)].director, P(h) * s.spin))
+                                : broadcast<W>(no_turn);
             s.director = r * work.start[to_index(k)].director;
         }
         close_ring(rod);
@@ -159,6 +160,7 @@ private:
             if (sloped_) work.slopes.subtract_from(k, row);
             add_inertia(rod, work, load[k], k, step.kick, row);
             terms_.hold(rod, k, last(rod), row);
+            hold_turn(rod, k, step.kick, row);
             work.rows.add(k, row);
         };
         if (strained_) {
@@ -170,6 +172,26 @@ private:
         }
         work.rows.solve(work.correction.data());
         terms_.turn_back(rod, last(rod), work.correction.data());
+    }
+
+    /// Part of a turn of a stage, from the frame q on, that its bearing leaves.
+    V as_held(int k, const Q& q, const V& turn) const {
+        if (!terms_[k].turns_in_lab) return turn;
+        const auto& free = terms_[k].free;
+        return q * scale(V{P(free[3]), P(free[4]), P(free[5])}, transpose_times(q, turn));
+    }
+
+    /// A turn u about directions across a held axis e has u.Q e = 0, so corrections t have t.R(u/2) Q e = 0 at its end,
+    /// up to u^2 t.
+    void hold_turn(const RodTile<W>& rod, int k, double h, BlockRow<W>& row) const {
+        const int axis = terms_[k].only_held_axis();
+        if (axis < 0) return;
+        const Slot<W>& s = rod.slot[k];
+        const V e{P(axis == 3 ? 1.0 : 0.0), P(axis == 4 ? 1.0 : 0.0), P(axis == 5 ? 1.0 : 0.0)};
+        const V middle = transpose_times(s.director, rotation(P(-0.5 * h) * s.spin) * (s.director * e));
+        row.diagonal[axis][3] = middle.x;
+        row.diagonal[axis][4] = middle.y;
+        row.diagonal[axis][5] = middle.z;
     }
 
     /// Adds inertia and damping over h, and all loads on the right.
@@ -229,8 +251,10 @@ private:
             if (k >= rod.n || !terms_.turns(k)) continue;
             Q& r = work.turn[to_index(k)];
             r = rotation(turn_of(k)) * r;
+            const auto turned = [&] { return as_held(k, start.director, relative_rotation(r, broadcast<W>(no_turn))); };
+            if (terms_[k].turns_in_lab) r = select(moves, rotation(turned()), r);
             s.director = r * start.director;
-            s.spin = P(1 / h) * relative_rotation(r, broadcast<W>(no_turn));
+            s.spin = P(1 / h) * turned();
         }
         close_ring(rod);
     }

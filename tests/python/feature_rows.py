@@ -186,6 +186,7 @@ def rows_of(folder):
         of_group("rods.end_motion", "end", end="clamped", end_motion={"times": [0.0, 1.0], "rotation": [[0.0, 0.0, 0.0], [0.0, 2.0, 1.0]]},
                  shape=STILL),
         of_group("rods.hold", "hold", hold={"nodes": [3]}, shape=STILL),
+        *(of_group(f"rods.hold.axes = {axes}", "hold", hold={"elements": [3], "axes": axes}, shape=STILL) for axes in ("z", "xy")),
         *(Row(f"rods.magnetisation.pattern = {pattern}", lambda scene, where, pattern=pattern, keys=keys: (
             group(scene, where).update(magnetisation={"pattern": pattern, "strength": 1e5, **keys}),
             scene.setdefault("load", []).append({"kind": "magnetic_field", "rods": [where], "constant": [0.0, 0.01, 0.02]})), "magnetisation", True)

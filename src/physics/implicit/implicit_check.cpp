@@ -30,8 +30,6 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
     for (std::size_t i = 0; i < scene.rods.size(); ++i) {
         const RodSpec& rods = scene.rods[i];
         const std::string group = path_of_group(scene, i);
-        refuse(!rods.hold.elements.empty() && rods.hold.axes.size() == 1, group + ".hold.axes",
-               "holds elements about two axes or three, not about one: give two, or use \"verlet\"");
         refuse(rods.material.law == Law::elastica, group + ".material.law",
                "needs a law with an energy, and \"elastica\" has none");
     }
