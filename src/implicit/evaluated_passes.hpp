@@ -31,6 +31,7 @@ template <int W> struct ImplicitParts {
     Law law;
     DampingRates rates;
     std::shared_ptr<EndWalls<W>> walls;
+    bool conserves; ///< by conserving_pass.hpp
 };
 
 /// Numbers of the steps of a group in a bed.
@@ -42,7 +43,7 @@ template <int W> struct BedParts {
     std::shared_ptr<BedTiles<W>> figures;
 };
 
-/// The passes of implicit_pass.hpp and bed_pass.hpp, which are compiled by themselves.
+/// The passes of implicit_pass.hpp or conserving_pass.hpp, and of bed_pass.hpp, which are compiled by themselves.
 template <int W> std::unique_ptr<TilePass<W>> make_implicit_pass(const ImplicitParts<W>& parts);
 template <int W> std::unique_ptr<TilePass<W>> make_bed_pass(const BedParts<W>& parts);
 

@@ -9,93 +9,25 @@
 // its neighbours. What does not converge becomes NaN, which the run reports.
 #pragma once
 
-#include "implicit/evaluated_passes.hpp"
+#include "implicit/corrected_pass.hpp"
+#include "implicit/elastic_rows.hpp"
 #include "implicit/load_slopes.hpp"
-#include "implicit/row_terms.hpp"
 #include "mechanics/drift.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <memory>
-#include <utility>
-#include <vector>
 
 namespace skein {
 
-template <class Law, int W> class ImplicitPass final : public TilePass<W>, public EvaluatesPasses<W> {
+template <class Law, int W> class ImplicitPass final : public CorrectedPass<ImplicitPass<Law, W>, W> {
 public:
-    static constexpr int most_corrections = 15;
-    static constexpr double tolerance = 1e-9; ///< of a correction, over the length and in rad
-    static constexpr double most_turn = 0.5;  ///< of a correction, rad; its displacement over the length
-
     explicit ImplicitPass(const ImplicitParts<W>& parts)
-        : terms_(parts.group, parts.rates), walls_(parts.walls), elastic_(ends_of(parts.group), *walls_),
-          strained_(parts.group.strained()), closed_(parts.group.closed()) {
-        apart_ = 1e-7 * (strained_ ? parts.group.element.front().rest_length : terms_.length());
-    }
-
-    void take(std::vector<EvaluatedPass<W>> passes) override {
-        passes_ = std::move(passes);
-        std::stable_partition(passes_.begin(), passes_.end(), [](const auto& one) { return !one.has_slopes; });
-        for (const EvaluatedPass<W>& one : passes_)
-            (one.has_slopes ? with_slopes_ : constant_).push_back(one.pass.get());
-        const auto adds = [](const TilePass<W>* pass) { return pass->adds_loads(); };
-        sloped_ = std::any_of(with_slopes_.begin(), with_slopes_.end(), adds);
-    }
-
-    void expect(std::size_t tiles) override {
-        strains_.resize(tiles);
-        for (const EvaluatedPass<W>& one : passes_) one.pass->expect(tiles);
-    }
-    void bind(const RodTile<W>& rod) override {
-        if (strained_) {
-            walls_->bind(rod);
-            if (rod.number >= strains_.size()) strains_.resize(rod.number + 1);
-            strains_[rod.number].assign(to_index(rod.n), V{P(0.0), P(0.0), P(0.0)});
-        }
-        for (const EvaluatedPass<W>& one : passes_) one.pass->bind(rod);
-    }
-    void prepare(std::span<const Step> steps) override {
-        for (const EvaluatedPass<W>& one : passes_) one.pass->prepare(steps);
-    }
-    void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
-        for (const EvaluatedPass<W>& one : passes_) one.pass->append_memory(rod, lane, numbers);
-        if (!strained_) return;
-        for (const V& s : strains_[rod.number]) {
-            const Vec3d one = skein::lane(s, lane);
-            numbers.insert(numbers.end(), {one.x, one.y, one.z});
-        }
-    }
-    std::size_t restore(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
-        std::size_t taken = 0;
-        for (const EvaluatedPass<W>& one : passes_) taken += one.pass->restore(rod, lane, numbers.subspan(taken));
-        if (!strained_) return taken;
-        for (V& s : strains_[rod.number]) {
-            set_lane(s, lane, {numbers[taken], numbers[taken + 1], numbers[taken + 2]});
-            taken += 3;
-        }
-        return taken;
-    }
-
-    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
-        static thread_local Work work;
-        begin(rod, work, step.kick);
-        Mask<W> active = P(1.0) > P(0.0);
-        P before(0.0); // corrections that are small at once may have too stiff a matrix
-        for (int i = 0; i < most_corrections && any(active); ++i) {
-            correct(rod, load, step, work, i);
-            const P size = size_of(rod, work);
-            const P share = select(size > P(most_turn), P(most_turn) / size, P(1.0));
-            move(rod, work, step.kick, select(active, share, P(0.0)));
-            const Mask<W> shrinks = size <= P(0.5) * before, rounding = size <= P(1e-3 * tolerance);
-            active = active & !((size <= P(tolerance)) & (shrinks | rounding)); // NaN goes on
-            before = size;
-        }
-        if (strained_) std::copy_n(work.carried.data(), rod.n, strains_[rod.number].data());
-        go_on(rod, work, step, select(active, P(NAN), P(0.0)));
-    }
+        : Base(parts), walls_(parts.walls), elastic_(ends_of(parts.group), *walls_) {}
 
 private:
+    using Base = CorrectedPass<ImplicitPass, W>;
+    friend Base;
+    using Base::apart_, Base::closed_, Base::last, Base::sloped_, Base::strained_, Base::terms_, Base::with_slopes_;
+
     using P = Pack<W>;
     using V = Vec3<P>;
     using Q = Quaternion<P>;
@@ -111,11 +43,12 @@ private:
         LoadSlopes<W> slopes;
     };
 
-    int last(const RodTile<W>& rod) const { return closed_ ? rod.n - 1 : rod.last; }
+    void bind_walls(const RodTile<W>& rod) override { walls_->bind(rod); }
 
     /// First guess: the stage's end at the present rates, with the strains of the stage before. Those of its end would
     /// not do: what turns by an angle a in a midpoint step is a^2/8 too long at the ends of it.
-    void begin(const RodTile<W>& rod, Work& work, double h) const {
+    void begin(const RodTile<W>& rod, Work& work, const Step& step) const {
+        const double h = step.kick;
         const std::size_t slots = to_index(rod.last) + 1;
         work.start.assign(rod.slot, rod.slot + slots);
         for (auto* vectors : {&work.displacement, &work.carried})
@@ -128,11 +61,8 @@ private:
         }
         work.rows.begin(last(rod), closed_);
         if (strained_)
-            for (int k = 0; k < rod.n; ++k) {
-                const V& known = strains_[rod.number][to_index(k)];
-                const Mask<W> is_known = fma(known.x + known.y, P(0.0), known.z) > P(0.0); // and not NaN
-                work.carried[to_index(k)] = select(is_known, known, element_strain<Across<W>>(rod, k));
-            }
+            for (int k = 0; k < rod.n; ++k)
+                work.carried[to_index(k)] = this->remembered(rod, k, element_strain<Across<W>>(rod, k));
         for (int k = 0; k <= last(rod); ++k) {
             Slot<W>& s = rod.slot[k];
             V& d = work.displacement[to_index(k)];
@@ -151,9 +81,7 @@ private:
     void correct(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work, int number) const {
         if (strained_) elastic_.loads(rod, work.carried.data(), step, work.inner.data());
         else work.inner[0] = {{}, {}, P(1.0)};
-        for (const TilePass<W>* pass : constant_) pass->run(rod, work.inner.data(), step);
-        std::copy_n(work.inner.data(), rod.last + 1, load);
-        for (const TilePass<W>* pass : with_slopes_) pass->run(rod, load, step);
+        this->evaluate(rod, work.inner.data(), load, step);
         if (sloped_ && number % 3 == 0)
             work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick, apart_);
         const auto take = [&](int k, BlockRow<W>& row) {
@@ -205,18 +133,6 @@ private:
         }
         const V before = work.turn[to_index(k)] * scale(broadcast<W>(terms_[k].inertia), start.spin);
         terms_.add_element(k, h, load, s.spin, before, row);
-    }
-
-    /// Largest displacement over the length, or turn, of the correction.
-    P size_of(const RodTile<W>& rod, const Work& work) const {
-        P most(0.0), zero(0.0);
-        for (int k = 0; k <= last(rod); ++k) {
-            const P* u = work.correction[to_index(k)].u;
-            most = max(most, P(1 / terms_.length()) * max(abs(u[0]), max(abs(u[1]), abs(u[2]))));
-            most = max(most, max(abs(u[3]), max(abs(u[4]), abs(u[5]))));
-            zero = fma(u[0] + u[1] + u[2] + u[3] + u[4] + u[5], P(0.0), zero);
-        }
-        return most + zero;
     }
 
     /// Takes a share of the correction.
@@ -283,15 +199,8 @@ private:
         close_ring(rod);
     }
 
-    RowTerms<W> terms_;
     std::shared_ptr<EndWalls<W>> walls_;
     ElasticRows<Law, W> elastic_;
-    bool strained_, closed_;
-    double apart_;                                  ///< m, for slopes
-    mutable std::vector<AlignedVector<V>> strains_; ///< by tile: of the last stage; 0 where there was none
-    std::vector<EvaluatedPass<W>> passes_;
-    std::vector<const TilePass<W>*> constant_, with_slopes_; ///< in the order of passes_
-    bool sloped_ = false;                                    ///< false where with_slopes_ only moves loads
 };
 
 } // namespace skein

@@ -1,7 +1,7 @@
 // Slopes of the loads of passes by a rod's own motion, for Newton corrections: differences of the passes themselves, so
 // that any load has them. Slots are moved in colours, no two of which a load feels together. A slot moves as its step
 // does: with a displacement d its velocity changes by d/h, with a turn its spin. They steer corrections and leave no
-// trace in what these end with.
+// trace in what these end with. Turns and couples are in the body, or in the lab.
 #pragma once
 
 #include "core/rotation.hpp"
@@ -19,6 +19,8 @@ template <int W> class LoadSlopes {
 public:
     using P = Pack<W>;
     using V = Vec3<P>;
+
+    explicit LoadSlopes(bool in_lab = false) : in_lab_(in_lab) {}
 
     /// Computes the slopes of `passes` about the present state. `inner`: loads before them; `total`: after them;
     /// `load`: room for others, all [slots]. `time`: s, from displacement to velocity; `apart`: m, a small
@@ -46,12 +48,13 @@ public:
                 for (const TilePass<W>* pass : passes) pass->run(rod, load, step);
                 for (int k = 0, at = 0; k < nodes; ++k) {
                     if (colour(k) != c || (i >= 3 && k >= elements)) continue;
+                    if (in_lab_) load[k].couple = as_in(kept_[to_index(at)], rod.slot[k], load[k].couple);
                     rod.slot[k] = kept_[to_index(at++)];
                     for (int by = -1; by <= 1; ++by) {
                         int row = k + by;
                         if (ring) row = (row + nodes) % nodes;
                         if (row < 0 || row >= nodes) continue;
-                        put(block(row, -by), i, load[row], total[row], 1 / small, row < elements);
+                        put(block(row, -by), i, rod.slot[row], load[row], total[row], 1 / small, row < elements);
                     }
                 }
                 close_ring(rod);
@@ -76,24 +79,31 @@ private:
 
     RowBlock<W>& block(int row, int by) { return blocks_[to_index(3 * row + 1 + by)].a; }
 
-    static void move(Slot<W>& s, int i, double small, double time) {
-        const V by{P(i % 3 == 0 ? small : 0.0), P(i % 3 == 1 ? small : 0.0), P(i % 3 == 2 ? small : 0.0)};
+    void move(Slot<W>& s, int i, double small, double time) const {
+        V by{P(i % 3 == 0 ? small : 0.0), P(i % 3 == 1 ? small : 0.0), P(i % 3 == 2 ? small : 0.0)};
         if (i < 3) {
             s.position += by;
             s.velocity = fma(P(1 / time), by, s.velocity);
         } else {
+            if (in_lab_) by = s.director * by;
             s.director = rotation(by) * s.director;
             s.spin = fma(P(1 / time), by, s.spin);
         }
     }
-    static void put(RowBlock<W>& to, int column, const SlotLoad<W>& moved, const SlotLoad<W>& still, double over,
-                    bool has_element) {
+    /// Body components of a couple on a slot that was moved in the frame of the slot.
+    static V as_in(const Slot<W>& slot, const Slot<W>& moved, const V& couple) {
+        return slot.director * transpose_times(moved.director, couple);
+    }
+    void put(RowBlock<W>& to, int column, const Slot<W>& slot, const SlotLoad<W>& moved, const SlotLoad<W>& still,
+             double over, bool has_element) const {
         const V f = P(over) * (moved.force - still.force);
-        const V c = has_element ? P(over) * (moved.couple - still.couple) : V{};
+        V c = has_element ? P(over) * (moved.couple - still.couple) : V{};
+        if (in_lab_ && has_element) c = transpose_times(slot.director, c);
         const P all[row_size] = {f.x, f.y, f.z, c.x, c.y, c.z};
         for (int r = 0; r < row_size; ++r) to[r][column] = all[r];
     }
 
+    bool in_lab_;
     AlignedVector<Block> blocks_; ///< [3 nodes]: by the slot before, by the own, by the slot after
     AlignedVector<Slot<W>> kept_;
 };

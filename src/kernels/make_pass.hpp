@@ -146,7 +146,8 @@ public:
         });
     }
     Made operator()(const pass::StepImplicitly& p) const {
-        return make_implicit_pass<W>({parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls});
+        return make_implicit_pass<W>(
+            {parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls, p.conserves});
     }
     Made operator()(const pass::StepInBed& p) const {
         return make_bed_pass<W>({{parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls},

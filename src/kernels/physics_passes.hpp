@@ -76,6 +76,7 @@ struct Relax {
 struct StepImplicitly {
     Law law;
     std::vector<Damping> damping;
+    bool conserves; ///< energy and momenta
     static constexpr std::string_view name = "implicit step", cause = "implicit steps";
     static constexpr double ns = 200;
     static std::string refuses_sizes() {

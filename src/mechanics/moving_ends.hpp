@@ -139,13 +139,16 @@ public:
         return to_lab(rod, pose(at, step).velocity);
     }
     Quaternion<P> frame(End at, const RodTile<W>& rod, const Step& step) const {
-        if (own_.empty()) {
-            if (moving_) return broadcast<W>(pose(at, step).frame);
-            return broadcast<W>(at == start ? rod.group->frame() : rod.group->end_frame());
-        }
+        if (moving_) return frame(at, rod, *moving_, step);
+        if (own_.empty()) return broadcast<W>(at == start ? rod.group->frame() : rod.group->end_frame());
+        return own_[rod.number].frame[at];
+    }
+    /// The frame where `moving` has the times of steps.
+    Quaternion<P> frame(End at, const RodTile<W>& rod, const MovingEnds& moving, const Step& step) const {
+        const MovingEnds::Pose& moved = at == start ? moving.start(step) : moving.end(step);
+        if (own_.empty()) return broadcast<W>(moved.frame);
         const Own& own = own_[rod.number];
-        if (!moving_) return own.frame[at];
-        return own.in_axes[at] * broadcast<W>(pose(at, step).turn) * own.axes;
+        return own.in_axes[at] * broadcast<W>(moved.turn) * own.axes;
     }
     /// Angular velocity of the wall, body, rad/s.
     Vec3<P> spin(End at, const RodTile<W>& rod, const Step& step) const {

@@ -87,17 +87,19 @@ class Implicit(DriverTest):
         return series, energy
 
     def test_energy_stays_over_many_steps(self):
-        """Of a heavy cantilever that swings by a hundredth of its length, and of a thin curved rod that spins free."""
-        for name, scene in {"cantilever": {"rods": [rod(1e8, start="clamped")], "load": GRAVITY}, "free": {"rods": [rod(1e9, radius=1e-3, shape=CURVED)]}}.items():
+        """Of a heavy cantilever and pendulum, of a thin curved rod and a soft one that spin free. The midpoint rule gains 1 % of the last at 20 times the explicit step, and loses it at 100."""
+        scenes = {"cantilever": {"rods": [rod(1e8, start="clamped")], "load": GRAVITY},
+                  "pendulum": {"rods": [rod(3e5, start="pinned", tangent=(0.8, 0.0, -0.6))], "load": GRAVITY},
+                  "free": {"rods": [rod(1e9, radius=1e-3, shape=CURVED)]}, "soft": {"rods": [rod(shape=CURVED)]}}
+        for name, scene in scenes.items():
             for times in (20, 100):
                 with self.subTest(scene=name, times=times):
                     series, energy = self.energies(scene, 20000, times)
                     scale = abs(energy[0]) + series["kinetic_translationJ"].max()
-                    self.assertLess(numpy.abs(energy - energy[0]).max(), 1e-3 * scale)
-                    self.assertLess(abs(mean_of_quarter(energy, 3) - mean_of_quarter(energy, 1)), 2e-4 * scale)
+                    self.assertLess(numpy.abs(energy - energy[0]).max(), 1e-8 * scale)
 
     def test_momenta_of_a_free_rod_stay(self):
-        for times in (1, 20):  # at a hundred times the explicit step the energy of this large motion grows until it stops
+        for times in (1, 20, 100):
             with self.subTest(times=times):
                 series, _ = self.energies({"rods": [rod(shape=CURVED)]}, 2000, times)
                 for name in ("momentum", "angular_momentum"):

@@ -6,6 +6,7 @@
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
 #include "plan/plan_steps.hpp"
+#include "rod/bearing.hpp"
 #include "rod/body_shape.hpp"
 
 #include <fmt/format.h>
@@ -43,7 +44,8 @@ public:
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.remove(PassPlace::drift);
         p.program.remove(PassPlace::internal);
-        p.program.replace(PassPlace::kick, pass::StepImplicitly{group.law(), p.damping});
+        const bool keeps_energy = integrator_ == Integrator::implicit && bearings_of(group).empty();
+        p.program.replace(PassPlace::kick, pass::StepImplicitly{group.law(), p.damping, keeps_energy});
         p.program.replace(PassPlace::bearings, pass::Bearings{});
     }
     bool sets_step(Plan& plan, const CoreTables& scene) override {

@@ -1,0 +1,139 @@
+// What passes of implicit steps have in common: the loads that they evaluate, the strains that they remember, and the
+// loop of corrections. Each lane counts its own corrections and stays as it is once they end, so that no bit depends on
+// its neighbours. What does not converge becomes NaN, which the run reports.
+#pragma once
+
+#include "implicit/block_rows.hpp"
+#include "implicit/evaluated_passes.hpp"
+#include "implicit/row_terms.hpp"
+#include "mechanics/elastic.hpp"
+#include "skein/core/aligned.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+namespace skein {
+
+/// Pass: a class with Work; begin(rod, work, step), correct(rod, load, step, work, number), size_of(rod, work),
+/// move(rod, work, h, share) and go_on(rod, work, step, wrong).
+template <class Pass, int W> class CorrectedPass : public TilePass<W>, public EvaluatesPasses<W> {
+public:
+    static constexpr int most_corrections = 15;
+    static constexpr double tolerance = 1e-9; ///< of a correction, over the length and in rad
+    static constexpr double most_turn = 0.5;  ///< of a correction, rad; its displacement over the length
+
+    explicit CorrectedPass(const ImplicitParts<W>& parts)
+        : terms_(parts.group, parts.rates), strained_(parts.group.strained()), closed_(parts.group.closed()),
+          apart_(1e-7 * (strained_ ? parts.group.element.front().rest_length : terms_.length())) {}
+
+    void take(std::vector<EvaluatedPass<W>> passes) override {
+        passes_ = std::move(passes);
+        std::stable_partition(passes_.begin(), passes_.end(), [](const auto& one) { return !one.has_slopes; });
+        for (const EvaluatedPass<W>& one : passes_)
+            (one.has_slopes ? with_slopes_ : constant_).push_back(one.pass.get());
+        const auto adds = [](const TilePass<W>* pass) { return pass->adds_loads(); };
+        sloped_ = std::any_of(with_slopes_.begin(), with_slopes_.end(), adds);
+    }
+
+    void expect(std::size_t tiles) override {
+        strains_.resize(tiles);
+        for (const EvaluatedPass<W>& one : passes_) one.pass->expect(tiles);
+    }
+    void bind(const RodTile<W>& rod) override {
+        if (strained_) {
+            bind_walls(rod);
+            if (rod.number >= strains_.size()) strains_.resize(rod.number + 1);
+            strains_[rod.number].assign(to_index(rod.n), V{P(0.0), P(0.0), P(0.0)});
+        }
+        for (const EvaluatedPass<W>& one : passes_) one.pass->bind(rod);
+    }
+    void prepare(std::span<const Step> steps) override {
+        for (const EvaluatedPass<W>& one : passes_) one.pass->prepare(steps);
+    }
+    void append_memory(const RodTile<W>& rod, int lane, std::vector<double>& numbers) const override {
+        for (const EvaluatedPass<W>& one : passes_) one.pass->append_memory(rod, lane, numbers);
+        if (!strained_) return;
+        for (const V& s : strains_[rod.number]) {
+            const Vec3d one = skein::lane(s, lane);
+            numbers.insert(numbers.end(), {one.x, one.y, one.z});
+        }
+    }
+    std::size_t restore(const RodTile<W>& rod, int lane, std::span<const double> numbers) override {
+        std::size_t taken = 0;
+        for (const EvaluatedPass<W>& one : passes_) taken += one.pass->restore(rod, lane, numbers.subspan(taken));
+        if (!strained_) return taken;
+        for (V& s : strains_[rod.number]) {
+            set_lane(s, lane, {numbers[taken], numbers[taken + 1], numbers[taken + 2]});
+            taken += 3;
+        }
+        return taken;
+    }
+
+    void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
+        static thread_local typename Pass::Work work;
+        const Pass& pass = static_cast<const Pass&>(*this);
+        pass.begin(rod, work, step);
+        Mask<W> active = P(1.0) > P(0.0);
+        P before(0.0); // corrections that are small at once may have too stiff a matrix
+        for (int i = 0; i < most_corrections && any(active); ++i) {
+            pass.correct(rod, load, step, work, i);
+            const P size = size_of(rod, work.correction.data());
+            const P share = select(size > P(most_turn), P(most_turn) / size, P(1.0));
+            pass.move(rod, work, step.kick, select(active, share, P(0.0)));
+            const Mask<W> shrinks = size <= P(0.5) * before, rounding = size <= P(1e-3 * tolerance);
+            active = active & !((size <= P(tolerance)) & (shrinks | rounding)); // NaN goes on
+            before = size;
+        }
+        if (strained_) std::copy_n(work.carried.data(), rod.n, strains_[rod.number].data());
+        pass.go_on(rod, work, step, select(active, P(NAN), P(0.0)));
+    }
+
+protected:
+    using P = Pack<W>;
+    using V = Vec3<P>;
+
+    virtual void bind_walls(const RodTile<W>& rod) = 0;
+
+    int last(const RodTile<W>& rod) const { return closed_ ? rod.n - 1 : rod.last; }
+
+    /// Strain of element k that a step begins with: that of the step before, or `own` where there was none.
+    V remembered(const RodTile<W>& rod, int k, const V& own) const {
+        const V& known = strains_[rod.number][to_index(k)];
+        const Mask<W> is_known = fma(known.x + known.y, P(0.0), known.z) > P(0.0); // and not NaN
+        return select(is_known, known, own);
+    }
+
+    /// Adds the loads of other passes. `inner`: internal loads, and then those that do not change with the motion.
+    void evaluate(const RodTile<W>& rod, SlotLoad<W>* inner, SlotLoad<W>* load, const Step& step) const {
+        for (const TilePass<W>* pass : constant_) pass->run(rod, inner, step);
+        std::copy_n(inner, rod.last + 1, load);
+        for (const TilePass<W>* pass : with_slopes_) pass->run(rod, load, step);
+    }
+
+    RowTerms<W> terms_;
+    bool strained_, closed_;
+    double apart_;                                           ///< m, for slopes
+    std::vector<const TilePass<W>*> constant_, with_slopes_; ///< in the order of passes_
+    bool sloped_ = false;                                    ///< false where with_slopes_ only moves loads
+
+private:
+    /// Largest displacement over the length, or turn, of a correction.
+    P size_of(const RodTile<W>& rod, const RowVector<W>* correction) const {
+        P most(0.0), zero(0.0);
+        for (int k = 0; k <= last(rod); ++k) {
+            const P* u = correction[k].u;
+            most = max(most, P(1 / terms_.length()) * max(abs(u[0]), max(abs(u[1]), abs(u[2]))));
+            most = max(most, max(abs(u[3]), max(abs(u[4]), abs(u[5]))));
+            zero = fma(u[0] + u[1] + u[2] + u[3] + u[4] + u[5], P(0.0), zero);
+        }
+        return most + zero;
+    }
+
+    std::vector<EvaluatedPass<W>> passes_;
+    mutable std::vector<AlignedVector<V>> strains_; ///< by tile: of the last step; 0 where there was none
+};
+
+} // namespace skein
