@@ -3,10 +3,9 @@
 //   stage     from (x, v, Q, w) over a time h:   x' = x + h v',  Q' = R(h w') Q
 //             m (v' - v) = h f',   Q'^T J w' - Q^T J w = h Q'^T c'        loads at the stage's end and time
 //   goes on   by a time b at the same rates: x' + b v',  R(b w') Q',  and momenta by b/h of their change
-// A step of half a dt which goes on by the other half is the implicit midpoint rule; two of g = 1 - 1/sqrt 2, of which
-// the first goes on by 1 - 2 g, are a diagonally implicit Runge-Kutta step that damps what it does not resolve. Both
-// are of second order. Each lane counts its own corrections and stays as it is once they end, so that no bit depends on
-// its neighbours. What does not converge becomes NaN, which the run reports.
+// Two stages of g = 1 - 1/sqrt 2, of which the first goes on by 1 - 2 g, are a diagonally implicit Runge-Kutta step of
+// second order that damps what it does not resolve. (A stage of half a dt which goes on by the other half would be the
+// midpoint rule, which does not keep the energy of large motion; conserving_pass.hpp does.)
 #pragma once
 
 #include "implicit/corrected_pass.hpp"
@@ -46,7 +45,7 @@ private:
     void bind_walls(const RodTile<W>& rod) override { walls_->bind(rod); }
 
     /// First guess: the stage's end at the present rates, with the strains of the stage before. Those of its end would
-    /// not do: what turns by an angle a in a midpoint step is a^2/8 too long at the ends of it.
+    /// not do: the rates stretch what turns.
     void begin(const RodTile<W>& rod, Work& work, const Step& step) const {
         const double h = step.kick;
         const std::size_t slots = to_index(rod.last) + 1;

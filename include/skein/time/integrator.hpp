@@ -3,9 +3,10 @@
 //   pefrl    Omelyan, Mryglod and Folk 2002, Comput. Phys. Commun. 146, 188, eq. (27): fourth order, four force
 //            evaluations
 //   implicit, implicit_damped
-//            second order at steps that stability does not limit: the midpoint rule, and a diagonally implicit
-//            Runge-Kutta step, which damps what it does not resolve (implicit/implicit_pass.hpp). A kick is a stage of
-//            this length, the drift goes on after it, and the state does not lag.
+//            second order at steps that stability does not limit: a step that keeps energy and momenta
+//            (implicit/conserving_pass.hpp), and a diagonally implicit Runge-Kutta step, which damps what it does not
+//            resolve (implicit/implicit_pass.hpp). A kick is a stage of this length, the drift goes on after it, and
+//            the state does not lag.
 //   implicit_bed
 //            first order, for rods in contact: the drift predicts the end of the step, and the kick is one linear
 //            solution there (implicit/bed_pass.hpp)
@@ -61,8 +62,8 @@ inline constexpr Substep pefrl_stages[] = {{2 * xi, 0.5 - lambda, xi, 0},
                                            {chi, 0.5 - lambda, 1 - xi, 0}};
 inline constexpr double pefrl_kicks[] = {0.5 - lambda, lambda};
 
-inline constexpr Substep midpoint_stages[] = {{0.5, 0.5, 0.5, 0}};
-inline constexpr double midpoint_kicks[] = {0.5};
+inline constexpr Substep symmetric_stages[] = {{0.5, 0.5, 0.5, 0}};
+inline constexpr double symmetric_kicks[] = {0.5};
 
 inline constexpr double gamma = 0.2928932188134525; // 1 - 1/sqrt 2
 /// Time of a stage at the end of a step, over its length: loads that begin there do not act in it.
@@ -77,7 +78,7 @@ inline constexpr Substep bed_stages[] = {{1.0, 1.0, before_end, 0}};
 constexpr Scheme scheme_of(Integrator integrator) {
     if (integrator == Integrator::pefrl)
         return {detail::pefrl_stages, detail::pefrl_kicks, detail::xi, 1.4947247, 2.3414};
-    if (integrator == Integrator::implicit) return {detail::midpoint_stages, detail::midpoint_kicks, 0, 1.0, 2.0};
+    if (integrator == Integrator::implicit) return {detail::symmetric_stages, detail::symmetric_kicks, 0, 1.0, 2.0};
     if (integrator == Integrator::implicit_damped) return {detail::damped_stages, detail::damped_kicks, 0, 1.0, 2.0};
     if (integrator == Integrator::implicit_bed) return {detail::bed_stages, detail::verlet_kicks, 0, 1.0, 2.0};
     return {detail::verlet_stages, detail::verlet_kicks, 0.5, 1.0, 2.0};
