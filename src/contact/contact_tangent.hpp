@@ -1,10 +1,10 @@
 // Slopes of a contact's forces over its displacement in a step of length h, for implicit steps.           theory.md
-// (117)
+// (123)
 //   normal      p = dN/dg + c/h at the overlap g + z,  c the dashpot's,  z the zone before bodies touch
 //   tangential  memory: q = k_t + c_t/h, whether it sticks or slides
 //               spring of regularised or anisotropic friction: q = dT/du_t/h at rest;  published: twice mu N/(v_s h)
 // What slides resists changes of its velocity alone, so that q slows none that is steady. The springs of memory are no
-// stiffer than a thousand times what a step resolves: theory.md (117)
+// stiffer than a thousand times what a step resolves: theory.md (123)
 #pragma once
 
 #include "contact/response.hpp"
@@ -12,7 +12,7 @@
 namespace skein {
 
 /// Share of a contact's slopes in those of each of its bodies by itself, with which steps are stable at any length and
-/// stiffness: theory.md (118)
+/// stiffness: theory.md (124)
 inline constexpr double own_share_of_tangents = 1.5;
 
 /// Mass that springs of friction add to a body in a step at most, over its own.

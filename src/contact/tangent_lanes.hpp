@@ -1,5 +1,5 @@
 // Slopes of contact forces by the motion of one body alone, for the rods of a tile.                      theory.md
-// (117)
+// (123)
 #pragma once
 
 #include "core/transposed.hpp"

@@ -1,5 +1,5 @@
 // Figures of the steps of a bed, by tile and lane: what its method takes and adds.                        theory.md
-// (119)
+// (125)
 #pragma once
 
 #include "skein/core/aligned.hpp"

@@ -1,5 +1,5 @@
 // A step of rods and bodies in contact: one linear solution for each, from where the drift has brought it. theory.md
-// (117)-(119)
+// (123)-(125)
 //   drift   x' = x + h v,  Q' and w' those of a free top;  all loads are evaluated there
 //   row     (M/h^2 + C/h + K + T) s = F(x', v, Q', w')     K: of elasticity and loads,  T: of contacts and walls
 //   then    x = x' + s,  v += s/h,  Q = R(t) Q',  w += t/h - (t x w)/2

@@ -1,5 +1,5 @@
 // Slopes of contacts in the rows of the rods and bodies of a tile.                                        theory.md
-// (117)
+// (123)
 #pragma once
 
 #include "contact/tangent_lanes.hpp"

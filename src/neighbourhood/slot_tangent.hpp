@@ -1,5 +1,5 @@
 // Slopes of contact forces by the motion of one body alone, for implicit steps.                          theory.md
-// (117)
+// (123)
 //   a contact at the share s of an element, at the arm r n from its axis, moves by  u = (1-s) x[k] + s x[k+1] + r t x n
 //   it resists with the stiffness  C = p n n^T + q (1 - n n^T):   u^T C u is, with w = (1 - s, s) and b_i = w_i q r n,
 //     w_i w_j x_i^T C x_j      between nodes

@@ -39,9 +39,8 @@ void TimeSpec::fields(FieldVisitor& f) {
         {.name = "integrator",
          .text =
              "verlet: second order; pefrl: fourth order, with four force evaluations for a step 1.5 times as long; "
-             "implicit_damped: second order at any step, by Newton corrections, damps what steps do not resolve; "
-             "implicit: the same, and keeps energy and momenta of undamped rods; implicit_bed: first order, slow rods "
-             "in contact"},
+             "implicit_damped: second order at any step, damps what steps do not resolve; implicit: the same, keeps "
+             "energy and momenta; implicit_bed: first order, slow rods in contact"},
         integrator, integrator_names);
     f.choice({.name = "damping",
               .text = "combination of damping and kick (docs/theory.md 7): midpoint; exponential, which pefrl always "
