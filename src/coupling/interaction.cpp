@@ -119,6 +119,13 @@ double fastest(const Interactions& all) {
     for (const auto& one : all) most = std::max(most, one->fastest());
     return most;
 }
+
+Companion* companion(const Interactions& all) {
+    Companion* companion = nullptr;
+    for (const auto& one : all)
+        if (!companion) companion = one->companion();
+    return companion;
+}
 bool couples(const Interactions& all) {
     return std::any_of(all.begin(), all.end(), [](const auto& one) { return one->couples(); });
 }

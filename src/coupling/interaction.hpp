@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/timer.hpp"
+#include "coupling/companion.hpp"
 #include "coupling/overlap_watch.hpp"
 #include "io/checkpoint.hpp"
 #include "kernels/kernels.hpp"
@@ -106,6 +107,8 @@ public:
     /// The same by the pace of what moves, and the speed of the fastest node of this rank, m/s.
     virtual PaceControl* pace_control() { return nullptr; }
     virtual double fastest() const { return 0; }
+    /// Second run that shows the error of the first; null: there is none.
+    virtual Companion* companion() { return nullptr; }
 
     /// State of an interaction that may end runs. Not collective.
     enum class Ending { never, not_yet, now };
@@ -191,6 +194,8 @@ StepControl* step_control(const Interactions& all);
 PaceControl* pace_control(const Interactions& all);
 /// Largest of their speeds on this rank, m/s.
 double fastest(const Interactions& all);
+/// Its companion; null where there is none.
+Companion* companion(const Interactions& all);
 /// First coupling of any of them.
 std::int64_t next_coupling(const Interactions& all, std::int64_t done);
 /// Strongest force on a body, of any interaction and rank. Collective.

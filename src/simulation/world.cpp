@@ -199,12 +199,13 @@ bool World::step(std::span<const Step> steps, bool check) {
     return valid && (!check || invalid(interactions_).empty());
 }
 
-bool World::step_in_parts(std::int64_t parts) {
+bool World::step_in_parts(std::int64_t parts, Integrator by) {
     enum : std::int64_t { good, bad, stop };
     std::int64_t found = good;
+    Clock now(clock.dt(), clock.done(), by, clock.shift());
     for (std::int64_t part = 0; part < parts && found == good;) {
-        const auto steps = clock.next_in_parts(parts, part);
-        part += static_cast<std::int64_t>(steps.size() / scheme_of(plan.integrator).stages.size());
+        const auto steps = now.next_in_parts(parts, part);
+        part += static_cast<std::int64_t>(steps.size() / scheme_of(by).stages.size());
         const bool valid = step(steps, true);
         found = comm.max(std::int64_t{part < parts && stop_requested() ? stop : valid ? good : bad});
     }
@@ -223,34 +224,59 @@ bool World::step_at_pace(PaceControl& pace, bool check) {
 World::StepEnd World::step_in_parts(StepControl& control) {
     stopped_ = false;
     rods_->keep(0);
-    const bool compares = control.compares();
-    bool coarse = false;
-    if (compares) {
-        coarse = step_in_parts(control.parts() / 2);
-        if (coarse) rods_->keep(1);
+    if (Companion* companion = skein::companion(interactions_)) return step_by_error(control, *companion);
+    while (!step_in_parts(control.parts(), plan.integrator)) {
         rods_->go_back(0);
-    }
-    while (true) {
-        const bool valid = !stopped_ && step_in_parts(control.parts());
-        if (valid && !compares) break;
-        if (valid && coarse) {
-            const double error = comm.max(rods_->farthest_from(1)) / 3;
-            if (control.allows(error)) {
-                control.note_compared(error);
-                return StepEnd::done;
-            }
-        }
-        if (stopped_) {
-            rods_->go_back(0);
-            return StepEnd::stopped;
-        }
+        if (stopped_) return StepEnd::stopped;
         if (!control.refine()) return StepEnd::failed;
-        coarse = valid;
-        if (coarse) rods_->keep(1);
-        rods_->go_back(0);
     }
     control.note();
     return StepEnd::done;
+}
+
+bool World::step_with(Companion& companion, std::int64_t parts) {
+    companion.enter(*rods_);
+    const bool valid = step_in_parts(parts / 2, plan.integrator);
+    companion.leave(*rods_);
+    rods_->go_back(0);
+    return valid && step_in_parts(parts, plan.integrator);
+}
+
+double World::difference_from(std::int64_t parts, Integrator by) {
+    rods_->keep(1);
+    rods_->go_back(0);
+    const double apart = step_in_parts(parts, by) ? comm.max(rods_->farthest_from(1)) : HUGE_VAL;
+    rods_->go_back(1);
+    return apart;
+}
+
+World::StepEnd World::step_by_error(StepControl& control, Companion& companion) {
+    const bool begins = clock.done() == 0 && plan.integrator == Integrator::implicit_damped;
+    bool halved = false; // the step in half as many parts is known
+    while (true) {
+        const std::int64_t parts = control.parts();
+        const bool valid = step_with(companion, parts);
+        if (valid) {
+            const Companion::Apart own = companion.apart(*rods_);
+            const double distance = comm.max(own.now), change = comm.max(own.change);
+            const bool compares = begins || halved || !control.trusts(change);
+            double local = 0;
+            if (begins) local = difference_from(parts, Integrator::implicit); // which shows what damping would hide
+            else if (halved) local = comm.max(rods_->farthest_from(1));
+            else if (compares) local = difference_from(parts / 2, plan.integrator);
+            if (!stopped_ && (!compares || control.allows(local))) {
+                if (compares) control.note_compared(local, distance, change);
+                else control.note_trusted(distance, change);
+                companion.go_on();
+                return StepEnd::done;
+            }
+            rods_->keep(1);
+        }
+        rods_->go_back(0);
+        if (stopped_) return StepEnd::stopped;
+        halved = valid;
+        if (!control.refine()) return StepEnd::failed;
+    }
 }
 
 bool World::repeat(std::int64_t until, bool check) {

@@ -106,7 +106,13 @@ private:
     /// Collective.
     bool step_at_pace(PaceControl& pace, bool check);
     /// The step in parts; false on all ranks where it failed on one, or is to stop.
-    bool step_in_parts(std::int64_t parts);
+    bool step_in_parts(std::int64_t parts, Integrator by);
+    /// The step by time.tolerance.
+    StepEnd step_by_error(StepControl& control, Companion& companion);
+    /// The companion's step in half as many parts, and then the step.
+    bool step_with(Companion& companion, std::int64_t parts);
+    /// Largest distance of a node from where these parts of the step would have it; rods stay.
+    double difference_from(std::int64_t parts, Integrator by);
     std::span<const Step> next_steps(std::int64_t until);
     /// Notes the first body of this rank that is near the limit of its step.
     void watch_limit();

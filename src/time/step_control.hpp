@@ -1,10 +1,11 @@
-// Number of equal parts of a step, by the error of positions or because corrections do not converge.
-//   error     a third of the difference between steps in p and in p/2 parts: that of p parts, at second order
-//   allowed   tolerance times the step's share of the duration
-// Errors are compared at some steps alone: at the next after a change, then at every second and at every fourth.
+// Number of equal parts of a step, by the error of places or because corrections do not converge. theory.md
+// (116)-(118)
+//   companion   a second run in half as many parts. Its distance is an estimate of the error so far, with all growth.
+//   local       the difference between the step in p and in p/2 parts from the same state
+//   gain        the largest distance so far over the sum of local differences: how errors add up in this scene
+//   allowed     local difference of a step: its share of what the tolerance leaves, over the gain that is expected
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -14,49 +15,46 @@ class StepControl {
 public:
     static constexpr std::int64_t most_parts = std::int64_t{1} << 20;
 
-    /// `allowed`: error of positions in a step, m; 0: parts change only where corrections do not converge.
-    explicit StepControl(double allowed) : allowed_(allowed), parts_(allowed > 0 ? 2 : 1) {}
+    /// `tolerance`: error of places in the whole run, m; 0: parts change only where corrections do not converge.
+    /// `steps`: of the run. `enough`: parts that resolve all motion, beyond which an error is told alone.
+    explicit StepControl(double tolerance, std::int64_t steps = 1, std::int64_t enough = most_parts);
 
+    bool limited() const { return tolerance_ > 0; }
     std::int64_t parts() const { return parts_; }
-    /// True where the next step is compared with one of half as many parts.
-    bool compares() const { return allowed_ > 0 && wait_ == 0; }
-    bool allows(double error) const { return error <= allowed_; }
-    /// Twice as many parts; false where that are too many.
-    bool refine() {
-        parts_ *= 2;
-        interval_ = 1;
-        return parts_ <= most_parts;
-    }
-    /// A step is done. `error`: that of the comparison.
-    void note_compared(double error) {
-        error_ = error;
-        constexpr double margin = 6; // half as many parts have four times the error
-        if (parts_ > 2 && margin * error < allowed_) {
-            parts_ /= 2;
-            interval_ = 1;
-        } else interval_ = std::min<std::int64_t>(4, 2 * interval_);
-        wait_ = interval_ - 1;
-    }
-    void note() {
-        if (wait_ > 0) --wait_;
-        else if (allowed_ == 0) parts_ = std::max<std::int64_t>(1, parts_ / 2);
-    }
-    double error() const { return error_; } ///< of the last comparison, m
 
-    std::vector<double> numbers() const {
-        return {static_cast<double>(parts_), static_cast<double>(interval_), static_cast<double>(wait_), error_};
-    }
-    void set(const std::vector<double>& numbers) {
-        parts_ = static_cast<std::int64_t>(numbers.at(0));
-        interval_ = static_cast<std::int64_t>(numbers.at(1));
-        wait_ = static_cast<std::int64_t>(numbers.at(2));
-        error_ = numbers.at(3);
-    }
+    /// Local difference that the next step may have, m.
+    double allowed() const;
+    /// False where a step with this change of the distance from the companion is to be compared.
+    bool trusts(double change) const;
+    bool allows(double local) const { return parts_ >= enough_ || local <= allowed(); }
+    /// Twice as many parts; false where that are too many.
+    bool refine();
+    /// A step is done with the local difference that a comparison has found.
+    void note_compared(double local, double distance, double change);
+    /// A step is done that was trusted.
+    void note_trusted(double distance, double change);
+    /// A step without a limit is done.
+    void note();
+
+    double distance() const { return distance_; } ///< of the companion, m
+    double most() const { return most_; }         ///< largest so far, m
+
+    std::vector<double> numbers() const;
+    void set(const std::vector<double>& numbers);
 
 private:
-    double allowed_;
-    std::int64_t parts_, interval_ = 1, wait_ = 0;
-    double error_ = 0;
+    /// Largest distance at the end, m, where no step from now on added to it.
+    double expected() const;
+    /// Power of time that the largest distance has grown by of late.
+    double growth() const;
+    void go_on(double local, double distance, bool known);
+
+    double tolerance_, steps_;
+    std::int64_t enough_, parts_, interval_ = 1, wait_ = 0;
+    double done_ = 0, sum_ = 0, most_ = 0, distance_ = 0;
+    double compared_ = 0,
+           compared_change_ = 0; ///< local difference, and change of the distance, of the last comparison
+    double mark_ = 0, mark_most_ = 0, next_mark_most_ = 0; ///< largest distance about half as many steps ago, and when
 };
 
 /// Parts of a step by the way of what moves in it: one after the other, each a power of two of the step, as long as the

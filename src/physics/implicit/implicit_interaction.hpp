@@ -1,4 +1,5 @@
-// Implicit steps as an interaction: the number of parts that steps are cut into, from step to step and across restarts.
+// Implicit steps as an interaction: the number of parts that steps are cut into and the companion that shows their
+// error, from step to step and across restarts.
 #pragma once
 
 #include "coupling/interaction.hpp"
@@ -9,28 +10,31 @@ namespace skein {
 
 class ImplicitInteraction final : public Interaction {
 public:
-    /// `allowed`: error of positions in a step, m; 0: none is asked for. `length`: largest of the scene, m.
-    ImplicitInteraction(double allowed, double length) : control_(allowed), length_(length) {}
+    /// `tolerance`: error of places that is asked for, over the length; 0: none. `length`: largest of the scene, m.
+    ImplicitInteraction(const InteractionParts& parts, double tolerance, double length);
 
-    void rebind(const InteractionParts&) override {}
+    void rebind(const InteractionParts& parts) override { rods_ = &parts.rods; }
     StepControl* step_control() override { return &control_; }
+    Companion* companion() override { return tolerance_ > 0 ? &companion_ : nullptr; }
     std::string progress() const override {
         return control_.parts() > 1 ? "  parts " + std::to_string(control_.parts()) : std::string();
     }
-    void summarise(nlohmann::ordered_json& summary) const override {
-        summary["implicit"] = {{"parts", control_.parts()}, {"error_of_a_step", control_.error() / length_}};
-    }
+    void summarise(nlohmann::ordered_json& summary) const override;
+    std::string final_warning() const override;
     std::string advice() const override {
         return "an implicit step does not converge: integrator = \"implicit_damped\", a larger time.tolerance, or a "
                "given, smaller time.dt may do";
     }
     std::string saved_name() const override { return "implicit"; }
-    SavedNumbers saved() const override { return {.name = saved_name(), .numbers = control_.numbers()}; }
-    void restore(const SavedNumbers& saved) override { control_.set(saved.numbers); }
+    SavedNumbers saved() const override;
+    void restore(const SavedNumbers& saved) override;
 
 private:
+    const Communicator& comm_;
+    const Rods* rods_;
     StepControl control_;
-    double length_;
+    Companion companion_;
+    double tolerance_, length_;
 };
 
 } // namespace skein

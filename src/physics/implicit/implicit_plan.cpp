@@ -37,9 +37,7 @@ public:
                  "tolerance", tolerance_}};
     }
     std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
-        const Plan& plan = parts.plan;
-        return std::make_unique<ImplicitInteraction>(
-            plan.automatic_dt ? tolerance_ * length_ / static_cast<double>(plan.steps) : 0.0, length_);
+        return std::make_unique<ImplicitInteraction>(parts, parts.plan.automatic_dt ? tolerance_ : 0.0, length_);
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.remove(PassPlace::drift);

@@ -1,0 +1,58 @@
+#include "physics/implicit/implicit_interaction.hpp"
+
+#include "plan/plan.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace skein {
+
+namespace {
+
+/// Parts so much shorter than the limit of explicit steps that these would keep the tolerance, too.
+std::int64_t resolving_parts(const Plan& plan, double tolerance) {
+    constexpr auto most = static_cast<double>(StepControl::most_parts);
+    if (!std::isfinite(plan.limit) || tolerance == 0) return StepControl::most_parts;
+    const double shorter = 4 * std::sqrt(std::max(1.0, 1e-2 / tolerance));
+    return static_cast<std::int64_t>(std::clamp(std::ceil(shorter * plan.dt / plan.limit), 2.0, most));
+}
+
+} // namespace
+
+ImplicitInteraction::ImplicitInteraction(const InteractionParts& parts, double tolerance, double length)
+    : comm_(parts.comm), rods_(&parts.rods),
+      control_(tolerance * length, parts.plan.steps, resolving_parts(parts.plan, tolerance)), tolerance_(tolerance),
+      length_(length) {}
+
+void ImplicitInteraction::summarise(nlohmann::ordered_json& summary) const {
+    summary["implicit"] = {{"parts", control_.parts()}};
+    if (tolerance_ == 0) return;
+    summary["implicit"]["error"] = control_.distance() / length_;
+    summary["implicit"]["largest_error"] = control_.most() / length_;
+}
+
+std::string ImplicitInteraction::final_warning() const {
+    const double most = control_.most() / length_;
+    if (tolerance_ == 0 || most <= tolerance_) return {};
+    return fmt::format(
+        "warning: places may be wrong by {:.2g} of the largest length, {:.2g} at the end, and time.tolerance is {:g}: "
+        "a run in steps twice as long went there. A smaller time.tolerance shows which holds",
+        most, control_.distance() / length_, tolerance_);
+}
+
+SavedNumbers ImplicitInteraction::saved() const {
+    if (tolerance_ == 0) return {.name = saved_name(), .numbers = control_.numbers()};
+    return {.name = saved_name(),
+            .numbers = control_.numbers(),
+            .columns = Companion::columns,
+            .rows = companion_.rows(*rods_)};
+}
+
+void ImplicitInteraction::restore(const SavedNumbers& saved) {
+    control_.set(saved.numbers);
+    if (tolerance_ > 0) companion_.set(comm_, *rods_, saved.rows);
+}
+
+} // namespace skein
