@@ -251,7 +251,6 @@ double World::difference_from(std::int64_t parts, Integrator by) {
 }
 
 World::StepEnd World::step_by_error(StepControl& control, Companion& companion) {
-    const bool begins = clock.done() == 0 && plan.integrator == Integrator::implicit_damped;
     bool halved = false; // the step in half as many parts is known
     while (true) {
         const std::int64_t parts = control.parts();
@@ -259,10 +258,9 @@ World::StepEnd World::step_by_error(StepControl& control, Companion& companion) 
         if (valid) {
             const Companion::Apart own = companion.apart(*rods_);
             const double distance = comm.max(own.now), change = comm.max(own.change);
-            const bool compares = begins || halved || !control.trusts(change);
+            const bool compares = halved || !control.trusts(change);
             double local = 0;
-            if (begins) local = difference_from(parts, Integrator::implicit); // which shows what damping would hide
-            else if (halved) local = comm.max(rods_->farthest_from(1));
+            if (halved) local = comm.max(rods_->farthest_from(1));
             else if (compares) local = difference_from(parts / 2, plan.integrator);
             if (!stopped_ && (!compares || control.allows(local))) {
                 if (compares) control.note_compared(local, distance, change);
