@@ -1,4 +1,4 @@
-// An implicit step of rods and bodies that keeps their energy and momenta, by Newton corrections. theory.md (117)-(120)
+// An implicit step of rods and bodies that keeps their energy and momenta, by Newton corrections. theory.md (119)-(122)
 //   step      from (x0, v0, Q0, w0) over 2 h to (x1, v1, Q1, w1)
 //             x1 - x0 = h (v0 + v1),   Q1 = C(a) Q0,   a = h (w0 + w1)
 //             m (v1 - v0) = 2 h f,     Q1^T J w1 - Q0^T J w0 = 2 h C          in the lab

@@ -1,5 +1,5 @@
 // Internal loads of a rod over a step, whose work is the change of its energy to round-off, and their stiffness row by
-// row, for Newton corrections.   theory.md (117)-(120)
+// row, for Newton corrections.   theory.md (119)-(122)
 //   step          from (x0, Q0) to (x1, Q1);  m: means of both, of frames as matrices
 //   element k     nu1 - nu0 = Qm (dx1 - dx0)/l + (Qm dxm/l) x a,   F = Qm^T n,   couple dxm x F   (lab)
 //   cell k|k+1    phi1 - phi0 = G (b - a),   couples +-G^T tau   (lab)

@@ -4,7 +4,7 @@
 //   phi' - phi = G d
 // G follows from phi = (theta/sin theta) s by the product rule of differences: s, the sine of the turn along its axis,
 // and its cosine are linear in the entries of B A^T. The factor is a function of the cosine, and has a difference
-// quotient, of which no digit is lost where the turn hardly changes.   theory.md (117)
+// quotient, of which no digit is lost where the turn hardly changes.   theory.md (119)
 #pragma once
 
 #include "core/rotation.hpp"

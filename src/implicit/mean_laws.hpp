@@ -1,6 +1,6 @@
 // Rod laws over a step from one strain to another: forces whose work is the change of energy, without a remainder.
 // Quadratic energies have the stress of the mean strain. Others have difference quotients in its place, symmetric in
-// both ends, and exact where these agree.   theory.md (119)
+// both ends, and exact where these agree.   theory.md (121)
 #pragma once
 
 #include "core/logarithm.hpp"
