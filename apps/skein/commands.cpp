@@ -213,13 +213,13 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
         const MachineFile machine = arguments.machine.empty() ? MachineFile{} : read_machine_file(arguments.machine);
         const int per_node = arguments.machine.empty() ? cores : static_cast<int>(machine.machine.cores_per_node);
         Plan plan = make_plan(scene, groups,
-                              {ranks,
-                               threads,
-                               std::max(threads, cores / ranks),
-                               lanes_for(arguments.lanes),
-                               {},
-                               arguments.mapping,
-                               per_node});
+                              {.ranks = ranks,
+                               .threads = threads,
+                               .cores = std::max(threads, cores / ranks),
+                               .lanes = lanes_for(arguments.lanes),
+                               .mapping = arguments.mapping,
+                               .cores_per_node = per_node,
+                               .most_lanes = arguments.lanes > 0 ? 0 : lanes_for(0)});
         refuse_faults(scene, plan, groups);
         const bool all = arguments.verbose || arguments.ranks > 0 || !arguments.machine.empty();
         // Shares of a fluid are alike, and its plan holds all of them.

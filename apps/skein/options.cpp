@@ -59,7 +59,7 @@ void add_lanes(CLI::App& command, int& lanes) {
         .add_option(
             "--lanes", lanes,
             "rods side by side in SIMD registers, which chooses the kernels' instructions: x86-64 for 2, x86-64-v3 for "
-            "1 and 4, x86-64-v4 for 8; default: the most that this processor has; the same bits")
+            "1 and 4, x86-64-v4 for 8; default: the most that this processor has, fewer for few rods; the same bits")
         ->check(CLI::IsMember({1, 2, 4, 8}));
 }
 

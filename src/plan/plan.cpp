@@ -7,6 +7,7 @@
 #include "plan/doubts.hpp"
 #include "plan/group_plan.hpp"
 #include "plan/plan_steps.hpp"
+#include "plan/stepping_cost.hpp"
 #include "rod/body_shape.hpp"
 #include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
@@ -21,18 +22,32 @@ namespace skein {
 
 namespace {
 
-/// Tiles of a rank's share, what they weigh, and how long its threads need for a step, ns.
-double lay_out(Plan& plan) {
+std::vector<TilingGroup> tiling_groups(const Plan& plan, std::span<const std::int64_t> counts) {
+    std::vector<TilingGroup> groups;
+    for (std::size_t g = 0; g < plan.groups.size(); ++g)
+        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family, plan.groups[g].heterogeneous});
+    return groups;
+}
+
+/// Chooses lanes where rods alone use them: what acts between rods has kernels of that width too.
+void choose_lanes(Plan& plan, std::span<const RodGroup> groups) {
+    const auto joined = [](const RodGroup& group) { return group.assembly() != nullptr; };
+    Machine& m = plan.machine;
+    if (m.most_lanes == 0 || plan.coupling() != PhysicsPlan::Coupling::none || plan.acts_between_rods() ||
+        groups.empty() || std::any_of(groups.begin(), groups.end(), joined))
+        return;
+    m.lanes = fastest_lanes(tiling_groups(plan, largest_share(plan)), m.lanes, m.threads, m.mapping);
+}
+
+/// Finds the tiles of a rank's share, and what they weigh.
+void lay_out(Plan& plan) {
     const Machine& m = plan.machine;
-    std::vector<std::int64_t> share;
-    for (const GroupPlan& p : plan.groups) share.push_back((p.rods + m.ranks - 1) / m.ranks);
-    const Tiling tiling = tiling_of(plan, share, plan.machine.lanes);
-    double total = 0, longest = 0, slots = 0;
+    const std::vector<std::int64_t> share = largest_share(plan);
+    const Tiling tiling = tiling_of(plan, share, m.lanes);
+    double slots = 0;
     int most_rows = 0;
-    const auto add = [&](double tiles, int rows, double row_ns) {
+    const auto add = [&](double tiles, int rows) {
         if (tiles == 0) return;
-        total += tiles * rows * row_ns;
-        longest = std::max(longest, rows * row_ns);
         most_rows = std::max(most_rows, rows);
         slots += tiles * (rows + 1) * m.lanes;
     };
@@ -41,8 +56,7 @@ double lay_out(Plan& plan) {
         const std::int64_t along = share[g] - tiling.across[g];
         p.along = std::min(p.rods, along * m.ranks);
         p.tiles = Tiling::tiles(p.rods - p.along, m.lanes);
-        add(static_cast<double>(Tiling::tiles(tiling.across[g], m.lanes)), p.elements,
-            8 * p.ns_per_element_step); // narrow tiles take as long as wide ones
+        add(static_cast<double>(Tiling::tiles(tiling.across[g], m.lanes)), p.elements);
         int least = m.lanes, most = 1;
         for (const AlongTile& tile : tiling.along)
             for (const AlongTile::Part& part : tile.parts)
@@ -57,13 +71,11 @@ double lay_out(Plan& plan) {
     }
     double constants = 0;
     for (const AlongTile& tile : tiling.along) {
-        const GroupPlan& p = nth(plan.groups, tile.parts.front().group);
-        add(1, tile.rows, 8 * along_row * p.ns_per_element_step);
+        add(1, tile.rows);
         constants += tile.rows * m.lanes * sizeof(Strands<1>::Element); // where rows repeat far less
     }
     plan.state_bytes += m.ranks * (slots * sizeof(Slot<1>) + constants) +
                         static_cast<double>(m.ranks) * m.threads * most_rows * sizeof(SlotLoad<1>) * m.lanes;
-    return std::max(total / std::min(m.threads, m.cores), longest);
 }
 
 /// Bytes of frames that wait to be written together: as many as a rank's buffer holds of its share, but one at least.
@@ -100,11 +112,11 @@ void add_bytes(Plan& plan, const OutputSpec& output, std::span<const RodGroup> g
     if (plan.vtp) plan.output_bytes += frames * VtkSeries::frame_bytes(output, lines, nodes, exposed);
 }
 
-/// Wall time of the steps, s; `tiles_ns`: time of the passes in a step, ns.
-double predicted_seconds(const Plan& plan, double tiles_ns) {
+/// Wall time of the steps, s.
+double predicted_seconds(const Plan& plan) {
     const double cores = plan.machine.ranks * std::min(plan.machine.threads, plan.machine.cores),
                  stages = static_cast<double>(scheme_of(plan.integrator).stages.size());
-    double ns = tiles_ns, seconds = 0;
+    double ns = stage_ns(plan, largest_share(plan), std::min(plan.machine.threads, plan.machine.cores)), seconds = 0;
     for (const auto& one : plan.physics) {
         ns += one->ns_per_element() * static_cast<double>(plan.elements) / cores;
         seconds += one->core_seconds(plan) / cores;
@@ -155,10 +167,31 @@ StepWatch step_watch(const Plan& plan) {
 }
 
 Tiling tiling_of(const Plan& plan, std::span<const std::int64_t> counts, int lanes) {
-    std::vector<TilingGroup> groups;
+    return choose_tiling(tiling_groups(plan, counts), lanes, plan.machine.threads, plan.machine.mapping);
+}
+
+std::vector<std::int64_t> largest_share(const Plan& plan) {
+    std::vector<std::int64_t> share;
+    for (const GroupPlan& p : plan.groups) share.push_back((p.rods + plan.machine.ranks - 1) / plan.machine.ranks);
+    return share;
+}
+
+double stage_ns(const Plan& plan, std::span<const std::int64_t> counts, int threads) {
+    const int lanes = plan.machine.lanes;
+    const double wide = 8 * tile_time(lanes) / tile_time(8); // times of passes are those of eight lanes
+    const Tiling tiling = choose_tiling(tiling_groups(plan, counts), lanes, plan.machine.threads, plan.machine.mapping);
+    double total = 0, longest = 0;
+    const auto add = [&](double tiles, double ns) {
+        if (tiles == 0) return;
+        total += tiles * ns;
+        longest = std::max(longest, ns);
+    };
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
-        groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family, plan.groups[g].heterogeneous});
-    return choose_tiling(groups, lanes, plan.machine.threads, plan.machine.mapping);
+        add(static_cast<double>(Tiling::tiles(tiling.across[g], lanes)),
+            plan.groups[g].elements * wide * plan.groups[g].ns_per_element_step);
+    for (const AlongTile& tile : tiling.along)
+        add(1, tile.rows * wide * along_row * nth(plan.groups, tile.parts.front().group).ns_per_element_step);
+    return std::max(total / threads, longest);
 }
 
 bool has_rods_of_files(std::span<const RodGroup> groups) {
@@ -176,7 +209,8 @@ Plan make_plan(const CoreTables& scene, std::vector<std::shared_ptr<PhysicsPlan>
         plan.elements += p.rods * p.elements;
     }
     plan.families = find_families(plan.groups);
-    const double tiles_ns = lay_out(plan);
+    choose_lanes(plan, groups);
+    lay_out(plan);
     choose_step(plan, scene);
     plan.cadence = cadence_of(scene.output, plan);
     plan.keeping = {scene.output.keep, scene.output.milestones};
@@ -185,7 +219,7 @@ Plan make_plan(const CoreTables& scene, std::vector<std::shared_ptr<PhysicsPlan>
     plan.rod_bytes = plan.state_bytes;
     for (const auto& one : plan.physics) one->add_bytes(plan, groups);
     if (plan.copy_bytes > machine.ranks * most_copied_bytes) plan.copy_bytes = 0;
-    plan.predicted_s = predicted_seconds(plan, tiles_ns);
+    plan.predicted_s = predicted_seconds(plan);
     note_doubts(plan, scene, groups);
     return plan;
 }

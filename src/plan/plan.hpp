@@ -33,6 +33,7 @@ struct Machine {
     std::string which_cores;              ///< by rank where known, e.g. "0-7 | 8-15"
     Mapping mapping = Mapping::automatic; ///< of rods onto the lanes
     int cores_per_node = 0;               ///< 0: not known
+    int most_lanes = 0;                   ///< from which a plan chooses `lanes`; 0: they are given
 };
 
 struct GroupPlan {

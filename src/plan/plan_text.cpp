@@ -50,9 +50,10 @@ std::string physics_text(const Plan& p) {
 }
 
 std::string machine_text(const Machine& m) {
-    return fmt::format("{} x {} ({} per rank{}), {} ({})", counted(m.ranks, "rank"), counted(m.threads, "thread"),
+    const std::string chosen = m.lanes < m.most_lanes ? fmt::format(" of {} for few rods", m.most_lanes) : "";
+    return fmt::format("{} x {} ({} per rank{}), {}{} ({})", counted(m.ranks, "rank"), counted(m.threads, "thread"),
                        counted(m.cores, "core"), m.which_cores.empty() ? "" : ": " + m.which_cores,
-                       counted(m.lanes, "lane"), level_name(m.lanes));
+                       counted(m.lanes, "lane"), chosen, level_name(m.lanes));
 }
 
 /// Rods or bodies of a group, and where they lie in tiles.

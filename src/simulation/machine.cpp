@@ -40,7 +40,13 @@ Machine machine_of(const Communicator& comm, int threads, int lanes_wanted, Mapp
     }
     // Equal on all ranks, those of an older processor too.
     const auto lanes = static_cast<int>(comm.min(static_cast<std::int64_t>(lanes_for(lanes_wanted))));
-    return {comm.size(), threads > 0 ? threads : own, own, lanes, which, mapping};
+    return {.ranks = comm.size(),
+            .threads = threads > 0 ? threads : own,
+            .cores = own,
+            .lanes = lanes,
+            .which_cores = which,
+            .mapping = mapping,
+            .most_lanes = lanes_wanted > 0 ? 0 : lanes};
 }
 
 } // namespace skein

@@ -10,7 +10,8 @@ namespace skein {
 int lanes_for(int asked);
 
 /// Collective. `threads` 0: the cores that this rank may use; ranks that the launcher left on the same cores share them
-/// evenly. `lanes` as for lanes_for; those of the oldest processor serve for all.
+/// evenly. `lanes` as for lanes_for, 0 for a plan to choose; those of the oldest processor serve for
+/// all.
 Machine machine_of(const Communicator& comm, int threads, int lanes, Mapping mapping = Mapping::automatic);
 
 std::string host_name();

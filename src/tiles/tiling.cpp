@@ -131,4 +131,19 @@ Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads
     return best;
 }
 
+int fastest_lanes(std::span<const TilingGroup> groups, int most, int threads, Mapping mapping) {
+    int fastest = most;
+    double least = std::numeric_limits<double>::infinity();
+    for (const int lanes : {8, 4, 1}) { // two lanes have no fused multiply-adds
+        if (lanes > most) continue;
+        const Tiling tiling = choose_tiling(groups, lanes, threads, mapping);
+        const double cost = tiling_cost(tiling, groups, lanes, threads) / lanes * tile_time(lanes);
+        if (cost < 0.95 * least) {
+            least = cost;
+            fastest = lanes;
+        }
+    }
+    return fastest;
+}
+
 } // namespace skein

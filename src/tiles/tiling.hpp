@@ -45,4 +45,10 @@ Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads
 /// Time of the longest thread, in element-steps of eight full lanes across.
 double tiling_cost(const Tiling& tiling, std::span<const TilingGroup> groups, int lanes, int threads);
 
+/// Time of a row of a tile over that of one lane: between those of explicit steps on Cascade Lake and of implicit ones
+/// on Zen 4 (bench/measurements.md).
+constexpr double tile_time(int lanes) { return lanes == 1 ? 1.0 : lanes <= 4 ? 1.12 : 1.6; }
+/// Lanes, `most` or fewer, that take the least time: where rods are few, lanes of wide tiles would repeat them.
+int fastest_lanes(std::span<const TilingGroup> groups, int most, int threads, Mapping mapping);
+
 } // namespace skein

@@ -94,5 +94,23 @@ TEST(Tiling, RemaindersOfLargeGroupsShareTiles) {
     EXPECT_GE(tiling.across[1], 8000);
 }
 
+/// Wide tiles would repeat them. Those that lie along fill all lanes.
+TEST(Tiling, FewRodsAcrossTakeNarrowTiles) {
+    const auto lanes = [](std::int64_t rods, int most, int threads, int family = -1) {
+        return fastest_lanes(std::vector<TilingGroup>{{rods, 50, family}}, most, threads, Mapping::automatic);
+    };
+    for (const int most : {1, 4, 8}) {
+        EXPECT_EQ(lanes(1, most, 1), 1) << most;
+        for (const int rods : {2, 3, 4}) EXPECT_EQ(lanes(rods, most, 1), std::min(most, 4)) << rods;
+        for (const int rods : {5, 8, 10000}) EXPECT_EQ(lanes(rods, most, 1), most) << rods;
+    }
+    EXPECT_EQ(lanes(2, 8, 2), 1);
+    EXPECT_EQ(lanes(8, 8, 2), 4);
+    EXPECT_EQ(lanes(1, 8, 1, 0), 8);
+    EXPECT_EQ(lanes(1, 2, 1), 2);
+    const std::vector<TilingGroup> three = {{1, 50, -1}, {1, 50, -1}, {16, 50, -1}};
+    EXPECT_EQ(fastest_lanes(three, 8, 1, Mapping::automatic), 8);
+}
+
 } // namespace
 } // namespace skein
