@@ -19,6 +19,7 @@
 #include "simulation/summary.hpp"
 #include "simulation/warnings.hpp"
 #include "studies/cost_trial.hpp"
+#include "studies/method_trial.hpp"
 #include "studies/rank_forecast.hpp"
 #include "studies/self_check.hpp"
 
@@ -185,7 +186,9 @@ int run_command(RunArguments arguments, int& argc, char**& argv, const BesideRun
         options.began = began;
         if (options.out.empty()) options.out = default_out(arguments.scene.file);
         if (comm.root() && !options.quiet) {
-            std::printf("%s", to_text(plan, arguments.verbose).c_str());
+            Plan shown = plan;
+            if (methods_are_compared(plan, scene, groups)) compare_methods(shown, scene, groups);
+            std::printf("%s", to_text(shown, arguments.verbose).c_str());
             std::fflush(stdout);
             advise_on_binding(machine);
         }
@@ -224,9 +227,11 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
         const bool all = arguments.verbose || arguments.ranks > 0 || !arguments.machine.empty();
         // Shares of a fluid are alike, and its plan holds all of them.
         if ((arguments.ranks == 0 && arguments.machine.empty()) || groups.empty()) {
-            if (cost_is_measured(plan)) {
+            const bool compares = methods_are_compared(plan, scene, groups);
+            if (compares || cost_is_measured(plan)) {
                 const MpiSession session(argc, argv); // of this process alone, as steps are made
-                measure_cost(plan, scene, groups, arguments.out);
+                if (compares) compare_methods(plan, scene, groups);
+                else measure_cost(plan, scene, groups, arguments.out);
             }
             print_result(arguments.json ? to_json(plan) : to_text(plan, all));
             return;

@@ -36,6 +36,8 @@ struct Machine {
     int most_lanes = 0;                   ///< from which a plan chooses `lanes`; 0: they are given
 };
 
+struct MethodCosts;
+
 struct GroupPlan {
     std::string name;
     std::int64_t rods = 0;
@@ -113,17 +115,18 @@ struct Plan {
     std::vector<std::string> observables; ///< sets that the scene adds to the series
     std::vector<PlannedStage> stages;     ///< this is the plan of the first; none: the scene is the same throughout
     int families = 0;
-    bool vtp = false;               ///< frames as poly data too
-    double state_bytes = 0;         ///< all ranks, state and scratch
-    double rod_bytes = 0;           ///< of these, the rods themselves
-    double frame_bytes = 0;         ///< all ranks, frames on their way to disk
-    double copy_bytes = 0;          ///< all ranks, of the copy to go back to after a failure; 0: too large to be kept
-    double output_bytes = 0;        ///< all frames of the run whose size is known
-    double output_bytes_most = 0;   ///< the most that others may take
-    double predicted_s = 0;         ///< wall time of the steps
-    double predicted_most_s = 0;    ///< the same where a bed forms; 0: none is expected
-    std::string predicted_by;       ///< measurement that it follows from; empty: passes and counts
-    std::vector<std::string> notes; ///< what looks like a slip, or comes otherwise than asked for
+    bool vtp = false;             ///< frames as poly data too
+    double state_bytes = 0;       ///< all ranks, state and scratch
+    double rod_bytes = 0;         ///< of these, the rods themselves
+    double frame_bytes = 0;       ///< all ranks, frames on their way to disk
+    double copy_bytes = 0;        ///< all ranks, of the copy to go back to after a failure; 0: too large to be kept
+    double output_bytes = 0;      ///< all frames of the run whose size is known
+    double output_bytes_most = 0; ///< the most that others may take
+    double predicted_s = 0;       ///< wall time of the steps
+    double predicted_most_s = 0;  ///< the same where a bed forms; 0: none is expected
+    std::string predicted_by;     ///< measurement that it follows from; empty: passes and counts
+    std::shared_ptr<const MethodCosts> methods; ///< of explicit and implicit steps; null: not measured
+    std::vector<std::string> notes;             ///< what looks like a slip, or comes otherwise than asked for
 
     /// The plan of a physics by its type; null where the scene has none.
     template <class Part> const Part* find() const {

@@ -1,5 +1,6 @@
 #include "core/level.hpp"
 #include "core/share_text.hpp"
+#include "plan/method_costs.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
 #include "plan/plan_words.hpp"
@@ -232,7 +233,8 @@ Lines describe_cost(const Plan& p) {
             {"", "", "output_bytes", p.output_bytes},
             {"", "", "output_bytes_most", p.output_bytes_most},
             {"predicted", predicted_text(p), "predicted_s", p.predicted_s},
-            {"", "", "predicted_most_s", p.predicted_most_s}};
+            {"", "", "predicted_most_s", p.predicted_most_s},
+            p.methods ? line_of(*p.methods) : PlanLine{}};
 }
 
 Lines describe(const Plan& p) {
@@ -286,6 +288,7 @@ Lines outline(const Plan& p) {
                    {"checkpoint", checkpoint_text(p), "", {}},
                    {"memory", memory_text(p), "", {}},
                    {"predicted", predicted_text(p), "", {}}};
+    if (p.methods) lines.push_back(line_of(*p.methods));
     for (const GroupPlan& g : p.groups)
         for (const std::string& hint : g.hints)
             lines.push_back({"hint", fmt::format("'{}': {}", g.name, hint), "", {}});

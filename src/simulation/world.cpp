@@ -56,6 +56,12 @@ World::World(const Communicator& on, const Threads& by, std::vector<RodGroup> al
     synchronous_ = coupled_ || protocol == Protocol::synchronous;
 }
 
+World::World(const Threads& by, std::vector<RodGroup> all, Plan of, std::span<const LocalRod> sample)
+    : comm(Communicator::alone()), threads(by), groups(std::move(all)), plan(std::move(of)),
+      clock(plan.dt, 0, plan.integrator), balance_(comm, plan, Balance::never), always_moves_(false) {
+    make_bodies(sample);
+}
+
 void World::change(std::vector<RodGroup> other_groups, Plan other_plan) {
     const std::unique_ptr<StateCopy> state = copy();
     std::vector<RodSpec> before;

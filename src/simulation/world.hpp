@@ -36,6 +36,8 @@ public:
     /// Bodies in their start state on the ranks that the partition gives them. Collective.
     World(const Communicator& comm, const Threads& threads, std::vector<RodGroup> groups, Plan plan, Protocol protocol,
           Balance balance);
+    /// Some bodies of the scene that feel no others, in this process alone.
+    World(const Threads& threads, std::vector<RodGroup> groups, Plan plan, std::span<const LocalRod> sample);
 
     const Communicator comm;
     const Threads& threads;

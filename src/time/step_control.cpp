@@ -42,7 +42,7 @@ bool StepControl::trusts(double change) const {
 bool StepControl::refine() {
     parts_ *= 2;
     interval_ = 1;
-    return parts_ <= most_parts;
+    return parts_ <= limit_;
 }
 
 void StepControl::note_compared(double local, double distance, double change) {

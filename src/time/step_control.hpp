@@ -21,6 +21,8 @@ public:
 
     bool limited() const { return tolerance_ > 0; }
     std::int64_t parts() const { return parts_; }
+    /// Gives up at fewer parts than `most_parts`.
+    void limit(std::int64_t most) { limit_ = most; }
 
     /// Local difference that the next step may have, m.
     double allowed() const;
@@ -36,8 +38,9 @@ public:
     /// A step without a limit is done.
     void note();
 
-    double distance() const { return distance_; } ///< of the companion, m
-    double most() const { return most_; }         ///< largest so far, m
+    double distance() const { return distance_; }  ///< of the companion, m
+    double most() const { return most_; }          ///< largest so far, m
+    double error() const { return compared_ / 3; } ///< of a step by the last comparison, m
 
     std::vector<double> numbers() const;
     void set(const std::vector<double>& numbers);
@@ -50,7 +53,7 @@ private:
     void go_on(double local, double distance, bool known);
 
     double tolerance_, steps_;
-    std::int64_t enough_, parts_, interval_ = 1, wait_ = 0;
+    std::int64_t enough_, parts_, interval_ = 1, wait_ = 0, limit_ = most_parts;
     double done_ = 0, sum_ = 0, most_ = 0, distance_ = 0;
     double compared_ = 0,
            compared_change_ = 0; ///< local difference, and change of the distance, of the last comparison

@@ -6,6 +6,7 @@
 #include "loads/slender_body_drag.hpp"
 #include "physics/fluid/fluid_plan.hpp"
 #include "physics/loads/load_plan.hpp"
+#include "plan/method_costs.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
 #include "scene/scene_file.hpp"
@@ -69,6 +70,28 @@ TEST(Plan, HasAtMostTenLines) {
         EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 10) << path << "\n" << text;
         EXPECT_GT(to_text(plan).size(), text.size()) << path;
     }
+}
+
+TEST(Plan, TellsWhichMethodPays) {
+    const auto text = [](double by_explicit, double by_implicit) {
+        Plan plan;
+        plan.methods = std::make_shared<const MethodCosts>(
+            MethodCosts{{Integrator::verlet, by_explicit, 2e-12}, {Integrator::implicit_damped, by_implicit, 1e-3}});
+        return to_text(plan, false);
+    };
+    const auto expect = [](const std::string& all, const std::string& part) {
+        EXPECT_NE(all.find(part), std::string::npos) << all;
+    };
+    expect(text(1800, 3.1),
+           "  method        implicit steps pay: \"verlet\" takes about 30 min at an error below 1e-09 of "
+           "the length, \"implicit_damped\" about 3 s at an error of 0.001 of the length\n");
+    expect(text(5, 20), "explicit steps pay: \"verlet\" takes about 5 s");
+    expect(text(5, 5), "explicit steps pay");
+    expect(text(5, 3), "neither method pays");
+    expect(text(5, 2.4), "implicit steps pay");
+    expect(text(5, HUGE_VAL), "explicit steps pay");
+    expect(text(5, HUGE_VAL), "\"implicit_damped\" longer\n");
+    EXPECT_EQ(to_text(Plan{}, false).find("method"), std::string::npos);
 }
 
 TEST(Plan, SnapshotOfALargeFluidOnNodes) {

@@ -1,0 +1,278 @@
+#include "studies/method_trial.hpp"
+
+#include "parallel/threads.hpp"
+#include "physics/implicit/implicit_tables.hpp"
+#include "plan/method_costs.hpp"
+#include "plan/plan_words.hpp"
+#include "plan/stepping_cost.hpp"
+#include "scene/make_plan.hpp"
+#include "simulation/world.hpp"
+#include "skein/core/error.hpp"
+#include "skein/core/index.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <ctime>
+#include <limits>
+#include <memory>
+#include <optional>
+#include <vector>
+
+namespace skein {
+
+namespace {
+
+constexpr double least_predicted = 2; // s: what takes less begins at once
+constexpr double longest_trial = 0.25, share_of_run = 0.02;
+constexpr std::int64_t sampled_elements = 4000; // of a trial
+/// Core time of this thread: other programs may use the core too.
+double thread_seconds() {
+    std::timespec now{};
+    clock_gettime(CLOCK_THREAD_CPUTIME_ID, &now);
+    return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
+}
+
+/// Notes whether there are objections.
+class AnyObjection final : public Objections {
+public:
+    void add(std::string_view, const std::string&) override { any = true; }
+    bool given(std::string_view) const override { return false; }
+    bool any = false;
+};
+
+/// The scene with automatic steps of this integrator.
+SceneSpec with_integrator(SceneSpec scene, Integrator integrator) {
+    scene.time.integrator = integrator;
+    scene.time.dt = 0;
+    scene.time.force_dt = false;
+    return scene;
+}
+
+bool steps_either_way(const SceneSpec& scene, std::span<const RodGroup> groups) {
+    if (scene.time.relax || groups.empty() || has_rods_of_files(groups)) return false;
+    if (std::any_of(groups.begin(), groups.end(), [](const RodGroup& group) { return group.assembly() != nullptr; }))
+        return false;
+    AnyObjection objections;
+    ImplicitTables::check(with_integrator(scene, Integrator::implicit_damped), objections);
+    return !objections.any;
+}
+
+/// A tile of rods of each group at equal distances in its list, of as many groups as a trial holds.
+struct SampledRods {
+    std::vector<LocalRod> rods;
+    std::vector<std::int64_t> counts; ///< by group
+};
+
+SampledRods sampled_rods(const Plan& plan, std::span<const RodGroup> groups) {
+    SampledRods sample{{}, std::vector<std::int64_t>(groups.size(), 0)};
+    std::int64_t elements = 0;
+    for (std::size_t g = 0; g < groups.size() && elements < sampled_elements; ++g) {
+        const RodGroup& group = groups[g];
+        const std::int64_t all = group.count(), most = std::min<std::int64_t>(all, plan.machine.lanes);
+        sample.counts[g] = most;
+        elements += most * group.elements();
+        for (std::int64_t i = 0; i < most; ++i)
+            sample.rods.push_back({group.first_gid() + i * all / most, group.id(), i * all / most});
+    }
+    return sample;
+}
+
+/// Some rods of a scene that take steps, timed.
+class Trial {
+public:
+    Trial(const Plan& plan, std::span<const RodGroup> groups)
+        : sample_(sampled_rods(plan, groups)), threads_(1),
+          world_(threads_, std::vector<RodGroup>(groups.begin(), groups.end()), on_one_thread(plan), sample_.rods) {}
+
+    World& world() { return world_; }
+    /// Time of a run by this plan over that of the trial, for as many steps.
+    double scale(const Plan& run) const {
+        return stage_ns(run, largest_share(run), std::min(run.machine.threads, run.machine.cores)) /
+               stage_ns(world_.plan, sample_.counts, 1);
+    }
+    /// Time of a step or part, as the plan predicts it, s.
+    double step_seconds() const {
+        const auto stages = static_cast<double>(scheme_of(world_.plan.integrator).stages.size());
+        return 1e-9 * stages * stage_ns(world_.plan, sample_.counts, 1);
+    }
+    /// Makes steps, at most up to `end`; false where the rods do not go on.
+    bool advance(std::int64_t steps, std::int64_t end) {
+        const double began = thread_seconds();
+        world_.advance(std::min(end, world_.clock.done() + steps));
+        spent_ += thread_seconds() - began;
+        return world_.failure().empty();
+    }
+    double spent() const { return spent_; } ///< s
+    std::int64_t done() const { return world_.clock.done(); }
+    /// Largest distance of a node from where another trial of the same rods has it, m.
+    double distance_to(const Trial& other) const {
+        double most = 0;
+        const Rods &a = world_.rods(), &b = other.world_.rods();
+        for (std::size_t i = 0; i < a.local().size(); ++i) {
+            const std::size_t slots = to_index(nth(world_.groups, a.local()[i].group).slots());
+            std::vector<Slot<1>> of_a(slots), of_b(slots);
+            a.export_rod(i, of_a);
+            b.export_rod(i, of_b);
+            for (std::size_t k = 0; k < slots; ++k)
+                most = std::max(most, norm(lane(of_a[k].position, 0) - lane(of_b[k].position, 0)));
+        }
+        return most;
+    }
+
+private:
+    static Plan on_one_thread(Plan plan) {
+        plan.machine.ranks = plan.machine.threads = plan.machine.cores = 1;
+        return plan;
+    }
+
+    SampledRods sample_;
+    Threads threads_;
+    World world_;
+    double spent_ = 0;
+};
+
+double largest_length(std::span<const RodGroup> groups) {
+    double length = 0;
+    for (const RodGroup& group : groups) length = std::max(length, group.spec().shape.length);
+    return length;
+}
+
+/// Last step of the first stage, as trials stay in it.
+std::int64_t last_step_of_stage(const Plan& plan) {
+    const double until = plan.stages.empty() ? 0 : plan.stages.front().duration;
+    return until > 0 ? std::clamp<std::int64_t>(std::llround(until / plan.dt), 1, plan.steps) : plan.steps;
+}
+
+/// Core time of an explicit step of the trial, s; 0: the rods fail.
+double time_of_step(Trial& trial, double budget) {
+    const std::int64_t end = last_step_of_stage(trial.world().plan);
+    if (!trial.advance(Clock::largest_batch, end)) return 0; // in memory that no one has touched
+    const std::int64_t warm = trial.done();
+    const double before = trial.spent();
+    while (trial.done() < end && trial.spent() < budget)
+        if (!trial.advance(Clock::largest_batch, end)) return 0;
+    return trial.done() > warm ? (trial.spent() - before) / static_cast<double>(trial.done() - warm)
+                               : before / static_cast<double>(warm);
+}
+
+/// Error of Verlet's steps over that of implicit ones, for this ratio of their lengths. Slow motion of frequency w has
+/// that of phase: (w h)^2/24 by Verlet, (w h)^2/12 by the midpoint rule, 0.97 (w h)^2/24 by the damped scheme.
+double ratio_of_errors(Integrator implicit, double ratio) {
+    return (implicit == Integrator::implicit ? 0.5 : 1.0) * ratio * ratio;
+}
+
+/// Of a whole run.
+struct ImplicitCost {
+    double seconds = 0, error = 0, explicit_error = 0; ///< core time of the rods of the trial; m
+    double covered = 0;                                ///< share of the duration that the trial came to
+};
+
+/// Sum over all steps of a run, from the sums after each of its first ones. The steps that are left are as the later
+/// half of these: motion at the start may need more parts than all that follows.
+double whole_sum(const std::vector<double>& sums, std::int64_t steps) {
+    const std::size_t half = sums.size() / 2;
+    const double before = half > 0 ? sums[half - 1] : 0,
+                 left = static_cast<double>(steps) - static_cast<double>(sums.size());
+    return sums.back() + left * (sums.back() - before) / static_cast<double>(sums.size() - half);
+}
+
+/// Steps in parts by the tolerance. Explicit steps have the length `dt` and take `step` seconds.
+std::optional<ImplicitCost> cost_by_tolerance(Trial& trial, double dt, double step, double budget) {
+    const Plan& plan = trial.world().plan;
+    const std::int64_t end = last_step_of_stage(plan);
+    StepControl& control = *step_control(trial.world().interactions());
+    const double part = 2 * trial.step_seconds(),  // as predicted, and twice as many corrections
+        most = std::max(4.0, budget / (3 * part)); // with the attempts before
+    control.limit(static_cast<std::int64_t>(most));
+    std::vector<double> seconds, errors;
+    double explicit_error = 0;
+    while (trial.done() < end && trial.spent() < budget) {
+        if (!trial.advance(1, end)) {
+            if (most * part < plan.dt / dt * step) return std::nullopt; // more parts might pay
+            return ImplicitCost{.seconds = std::numeric_limits<double>::infinity()};
+        }
+        const double h = plan.dt / static_cast<double>(control.parts());
+        explicit_error += control.error() * ratio_of_errors(plan.integrator, dt / h);
+        seconds.push_back(trial.spent());
+        errors.push_back(explicit_error);
+    }
+    return ImplicitCost{.seconds = whole_sum(seconds, plan.steps),
+                        .explicit_error = whole_sum(errors, plan.steps),
+                        .covered = static_cast<double>(trial.done()) / static_cast<double>(plan.steps)};
+}
+
+/// Steps of a given length. Others of half their length tell their error.
+std::optional<ImplicitCost> cost_of_given(Trial& trial, const SceneSpec& scene, std::span<const RodGroup> groups,
+                                          double dt, double budget) {
+    const Plan& plan = trial.world().plan;
+    const std::int64_t end = last_step_of_stage(plan);
+    SceneSpec finer = scene;
+    finer.time.dt = 0.5 * plan.dt;
+    Trial half(make_plan(finer, groups, plan.machine), groups);
+    std::vector<double> seconds;
+    double error = 0;
+    while (trial.done() < end && trial.spent() + half.spent() < budget) {
+        if (!trial.advance(1, end) || !half.advance(2, 2 * end)) return std::nullopt;
+        error = std::max(error, 4.0 / 3 * trial.distance_to(half));
+        seconds.push_back(trial.spent());
+    }
+    const double covered = static_cast<double>(trial.done()) / static_cast<double>(plan.steps);
+    error /= covered; // as it grows with time
+    return ImplicitCost{.seconds = whole_sum(seconds, plan.steps),
+                        .error = error,
+                        .explicit_error = error * ratio_of_errors(plan.integrator, dt / plan.dt),
+                        .covered = covered};
+}
+
+std::optional<MethodCosts> trials(const Plan& of_explicit, const Plan& of_implicit, const SceneSpec& scene,
+                                  std::span<const RodGroup> groups) {
+    const double budget = std::min(longest_trial, share_of_run * of_explicit.predicted_s);
+    Trial by_explicit(of_explicit, groups), by_implicit(of_implicit, groups);
+    const double step = time_of_step(by_explicit, 0.1 * budget);
+    if (step == 0) return std::nullopt;
+    MethodCosts costs;
+    costs.of_explicit = {of_explicit.integrator,
+                         step * static_cast<double>(of_explicit.steps) * by_explicit.scale(of_explicit), 0};
+    const double left = 0.9 * budget, length = largest_length(groups);
+    const auto cost = of_implicit.automatic_dt ? cost_by_tolerance(by_implicit, of_explicit.dt, step, left)
+                                               : cost_of_given(by_implicit, scene, groups, of_explicit.dt, left);
+    if (!cost) return std::nullopt;
+    costs.of_implicit = {of_implicit.integrator, cost->seconds * by_implicit.scale(of_implicit),
+                         of_implicit.automatic_dt ? scene.time.tolerance : cost->error / length};
+    if (of_explicit.integrator == Integrator::verlet) costs.of_explicit.error = cost->explicit_error / length;
+    costs.trial_s = by_explicit.spent() + by_implicit.spent();
+    costs.covered = cost->covered;
+    return costs;
+}
+
+} // namespace
+
+bool methods_are_compared(const Plan& plan, const SceneSpec& scene, std::span<const RodGroup> groups) {
+    return (is_implicit(plan.integrator) || plan.predicted_s >= least_predicted) && steps_either_way(scene, groups);
+}
+
+void compare_methods(Plan& plan, const SceneSpec& scene, std::span<const RodGroup> groups) {
+    Machine machine = plan.machine;
+    if (machine.most_lanes > 0) machine.lanes = machine.most_lanes;
+    const bool implicit = is_implicit(plan.integrator);
+    const SceneSpec changed = with_integrator(scene, implicit ? Integrator::verlet : Integrator::implicit_damped);
+    std::optional<MethodCosts> costs;
+    try {
+        const Plan other = make_plan(changed, groups, machine);
+        const Plan &of_explicit = implicit ? other : plan, &of_implicit = implicit ? plan : other;
+        if (of_explicit.predicted_s < least_predicted) return;
+        costs = trials(of_explicit, of_implicit, implicit ? scene : changed, groups);
+    } catch (const Error&) {
+        return; // one of the methods refuses the scene
+    }
+    if (!costs) return;
+    if (const double now = (implicit ? costs->of_implicit : costs->of_explicit).seconds; std::isfinite(now)) {
+        plan.predicted_s = now;
+        plan.predicted_by = fmt::format("trials of {:.2g} s", costs->trial_s);
+    }
+    plan.methods = std::make_shared<const MethodCosts>(*costs);
+}
+
+} // namespace skein

@@ -1,0 +1,76 @@
+"""Comparison of explicit and implicit steps in the plan: what it says of thin and of soft rods, from either side, and that the run does not feel it."""
+
+import unittest
+
+from driver import DriverTest
+from scene_text import scene_text
+
+GRAVITY = [{"kind": "gravity"}]
+DAMPING = [{"kind": "uniform", "rate": 10.0}]
+
+
+def rod(radius, length, youngs_modulus, elements, **keys):
+    return {"name": "rod", "start": "clamped", "material": {"density": 1300.0, "youngs_modulus": youngs_modulus}, "section": {"radius": radius},
+            "shape": {"length": length, "elements": elements}, "placement": {"tangent": [1.0, 0.0, 0.0]}} | keys
+
+
+HAIR = {"rods": [rod(4e-5, 0.1, 4e9, 50)], "load": GRAVITY, "damping": DAMPING}
+# Shaken in 50 explicit steps a turn, which implicit steps must resolve too.
+BAR = {"rods": [rod(0.05, 0.2, 1e6, 10, start_motion={"amplitude": [0.0, 0.0, 0.002], "period": 0.0213})]}
+
+
+class Methods(DriverTest):
+    def write(self, scene, **time):
+        self.scene.write_text(scene_text({"time": time, "output": {"series": min(1.0, time["duration"])}} | scene))
+
+    def pays(self, scene, **time):
+        self.write(scene, **time)
+        return self.plan().get("methods", {}).get("pays")
+
+    def test_long_steps_pay_for_a_thin_rod(self):
+        for integrator in ("verlet", "implicit_damped", "implicit"):
+            with self.subTest(integrator=integrator):
+                self.assertEqual(self.pays(HAIR, duration=2.0, integrator=integrator), "implicit")
+        self.assertEqual(self.pays(HAIR, duration=2.0, integrator="implicit_damped", dt=0.01), "implicit")
+        self.assertIn("implicit steps pay: \"verlet\" takes about", self.plan_text())
+
+    def test_short_steps_pay_where_they_resolve_the_motion(self):
+        for integrator in ("verlet", "implicit_damped"):
+            with self.subTest(integrator=integrator):
+                self.assertEqual(self.pays(BAR, duration=4000.0, integrator=integrator, **({} if integrator == "verlet" else {"tolerance": 1e-6})), "explicit")
+
+    def test_errors_are_those_that_are_asked_for_and_of_second_order(self):
+        self.pays(HAIR, duration=2.0, integrator="implicit_damped", tolerance=1e-2)
+        methods = self.plan()["methods"]
+        self.assertEqual(methods["implicit"]["error"], 1e-2)
+        self.assertLess(methods["explicit"]["error"], 1e-6)
+        given = []
+        for dt in (0.01, 0.005):
+            self.pays(HAIR, duration=0.1, integrator="implicit_damped", dt=dt)
+            given.append(self.plan()["methods"]["implicit"]["error"])
+        self.assertLess(abs(given[0] / given[1] - 4), 1.5, given)
+
+    def test_short_runs_and_other_physics_are_not_compared(self):
+        self.assertIsNone(self.pays(HAIR, duration=1e-3))
+        self.assertIsNone(self.pays(HAIR | {"wall": [{"kind": "plane", "name": "floor", "point": [0.0, 0.0, -1.0], "normal": [0.0, 0.0, 1.0]}]}, duration=2.0))
+
+    def test_the_run_does_not_feel_it(self):
+        self.write(HAIR, duration=2.0, integrator="implicit_damped")
+        self.assertIn("implicit steps pay", self.run_skein("compared").stdout)
+        self.assertNotIn("steps pay", self.run_skein("quiet", "--quiet").stdout)
+        self.assertEqual(self.digest("compared"), self.digest("quiet"))
+
+    def test_few_rods_take_few_lanes(self):
+        most = None
+        for count, narrow in ((1, 1), (3, 4), (8, None)):
+            scene = HAIR | {"rods": [rod(4e-5, 0.1, 4e9, 50) | {"placement": {"kind": "lattice", "counts": [count, 1], "spacing": [0.01, 0.01]}}]}
+            self.write(scene, duration=0.1, integrator="implicit_damped", dt=0.05)
+            most = most or self.plan("--lanes", "8", "--threads", "1")["machine"]["lanes"]
+            self.assertEqual(self.plan("--threads", "1")["machine"]["lanes"], most if narrow is None else min(narrow, most))
+            self.run_skein(f"chosen_{count}", threads=1)
+            self.run_skein(f"given_{count}", "--lanes", "8", threads=1)
+            self.assertEqual(self.digest(f"chosen_{count}"), self.digest(f"given_{count}"))
+
+
+if __name__ == "__main__":
+    unittest.main()
