@@ -132,9 +132,10 @@ Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads
 }
 
 int fastest_lanes(std::span<const TilingGroup> groups, int most, int threads, Mapping mapping) {
+    if (most < 4) return most; // the level of two lanes has no other of its instructions
     int fastest = most;
     double least = std::numeric_limits<double>::infinity();
-    for (const int lanes : {8, 4, 1}) { // two lanes have no fused multiply-adds
+    for (const int lanes : {8, 4, 1}) {
         if (lanes > most) continue;
         const Tiling tiling = choose_tiling(groups, lanes, threads, mapping);
         const double cost = tiling_cost(tiling, groups, lanes, threads) / lanes * tile_time(lanes);
