@@ -7,8 +7,8 @@
 
 namespace skein {
 
-BedInteraction::BedInteraction(const InteractionParts& parts, double allowed, double radius)
-    : comm_(parts.comm), rods_(&parts.rods), beds_(parts.around.beds), control_(allowed), radius_(radius) {
+BedInteraction::BedInteraction(const InteractionParts& parts, double allowed)
+    : comm_(parts.comm), rods_(&parts.rods), beds_(parts.around.beds), control_(allowed) {
     for (const RodGroup& group : parts.groups)
         mass_ +=
             static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);

@@ -13,8 +13,8 @@ namespace skein {
 
 class BedInteraction final : public Interaction {
 public:
-    /// `allowed`: way of a node in a part of a step, m; `radius`: over which it is given.
-    BedInteraction(const InteractionParts& parts, double allowed, double radius);
+    /// `allowed`: way of a node in a part of a step, m.
+    BedInteraction(const InteractionParts& parts, double allowed);
 
     void rebind(const InteractionParts& parts) override {
         rods_ = &parts.rods;
@@ -47,7 +47,7 @@ private:
     const Rods* rods_;
     std::vector<std::shared_ptr<BedFigures>> beds_;
     PaceControl control_;
-    double radius_, mass_ = 0;    ///< m; of all, kg
+    double mass_ = 0;             ///< of all rods and bodies, kg
     std::optional<double> known_; ///< speed of the fastest node of this rank, m/s; none: to be found from the states
 };
 

@@ -43,7 +43,7 @@ public:
         around.meeting_zone = meeting_zone_;
     }
     std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
-        return std::make_unique<BedInteraction>(parts, way * radius_, radius_);
+        return std::make_unique<BedInteraction>(parts, way * radius_);
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.replace(PassPlace::kick, pass::StepInBed{group.law(), p.damping});
