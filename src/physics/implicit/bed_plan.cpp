@@ -71,8 +71,9 @@ private:
     /// Way of the fastest node in a step, over the radius: where the prediction goes deeper into a contact than it
     /// could by motion, the linear solution overshoots.
     static constexpr double way = 0.15;
-    /// Step over the limit of explicit contact: contacts add a hundred times an element's mass at most.
-    static constexpr double over_contact_limit = 8;
+    /// Step over the limit of explicit contact. Nests have figures near those of explicit steps up to here; contacts,
+    /// most of them less deep than that limit allows for, add about their mass (docs/long_steps.md).
+    static constexpr double over_contact_limit = 25;
 
     static double thinnest(const RodGroup& group) {
         double least = HUGE_VAL;
