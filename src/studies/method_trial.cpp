@@ -25,7 +25,7 @@ namespace skein {
 namespace {
 
 constexpr double least_predicted = 2; // s: what takes less begins at once
-constexpr double longest_trial = 0.25, share_of_run = 0.02;
+constexpr double longest_trial = 1, share_of_run = 0.05;
 constexpr std::int64_t sampled_elements = 4000; // of a trial
 /// Core time of this thread: other programs may use the core too.
 double thread_seconds() {

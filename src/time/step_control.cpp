@@ -7,10 +7,10 @@
 namespace skein {
 
 namespace {
-constexpr double aim = 0.6;             ///< share of the tolerance that steps use up
+constexpr double aim = 0.9;             ///< share of the tolerance that steps use up
 constexpr double least_budget = 0.25;   ///< share of it that is left where it is used up
 constexpr double least_gain = 1.0 / 64; ///< of scenes that forget errors
-constexpr double wary = 3;              ///< factor on the gain as a run begins
+constexpr double wary = 2;              ///< factor on the gain as a run begins
 } // namespace
 
 StepControl::StepControl(double tolerance, std::int64_t steps, std::int64_t enough)
