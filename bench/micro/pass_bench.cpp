@@ -6,6 +6,7 @@
 //   names: <pass>/W<width>/n<elements>/<level>, step/<rods>/visit<steps>/...; rotation/W<width>/<level>, peak/...,
 //   stream-.../...
 // Without a filter: everything at W = 8, and the other widths in L2. With =. all.
+#include "implicit/make_bed_pass.hpp"
 #include "implicit/make_implicit_pass.hpp"
 #include "kernels/make_rods_at.hpp"
 #include "loads/load_passes.hpp"
