@@ -30,8 +30,9 @@ REFUSED = (
     (r"no audit with time.relax", "relaxation", "audits", "Inertia in pseudo-time is not that of the rods, so there is no balance of energy."),
     (r"need.* the integrator \"verlet\"|needs? integrator = \"verlet\"", "`integrator = \"pefrl\"`", "contact, walls, filters of damping, fluids that rods feel",
      "Some of its kicks go backwards in time; friction, dashpots and fluids dissipate in forward time alone."),
-    (r"time.integrator = \"implicit(_damped)?\" needs a law with an energy", "implicit steps", "`law = \"elastica\"`", "Newton corrections need the stiffness of an energy, and this law has none."),
-    (r"time.integrator = \"implicit(_damped)?\" (?!needs a law)|with integrator = \"implicit", "implicit steps", "contact, walls, joints, fluids, audits, filters of damping, choices of explicit steps", None),
+    (r"time.integrator = \"implicit(_damped|_bed)?\" needs a law with an energy", "implicit steps", "`law = \"elastica\"`", "Newton corrections need the stiffness of an energy, and this law has none."),
+    (r"time.integrator = \"implicit_bed\" (?!needs a law)|with integrator = \"implicit_bed", "steps of beds", "joints, fluids, audits, filters of damping, choices of explicit steps", None),
+    (r"time.integrator = \"implicit(_damped)?\" (?!needs a law)|with integrator = \"implicit(_damped)?\"", "implicit steps", "contact, walls, joints, fluids, audits, filters of damping, choices of explicit steps", None),
     (r"a ring has no ends|needs rods with two ends", "rings", "held ends, loads on ends", "A ring has no ends."),
     (r"the ring .* does not close", "rings", "files of straight rods", "A straight rod does not close."),
     (r"\"gregory\" has no use here|with end_weights = \"gregory\"", "`end_weights = \"gregory\"`", "tapered, frozen or joined rods, `law = \"elastica\"`",
@@ -173,7 +174,7 @@ class Pairs(unittest.TestCase):
                 self.assertGreater(np.abs(one - one[0]).max(axis=0)[2], 1e-4)
                 np.testing.assert_allclose(other, turned, atol=1e-13)
                 tried += 1
-        self.assertEqual(tried, 9)
+        self.assertEqual(tried, 11)
 
     def test_joined_rods_touch(self):
         """A joint too soft to be felt leaves the bits of contact alone, except near its place and where rods of one copy are not to touch."""
