@@ -35,13 +35,12 @@ void TimeSpec::fields(FieldVisitor& f) {
              .above = 0,
              .at_most = 1},
             tolerance);
-    f.choice(
-        {.name = "integrator",
-         .text =
-             "verlet: second order; pefrl: fourth order, in four force evaluations; implicit_damped: second order at "
-             "any step, damps what steps do not resolve; implicit: the same, keeps energy and momenta; "
-             "implicit_bed: first order, slow rods in contact"},
-        integrator, integrator_names);
+    f.choice({.name = "integrator",
+              .text =
+                  "verlet: second order; pefrl: fourth order, in four force evaluations; implicit_damped: second order "
+                  "at any step, damps what steps do not resolve; implicit: the same, keeps energy and momenta; "
+                  "implicit_bed: first order, slow rods in contact"},
+             integrator, integrator_names);
     f.choice({.name = "damping",
               .text = "combination of damping and kick (docs/theory.md 7): midpoint; exponential, which pefrl always "
                       "uses; after: as in published codes, first order"},
