@@ -158,7 +158,7 @@ double Contacts::next_skin() {
         margin_ = figures_.skin * std::min(0.5, 1 / std::sqrt(change * age));
         age_ = 0;
     }
-    return figures_.skin + scene_.meeting_zone;
+    return figures_.skin + scene_.meeting_zone / Exposure::least_pace; // the skin of slow pairs is a share of it
 }
 
 /// Pairs that touch, by slots of the scene, in order.

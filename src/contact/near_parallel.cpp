@@ -163,9 +163,11 @@ template <int N> Contacts::Ends<N> Contacts::at_ends(const Exposure& bodies, dou
         ContactMemory<Q> none{};
         const ContactKinds pushes{kinds_.normal, ContactFriction::none};
         const auto f = contact_force<N>(pushes, law, state, h, none, {end_weight, end_weight});
-        const auto slopes =
-            contact_slopes<N>(pushes, law, state, h, f, {end_weight, end_weight}, zero, scene_.meeting_zone);
-        out.tangent[k] = {e.normal, slopes.normal, turning_slope(f.normal, state), e.s, e.t, f.arm_1, f.arm_2};
+        if (scene_.has_tangents) {
+            const auto slopes =
+                contact_slopes<N>(pushes, law, state, h, f, {end_weight, end_weight}, zero, scene_.meeting_zone);
+            out.tangent[k] = {e.normal, slopes.normal, turning_slope(f.normal, state), e.s, e.t, f.arm_1, f.arm_2};
+        }
         out.elsewhere += f.normal;
         out.elastic_energy += f.elastic_energy;
         out.viscous_work += f.viscous_work + f.viscous_work;

@@ -3,11 +3,11 @@
 //   eight candidates     a b c d e f g h
 //   closest points       squared distance d^2 of both axes, theory.md (52)
 //   prune                a b . d e f . h    d < r1 + r2 + margin by the paces of both, kept in the pruned list
-//   touch                . b . d . . . h    d < r1 + r2, and a zone of steps in a bed, stored in the columns of the
-//   work area ended                . . . . e . . .    touched in the step before and no longer deep                 . .
-//   . d . . . .    d < (r1 + r2)/2, watched by side_changes.cpp near-parallel        . b . . . . . .    sine of the
-//   angle below `blend` vertex rule          . . . d . . . h    d^2 + x^2 sin^2 < (r1 + r2)^2, x from the nearest point
-//   to the vertex
+//   touch                . b . d . . . h    d < r1 + r2, in beds and a zone, stored in the columns of the work area
+//   ended                . . . . e . . .    touched in the step before and no longer
+//   deep                 . . . d . . . .    d < (r1 + r2)/2, watched by side_changes.cpp
+//   near-parallel        . b . . . . . .    sine of the angle below `blend`
+//   vertex rule          . . . d . . . h    d^2 + x^2 sin^2 < (r1 + r2)^2, x from the nearest point to the vertex
 #include "contact/capsule_tiles.hpp"
 #include "contact/work_area.hpp"
 #include "core/closest_points.hpp"

@@ -16,7 +16,7 @@ namespace skein {
 class BedFigures {
 public:
     virtual ~BedFigures() = default;
-    /// Speed of the fastest node after the last step, m/s.
+    /// Speed of the fastest node, or a bound of that of a body's surface, after the last step, m/s.
     virtual double fastest() const = 0;
     /// Energy that steps have taken from a rod's motion and strain since the start, J.
     virtual double loss(RodPlace rod) const = 0;

@@ -223,17 +223,18 @@ private:
             s.position += shift;
             s.velocity += gained;
             lost = fma(P(terms_[k].mass), dot(gained, gained), lost);
-            fastest = max(fastest, dot(s.velocity, s.velocity));
+            if (strained_) fastest = max(fastest, norm(s.velocity));
             if (k >= rod.n || !terms_.turns(k)) continue;
             const V turn{u[3], u[4], u[5]}, spun = fma(rate, turn, -(half * cross(turn, s.spin)));
             s.director = rotation(turn) * s.director;
             s.spin += spun;
             lost += dot(scale(broadcast<W>(terms_[k].inertia), spun), spun);
+            if (!strained_) fastest = norm(s.velocity) + P(terms_.length()) * norm(s.spin); // of its surface
         }
         close_ring(rod);
         figures.loss = fma(half, lost, figures.loss);
         figures.fastest = 0;
-        for (int l = 0; l < rod.lanes; ++l) figures.fastest = std::max(figures.fastest, std::sqrt(fastest[l]));
+        for (int l = 0; l < rod.lanes; ++l) figures.fastest = std::max(figures.fastest, fastest[l]);
     }
 
     RowTerms<W> terms_;

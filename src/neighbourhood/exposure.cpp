@@ -149,10 +149,10 @@ double Exposure::largest_speed(const Threads& threads) const {
 }
 
 void Exposure::set_paces(const Threads& threads, double largest_speed) {
-    constexpr double least = 0.25;
     for_own_slots(threads, [&](std::size_t slot, std::size_t) {
         const double share = speed(slot) / largest_speed; // of a rod that is lost no number
-        pace[slot] = largest_speed > 0 ? static_cast<float>(share > least ? std::min(share, 1.0) : least) : 1.0f;
+        pace[slot] =
+            largest_speed > 0 ? static_cast<float>(share > least_pace ? std::min(share, 1.0) : least_pace) : 1.0f;
     });
 }
 

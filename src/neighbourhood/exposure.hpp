@@ -61,8 +61,9 @@ public:
     std::vector<std::uint8_t> vertices;  ///< vertices of each slot's element, as bits of Vertex
     /// By slot: share of the way of the fastest node that this one may go until partners are searched again.
     std::vector<float> pace;
-    std::vector<Window> window;    ///< in rising order of slots
-    std::vector<std::uint8_t> own; ///< by window; none where all are
+    static constexpr double least_pace = 0.25; ///< of slow nodes, which may be pushed
+    std::vector<Window> window;                ///< in rising order of slots
+    std::vector<std::uint8_t> own;             ///< by window; none where all are
     std::vector<std::int32_t>
         kin; ///< by window: the first of its copy of an assembly here; none where there are no assemblies
 

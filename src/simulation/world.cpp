@@ -220,11 +220,12 @@ bool World::step_in_parts(std::int64_t parts, Integrator by) {
 }
 
 bool World::step_at_pace(PaceControl& pace, bool check) {
+    bool valid = true; // ranks stay together until all parts are made
     for (pace.begin(); !pace.ended(); pace.next()) {
         if (!pace.choose(comm.max(fastest(interactions_)), plan.dt)) return false;
-        if (!step(clock.next_in_parts(pace.parts(), pace.part(), 1), check)) return false;
+        valid = step(clock.next_in_parts(pace.parts(), pace.part(), 1), check) && valid;
     }
-    return true;
+    return valid;
 }
 
 World::StepEnd World::step_in_parts(StepControl& control) {

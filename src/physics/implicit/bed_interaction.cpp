@@ -1,5 +1,6 @@
 #include "physics/implicit/bed_interaction.hpp"
 
+#include "rod/body_shape.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -8,7 +9,8 @@
 namespace skein {
 
 BedInteraction::BedInteraction(const InteractionParts& parts, double allowed)
-    : comm_(parts.comm), rods_(&parts.rods), beds_(parts.around.beds), control_(allowed) {
+    : comm_(parts.comm), groups_(parts.groups), rods_(&parts.rods), beds_(parts.around.beds),
+      walls_(parts.around.walls), control_(allowed) {
     for (const RodGroup& group : parts.groups)
         mass_ +=
             static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
@@ -20,12 +22,31 @@ double BedInteraction::now() const {
     return most;
 }
 
-double BedInteraction::fastest() const {
-    if (known_) return *known_;
-    std::vector<RodFigures> figures(rods_->local().size());
-    rods_->figures(0, 0, figures);
+double BedInteraction::fastest() const { return std::max(known_ ? *known_ : of_states(), of_walls()); }
+
+double BedInteraction::of_states() const {
     double most = 0;
-    for (const RodFigures& of_rod : figures) most = std::max(most, of_rod.extreme[RodFigures::speed]);
+    std::vector<Slot<1>> state;
+    const auto local = rods_->local();
+    for (std::size_t i = 0; i < local.size(); ++i) {
+        const RodGroup& group = nth(groups_, local[i].group);
+        state.resize(to_index(group.slots()));
+        rods_->export_rod(i, state);
+        for (const Slot<1>& s : state) {
+            const double turning = group.strained() ? 0 : group.body()->reach * norm(lane(s.spin, 0));
+            most = std::max(most, norm(lane(s.velocity, 0)) + turning);
+        }
+    }
+    return most;
+}
+
+double BedInteraction::of_walls() const {
+    double most = 0;
+    for (std::size_t w = 0; walls_ && w < walls_->count(); ++w) {
+        const Wall& wall = walls_->wall[w];
+        const Vec3d& now = wall.servo.drives() ? walls_->state[w].velocity : wall.velocity;
+        if (wall.stands) most = std::max(most, norm(now));
+    }
     return most;
 }
 

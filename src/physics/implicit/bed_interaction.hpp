@@ -19,9 +19,10 @@ public:
     void rebind(const InteractionParts& parts) override {
         rods_ = &parts.rods;
         beds_ = parts.around.beds;
+        walls_ = parts.around.walls;
     }
     PaceControl* pace_control() override { return &control_; }
-    /// Of the states where no step has been made.
+    /// Of the states where no step has been made; of walls too.
     double fastest() const override;
     void end_step(const Step&, Timers&) override { known_ = now(); }
     bool ends_every_step() const override { return true; }
@@ -42,10 +43,14 @@ public:
 
 private:
     double now() const;
+    double of_states() const; ///< as bodies start
+    double of_walls() const;
 
     Communicator comm_;
+    std::span<const RodGroup> groups_;
     const Rods* rods_;
     std::vector<std::shared_ptr<BedFigures>> beds_;
+    std::shared_ptr<const Walls> walls_; ///< null where there are none
     PaceControl control_;
     double mass_ = 0;             ///< of all rods and bodies, kg
     std::optional<double> known_; ///< speed of the fastest node of this rank, m/s; none: to be found from the states

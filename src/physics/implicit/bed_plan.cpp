@@ -47,6 +47,7 @@ public:
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.replace(PassPlace::kick, pass::StepInBed{group.law(), p.damping});
+        p.program.replace(PassPlace::bearings, pass::Bearings{});
     }
     Coupling coupling() const override { return Coupling::every_step; }
     bool sets_step(Plan& plan, const CoreTables& scene) override {
@@ -80,7 +81,7 @@ private:
         if (group.strained())
             for (const ElementConstants& e : group.element) least = std::min(least, e.radius);
         else
-            for (const BodyShape::Part& part : group.body()->part) least = std::min(least, part.cover());
+            for (const BodyShape::Part& part : group.body()->part) least = std::min(least, part.radius);
         return least;
     }
     static double longest_step_of(const Plan& plan, const CoreTables& scene) {
