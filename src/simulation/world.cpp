@@ -143,10 +143,7 @@ void World::advance(std::int64_t until) {
             control || pace ? clock.next(clock.done() + 1, 1) : next_steps(std::min(until, checks.next(clock.done())));
         const Step end = steps.back();
         const bool check = end.index == until || checks.due(end.index) || control;
-        const auto as = [](bool valid) { return valid ? StepEnd::done : StepEnd::failed; };
-        const StepEnd ended_as = control ? step_in_parts(*control)
-                                 : pace  ? as(step_at_pace(*pace, check))
-                                         : as(step(steps, check));
+        const StepEnd ended_as = make(steps, check);
         if (ended_as == StepEnd::stopped) return;
         const bool valid = ended_as == StepEnd::done;
         clock.advance({&end, 1});
@@ -164,6 +161,12 @@ void World::advance(std::int64_t until) {
                                    StepControl::most_parts);
         going = (synchronous_ ? all_ranks_valid() : failure_.empty()) && !ended();
     }
+}
+
+World::StepEnd World::make(std::span<const Step> steps, bool check) {
+    if (StepControl* control = step_control(interactions_)) return step_in_parts(*control);
+    PaceControl* pace = pace_control(interactions_);
+    return (pace ? step_at_pace(*pace, check) : step(steps, check)) ? StepEnd::done : StepEnd::failed;
 }
 
 void World::watch_limit() {
@@ -205,13 +208,12 @@ bool World::step(std::span<const Step> steps, bool check) {
     return valid && (!check || invalid(interactions_).empty());
 }
 
-bool World::step_in_parts(std::int64_t parts, Integrator by) {
+bool World::step_in_parts(std::int64_t parts) {
     enum : std::int64_t { good, bad, stop };
     std::int64_t found = good;
-    Clock now(clock.dt(), clock.done(), by, clock.shift());
     for (std::int64_t part = 0; part < parts && found == good;) {
-        const auto steps = now.next_in_parts(parts, part);
-        part += static_cast<std::int64_t>(steps.size() / scheme_of(by).stages.size());
+        const auto steps = clock.next_in_parts(parts, part);
+        part += static_cast<std::int64_t>(steps.size() / scheme_of(plan.integrator).stages.size());
         const bool valid = step(steps, true);
         found = comm.max(std::int64_t{part < parts && stop_requested() ? stop : valid ? good : bad});
     }
@@ -232,7 +234,7 @@ World::StepEnd World::step_in_parts(StepControl& control) {
     stopped_ = false;
     rods_->keep(0);
     if (Companion* companion = skein::companion(interactions_)) return step_by_error(control, *companion);
-    while (!step_in_parts(control.parts(), plan.integrator)) {
+    while (!step_in_parts(control.parts())) {
         rods_->go_back(0);
         if (stopped_) return StepEnd::stopped;
         if (!control.refine()) return StepEnd::failed;
@@ -243,16 +245,16 @@ World::StepEnd World::step_in_parts(StepControl& control) {
 
 bool World::step_with(Companion& companion, std::int64_t parts) {
     companion.enter(*rods_);
-    const bool valid = step_in_parts(parts / 2, plan.integrator);
+    const bool valid = step_in_parts(parts / 2);
     companion.leave(*rods_);
     rods_->go_back(0);
-    return valid && step_in_parts(parts, plan.integrator);
+    return valid && step_in_parts(parts);
 }
 
-double World::difference_from(std::int64_t parts, Integrator by) {
+double World::difference_from(std::int64_t parts) {
     rods_->keep(1);
     rods_->go_back(0);
-    const double apart = step_in_parts(parts, by) ? comm.max(rods_->farthest_from(1)) : HUGE_VAL;
+    const double apart = step_in_parts(parts) ? comm.max(rods_->farthest_from(1)) : HUGE_VAL;
     rods_->go_back(1);
     return apart;
 }
@@ -268,7 +270,7 @@ World::StepEnd World::step_by_error(StepControl& control, Companion& companion) 
             const bool compares = halved || !control.trusts(change);
             double local = 0;
             if (halved) local = comm.max(rods_->farthest_from(1));
-            else if (compares) local = difference_from(parts / 2, plan.integrator);
+            else if (compares) local = difference_from(parts / 2);
             if (!stopped_ && (!compares || control.allows(local))) {
                 if (compares) control.note_compared(local, distance, change);
                 else control.note_trusted(distance, change);
@@ -287,15 +289,11 @@ World::StepEnd World::step_by_error(StepControl& control, Companion& companion) 
 bool World::repeat(std::int64_t until, bool check) {
     bool valid = true;
     while (clock.done() < until) {
-        StepControl* control = step_control(interactions_);
-        PaceControl* pace = pace_control(interactions_);
-        const auto steps = control || pace ? clock.next(clock.done() + 1, 1) : next_steps(until);
+        const bool in_parts = step_control(interactions_) || pace_control(interactions_);
+        const auto steps = in_parts ? clock.next(clock.done() + 1, 1) : next_steps(until);
         const Step end = steps.back();
         const bool last = check && end.index == until;
-        valid = (control ? step_in_parts(*control) == StepEnd::done
-                 : pace  ? step_at_pace(*pace, last)
-                         : step(steps, last)) ||
-                !last;
+        valid = make(steps, last) == StepEnd::done || !last;
         if (stopped_) break;
         clock.advance({&end, 1});
     }

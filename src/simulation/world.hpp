@@ -101,6 +101,8 @@ public:
 private:
     bool step(std::span<const Step> steps, bool check);
     enum class StepEnd { done, failed, stopped };
+    /// These steps, or the one step of a clock whose steps are cut into parts. `check`: of whole steps, the last.
+    StepEnd make(std::span<const Step> steps, bool check);
     /// One step of the clock in as many parts as it needs. It fails where no number of them does, and is taken back
     /// where the run is to stop. Collective.
     StepEnd step_in_parts(StepControl& control);
@@ -108,13 +110,13 @@ private:
     /// Collective.
     bool step_at_pace(PaceControl& pace, bool check);
     /// The step in parts; false on all ranks where it failed on one, or is to stop.
-    bool step_in_parts(std::int64_t parts, Integrator by);
+    bool step_in_parts(std::int64_t parts);
     /// The step by time.tolerance.
     StepEnd step_by_error(StepControl& control, Companion& companion);
     /// The companion's step in half as many parts, and then the step.
     bool step_with(Companion& companion, std::int64_t parts);
     /// Largest distance of a node from where these parts of the step would have it; rods stay.
-    double difference_from(std::int64_t parts, Integrator by);
+    double difference_from(std::int64_t parts);
     std::span<const Step> next_steps(std::int64_t until);
     /// Notes the first body of this rank that is near the limit of its step.
     void watch_limit();
