@@ -102,29 +102,25 @@ double step_limit(const Interactions& all) {
     return least;
 }
 
-StepControl* step_control(const Interactions& all) {
-    StepControl* control = nullptr;
+namespace {
+
+/// The first part of its kind that one of them has; null: none has.
+template <class Part> Part* first_part(const Interactions& all, Part* (Interaction::*of)()) {
     for (const auto& one : all)
-        if (!control) control = one->step_control();
-    return control;
+        if (Part* part = ((*one).*of)()) return part;
+    return nullptr;
 }
-PaceControl* pace_control(const Interactions& all) {
-    PaceControl* control = nullptr;
-    for (const auto& one : all)
-        if (!control) control = one->pace_control();
-    return control;
-}
+
+} // namespace
+
+StepControl* step_control(const Interactions& all) { return first_part(all, &Interaction::step_control); }
+PaceControl* pace_control(const Interactions& all) { return first_part(all, &Interaction::pace_control); }
+Companion* companion(const Interactions& all) { return first_part(all, &Interaction::companion); }
+
 double fastest(const Interactions& all) {
     double most = 0;
     for (const auto& one : all) most = std::max(most, one->fastest());
     return most;
-}
-
-Companion* companion(const Interactions& all) {
-    Companion* companion = nullptr;
-    for (const auto& one : all)
-        if (!companion) companion = one->companion();
-    return companion;
 }
 bool couples(const Interactions& all) {
     return std::any_of(all.begin(), all.end(), [](const auto& one) { return one->couples(); });
