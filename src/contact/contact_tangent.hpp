@@ -3,8 +3,8 @@
 //   normal      p = dN/dg + c/h at the overlap g + z,  c the dashpot's,  z the zone before bodies touch
 //   tangential  memory: q = k_t + c_t/h, whether it sticks or slides
 //               spring of regularised or anisotropic friction: q = dT/du_t/h at rest;  published: twice mu N/(v_s h)
-// What slides resists changes of its velocity alone, so that q slows none that is steady. The springs of memory are no
-// stiffer than a thousand times what a step resolves: theory.md (123)
+// Contacts that slide resist changes of their velocity alone, so that q slows none that is steady. Springs with memory
+// are no stiffer than a thousand times the inertia over h^2, but at walls: theory.md (123)
 #pragma once
 
 #include "contact/response.hpp"

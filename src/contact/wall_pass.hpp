@@ -137,7 +137,6 @@ private:
     ContactNumbers<double> numbers_at(const ContactLaw& law, const Step& step) const {
         ContactNumbers<double> numbers = law.at(step.time).numbers();
         numbers.set_spring(step.kick, slip_mobility_);
-        if (tangents_) numbers.limit_springs(step.kick, slip_mobility_, most_added_by_friction);
         return numbers;
     }
 
