@@ -70,7 +70,7 @@ private:
         for (int k = 0; k <= last(rod); ++k) {
             Slot<W>&s = rod.slot[k], &start = work.start[to_index(k)];
             const V free = terms_.free_node(k), moved = P(h) * s.velocity;
-            // What is held is at the middle of the step, and moves with its wall.
+            // Held nodes are at the middle of the step, and move with their wall.
             start.position = s.position - scale(V{P(1.0) - free.x, P(1.0) - free.y, P(1.0) - free.z}, moved);
             work.displacement[to_index(k)] = moved;
             s.position = start.position + moved;
@@ -117,7 +117,8 @@ private:
             work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick, apart_);
         const auto take = [&](int k, BlockRow<W>& row) {
             if (sloped_) work.slopes.subtract_from(k, row);
-            add_node(rod, work, load, k, step.kick, row);
+            const V& mean = rod.slot[k].velocity;
+            terms_.add_node(k, step.kick, load[k].force, mean, mean - work.start[to_index(k)].velocity, row);
             add_turn(rod, work, load, k, step.kick, row);
             for (int i = 0; i < row_size; ++i)
                 if (terms_[k].free[to_index(i)] == 0) row.hold(i);
@@ -133,20 +134,7 @@ private:
         work.rows.solve(work.correction.data());
     }
 
-    /// Adds inertia and damping of a node, and all forces on the right.
-    void add_node(const RodTile<W>& rod, const Work& work, const SlotLoad<W>* load, int k, double h,
-                  BlockRow<W>& row) const {
-        const ImplicitRod::Row& c = terms_[k];
-        const V &mean = rod.slot[k].velocity, &start = work.start[to_index(k)].velocity;
-        const double inv = 1 / h, by_mass = c.mass * inv;
-        const V f = load[k].force - P(by_mass) * fma(P(h * c.node_rate), mean, mean - start);
-        row.right[0] = f.x;
-        row.right[1] = f.y;
-        row.right[2] = f.z;
-        const P node(by_mass * (inv + c.node_rate));
-        for (int i = 0; i < 3; ++i) row.diagonal[i][i] += node;
-    }
-    /// The same of an element, in the lab, by half its turn p at the end:
+    /// Adds inertia and damping of an element, in the lab, by half its turn p at the end:
     ///   da = 2 (1 + [a]/2 + a a^T/4) p,   d(Q1^T J w1) = 2 (J da/(2 h) - [Q1^T J w1] p)
     void add_turn(const RodTile<W>& rod, const Work& work, const SlotLoad<W>* load, int k, double h,
                   BlockRow<W>& row) const {

@@ -22,10 +22,6 @@ template <class P> SKEIN_INLINE Three<P> transposed(const Three<P>& a) {
         for (int j = 0; j < 3; ++j) r.a[i][j] = a.a[j][i];
     return r;
 }
-template <int W> SKEIN_INLINE Three<Pack<W>> three(const Quaternion<Pack<W>>& q) {
-    const auto m = matrix(q);
-    return {{{m.d1.x, m.d1.y, m.d1.z}, {m.d2.x, m.d2.y, m.d2.z}, {m.d3.x, m.d3.y, m.d3.z}}};
-}
 /// Adds `times` times a block of three at (row, column).
 template <int W>
 SKEIN_INLINE void add_three(const Three<Pack<W>>& block, RowBlock<W>& to, int row, int column, double times = 1) {
@@ -74,10 +70,10 @@ template <int W> struct ElementTangent {
     ElementTangent(const TangentLanes<W>& sum, const Quaternion<P>& director)
         : first(detail::symmetric(sum.first)), across(detail::symmetric(sum.across)),
           second(detail::symmetric(sum.second)) {
-        const Three<P> q = detail::three<W>(director), from = detail::transposed(q);
-        turn = detail::product(detail::product(q, detail::symmetric(sum.turn)), from);
-        of_first = detail::product(detail::skew(-sum.at_first), from);
-        of_second = detail::product(detail::skew(-sum.at_second), from);
+        const Three<P> q = detail::three<W>(director);
+        turn = detail::product_with_transpose(detail::product(q, detail::symmetric(sum.turn)), q);
+        of_first = detail::product_with_transpose(detail::skew(-sum.at_first), q);
+        of_second = detail::product_with_transpose(detail::skew(-sum.at_second), q);
     }
 
     /// Row of its first node, and its own.
@@ -141,16 +137,16 @@ template <int W> void add_surface_tangents(const TangentsOfLanes<W>& tangents, c
 template <int W>
 void add_lab_tangent(const RowBlock<W>& lab, const Quaternion<Pack<W>>& director, RowBlock<W>& diagonal) {
     using P = Pack<W>;
-    const Three<P> q = detail::three<W>(director), from = detail::transposed(q);
+    const Three<P> q = detail::three<W>(director);
     Three<P> part[2][2];
     for (int r = 0; r < 2; ++r)
         for (int c = 0; c < 2; ++c)
             for (int i = 0; i < 3; ++i)
                 for (int j = 0; j < 3; ++j) part[r][c].a[i][j] = lab[3 * r + i][3 * c + j];
     detail::add_three<W>(part[0][0], diagonal, 0, 0);
-    detail::add_three<W>(detail::product(part[0][1], from), diagonal, 0, 3);
+    detail::add_three<W>(detail::product_with_transpose(part[0][1], q), diagonal, 0, 3);
     detail::add_three<W>(detail::product(q, part[1][0]), diagonal, 3, 0);
-    detail::add_three<W>(detail::product(detail::product(q, part[1][1]), from), diagonal, 3, 3);
+    detail::add_three<W>(detail::product_with_transpose(detail::product(q, part[1][1]), q), diagonal, 3, 3);
 }
 
 } // namespace skein

@@ -37,6 +37,12 @@ template <class P> SKEIN_INLINE Three<P> product_with_transpose(const Three<P>& 
     return r;
 }
 
+/// Frame as a matrix whose rows are the directors.
+template <int W> SKEIN_INLINE Three<Pack<W>> three(const Quaternion<Pack<W>>& q) {
+    const Mat3<Pack<W>> m = matrix(q);
+    return {{{m.d1.x, m.d1.y, m.d1.z}, {m.d2.x, m.d2.y, m.d2.z}, {m.d3.x, m.d3.y, m.d3.z}}};
+}
+
 } // namespace detail
 
 template <class Law, int W> class ElasticRows {
@@ -147,8 +153,7 @@ private:
         const Three<P> h{{{zero, fnma(nu.z, sy, n.z), fms(nu.y, sz, n.y)},
                           {fms(nu.z, sx, n.z), zero, fnma(nu.x, sz, n.x)},
                           {fnma(nu.y, sx, n.y), fms(nu.x, sy, n.x), zero}}};
-        const Mat3<P> m = matrix(rod.slot[k].director);
-        const Three<P> q{{{m.d1.x, m.d1.y, m.d1.z}, {m.d2.x, m.d2.y, m.d2.z}, {m.d3.x, m.d3.y, m.d3.z}}};
+        const Three<P> q = detail::three<W>(rod.slot[k].director);
         Element e;
         const P inv(c.inv_rest_length), s3[3] = {sx * inv, sy * inv, sz * inv};
         for (int i = 0; i < 3; ++i)

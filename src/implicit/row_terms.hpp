@@ -11,9 +11,8 @@ public:
     using P = Pack<W>;
     using V = Vec3<P>;
 
-    RowTerms(const RodGroup& group, const DampingRates& rates)
-        : rod_(group, rates), slots_(group.slots()), closed_(group.closed()) {
-        for (int k = 0; k < slots_; ++k) turns_in_lab_ |= rod_[k].turns_in_lab;
+    RowTerms(const RodGroup& group, const DampingRates& rates) : rod_(group, rates), closed_(group.closed()) {
+        for (int k = 0; k < group.slots(); ++k) turns_in_lab_ |= rod_[k].turns_in_lab;
     }
 
     const ImplicitRod::Row& operator[](int k) const { return rod_[k]; }
@@ -21,7 +20,7 @@ public:
     V free_node(int k) const { return {P(rod_[k].free[0]), P(rod_[k].free[1]), P(rod_[k].free[2])}; }
     bool turns(int k) const { return rod_[k].free[3] + rod_[k].free[4] + rod_[k].free[5] > 0; }
 
-    /// A node's. `velocity`: now; `gained`: since the beginning of the time h.
+    /// Adds those of a node. `velocity`: now; `gained`: since the beginning of the time h.
     void add_node(int k, double h, const V& force, const V& velocity, const V& gained, BlockRow<W>& row) const {
         const ImplicitRod::Row& c = rod_[k];
         const double inv = 1 / h, by_mass = c.mass * inv;
@@ -32,7 +31,7 @@ public:
         const P node(by_mass * (inv + c.node_rate));
         for (int i = 0; i < 3; ++i) row.diagonal[i][i] += node;
     }
-    /// An element's. `before`: moment of momentum at the beginning of the time h, in the frame now.
+    /// Adds those of an element. `before`: moment of momentum at the beginning of the time h, in the frame now.
     ///   d(J w) = J (1 + [u]/2) t/h, u = h w;  d(R J w) = [R J w] t
     void add_element(int k, double h, const SlotLoad<W>& load, const V& spin, const V& before, BlockRow<W>& row) const {
         const ImplicitRod::Row& c = rod_[k];
@@ -98,7 +97,6 @@ private:
     }
 
     ImplicitRod rod_;
-    int slots_;
     bool closed_, turns_in_lab_ = false;
 };
 

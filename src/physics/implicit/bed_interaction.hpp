@@ -22,10 +22,9 @@ public:
         walls_ = parts.around.walls;
     }
     PaceControl* pace_control() override { return &control_; }
-    /// Of the states where no step has been made; of walls too.
+    /// Speed of nodes after the last step, or of the states before the first one, and of walls.
     double fastest() const override;
     void end_step(const Step&, Timers&) override { known_ = now(); }
-    bool ends_every_step() const override { return true; }
     std::vector<Figure> figures(const Sample&) const override;
     std::string progress() const override {
         return control_.parts() > 1 ? "  parts " + std::to_string(control_.parts()) : std::string();
