@@ -47,7 +47,7 @@ public:
         P tension;           ///< on both elements, N
         bool present;        ///< false at free ends
     };
-    /// What a step knows of a rod: [n] and [n + 1]. The first cell is before the first element.
+    /// Numbers of a rod in a step, by element and cell: [n] and [n + 1]. The first cell is before the first element.
     struct Work {
         AlignedVector<Element> element;
         AlignedVector<Cell> cell;

@@ -1,4 +1,4 @@
-// What passes of implicit steps have in common: the loads that they evaluate, the strains that they remember, and the
+// Common parts of the passes of implicit steps: the loads that they evaluate, the strains that they remember, and the
 // loop of corrections. Each lane counts its own corrections and stays as it is once they end, so that no bit depends on
 // its neighbours. What does not converge becomes NaN, which the run reports.
 #pragma once

@@ -16,7 +16,7 @@ struct Bearing {
     bool turns_about; ///< the element turns about the axis alone; false: about all directions across it
 };
 
-/// Those of a group. The published law has none: its elements are held as published codes hold them.
+/// Bearings of a group. The published law has none: its elements are held as published codes hold them.
 std::vector<Bearing> bearings_of(const RodGroup& group);
 
 /// Rate of an element after the impulse of its bearing.

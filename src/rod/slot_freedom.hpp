@@ -20,7 +20,7 @@ struct SlotFreedom {
     }
 };
 
-/// Those of all slots, [slots]. The last slot of a rod has no element to turn; a body is free.
+/// Freedom of all slots, [slots]. The last slot of a rod has no element to turn; a body is free.
 std::vector<SlotFreedom> slot_freedoms(const RodGroup& group);
 
 } // namespace skein

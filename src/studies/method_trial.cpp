@@ -163,7 +163,7 @@ double ratio_of_errors(Integrator implicit, double ratio) {
     return (implicit == Integrator::implicit ? 0.5 : 1.0) * ratio * ratio;
 }
 
-/// Of a whole run.
+/// Cost of a whole run.
 struct ImplicitCost {
     double seconds = 0, error = 0, explicit_error = 0; ///< core time of the rods of the trial; m
     double covered = 0;                                ///< share of the duration that the trial came to

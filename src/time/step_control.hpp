@@ -16,7 +16,7 @@ public:
     static constexpr std::int64_t most_parts = std::int64_t{1} << 20;
 
     /// `tolerance`: error of places in the whole run, m; 0: parts change only where corrections do not converge.
-    /// `steps`: of the run. `enough`: parts that resolve all motion, beyond which an error is told alone.
+    /// `steps`: of the run. `enough`: parts that resolve all motion; no more are made for an error, which is reported.
     explicit StepControl(double tolerance, std::int64_t steps = 1, std::int64_t enough = most_parts);
 
     bool limited() const { return tolerance_ > 0; }
