@@ -12,7 +12,11 @@ namespace skein {
 
 class Companion {
 public:
-    static constexpr std::size_t columns = 15; ///< of rows(): gid, slot and its numbers
+    /// Of rows(): gid, slot and its numbers; or gid, -1 - i, and the i-th of the rows that memory fills.
+    static constexpr std::size_t columns = 15;
+
+    /// `remembers`: joints of rods have a memory that steps change, and that theirs differ in.
+    explicit Companion(bool remembers = false) : remembers_(remembers) {}
 
     /// Largest distance of a node from its place in the companion, m, and largest change of that vector in a step.
     struct Apart {
@@ -22,11 +26,14 @@ public:
     /// A step begins: rods get the companion's state, at first their own. Their own one is noted for apart().
     void enter(Rods& rods);
     /// Notes the state of rods at the end of the companion's step.
-    void leave(const Rods& rods) { end_ = state_of(rods); }
+    void leave(const Rods& rods);
     /// Distance of rods, at the end of their step, from the companion at the end of its.
     Apart apart(const Rods& rods) const;
     /// The end of its step becomes its state.
-    void go_on() { state_.swap(end_); }
+    void go_on() {
+        state_.swap(end_);
+        memory_.swap(end_memory_);
+    }
 
     /// Its state as rows for a checkpoint, and back from rows of any rods. Collective.
     std::vector<double> rows(const Rods& rods) const;
@@ -35,7 +42,11 @@ public:
 private:
     using States = std::vector<std::vector<Slot<1>>>; ///< by local rod
     static States state_of(const Rods& rods);
+    using Memories = std::vector<std::vector<double>>; ///< by local rod
+    Memories memory_of(const Rods& rods) const;
     States state_, end_, start_;
+    bool remembers_;
+    Memories memory_, end_memory_; ///< where rods remember
 };
 
 } // namespace skein

@@ -13,6 +13,7 @@
 #include "implicit/evaluated_passes.hpp"
 #include "implicit/load_slopes.hpp"
 #include "implicit/row_terms.hpp"
+#include "implicit/steps_together.hpp"
 
 #include <memory>
 #include <utility>
@@ -20,7 +21,12 @@
 
 namespace skein {
 
-template <class Law, int W> class BedPass final : public TilePass<W>, public EvaluatesPasses<W> {
+template <class Law, int W>
+class BedPass final : public TilePass<W>, public EvaluatesPasses<W>, public StepsTogether<W> {
+    using P = Pack<W>;
+    using V = Vec3<P>;
+    using Room = typename StepsTogether<W>::Room;
+
 public:
     explicit BedPass(const BedParts<W>& parts)
         : terms_(parts.rod.group, parts.rod.rates), walls_(parts.rod.walls),
@@ -34,6 +40,7 @@ public:
         passes_ = std::move(passes);
         for (const EvaluatedPass<W>& one : passes_) with_slopes_.push_back(one.pass.get());
     }
+    std::span<const EvaluatedPass<W>> evaluated() const override { return passes_; }
     void expect(std::size_t tiles) override {
         for (const EvaluatedPass<W>& one : passes_) one.pass->expect(tiles);
     }
@@ -59,18 +66,41 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         static thread_local Work work;
         begin(rod, work);
-        add_loads(rod, work, load, step);
-        typename BedTiles<W>::Tile& figures = (*figures_)[rod.number];
-        figures.added = P(0.0);
-        if (strained_) solve_rods(rod, work, load, step, figures);
-        else solve_bodies(rod, work, load, step, figures);
-        move(rod, work, step.kick, figures);
+        work.rows.begin(last(rod), closed_);
+        add_rows_to(work.rows, rod, load, step, work);
+        work.rows.solve(work.correction.data());
+        terms_.turn_back(rod, last(rod), work.correction.data());
+        move(rod, work, step.kick);
     }
 
-private:
-    using P = Pack<W>;
-    using V = Vec3<P>;
+    // With others of a cluster
+    bool corrects() const override { return false; }
+    std::unique_ptr<Room> make_room() const override { return std::make_unique<RoomOf>(); }
+    void begin_step(const RodTile<W>& rod, const Step&, Room& room) const override { begin(rod, work_in(room)); }
+    void add_rows(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Room& room, int,
+                  RowsOfTile<W>& rows) const override {
+        add_rows_to(rows, rod, load, step, work_in(room));
+    }
+    void hold_rows(const RodTile<W>& rod, int k, RowBlock<W>& block) const override { terms_.hold_rows(rod, k, block); }
+    void hold_columns(const RodTile<W>& rod, int k, RowBlock<W>& block) const override {
+        terms_.hold_columns(rod, k, block);
+    }
+    bool turns_about_lab() const override { return false; }
+    P take_correction(const RodTile<W>& rod, const ClusterRows<W>& rows, std::size_t first, Room& room) const override {
+        Work& work = work_in(room);
+        for (int k = 0; k <= last(rod); ++k) work.correction[to_index(k)] = rows.solution(first + to_index(k));
+        terms_.turn_back(rod, last(rod), work.correction.data());
+        return P(0.0);
+    }
+    void move_by(const RodTile<W>&, const Step&, const P&, Room&) const override {}
+    void end_step(const RodTile<W>& rod, const Step& step, const P&, Room& room) const override {
+        move(rod, work_in(room), step.kick);
+    }
+    void follow(const RodTile<W>&, int, const Vec3<P>&, const Vec3<P>&, const Mask<W>&, Room&) const override {}
+    double apart() const override { return apart_; }
+    int last_row(const RodTile<W>& rod) const override { return last(rod); }
 
+private:
     struct Work {
         AlignedVector<V> strain;
         AlignedVector<RowVector<W>> correction;
@@ -78,6 +108,10 @@ private:
         BlockRows<W> rows;
         LoadSlopes<W> slopes;
     };
+    struct RoomOf final : Room {
+        Work work;
+    };
+    static Work& work_in(Room& room) { return static_cast<RoomOf&>(room).work; }
 
     int last(const RodTile<W>& rod) const { return closed_ ? rod.n - 1 : rod.last; }
 
@@ -90,7 +124,14 @@ private:
             work.moved.resize(slots);
         }
         for (int k = 0; strained_ && k < rod.n; ++k) work.strain[to_index(k)] = element_strain<Across<W>>(rod, k);
-        work.rows.begin(last(rod), closed_);
+    }
+    template <class Rows>
+    void add_rows_to(Rows& rows, const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work) const {
+        add_loads(rod, work, load, step);
+        typename BedTiles<W>::Tile& figures = (*figures_)[rod.number];
+        figures.added = P(0.0);
+        if (strained_) add_rods(rows, rod, work, load, step, figures);
+        else add_bodies(rows, rod, work, load, step, figures);
     }
 
     /// Adds loads that depend on the motion, and finds their slopes.
@@ -101,8 +142,8 @@ private:
         work.slopes.compute(rod, with_slopes_, work.before.data(), load, work.moved.data(), step, step.kick, apart_);
     }
 
-    void solve_rods(const RodTile<W>& rod, Work& work, const SlotLoad<W>* load, const Step& step,
-                    typename BedTiles<W>::Tile& figures) const {
+    template <class Rows> void add_rods(Rows& rows, const RodTile<W>& rod, Work& work, const SlotLoad<W>* load,
+                                        const Step& step, typename BedTiles<W>::Tile& figures) const {
         const TangentsOfLanes<W> contacts(exposure_.get(), loads_.get(), rod);
         auto* walls = wall_tangents_ ? &(*wall_tangents_)[rod.number] : nullptr;
         const bool touches = contacts.any() || (walls && walls->touches);
@@ -129,15 +170,13 @@ private:
                 before = k < rod.n ? tangent(k) : ElementTangent<W>();
                 before.add_to_own(row);
             }
-            take(rod, work, load[k], k, h, row);
+            take(rows, rod, load[k], k, h, row);
         });
         figures.loss = fma(P(0.5 * h * h), strained, figures.loss);
-        work.rows.solve(work.correction.data());
-        terms_.turn_back(rod, last(rod), work.correction.data());
     }
 
-    void solve_bodies(const RodTile<W>& rod, Work& work, const SlotLoad<W>* load, const Step& step,
-                      typename BedTiles<W>::Tile& figures) const {
+    template <class Rows> void add_bodies(Rows& rows, const RodTile<W>& rod, Work& work, const SlotLoad<W>* load,
+                                          const Step& step, typename BedTiles<W>::Tile& figures) const {
         const TangentsOfLanes<W> contacts(exposure_.get(), loads_.get(), rod);
         BlockRow<W> row;
         RowBlock<W> lab;
@@ -151,8 +190,7 @@ private:
                     for (int j = 0; j < row_size; ++j) lab[i][j] += walls.body[i][j];
         figures.added = P(step.kick * step.kick / 3) * (lab[0][0] + lab[1][1] + lab[2][2]);
         add_lab_tangent<W>(lab, rod.slot[0].director, row.diagonal);
-        take(rod, work, load[0], 0, step.kick, row);
-        work.rows.solve(work.correction.data());
+        take(rows, rod, load[0], 0, step.kick, row);
     }
 
     /// Trace of an element's slopes by displacement.
@@ -202,18 +240,20 @@ private:
     }
 
     /// Takes a row with inertia, damping and loads, and what is held.
-    void take(const RodTile<W>& rod, Work& work, const SlotLoad<W>& load, int k, double h, BlockRow<W>& row) const {
+    template <class Rows>
+    void take(Rows& rows, const RodTile<W>& rod, const SlotLoad<W>& load, int k, double h, BlockRow<W>& row) const {
         const Slot<W>& s = rod.slot[k];
         terms_.add_node(k, h, load.force, s.velocity, V{P(0.0), P(0.0), P(0.0)}, row);
         if (k < rod.n) terms_.add_element(k, h, load, s.spin, scale(broadcast<W>(terms_[k].inertia), s.spin), row);
         else
             for (int i = 3; i < row_size; ++i) row.right[i] = P(0.0);
         terms_.hold(rod, k, last(rod), row);
-        work.rows.add(k, row);
+        rows.add(k, row);
     }
 
     /// Moves on by the correction. The energy that a step takes from the motion is that of the change of rates.
-    void move(const RodTile<W>& rod, const Work& work, double h, typename BedTiles<W>::Tile& figures) const {
+    void move(const RodTile<W>& rod, const Work& work, double h) const {
+        typename BedTiles<W>::Tile& figures = (*figures_)[rod.number];
         const P rate(1 / h), half(0.5);
         P lost(0.0), fastest(0.0);
         for (int k = 0; k <= last(rod); ++k) {

@@ -59,6 +59,7 @@ private:
     };
 
     void bind_walls(const RodTile<W>& rod) override { walls_.bind(rod); }
+    bool turns_about_lab() const override { return true; }
 
     /// First guess: the step at the present rates, with the mean strains of the step before.
     void begin(const RodTile<W>& rod, Work& work, const Step& step) const {
@@ -66,7 +67,6 @@ private:
         const std::size_t slots = to_index(rod.last) + 1;
         work.start.assign(rod.slot, rod.slot + slots);
         work.make_room(slots);
-        work.rows.begin(last(rod), closed_);
         for (int k = 0; k <= last(rod); ++k) {
             Slot<W>&s = rod.slot[k], &start = work.start[to_index(k)];
             const V free = terms_.free_node(k), moved = P(h) * s.velocity;
@@ -106,8 +106,9 @@ private:
         s.spin = (P(1 / h) / turn.w) * turn.v;
     }
 
-    /// Loads of the present guess, and the correction that would balance them.
-    void correct(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work, int number) const {
+    /// Loads of the present guess, and the rows of the correction that would balance them.
+    template <class To> void add_rows_to(To& rows, const RodTile<W>& rod, SlotLoad<W>* load, const Step& step,
+                                         Work& work, int number) const {
         if (strained_)
             elastic_.loads(rod, work.displacement.data(), work.director.data(), work.carried.data(), work.inner.data(),
                            work.couple.data(), work.elastic);
@@ -122,7 +123,7 @@ private:
             add_turn(rod, work, load, k, step.kick, row);
             for (int i = 0; i < row_size; ++i)
                 if (terms_[k].free[to_index(i)] == 0) row.hold(i);
-            work.rows.add(k, row);
+            rows.add(k, row);
         };
         if (strained_) {
             elastic_.stiffness(rod, work.carried.data(), last(rod), work.elastic, take);
@@ -131,8 +132,8 @@ private:
             row.clear();
             take(0, row);
         }
-        work.rows.solve(work.correction.data());
     }
+    void turn_back(const RodTile<W>&, Work&) const {} // no element is held about some axes only
 
     /// Adds inertia and damping of an element, in the lab, by half its turn p at the end:
     ///   da = 2 (1 + [a]/2 + a a^T/4) p,   d(Q1^T J w1) = 2 (J da/(2 h) - [Q1^T J w1] p)

@@ -4,26 +4,29 @@
 #pragma once
 
 #include "implicit/block_rows.hpp"
+#include "implicit/corrections.hpp"
 #include "implicit/evaluated_passes.hpp"
 #include "implicit/row_terms.hpp"
+#include "implicit/steps_together.hpp"
 #include "mechanics/elastic.hpp"
 #include "skein/core/aligned.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <utility>
 #include <vector>
 
 namespace skein {
 
-/// Pass: a class with Work; begin(rod, work, step), correct(rod, load, step, work, number), size_of(rod, work),
-/// move(rod, work, h, share) and go_on(rod, work, step, wrong).
-template <class Pass, int W> class CorrectedPass : public TilePass<W>, public EvaluatesPasses<W> {
+/// Pass: a class with Work; begin(rod, work, step), add_rows_to(rows, rod, load, step, work, number),
+/// turn_back(rod, work), move(rod, work, h, share) and go_on(rod, work, step, wrong).
+template <class Pass, int W>
+class CorrectedPass : public TilePass<W>, public EvaluatesPasses<W>, public StepsTogether<W> {
+protected:
+    using P = Pack<W>;
+
 public:
-    static constexpr int most_corrections = 15;
-    static constexpr double tolerance = 1e-9; ///< of a correction, over the length and in rad
-    static constexpr double most_turn = 0.5;  ///< of a correction, rad; its displacement over the length
+    using Room = typename StepsTogether<W>::Room;
 
     explicit CorrectedPass(const ImplicitParts<W>& parts)
         : terms_(parts.group, parts.rates), strained_(parts.group.strained()), closed_(parts.group.closed()),
@@ -38,6 +41,7 @@ public:
         sloped_ = std::any_of(with_slopes_.begin(), with_slopes_.end(), adds);
     }
 
+    std::span<const EvaluatedPass<W>> evaluated() const override { return passes_; }
     void expect(std::size_t tiles) override {
         strains_.resize(tiles);
         for (const EvaluatedPass<W>& one : passes_) one.pass->expect(tiles);
@@ -74,25 +78,59 @@ public:
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         static thread_local typename Pass::Work work;
-        const Pass& pass = static_cast<const Pass&>(*this);
+        const Pass& pass = own();
         pass.begin(rod, work, step);
-        Mask<W> active = P(1.0) > P(0.0);
-        P before(0.0); // corrections that are small at once may have too stiff a matrix
-        for (int i = 0; i < most_corrections && any(active); ++i) {
-            pass.correct(rod, load, step, work, i);
+        Corrections<W> corrections;
+        while (corrections.goes_on()) {
+            work.rows.begin(last(rod), closed_);
+            pass.add_rows_to(work.rows, rod, load, step, work, corrections.number());
+            work.rows.solve(work.correction.data());
+            pass.turn_back(rod, work);
             const P size = size_of(rod, work.correction.data());
-            const P share = select(size > P(most_turn), P(most_turn) / size, P(1.0));
-            pass.move(rod, work, step.kick, select(active, share, P(0.0)));
-            const Mask<W> shrinks = size <= P(0.5) * before, rounding = size <= P(1e-3 * tolerance);
-            active = active & !((size <= P(tolerance)) & (shrinks | rounding)); // NaN goes on
-            before = size;
+            pass.move(rod, work, step.kick, corrections.share(size));
+            corrections.note(size);
         }
-        if (strained_) std::copy_n(work.carried.data(), rod.n, strains_[rod.number].data());
-        pass.go_on(rod, work, step, select(active, P(NAN), P(0.0)));
+        finish(rod, work, step, corrections.wrong());
     }
 
+    // With others of a cluster
+    std::unique_ptr<Room> make_room() const override { return std::make_unique<RoomOf>(); }
+    void begin_step(const RodTile<W>& rod, const Step& step, Room& room) const override {
+        own().begin(rod, work_in(room), step);
+    }
+    void add_rows(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Room& room, int number,
+                  RowsOfTile<W>& rows) const override {
+        own().add_rows_to(rows, rod, load, step, work_in(room), number);
+    }
+    void hold_rows(const RodTile<W>& rod, int k, RowBlock<W>& block) const override { terms_.hold_rows(rod, k, block); }
+    void hold_columns(const RodTile<W>& rod, int k, RowBlock<W>& block) const override {
+        terms_.hold_columns(rod, k, block);
+    }
+    P take_correction(const RodTile<W>& rod, const ClusterRows<W>& rows, std::size_t first, Room& room) const override {
+        auto& work = work_in(room);
+        for (int k = 0; k <= last(rod); ++k) work.correction[to_index(k)] = rows.solution(first + to_index(k));
+        own().turn_back(rod, work);
+        return size_of(rod, work.correction.data());
+    }
+    void move_by(const RodTile<W>& rod, const Step& step, const P& share, Room& room) const override {
+        own().move(rod, work_in(room), step.kick, share);
+    }
+    void end_step(const RodTile<W>& rod, const Step& step, const P& wrong, Room& room) const override {
+        finish(rod, work_in(room), step, wrong);
+    }
+    void follow(const RodTile<W>& rod, int k, const Vec3<P>& position, const Vec3<P>& velocity, const Mask<W>& lanes,
+                Room& room) const override {
+        auto& work = work_in(room);
+        Slot<W>& s = rod.slot[k];
+        V& way = work.displacement[to_index(k)];
+        way = select(lanes, position - work.start[to_index(k)].position, way);
+        s.position = select(lanes, position, s.position);
+        s.velocity = select(lanes, velocity, s.velocity);
+    }
+    double apart() const override { return apart_; }
+    int last_row(const RodTile<W>& rod) const override { return last(rod); }
+
 protected:
-    using P = Pack<W>;
     using V = Vec3<P>;
 
     virtual void bind_walls(const RodTile<W>& rod) = 0;
@@ -120,6 +158,16 @@ protected:
     bool sloped_ = false;                                    ///< false where with_slopes_ only moves loads
 
 private:
+    struct RoomOf final : Room {
+        typename Pass::Work work;
+    };
+    static auto& work_in(Room& room) { return static_cast<RoomOf&>(room).work; }
+    const Pass& own() const { return static_cast<const Pass&>(*this); }
+    template <class Work> void finish(const RodTile<W>& rod, Work& work, const Step& step, const P& wrong) const {
+        if (strained_) std::copy_n(work.carried.data(), rod.n, strains_[rod.number].data());
+        own().go_on(rod, work, step, wrong);
+    }
+
     /// Largest displacement over the length, or turn, of a correction.
     P size_of(const RodTile<W>& rod, const RowVector<W>* correction) const {
         P most(0.0), zero(0.0);

@@ -23,6 +23,7 @@ template <int W> class EvaluatesPasses {
 public:
     virtual ~EvaluatesPasses() = default;
     virtual void take(std::vector<EvaluatedPass<W>> passes) = 0;
+    virtual std::span<const EvaluatedPass<W>> evaluated() const = 0;
 };
 
 /// Numbers of a group's implicit steps.

@@ -43,6 +43,7 @@ private:
     };
 
     void bind_walls(const RodTile<W>& rod) override { walls_->bind(rod); }
+    bool turns_about_lab() const override { return false; }
 
     /// First guess: the stage's end at the present rates, with the strains of the stage before. Those of its end would
     /// not do: the rates stretch what turns.
@@ -58,7 +59,6 @@ private:
             work.inner.resize(slots);
             work.moved.resize(slots);
         }
-        work.rows.begin(last(rod), closed_);
         if (strained_)
             for (int k = 0; k < rod.n; ++k)
                 work.carried[to_index(k)] = this->remembered(rod, k, element_strain<Across<W>>(rod, k));
@@ -76,8 +76,9 @@ private:
         close_ring(rod);
     }
 
-    /// Loads at the present state of the stage, and the correction that would balance them.
-    void correct(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work, int number) const {
+    /// Loads at the present state of the stage, and the rows of the correction that would balance them.
+    template <class Rows> void add_rows_to(Rows& rows, const RodTile<W>& rod, SlotLoad<W>* load, const Step& step,
+                                           Work& work, int number) const {
         if (strained_) elastic_.loads(rod, work.carried.data(), step, work.inner.data());
         else work.inner[0] = {{}, {}, P(1.0)};
         this->evaluate(rod, work.inner.data(), load, step);
@@ -88,7 +89,7 @@ private:
             add_inertia(rod, work, load[k], k, step.kick, row);
             terms_.hold(rod, k, last(rod), row);
             hold_turn(rod, k, step.kick, row);
-            work.rows.add(k, row);
+            rows.add(k, row);
         };
         if (strained_) {
             elastic_.stiffness(rod, work.carried.data(), step, last(rod), take);
@@ -97,7 +98,8 @@ private:
             row.clear();
             take(0, row);
         }
-        work.rows.solve(work.correction.data());
+    }
+    void turn_back(const RodTile<W>& rod, Work& work) const {
         terms_.turn_back(rod, last(rod), work.correction.data());
     }
 

@@ -60,6 +60,17 @@ public:
         for (int i = 0; i < row_size; ++i)
             if (rod_[k].free[to_index(i)] == 0) row.hold(i);
     }
+    /// The same of a block of row k without inertia, and of its columns where they are those of row k.
+    void hold_rows(const RodTile<W>& rod, int k, RowBlock<W>& block) const {
+        if (rod_[k].turns_in_lab) turn_rows(rod, k, block);
+        for (int i = 0; i < row_size; ++i)
+            if (rod_[k].free[to_index(i)] == 0)
+                for (int j = 0; j < row_size; ++j) block[i][j] = P(0.0);
+    }
+    void hold_columns(const RodTile<W>& rod, int k, RowBlock<W>& block) const {
+        if (rod_[k].turns_in_lab)
+            for (auto& line : block) transpose_turn(rod.slot[k].director, line[3], line[4], line[5]);
+    }
     /// Turns of a solution, in the elements' frames again.
     void turn_back(const RodTile<W>& rod, int last, RowVector<W>* solution) const {
         if (!turns_in_lab_) return;
@@ -80,6 +91,9 @@ private:
         y = turned.y;
         z = turned.z;
     }
+    static void turn_rows(const RodTile<W>& rod, int k, RowBlock<W>& block) {
+        for (int j = 0; j < row_size; ++j) transpose_turn(rod.slot[k].director, block[3][j], block[4][j], block[5][j]);
+    }
     void turn_to_lab(const RodTile<W>& rod, int k, int end, BlockRow<W>& row) const {
         const int before = k > 0 ? k - 1 : closed_ ? end : -1, after = k < end ? k + 1 : closed_ ? 0 : -1;
         const auto columns = [&](int of, RowBlock<W>& block) {
@@ -90,9 +104,7 @@ private:
         columns(k, row.diagonal);
         columns(after, row.after);
         if (!rod_[k].turns_in_lab) return;
-        for (RowBlock<W>* block : {&row.before, &row.diagonal, &row.after})
-            for (int j = 0; j < row_size; ++j)
-                transpose_turn(rod.slot[k].director, (*block)[3][j], (*block)[4][j], (*block)[5][j]);
+        for (RowBlock<W>* block : {&row.before, &row.diagonal, &row.after}) turn_rows(rod, k, *block);
         transpose_turn(rod.slot[k].director, row.right[3], row.right[4], row.right[5]);
     }
 

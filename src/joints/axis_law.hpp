@@ -56,6 +56,13 @@ inline std::size_t more_memory_numbers(const JointSpec& spec) {
 inline constexpr std::size_t most_more_memory = sizeof(BallMemory<double>) / sizeof(double);
 static_assert(sizeof(AxisMemory<double>) <= sizeof(BallMemory<double>));
 
+/// State that joints are evaluated at, and whether they remember it.
+enum class JointTime {
+    staggered, ///< the middle of an explicit step: rates are half a step older than places
+    trial,     ///< within an implicit step, with its own rates; nothing is remembered
+    end,       ///< the end of an implicit step, likewise, which is remembered
+};
+
 /// Force along an axis, and the energy of its springs.
 template <class P> struct AxisForce { P force, energy; };
 
@@ -137,15 +144,27 @@ SKEIN_INLINE Pack<W> motor_force(const Motor& motor, const MotorNow& now, const 
     return motor.most > 0 ? detail::limited<W>(force, motor.most) : force;
 }
 
-/// Force along a free axis that is at `q`. Rates follow from the positions of this step and the two before, so dashpots
-/// are of second order; `lagging`: of half a step before, for the first step. `h`: s, since the last step. `off`:
-/// distance from the motor's position, of an angle but for whole turns. `figures`: of a copy half a step on, whose rate
-/// `lagging` is, and which takes the works up to there.
-template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const AxisSpec& axis, const MotorNow& now,
-                                                                        const Pack<W>& q, const Pack<W>& lagging,
-                                                                        const Pack<W>& off, double h,
+/// A joint at a time: its laws, the motor, and the time since the last step.
+struct AxisAt {
+    const JointLaw& law;
+    const AxisSpec &axis, &second;
+    MotorsNow now;
+    double h; ///< s
+    bool to_world;
+    JointTime time = JointTime::staggered;
+};
+
+/// Force along a free axis that is at `q`. Rates of staggered steps follow from the positions of this step and the two
+/// before, so dashpots are of second order; `lagging`: rate of the state, which is then that of half a step before.
+/// `off`: distance from the motor's position, of an angle but for whole turns. `figures`: of a copy half a step on,
+/// whose rate `lagging` is, and which takes the works up to there.
+template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const AxisAt& joint, const AxisSpec& axis,
+                                                                        const MotorNow& now, const Pack<W>& q,
+                                                                        const Pack<W>& lagging, const Pack<W>& off,
                                                                         AxisMemory<Pack<W>>& memory, bool figures) {
     using P = Pack<W>;
+    const double h = joint.h;
+    const bool staggered = joint.time == JointTime::staggered, remembers = !figures && joint.time != JointTime::trial;
     const P none(0.0), half(0.5);
     const Mask<W> moved = memory.steps > none;
     const P last = select(moved, memory.position, q);
@@ -155,7 +174,8 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
             at = Turns ? detail::with_turns<W>(q, turns) : q;
     const P interval = half * (P(h) + select(moved, memory.interval, P(h)));
     const P before = select(moved, way / interval, lagging), // half a step before
-        rate = figures ? lagging : before + select(memory.steps > P(1.0), half * (before - memory.rate), none);
+        rate = figures || !staggered ? lagging
+                                     : before + select(memory.steps > P(1.0), half * (before - memory.rate), none);
     P force = none, lost = P(-axis.damping) * rate, energy = none;
     if (axis.spring > 0) {
         const P stretch = at - P(axis.spring_rest);
@@ -175,19 +195,20 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
         const Mask<W> slips = abs(held) > P(axis.friction);
         const P anchor = select(slips, at + P(1 / axis.friction_stiffness) * friction, held_at);
         lost += friction;
-        if (!figures) memory.anchor = anchor;
-    } else if (!figures) memory.anchor = at;  // a branch may add friction
+        if (remembers) memory.anchor = anchor;
+    } else if (remembers) memory.anchor = at; // a branch may add friction
     const P behind = at - P(now.value) - off; // whole turns that `off` does not count
     const P distance = Turns ? detail::with_turns<W>(off, detail::rounded<W>(P(1 / detail::whole_turn) * behind)) : off;
     const P motor = motor_force<W>(axis.motor, now, rate, distance);
+    if (joint.time == JointTime::trial) return {force + lost + motor, energy};
     // Works are sums of mean force times way. The first way is the drift that led here.
     const P first = P(0.5 * h) * lagging;
     memory.motor_work += select(moved, half * (memory.motor + motor) * way, motor * first);
     memory.lost_work += select(moved, half * (memory.lost + lost) * way, lost * first);
-    if (!figures) {
+    if (remembers) {
         memory.position = q;
         memory.turns = turns;
-        memory.rate = before;
+        memory.rate = staggered ? before : rate;
         memory.interval = P(h);
         memory.steps = min(memory.steps + P(1.0), P(2.0));
         memory.motor = motor;
@@ -216,15 +237,6 @@ turn_about(const Quaternion<Pack<W>>& frame, const Quaternion<Pack<W>>& rest, co
     const P c(std::cos(0.5 * other)), t(std::sin(0.5 * other));
     return {angle(r.w, s), angle(r.w * c + s * t, s * c - r.w * t), slope};
 }
-
-/// A joint at a time: its laws, the motor, and the time since the last step.
-struct AxisAt {
-    const JointLaw& law;
-    const AxisSpec &axis, &second;
-    MotorsNow now;
-    double h; ///< s
-    bool to_world;
-};
 
 namespace detail {
 
@@ -284,7 +296,7 @@ template <int W> SKEIN_INLINE void add_turn(const AxisAt& at, const JoinedElemen
     const TurnAbout<P> now = turn_about<W>(b.director, rest * a.director, b.axis, at.now.value.x);
     const Vec3<P> slope = transpose_times(b.director, now.slope),
                   turning = transpose_times(b.director, b.spin) - transpose_times(a.director, a.spin);
-    const AxisForce<P> q = axis_force<true, W>(at.axis, at.now.first(), now.angle, dot(slope, turning), now.off, at.h,
+    const AxisForce<P> q = axis_force<true, W>(at, at.axis, at.now.first(), now.angle, dot(slope, turning), now.off,
                                                memory, figures != nullptr);
     const Vec3<P> couple = q.force * slope;
     load.couple += a.director * (-couple);
@@ -306,8 +318,8 @@ template <int W> SKEIN_INLINE void add_two_turns(const AxisAt& at, const JoinedE
         const P x = dot(moving, start), y = dot(moving, across);
         const Vec3<P> slope = (P(1.0) / (x * x + y * y)) * cross(moving, x * across - y * start);
         const P angle = P(sign) * angle_of<W>(x, y);
-        const AxisForce<P> q = axis_force<true, W>(axis, now, angle, dot(slope, turning), angle - P(now.value), at.h,
-                                                   own, figures != nullptr);
+        const AxisForce<P> q = axis_force<true, W>(at, axis, now, angle, dot(slope, turning), angle - P(now.value), own,
+                                                   figures != nullptr);
         const Vec3<P> couple = q.force * slope;
         load.couple += a.director * (-couple);
         other.couple += b.director * couple;
@@ -391,9 +403,11 @@ template <int W> SKEIN_INLINE void add_ball(const AxisAt& at, const JoinedElemen
     const Mask<W> moved = memory.steps > none;
     const Vec3<P> way = relative_rotation(turn, select(moved, memory.turn, turn));
     const P interval = half * (P(at.h) + select(moved, memory.interval, P(at.h)));
+    const bool staggered = at.time == JointTime::staggered;
     const Vec3<P> before = select(moved, (one / interval) * way, lagging),
-                  rate =
-                      figures ? lagging : before + select(memory.steps > one, half * (before - memory.rate), Vec3<P>{});
+                  rate = figures || !staggered
+                             ? lagging
+                             : before + select(memory.steps > one, half * (before - memory.rate), Vec3<P>{});
     Vec3<P> elastic{}, lost = P(-axis.damping) * rate;
     P energy = none;
     if (axis.spring > 0) {
@@ -413,21 +427,22 @@ template <int W> SKEIN_INLINE void add_ball(const AxisAt& at, const JoinedElemen
         lost += friction;
     }
     const Vec3<P> motor = ball_motor<W>(at, turn, rate, rest * a.axis, rest * b.axis);
+    const Vec3<P> couple = elastic + lost + motor;
+    other.couple += couple;
+    load.couple += a.director * (-transpose_times(b.director, couple));
+    if (at.time == JointTime::trial) return;
     const Vec3<P> first = P(0.5 * at.h) * lagging; // the drift that led to the first step
     memory.motor_work += select(moved, half * dot(memory.motor + motor, way), dot(motor, first));
     memory.lost_work += select(moved, half * dot(memory.lost + lost, way), dot(lost, first));
     if (!figures) {
         memory.anchor = anchor;
         memory.turn = turn;
-        memory.rate = before;
+        memory.rate = staggered ? before : rate;
         memory.interval = P(at.h);
         memory.steps = min(memory.steps + one, P(2.0));
         memory.motor = motor;
         memory.lost = lost;
     } else figures->energy += energy;
-    const Vec3<P> couple = elastic + lost + motor;
-    other.couple += couple;
-    load.couple += a.director * (-transpose_times(b.director, couple));
 }
 
 /// Adds the forces of a slider, or of a distance.
@@ -443,7 +458,7 @@ template <JointForm Form, int W> SKEIN_INLINE void add_way(const AxisAt& at, con
     const Vec3<P> va = between(a.share_before, a.share, a.velocity, a.next_velocity) + cross(wa, ra),
                   vb = between(b.share_before, b.share, b.velocity, b.next_velocity) + cross(wb, rb);
     const auto along = [&](const P& way, const P& rate) {
-        return axis_force<false, W>(at.axis, at.now.first(), way, rate, way - P(at.now.value.x), at.h, memory,
+        return axis_force<false, W>(at, at.axis, at.now.first(), way, rate, way - P(at.now.value.x), memory,
                                     figures != nullptr);
     };
     const auto add = [&](const Vec3<P>& on_a, const Vec3<P>& lever_b) {

@@ -69,8 +69,10 @@ public:
                     MotorsNow& motor = nth(run.motor, step.slot);
                     motor = run.spec.motors_at(step.time);
                     if (at_rest_) motor.rate = {0, 0, 0};
+                    if (ends_) nth(run.motor_at_end, step.slot) = run.spec.motors_at(step.end());
                 }
     }
+    void use_ends() override { ends_ = true; }
     /// Motors hold the positions that they have at a time, and do not lead on.
     void hold_motors() { at_rest_ = true; }
     /// f(memory, that of further axes or null, table) for the joints of a copy that remember, across.
@@ -85,12 +87,59 @@ public:
              bool across) const override {
         std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_) {
-            const At at{slot, nth(run.motor, step.slot), step.dt, step.time, memory, load};
+            const At at{slot, nth(run.motor, step.slot), step.dt, step.time, memory, load, JointTime::staggered};
             if (across) (this->*run.across)(run, at);
             else (this->*run.within)(run, at);
         }
-        if (junctions_) junctions_->add_loads(slot, moments, load, memory, step.dt, across);
+        if (junctions_) junctions_->add_loads(slot, moments, load, memory, step.dt, across, JointTime::staggered);
         if (!across) fill_spare_lanes(load);
+    }
+    std::vector<SharedSlot> shared_slots() const override {
+        return junctions_ ? junctions_->shared_slots() : std::vector<SharedSlot>();
+    }
+    Mask<W> goes_along(std::size_t i, const P* memory) const override { return junctions_->goes_along(i, memory); }
+    void try_state(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, const P* memory,
+                   JoinedLoad<W>* load) const override {
+        std::fill_n(load, across_.slots, JoinedLoad<W>{});
+        for (const Run& run : runs_)
+            (this->*run.across)(run, {slot, nth(run.motor, step.slot), step.dt, step.time, const_cast<P*>(memory), load,
+                                      JointTime::trial});
+        if (junctions_)
+            junctions_->add_loads(slot, moments, load, const_cast<P*>(memory), step.dt, true, JointTime::trial);
+    }
+    void begin_step(const Slot<W>* slot, const Step& step, P* memory, JoinedLoad<W>* load) const override {
+        for (const Run& run : runs_) {
+            if (run.numbers == 0 || step.begin < run.spec.events.from) continue;
+            for (std::size_t j = run.first; j < run.end; ++j) {
+                const std::size_t at = run.first_memory + run.numbers * (j - run.first);
+                const auto is_zero = [](const P& numbers) { return !any(!(abs(numbers) <= P(0.0))); };
+                if (!std::all_of(memory + at, memory + at + run.numbers, is_zero)) continue;
+                Run alone = run;
+                alone.first = j;
+                alone.end = j + 1;
+                alone.first_memory = at;
+                (this->*run.across)(alone,
+                                    {slot, nth(run.motor, step.slot), 0, step.begin, memory, load, JointTime::end});
+            }
+        }
+    }
+    void end_step(const Slot<W>* slot, const Step& step, P* memory, JoinedLoad<W>* load) const override {
+        for (const Run& run : runs_)
+            if (run.numbers > 0)
+                (this->*run.across)(
+                    run, {slot, nth(run.motor_at_end, step.slot), step.dt, step.end(), memory, load, JointTime::end});
+        if (junctions_ && junctions_->tears())
+            junctions_->add_loads(slot, nullptr, load, memory, step.dt, true, JointTime::end);
+    }
+    std::vector<std::vector<std::uint32_t>> joined_slots() const override {
+        std::vector<std::vector<std::uint32_t>> all;
+        for (const Slots& s : slots_across_) {
+            std::vector<std::uint32_t>& of = all.emplace_back(std::vector{s.a, s.a_next, s.b, s.b_next});
+            std::sort(of.begin(), of.end());
+            of.erase(std::unique(of.begin(), of.end()), of.end());
+        }
+        if (junctions_) junctions_->append_joined_slots(all);
+        return all;
     }
 
     std::size_t memory_packs(bool across) const override {
@@ -120,6 +169,7 @@ private:
         double time; ///< s
         P* memory;
         JoinedLoad<W>* load;
+        JointTime state;
     };
     using Kernel = void (JointsOfCluster::*)(const Run&, const At&) const;
     struct Run {
@@ -131,9 +181,10 @@ private:
         std::size_t first_memory = 0, first_packed = 0;      ///< packs of memory, across and within
         std::size_t numbers = 0, more = 0;                   ///< of a joint's memory; of them besides the first axis
         std::array<MotorsNow, Clock::largest_batch> motor{}; ///< by slot of the step
+        std::array<MotorsNow, Clock::largest_batch> motor_at_end{}; ///< of implicit steps
 
         AxisAt laws(const At& at) const {
-            return {spec.law, spec.axis_law, spec.about_second, at.motor, at.h, spec.to_world()};
+            return {spec.law, spec.axis_law, spec.about_second, at.motor, at.h, spec.to_world(), at.state};
         }
     };
     /// Slots of a joint's elements: their nodes, of a body twice the same.
@@ -366,6 +417,7 @@ private:
         JointMemory<P>& memory = *reinterpret_cast<JointMemory<P>*>(packs);
         const AxesMemory<P> axes = axes_memory(packs, run.more);
         if (at.time < events.from) return {};
+        if (at.state == JointTime::trial) return tried_event_loads<Form, Turn>(run, at, a, b, memory, axes);
         const Mask<W> fresh = memory.state < one;
         if (any(fresh)) { // of all copies at once; spare lanes after a restart too
             const JointRest<P> start{a.arm, a.axis, b.arm, b.axis, rest, length};
@@ -395,7 +447,8 @@ private:
         const bool over = events.until > 0 && at.time >= events.until;
         const Mask<W> ends = over ? holds : holds & (dot(force, force) > strongest * strongest);
         if (any(ends)) { // what its springs hold as the step begins is lost: the step is made without it
-            const JoinedElement<P> first = half_a_step_before<W>(a, at.h), second = half_a_step_before<W>(b, at.h);
+            const double back = at.state == JointTime::staggered ? at.h : 0;
+            const JoinedElement<P> first = half_a_step_before<W>(a, back), second = half_a_step_before<W>(b, back);
             JointFigures<P> figures;
             JointLoad<P> other;
             AxisMemory<P> last = before;
@@ -412,6 +465,25 @@ private:
             memory.state = select(ends, P(2.0), memory.state);
         }
         return select_packs<W>(memory.state < P(2.0), loads, JointNodeLoads<P>{});
+    }
+
+    /// The same within an implicit step, in which joints are neither made nor ended.
+    template <JointForm Form, JointTurn Turn>
+    [[gnu::noinline]] static JointNodeLoads<P> tried_event_loads(const Run& run, const At& at, JoinedElement<P> a,
+                                                                 JoinedElement<P> b, const JointMemory<P>& memory,
+                                                                 const AxesMemory<P>& axes) {
+        const Mask<W> holds = (memory.state > P(0.5)) & (memory.state < P(1.5));
+        if (!any(holds)) return {};
+        a.arm = memory.made.arm_a;
+        a.axis = memory.made.axis_a;
+        b.arm = memory.made.arm_b;
+        b.axis = memory.made.axis_b;
+        const JointNodeLoads<P> loads = [&] {
+            if constexpr (Form == JointForm::spring)
+                return node_loads<Turn, true, true, W>(run.spec.law, a, b, memory.made.rest, memory.made.length);
+            else return node_loads<Form, W>(run.laws(at), a, b, memory.made.rest, memory.made.length, axes);
+        }();
+        return select_packs<W>(holds, loads, JointNodeLoads<P>{});
     }
 
     /// Number of a lane that is known only as the program runs.
@@ -515,7 +587,7 @@ private:
                         for (int l = tile.lanes; l < lanes; ++l) number(*pack, l) = number(*pack, tile.lanes - 1);
     }
 
-    bool world_ = false, at_rest_ = false;
+    bool world_ = false, at_rest_ = false, ends_ = false;
     std::vector<std::size_t> slots_of_; ///< by group
     std::vector<bool> is_body_;         ///< by group: its node has no next
     Layout across_, within_;

@@ -11,6 +11,7 @@
 #include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <map>
@@ -78,15 +79,46 @@ public:
     }
     bool empty() const { return hubs_.empty(); }
     bool turns() const { return !stars_.empty(); }
+    bool tears() const {
+        return std::any_of(stars_.begin(), stars_.end(), [](const StarOfCluster& s) { return s.memory.has_value(); });
+    }
+    /// Nodes that go with the first of their hub, across.
+    std::vector<SharedSlot> shared_slots() const {
+        std::vector<SharedSlot> all;
+        for (const HubOfCluster& h : hubs_)
+            for (std::size_t i = 1; i < h.places.size(); ++i)
+                all.push_back({static_cast<std::uint32_t>(h.places[i].across),
+                               static_cast<std::uint32_t>(h.places[0].across), h.body, h.arms[i]});
+        return all;
+    }
+    /// Lanes in which node i of these has not been torn off.
+    Mask<W> goes_along(std::size_t i, const Pack<W>* memory) const {
+        for (const HubOfCluster& h : hubs_) {
+            if (i + 1 < h.places.size())
+                return (h.memory ? memory_at(memory, h.memory->across).state : Pack<W>(0.0)) < Pack<W>(2.0);
+            i -= h.places.size() - 1;
+        }
+        return Pack<W>(0.0) < Pack<W>(0.0);
+    }
+    /// Slots that the half cells of each star depend on, across.
+    void append_joined_slots(std::vector<std::vector<std::uint32_t>>& all) const {
+        for (const StarOfCluster& s : stars_) {
+            std::vector<std::uint32_t>& of = all.emplace_back();
+            for (const auto* places : {&s.element, &s.next})
+                for (const ClusterPlace& place : *places) of.push_back(static_cast<std::uint32_t>(place.across));
+            std::sort(of.begin(), of.end());
+            of.erase(std::unique(of.begin(), of.end()), of.end());
+        }
+    }
 
     /// Adds loads of half cells; `moments`: by tile of the cluster, null where none are made.
-    /// Stars tear before; `h`: the step, s.
+    /// Stars tear before, but in trials; `h`: the step, s.
     void add_loads(const Slot<W>* slot, const EndMoments<W>* moments, JoinedLoad<W>* load, Pack<W>* memory, double h,
-                   bool across) const {
+                   bool across, JointTime time) const {
         for (const StarOfCluster& s : stars_)
             with_star_law(s.star, [&]<class L>(L) {
-                if (across) add_star<L>(s, Across{slot, moments, load, memory, h});
-                else add_star<L>(s, Within{slot, moments, load, memory, h});
+                if (across) add_star<L>(s, Across{slot, moments, load, memory, h, time});
+                else add_star<L>(s, Within{slot, moments, load, memory, h, time});
             });
     }
     /// Takes nodes to their hubs' places, after a drift.
@@ -218,6 +250,7 @@ private:
         JoinedLoad<W>* load;
         Pack<W>* memory;
         double h;
+        JointTime time;
         /// f(state, lost work) of a joint that may tear.
         template <class F> void with_memory(const JointMemoryPlace& at, F&& f) const {
             JointMemory<Pack<W>>& own = *reinterpret_cast<JointMemory<Pack<W>>*>(memory + at.across);
@@ -244,6 +277,7 @@ private:
         JoinedLoad<W>* load;
         Pack<W>* memory;
         double h;
+        JointTime time;
         template <class F> void with_memory(const JointMemoryPlace& at, F&& f) const {
             JointMemory<Pack<W>>& own = *reinterpret_cast<JointMemory<Pack<W>>*>(memory + at.within);
             Pack<1> state(own.state[at.lane]), lost(own.axis.lost_work[at.lane]);
@@ -297,7 +331,7 @@ private:
     /// Elements of a star as the step began.
     template <class Layout> static auto half_a_step_before(const StarOfCluster& s, const Layout& layout) {
         using P = Pack<Layout::width>;
-        const P back(-0.5 * layout.h);
+        const P back(layout.time == JointTime::staggered ? -0.5 * layout.h : 0.0);
         StarElements<P> then;
         for (std::size_t i = 0; i < s.element.size(); ++i) {
             const auto element = layout.read(s.element[i]), next = layout.read(s.next[i]);
@@ -321,7 +355,7 @@ private:
             dilatation += P(m.share / m.length) * (now[i].director * now[i].edge).z;
         }
         const Mask<V> tears = (state < torn) & (dilatation > P((1 + s.break_strain) * s.rest_dilatation));
-        if (any(tears)) {
+        if (layout.time != JointTime::trial && any(tears)) {
             P energy = none;
             StarLoads<P> unused;
             star_loads<L, V>(s.star, false, half_a_step_before(s, layout), unused, &energy);

@@ -29,6 +29,7 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
             continue;
         }
         if (auto* step = dynamic_cast<EvaluatesPasses<W>*>(made.get())) step->take(std::move(loads));
+        if (dynamic_cast<StepsTogether<W>*>(made.get())) program.joined = program.passes.size();
         program.passes.push_back(std::move(made));
         program.names.push_back(pass.name);
     }
@@ -59,10 +60,14 @@ inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, 
             .lengths = scheme.kicks.size()};
 }
 
-/// Gains of rods that relax: shared nodes come to one place by mass.
+/// Gains of rods that no pass kicks: shared nodes come to one place by mass.
 inline KickGains gains_by_mass(std::span<const RodGroup> groups) {
     return {.node = [groups](int group, int node, std::size_t) { return 1 / nth(nth(groups, group).node_mass, node); },
-            .body = {}};
+            .body =
+                [groups](int group, std::size_t) {
+                    const Vec3d& inertia = nth(groups, group).element.front().inertia;
+                    return Vec3d{1 / inertia.x, 1 / inertia.y, 1 / inertia.z};
+                }};
 }
 
 template <int W>
@@ -82,12 +87,14 @@ JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std
             continue;
         }
         KickGains gains;
-        if (!junctions.empty()) {
+        if (!junctions.empty() && is_implicit(plan.integrator)) gains = gains_by_mass(groups);
+        else if (!junctions.empty()) {
             kicks.clear();
             gains = kick_gains(plan, groups, kicks);
         }
         joints.push_back(
             std::make_unique<JointsOfCluster<W>>(lists.tables, of_copy, groups, static_cast<int>(a), junctions, gains));
+        if (is_implicit(plan.integrator)) joints.back()->use_ends();
     }
     return joints;
 }

@@ -1,6 +1,7 @@
 #include "kernels/rod_tiles.hpp"
 
 #include "core/rotation.hpp"
+#include "implicit/evaluated_passes.hpp"
 #include "mechanics/drift.hpp"
 #include "mechanics/figures.hpp"
 #include "mechanics/invalid_state.hpp"
@@ -79,9 +80,14 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     std::size_t most_tiles = 0; // clusters with muscles
     muscles_.resize(programs_.size());
     for (std::size_t p = 0; p < programs_.size(); ++p)
-        for (const auto& pass : programs_[p].passes)
-            if (const auto* muscles = dynamic_cast<const MakesEndMoments<W>*>(pass.get()))
-                muscles_[p].push_back(muscles);
+        for (const auto& pass : programs_[p].passes) {
+            const auto add = [&](const TilePass<W>* one) {
+                if (const auto* muscles = dynamic_cast<const MakesEndMoments<W>*>(one)) muscles_[p].push_back(muscles);
+            };
+            add(pass.get());
+            if (const auto* step = dynamic_cast<const EvaluatesPasses<W>*>(pass.get()))
+                for (const EvaluatedPass<W>& one : step->evaluated()) add(one.pass.get());
+        }
     for (Cluster& cluster : clusters_) {
         most_joined = std::max(most_joined, cluster.slots);
         cluster.memory.assign(cluster.joints->memory_packs(cluster.across), Pack<W>(0.0));
@@ -90,6 +96,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
                                       [&](std::size_t t) { return !muscles_[tiles_[t].program].empty(); });
         if (cluster.muscles) most_tiles = std::max(most_tiles, cluster.tiles.size());
     }
+    join_steps();
     joined_.resize(scratch_.size());
     moments_.resize(scratch_.size());
     for (auto& joined : joined_) joined.resize(most_joined);
@@ -135,6 +142,10 @@ template <int W> void RodTiles<W>::advance_cluster(const Cluster& cluster, const
                 run_passes(tile, load, first, end, step);
             });
         if (part.which == Part::before) continue;
+        if (cluster.step) {
+            step_cluster(cluster, step, load, thread);
+            continue;
+        }
         const JoinedLoad<W>* joined = couple(cluster, step, thread);
         const bool shares_nodes = cluster.joints->shares_nodes();
         with_passes(Part::after, [&](RodTile<W> tile, std::size_t first, std::size_t end) {
@@ -147,6 +158,21 @@ template <int W> void RodTiles<W>::advance_cluster(const Cluster& cluster, const
         with_passes(Part::after, [&](const RodTile<W>& tile, std::size_t, std::size_t end) {
             run_passes(tile, load, end - programs_[tile.program].last, end, step);
         });
+    }
+}
+
+template <int W>
+void RodTiles<W>::step_cluster(const Cluster& cluster, const Step& step, SlotLoad<W>* load, int thread) {
+    cluster.step->run(
+        cluster.stepped, step, cluster.memory.data(), thread,
+        [&](const RodTile<W>& tile, SlotLoad<W>* of_tile) {
+            const TileProgram<W>& program = programs_[tile.program];
+            run_passes(tile, of_tile, program.before, program.joined, step);
+        },
+        [&] { return end_moments(cluster, step, thread); });
+    for (const SteppedTile<W>& one : cluster.stepped) {
+        const TileProgram<W>& program = programs_[one.rod.program];
+        run_passes(one.rod, load, program.joined + 1, program.passes.size(), step);
     }
 }
 
@@ -483,6 +509,7 @@ template <int W> void RodTiles<W>::keep(std::size_t place) {
         const RodTile<W>& tile = tiles_[t];
         std::copy_n(tile.slot, tile.last + 1, kept_[place].data() + (tile.slot - slots_.data()));
     });
+    for (Cluster& cluster : clusters_) cluster.kept[place] = cluster.memory;
 }
 
 template <int W> void RodTiles<W>::go_back(std::size_t place) {
@@ -490,6 +517,7 @@ template <int W> void RodTiles<W>::go_back(std::size_t place) {
         const RodTile<W>& tile = tiles_[t];
         std::copy_n(kept_[place].data() + (tile.slot - slots_.data()), tile.last + 1, tile.slot);
     });
+    for (Cluster& cluster : clusters_) cluster.memory = cluster.kept[place];
 }
 
 template <int W> double RodTiles<W>::farthest_from(std::size_t place) const {

@@ -2,6 +2,7 @@
 // group or family of groups has the passes of its step.
 #pragma once
 
+#include "implicit/cluster_step.hpp"
 #include "mechanics/audit.hpp"
 #include "mechanics/step_watch.hpp"
 #include "parallel/threads.hpp"
@@ -14,6 +15,7 @@
 #include <array>
 #include <atomic>
 #include <functional>
+#include <map>
 #include <memory>
 #include <optional>
 #include <vector>
@@ -26,6 +28,11 @@ template <int W> struct TileProgram {
     std::vector<std::string_view> names; ///< names of the passes, as in plans
     std::size_t before = 0;              ///< number of passes before rods interact
     std::size_t last = 0;                ///< number of last passes that read the velocities of the step's end
+    std::size_t joined = SIZE_MAX;       ///< the pass that makes the step with other tiles; none
+
+    const StepsTogether<W>* together() const {
+        return joined == SIZE_MAX ? nullptr : dynamic_cast<const StepsTogether<W>*>(passes[joined].get());
+    }
 };
 
 /// Joints by number of the assembly.
@@ -106,13 +113,20 @@ private:
         std::size_t slots = 0;                      ///< with that of the world
         bool muscles = false;                       ///< true where moments of muscles act through joints
         mutable AlignedVector<Pack<W>> memory = {}; ///< of its joints, from step to step
+        std::array<AlignedVector<Pack<W>>, 2> kept = {};
+        std::shared_ptr<ClusterStep<W>> step = nullptr; ///< of all its tiles as one; null: each by itself
+        typename ClusterStep<W>::Tiles stepped = {};
     };
     /// Finds the clusters of the tiles across so far, which are in order and grouped by cluster.
     void find_clusters();
+    /// Finds the clusters whose tiles step as one.
+    void join_steps();
     /// Sets the slots of the world behind those of clusters.
     void place_worlds();
     /// Advances a cluster by a part of a step.
     void advance_cluster(const Cluster& cluster, const StepPart& part, int thread);
+    /// Makes a step of all its tiles as one.
+    void step_cluster(const Cluster& cluster, const Step& step, SlotLoad<W>* load, int thread);
     /// Loads of joints, by slot of the cluster.
     JoinedLoad<W>* couple(const Cluster& cluster, const Step& step, int thread) const;
     JoinedRod joined_rod(std::size_t i, int lane) const;
@@ -173,7 +187,8 @@ private:
     std::vector<RodTile<W>> tiles_;
     JointsOfAssemblies<W> joints_;
     std::vector<Cluster> clusters_;
-    std::vector<std::size_t> alone_;                              ///< tiles of no cluster
+    std::map<const ClusterJoints<W>*, std::shared_ptr<ClusterStep<W>>> steps_; ///< of assemblies
+    std::vector<std::size_t> alone_;                                           ///< tiles of no cluster
     std::vector<std::size_t> cluster_of_;                         ///< cluster of each tile; none where it is alone
     mutable std::vector<AlignedVector<JoinedLoad<W>>> joined_;    ///< per thread
     mutable std::vector<AlignedVector<EndMoments<W>>> moments_;   ///< per thread, by tile of a cluster

@@ -15,7 +15,7 @@ namespace {
 template <int W> CopyTiling copy_tiling(const AssemblyGroups& assembly, std::span<const LocalRod> rods, int threads) {
     const int leader = assembly.groups.front()->id();
     const auto own = std::count_if(rods.begin(), rods.end(), [&](const LocalRod& rod) { return rod.group == leader; });
-    return tile_copies(own / assembly.groups.front()->rods_per_copy(), assembly.members(), W, threads);
+    return assembly.tiling(own / assembly.groups.front()->rods_per_copy(), W, threads);
 }
 
 /// Tiles of each group that belongs to an assembly, in order; none of others.
@@ -160,6 +160,19 @@ template <int W> void RodTiles<W>::find_clusters() {
         if (cluster_of_[t] == SIZE_MAX) alone_.push_back(t);
 }
 
+template <int W> void RodTiles<W>::join_steps() {
+    for (Cluster& cluster : clusters_) {
+        for (const std::size_t t : cluster.tiles)
+            if (const StepsTogether<W>* pass = programs_[tiles_[t].program].together())
+                cluster.stepped.push_back({pass, tiles_[t]});
+        if (cluster.stepped.empty()) continue;
+        std::shared_ptr<ClusterStep<W>>& step = steps_[cluster.joints];
+        if (!step)
+            step = std::make_shared<ClusterStep<W>>(*cluster.joints, cluster.stepped, cluster.slots, threads_.count());
+        cluster.step = step;
+    }
+}
+
 template <int W> void RodTiles<W>::place_worlds() {
     for (const Cluster& cluster : clusters_) {
         if (!cluster.joints->has_world()) continue;
@@ -239,6 +252,7 @@ void RodTiles<W>::take_start_states(const RodTile<W>& tile, std::size_t first_ro
 }
 
 template std::vector<RodTiles<SKEIN_WIDTH>::AlongLayout> RodTiles<SKEIN_WIDTH>::lay_out(const Tiling& tiling);
+template void RodTiles<SKEIN_WIDTH>::join_steps();
 template void RodTiles<SKEIN_WIDTH>::take_start_states(std::vector<AlongLayout> layouts);
 template const RodGroup& RodTiles<SKEIN_WIDTH>::own_group(Reading& reading, std::size_t place, const RodGroup& group,
                                                           std::int64_t index);

@@ -31,12 +31,19 @@ std::vector<TilingGroup> tiling_groups(const Plan& plan, std::span<const std::in
 
 /// Chooses lanes where rods alone use them: what acts between rods has kernels of that width too.
 void choose_lanes(Plan& plan, std::span<const RodGroup> groups) {
-    const auto joined = [](const RodGroup& group) { return group.assembly() != nullptr; };
+    const auto side_by_side = [](const RodGroup& group) { return group.assembly() && !group.assembly()->lane_each; };
     Machine& m = plan.machine;
     if (m.most_lanes == 0 || plan.coupling() != PhysicsPlan::Coupling::none || plan.acts_between_rods() ||
-        groups.empty() || std::any_of(groups.begin(), groups.end(), joined))
+        groups.empty() || std::any_of(groups.begin(), groups.end(), side_by_side))
         return;
-    m.lanes = fastest_lanes(tiling_groups(plan, largest_share(plan)), m.lanes, m.threads, m.mapping);
+    std::vector<TilingGroup> tiled = tiling_groups(plan, largest_share(plan));
+    for (std::size_t g = 0; g < groups.size(); ++g) {
+        if (!groups[g].assembly()) continue;
+        const std::int64_t of_copy = groups[g].rods_per_copy();
+        tiled[g].rods /= of_copy; // copies, whose rods follow each other in a lane
+        tiled[g].elements *= static_cast<int>(of_copy);
+    }
+    m.lanes = fastest_lanes(tiled, m.lanes, m.threads, m.mapping);
 }
 
 /// Finds the tiles of a rank's share, and what they weigh.

@@ -56,10 +56,12 @@ std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const d
         if (const int assembly = assembly_of_group[g]; assembly >= 0) {
             auto& of_assembly = copies[assembly];
             const bool named = assembly < static_cast<int>(scene.assemblies.size());
-            if (!of_assembly)
-                of_assembly = std::make_shared<AssemblyCopies>(
-                    named ? copies_of(nth(scene.assemblies, assembly), assembly, directory)
-                          : AssemblyCopies{.number = assembly});
+            if (!of_assembly) {
+                AssemblyCopies all = named ? copies_of(nth(scene.assemblies, assembly), assembly, directory)
+                                           : AssemblyCopies{.number = assembly};
+                all.lane_each = is_implicit(scene.time.integrator);
+                of_assembly = std::make_shared<AssemblyCopies>(std::move(all));
+            }
             groups.back().read_all(); // which rods are connected follows from the places of all
             groups.back().join(of_assembly);
         }

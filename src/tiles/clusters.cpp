@@ -10,6 +10,13 @@ namespace skein {
 
 std::int64_t CopyTiling::copies() const { return std::accumulate(across.begin(), across.end(), within); }
 
+CopyTiling tile_copies_across(std::int64_t copies, int lanes) {
+    CopyTiling tiling;
+    for (std::int64_t left = copies; left > 0; left -= lanes)
+        tiling.across.push_back(static_cast<int>(std::min<std::int64_t>(left, lanes)));
+    return tiling;
+}
+
 CopyTiling tile_copies(std::int64_t copies, std::span<const MemberRods> members, int lanes, int threads) {
     constexpr double tile_rows = 2; // rows of time that a tile costs besides its own
     // time of a row within, whose joints are gathered, over that of a row across
@@ -29,8 +36,7 @@ CopyTiling tile_copies(std::int64_t copies, std::span<const MemberRods> members,
         if (time >= least) return;
         least = time;
         best = {{}, within};
-        for (std::int64_t left = copies - within; left > 0; left -= lanes)
-            best.across.push_back(static_cast<int>(std::min<std::int64_t>(left, lanes)));
+        best.across = tile_copies_across(copies - within, lanes).across;
     };
     for (std::int64_t blocks = (copies + lanes - 1) / lanes; blocks >= 0; --blocks) consider(blocks);
     return best;
@@ -40,6 +46,11 @@ std::vector<MemberRods> AssemblyGroups::members() const {
     std::vector<MemberRods> all;
     for (const RodGroup* group : groups) all.push_back({group->rods_per_copy(), group->slots()});
     return all;
+}
+
+CopyTiling AssemblyGroups::tiling(std::int64_t copies, int lanes, int threads) const {
+    if (groups.front()->assembly()->lane_each) return tile_copies_across(copies, lanes);
+    return tile_copies(copies, members(), lanes, threads);
 }
 
 std::int64_t AssemblyGroups::rods_per_copy() const {
@@ -85,8 +96,7 @@ std::vector<std::size_t> order_of_tiles(std::span<const RodGroup> groups, std::s
         const std::size_t leader = to_index(assembly.groups.front()->id());
         for (std::size_t i = first[leader]; i < first[leader + 1]; ++i)
             place.emplace(groups[leader].copy_of(owned[i].index), static_cast<std::int64_t>(place.size()));
-        const CopyTiling tiling =
-            tile_copies(static_cast<std::int64_t>(place.size()), assembly.members(), lanes, threads);
+        const CopyTiling tiling = assembly.tiling(static_cast<std::int64_t>(place.size()), lanes, threads);
         const std::int64_t in_blocks = tiling.copies() - tiling.within;
         for (const RodGroup* group : assembly.groups) {
             const std::size_t g = to_index(group->id());

@@ -30,6 +30,8 @@ struct MemberRods {
 };
 /// Layout that keeps all threads busy with the fewest rows.
 CopyTiling tile_copies(std::int64_t copies, std::span<const MemberRods> members, int lanes, int threads);
+/// Layout of copies that have a lane each.
+CopyTiling tile_copies_across(std::int64_t copies, int lanes);
 
 /// Number of tiles of a group in the cluster of a single copy.
 inline std::int64_t tiles_within(std::int64_t rods, int lanes) { return (rods + lanes - 1) / lanes; }
@@ -40,6 +42,7 @@ struct AssemblyGroups {
     std::vector<const RodGroup*> groups;
 
     std::vector<MemberRods> members() const;
+    CopyTiling tiling(std::int64_t copies, int lanes, int threads) const;
     std::int64_t rods_per_copy() const;
     std::int64_t elements_per_copy() const;
 };
@@ -64,6 +67,13 @@ template <int W> struct JoinedLoad : JoinedSize<W> {
 /// The world as one side of joints: a body at the origin of rod i's copy, in its axes, that does not move.
 Slot<1> world_of(const RodGroup& group, std::int64_t i);
 
+/// Node of a cluster that goes with another one, or with a place of a body.
+struct SharedSlot {
+    std::uint32_t slot, leader;
+    bool on_body;
+    Vec3d arm; ///< from the body's centre to the node, body axes, m
+};
+
 /// A rod of a cluster: its group, number in the copy, and lane of its copy.
 struct JoinedRod {
     int group;
@@ -84,6 +94,21 @@ public:
     /// cluster, null where wants_moments() is false. `memory`: that of the cluster's joints from step to step.
     virtual void run(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, Pack<W>* memory,
                      JoinedLoad<W>* load, bool across) const = 0;
+    /// Slots that the loads of each joint depend on and act on, in a block of copies.
+    virtual std::vector<std::vector<std::uint32_t>> joined_slots() const = 0;
+    /// Prepares motors for the ends of steps, too.
+    virtual void use_ends() = 0;
+    /// Nodes that go with others, leaders first, in a block of copies.
+    virtual std::vector<SharedSlot> shared_slots() const { return {}; }
+    /// Lanes in which shared slot i still goes with its leader.
+    virtual Mask<W> goes_along(std::size_t i, const Pack<W>* memory) const = 0;
+    /// Sets the loads of a block of copies in a state within an implicit step, which joints do not remember.
+    virtual void try_state(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, const Pack<W>* memory,
+                           JoinedLoad<W>* load) const = 0;
+    /// Joints that remember nothing yet remember the state that an implicit step begins with. `load`: room, as below.
+    virtual void begin_step(const Slot<W>* slot, const Step& step, Pack<W>* memory, JoinedLoad<W>* load) const = 0;
+    /// Joints remember a state that ends an implicit step. They are made, and come to an end.
+    virtual void end_step(const Slot<W>* slot, const Step& step, Pack<W>* memory, JoinedLoad<W>* load) const = 0;
     /// Packs of memory of a cluster, zero at the start.
     virtual std::size_t memory_packs(bool across) const = 0;
     /// Memory of the joints whose first side is a rod, for checkpoints.

@@ -16,7 +16,7 @@ LIBRARIES = {
     r"hdf5\.h": {"io"},
     r"fftw3\.h": {"fluid"},
     r"petsc.*": {"fluid", "equilibrium", "parallel"},
-    r"(Eigen|Spectra)/.*": {"equilibrium", "studies"},
+    r"(Eigen|Spectra)/.*": {"equilibrium", "implicit", "studies"},
     r"tbb/.*": {"parallel"},
     r"toml.*": {"scene"},
     r"tao/.*": {"formula"},

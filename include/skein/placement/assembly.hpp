@@ -29,6 +29,7 @@ struct AssemblyCopies {
     std::vector<Quaterniond> turns; ///< rotations from lab axes to the axes of the copies; empty where none is turned
 
     std::vector<double> magnetisation; ///< strengths over that of the group; empty where all are alike
+    bool lane_each = false;            ///< true where the rods of a copy step as one, in a lane of its own
 
     std::int64_t count() const { return static_cast<std::int64_t>(origins.size()); }
 };

@@ -25,6 +25,7 @@ struct Step {
     bool completes;     ///< true for the last stage of its step
     bool last;          ///< true for the last one of its batch
     double begin = 0;   ///< s, of the whole step
+    bool ends = false;  ///< true for the last stage of its step, or of a part of it
 
     double end() const { return begin + dt; }
     /// Steps that are done before it.
@@ -63,7 +64,7 @@ public:
                 batch_.push_back({index, dt_, drift * dt_, stage.kick * dt_,
                                   shift_ + (static_cast<double>(index - 1) + stage.time) * dt_, stage.kick_length,
                                   static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false,
-                                  shift_ + static_cast<double>(index - 1) * dt_});
+                                  shift_ + static_cast<double>(index - 1) * dt_, &stage == &scheme_.stages.back()});
             }
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
@@ -80,7 +81,7 @@ public:
                 batch_.push_back({done_ + 1, part, stage.drift * part, stage.kick * part,
                                   begin + (static_cast<double>(p) + stage.time) * part, stage.kick_length,
                                   static_cast<int>(batch_.size()), p + 1 == parts && &stage == &scheme_.stages.back(),
-                                  false, begin + static_cast<double>(p) * part});
+                                  false, begin + static_cast<double>(p) * part, &stage == &scheme_.stages.back()});
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
     }

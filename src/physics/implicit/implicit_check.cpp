@@ -24,7 +24,6 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
     };
     refuse(scene.contact.has_value() && !in_bed, "contact",
            "is for rods that do not touch each other: use \"implicit_bed\" or \"verlet\"");
-    refuse(!scene.joints.empty(), "joint.0", "is for rods without joints: use \"verlet\"");
     refuse(scene.fluid.has_value(), "fluid", "is for rods outside of a fluid that is solved for: use \"verlet\"");
     refuse(scene.output.audit, "output.audit", "has no audit: use \"verlet\"");
     for (std::size_t i = 0; i < scene.rods.size(); ++i) {

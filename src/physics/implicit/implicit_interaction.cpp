@@ -21,10 +21,10 @@ std::int64_t resolving_parts(const Plan& plan, double tolerance) {
 
 } // namespace
 
-ImplicitInteraction::ImplicitInteraction(const InteractionParts& parts, double tolerance, double length)
+ImplicitInteraction::ImplicitInteraction(const InteractionParts& parts, double tolerance, double length, bool remembers)
     : comm_(parts.comm), rods_(&parts.rods),
-      control_(tolerance * length, parts.plan.steps, resolving_parts(parts.plan, tolerance)), tolerance_(tolerance),
-      length_(length) {}
+      control_(tolerance * length, parts.plan.steps, resolving_parts(parts.plan, tolerance)), companion_(remembers),
+      tolerance_(tolerance), length_(length) {}
 
 void ImplicitInteraction::summarise(nlohmann::ordered_json& summary) const {
     summary["implicit"] = {{"parts", control_.parts()}};

@@ -10,8 +10,9 @@ namespace skein {
 
 class ImplicitInteraction final : public Interaction {
 public:
-    /// `tolerance`: error of places that is asked for, over the length; 0: none. `length`: largest of the scene, m.
-    ImplicitInteraction(const InteractionParts& parts, double tolerance, double length);
+    /// `tolerance`: error of places that is asked for, over the length; 0: none. `length`: largest of the scene, m;
+    /// `remembers`: joints have memory.
+    ImplicitInteraction(const InteractionParts& parts, double tolerance, double length, bool remembers);
 
     void rebind(const InteractionParts& parts) override { rods_ = &parts.rods; }
     StepControl* step_control() override { return &control_; }

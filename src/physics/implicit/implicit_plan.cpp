@@ -1,3 +1,4 @@
+#include "joints/joint_events.hpp"
 #include "kernels/physics_passes.hpp"
 #include "physics/implicit/bed_plan.hpp"
 #include "physics/implicit/implicit_interaction.hpp"
@@ -22,7 +23,8 @@ namespace {
 class PlannedImplicitSteps final : public PhysicsPlan, public StartsInteraction {
 public:
     explicit PlannedImplicitSteps(const PlanInput& input)
-        : integrator_(input.scene.time.integrator), tolerance_(input.scene.time.tolerance) {
+        : integrator_(input.scene.time.integrator), tolerance_(input.scene.time.tolerance),
+          joints_remember_(std::any_of(input.scene.joints.begin(), input.scene.joints.end(), remembers)) {
         for (const RodGroup& group : input.groups)
             length_ = std::max(length_, group.strained() ? group.spec().shape.length : 2 * group.body()->reach);
     }
@@ -37,7 +39,8 @@ public:
                  "tolerance", tolerance_}};
     }
     std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
-        return std::make_unique<ImplicitInteraction>(parts, parts.plan.automatic_dt ? tolerance_ : 0.0, length_);
+        return std::make_unique<ImplicitInteraction>(parts, parts.plan.automatic_dt ? tolerance_ : 0.0, length_,
+                                                     joints_remember_);
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.remove(PassPlace::drift);
@@ -67,6 +70,7 @@ private:
     static constexpr double fewest_steps = 64; ///< of the duration
     Integrator integrator_;
     double tolerance_, length_ = 0; ///< m
+    bool joints_remember_;
 };
 
 } // namespace
