@@ -1,5 +1,6 @@
 """Implicit steps: order, agreement with explicit runs, energy and momenta over many steps, rest, parts by error, and the same bits however they are run."""
 
+import itertools
 import math
 import unittest
 
@@ -30,6 +31,28 @@ SCENES = {
                           "load": [{"kind": "magnetic_field", "constant": [0.0, 2e-2, 0.0], "rotating": 2e-2, "period": 0.1} | RISES]}),
     "ring": (0.1, 100, {"rods": [rod(elements=12, shape={"closed": True}, **MAGNET)],
                         "load": [{"kind": "magnetic_field", "constant": [0.0, 2e-2, 1e-2]} | RISES]}),
+}
+
+
+def joined(first=None, second=None, joints=(), **tables):
+    """A rod that hangs on a slope, and one at its end."""
+    upper = rod(1e5, name="upper", shape={"length": 0.25, "elements": 6}, tangent=(0.8, 0.0, -0.6)) | (first or {"start": "pinned"})
+    lower = rod(1e5, name="lower", shape={"length": 0.25, "elements": 6}, placement={"origin": [0.2, 0.0, -0.15], "tangent": [0.0, 0.6, -0.8]}) | (second or {})
+    return {"rods": [upper, lower], "load": GRAVITY, "joint": [{"between": ["upper", "lower"], "at": [1.0, 0.0]} | joint for joint in joints]} | tables
+
+
+HINGE = {"kind": "hinge", "axis": [0.0, 1.0, 0.0], "stiffness": 1e3, "torsional_stiffness": 0.1}
+BLOCK = {"name": "block", "mass": 0.2, "inertia": [1e-4, 1e-4, 2e-4], "spheres": {"radii": [0.03]}, "angular_velocity": [3.0, 5.0, 1.0]}
+SCENES |= {
+    "spherical": (0.1, 800, joined(joints=[{"kind": "spherical", "stiffness": 1e3}])),
+    "hinge": (0.1, 800, joined(joints=[HINGE | {"spring": 0.02, "friction": 1e-3, "friction_stiffness": 0.05, "friction_damping": 1e-4}])),
+    "motor": (0.1, 800, joined(joints=[HINGE | {"motor": {"kind": "position", "value": "0.5*sin(w*t)^2", "stiffness": 0.5, "damping": 1e-3}}],
+                               constants={"w": {"value": 30.0, "unit": "1/s"}})),
+    "half cells": (0.1, 800, joined({"start": "clamped"}, joints=[{"kind": "fixed"}])),
+    "on a body": (0.1, 800, {"rods": [rod(1e5, name="upper", shape={"length": 0.25, "elements": 6}, placement={"origin": [0.0, 0.03, 0.0], "tangent": [0.0, 1.0, 0.0]})],
+                             "bodies": [BLOCK | {"angular_velocity": [0.0, 0.0, 0.0]}],  # one that turns strikes the rod
+                             "load": [*GRAVITY, {"kind": "end_force", "end": [0.05, 0.0, -0.05], "rods": ["upper"]}],
+                             "joint": [{"kind": "fixed", "between": ["upper", "block"], "at": [0.0, 0.0]}]}),
 }
 EXPLICIT_STEPS = 8000
 EXPLICIT_ENDS = {}  # by name
@@ -110,6 +133,36 @@ class Implicit(DriverTest):
                     values = numpy.stack([series[column] for column in columns])
                     self.assertLess(numpy.abs(values - values[:, :1]).max(), 1e-8 * numpy.linalg.norm(values[:, 0]), name)
 
+    def test_momenta_of_free_joined_rods_stay(self):
+        turning = {"shape": {"length": 0.25, "elements": 6, "velocity": [0.3, 0.2, 0.1], "angular_velocity": [3.0, 5.0, 1.0]}}
+        for name, joints in {"spring": [HINGE], "half cells": [{"kind": "fixed"}]}.items():
+            scene = joined(turning, turning, joints)
+            del scene["load"]
+            with self.subTest(joint=name):
+                series, _ = self.energies(scene, 500, 20)
+                mass = DENSITY * math.pi * 1e-2**2 * LENGTH
+                scale = math.sqrt(2 * mass * series["kinetic_translationJ"].max())
+                self.assertGreater(scale, 0.01 * mass)
+                for what, size in {"momentum": scale, "angular_momentum": scale * LENGTH}.items():
+                    values = numpy.stack([series[column] for column in series.dtype.names if column.startswith(f"{what}_")])
+                    self.assertEqual(len(values), 3)
+                    self.assertLess(numpy.abs(values - values[:, :1]).max(), 1e-8 * size, what)
+
+    def test_joints_tear_when_explicit_ones_do(self):
+        """To the length of a step, in which the rod that comes off goes a way."""
+        pulled = [{"kind": "end_force", "end": [2.0, 0.0, -1.5], "rods": ["lower"]} | RISES]
+        scene = joined({"start": "clamped"}, {"placement": {"origin": [0.2, 0.0, -0.15], "tangent": [0.8, 0.0, -0.6]}},
+                       [{"kind": "fixed", "break_strain": 0.03}]) | {"load": pulled}
+        explicit = self.run_scene("explicit", scene, {"duration": 0.1, "dt": 0.1 / 32000})
+        whole = self.run_scene("whole", scene | {"joint": [scene["joint"][0] | {"break_strain": 1.0}]}, {"duration": 0.1, "dt": 0.1 / 32000})
+        moved = numpy.abs(explicit - whole).max()
+        self.assertGreater(moved, 0.01 * LENGTH)
+        for method in METHODS:
+            for steps in (400, 1600):
+                with self.subTest(method=method, steps=steps):
+                    end = self.run_scene("out", scene, {"duration": 0.1, "dt": 0.1 / steps, "integrator": method})
+                    self.assertLess(numpy.abs(end - explicit).max(), 4 * moved / steps)
+
     def test_strong_damping_ends_at_the_equilibrium(self):
         scenes = {"heavy": ({"load": GRAVITY}, {}), "followed": ({"load": [{"kind": "end_force", "frame": "body", "end": [0.0, 0.01, 0.02]}]}, {}),
                   "curved": ({"load": GRAVITY}, {"shape": {"rest_curvature": [2.0, 1.0, 0.5], "start_curvature": [0.0, 0.0, 0.0]}})}
@@ -131,13 +184,27 @@ class Implicit(DriverTest):
                      rod(elements=11, shape={"closed": True}, **MAGNET) | {"name": "ring"}, rod(shape=CURVED) | {"name": "free"}],
             "bodies": [{"name": "ball", "density": 900.0, "spheres": {"radii": [0.02]}, "velocity": [0.1, 0.0, 0.0], "angular_velocity": [1.0, 2.0, 3.0], "placement": {"origin": [0.0, 3.0, 0.0]}}],
             "load": [{"kind": "gravity", "rods": ["free", "ball"]}, {"kind": "magnetic_field", "constant": [0.0, 2e-3, 1e-3], "rotating": 5e-3, "period": 0.2, "rods": ["carpet", "ring"]}]}
+    # Copies of an assembly with half cells that tear, a body, friction, and joints that are made and end.
+    JOINED = {"rods": [rod(elements=6, name=name, assembly="robot", shape={"length": 0.1, "elements": 4}, placement={"origin": origin, "tangent": [1.0, 0.0, 0.0]})
+                       for name, origin in (("carpet", [0.0, 0.0, 0.0]), ("hand", [0.1, 0.0, 0.0]), ("torn", [0.2, 0.0, 0.0]))],
+              "bodies": [BLOCK | {"assembly": "robot", "placement": {"origin": [-0.03, 0.0, 0.0]}}],
+              "assembly": [{"name": "robot", "scatter": [0.01, 0.0, 0.02], "placement": {"kind": "line", "counts": [11], "spacing": [1.0], "tangent": [0.0, 1.0, 0.0]}}],
+              "joint": [{"kind": "fixed", "between": ["carpet", "block"], "at": [0.0, 0.0]}, {"kind": "fixed", "between": ["hand", "torn"], "break_strain": 1e-3},
+                        HINGE | {"between": ["carpet", "hand"], "friction": 1e-4, "friction_stiffness": 0.05, "friction_damping": 1e-4},
+                        {"kind": "spherical", "between": ["torn", "world"], "at": [1.0], "stiffness": 100.0, "until": 0.04},
+                        {"kind": "spherical", "between": ["carpet", "world"], "at": [0.5], "stiffness": 50.0, "from": 0.03}],
+              "load": GRAVITY}
+    JOINED_TOLERANCE = 1e-4  # a joint that tears in the middle of a step would take thousands of parts for a smaller one
     TIMES = {"fixed": {"dt": 2e-3}, "parts": {"tolerance": 1e-6, "divide": 0.01}}
 
+    def times(self, keys, scene):
+        return keys | ({"tolerance": self.JOINED_TOLERANCE} if "tolerance" in keys and "joint" in scene else {})
+
     def test_bits_do_not_depend_on_the_layout(self):
-        for method, (kind, keys) in zip(METHODS, self.TIMES.items()):
-            with self.subTest(method=method, time=kind):
-                self.write(self.MANY, {"duration": 0.1, "integrator": method} | keys, trajectory=0.05, tips=0.02, series=0.01)
-                whole = f"whole_{kind}"
+        for scene, (method, (kind, keys)) in itertools.product((self.MANY, self.JOINED), zip(METHODS, self.TIMES.items())):
+            with self.subTest(method=method, time=kind, joined="joint" in scene):
+                self.write(scene, {"duration": 0.1, "integrator": method} | self.times(keys, scene), trajectory=0.05, tips=0.02, series=0.01)
+                whole = f"whole_{kind}_{len(scene)}"
                 self.run_skein(whole)
                 if kind == "parts": self.assertGreater(self.summary(whole)["implicit"]["parts"], 2)
                 self.assertGreater(numpy.abs(numpy.diff(self.frames(whole, "trajectory")["groups/carpet/position"], axis=0)).max(), 1e-3)
@@ -147,18 +214,18 @@ class Implicit(DriverTest):
                     self.assert_same_series(out, whole)
 
                 for ranks, threads in ((1, 2), (2, 1), (3, 1)):
-                    self.run_skein(f"{kind}_{ranks}x{threads}", ranks=ranks, threads=threads)
-                    same(f"{kind}_{ranks}x{threads}")
+                    self.run_skein(f"{whole}_{ranks}x{threads}", ranks=ranks, threads=threads)
+                    same(f"{whole}_{ranks}x{threads}")
                 for lanes in (1, 2, 4):
-                    self.run_skein(f"{kind}_w{lanes}", "--lanes", str(lanes))
-                    same(f"{kind}_w{lanes}")
+                    self.run_skein(f"{whole}_w{lanes}", "--lanes", str(lanes))
+                    same(f"{whole}_w{lanes}")
 
     def test_bits_do_not_depend_on_restarts(self):
-        for method in METHODS:
+        for scene, method in itertools.product((self.MANY, self.JOINED), METHODS):
             for kind, keys in self.TIMES.items():
-                with self.subTest(method=method, time=kind):
-                    self.write(self.MANY, {"duration": 0.1, "integrator": method} | keys, trajectory=0.05, tips=0.02, series=0.01)
-                    whole, parts = f"{method}_{kind}", f"{method}_{kind}_parts"
+                with self.subTest(method=method, time=kind, joined="joint" in scene):
+                    self.write(scene, {"duration": 0.1, "integrator": method} | self.times(keys, scene), trajectory=0.05, tips=0.02, series=0.01)
+                    whole, parts = f"{method}_{kind}_{len(scene)}", f"{method}_{kind}_{len(scene)}_parts"
                     self.run_skein(whole)
                     self.run_skein(parts, "--until", "0.03")
                     self.run_skein(parts, "--until", "0.07", "--lanes", "2")
@@ -168,7 +235,7 @@ class Implicit(DriverTest):
                     self.assert_same_series(parts, whole)
 
     def test_parts_keep_the_error_that_is_asked_for(self):
-        for name in ("whip", "cilium", "ring"):
+        for name in ("whip", "cilium", "ring", "hinge"):
             duration, _, scene = SCENES[name]
             explicit = self.explicit_end(name)
             for method in METHODS:
