@@ -80,7 +80,7 @@ public:
         for (std::size_t t = 0; t < tiles.size(); ++t)
             tiles[t].pass->end_step(tiles[t].rod, step, wrong, *rooms.of_tile[t]);
         shared_.gather(slot, step, memory);
-        if (step.ends) joints_.end_step(slot, step, memory, rooms.joined.data());
+        if (step.last_stage) joints_.end_step(slot, step, memory, rooms.joined.data());
     }
 
 private:

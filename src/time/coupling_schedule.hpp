@@ -44,8 +44,9 @@ public:
     std::int64_t shares_before(int stage) const { return until_[static_cast<std::size_t>(stage)]; }
     std::int64_t steps_of_share() const { return part_ / unit(); }
     /// First step after `done` at which a stage ends. A part that is not chosen yet ends a step on.
-    std::int64_t next(std::int64_t done) const {
-        if (part_begins(done)) return done + 1;
+    std::int64_t next(std::int64_t done) const { return part_begins(done) ? done + 1 : end_of_stage(done); }
+    /// Step at which the stage ends that goes on after step `done`, in a part that is chosen.
+    std::int64_t end_of_stage(std::int64_t done) const {
         for (const std::int64_t shares : until_)
             if (first_ + steps(shares) > done) return first_ + steps(shares);
         return done + 1;

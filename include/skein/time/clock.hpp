@@ -15,17 +15,17 @@ namespace skein {
 
 /// One drift and kick: a whole Verlet step, or a stage of a longer one.
 struct Step {
-    std::int64_t index; ///< number of its step, 1 for the first of the run
-    double dt;          ///< s, of the whole step
-    double drift;       ///< s
-    double kick;        ///< s
-    double time;        ///< s, time of the force evaluation
-    int kick_length;    ///< number among the scheme's kicks
-    int slot;           ///< place in its batch: row of the tables that loads prepare
-    bool completes;     ///< true for the last stage of its step
-    bool last;          ///< true for the last one of its batch
-    double begin = 0;   ///< s, of the whole step
-    bool ends = false;  ///< true for the last stage of its step, or of a part of it
+    std::int64_t index;                         ///< number of its step, 1 for the first of the run
+    double dt;                                  ///< s, of the whole step
+    double drift;                               ///< s
+    double kick;                                ///< s
+    double time;                                ///< s, time of the force evaluation
+    int kick_length;                            ///< number among the scheme's kicks
+    int slot;                                   ///< place in its batch: row of the tables that loads prepare
+    bool completes;                             ///< true for the last stage of its step
+    bool last;                                  ///< true for the last one of its batch
+    double begin = 0;                           ///< s, of the whole step
+    bool first_stage = true, last_stage = true; ///< of the step, or of its part
 
     double end() const { return begin + dt; }
     /// Steps that are done before it.
@@ -64,24 +64,34 @@ public:
                 batch_.push_back({index, dt_, drift * dt_, stage.kick * dt_,
                                   shift_ + (static_cast<double>(index - 1) + stage.time) * dt_, stage.kick_length,
                                   static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false,
-                                  shift_ + static_cast<double>(index - 1) * dt_, &stage == &scheme_.stages.back()});
+                                  shift_ + static_cast<double>(index - 1) * dt_, first,
+                                  &stage == &scheme_.stages.back()});
             }
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
     }
-    /// The next whole step in equal parts: stages of parts from number `first` on, as many as a batch holds, and no
-    /// more than `most`.
-    std::span<const Step> next_in_parts(std::int64_t parts, std::int64_t first, std::int64_t most = largest_batch) {
+    /// The whole step `index`, as one drift and kick.
+    std::span<const Step> next_whole(std::int64_t index) {
+        batch_.assign({{index, dt_, dt_, dt_, shift_ + static_cast<double>(index) * dt_, 0, 0, true, true,
+                        shift_ + static_cast<double>(index - 1) * dt_}});
+        return batch_;
+    }
+    /// The next `together` whole steps in equal parts: stages of parts from number `first` on, as many as a batch
+    /// holds, and no more than `most`.
+    std::span<const Step> next_in_parts(std::int64_t parts, std::int64_t first, std::int64_t most = largest_batch,
+                                        std::int64_t together = 1) {
         const auto stages = static_cast<std::int64_t>(scheme_.stages.size());
         const std::int64_t end = std::min(parts, first + std::min(most, largest_batch / stages));
-        const double part = dt_ / static_cast<double>(parts), begin = shift_ + static_cast<double>(done_) * dt_;
+        const double part = static_cast<double>(together) * dt_ / static_cast<double>(parts),
+                     begin = shift_ + static_cast<double>(done_) * dt_;
         batch_.clear();
         for (std::int64_t p = first; p < end; ++p)
             for (const Substep& stage : scheme_.stages)
-                batch_.push_back({done_ + 1, part, stage.drift * part, stage.kick * part,
+                batch_.push_back({done_ + together, part, stage.drift * part, stage.kick * part,
                                   begin + (static_cast<double>(p) + stage.time) * part, stage.kick_length,
                                   static_cast<int>(batch_.size()), p + 1 == parts && &stage == &scheme_.stages.back(),
-                                  false, begin + static_cast<double>(p) * part, &stage == &scheme_.stages.back()});
+                                  false, begin + static_cast<double>(p) * part, &stage == &scheme_.stages.front(),
+                                  &stage == &scheme_.stages.back()});
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
     }

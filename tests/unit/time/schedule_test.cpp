@@ -1,4 +1,5 @@
 // Cadences against counting, and stages of a coupled step against their shares of it.
+#include "skein/time/clock.hpp"
 #include "time/coupling_schedule.hpp"
 #include "time/every.hpp"
 
@@ -68,6 +69,36 @@ TEST(CouplingSchedule, GoesFromTheEndOfAStageToTheNext) {
         visited.push_back(done);
     }
     EXPECT_EQ(visited, (std::vector<std::int64_t>{1, 16, 20, 30, 31, 46, 50, 60}));
+}
+
+TEST(CouplingSchedule, OneLongerStepGoesThroughAStage) {
+    CouplingSchedule schedule(60, shares);
+    std::vector<std::int64_t> visited;
+    for (std::int64_t done = 0; done < 60; visited.push_back(done)) {
+        if (schedule.part_begins(done)) schedule.begin_part(done, 2);
+        EXPECT_TRUE(schedule.stage_begins(done)) << done;
+        done = schedule.end_of_stage(done);
+        EXPECT_TRUE(schedule.stage_ends(done)) << done;
+    }
+    EXPECT_EQ(visited, (std::vector<std::int64_t>{16, 20, 30, 46, 50, 60}));
+}
+
+TEST(Clock, MakesSeveralStepsAsOneInParts) {
+    Clock clock(0.5, 4, Integrator::implicit_damped);
+    const std::span<const Step> steps = clock.next_in_parts(2, 0, Clock::largest_batch, 3);
+    ASSERT_EQ(steps.size(), 4U);
+    for (const Step& step : steps) {
+        EXPECT_EQ(step.index, 7);
+        EXPECT_DOUBLE_EQ(step.dt, 0.75);
+        EXPECT_EQ(step.first_stage, step.drift > 0);
+        EXPECT_EQ(step.last_stage, step.drift == 0);
+        EXPECT_EQ(step.completes, &step == &steps.back());
+    }
+    EXPECT_DOUBLE_EQ(steps.front().begin, 2.0);
+    EXPECT_DOUBLE_EQ(steps.back().end(), 3.5);
+    const Step whole = clock.next_whole(7).back();
+    EXPECT_DOUBLE_EQ(whole.end(), 3.5);
+    EXPECT_TRUE(whole.completes);
 }
 
 TEST(CouplingSchedule, OfOneStageEndsWithItsPart) {
