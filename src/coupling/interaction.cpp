@@ -136,6 +136,12 @@ std::int64_t next_coupling(const Interactions& all, std::int64_t done) {
     return next;
 }
 
+std::int64_t meeting_after(const Interactions& all, std::int64_t done) {
+    std::int64_t next = Every::never;
+    for (const auto& one : all) next = std::min(next, one->meeting_after(done));
+    return next == Every::never ? done + 1 : next;
+}
+
 Touch strongest_touch(const Communicator& comm, const Interactions& all, std::int64_t gid) {
     Touch most;
     for (const auto& one : all)

@@ -92,6 +92,10 @@ public:
     virtual bool couples() const { return false; }
     /// First step after `done` whose end it must see: the next drift waits for it. This rank alone.
     virtual std::int64_t next_coupling([[maybe_unused]] std::int64_t done) const { return Every::never; }
+    /// The same after begin(): one longer step may take all steps up to there.
+    virtual std::int64_t meeting_after([[maybe_unused]] std::int64_t done) const { return Every::never; }
+    /// Bodies are where begin() found them, and make the same steps anew, in more parts.
+    virtual void begin_again() {}
     /// True if end_step() must see every step, not only those before a coupling.
     virtual bool ends_every_step() const { return false; }
     /// After the kick: answers of walls and fluids. Collective where it couples.
@@ -198,6 +202,8 @@ double fastest(const Interactions& all);
 Companion* companion(const Interactions& all);
 /// First coupling of any of them.
 std::int64_t next_coupling(const Interactions& all, std::int64_t done);
+/// First meeting of any of them; the step after `done` where they have none.
+std::int64_t meeting_after(const Interactions& all, std::int64_t done);
 /// Strongest force on a body, of any interaction and rank. Collective.
 Touch strongest_touch(const Communicator& comm, const Interactions& all, std::int64_t gid);
 

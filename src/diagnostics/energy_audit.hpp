@@ -11,15 +11,18 @@ inline constexpr std::string_view audit_names[] = {"work_loads[J]", "work_walls[
                                                    "energy_defect[J]"};
 /// Beside these where rods feel a fluid.
 inline constexpr std::string_view audit_fluid_name = "work_fluid[J]";
+/// Beside these where implicit steps take energy by themselves.
+inline constexpr std::string_view audit_steps_name = "numerical_loss[J]";
 
 /// Kinetic and elastic energy at one time, and works since the rods were made, J.
 struct EnergyAudit {
     double energy = 0, loads = 0, walls = 0, dissipated = 0;
-    double contacts = 0; ///< energy in springs of contacts, from their overlaps and not from their works
-    double fluid = 0;    ///< work of a fluid that rods feel
+    double contacts = 0;  ///< energy in springs of contacts, from their overlaps and not from their works
+    double fluid = 0;     ///< work of a fluid that rods feel
+    double numerical = 0; ///< taken by implicit steps
     /// Error of the balance, which is of second order in the step.
     double defect(double start_energy) const {
-        return energy + contacts - loads - fluid - walls + dissipated - start_energy;
+        return energy + contacts - loads - fluid - walls + dissipated + numerical - start_energy;
     }
 };
 

@@ -70,6 +70,8 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Responses& 
     share(loads_->load, &FluidLoad::drag);
 }
 
+void ForceBalance::forget_received() { std::fill(loads_->received.begin(), loads_->received.end(), FluidImpulse{}); }
+
 template <class Slots, class Member> void ForceBalance::share(Slots& of_slots, Member member) const {
     for (const SharedNode& node : shared_) {
         if (node.is_torn && node.is_torn(rods_.rods())) continue;

@@ -8,6 +8,7 @@
 #pragma once
 
 #include "core/rotation.hpp"
+#include "immersion/fluid_drag_pass.hpp"
 #include "implicit/bed_figures.hpp"
 #include "implicit/contact_rows.hpp"
 #include "implicit/evaluated_passes.hpp"
@@ -29,16 +30,18 @@ class BedPass final : public TilePass<W>, public EvaluatesPasses<W>, public Step
 
 public:
     explicit BedPass(const BedParts<W>& parts)
-        : terms_(parts.rod.group, parts.rod.rates), walls_(parts.rod.walls),
+        : terms_(parts.rod.group, parts.rod.rates, parts.rod.shares), walls_(parts.rod.walls),
           elastic_(ends_of(parts.rod.group), *walls_), exposure_(parts.exposure), loads_(parts.loads),
-          wall_tangents_(parts.tangents), figures_(parts.figures), strained_(parts.rod.group.strained()),
-          closed_(parts.rod.group.closed()) {
+          wall_tangents_(parts.tangents), figures_(parts.figures), audit_(parts.rod.audit),
+          strained_(parts.rod.group.strained()), closed_(parts.rod.group.closed()) {
         apart_ = 1e-7 * (strained_ ? parts.rod.group.element.front().rest_length : terms_.length());
     }
 
     void take(std::vector<EvaluatedPass<W>> passes) override {
         passes_ = std::move(passes);
-        for (const EvaluatedPass<W>& one : passes_) with_slopes_.push_back(one.pass.get());
+        for (const EvaluatedPass<W>& one : passes_)
+            if (one.has_slopes) with_slopes_.push_back(one.pass.get());
+            else fluid_ = dynamic_cast<const FluidDragPass<W>*>(one.pass.get());
     }
     std::span<const EvaluatedPass<W>> evaluated() const override { return passes_; }
     void expect(std::size_t tiles) override {
@@ -71,6 +74,7 @@ public:
         work.rows.solve(work.correction.data());
         terms_.turn_back(rod, last(rod), work.correction.data());
         move(rod, work, step.kick);
+        if (fluid_) book_fluid(rod, work, step);
     }
 
     // With others of a cluster
@@ -93,8 +97,9 @@ public:
         return P(0.0);
     }
     void move_by(const RodTile<W>&, const Step&, const P&, Room&) const override {}
-    void end_step(const RodTile<W>& rod, const Step& step, const P&, Room& room) const override {
+    void end_step(const RodTile<W>& rod, SlotLoad<W>*, const Step& step, const P&, Room& room) const override {
         move(rod, work_in(room), step.kick);
+        if (fluid_) book_fluid(rod, work_in(room), step);
     }
     void follow(const RodTile<W>&, int, const Vec3<P>&, const Vec3<P>&, const Mask<W>&, Room&) const override {}
     double apart() const override { return apart_; }
@@ -127,6 +132,7 @@ private:
     }
     template <class Rows>
     void add_rows_to(Rows& rows, const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work) const {
+        if (fluid_) fluid_->run(rod, load, step);
         add_loads(rod, work, load, step);
         typename BedTiles<W>::Tile& figures = (*figures_)[rod.number];
         figures.added = P(0.0);
@@ -139,7 +145,35 @@ private:
         if (with_slopes_.empty()) return;
         std::copy_n(load, rod.last + 1, work.before.data());
         for (const TilePass<W>* pass : with_slopes_) pass->run(rod, load, step);
+        if (audit_) book(rod, work, load);
         work.slopes.compute(rod, with_slopes_, work.before.data(), load, work.moved.data(), step, step.kick, apart_);
+    }
+
+    /// Adds these loads to all of an audit, which were noted before them.
+    void book(const RodTile<W>& rod, const Work& work, const SlotLoad<W>* load) const {
+        auto& all = audit_->tiles[rod.number].all;
+        for (int k = 0; k <= rod.last; ++k) {
+            const std::size_t at = to_index(k);
+            all[at].force += load[k].force - work.before[at].force;
+            all[at].couple += load[k].couple - work.before[at].couple;
+        }
+    }
+
+    /// Books the impulses of the fluid at the rates of the end, and to an audit its loads.
+    void book_fluid(const RodTile<W>& rod, Work& work, const Step& step) const {
+        fluid_->book(rod, step.kick);
+        if (!audit_) return;
+        std::fill_n(work.moved.begin(), rod.last + 1, SlotLoad<W>{});
+        fluid_->run(rod, work.moved.data(), step);
+        auto& tile = audit_->tiles[rod.number];
+        for (int k = 0; k <= rod.last; ++k) {
+            const std::size_t at = to_index(k);
+            tile.medium[at] = work.moved[at];
+            for (auto* loads : {&tile.all, &tile.inner}) {
+                (*loads)[at].force += work.moved[at].force;
+                (*loads)[at].couple += work.moved[at].couple;
+            }
+        }
     }
 
     template <class Rows> void add_rods(Rows& rows, const RodTile<W>& rod, Work& work, const SlotLoad<W>* load,
@@ -163,7 +197,7 @@ private:
         }
         P strained(0.0);
         elastic_.stiffness(rod, work.strain.data(), step, last(rod), [&](int k, BlockRow<W>& row) {
-            strained += by_rates(rod, k, row);
+            strained += by_rates(rod, k, last(rod), row);
             if (!with_slopes_.empty()) work.slopes.subtract_from(k, row);
             if (touches) {
                 before.add_to_next(row);
@@ -199,50 +233,14 @@ private:
         return trace(t.first) + P(2.0) * trace(t.across) + trace(t.second);
     }
 
-    /// Rates of a row times their stiffness: (v, w)^T K (v, w).
-    P by_rates(const RodTile<W>& rod, int k, const BlockRow<W>& row) const {
-        const auto rates = [&](int of, P(&u)[row_size]) {
-            const Slot<W>& s = rod.slot[of];
-            const bool turns = of < rod.n;
-            const P all[row_size] = {s.velocity.x,
-                                     s.velocity.y,
-                                     s.velocity.z,
-                                     turns ? s.spin.x : P(0.0),
-                                     turns ? s.spin.y : P(0.0),
-                                     turns ? s.spin.z : P(0.0)};
-            std::copy_n(all, row_size, u);
-        };
-        const int end = last(rod),
-                  prior = k > 0     ? k - 1
-                          : closed_ ? end
-                                    : -1,
-                  next = k < end   ? k + 1
-                         : closed_ ? 0
-                                   : -1;
-        P own[row_size], other[row_size], force[row_size] = {};
-        rates(k, own);
-        const auto add = [&](const RowBlock<W>& block, const P(&u)[row_size]) {
-            for (int i = 0; i < row_size; ++i)
-                for (int j = 0; j < row_size; ++j) force[i] = fma(block[i][j], u[j], force[i]);
-        };
-        add(row.diagonal, own);
-        if (prior >= 0) {
-            rates(prior, other);
-            add(row.before, other);
-        }
-        if (next >= 0) {
-            rates(next, other);
-            add(row.after, other);
-        }
-        P sum(0.0);
-        for (int i = 0; i < row_size; ++i) sum = fma(own[i], force[i], sum);
-        return sum;
-    }
-
     /// Takes a row with inertia, damping and loads, and what is held.
     template <class Rows>
     void take(Rows& rows, const RodTile<W>& rod, const SlotLoad<W>& load, int k, double h, BlockRow<W>& row) const {
         const Slot<W>& s = rod.slot[k];
+        if (fluid_) {
+            const auto drags = fluid_->drags(rod, k);
+            RowTerms<W>::add_drags(rod, k, h, drags.node, drags.element, false, row);
+        }
         terms_.add_node(k, h, load.force, s.velocity, V{P(0.0), P(0.0), P(0.0)}, row);
         if (k < rod.n) terms_.add_element(k, h, load, s.spin, scale(broadcast<W>(terms_[k].inertia), s.spin), row);
         else
@@ -284,10 +282,12 @@ private:
     std::shared_ptr<const SlotLoads> loads_;
     std::shared_ptr<WallTangents<W>> wall_tangents_; ///< null where no wall acts
     std::shared_ptr<BedTiles<W>> figures_;
+    std::shared_ptr<EnergyBudget<W>> audit_; ///< null where there is none
     bool strained_, closed_;
     double apart_; ///< m, for slopes
     std::vector<EvaluatedPass<W>> passes_;
-    std::vector<const TilePass<W>*> with_slopes_; ///< all of passes_
+    std::vector<const TilePass<W>*> with_slopes_; ///< of passes_
+    const FluidDragPass<W>* fluid_ = nullptr;     ///< one of passes_; null without a fluid that rods feel
 };
 
 } // namespace skein

@@ -77,8 +77,11 @@ public:
             if (!corrects_) break;
         }
         const P wrong = corrects_ ? corrections.wrong() : P(0.0);
-        for (std::size_t t = 0; t < tiles.size(); ++t)
-            tiles[t].pass->end_step(tiles[t].rod, step, wrong, *rooms.of_tile[t]);
+        if (tiles.front().pass->books()) joints_.try_state(slot, moments(), step, memory, rooms.joined.data());
+        for (std::size_t t = 0; t < tiles.size(); ++t) {
+            const RodTile<W> rod = joined(tiles, t, rooms);
+            tiles[t].pass->end_step(rod, load_of(rod, tiles, rooms), step, wrong, *rooms.of_tile[t]);
+        }
         shared_.gather(slot, step, memory);
         if (step.last_stage) joints_.end_step(slot, step, memory, rooms.joined.data());
     }

@@ -18,7 +18,8 @@ namespace skein {
 template <class Law, int W> class ConservingPass final : public CorrectedPass<ConservingPass<Law, W>, W> {
 public:
     explicit ConservingPass(const ImplicitParts<W>& parts)
-        : Base(parts), walls_(parts.group, parts.walls), elastic_(ends_of(parts.group), walls_) {}
+        : Base(parts), walls_(parts.group, parts.walls), elastic_(ends_of(parts.group), walls_), at_mean_(parts.walls),
+          by_walls_(ends_of(parts.group), parts.walls) {}
 
     void prepare(std::span<const Step> steps) override {
         walls_.prepare(steps);
@@ -58,7 +59,10 @@ private:
         }
     };
 
-    void bind_walls(const RodTile<W>& rod) override { walls_.bind(rod); }
+    void bind_walls(const RodTile<W>& rod) override {
+        walls_.bind(rod);
+        by_walls_.bind(rod);
+    }
     bool turns_about_lab() const override { return true; }
 
     /// First guess: the step at the present rates, with the mean strains of the step before.
@@ -106,18 +110,37 @@ private:
         s.spin = (P(1 / h) / turn.w) * turn.v;
     }
 
+    void evaluate_all(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work) const {
+        inner_loads(rod, work.inner.data(), step, work);
+        this->evaluate(rod, work.inner.data(), load, step);
+    }
+    /// Without internal couples, which work.couple has.
+    void inner_loads(const RodTile<W>& rod, SlotLoad<W>* load, const Step&, Work& work) const {
+        if (strained_)
+            elastic_.loads(rod, work.displacement.data(), work.director.data(), work.carried.data(), load,
+                           work.couple.data(), work.elastic);
+        else load[0] = {{}, {}, P(1.0)};
+    }
+    void add_inner_couples(const RodTile<W>& rod, SlotLoad<W>* load, const Work& work) const {
+        for (int k = 0; strained_ && k < rod.n; ++k) load[k].couple += rod.slot[k].director * work.couple[to_index(k)];
+    }
+    template <class Take> void stiffness(const RodTile<W>& rod, const Step&, Work& work, Take&& take) const {
+        elastic_.stiffness(rod, work.carried.data(), last(rod), work.elastic, take);
+    }
+    /// Power of the couples of walls that turn, W, at the mean state.
+    P wall_power(const RodTile<W>& rod, const Step& step) const {
+        return strained_ && at_mean_->moving() ? power_of_walls(by_walls_, *at_mean_, rod, step) : P(0.0);
+    }
+
     /// Loads of the present guess, and the rows of the correction that would balance them.
     template <class To> void add_rows_to(To& rows, const RodTile<W>& rod, SlotLoad<W>* load, const Step& step,
                                          Work& work, int number) const {
-        if (strained_)
-            elastic_.loads(rod, work.displacement.data(), work.director.data(), work.carried.data(), work.inner.data(),
-                           work.couple.data(), work.elastic);
-        else work.inner[0] = {{}, {}, P(1.0)};
-        this->evaluate(rod, work.inner.data(), load, step);
+        evaluate_all(rod, load, step, work);
         if (sloped_ && number % 3 == 0)
             work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick, apart_);
         const auto take = [&](int k, BlockRow<W>& row) {
             if (sloped_) work.slopes.subtract_from(k, row);
+            this->add_drags(rod, k, step.kick, true, row);
             const V& mean = rod.slot[k].velocity;
             terms_.add_node(k, step.kick, load[k].force, mean, mean - work.start[to_index(k)].velocity, row);
             add_turn(rod, work, load, k, step.kick, row);
@@ -126,7 +149,7 @@ private:
             rows.add(k, row);
         };
         if (strained_) {
-            elastic_.stiffness(rod, work.carried.data(), last(rod), work.elastic, take);
+            stiffness(rod, step, work, take);
         } else {
             BlockRow<W> row;
             row.clear();
@@ -220,6 +243,8 @@ private:
 
     StepWalls<W> walls_;
     Rows elastic_;
+    std::shared_ptr<EndWalls<W>> at_mean_;
+    ElasticPass<Law, W> by_walls_; ///< for the power of walls
 };
 
 } // namespace skein

@@ -20,13 +20,6 @@
 
 namespace skein {
 
-/// a^T diag(s) b
-template <class P> Mat3<P> transpose_product(const Mat3<P>& a, const Vec3<P>& s, const Mat3<P>& b) {
-    const Vec3<P> r1 = s.x * b.d1, r2 = s.y * b.d2, r3 = s.z * b.d3;
-    return {fma(a.d1.x, r1, fma(a.d2.x, r2, a.d3.x * r3)), fma(a.d1.y, r1, fma(a.d2.y, r2, a.d3.y * r3)),
-            fma(a.d1.z, r1, fma(a.d2.z, r2, a.d3.z * r3))};
-}
-
 template <class Law, int W> class ConservingRows {
 public:
     using P = Pack<W>;

@@ -3,10 +3,12 @@
 // its neighbours. What does not converge becomes NaN, which the run reports.
 #pragma once
 
+#include "immersion/fluid_drag_pass.hpp"
 #include "implicit/block_rows.hpp"
 #include "implicit/corrections.hpp"
 #include "implicit/evaluated_passes.hpp"
 #include "implicit/row_terms.hpp"
+#include "implicit/step_audit.hpp"
 #include "implicit/steps_together.hpp"
 #include "mechanics/elastic.hpp"
 #include "skein/core/aligned.hpp"
@@ -29,14 +31,18 @@ public:
     using Room = typename StepsTogether<W>::Room;
 
     explicit CorrectedPass(const ImplicitParts<W>& parts)
-        : terms_(parts.group, parts.rates), strained_(parts.group.strained()), closed_(parts.group.closed()),
-          apart_(1e-7 * (strained_ ? parts.group.element.front().rest_length : terms_.length())) {}
+        : terms_(parts.group, parts.rates, parts.shares), strained_(parts.group.strained()),
+          closed_(parts.group.closed()),
+          apart_(1e-7 * (strained_ ? parts.group.element.front().rest_length : terms_.length())),
+          audit_(parts.audit, parts.walls->moving()) {}
 
     void take(std::vector<EvaluatedPass<W>> passes) override {
         passes_ = std::move(passes);
         std::stable_partition(passes_.begin(), passes_.end(), [](const auto& one) { return !one.has_slopes; });
         for (const EvaluatedPass<W>& one : passes_)
             (one.has_slopes ? with_slopes_ : constant_).push_back(one.pass.get());
+        for (const EvaluatedPass<W>& one : passes_)
+            if (const auto* fluid = dynamic_cast<const FluidDragPass<W>*>(one.pass.get())) fluid_ = fluid;
         const auto adds = [](const TilePass<W>* pass) { return pass->adds_loads(); };
         sloped_ = std::any_of(with_slopes_.begin(), with_slopes_.end(), adds);
     }
@@ -53,6 +59,7 @@ public:
             strains_[rod.number].assign(to_index(rod.n), V{P(0.0), P(0.0), P(0.0)});
         }
         for (const EvaluatedPass<W>& one : passes_) one.pass->bind(rod);
+        audit_.bind(rod);
     }
     void prepare(std::span<const Step> steps) override {
         for (const EvaluatedPass<W>& one : passes_) one.pass->prepare(steps);
@@ -79,6 +86,7 @@ public:
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         static thread_local typename Pass::Work work;
         const Pass& pass = own();
+        if (audit_) audit_.begin(rod, terms_);
         pass.begin(rod, work, step);
         Corrections<W> corrections;
         while (corrections.goes_on()) {
@@ -90,12 +98,13 @@ public:
             pass.move(rod, work, step.kick, corrections.share(size));
             corrections.note(size);
         }
-        finish(rod, work, step, corrections.wrong());
+        finish(rod, load, work, step, corrections.wrong());
     }
 
     // With others of a cluster
     std::unique_ptr<Room> make_room() const override { return std::make_unique<RoomOf>(); }
     void begin_step(const RodTile<W>& rod, const Step& step, Room& room) const override {
+        if (audit_) audit_.begin(rod, terms_);
         own().begin(rod, work_in(room), step);
     }
     void add_rows(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Room& room, int number,
@@ -115,9 +124,11 @@ public:
     void move_by(const RodTile<W>& rod, const Step& step, const P& share, Room& room) const override {
         own().move(rod, work_in(room), step.kick, share);
     }
-    void end_step(const RodTile<W>& rod, const Step& step, const P& wrong, Room& room) const override {
-        finish(rod, work_in(room), step, wrong);
+    void end_step(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, const P& wrong,
+                  Room& room) const override {
+        finish(rod, load, work_in(room), step, wrong);
     }
+    bool books() const override { return static_cast<bool>(audit_); }
     void follow(const RodTile<W>& rod, int k, const Vec3<P>& position, const Vec3<P>& velocity, const Mask<W>& lanes,
                 Room& room) const override {
         auto& work = work_in(room);
@@ -135,6 +146,33 @@ protected:
 
     virtual void bind_walls(const RodTile<W>& rod) = 0;
 
+    /// Books the energies of a stage, with the loads at its end: corrections may have left those of before.
+    template <class Work> void book(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work) const {
+        const Pass& pass = static_cast<const Pass&>(*this);
+        const std::size_t slots = to_index(rod.last) + 1;
+        pass.evaluate_all(rod, load, step, work);
+        pass.inner_loads(rod, work.moved.data(), step, work);
+        if (closed_) work.moved[0].force += work.moved[slots - 1].force; // as of all loads
+        for (std::size_t k = 0; k < slots; ++k) {
+            load[k].force -= work.moved[k].force;
+            load[k].couple -= work.moved[k].couple;
+            load[k].dilatation -= work.moved[k].dilatation;
+        }
+        const SlotLoad<W>* medium = nullptr;
+        if (fluid_) {
+            std::fill_n(work.inner.begin(), slots, SlotLoad<W>{});
+            fluid_->run(rod, work.inner.data(), step);
+            medium = work.inner.data();
+        }
+        pass.add_inner_couples(rod, work.moved.data(), work);
+        const double time = step.kick + step.drift, lost = time * (step.kick - 0.5 * time);
+        P strained(0.0);
+        if (strained_ && lost != 0)
+            pass.stiffness(rod, step, work,
+                           [&](int k, BlockRow<W>& row) { strained += by_rates(rod, k, last(rod), row); });
+        audit_.book(rod, terms_, load, work.moved.data(), medium, time, pass.wall_power(rod, step), strained, lost);
+    }
+
     int last(const RodTile<W>& rod) const { return closed_ ? rod.n - 1 : rod.last; }
 
     /// Strain of element k that a step begins with: that of the step before, or `own` where there was none.
@@ -142,6 +180,13 @@ protected:
         const V& known = strains_[rod.number][to_index(k)];
         const Mask<W> is_known = fma(known.x + known.y, P(0.0), known.z) > P(0.0); // and not NaN
         return select(is_known, known, own);
+    }
+
+    /// Adds the slopes of the fluid's loads over the time h to row k.
+    void add_drags(const RodTile<W>& rod, int k, double h, bool in_lab, BlockRow<W>& row) const {
+        if (!fluid_) return;
+        const auto drags = fluid_->drags(rod, k);
+        RowTerms<W>::add_drags(rod, k, h, drags.node, drags.element, in_lab, row);
     }
 
     /// Adds the loads of other passes. `inner`: internal loads, and then those that do not change with the motion.
@@ -153,7 +198,8 @@ protected:
 
     RowTerms<W> terms_;
     bool strained_, closed_;
-    double apart_;                                           ///< m, for slopes
+    double apart_; ///< m, for slopes
+    StepAudit<W> audit_;
     std::vector<const TilePass<W>*> constant_, with_slopes_; ///< in the order of passes_
     bool sloped_ = false;                                    ///< false where with_slopes_ only moves loads
 
@@ -163,9 +209,13 @@ private:
     };
     static auto& work_in(Room& room) { return static_cast<RoomOf&>(room).work; }
     const Pass& own() const { return static_cast<const Pass&>(*this); }
-    template <class Work> void finish(const RodTile<W>& rod, Work& work, const Step& step, const P& wrong) const {
+    template <class Work>
+    void finish(const RodTile<W>& rod, SlotLoad<W>* load, Work& work, const Step& step, const P& wrong) const {
         if (strained_) std::copy_n(work.carried.data(), rod.n, strains_[rod.number].data());
+        if (fluid_) fluid_->book(rod, step.kick + step.drift);
+        if (audit_) book(rod, load, step, work);
         own().go_on(rod, work, step, wrong);
+        if (audit_) audit_.end(rod, terms_);
     }
 
     /// Largest displacement over the length, or turn, of a correction.
@@ -181,6 +231,7 @@ private:
     }
 
     std::vector<EvaluatedPass<W>> passes_;
+    const FluidDragPass<W>* fluid_ = nullptr;       ///< one of passes_; null without a fluid that rods feel
     mutable std::vector<AlignedVector<V>> strains_; ///< by tile: of the last step; 0 where there was none
 };
 

@@ -3,6 +3,7 @@
 
 #include "contact/tangent_lanes.hpp"
 #include "implicit/bed_figures.hpp"
+#include "mechanics/audit.hpp"
 #include "mechanics/kick.hpp"
 #include "mechanics/moving_ends.hpp"
 #include "neighbourhood/exposure.hpp"
@@ -32,7 +33,9 @@ template <int W> struct ImplicitParts {
     Law law;
     DampingRates rates;
     std::shared_ptr<EndWalls<W>> walls;
-    bool conserves; ///< by conserving_pass.hpp
+    KickedShares shares;                    ///< of the inertia
+    std::shared_ptr<EnergyBudget<W>> audit; ///< null where there is none
+    bool conserves;                         ///< by conserving_pass.hpp
 };
 
 /// Numbers of the steps of a group in a bed.

@@ -20,7 +20,8 @@ namespace skein {
 template <class Law, int W> class ImplicitPass final : public CorrectedPass<ImplicitPass<Law, W>, W> {
 public:
     explicit ImplicitPass(const ImplicitParts<W>& parts)
-        : Base(parts), walls_(parts.walls), elastic_(ends_of(parts.group), *walls_) {}
+        : Base(parts), walls_(parts.walls), elastic_(ends_of(parts.group), *walls_),
+          by_walls_(ends_of(parts.group), walls_) {}
 
 private:
     using Base = CorrectedPass<ImplicitPass, W>;
@@ -42,7 +43,10 @@ private:
         LoadSlopes<W> slopes;
     };
 
-    void bind_walls(const RodTile<W>& rod) override { walls_->bind(rod); }
+    void bind_walls(const RodTile<W>& rod) override {
+        walls_->bind(rod);
+        by_walls_.bind(rod);
+    }
     bool turns_about_lab() const override { return false; }
 
     /// First guess: the stage's end at the present rates, with the strains of the stage before. Those of its end would
@@ -76,23 +80,39 @@ private:
         close_ring(rod);
     }
 
+    void evaluate_all(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work) const {
+        inner_loads(rod, work.inner.data(), step, work);
+        this->evaluate(rod, work.inner.data(), load, step);
+    }
+    void inner_loads(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work) const {
+        if (strained_) elastic_.loads(rod, work.carried.data(), step, load);
+        else load[0] = {{}, {}, P(1.0)};
+    }
+    void add_inner_couples(const RodTile<W>&, SlotLoad<W>*, const Work&) const {} // they are there
+    template <class Take> void stiffness(const RodTile<W>& rod, const Step& step, Work& work, Take&& take) const {
+        elastic_.stiffness(rod, work.carried.data(), step, last(rod), take);
+    }
+    /// Power of the couples of walls that turn, W.
+    P wall_power(const RodTile<W>& rod, const Step& step) const {
+        return strained_ && walls_->moving() ? power_of_walls(by_walls_, *walls_, rod, step) : P(0.0);
+    }
+
     /// Loads at the present state of the stage, and the rows of the correction that would balance them.
     template <class Rows> void add_rows_to(Rows& rows, const RodTile<W>& rod, SlotLoad<W>* load, const Step& step,
                                            Work& work, int number) const {
-        if (strained_) elastic_.loads(rod, work.carried.data(), step, work.inner.data());
-        else work.inner[0] = {{}, {}, P(1.0)};
-        this->evaluate(rod, work.inner.data(), load, step);
+        evaluate_all(rod, load, step, work);
         if (sloped_ && number % 3 == 0)
             work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick, apart_);
         const auto take = [&](int k, BlockRow<W>& row) {
             if (sloped_) work.slopes.subtract_from(k, row);
+            this->add_drags(rod, k, step.kick, false, row);
             add_inertia(rod, work, load[k], k, step.kick, row);
             terms_.hold(rod, k, last(rod), row);
             hold_turn(rod, k, step.kick, row);
             rows.add(k, row);
         };
         if (strained_) {
-            elastic_.stiffness(rod, work.carried.data(), step, last(rod), take);
+            stiffness(rod, step, work, take);
         } else {
             BlockRow<W> row;
             row.clear();
@@ -202,6 +222,7 @@ private:
 
     std::shared_ptr<EndWalls<W>> walls_;
     ElasticRows<Law, W> elastic_;
+    ElasticPass<Law, W> by_walls_; ///< for the power of walls
 };
 
 } // namespace skein

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "implicit/elastic_rows.hpp"
+#include "implicit/finite_turn.hpp"
 #include "implicit/implicit_rod.hpp"
 
 namespace skein {
@@ -11,7 +12,8 @@ public:
     using P = Pack<W>;
     using V = Vec3<P>;
 
-    RowTerms(const RodGroup& group, const DampingRates& rates) : rod_(group, rates), closed_(group.closed()) {
+    RowTerms(const RodGroup& group, const DampingRates& rates, const KickedShares& shares)
+        : rod_(group, rates, shares), closed_(group.closed()) {
         for (int k = 0; k < group.slots(); ++k) turns_in_lab_ |= rod_[k].turns_in_lab;
     }
 
@@ -52,6 +54,26 @@ public:
                 const P turned = fms(diagonal[i], half.a[i][m], gyration.a[i][m]);
                 row.diagonal[3 + i][3 + m] += i == m ? turned + diagonal[i] : turned;
             }
+    }
+
+    /// Adds drags over the time h, of a node in the lab, of an element in its frame or (`in_lab`) the lab.
+    static void add_drags(const RodTile<W>& rod, int k, double h, const V& node, const V& element, bool in_lab,
+                          BlockRow<W>& row) {
+        const P inv(1 / h), of_node[3] = {inv * node.x, inv * node.y, inv * node.z};
+        for (int i = 0; i < 3; ++i) row.diagonal[i][i] += of_node[i];
+        if (k >= rod.n) return;
+        const V turning = inv * element;
+        Mat3<P> all{{turning.x, P(0.0), P(0.0)}, {P(0.0), turning.y, P(0.0)}, {P(0.0), P(0.0), turning.z}};
+        if (in_lab) {
+            const Mat3<P> q = matrix(rod.slot[k].director);
+            all = transpose_product(q, turning, q);
+        }
+        const V* const lines[3] = {&all.d1, &all.d2, &all.d3};
+        for (int i = 0; i < 3; ++i) {
+            row.diagonal[3 + i][3] += lines[i]->x;
+            row.diagonal[3 + i][4] += lines[i]->y;
+            row.diagonal[3 + i][5] += lines[i]->z;
+        }
     }
 
     /// Holds what is not free. Turns of elements that are held about some lab axes become turns in the lab, t = Q u.
@@ -111,5 +133,41 @@ private:
     ImplicitRod rod_;
     bool closed_, turns_in_lab_ = false;
 };
+
+/// Rates of row k of rows to `end` times their stiffness: (v, w)^T K (v, w).
+template <int W> Pack<W> by_rates(const RodTile<W>& rod, int k, int end, const BlockRow<W>& row) {
+    using P = Pack<W>;
+    const auto rates = [&](int of, P(&u)[row_size]) {
+        const Slot<W>& s = rod.slot[of];
+        const bool turns = of < rod.n;
+        const P all[row_size] = {s.velocity.x,
+                                 s.velocity.y,
+                                 s.velocity.z,
+                                 turns ? s.spin.x : P(0.0),
+                                 turns ? s.spin.y : P(0.0),
+                                 turns ? s.spin.z : P(0.0)};
+        std::copy_n(all, row_size, u);
+    };
+    const bool closed = rod.group->closed();
+    const int prior = k > 0 ? k - 1 : closed ? end : -1, next = k < end ? k + 1 : closed ? 0 : -1;
+    P own[row_size], other[row_size], force[row_size] = {};
+    rates(k, own);
+    const auto add = [&](const RowBlock<W>& block, const P(&u)[row_size]) {
+        for (int i = 0; i < row_size; ++i)
+            for (int j = 0; j < row_size; ++j) force[i] = fma(block[i][j], u[j], force[i]);
+    };
+    add(row.diagonal, own);
+    if (prior >= 0) {
+        rates(prior, other);
+        add(row.before, other);
+    }
+    if (next >= 0) {
+        rates(next, other);
+        add(row.after, other);
+    }
+    P sum(0.0);
+    for (int i = 0; i < row_size; ++i) sum = fma(own[i], force[i], sum);
+    return sum;
+}
 
 } // namespace skein

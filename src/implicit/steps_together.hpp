@@ -35,7 +35,10 @@ public:
     /// Takes a share of it; 0 where a lane is done.
     virtual void move_by(const RodTile<W>& rod, const Step& step, const Pack<W>& share, Room& room) const = 0;
     /// Ends the step. `wrong`: NaN where corrections have not converged.
-    virtual void end_step(const RodTile<W>& rod, const Step& step, const Pack<W>& wrong, Room& room) const = 0;
+    virtual void end_step(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, const Pack<W>& wrong,
+                          Room& room) const = 0;
+    /// True where it books the loads of the end.
+    virtual bool books() const { return false; }
     /// Takes a node along with another one, in some lanes.
     virtual void follow(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& position, const Vec3<Pack<W>>& velocity,
                         const Mask<W>& lanes, Room& room) const = 0;

@@ -48,19 +48,23 @@ std::vector<double> budget_of(const Rods& rods, std::size_t i) {
     const RodBudget w = rods.budget(i);
     std::vector<double> works{w.loads, w.walls, w.dissipated};
     if (rods.budgets_fluid(to_index(rods.local()[i].group))) works.push_back(w.fluid);
+    if (rods.budgets_steps(to_index(rods.local()[i].group))) works.push_back(w.numerical);
     return works;
 }
 std::vector<double> memory_of(const Rods& rods, std::size_t i) { return rods.memory(i); }
 
 Record budget_record(const RodGroup& group, const Rods& rods) {
-    const std::uint64_t works = rods.budgets_fluid(to_index(group.id())) ? 4 : 3;
+    const std::size_t of = to_index(group.id());
+    const std::uint64_t works = 3 + (rods.budgets_fluid(of) ? 1 : 0) + (rods.budgets_steps(of) ? 1 : 0);
     return {"/groups/" + group.name() + "/works", 1, works, take_numbers<budget_of>,
             [](Rods& to, std::size_t i, std::span<const double> in) {
+                const bool in_fluid = to.budgets_fluid(to_index(to.local()[i].group));
                 to.set_budget(i, {.loads = in[0],
                                   .walls = in[1],
                                   .dissipated = in[2],
                                   .held_before = 0,
-                                  .fluid = in.size() > 3 ? in[3] : 0});
+                                  .fluid = in_fluid && in.size() > 3 ? in[3] : 0,
+                                  .numerical = in.size() > (in_fluid ? 4 : 3) ? in.back() : 0});
             }};
 }
 

@@ -4,6 +4,7 @@
 
 #include "contact/wall_pass.hpp"
 #include "contact/wall_points.hpp"
+#include "immersion/fluid_drag_pass.hpp"
 #include "immersion/fluid_load_pass.hpp"
 #include "implicit/evaluated_passes.hpp"
 #include "kernels/physics_passes.hpp"
@@ -129,6 +130,9 @@ public:
                                                          *parts_.group.body());
     }
     Made operator()(const pass::FeelFluid& p) const {
+        const GroupProgram& program = parts_.plan.program;
+        if (program.find<pass::StepImplicitly>() || program.find<pass::StepInBed>())
+            return std::make_unique<FluidDragPass<W>>(parts_.around.fluid);
         return std::make_unique<FluidLoadPass<W>>(parts_.around.fluid, parts_.group, *p.inertia);
     }
     Made operator()(pass::FoldRing) const { return std::make_unique<FoldRingPass<W>>(); }
@@ -146,18 +150,23 @@ public:
         });
     }
     Made operator()(const pass::StepImplicitly& p) const {
-        return make_implicit_pass<W>(
-            {parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls, p.conserves});
+        return make_implicit_pass<W>({parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls,
+                                      kicked_shares(parts_.plan.program), parts_.audit, p.conserves});
     }
     Made operator()(const pass::StepInBed& p) const {
-        return make_bed_pass<W>({{parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls},
+        return make_bed_pass<W>({{parts_.group, p.law, damping_rates(parts_.group, p.damping), parts_.end_walls,
+                                  kicked_shares(parts_.plan.program), parts_.audit, false},
                                  parts_.around.exposure,
                                  parts_.around.loads,
                                  parts_.wall_tangents,
                                  parts_.bed});
     }
     Made operator()(const pass::Filter& p) const {
-        return std::make_unique<LaplacianFilterPass<W>>(parts_.group, p.order, p.rate, parts_.dt);
+        const bool audited = p.time == FilterTime::before_step || p.time == FilterTime::after_step;
+        const bool before_ends = p.time == FilterTime::before_step && parts_.moving && parts_.scheme.stages.size() > 1;
+        return std::make_unique<LaplacianFilterPass<W>>(parts_.group, p.order, p.rate, parts_.dt, p.time,
+                                                        audited ? parts_.audit : nullptr,
+                                                        before_ends ? parts_.end_walls : nullptr);
     }
     Made operator()(pass::Slide) const { return std::make_unique<SlidePass<W>>(parts_.end_walls); }
     Made operator()(pass::Hold) const { return std::make_unique<HoldPass<W>>(); }

@@ -19,13 +19,14 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
     for (const PassSpec& pass : of_plan) {
         std::unique_ptr<TilePass<W>> made = PassKinds::make(pass, maker);
         const auto* load = pass.template get<pass::ApplyLoad>();
-        const bool has_slopes = !(load && load->load.ignores_motion());
+        const bool feels_fluid = pass.template get<pass::FeelFluid>() != nullptr; // whose slopes are known
+        const bool has_slopes = !(load && load->load.ignores_motion()) && !feels_fluid;
         if (evaluated && pass.place > PassPlace::internal && pass.place < PassPlace::kick) {
             loads.push_back({std::move(made), has_slopes});
             continue;
         }
-        if (in_bed && load && has_slopes) {
-            loads.push_back({std::move(made), true});
+        if (in_bed && ((load && has_slopes) || feels_fluid)) {
+            loads.push_back({std::move(made), has_slopes});
             continue;
         }
         if (auto* step = dynamic_cast<EvaluatesPasses<W>*>(made.get())) step->take(std::move(loads));
@@ -118,8 +119,11 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
             parts.wall_tangents = std::make_shared<WallTangents<W>>();
             parts.wall_tangents->zone = around.meeting_zone;
         }
-        if (program.find<pass::AuditBalance>())
-            parts.audit = audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g], kicked_shares(program)));
+        const auto* by_steps = program.find<pass::StepImplicitly>();
+        const bool audited = by_steps && by_steps->audited;
+        if (audited || program.find<pass::AuditBalance>())
+            parts.audit =
+                audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g], kicked_shares(program), audited));
         if (groups[g].spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(groups[g]);
         parts.end_walls = std::make_shared<EndWalls<W>>(parts.moving);
         around.wall_contacts.push_back(parts.walls);

@@ -77,6 +77,7 @@ struct StepImplicitly {
     Law law;
     std::vector<Damping> damping;
     bool conserves; ///< energy and momenta
+    bool audited;   ///< it books energies
     static constexpr std::string_view name = "implicit step", cause = "implicit steps";
     static constexpr double ns = 200;
     static std::string refuses_sizes() {

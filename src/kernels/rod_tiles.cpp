@@ -508,6 +508,7 @@ template <int W> void RodTiles<W>::keep(std::size_t place) {
     threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
         const RodTile<W>& tile = tiles_[t];
         std::copy_n(tile.slot, tile.last + 1, kept_[place].data() + (tile.slot - slots_.data()));
+        if (!audits_.empty()) audits_[to_index(tile.group->id())]->keep(tile.number, place);
     });
     for (Cluster& cluster : clusters_) cluster.kept[place] = cluster.memory;
 }
@@ -516,6 +517,7 @@ template <int W> void RodTiles<W>::go_back(std::size_t place) {
     threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
         const RodTile<W>& tile = tiles_[t];
         std::copy_n(kept_[place].data() + (tile.slot - slots_.data()), tile.last + 1, tile.slot);
+        if (!audits_.empty()) audits_[to_index(tile.group->id())]->go_back(tile.number, place);
     });
     for (Cluster& cluster : clusters_) cluster.memory = cluster.kept[place];
 }

@@ -66,6 +66,7 @@ public:
     void inspect(std::int64_t step, double dt) const override;
     RodBudget budget(std::size_t i) const override;
     bool budgets_fluid(std::size_t group) const override { return !audits_.empty() && audits_[group]->kicked.any(); }
+    bool budgets_steps(std::size_t group) const override { return !audits_.empty() && audits_[group]->by_steps; }
     void set_budget(std::size_t i, const RodBudget& budget) override;
     std::vector<double> memory(std::size_t i) const override;
     void set_memory(std::size_t i, std::span<const double> numbers) override;

@@ -42,6 +42,10 @@ struct Damping {
     }
 };
 
+/// When a filter acts: between the halves of a kick; for half of a step of any length, before it and after it; or after
+/// it for the whole.
+enum class FilterTime { in_kick, before_step, after_step, whole_step };
+
 inline bool is_filter(const Damping& d) { return d.kind == DampingKind::laplacian; }
 
 /// Rates of all damping tables of a group, summed; a filter has none.

@@ -12,23 +12,17 @@
 #pragma once
 
 #include "mechanics/elastic.hpp"
+#include "mechanics/kicked_shares.hpp"
 #include "skein/core/aligned.hpp"
 #include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 #include <memory>
+#include <tuple>
 #include <utility>
 #include <vector>
 
 namespace skein {
-
-/// Shares of the inertia of a rod in a fluid that kicks feel; none without a fluid. theory.md (88)
-struct KickedShares {
-    std::vector<double> of_nodes;   ///< [n + 1]
-    std::vector<Vec3d> of_elements; ///< [n], body
-
-    bool any() const { return !of_nodes.empty(); }
-};
 
 /// Energy budget of one group, by tile number, shared by the passes of its audit.
 template <int W> struct EnergyBudget {
@@ -45,16 +39,22 @@ template <int W> struct EnergyBudget {
         P held_before_carried{}; ///< its part that the fluid carries, J
         P wall_power{};          ///< power of the couples of half cells on walls, W
         P loads{}, walls{}, dissipated{}, fluid{}; ///< sums, J
+        P numerical{};                             ///< sum of what implicit steps take, J
+        P kinetic_before{}, carried_before{};      ///< of an implicit stage as it begins, J
+        std::tuple<P, P, P, P, P> kept[2];         ///< sums at other times
     };
     AlignedVector<TileBudget> tiles;
 
-    explicit EnergyBudget(const RodGroup& group, KickedShares kicked = {}) : kicked(std::move(kicked)), group_(group) {}
+    /// `by_steps`: steps are implicit, and take energy by themselves.
+    explicit EnergyBudget(const RodGroup& group, KickedShares kicked = {}, bool by_steps = false)
+        : kicked(std::move(kicked)), by_steps(by_steps), group_(group) {}
 
     const KickedShares kicked;
+    const bool by_steps;
 
     RodBudget budget(std::size_t tile, int l) const {
         const TileBudget& p = tiles[tile];
-        return {p.loads[l], p.walls[l], p.dissipated[l], p.held_before[l], p.fluid[l]};
+        return {p.loads[l], p.walls[l], p.dissipated[l], p.held_before[l], p.fluid[l], p.numerical[l]};
     }
     void set_budget(std::size_t tile, int l, const RodBudget& budget) {
         TileBudget& p = tiles[tile];
@@ -63,6 +63,16 @@ template <int W> struct EnergyBudget {
         p.dissipated.set(l, budget.dissipated);
         p.held_before.set(l, budget.held_before);
         p.fluid.set(l, budget.fluid);
+        p.numerical.set(l, budget.numerical);
+    }
+    /// Keeps the sums of a tile in a place of its own, 0 or 1; returns to them.
+    void keep(std::size_t tile, std::size_t place) {
+        TileBudget& p = tiles[tile];
+        p.kept[place] = {p.loads, p.walls, p.dissipated, p.fluid, p.numerical};
+    }
+    void go_back(std::size_t tile, std::size_t place) {
+        TileBudget& p = tiles[tile];
+        std::tie(p.loads, p.walls, p.dissipated, p.fluid, p.numerical) = p.kept[place];
     }
     std::size_t bytes() const {
         std::size_t sum = 0;
@@ -162,6 +172,14 @@ public:
     }
 };
 
+/// Power of the couples on walls that turn, W.
+template <class Law, int W> Pack<W> power_of_walls(const ElasticPass<Law, W>& elastic, const EndWalls<W>& walls,
+                                                   const RodTile<W>& rod, const Step& step) {
+    const Vec3<Pack<W>> start = walls.spin(EndWalls<W>::start, rod, step),
+                        end = walls.spin(EndWalls<W>::end, rod, step);
+    return dot(elastic.couple_on_start_wall(rod, step), start) + dot(elastic.couple_on_end_wall(rod, step), end);
+}
+
 /// Pass after the elastic pass, with internal loads, and again after contacts, whose loads it adds.
 template <class Law, int W> class AuditInnerPass final : public AuditPass<W> {
 public:
@@ -176,11 +194,7 @@ public:
 
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         if (this->note_inner(rod, load)) return;
-        if (!walls_->moving()) return;
-        const Vec3<Pack<W>> start = walls_->spin(EndWalls<W>::start, rod, step),
-                            end = walls_->spin(EndWalls<W>::end, rod, step);
-        this->of(rod).wall_power =
-            dot(elastic_.couple_on_start_wall(rod, step), start) + dot(elastic_.couple_on_end_wall(rod, step), end);
+        if (walls_->moving()) this->of(rod).wall_power = power_of_walls(elastic_, *walls_, rod, step);
     }
 
 private:

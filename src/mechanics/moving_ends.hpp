@@ -138,6 +138,10 @@ public:
     Vec3<P> velocity(End at, const RodTile<W>& rod, const Step& step) const {
         return to_lab(rod, pose(at, step).velocity);
     }
+    /// The same of other motions, as at another time.
+    Vec3<P> velocity(End at, const RodTile<W>& rod, const MovingEnds& moving, const Step& step) const {
+        return to_lab(rod, (at == start ? moving.start(step) : moving.end(step)).velocity);
+    }
     Quaternion<P> frame(End at, const RodTile<W>& rod, const Step& step) const {
         if (moving_) return frame(at, rod, *moving_, step);
         if (own_.empty()) return broadcast<W>(at == start ? rod.group->frame() : rod.group->end_frame());
@@ -152,8 +156,10 @@ public:
     }
     /// Angular velocity of the wall, body, rad/s.
     Vec3<P> spin(End at, const RodTile<W>& rod, const Step& step) const {
-        if (own_.empty()) return broadcast<W>(pose(at, step).spin);
-        return own_[rod.number].in_axes[at] * broadcast<W>(pose(at, step).turn) * broadcast<W>(pose(at, step).turning);
+        return spin_of_pose(at, rod, pose(at, step));
+    }
+    Vec3<P> spin(End at, const RodTile<W>& rod, const MovingEnds& moving, const Step& step) const {
+        return spin_of_pose(at, rod, at == start ? moving.start(step) : moving.end(step));
     }
 
 private:
@@ -164,6 +170,10 @@ private:
     struct Home {
         Vec3<P> place[2];
     };
+    Vec3<P> spin_of_pose(End at, const RodTile<W>& rod, const MovingEnds::Pose& pose) const {
+        if (own_.empty()) return broadcast<W>(pose.spin);
+        return own_[rod.number].in_axes[at] * broadcast<W>(pose.turn) * broadcast<W>(pose.turning);
+    }
     const MovingEnds::Pose& pose(End at, const Step& step) const {
         return at == start ? moving_->start(step) : moving_->end(step);
     }

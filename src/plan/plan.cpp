@@ -128,7 +128,7 @@ double predicted_seconds(const Plan& plan) {
         ns += one->ns_per_element() * static_cast<double>(plan.elements) / cores;
         seconds += one->core_seconds(plan) / cores;
     }
-    return ns * 1e-9 * stages * static_cast<double>(plan.steps) + seconds;
+    return ns * 1e-9 * stages * static_cast<double>(plan.steps) / plan.steps_at_once + seconds;
 }
 
 void note_doubts(Plan& plan, const CoreTables& scene, std::span<const RodGroup> groups) {

@@ -109,6 +109,7 @@ struct Plan {
     Integrator integrator = Integrator::verlet;
     std::size_t governing = 0; ///< group whose limit is smallest
     std::int64_t steps = 0;
+    double steps_at_once = 1;      ///< steps of the clock that rods make as one, at most
     std::int64_t events_every = 1; ///< steps between times at which all of a scene stands
     Cadence cadence;
     Keeping keeping;                      ///< of checkpoints

@@ -3,6 +3,7 @@
 // kernels/physics_passes.hpp, and the physics adds them to programs.                                   theory.md (20)
 #pragma once
 
+#include "loads/damping.hpp"
 #include "mechanics/gyration.hpp"
 #include "mechanics/kick.hpp"
 #include "skein/core/index.hpp"
@@ -156,6 +157,7 @@ struct Filter {
     static constexpr std::string_view name = "laplacian filter", cause = "the laplacian damping";
     long order;
     double rate; ///< 1/s
+    FilterTime time = FilterTime::in_kick;
     /// By the ratio of runs with and without a filter of order 1, 2 and 4.
     double ns() const { return 9 + 1.5 * static_cast<double>(order); }
 };

@@ -28,6 +28,7 @@ std::vector<std::string> Observation::names() const {
     auto all = observable_names(sets_);
     if (world_.plan.has<AuditPlan>()) all.insert(all.end(), std::begin(audit_names), std::end(audit_names));
     if (books_fluid()) all.emplace_back(audit_fluid_name);
+    if (books_steps()) all.emplace_back(audit_steps_name);
     if (world_.plan.has<AuditPlan>() && staged_) all.emplace_back("stage_work[J]");
     for (std::string& name : names_of_figures(world_.interactions())) all.push_back(std::move(name));
     const auto* touch = world_.plan.find<TouchPlan>();
@@ -48,6 +49,7 @@ std::vector<double> Observation::values() const {
         const EnergyAudit a = audit(values, at.lag);
         std::vector<double> works{a.loads, a.walls, a.dissipated, a.defect(*audited_from())};
         if (books_fluid()) works.push_back(a.fluid);
+        if (books_steps()) works.push_back(a.numerical);
         if (staged_) works.push_back(stage_work());
         if (at.solved) works.assign(works.size(), std::numeric_limits<double>::quiet_NaN()); // sums over steps
         values.insert(values.end(), works.begin(), works.end());
@@ -138,6 +140,11 @@ void Observation::enter_stage(World& world) {
 bool Observation::books_fluid() const {
     const auto* fluid = world_.plan.find<FluidPlan>();
     return world_.plan.has<AuditPlan>() && fluid && fluid->two_way();
+}
+
+bool Observation::books_steps() const {
+    const auto* audit = world_.plan.find<AuditPlan>();
+    return audit && audit->by_steps;
 }
 
 double Observation::stage_work() const {

@@ -56,6 +56,8 @@ private:
     EnergyAudit audit() const;
     /// True where the audit has the work of a fluid.
     bool books_fluid() const;
+    /// True where an audit has what implicit steps take.
+    bool books_steps() const;
 
     const World& world_;
     ObservableSets sets_;

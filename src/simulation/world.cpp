@@ -139,8 +139,7 @@ void World::advance(std::int64_t until) {
     while (clock.done() < until && going) {
         StepControl* control = step_control(interactions_);
         PaceControl* pace = pace_control(interactions_);
-        const auto steps =
-            control || pace ? clock.next(clock.done() + 1, 1) : next_steps(std::min(until, checks.next(clock.done())));
+        const auto steps = control || pace ? next_whole(until) : next_steps(std::min(until, checks.next(clock.done())));
         const Step end = steps.back();
         const bool check = end.index == until || checks.due(end.index) || control;
         const StepEnd ended_as = make(steps, check);
@@ -157,14 +156,15 @@ void World::advance(std::int64_t until) {
             failure_ = fmt::format("step {} needs more than {} parts: a node moves at {:.3g} m/s", end.index,
                                    PaceControl::most_parts, fastest(interactions_));
         if (!valid && control && failure_.empty())
-            failure_ = fmt::format("step {} in {} parts still has an error beyond time.tolerance", end.index,
-                                   StepControl::most_parts);
+            failure_ = fmt::format("step {} in {} parts {}", end.index, StepControl::most_parts,
+                                   companion(interactions_) ? "still has an error beyond time.tolerance"
+                                                            : "has corrections that do not converge");
         going = (synchronous_ ? all_ranks_valid() : failure_.empty()) && !ended();
     }
 }
 
 World::StepEnd World::make(std::span<const Step> steps, bool check) {
-    if (StepControl* control = step_control(interactions_)) return step_in_parts(*control);
+    if (StepControl* control = step_control(interactions_)) return step_in_parts(*control, steps);
     PaceControl* pace = pace_control(interactions_);
     return (pace ? step_at_pace(*pace, check) : step(steps, check)) ? StepEnd::done : StepEnd::failed;
 }
@@ -178,6 +178,13 @@ void World::watch_limit() {
 std::span<const Step> World::next_steps(std::int64_t until) {
     const bool one = synchronous_ && !coupled_;
     return clock.next(std::min(until, next_coupling(interactions_, clock.done())), one ? 1 : Clock::largest_batch);
+}
+
+std::span<const Step> World::next_whole(std::int64_t until) {
+    std::span<const Step> steps = clock.next(clock.done() + 1, 1);
+    if (!step_control(interactions_)) return steps;
+    for (const auto& interaction : interactions_) interaction->begin(steps.front(), timers);
+    return clock.next_whole(std::min(until, meeting_after(interactions_, clock.done())));
 }
 
 bool World::step(std::span<const Step> steps, bool check) {
@@ -212,10 +219,14 @@ bool World::step_in_parts(std::int64_t parts) {
     enum : std::int64_t { good, bad, stop };
     std::int64_t found = good;
     for (std::int64_t part = 0; part < parts && found == good;) {
-        const auto steps = clock.next_in_parts(parts, part);
+        const auto steps = clock.next_in_parts(parts, part, Clock::largest_batch, together_);
         part += static_cast<std::int64_t>(steps.size() / scheme_of(plan.integrator).stages.size());
-        const bool valid = step(steps, true);
-        found = comm.max(std::int64_t{part < parts && stop_requested() ? stop : valid ? good : bad});
+        const bool valid = [&] {
+            const auto timing = timers.time(Phase::rods);
+            return rods_->advance(steps, true);
+        }();
+        const bool stops = !coupled_ && part < parts && stop_requested(); // partners are within a step of theirs
+        found = comm.max(std::int64_t{stops ? stop : valid ? good : bad});
     }
     stopped_ = found == stop;
     return found == good;
@@ -230,17 +241,22 @@ bool World::step_at_pace(PaceControl& pace, bool check) {
     return valid;
 }
 
-World::StepEnd World::step_in_parts(StepControl& control) {
+World::StepEnd World::step_in_parts(StepControl& control, std::span<const Step> whole) {
+    const Step end = whole.back();
     stopped_ = false;
+    together_ = end.index - clock.done();
     rods_->keep(0);
     if (Companion* companion = skein::companion(interactions_)) return step_by_error(control, *companion);
-    while (!step_in_parts(control.parts())) {
+    const std::int64_t least = plan.automatic_dt ? 1 : together_; // a given dt is that of rods
+    while (!step_in_parts(least * control.parts())) {
         rods_->go_back(0);
         if (stopped_) return StepEnd::stopped;
         if (!control.refine()) return StepEnd::failed;
+        for (const auto& interaction : interactions_) interaction->begin_again();
     }
     control.note();
-    return StepEnd::done;
+    for (const auto& interaction : interactions_) interaction->end_step(end, timers);
+    return comm.max(std::int64_t{!invalid(interactions_).empty()}) == 0 ? StepEnd::done : StepEnd::failed;
 }
 
 bool World::step_with(Companion& companion, std::int64_t parts) {
@@ -290,7 +306,7 @@ bool World::repeat(std::int64_t until, bool check) {
     bool valid = true;
     while (clock.done() < until) {
         const bool in_parts = step_control(interactions_) || pace_control(interactions_);
-        const auto steps = in_parts ? clock.next(clock.done() + 1, 1) : next_steps(until);
+        const auto steps = in_parts ? next_whole(until) : next_steps(until);
         const Step end = steps.back();
         const bool last = check && end.index == until;
         valid = make(steps, last) == StepEnd::done || !last;

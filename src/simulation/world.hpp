@@ -105,7 +105,7 @@ private:
     StepEnd make(std::span<const Step> steps, bool check);
     /// One step of the clock in as many parts as it needs. It fails where no number of them does, and is taken back
     /// where the run is to stop. Collective.
-    StepEnd step_in_parts(StepControl& control);
+    StepEnd step_in_parts(StepControl& control, std::span<const Step> whole);
     /// One step of the clock in parts that bodies go through at their pace. It fails where they are too fast.
     /// Collective.
     bool step_at_pace(PaceControl& pace, bool check);
@@ -118,6 +118,9 @@ private:
     /// Largest distance of a node from where these parts of the step would have it; rods stay.
     double difference_from(std::int64_t parts);
     std::span<const Step> next_steps(std::int64_t until);
+    /// The next step of the clock that is cut into parts, which interactions have begun; where rods meet a partner, the
+    /// last of those up to there. Collective where they do.
+    std::span<const Step> next_whole(std::int64_t until);
     /// Notes the first body of this rank that is near the limit of its step.
     void watch_limit();
     /// Meeting of all ranks after a batch: false on all as soon as one has failed.
@@ -133,6 +136,7 @@ private:
     std::unique_ptr<Neighbourhood> neighbourhood_;
     Interactions interactions_;
     LoadBalance balance_;
+    std::int64_t together_ = 1; ///< steps of the clock that are made as one, in parts
     bool always_moves_, synchronous_ = false, coupled_ = false, stopped_ = false;
     std::int64_t owners_ = 0;
     std::string failure_, near_limit_;

@@ -37,6 +37,7 @@ struct RodBudget {
     double loads = 0, walls = 0, dissipated = 0;
     double held_before = 0; ///< kinetic energy of held nodes and elements, between the halves of a step
     double fluid = 0;
+    double numerical = 0; ///< taken by implicit steps
 };
 
 /// Content of a copy of a rod's state.
@@ -145,6 +146,8 @@ public:
     virtual RodBudget budget(std::size_t i) const = 0;
     /// True where budgets of a group have work of a fluid, on any rank.
     virtual bool budgets_fluid(std::size_t group) const = 0;
+    /// True where budgets of a group have what implicit steps take.
+    virtual bool budgets_steps(std::size_t group) const = 0;
     /// Continues from the sums of a checkpoint; no effect without an audit.
     virtual void set_budget(std::size_t i, const RodBudget& budget) = 0;
     /// Memory of passes about local()[i] from step to step: the same numbers for any width and lane.

@@ -41,6 +41,7 @@ bool StepControl::trusts(double change) const {
 
 bool StepControl::refine() {
     parts_ *= 2;
+    largest_ = std::max(largest_, parts_);
     interval_ = 1;
     return parts_ <= limit_;
 }

@@ -21,6 +21,7 @@ public:
 
     bool limited() const { return tolerance_ > 0; }
     std::int64_t parts() const { return parts_; }
+    std::int64_t largest() const { return largest_; } ///< parts of a step, since the start of this run
     /// Gives up at fewer parts than `most_parts`.
     void limit(std::int64_t most) { limit_ = most; }
 
@@ -53,7 +54,7 @@ private:
     void go_on(double local, double distance, bool known);
 
     double tolerance_, steps_;
-    std::int64_t enough_, parts_, interval_ = 1, wait_ = 0, limit_ = most_parts;
+    std::int64_t enough_, parts_, largest_ = 1, interval_ = 1, wait_ = 0, limit_ = most_parts;
     double done_ = 0, sum_ = 0, most_ = 0, distance_ = 0;
     double compared_ = 0,
            compared_change_ = 0; ///< local difference, and change of the distance, of the last comparison

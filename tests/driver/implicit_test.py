@@ -27,6 +27,8 @@ SCENES = {
     "pendulum": (0.1, 400, {"rods": [rod(3e5, start="pinned", tangent=(0.8, 0.0, -0.6))], "load": GRAVITY}),
     "whip": (0.1, 800, {"rods": [rod(2e5, start="clamped", start_motion={"amplitude": [0.0, 0.0, 0.02], "period": 0.1})]}),
     "turning": (0.1, 800, {"rods": [rod(2e5, start="clamped", start_motion={"rotation_amplitude": [0.0, 0.5, 0.3], "period": 0.1})]}),
+    "filtered": (0.1, 400, {"rods": [rod(1e5, start="clamped")], "load": GRAVITY, "damping": [{"kind": "laplacian", "rate": 200.0, "order": 1}, {"kind": "laplacian", "rate": 500.0, "order": 3}]}),
+    "filtered whip": (0.1, 800, {"rods": [rod(2e5, start="clamped", start_motion={"amplitude": [0.0, 0.0, 0.02], "period": 0.1})], "damping": [{"kind": "laplacian", "rate": 500.0, "order": 2}]}),
     "cilium": (0.1, 100, {"rods": [rod(elements=10, start="clamped", **MAGNET)],
                           "load": [{"kind": "magnetic_field", "constant": [0.0, 2e-2, 0.0], "rotating": 2e-2, "period": 0.1} | RISES]}),
     "ring": (0.1, 100, {"rods": [rod(elements=12, shape={"closed": True}, **MAGNET)],

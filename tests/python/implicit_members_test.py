@@ -11,21 +11,18 @@ import numpy as np
 from feature_rows import rows_of, scene_of
 from package import skein
 
-DURATION, STEPS, EXPLICIT_STEPS = 2e-3, 200, 2000
+DURATION, STEPS, EXPLICIT_STEPS = 2e-3, 240, 2400  # multiples of 15, which a step of a fluid has at least
 METHODS = ("implicit", "implicit_damped")
-BED, BED_STEPS = "implicit_bed", 2000
+BED, BED_STEPS = "implicit_bed", 2400
 TAKEN_IN_BEDS = r"contact|wall"  # REFUSED by the others alone
 NOT_SMOOTH = r"friction = (regularised|published|anisotropic)|wall"  # friction without memory, and contacts that begin, have errors of the first order at shorter steps alone
 LEFT_OVER = {"position": 1e-10, "directors": 1e-10 * 2 * STEPS}  # m, 1: of corrections that have ended
 # Pattern of the row and of the message: what has no implicit steps, with the reason and the way out in the message.
 REFUSED = (
     (r"contact", r"is for rods that do not touch each other: use \"implicit_bed\" or \"verlet\""),
-    (r"fluid|immersion|obstacle", r"is for rods outside of a fluid that is solved for: use \"verlet\""),
     (r"wall", r"is for rods that touch nothing: use \"implicit_bed\" or \"verlet\""),
     (r"rods.material.law = elastica", r"needs a law with an energy"),
-    (r"damping.kind = laplacian", r"has no filter of rates: give \"uniform\" or \"physical\""),
     (r"rods.placement.kind = file", r"give each size a group of its own"),
-    (r"output.audit", r"has no audit: use \"verlet\""),
 )
 FIRST_ORDER = {"damping.kind = legacy": "the rates are far above 1/dt, where explicit steps are of first order"}
 EVENTS = r"joint\.(from|until|break)"  # at the ends of steps

@@ -121,6 +121,7 @@ public:
     }
     void inspect(std::int64_t, double) const override {}
     RodBudget budget(std::size_t i) const override { return budgets_[i]; }
+    bool budgets_steps(std::size_t) const override { return false; }
     void set_budget(std::size_t i, const RodBudget& budget) override { budgets_[i] = budget; }
     std::vector<double> memory(std::size_t) const override { return {}; }
     void set_memory(std::size_t, std::span<const double>) override {}

@@ -12,9 +12,14 @@ namespace {
 
 class PlannedAudit final : public PhysicsPlan, public AuditPlan {
 public:
+    explicit PlannedAudit(Integrator integrator)
+        : AuditPlan{integrator == Integrator::implicit || integrator == Integrator::implicit_damped},
+          in_bed_(integrator == Integrator::implicit_bed) {}
+
     std::string summary(const Plan&) const override { return "energy audit"; }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         if (group.spec().ends_move()) p.program.add(PassPlace::before_ends, pass::AuditEnds{});
+        if (by_steps) return; // they book the rest
         p.program.add(PassPlace::internal_done, pass::AuditInner{});
         if (p.program.has(PassPlace::neighbours)) {
             p.program.add(PassPlace::before_neighbours, pass::AuditLoads{});
@@ -22,7 +27,7 @@ public:
         }
         p.program.add(PassPlace::sum_done, pass::AuditLoads{});
         if (p.program.has(PassPlace::medium)) {
-            p.program.add(PassPlace::medium_done, pass::AuditMedium{});
+            if (!in_bed_) p.program.add(PassPlace::medium_done, pass::AuditMedium{}); // the step of a bed does it
             p.program.add(PassPlace::balance, pass::AuditMediumWork{});
         }
         p.program.add(PassPlace::balance, pass::AuditBalance{});
@@ -35,12 +40,16 @@ public:
                                 plan.machine.lanes;
         }
     }
+
+private:
+    bool in_bed_;
 };
 
 } // namespace
 
 void AuditTables::plan(const PlanInput& input, PlannedPhysics& out) {
-    if (input.scene.output.audit) out.add<PlannedAudit>();
+    if (input.scene.output.audit)
+        out.add<PlannedAudit>(input.scene.time.relax ? Integrator::verlet : input.scene.time.integrator);
 }
 
 } // namespace skein

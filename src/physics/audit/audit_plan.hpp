@@ -3,7 +3,8 @@
 
 namespace skein {
 
-/// Mark of the plan of an audit, which has nothing to tell besides.
-struct AuditPlan {};
+struct AuditPlan {
+    bool by_steps = false; ///< implicit steps book by themselves, and what they take
+};
 
 } // namespace skein

@@ -116,11 +116,16 @@ template <class F> void FluidInteraction::timed(Timers& timers, F&& f) {
 }
 
 void FluidInteraction::begin(const Step& first, Timers& timers) {
-    if (groups_.empty() || !failure_.empty()) return;
+    if (groups_.empty() || !failure_.empty() || first.before() == begun_) return;
+    begun_ = first.before(); // parts of its step begin too
     timed(timers, [&] {
         if (schedule_.part_begins(first.before()) && !choose_part(first)) return;
         if (const auto stage = schedule_.stage_begins(first.before())) begin_stage(*stage, first);
     });
+}
+
+void FluidInteraction::begin_again() {
+    if (bodies_ && bodies_->balance()) bodies_->balance()->forget_received();
 }
 
 void FluidInteraction::end_step(const Step& step, Timers& timers) {
@@ -497,6 +502,7 @@ void FluidInteraction::restore(const SavedNumbers& kept) {
     if (bodies_) bodies_->forcing().restore_held(more);
     failure_.clear();
     needed_.clear();
+    begun_ = -1;
 }
 
 std::uint64_t

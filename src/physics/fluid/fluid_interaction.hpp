@@ -28,6 +28,10 @@ public:
     bool couples() const override { return true; }
     std::int64_t next_coupling(std::int64_t done) const override;
     void begin(const Step& first, Timers& timers) override;
+    std::int64_t meeting_after(std::int64_t done) const override {
+        return groups_.empty() || !failure_.empty() ? Every::never : schedule_.end_of_stage(done);
+    }
+    void begin_again() override;
     bool ends_every_step() const override { return groups_.empty(); }
     void end_step(const Step& step, Timers& timers) override;
     std::string invalid() const override;
@@ -107,6 +111,7 @@ private:
     double to_ = 0;                             ///< s, end of the interval that forces on them are means of
     std::string failure_;                       ///< why it cannot go on; empty: it can
     std::int64_t steps_ = 0, steps_before_ = 0; ///< of the fluid since the start; of them, those before this run
+    std::int64_t begun_ = -1;                   ///< step after which steps began last
     double slip_before_ = 0;                    ///< m/s, at the end of the last step before this run
     double last_length_ = 0;                    ///< s, of the last step; 0: there was none
     double speed_ = 0;                          ///< m/s, the largest when the present step began

@@ -5,6 +5,7 @@
 #include "kernels/surroundings.hpp"
 #include "loads/gravity.hpp"
 #include "physics/implicit/bed_interaction.hpp"
+#include "physics/implicit/step_filters.hpp"
 #include "physics/plan_input.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
@@ -23,7 +24,7 @@ namespace {
 /// Steps of rods in contact, which neither elasticity nor contact limits.
 class PlannedBed final : public PhysicsPlan, public StartsInteraction, public SharesWithPasses {
 public:
-    explicit PlannedBed(const PlanInput& input) {
+    explicit PlannedBed(const PlanInput& input) : in_fluid_(input.scene.fluid.has_value()) {
         for (const RodGroup& group : input.groups) radius_ = std::min(radius_, thinnest(group));
         for (const LoadSpec& of : input.scene.loads)
             if (const auto* gravity = of.load.get_if<Gravity>())
@@ -47,6 +48,7 @@ public:
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.replace(PassPlace::kick, pass::StepInBed{group.law(), p.damping});
+        add_filters(p, PassPlace::filter, FilterTime::whole_step, take_filters(p));
         p.program.replace(PassPlace::bearings, pass::Bearings{});
     }
     Coupling coupling() const override { return Coupling::every_step; }
@@ -57,8 +59,12 @@ public:
         find_governing(plan, scene);
         plan.automatic_dt = scene.time.dt == 0;
         plan.dt = scene.time.dt;
-        if (plan.automatic_dt) {
-            const double longest = longest_step_of(plan, scene);
+        const double longest = longest_step_of(plan, scene);
+        if (in_fluid_) {
+            for (const auto& one : plan.physics)
+                if (!plan.automatic_dt) one->take_given_step(plan, scene);
+                else if (one->divides_interval(plan, scene, longest)) break;
+        } else if (plan.automatic_dt) {
             const Interval interval = interval_to_divide(plan, scene, longest);
             plan.divides = interval.text();
             plan.dt = interval.length / std::ceil(interval.length / longest * (1 - 1e-12));
@@ -93,6 +99,7 @@ private:
         return std::min(over_contact_limit * limit, scene.time.duration / fewest_steps);
     }
 
+    bool in_fluid_;
     double radius_ = HUGE_VAL; ///< of the thinnest element, m
     double gravity_ = 0;       ///< largest, m/s^2
     double meeting_zone_ = 0;  ///< way that gravity adds in a step, m: so far rods may fall into each other unseen

@@ -18,23 +18,19 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
                    fmt::format("with integrator = \"{}\", whose steps stability does not limit", name));
     const bool in_bed = time.integrator == Integrator::implicit_bed;
     if (in_bed) of_time.unused({"tolerance"}, "with integrator = \"implicit_bed\"");
+    else if (scene.fluid) of_time.unused({"tolerance"}, "in a fluid, whose steps set the clock");
     else if (time.dt > 0) of_time.unused({"tolerance"}, "with a given 'dt'");
     const auto refuse = [&](bool has, const std::string& table, const std::string& message) {
         if (has) objections.add(table, fmt::format("time.integrator = \"{}\" {}", name, message));
     };
     refuse(scene.contact.has_value() && !in_bed, "contact",
            "is for rods that do not touch each other: use \"implicit_bed\" or \"verlet\"");
-    refuse(scene.fluid.has_value(), "fluid", "is for rods outside of a fluid that is solved for: use \"verlet\"");
-    refuse(scene.output.audit, "output.audit", "has no audit: use \"verlet\"");
     for (std::size_t i = 0; i < scene.rods.size(); ++i) {
         const RodSpec& rods = scene.rods[i];
         const std::string group = path_of_group(scene, i);
         refuse(rods.material.law == Law::elastica, group + ".material.law",
                "needs a law with an energy, and \"elastica\" has none");
     }
-    for (std::size_t i = 0; i < scene.damping.size(); ++i)
-        refuse(is_filter(scene.damping[i].damping), fmt::format("damping.{}", i),
-               "has no filter of rates: give \"uniform\" or \"physical\"");
     refuse(!scene.walls.empty() && !in_bed, "wall.0",
            "is for rods that touch nothing: use \"implicit_bed\" or \"verlet\"");
 }

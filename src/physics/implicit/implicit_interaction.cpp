@@ -27,7 +27,7 @@ ImplicitInteraction::ImplicitInteraction(const InteractionParts& parts, double t
       tolerance_(tolerance), length_(length) {}
 
 void ImplicitInteraction::summarise(nlohmann::ordered_json& summary) const {
-    summary["implicit"] = {{"parts", control_.parts()}};
+    summary["implicit"] = {{"parts", control_.parts()}, {"largest_parts", control_.largest()}};
     if (tolerance_ == 0) return;
     summary["implicit"]["error"] = control_.distance() / length_;
     summary["implicit"]["largest_error"] = control_.most() / length_;

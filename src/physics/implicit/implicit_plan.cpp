@@ -1,8 +1,10 @@
 #include "joints/joint_events.hpp"
 #include "kernels/physics_passes.hpp"
+#include "physics/fluid/fluid_plan.hpp"
 #include "physics/implicit/bed_plan.hpp"
 #include "physics/implicit/implicit_interaction.hpp"
 #include "physics/implicit/implicit_tables.hpp"
+#include "physics/implicit/step_filters.hpp"
 #include "physics/plan_input.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
@@ -23,7 +25,8 @@ namespace {
 class PlannedImplicitSteps final : public PhysicsPlan, public StartsInteraction {
 public:
     explicit PlannedImplicitSteps(const PlanInput& input)
-        : integrator_(input.scene.time.integrator), tolerance_(input.scene.time.tolerance),
+        : integrator_(input.scene.time.integrator), in_fluid_(input.scene.fluid.has_value()),
+          audited_(input.scene.output.audit), tolerance_(in_fluid_ ? 0.0 : input.scene.time.tolerance),
           joints_remember_(std::any_of(input.scene.joints.begin(), input.scene.joints.end(), remembers)) {
         for (const RodGroup& group : input.groups)
             length_ = std::max(length_, group.strained() ? group.spec().shape.length : 2 * group.body()->reach);
@@ -32,6 +35,11 @@ public:
     std::string summary(const Plan&) const override { return "implicit steps"; }
     std::vector<PlanLine> describe(const Plan& plan) const override {
         if (!plan.automatic_dt) return {};
+        if (in_fluid_)
+            return {{"implicit",
+                     "one step of rods in a stage of the fluid's, in more parts where corrections do not converge",
+                     "",
+                     {}}};
         return {{"implicit",
                  fmt::format("each step in as many parts as keep the error of positions below {:g} of {:g} m in the "
                              "whole run",
@@ -46,7 +54,8 @@ public:
         p.program.remove(PassPlace::drift);
         p.program.remove(PassPlace::internal);
         const bool keeps_energy = integrator_ == Integrator::implicit && bearings_of(group).empty();
-        p.program.replace(PassPlace::kick, pass::StepImplicitly{group.law(), p.damping, keeps_energy});
+        p.program.replace(PassPlace::kick, pass::StepImplicitly{group.law(), p.damping, keeps_energy, audited_});
+        split_filters(p);
         p.program.replace(PassPlace::bearings, pass::Bearings{});
     }
     bool sets_step(Plan& plan, const CoreTables& scene) override {
@@ -56,7 +65,13 @@ public:
         find_governing(plan, scene);
         plan.automatic_dt = scene.time.dt == 0;
         plan.dt = scene.time.dt;
-        if (plan.automatic_dt) { // steps are cut into parts
+        if (in_fluid_) { // which the clock follows
+            for (const auto& one : plan.physics)
+                if (!plan.automatic_dt) one->take_given_step(plan, scene);
+                else if (one->divides_interval(plan, scene, HUGE_VAL)) break;
+            if (const auto* fluid = plan.find<FluidPlan>(); fluid && plan.automatic_dt)
+                plan.steps_at_once = static_cast<double>(fluid->every) / stage_parts(fluid->constants.scheme).count;
+        } else if (plan.automatic_dt) { // steps are cut into parts
             const double longest = scene.time.duration / fewest_steps;
             const Interval interval = interval_to_divide(plan, scene, longest);
             plan.divides = interval.text();
@@ -68,8 +83,20 @@ public:
 
 private:
     static constexpr double fewest_steps = 64; ///< of the duration
+
+    /// Half of each filter before a step and half after it, in opposite orders. In steps that keep energy ends are at
+    /// the middle both times; in others they are at the begin and at the end.
+    void split_filters(GroupPlan& p) const {
+        std::vector<pass::Filter> filters = take_filters(p);
+        add_filters(p, PassPlace::filter, FilterTime::after_step, filters);
+        std::reverse(filters.begin(), filters.end());
+        add_filters(p, integrator_ == Integrator::implicit ? PassPlace::expose : PassPlace::drift,
+                    FilterTime::before_step, filters);
+    }
+
     Integrator integrator_;
-    double tolerance_, length_ = 0; ///< m
+    bool in_fluid_, audited_;
+    double tolerance_, length_ = 0; ///< of the length; m
     bool joints_remember_;
 };
 

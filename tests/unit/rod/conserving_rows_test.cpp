@@ -248,7 +248,7 @@ struct Flight {
         group.start_state(0, state);
         with_energy_law(group.law(), [&]<class L>(L) {
             pass = std::make_unique<ConservingPass<L, 1>>(
-                ImplicitParts<1>{group, group.law(), {}, std::make_shared<EndWalls<1>>(), true});
+                ImplicitParts<1>{group, group.law(), {}, std::make_shared<EndWalls<1>>(), {}, {}, true});
         });
         pass->expect(1);
         pass->bind(tile());
