@@ -26,6 +26,7 @@ REFUSED = (
 )
 FIRST_ORDER = {"damping.kind = legacy": "the rates are far above 1/dt, where explicit steps are of first order"}
 EVENTS = r"joint\.(from|until|break)"  # at the ends of steps
+LAGGING = r"fluid|immersion|obstacle"  # explicit rods lag half a step behind what such a fluid feels: in steps of the fluid that stay as they are they are of first order
 OWN_TIMES = r"time\.|stage|(load|joint).stages|table|joint.break_strain"  # keys of other steps, stages whose ends go to the next step, a table that rises within a step, a joint that tears in the first
 BEAM = {"material": {"density": 1000.0, "youngs_modulus": 1e6}, "section": {"radius": 4e-3}}
 LET_GO = {"length": 0.1, "elements": 8, "rest_curvature": [3.0, 4.0, 5.0], "start_curvature": [0.0, 0.0, 0.0]}  # straight at the start
@@ -55,7 +56,7 @@ class ImplicitMembers(unittest.TestCase):
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    def assert_agrees(self, scene, first_order=False, methods=(*METHODS, BED), less=3, less_in_beds=1.7, finer_in_beds=1):
+    def assert_agrees(self, scene, first_order=False, methods=(*METHODS, BED), less=3, less_in_beds=1.7, finer_in_beds=1, lags=False):
         """With the explicit state, group by group, at the order of the steps: the second, in beds the first."""
         steps = (4 * EXPLICIT_STEPS, 8 * EXPLICIT_STEPS) if first_order else (EXPLICIT_STEPS, 2 * EXPLICIT_STEPS)
         coarse, fine = (state(scene, dt=DURATION / n, force_dt=True) for n in steps)
@@ -65,6 +66,7 @@ class ImplicitMembers(unittest.TestCase):
             for of, b in fine.items():
                 change = b - coarse[of]
                 explicit, unsure = b + change / 3, np.abs(change).max() / (1 if first_order else 3)
+                if lags: explicit, unsure = b + change, np.abs(change).max() / 50
                 first, second = (np.abs(end[of] - explicit).max() for end in (one, two))
                 with self.subTest(group=of, method=method):
                     self.assertLessEqual(second, max(first / less_of, 2 * unsure, LEFT_OVER[of[1]]), (first, unsure))
@@ -122,7 +124,7 @@ class ImplicitMembers(unittest.TestCase):
             reasons = [(pattern, message) for pattern, message in REFUSED if re.match(pattern, row.name)]
             with self.subTest(row.name):
                 if not reasons:
-                    self.assert_agrees(scene, row.name in FIRST_ORDER, less=1.7 if re.match(EVENTS, row.name) else 3)
+                    self.assert_agrees(scene, row.name in FIRST_ORDER, less=1.7 if re.match(EVENTS, row.name) else 3, lags=re.match(LAGGING, row.name))
                     continue
                 left.discard(reasons[0][0])
                 taken = re.match(TAKEN_IN_BEDS, row.name)
