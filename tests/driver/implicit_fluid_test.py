@@ -92,6 +92,20 @@ class ImplicitFluid(DriverTest):
                 total = series[f"coupled_momentum_{axis}kg_ms"]
                 self.assertLess(numpy.ptp(total), 1e-13 * abs(series["fluid_momentum_xkg_ms"]).max() + 1e-14, (method, axis))
 
+    def test_books(self):
+        """Audits close in a fluid: in steps that keep energy to the tolerance of corrections, in beds at first order."""
+        audited = smooth(scene(1e5)).replace("[output]", "[output]\naudit = true")
+        for method, most in {"implicit": 1e-9, "implicit_damped": 1e-6, "implicit_bed": 1e-4}.items():
+            defects = []
+            for courant in (0.4, 0.2):
+                self.scene.write_text(audited)
+                self.run_skein("books", "--overwrite", *words(time__integrator=method, fluid__courant=courant))
+                series = self.series("books")
+                defects.append(abs(series["energy_defectJ"]).max() / abs(series["work_fluidJ"]).max())
+            print(method, defects, "loss", abs(series["numerical_lossJ"]).max() / abs(series["work_fluidJ"]).max())
+            self.assertLess(defects[0], most, method)
+            self.assertLess(defects[1], max(0.7 * defects[0], 1e-11), method)
+
     def test_same_bits_however_they_are_run(self):
         for method in METHODS:
             self.scene.write_text(scene(RIGID).replace("largest_slip = 0\n", ""))
