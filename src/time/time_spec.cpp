@@ -30,7 +30,8 @@ void TimeSpec::fields(FieldVisitor& f) {
             e_min);
     f.visit({.name = "tolerance",
              .unit = "-",
-             .text = "implicit integrators with an automatic step, outside of a fluid: error of positions at the end that steps are cut "
+             .text = "implicit integrators with an automatic step, outside of a fluid: error of positions at the end "
+                     "that steps are cut "
                      "into parts for, over the largest length of the scene",
              .above = 0,
              .at_most = 1},
