@@ -15,6 +15,7 @@
 
 #include "loads/damping.hpp"
 #include "mechanics/audit.hpp"
+#include "mechanics/drift.hpp"
 #include "mechanics/hold.hpp"
 #include "mechanics/moving_ends.hpp"
 #include "rod/bearing.hpp"

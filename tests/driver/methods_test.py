@@ -57,7 +57,10 @@ class Methods(DriverTest):
 
     def test_short_runs_and_other_physics_are_not_compared(self):
         self.assertIsNone(self.pays(HAIR, duration=1e-3))
-        self.assertIsNone(self.pays(HAIR | {"output": {"audit": True, "series": 1.0}}, duration=2.0))
+        self.assertIsNone(self.pays(HAIR | {"contact": {"stiffness": 1e4}}, duration=2.0))
+
+    def test_audited_runs_are_compared(self):
+        self.assertEqual(self.pays(HAIR | {"output": {"audit": True, "series": 1.0}}, duration=2.0), "implicit")
 
     def test_the_run_does_not_feel_it(self):
         self.write(HAIR, duration=2.0, integrator="implicit_damped")
