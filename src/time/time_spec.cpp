@@ -31,8 +31,7 @@ void TimeSpec::fields(FieldVisitor& f) {
     f.visit({.name = "tolerance",
              .unit = "-",
              .text = "implicit integrators with an automatic step, outside of a fluid: error of positions at the end "
-                     "that steps are cut "
-                     "into parts for, over the largest length of the scene",
+                     "that steps are cut into parts for, over the largest length of the scene",
              .above = 0,
              .at_most = 1},
             tolerance);
