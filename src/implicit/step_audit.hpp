@@ -1,4 +1,4 @@
-// Energy books of the stages of implicit steps, whose loads are known when corrections have ended. theory.md (142)
+// Energy books of the stages of implicit steps, whose loads are known when corrections have ended. theory.md (130)
 #pragma once
 
 #include "implicit/row_terms.hpp"
