@@ -10,11 +10,45 @@ namespace skein {
 
 namespace {
 
-bool some_move(const std::vector<Obstacle>& obstacles) {
-    return std::any_of(obstacles.begin(), obstacles.end(), [](const Obstacle& o) { return o.moves(); });
+bool some_markers_move(const std::vector<Obstacle>& obstacles) {
+    return std::any_of(obstacles.begin(), obstacles.end(),
+                       [](const Obstacle& o) { return o.moves() && !o.is_sharp(); });
+}
+
+SharpBody sharp_body(const Obstacle& obstacle) {
+    return {.surface = obstacle.shape(),
+            .motion = [obstacle](double time) -> BodyMotion {
+                return {obstacle.place_at(time), obstacle.velocity_at(time)};
+            },
+            .moves = obstacle.moves()};
 }
 
 } // namespace
+
+/// Surfaces act first, so that markers of rods feel the flow around them.
+class Immersion::AllBodies final : public StageForcing {
+public:
+    explicit AllBodies(Immersion& of) : of_(of) {}
+    void add_held_forces(const FlowStage& stage) override {
+        if (of_.has_markers()) of_.forcing_.add_held_forces(stage);
+    }
+    void sample(const FlowStage& stage) override {
+        of_.surfaces_->act(stage);
+        if (of_.has_markers()) of_.forcing_.sample(stage);
+    }
+    void apply(const FlowStage& stage) override {
+        if (of_.has_markers()) of_.forcing_.apply(stage);
+    }
+    bool changed(int plane) const override {
+        return of_.surfaces_->changed(plane) || (of_.has_markers() && of_.forcing_.changed(plane));
+    }
+
+private:
+    Immersion& of_;
+};
+
+Immersion::~Immersion() = default;
+StageForcing& Immersion::stage_forcing() { return all_ ? *all_ : forcing_; }
 
 Immersion::Immersion(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
                      const ForcingNumbers& numbers, std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods,
@@ -23,11 +57,20 @@ Immersion::Immersion(const Communicator& comm, const Threads& threads, const Flu
       obstacles_(std::move(obstacles)), rods_(std::move(rods)),
       forcing_(
           comm, threads, grid, numbers, obstacles_.size() + (rods_ ? rods_->bodies() : 0),
-          [this](double time, Markers& markers) { place(time, markers); }, rods_ || some_move(obstacles_), across) {
-    for (const Obstacle& o : obstacles_) {
-        about_centre_.push_back(o.markers(grid_));
+          [this](double time, Markers& markers) { place(time, markers); }, rods_ || some_markers_move(obstacles_),
+          across) {
+    std::vector<SharpBody> sharp;
+    for (std::size_t o = 0; o < obstacles_.size(); ++o) {
+        about_centre_.emplace_back();
+        if (obstacles_[o].is_sharp()) {
+            sharp_.push_back(o);
+            sharp.push_back(sharp_body(obstacles_[o]));
+        } else about_centre_.back() = obstacles_[o].markers(grid_);
         obstacle_markers_ += static_cast<std::int64_t>(about_centre_.back().size());
     }
+    if (sharp.empty()) return;
+    surfaces_.emplace(comm, threads, grid, numbers.kinematic_viscosity, std::move(sharp), across);
+    all_ = std::make_unique<AllBodies>(*this);
 }
 
 void Immersion::place(double time, Markers& markers) const {
@@ -82,12 +125,18 @@ void Immersion::place_obstacles(double time, Markers& markers) const {
     }
 }
 
+Vec3d Immersion::given_by_obstacle(std::size_t obstacle) const {
+    const auto sharp = std::find(sharp_.begin(), sharp_.end(), obstacle);
+    if (sharp == sharp_.end()) return forcing_.given()[obstacle];
+    return surfaces_->given()[static_cast<std::size_t>(sharp - sharp_.begin())];
+}
+
 Vec3d Immersion::force_on_obstacle(std::size_t obstacle, double density, double time) const {
     if (!(time > from_)) return {0, 0, 0};
     const Obstacle& o = obstacles_[obstacle];
     // Fluid within the markers moves with the body, and its inertia is no force on the body.
     const Vec3d inside = o.volume(grid_) * (o.velocity_at(time) - o.velocity_at(from_));
-    return (density / (time - from_)) * (inside - forcing_.given()[obstacle]);
+    return (density / (time - from_)) * (inside - given_by_obstacle(obstacle));
 }
 
 Vec3d Immersion::force_on_rods(std::size_t group, double density, double time) const {

@@ -5,8 +5,10 @@
 #include "immersion/force_balance.hpp"
 #include "immersion/immersed_rods.hpp"
 #include "immersion/obstacle.hpp"
+#include "immersion/sharp_forcing.hpp"
 
 #include <memory>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -14,12 +16,18 @@ namespace skein {
 
 class Immersion {
 public:
+    ~Immersion();
     /// `rods` is null without rods; `across` counts ranks that share the rows of a slab.
     Immersion(const Communicator& comm, const Threads& threads, const FluidGrid& grid, const ForcingNumbers& numbers,
               std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods = nullptr, int across = 1);
 
+    /// Forcing of the flow by all bodies.
+    StageForcing& stage_forcing();
+    /// Markers of rods and obstacles.
     DirectForcing& forcing() { return forcing_; }
     const DirectForcing& forcing() const { return forcing_; }
+    /// True if some body acts by markers.
+    bool has_markers() const { return rods_ || sharp_.size() < obstacles_.size(); }
     ImmersedRods* rods() { return rods_.get(); }
     const std::vector<Obstacle>& obstacles() const { return obstacles_; }
     /// Sets the time by which positions of rods lag behind their rates, s.
@@ -42,19 +50,25 @@ public:
     /// Two-way coupling, after FlowSolver::end_stage(): finds the residual impulses.
     void end_stage();
 
+    /// Momentum over density that an obstacle has given the fluid since the last begin_interval(), m^4/s.
+    Vec3d given_by_obstacle(std::size_t obstacle) const;
     /// Mean force on an obstacle since the last begin_interval(), N, by a fluid of this density.
     Vec3d force_on_obstacle(std::size_t obstacle, double density, double time) const;
     /// Mean force on the rods of a group, N. It includes the force that moves the fluid within their surfaces.
     Vec3d force_on_rods(std::size_t group, double density, double time) const;
     void begin_interval(double time) {
         forcing_.reset_given();
+        if (surfaces_) surfaces_->reset_given();
         from_ = time;
     }
 
     /// Wall time spent at markers since the last call, s.
-    double take_seconds() { return std::exchange(seconds_, 0) + forcing_.take_seconds(); }
+    double take_seconds() {
+        return std::exchange(seconds_, 0) + forcing_.take_seconds() + (surfaces_ ? surfaces_->take_seconds() : 0);
+    }
 
 private:
+    class AllBodies;
     void place(double time, Markers& markers) const;
     void place_obstacles(double time, Markers& markers) const;
     /// Part of a vector over markers that belongs to own rods; markers of obstacles come first.
@@ -66,10 +80,13 @@ private:
     int rank_;
     Pencils pencils_;
     std::vector<Obstacle> obstacles_;
+    std::vector<std::size_t> sharp_;               ///< numbers of obstacles with sharp surfaces
     std::vector<std::vector<Vec3d>> about_centre_; ///< markers of obstacles, from their centres, m
     std::int64_t obstacle_markers_ = 0;
     std::unique_ptr<ImmersedRods> rods_;
     DirectForcing forcing_;
+    std::optional<SharpForcing> surfaces_;  ///< absent without sharp surfaces
+    std::unique_ptr<StageForcing> all_;     ///< markers and surfaces; null without sharp surfaces
     std::unique_ptr<ForceBalance> balance_; ///< null without two-way coupling
     double from_ = 0, lag_ = 0, ahead_ = 0; ///< s
     Vec3d box_shift_{0, 0, 0};              ///< m

@@ -2,8 +2,10 @@
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
+#include "immersion/surface.hpp"
 #include "skein/core/fields.hpp"
 
+#include <memory>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -12,6 +14,13 @@ namespace skein {
 
 enum class ObstacleKind { sphere, cylinder };
 inline constexpr std::string_view obstacle_names[] = {"sphere", "cylinder"};
+
+/// How a body makes the fluid at its surface move with it.
+enum class SurfaceKind {
+    markers, ///< DirectForcing
+    sharp    ///< SharpForcing
+};
+inline constexpr std::string_view surface_names[] = {"markers", "sharp"};
 
 /// [[obstacle]]: body that rests, moves or swings, unaffected by the fluid.
 struct Obstacle {
@@ -23,8 +32,9 @@ struct Obstacle {
     Vec3d velocity{0, 0, 0};  ///< m/s
     Vec3d amplitude{0, 0, 0}; ///< m, amplitude of a sine
     double frequency = 0;     ///< Hz
-    double retraction = 0.4;  ///< depth of markers in the body over the spacing of the grid
-    std::string source;       ///< file:line of the table, for messages
+    SurfaceKind surface = SurfaceKind::markers;
+    double retraction = 0.4; ///< depth of markers in the body over the spacing of the grid
+    std::string source;      ///< file:line of the table, for messages
 
     void fields(FieldVisitor& f);
 
@@ -34,6 +44,11 @@ struct Obstacle {
     bool moves() const;
     /// Volume in the box, m^3. A cylinder is as long as the box along z.
     double volume(const FluidGrid& grid) const;
+    /// Shorter half axis, m.
+    double least_axis() const;
+    bool is_sharp() const { return surface == SurfaceKind::sharp; }
+    /// Surface about the centre.
+    std::unique_ptr<Surface> shape() const;
     /// Places of markers from the centre, m.
     std::vector<Vec3d> markers(const FluidGrid& grid) const;
 };

@@ -101,11 +101,14 @@ void check_obstacles(const SceneSpec& scene, Objections& objections) {
             table.add("kind", "a cylinder goes through the whole box along z, which must be periodic");
         if ((norm(o.amplitude) > 0) != (o.frequency > 0))
             table.add(o.frequency > 0 ? "frequency" : "amplitude", "'amplitude' [m] and 'frequency' [Hz] go together");
-        const double least =
-            o.kind == ObstacleKind::cylinder && o.second_radius > 0 ? std::min(o.radius, o.second_radius) : o.radius;
-        if (fluid.spacing > 0 && least < (o.retraction + 0.5) * fluid.spacing)
-            table.add("radius", fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m",
-                                            least, fluid.spacing, (o.retraction + 0.5) * fluid.spacing));
+        if (o.is_sharp()) table.unused({"retraction"}, "with surface = \"sharp\"");
+        if (o.is_sharp() && fluid.scheme == FlowScheme::crank_nicolson)
+            table.add("surface", "surface = \"sharp\" needs a scheme of explicit viscosity");
+        const double least = o.least_axis(), cells = o.is_sharp() ? 1.0 : o.retraction + 0.5;
+        if (fluid.spacing > 0 && least < cells * fluid.spacing)
+            table.add("radius", fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m{}",
+                                            least, fluid.spacing, cells * fluid.spacing,
+                                            o.is_sharp() ? ", or surface = \"markers\"" : ""));
     }
 }
 

@@ -95,8 +95,7 @@ std::vector<std::string> fluid_doubts(const FluidPlan& fluid, std::span<const Ro
         if (fluid.rods[g].least_axis < resolved * (1 - rounding))
             found.push_back(of_rods(fluid.rods[g], groups[g], fluid.constants.grid));
     for (const Obstacle& o : fluid.obstacles) {
-        const double least =
-            o.kind == ObstacleKind::cylinder && o.second_radius > 0 ? std::min(o.radius, o.second_radius) : o.radius;
+        const double least = o.least_axis();
         if (least < resolved * (1 - rounding) * h) found.push_back(of_obstacle(o, least, h));
     }
     return found;

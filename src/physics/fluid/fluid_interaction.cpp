@@ -93,7 +93,7 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts, const FluidPla
                 ForceBalance::Fluid{plan_.constants.density, grid.h * grid.h * grid.h, plan_.passing()},
                 weight_of(parts.plan), shared_nodes(parts, plan_)));
         }
-        flow_->set_forcing(&bodies_->forcing());
+        flow_->set_forcing(&bodies_->stage_forcing());
     }
     if (writes_pressure(plan_)) pressure_in_time(*flow_).keep_pressure_gain();
     const Vec3d inflow = plan_.constants.inflow;
@@ -413,7 +413,7 @@ std::vector<Figure> FluidInteraction::figures(const Sample&) const {
             all.push_back({fmt::format("coupled_momentum_{}[kg m/s]", "xyz"[c]), Of::sum, of_all});
         }
     }
-    all.push_back({"slip[m/s]", Of::same, {slip()}});
+    if (bodies_->has_markers()) all.push_back({"slip[m/s]", Of::same, {slip()}});
     return only_of_steps();
 }
 

@@ -244,6 +244,7 @@ FluidPlan plan_fluid(const PlanInput& input) {
         plan.largest_slip = scene.fluid->largest_slip;
     for (const RodGroup& group : groups) plan.rods.push_back(rods_in_fluid(group, plan));
     plan.forcing.two_way = plan.two_way();
+    plan.forcing.kinematic_viscosity = plan.constants.kinematic_viscosity;
     return plan;
 }
 

@@ -67,6 +67,9 @@ std::string sent_text(const FluidPlan& fluid, int ranks) {
 
 std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
     const double h = fluid.constants.grid.h;
+    if (o.is_sharp())
+        return fmt::format("'{}', {} of {:.3g} cells, sharp surface{}", o.name, nth(obstacle_names, o.kind),
+                           2 * o.radius / h, o.moves() ? ", moves" : "");
     return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name, nth(obstacle_names, o.kind),
                        2 * o.radius / h, o.markers(fluid.constants.grid).size(), o.moves() ? ", moves" : "",
                        fluid.forcing.sweeps);

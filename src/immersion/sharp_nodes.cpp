@@ -1,0 +1,265 @@
+#include "immersion/sharp_nodes.hpp"
+
+#include "skein/core/index.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+
+namespace skein {
+
+namespace {
+
+std::int64_t floor_of(double x) { return static_cast<std::int64_t>(std::floor(x)); }
+
+/// floor(a/n)
+std::int64_t whole_periods(std::int64_t a, std::int64_t n) { return (a >= 0 ? a : a - n + 1) / n; }
+
+} // namespace
+
+/// Nodes of one component in a row, and the images of bodies near it.
+class SharpNodes::Row {
+public:
+    Row(const SharpNodes& all, int component, int j, int k, std::vector<SharpNode>& out)
+        : all_(all), component_(component), j_(j), k_(k), h_(all.grid_.h), out_(out) {}
+
+    void set(std::span<const Image> images) {
+        near_.clear();
+        for (const Image& image : images)
+            if (j_ >= image.first[1] && j_ <= image.last[1]) near_.push_back(&image);
+        for (std::size_t m = 0; m < near_.size(); ++m)
+            for (int i = near_[m]->first[0]; i <= near_[m]->last[0]; ++i)
+                if (!covered(m, i)) add(i);
+    }
+
+private:
+    struct Cut {
+        const Image* image;
+        double excess;
+    };
+
+    /// True if an image before this one has the node.
+    bool covered(std::size_t image, int i) const {
+        for (std::size_t m = 0; m < image; ++m)
+            if (i >= near_[m]->first[0] && i <= near_[m]->last[0]) return true;
+        return false;
+    }
+    /// Place of a node in coordinates of an image's body, or of its neighbour in a direction.
+    Vec3d place(const Image& image, int i, int direction = 0, int step = 0) const {
+        const std::array<std::int64_t, 3> cell{i + image.shift[0], j_ + image.shift[1], k_ + image.shift[2]};
+        const auto along = [&](int d) {
+            const double number = static_cast<double>(nth(cell, d) + (d == direction ? step : 0));
+            return component_of(all_.grid_.lower, d) + h_ * (number + (d == component_ ? 1.0 : 0.5)) -
+                   component_of(all_.now_[image.body].place, d);
+        };
+        return {along(0), along(1), along(2)};
+    }
+    double distance(const Image& image, const Vec3d& place) const {
+        return all_.bodies_[image.body].surface->distance(place);
+    }
+    void put(int i, const Image& image, double excess, bool again) {
+        const BodyMotion& motion = all_.now_[image.body];
+        const int j = j_ - all_.pencils_.rows().first, k = k_ - all_.pencils_.planes().first;
+        out_.push_back({.at = all_.layout_.at(i, j, k),
+                        .velocity = component_of(motion.velocity + cross(motion.spin, place(image, i)), component_),
+                        .excess = excess,
+                        .body = image.body,
+                        .row = j,
+                        .component = static_cast<std::uint8_t>(component_),
+                        .again = again});
+    }
+    void add(int i) {
+        if (on_wall(i)) return;
+        const Image* nearest = nullptr;
+        double least = HUGE_VAL;
+        for (const Image* image : near_)
+            if (i >= image->first[0] && i <= image->last[0])
+                if (const double d = distance(*image, place(*image, i)); d < least) {
+                    least = d;
+                    nearest = image;
+                }
+        constexpr double rounding = 1e-9;
+        if (least <= 0) return put(i, *nearest, SharpNode::inside, false);
+        if (!(least <= h_ * (1 + rounding))) return; // no neighbour is within a body
+        cuts_.clear();
+        for (int d = 0; d < 3; ++d)
+            for (const int step : {-1, 1}) cut(i, d, step);
+        for (std::size_t c = 0; c < cuts_.size(); ++c) put(i, *cuts_[c].image, cuts_[c].excess, c + 1 < cuts_.size());
+    }
+    int number(int i, int d) const { return d == 0 ? i : d == 1 ? j_ : k_; }
+    /// True for nodes on a face of the box, which have its velocity.
+    bool on_wall(int i) const {
+        return !all_.grid_.periodic(component_) && number(i, component_) == nth(all_.grid_.cells, component_) - 1;
+    }
+    /// Weight of the node's own velocity in its neighbour beyond a wall; 0 if the neighbour is no ghost.
+    double mirrored(int i, int direction, int step) const {
+        const int to = number(i, direction) + step;
+        const bool upper = to >= nth(all_.grid_.cells, direction);
+        if (all_.grid_.periodic(direction) || direction == component_ || (to >= 0 && !upper)) return 0;
+        const FluidBoundary kind = nth(all_.grid_.boundary, direction);
+        return kind == FluidBoundary::no_slip || (kind == FluidBoundary::through && !upper) ? -1 : 1;
+    }
+    /// Adds the line to a neighbour if a body cuts it. The first body on the way does.
+    void cut(int i, int direction, int step) {
+        const Image* first = nullptr;
+        double share = HUGE_VAL;
+        for (const Image* image : near_) {
+            if (i < image->first[0] || i > image->last[0]) continue;
+            const Vec3d to = place(*image, i, direction, step);
+            if (distance(*image, to) > 0) continue;
+            const double s = all_.bodies_[image->body].surface->crossing(place(*image, i), to);
+            if (s < share) {
+                share = s;
+                first = image;
+            }
+        }
+        if (!first) return;
+        constexpr double least = 1e-9, wall = 0.5; // shares of a spacing
+        const double ghost = mirrored(i, direction, step);
+        if (ghost != 0 && share >= wall) return; // the wall is in front of the body
+        const double excess = 1 / std::max(share, least) - (1 - ghost);
+        const auto same = std::find_if(cuts_.begin(), cuts_.end(), [&](const Cut& c) { return c.image == first; });
+        if (same != cuts_.end()) same->excess += excess;
+        else cuts_.push_back({first, excess});
+    }
+
+    const SharpNodes& all_;
+    int component_, j_, k_;
+    double h_;
+    std::vector<SharpNode>& out_;
+    std::vector<const Image*> near_;
+    std::vector<Cut> cuts_;
+};
+
+SharpNodes::SharpNodes(const Threads& threads, const FluidGrid& grid, const Pencils& pencils,
+                       std::vector<SharpBody> bodies)
+    : threads_(threads), grid_(grid), pencils_(pencils), layout_(pencils.layout()), bodies_(std::move(bodies)),
+      now_(bodies_.size()), blocks_(bodies_.size()),
+      some_move_(std::any_of(bodies_.begin(), bodies_.end(), [](const SharpBody& b) { return b.moves; })) {}
+
+bool SharpNodes::reaches(int plane) const {
+    return std::any_of(clusters_.begin(), clusters_.end(),
+                       [plane](const Cluster& cluster) { return !nth(cluster.planes, plane).empty(); });
+}
+
+SharpNodes::Block SharpNodes::block_of(std::uint32_t body) const {
+    const Vec3d extent = bodies_[body].surface->extent();
+    Block block{};
+    for (int d = 0; d < 3; ++d) {
+        const double half = component_of(extent, d),
+                     at = component_of(now_[body].place, d) - component_of(grid_.lower, d);
+        const bool bounded = std::isfinite(half);
+        nth(block.first, d) = bounded ? floor_of((at - half) / grid_.h) - 2 : 0;
+        nth(block.last, d) = bounded ? floor_of((at + half) / grid_.h) + 2 : nth(grid_.cells, d) - 1;
+    }
+    return block;
+}
+
+bool SharpNodes::overlap(const Block& a, const Block& b) const {
+    for (int d = 0; d < 3; ++d) {
+        const std::int64_t n = nth(grid_.cells, d), lowest = nth(a.first, d) - nth(b.last, d),
+                           highest = nth(a.last, d) - nth(b.first, d);
+        // b, moved by some number within these bounds, meets a: 0, or a whole number of periods.
+        const bool meet = grid_.periodic(d) ? whole_periods(highest, n) * n >= lowest : lowest <= 0 && highest >= 0;
+        if (!meet) return false;
+    }
+    return true;
+}
+
+std::vector<std::vector<std::uint32_t>> SharpNodes::overlapping() const {
+    std::vector<std::uint32_t> with(bodies_.size()); // the first body of the cluster
+    std::iota(with.begin(), with.end(), 0u);
+    for (std::uint32_t a = 0; a < with.size(); ++a)
+        for (std::uint32_t b = a + 1; b < with.size(); ++b)
+            if (with[a] != with[b] && overlap(blocks_[a], blocks_[b])) {
+                const std::uint32_t from = std::max(with[a], with[b]), to = std::min(with[a], with[b]);
+                std::replace(with.begin(), with.end(), from, to);
+            }
+    std::vector<std::vector<std::uint32_t>> clusters;
+    for (std::uint32_t a = 0; a < with.size(); ++a) {
+        if (with[a] != a) continue;
+        clusters.emplace_back();
+        for (std::uint32_t b = a; b < with.size(); ++b)
+            if (with[b] == a) clusters.back().push_back(b);
+    }
+    return clusters;
+}
+
+std::vector<SharpNodes::Image> SharpNodes::images_of(const Cluster& cluster) const {
+    std::vector<Image> images;
+    for (const std::uint32_t body : cluster.bodies) {
+        const Block& block = blocks_[body];
+        std::array<std::int64_t, 3> from{}, to{};
+        for (int d = 0; d < 3; ++d) {
+            const std::int64_t n = nth(grid_.cells, d);
+            if (!grid_.periodic(d)) continue;
+            nth(from, d) = whole_periods(nth(block.first, d), n);
+            nth(to, d) = whole_periods(nth(block.last, d), n);
+        }
+        for (std::int64_t z = from[2]; z <= to[2]; ++z)
+            for (std::int64_t y = from[1]; y <= to[1]; ++y)
+                for (std::int64_t x = from[0]; x <= to[0]; ++x) {
+                    Image image{.body = body, .shift = {x, y, z}, .first = {}, .last = {}};
+                    bool some = true;
+                    for (int d = 0; d < 3; ++d) {
+                        const std::int64_t n = nth(grid_.cells, d);
+                        std::int64_t& shift = nth(image.shift, d);
+                        shift *= n;
+                        nth(image.first, d) =
+                            static_cast<int>(std::clamp<std::int64_t>(nth(block.first, d) - shift, 0, n));
+                        nth(image.last, d) =
+                            static_cast<int>(std::clamp<std::int64_t>(nth(block.last, d) - shift, -1, n - 1));
+                        some = some && nth(image.first, d) <= nth(image.last, d);
+                    }
+                    if (some) images.push_back(image);
+                }
+    }
+    return images;
+}
+
+void SharpNodes::fill(Cluster& cluster) const {
+    const std::vector<Image> images = images_of(cluster);
+    cluster.planes.resize(to_index(layout_.nz));
+    threads_.for_each(cluster.planes.size(), [&](std::size_t plane, int) {
+        std::vector<SharpNode>& nodes = cluster.planes[plane];
+        nodes.clear();
+        const int k = pencils_.planes().first + static_cast<int>(plane);
+        std::vector<Image> here;
+        int first = layout_.ny, last = -1;
+        for (const Image& image : images) {
+            if (k < image.first[2] || k > image.last[2]) continue;
+            here.push_back(image);
+            first = std::min(first, image.first[1] - pencils_.rows().first);
+            last = std::max(last, image.last[1] - pencils_.rows().first);
+        }
+        for (int j = std::max(first, 0); j <= std::min(last, layout_.ny - 1); ++j)
+            for (int c = 0; c < 3; ++c) Row(*this, c, pencils_.rows().first + j, k, nodes).set(here);
+    });
+}
+
+bool SharpNodes::rests(const Cluster& cluster) const {
+    return std::none_of(cluster.bodies.begin(), cluster.bodies.end(),
+                        [this](std::uint32_t b) { return bodies_[b].moves; });
+}
+
+void SharpNodes::settle(double time) {
+    if (settled_ && !some_move_) return;
+    for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
+        if (settled_ && !bodies_[b].moves) continue;
+        now_[b] = bodies_[b].motion(time);
+        blocks_[b] = block_of(b);
+    }
+    std::vector<Cluster> before = std::move(clusters_);
+    clusters_.clear();
+    for (std::vector<std::uint32_t>& bodies : overlapping()) {
+        const auto same =
+            std::find_if(before.begin(), before.end(), [&](const Cluster& c) { return c.bodies == bodies; });
+        const bool known = same != before.end();
+        clusters_.push_back(known ? std::move(*same) : Cluster{std::move(bodies), {}});
+        if (known) before.erase(same);
+        if (!known || !rests(clusters_.back())) fill(clusters_.back());
+    }
+    settled_ = true;
+}
+
+} // namespace skein

@@ -1,0 +1,95 @@
+// Velocity nodes within bodies and next to their surfaces, with what the cut grid lines add to the Laplacian.
+// theory.md (126)
+#pragma once
+
+#include "fluid/pencils.hpp"
+#include "immersion/surface.hpp"
+#include "parallel/threads.hpp"
+
+#include <cstdint>
+#include <functional>
+#include <limits>
+#include <memory>
+#include <span>
+#include <vector>
+
+namespace skein {
+
+/// Place of a body and its rigid motion.
+struct BodyMotion {
+    Vec3d place{0, 0, 0};    ///< origin of the surface's coordinates, m
+    Vec3d velocity{0, 0, 0}; ///< of this origin, m/s
+    Vec3d spin{0, 0, 0};     ///< angular velocity, rad/s
+};
+
+/// Body with a sharp surface.
+struct SharpBody {
+    std::unique_ptr<Surface> surface;
+    std::function<BodyMotion(double time)> motion;
+    bool moves = false; ///< its places change with time
+};
+
+/// Node that one body acts on.
+struct SharpNode {
+    static constexpr double inside = std::numeric_limits<double>::infinity();
+
+    std::ptrdiff_t at; ///< offset in a field of this rank
+    double velocity;   ///< of the body, m/s
+    double excess;     ///< sum of (1 - d)/d over the lines that the body cuts at shares d; `inside`: within the body
+    std::uint32_t body;
+    std::int32_t row;
+    std::uint8_t component;
+    bool again; ///< the next node is the same one, cut by another body
+};
+
+/// All results have the same bits on any ranks and threads.
+class SharpNodes {
+public:
+    SharpNodes(const Threads& threads, const FluidGrid& grid, const Pencils& pencils, std::vector<SharpBody> bodies);
+
+    std::size_t bodies() const { return bodies_.size(); }
+    /// Puts bodies to their places at a time. Not collective.
+    void settle(double time);
+    /// Calls body(nodes) for the lists of nodes of a plane of this rank.
+    template <class Body> void for_lists(int plane, Body&& body) const {
+        for (const Cluster& cluster : clusters_) body(std::span<const SharpNode>(nth(cluster.planes, plane)));
+    }
+    bool reaches(int plane) const;
+
+private:
+    /// Bodies whose surroundings overlap.
+    struct Cluster {
+        std::vector<std::uint32_t> bodies;
+        std::vector<std::vector<SharpNode>> planes; ///< by plane of this rank
+    };
+    /// Cells about a body from first to last, which may lie beyond periodic faces.
+    struct Block {
+        std::array<std::int64_t, 3> first, last;
+    };
+    /// Body or its periodic image, with the part of its block in the box.
+    struct Image {
+        std::uint32_t body;
+        std::array<std::int64_t, 3> shift; ///< cells from the node's number to the number in coordinates of the body
+        std::array<int, 3> first, last;
+    };
+    class Row;
+
+    Block block_of(std::uint32_t body) const;
+    bool overlap(const Block& a, const Block& b) const;
+    std::vector<std::vector<std::uint32_t>> overlapping() const;
+    std::vector<Image> images_of(const Cluster& cluster) const;
+    void fill(Cluster& cluster) const;
+    bool rests(const Cluster& cluster) const;
+
+    const Threads& threads_;
+    FluidGrid grid_;
+    Pencils pencils_;
+    FieldLayout layout_;
+    std::vector<SharpBody> bodies_;
+    std::vector<BodyMotion> now_;
+    std::vector<Block> blocks_;
+    bool settled_ = false, some_move_ = false;
+    std::vector<Cluster> clusters_;
+};
+
+} // namespace skein

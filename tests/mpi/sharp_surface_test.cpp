@@ -1,0 +1,265 @@
+// Sharp surfaces in a fluid: exact shear flows, orders of convergence, the same bits on any ranks, momentum.
+#include "fluid/make_flow.hpp"
+#include "fluid/whole_planes.hpp"
+#include "immersion/immersion.hpp"
+#include "skein/core/index.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+
+namespace skein {
+namespace {
+
+/// One that swings across the planes that ranks share, one that moves through the sides of the box past another.
+std::vector<Obstacle> moving_bodies() {
+    Obstacle ball, tube, post;
+    ball.name = "ball";
+    ball.centre = {0.43, 1.12, 0.81};
+    ball.radius = 0.31;
+    ball.amplitude = {0.05, 0.02, 0.3};
+    ball.frequency = 0.7;
+    tube.name = "tube";
+    tube.kind = ObstacleKind::cylinder;
+    tube.centre = {1.5, 0.25, 0};
+    tube.radius = 0.3;
+    tube.second_radius = 0.2;
+    tube.velocity = {0.4, -0.5, 0.1};
+    post = tube;
+    post.name = "post";
+    post.centre = {1.47, 1.61, 0};
+    post.radius = post.second_radius = 0.25;
+    post.velocity = {0, 0, 0};
+    std::vector<Obstacle> all{ball, tube, post};
+    for (Obstacle& o : all) o.surface = SurfaceKind::sharp;
+    return all;
+}
+
+struct Swum {
+    std::vector<double> state;
+    Vec3d given{0, 0, 0}, gained{0, 0, 0};
+};
+
+Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, std::vector<Obstacle> obstacles,
+          int across = 1) {
+    FlowConstants constants{.grid = {.cells = {24, 20, 16}, .h = 0.1, .lower = {-0.3, 0.2, 0.05}},
+                            .density = 2,
+                            .kinematic_viscosity = 5e-3,
+                            .scheme = scheme,
+                            .ranks_across = across};
+    auto flow = make_flow(comm, threads, constants);
+    flow->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
+    Immersion bodies(comm, threads, constants.grid, {.sweeps = 3, .kinematic_viscosity = constants.kinematic_viscosity},
+                     std::move(obstacles), nullptr, across);
+    flow->set_forcing(&bodies.stage_forcing());
+    bodies.begin_interval(0);
+    for (int s = 0; s < 6; ++s) flow->step(0.03 * s, 0.03);
+    Swum all;
+    for (std::size_t o = 0; o < bodies.obstacles().size(); ++o)
+        all.given += constants.density * bodies.given_by_obstacle(o);
+    all.gained = figures_of(comm, *flow).momentum;
+    WholeState state(comm, *flow);
+    std::vector<double> mine;
+    for (int k = 0; k < state.planes().count; ++k)
+        state.for_rows(k, [&](std::span<double> row) { mine.insert(mine.end(), row.begin(), row.end()); });
+    all.state = comm.all_gather(mine);
+    return all;
+}
+
+TEST(SharpSurfaces, HaveTheSameBitsOnAnyRanksAndGiveWhatTheFluidGains) {
+    const Threads threads(1), team(2);
+    std::vector<Obstacle> mixed = moving_bodies();
+    mixed[1].surface = SurfaceKind::markers;
+    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
+        for (const std::vector<Obstacle>& bodies : {moving_bodies(), mixed}) {
+            const Swum here = swum(Communicator::world(), threads, scheme, bodies);
+            EXPECT_EQ(here.state, swum(Communicator::alone(), threads, scheme, bodies).state);
+            EXPECT_EQ(here.state, swum(Communicator::world(), team, scheme, bodies).state);
+            for (const int across : {2, Communicator::world().size()}) {
+                if (across == 1 || Communicator::world().size() % across != 0) continue;
+                const Swum pencils = swum(Communicator::world(), team, scheme, bodies, across);
+                EXPECT_EQ(here.state, pencils.state) << across << " ranks across";
+                EXPECT_EQ(here.given.x, pencils.given.x);
+            }
+            EXPECT_GT(norm(here.gained), 1e-3);
+            EXPECT_LT(norm(here.given - here.gained), 1e-13);
+        }
+}
+
+/// Plate along a diagonal of a periodic square of edge 1, with faces at x + y = offset -+ thickness, m.
+class DiagonalPlate final : public Surface {
+public:
+    DiagonalPlate(double offset, double half) : offset_(offset), half_(half) {}
+    double distance(const Vec3d& place) const override {
+        const double s = place.x + place.y - offset_;
+        return (std::abs(s - std::round(s)) - half_) / std::numbers::sqrt2;
+    }
+    Vec3d extent() const override { return {unbounded, unbounded, unbounded}; }
+
+private:
+    double offset_, half_;
+};
+
+SharpBody plate(double offset, double half, double speed) {
+    const Vec3d velocity = (speed / std::numbers::sqrt2) * Vec3d{1, -1, 0};
+    return {.surface = std::make_unique<DiagonalPlate>(offset, half),
+            .motion = [velocity](double) -> BodyMotion { return {.velocity = velocity}; }};
+}
+
+/// Forces explicit stages by surfaces alone.
+class SurfacesAlone final : public StageForcing {
+public:
+    explicit SurfacesAlone(SharpForcing& surfaces) : surfaces_(surfaces) {}
+    void add_held_forces(const FlowStage&) override {}
+    void sample(const FlowStage& stage) override { surfaces_.act(stage); }
+    void apply(const FlowStage&) override {}
+    bool changed(int plane) const override { return surfaces_.changed(plane); }
+
+private:
+    SharpForcing& surfaces_;
+};
+
+std::vector<SharpBody> listed(SharpBody first) {
+    std::vector<SharpBody> all;
+    all.push_back(std::move(first));
+    return all;
+}
+
+/// Linear profiles between plates that cut grid lines at odd places are exact, and so are the forces on the plates.
+TEST(SharpSurfaces, ShearBetweenSlantedPlatesIsExact) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1);
+    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth}) {
+        constexpr int n = 20;
+        constexpr double viscosity = 0.03, at_rest = 0.213, half = 0.1034, other = 0.7117, speed = 0.8;
+        FlowConstants constants{
+            .grid = {.cells = {n, n, 8}, .h = 1.0 / n}, .kinematic_viscosity = viscosity, .scheme = scheme};
+        std::vector<SharpBody> plates = listed(plate(at_rest, half, 0));
+        plates.push_back(plate(other, half, speed));
+        SharpForcing surfaces(comm, threads, constants.grid, viscosity, std::move(plates));
+        SurfacesAlone forcing(surfaces);
+        auto flow = make_flow(comm, threads, constants);
+        flow->set_forcing(&forcing);
+        const double first_gap = other - at_rest - 2 * half, second_gap = 1 - 2 * half - (other - at_rest);
+        const auto exact = [&](const Vec3d& at) {
+            double s = at.x + at.y - (at_rest - half);
+            s -= std::floor(s);
+            double u = 0;
+            if (s > 2 * half) u = std::min(1.0, (s - 2 * half) / first_gap);
+            if (s > 4 * half + first_gap) u = (1 - s) / second_gap;
+            return (speed * u / std::numbers::sqrt2) * Vec3d{1, -1, 0};
+        };
+        flow->set_velocity(exact);
+        double given = 0, time = 0;
+        for (int s = 0; s < 10; ++s, time += 0.01) {
+            surfaces.reset_given();
+            flow->step(time, 0.01);
+            given = dot((1 / (0.01 * std::numbers::sqrt2)) * surfaces.given()[1], {1, -1, 0});
+        }
+        // Each face has the area sqrt(2) by the depth, and the gap of s is that of the normal times sqrt(2).
+        const double depth = 8 * constants.grid.h, force = viscosity * speed * std::numbers::sqrt2 * depth *
+                                                           std::numbers::sqrt2 * (1 / first_gap + 1 / second_gap);
+        EXPECT_NEAR(given, force, 1e-12 * force);
+        const FieldLayout layout = flow->layout();
+        const Pencils& own = flow->pencils();
+        double most = 0;
+        for (int k = 0; k < layout.nz; ++k)
+            for (int j = 0; j < layout.ny; ++j)
+                for (int i = 0; i < layout.nx; ++i) {
+                    const Vec3d face{(i + 1.0) / n, (own.rows().first + j + 0.5) / n, 0};
+                    most = std::max(most, std::abs(nth(flow->velocity(0), layout.at(i, j, k)) - exact(face).x));
+                }
+        EXPECT_LT(most, 1e-13);
+    }
+}
+
+/// Relative excess of the mean velocity between plates at rest, driven by an acceleration along them.
+double excess_of_flow_between_plates(int n) {
+    const Communicator comm = Communicator::alone();
+    const Threads threads(1);
+    constexpr double viscosity = 0.1, offset = 0.213, half = 0.1534, acceleration = 0.3;
+    const Vec3d along = (acceleration / std::numbers::sqrt2) * Vec3d{1, -1, 0};
+    FlowConstants constants{
+        .grid = {.cells = {n, n, 1}, .h = 1.0 / n}, .kinematic_viscosity = viscosity, .acceleration = along};
+    SharpForcing surfaces(comm, threads, constants.grid, viscosity, listed(plate(offset, half, 0)));
+    SurfacesAlone forcing(surfaces);
+    auto flow = make_flow(comm, threads, constants);
+    flow->set_forcing(&forcing);
+    flow->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
+    flow->step_within(0, 2, 1); // eight times the decay of the slowest mode
+    const double gap = (1 - 2 * half) / std::numbers::sqrt2,
+                 flux = acceleration * gap * gap / (12 * viscosity) * (1 - 2 * half);
+    const FlowFigures figures = figures_of(comm, *flow);
+    return figures.momentum.x * std::numbers::sqrt2 * n / flux - 1;
+}
+
+TEST(SharpSurfaces, FlowBetweenSlantedPlatesIsOfSecondOrder) {
+    if (Communicator::world().size() > 1) GTEST_SKIP() << "the bits are those of one rank";
+    const double coarse = excess_of_flow_between_plates(16), fine = excess_of_flow_between_plates(48);
+    EXPECT_LT(std::abs(fine), std::abs(coarse) / 8);
+    EXPECT_LT(std::abs(fine), 1e-3);
+}
+
+/// Outside of a circle.
+class Hole final : public Surface {
+public:
+    explicit Hole(double radius) : radius_(radius) {}
+    double distance(const Vec3d& place) const override { return radius_ - std::hypot(place.x, place.y); }
+    Vec3d extent() const override { return {unbounded, unbounded, unbounded}; }
+
+private:
+    double radius_;
+};
+
+/// Errors between a cylinder that spins and a hole at rest, over the cylinder's velocity.
+struct BetweenCylinders {
+    double largest = 0, mean = 0;
+
+    BetweenCylinders(int n, double shift) {
+        const Communicator comm = Communicator::alone();
+        const Threads threads(1);
+        constexpr double viscosity = 0.1, inner = 0.17, outer = 0.43, spin = 2;
+        const Vec3d centre{0.5 + shift / n, 0.5 + 0.6 * shift / n, 0};
+        FlowConstants constants{.grid = {.cells = {n, n, 1}, .h = 1.0 / n}, .kinematic_viscosity = viscosity};
+        std::vector<SharpBody> bodies;
+        bodies.push_back({.surface = std::make_unique<TubeSurface>(inner, inner), .motion = [&](double) -> BodyMotion {
+                              return {.place = centre, .spin = {0, 0, spin}};
+                          }});
+        bodies.push_back({.surface = std::make_unique<Hole>(outer),
+                          .motion = [&](double) -> BodyMotion { return {.place = centre}; }});
+        SharpForcing surfaces(comm, threads, constants.grid, viscosity, std::move(bodies));
+        SurfacesAlone forcing(surfaces);
+        auto flow = make_flow(comm, threads, constants);
+        flow->set_forcing(&forcing);
+        const double b = spin * inner * inner / (1 - inner * inner / (outer * outer)), a = -b / (outer * outer);
+        const auto exact = [&](const Vec3d& at) -> Vec3d {
+            const Vec3d from = at - centre;
+            const double r = std::hypot(from.x, from.y), turn = r < inner ? spin : r > outer ? 0 : a + b / (r * r);
+            return {-turn * from.y, turn * from.x, 0};
+        };
+        flow->set_velocity(exact);
+        flow->step_within(0, 0.5, 1); // seven times the decay of the slowest mode
+        const FieldLayout layout = flow->layout();
+        for (int j = 0; j < n; ++j)
+            for (int i = 0; i < n; ++i) {
+                const double error =
+                    std::abs(nth(flow->velocity(0), layout.at(i, j, 0)) - exact({(i + 1.0) / n, (j + 0.5) / n, 0}).x);
+                largest = std::max(largest, error / (spin * inner));
+                mean += error / (spin * inner) / (n * n);
+            }
+    }
+};
+
+/// Cells that a surface cuts are free of divergence as whole cells, so velocities next to it are of first order.
+TEST(SharpSurfaces, FlowBetweenCylindersConverges) {
+    if (Communicator::world().size() > 1) GTEST_SKIP() << "the bits are those of one rank";
+    for (const double shift : {0.0, 0.3}) {
+        const BetweenCylinders coarse(20, shift), fine(60, shift);
+        EXPECT_LT(fine.mean, coarse.mean / 5); // of order 1.6 to 1.8
+        EXPECT_LT(fine.largest, 0.03);
+    }
+}
+
+} // namespace
+} // namespace skein
