@@ -11,9 +11,18 @@ namespace skein {
 SharpForcing::SharpForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
                            double kinematic_viscosity, std::vector<SharpBody> bodies, int across)
     : comm_(comm), threads_(threads), h_(grid.h), viscosity_(kinematic_viscosity),
-      planes_(Pencils(grid, comm.rank(), comm.size(), across).planes().count),
+      layout_(Pencils(grid, comm.rank(), comm.size(), across).layout()),
       nodes_(threads, grid, Pencils(grid, comm.rank(), comm.size(), across), std::move(bodies)),
       given_(nodes_.bodies(), Vec3d{0, 0, 0}) {}
+
+double SharpForcing::pull_of(const SharpNode& node, const FlowStage& stage) const {
+    const double* const before = nth(stage.scratch, node.component) + node.at;
+    const std::ptrdiff_t stride[] = {1, layout_.row, layout_.plane};
+    double pull = node.pull;
+    for (int d = 0; d < 3; ++d)
+        if (nth(node.ahead, d) != 0) pull += nth(node.ahead, d) * before[nth(node.side, d) * stride[d]];
+    return pull;
+}
 
 void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums) const {
     const double per_excess = stage.dt * viscosity_ / (h_ * h_);
@@ -37,15 +46,15 @@ void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& sta
         for (;; ++last) {
             const double a = per_excess * nodes[last].excess;
             weight += a;
-            sum += a * nodes[last].velocity;
+            sum += per_excess * pull_of(nodes[last], stage);
             if (!nodes[last].again) break;
         }
         const double before = u;
-        u = sum / weight; // theory.md (127)
+        u = sum / weight; // theory.md (129)
         if (last == n) give(node, u - before);
         else
             for (std::size_t m = n; m <= last; ++m)
-                give(nodes[m], per_excess * nodes[m].excess * (nodes[m].velocity - u));
+                give(nodes[m], per_excess * (pull_of(nodes[m], stage) - nodes[m].excess * u));
         n = last;
     }
 }
@@ -53,7 +62,7 @@ void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& sta
 void SharpForcing::act(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
     nodes_.settle(stage.time);
-    std::vector<std::vector<RowSum>> sums(to_index(planes_));
+    std::vector<std::vector<RowSum>> sums(to_index(layout_.nz));
     threads_.for_each(sums.size(), [&](std::size_t k, int) {
         nodes_.for_lists(static_cast<int>(k), [&](std::span<const SharpNode> nodes) { act_on(nodes, stage, sums[k]); });
     });

@@ -1,5 +1,5 @@
 // Bodies with sharp surfaces: each stage sets velocities of nodes within them, and nodes next to them get an implicit
-// change of the centre weight of the Laplacian. theory.md (126), (127)
+// change of the centre weight of the Laplacian. theory.md (129)
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
@@ -38,10 +38,13 @@ private:
     /// Adds the changes of all rows to the momentum given by bodies. Collective.
     void add_given(const std::vector<std::vector<RowSum>>& of_planes);
 
+    /// Change of a node by its neighbours and a body at the begin of the stage, m/s.
+    double pull_of(const SharpNode& node, const FlowStage& stage) const;
+
     Communicator comm_;
     const Threads& threads_;
     double h_, viscosity_;
-    int planes_;
+    FieldLayout layout_;
     SharpNodes nodes_;
     std::vector<Vec3d> given_;
     double seconds_ = 0;

@@ -1,5 +1,6 @@
 #include "immersion/sharp_nodes.hpp"
 
+#include "immersion/cut_weights.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -35,7 +36,9 @@ public:
 private:
     struct Cut {
         const Image* image;
-        double excess;
+        double distance; ///< cells
+        Vec3d normal;
+        CutWeights weights;
     };
 
     /// True if an image before this one has the node.
@@ -57,70 +60,85 @@ private:
     double distance(const Image& image, const Vec3d& place) const {
         return all_.bodies_[image.body].surface->distance(place);
     }
-    void put(int i, const Image& image, double excess, bool again) {
+    /// Normal of a body's surface towards the fluid, by differences of the distance over a spacing.
+    Vec3d normal(const Image& image, const Vec3d& place) const {
+        const auto along = [&](const Vec3d& half) {
+            return (distance(image, place + half) - distance(image, place - half)) / h_;
+        };
+        return {along({0.5 * h_, 0, 0}), along({0, 0.5 * h_, 0}), along({0, 0, 0.5 * h_})};
+    }
+    Vec3d velocity(const Image& image, const Vec3d& place) const {
         const BodyMotion& motion = all_.now_[image.body];
+        return motion.velocity + cross(motion.spin, place);
+    }
+    SharpNode node(int i, const Image& image) const {
         const int j = j_ - all_.pencils_.rows().first, k = k_ - all_.pencils_.planes().first;
-        out_.push_back({.at = all_.layout_.at(i, j, k),
-                        .velocity = component_of(motion.velocity + cross(motion.spin, place(image, i)), component_),
-                        .excess = excess,
-                        .body = image.body,
-                        .row = j,
-                        .component = static_cast<std::uint8_t>(component_),
-                        .again = again});
+        return {.at = all_.layout_.at(i, j, k),
+                .velocity = component_of(velocity(image, place(image, i)), component_),
+                .body = image.body,
+                .row = j,
+                .component = static_cast<std::uint8_t>(component_)};
+    }
+    void put(int i, const Cut& cut, bool again) {
+        SharpNode one = node(i, *cut.image);
+        one.excess = cut.weights.excess;
+        one.pull = cut.weights.excess * one.velocity;
+        one.again = again;
+        for (int d = 0; d < 3; ++d) {
+            const double ahead = nth(cut.weights.ahead, d);
+            const int step = component_of(cut.normal, d) > 0 ? 1 : -1;
+            nth(one.ahead, d) = ahead;
+            nth(one.side, d) = static_cast<std::int8_t>(step);
+            // The change of weights is for velocities relative to the body's at both nodes.
+            if (ahead != 0)
+                one.pull -= ahead * component_of(velocity(*cut.image, place(*cut.image, i, d, step)), component_);
+        }
+        out_.push_back(one);
     }
     void add(int i) {
         if (on_wall(i)) return;
-        const Image* nearest = nullptr;
-        double least = HUGE_VAL;
-        for (const Image* image : near_)
-            if (i >= image->first[0] && i <= image->last[0])
-                if (const double d = distance(*image, place(*image, i)); d < least) {
-                    least = d;
-                    nearest = image;
-                }
-        constexpr double rounding = 1e-9;
-        if (least <= 0) return put(i, *nearest, SharpNode::inside, false);
-        if (!(least <= h_ * (1 + rounding))) return; // no neighbour is within a body
+        constexpr double reach = 2; // cells, beyond which neither faces nor lines are cut
         cuts_.clear();
-        for (int d = 0; d < 3; ++d)
-            for (const int step : {-1, 1}) cut(i, d, step);
-        for (std::size_t c = 0; c < cuts_.size(); ++c) put(i, *cuts_[c].image, cuts_[c].excess, c + 1 < cuts_.size());
+        for (const Image* image : near_) {
+            if (i < image->first[0] || i > image->last[0]) continue;
+            const Vec3d at = place(*image, i);
+            const double d = distance(*image, at) / h_;
+            if (d < reach) cuts_.push_back({image, d, normal(*image, at), {}});
+        }
+        for (Cut& cut : cuts_)
+            cut.weights = cut_weights(cut.distance, cut.normal, component_, lines(i, cut, cuts_.size() > 1));
+        const auto nearest = std::min_element(cuts_.begin(), cuts_.end(),
+                                              [](const Cut& a, const Cut& b) { return a.distance < b.distance; });
+        if (nearest == cuts_.end()) return;
+        if (std::any_of(cuts_.begin(), cuts_.end(), [](const Cut& c) { return c.weights.closed(); })) {
+            out_.push_back(node(i, *nearest->image));
+            return;
+        }
+        constexpr double nothing = 1e-12; // rounding of weights at nodes that no surface cuts
+        std::erase_if(cuts_, [](const Cut& c) { return c.weights.excess < nothing; });
+        for (std::size_t c = 0; c < cuts_.size(); ++c) put(i, cuts_[c], c + 1 < cuts_.size());
+    }
+    /// Treatment of lines: between two bodies, or a body and a wall, profiles are of first degree.
+    std::array<CutLines, 3> lines(int i, const Cut& cut, bool shared) const {
+        std::array<CutLines, 3> of{};
+        for (int d = 0; d < 3; ++d) {
+            const int ahead = component_of(cut.normal, d) > 0 ? 1 : -1;
+            nth(of, d) = beyond_wall(i, d, -ahead)            ? CutLines::none
+                         : shared || beyond_wall(i, d, ahead) ? CutLines::linear
+                                                              : CutLines::quadratic;
+        }
+        return of;
     }
     int number(int i, int d) const { return d == 0 ? i : d == 1 ? j_ : k_; }
     /// True for nodes on a face of the box, which have its velocity.
     bool on_wall(int i) const {
         return !all_.grid_.periodic(component_) && number(i, component_) == nth(all_.grid_.cells, component_) - 1;
     }
-    /// Weight of the node's own velocity in its neighbour beyond a wall; 0 if the neighbour is no ghost.
-    double mirrored(int i, int direction, int step) const {
+    /// True if the neighbour is a ghost beyond a wall.
+    bool beyond_wall(int i, int direction, int step) const {
         const int to = number(i, direction) + step;
-        const bool upper = to >= nth(all_.grid_.cells, direction);
-        if (all_.grid_.periodic(direction) || direction == component_ || (to >= 0 && !upper)) return 0;
-        const FluidBoundary kind = nth(all_.grid_.boundary, direction);
-        return kind == FluidBoundary::no_slip || (kind == FluidBoundary::through && !upper) ? -1 : 1;
-    }
-    /// Adds the line to a neighbour if a body cuts it. The first body on the way does.
-    void cut(int i, int direction, int step) {
-        const Image* first = nullptr;
-        double share = HUGE_VAL;
-        for (const Image* image : near_) {
-            if (i < image->first[0] || i > image->last[0]) continue;
-            const Vec3d to = place(*image, i, direction, step);
-            if (distance(*image, to) > 0) continue;
-            const double s = all_.bodies_[image->body].surface->crossing(place(*image, i), to);
-            if (s < share) {
-                share = s;
-                first = image;
-            }
-        }
-        if (!first) return;
-        constexpr double least = 1e-9, wall = 0.5; // shares of a spacing
-        const double ghost = mirrored(i, direction, step);
-        if (ghost != 0 && share >= wall) return; // the wall is in front of the body
-        const double excess = 1 / std::max(share, least) - (1 - ghost);
-        const auto same = std::find_if(cuts_.begin(), cuts_.end(), [&](const Cut& c) { return c.image == first; });
-        if (same != cuts_.end()) same->excess += excess;
-        else cuts_.push_back({first, excess});
+        return !all_.grid_.periodic(direction) && direction != component_ &&
+               (to < 0 || to >= nth(all_.grid_.cells, direction));
     }
 
     const SharpNodes& all_;

@@ -1,11 +1,11 @@
-// Velocity nodes within bodies and next to their surfaces, with what the cut grid lines add to the Laplacian.
-// theory.md (126)
+// Velocity nodes within bodies and next to their surfaces, with what the surfaces change in the Laplacian.
 #pragma once
 
 #include "fluid/pencils.hpp"
 #include "immersion/surface.hpp"
 #include "parallel/threads.hpp"
 
+#include <array>
 #include <cstdint>
 #include <functional>
 #include <limits>
@@ -29,17 +29,21 @@ struct SharpBody {
     bool moves = false; ///< its places change with time
 };
 
-/// Node that one body acts on.
+/// Node that one body acts on: within it the velocity is the body's, and next to it the Laplacian changes by
+/// pull + sum of ahead (velocity of the neighbour on that side) - excess (velocity of the node).
 struct SharpNode {
     static constexpr double inside = std::numeric_limits<double>::infinity();
 
-    std::ptrdiff_t at; ///< offset in a field of this rank
-    double velocity;   ///< of the body, m/s
-    double excess;     ///< sum of (1 - d)/d over the lines that the body cuts at shares d; `inside`: within the body
+    std::ptrdiff_t at;      ///< offset in a field of this rank
+    double velocity;        ///< of the body, m/s
+    double excess = inside; ///< `inside`: within the body
+    double pull = 0;        ///< m/s
+    std::array<double, 3> ahead{};
     std::uint32_t body;
     std::int32_t row;
     std::uint8_t component;
-    bool again; ///< the next node is the same one, cut by another body
+    std::array<std::int8_t, 3> side{};
+    bool again = false; ///< the next node is the same one, cut by another body
 };
 
 /// All results have the same bits on any ranks and threads.

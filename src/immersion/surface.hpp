@@ -1,4 +1,4 @@
-// Surfaces of bodies in coordinates of the body: the side of a place, and where grid lines cross.
+// Surfaces of bodies as signed distances, in coordinates of the body.
 #pragma once
 
 #include "skein/core/vec3.hpp"
@@ -12,11 +12,8 @@ public:
     static constexpr double unbounded = std::numeric_limits<double>::infinity();
 
     virtual ~Surface() = default;
-    /// Signed distance of a place, m, above 0 in the fluid, or a number nearer to 0 with this sign. It changes by at
-    /// most the distance of two places.
+    /// Signed distance of a place, m, above 0 in the fluid. Far from the surface only its sign needs to be right.
     virtual double distance(const Vec3d& place) const = 0;
-    /// Share of the way from a place in the fluid to a place within the body at which the surface lies.
-    virtual double crossing(const Vec3d& outside, const Vec3d& inside) const;
     /// Half extents of a box about the origin that holds the body, m.
     virtual Vec3d extent() const = 0;
 };
@@ -25,7 +22,6 @@ class SphereSurface final : public Surface {
 public:
     explicit SphereSurface(double radius) : radius_(radius) {}
     double distance(const Vec3d& place) const override { return norm(place) - radius_; }
-    double crossing(const Vec3d& outside, const Vec3d& inside) const override;
     Vec3d extent() const override { return {radius_, radius_, radius_}; }
 
 private:
@@ -36,13 +32,12 @@ private:
 class TubeSurface final : public Surface {
 public:
     /// Half axes along x and y, m.
-    TubeSurface(double a, double b);
+    TubeSurface(double a, double b) : a_(a), b_(b) {}
     double distance(const Vec3d& place) const override;
-    double crossing(const Vec3d& outside, const Vec3d& inside) const override;
     Vec3d extent() const override { return {a_, b_, unbounded}; }
 
 private:
-    double a_, b_, least_;
+    double a_, b_;
 };
 
 } // namespace skein
