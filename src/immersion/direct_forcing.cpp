@@ -87,38 +87,36 @@ void DirectForcing::add_held_forces(const FlowStage& stage) {
     planes_.spread(pushes, stage.velocity);
 }
 
-double DirectForcing::step_length(std::span<const Vec3d> response) const {
-    std::vector<double> terms[2];
-    for (std::size_t m = 0; m < response.size(); ++m) {
-        const Vec3d weighted = scale(weight_[m], response[m]);
-        terms[0].push_back(dot(weighted, slip_[m]));
-        terms[1].push_back(dot(weighted, response[m]));
-    }
-    const std::vector<double> sums = exact_sums(comm_, terms);
-    return sums[1] > 0 ? sums[0] / sums[1] : 0;
+void DirectForcing::push(const FlowStage& stage) {
+    for (std::size_t m = 0; m < changes_.size(); ++m) changes_[m] = scale(weight_[m], slip_[m]);
+    planes_.spread(changes_, stage.scratch);
 }
 
-void DirectForcing::apply_implicitly(const FlowStage& stage) {
-    const std::span<Vec3d> force = held_.values();
-    std::vector<Vec3d> push(markers_.count()), response(markers_.count());
-    find_slips(stage);
-    for (int sweep = 0; sweep < numbers_.sweeps; ++sweep) {
-        if (numbers_.slip > 0 && largest_slip() < numbers_.slip) break;
-        for (std::size_t m = 0; m < push.size(); ++m) push[m] = scale(weight_[m], slip_[m]);
-        stage.response->clear();
-        planes_.spread(push, stage.scratch);
-        stage.response->respond();
-        planes_.interpolate({stage.scratch[0], stage.scratch[1], stage.scratch[2]}, response);
-        const double alpha = step_length(response); // (87)
-        stage.response->add(alpha);
-        for (std::size_t m = 0; m < push.size(); ++m) {
-            slip_[m] -= alpha * response[m];
-            force[m] += (alpha / stage.dt) * push[m];
-        }
+void DirectForcing::find_response(const FlowStage& stage) {
+    response_.resize(markers_.count());
+    planes_.interpolate({stage.scratch[0], stage.scratch[1], stage.scratch[2]}, response_);
+}
+
+void DirectForcing::add_terms(std::array<std::vector<double>, 2>& terms) const {
+    for (std::size_t m = 0; m < response_.size(); ++m) {
+        const Vec3d weighted = scale(weight_[m], response_[m]);
+        terms[0].push_back(dot(weighted, slip_[m]));
+        terms[1].push_back(dot(weighted, response_[m]));
     }
+}
+
+void DirectForcing::take(double times, const FlowStage& stage) {
+    const std::span<Vec3d> force = held_.values();
+    for (std::size_t m = 0; m < force.size(); ++m) {
+        slip_[m] -= times * response_[m];
+        force[m] += (times / stage.dt) * changes_[m];
+    }
+}
+
+void DirectForcing::end_sweeps(const FlowStage& stage) {
     largest_slip_ = largest_slip();
-    for (std::size_t m = 0; m < push.size(); ++m) push[m] = stage.dt * force[m];
-    add_given(push);
+    for (std::size_t m = 0; m < changes_.size(); ++m) changes_[m] = stage.dt * held_.values()[m];
+    add_given(changes_);
 }
 
 MarkerResponse DirectForcing::response(std::size_t marker) const {
@@ -193,7 +191,10 @@ void DirectForcing::rescale(const std::vector<std::vector<Vec3d>>& sweeps, const
 }
 
 void DirectForcing::apply(const FlowStage& stage) {
-    if (stage.response) return apply_implicitly(stage); // counts as time of the fluid, which solves most of it
+    if (stage.response) { // counts as time of the fluid, which solves most of it
+        HeldForcing* const markers[] = {this};
+        return sweep_held_forces(comm_, stage, numbers_.sweeps, numbers_.slip, markers);
+    }
     const Timers::Guard timing(seconds_);
     if (numbers_.penalty()) apply_springs(stage);
     else apply_sweeps(stage);

@@ -4,6 +4,7 @@
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
+#include "immersion/held_forcing.hpp"
 #include "immersion/held_vectors.hpp"
 #include "immersion/marker_planes.hpp"
 #include "immersion/markers.hpp"
@@ -34,7 +35,7 @@ struct MarkerResponse {
 };
 
 /// All results have the same bits on any ranks and threads.
-class DirectForcing final : public StageForcing {
+class DirectForcing final : public StageForcing, public HeldForcing {
 public:
     /// Sets this rank's markers to their places and velocities at a time. Each marker belongs to one rank.
     using Place = std::function<void(double time, Markers& markers)>;
@@ -46,6 +47,14 @@ public:
     void sample(const FlowStage& stage) override;
     void apply(const FlowStage& stage) override;
     bool changed(int plane) const override { return planes_.reaches(plane); }
+
+    void find_slips(const FlowStage& stage) override;
+    double largest_slip() const override;
+    void push(const FlowStage& stage) override;
+    void find_response(const FlowStage& stage) override;
+    void add_terms(std::array<std::vector<double>, 2>& terms) const override;
+    void take(double times, const FlowStage& stage) override;
+    void end_sweeps(const FlowStage& stage) override;
 
     /// Momentum over density that each body has given the fluid since reset_given(), m^4/s. All ranks have all bodies.
     const std::vector<Vec3d>& given() const { return given_; }
@@ -71,7 +80,6 @@ private:
     /// Puts markers to the time of the stage and finds their weights. Collective.
     void settle(const FlowStage& stage);
     void apply_sweeps(const FlowStage& stage);
-    void apply_implicitly(const FlowStage& stage);
     void apply_springs(const FlowStage& stage);
     /// Scales the changes of later sweeps by their shares and spreads the differences. Collective.
     void rescale(const std::vector<std::vector<Vec3d>>& sweeps, const FlowStage& stage);
@@ -80,17 +88,11 @@ private:
         Vec3d left, set;
     };
     SlipShares shares(std::size_t marker) const;
-    /// Factor of the response to a push that leaves the least weighted squares of slips. theory.md (87). Collective.
-    double step_length(std::span<const Vec3d> response) const;
     /// Interpolates velocities of the fluid to markers. Collective.
     void find_velocities(const FlowStage& stage);
-    /// Finds slips from interpolated velocities. Collective.
-    void find_slips(const FlowStage& stage);
     void subtract_velocities();
     /// Finds the largest slip at the end of a step. Collective.
     void measure_slip(const FlowStage& stage);
-    /// Largest slip of any rank, m/s. Collective.
-    double largest_slip() const;
     /// Adds the changes of a stage to the momentum given by bodies. Collective.
     void add_given(const std::vector<Vec3d>& changes);
 
@@ -107,7 +109,8 @@ private:
     std::vector<Vec3d> weight_;
     std::vector<Vec3d> velocity_;            ///< velocity of the fluid at markers, m/s
     std::vector<Vec3d> slip_;                ///< marker's velocity minus the fluid's, m/s
-    std::vector<Vec3d> changes_;             ///< by marker, m/s
+    std::vector<Vec3d> changes_;             ///< by marker, m/s; pushes of implicit stages
+    std::vector<Vec3d> response_;            ///< by marker, m/s
     std::vector<Vec3d> given_;               ///< by body, m^4/s
     HeldVectors held_;                       ///< forces of implicit stages, or lengths of springs
     double largest_slip_ = 0, stage_dt_ = 0; ///< m/s; s

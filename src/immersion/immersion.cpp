@@ -30,6 +30,7 @@ class Immersion::AllBodies final : public StageForcing {
 public:
     explicit AllBodies(Immersion& of) : of_(of) {}
     void add_held_forces(const FlowStage& stage) override {
+        of_.surfaces_->add_held_forces(stage);
         if (of_.has_markers()) of_.forcing_.add_held_forces(stage);
     }
     void sample(const FlowStage& stage) override {
@@ -37,6 +38,7 @@ public:
         if (of_.has_markers()) of_.forcing_.sample(stage);
     }
     void apply(const FlowStage& stage) override {
+        if (stage.response) return apply_implicitly(stage);
         if (of_.has_markers()) of_.forcing_.apply(stage);
     }
     bool changed(int plane) const override {
@@ -44,6 +46,12 @@ public:
     }
 
 private:
+    void apply_implicitly(const FlowStage& stage) {
+        std::vector<HeldForcing*> all{&*of_.surfaces_};
+        if (of_.has_markers()) all.push_back(&of_.forcing_);
+        sweep_held_forces(of_.comm_, stage, of_.sweeps_, of_.least_slip_, all);
+    }
+
     Immersion& of_;
 };
 
@@ -53,8 +61,8 @@ StageForcing& Immersion::stage_forcing() { return all_ ? *all_ : forcing_; }
 Immersion::Immersion(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
                      const ForcingNumbers& numbers, std::vector<Obstacle> obstacles, std::unique_ptr<ImmersedRods> rods,
                      int across)
-    : grid_(grid), rank_(comm.rank()), pencils_(grid, comm.rank(), comm.size(), across),
-      obstacles_(std::move(obstacles)), rods_(std::move(rods)),
+    : comm_(comm), grid_(grid), rank_(comm.rank()), pencils_(grid, comm.rank(), comm.size(), across),
+      sweeps_(numbers.sweeps), least_slip_(numbers.slip), obstacles_(std::move(obstacles)), rods_(std::move(rods)),
       forcing_(
           comm, threads, grid, numbers, obstacles_.size() + (rods_ ? rods_->bodies() : 0),
           [this](double time, Markers& markers) { place(time, markers); }, rods_ || some_markers_move(obstacles_),
@@ -123,6 +131,25 @@ void Immersion::place_obstacles(double time, Markers& markers) const {
             markers.body.push_back(static_cast<std::uint32_t>(o));
         }
     }
+}
+
+std::vector<double> Immersion::saved_held() const {
+    std::vector<double> all = forcing_.held().saved(comm_);
+    if (!surfaces_) return all;
+    const std::vector<double> more = surfaces_->held().saved(comm_);
+    all.insert(all.end(), more.begin(), more.end());
+    return all;
+}
+
+void Immersion::restore_held(std::span<const double> saved) {
+    std::vector<double> of_markers, of_surfaces; // of negative identity
+    for (std::size_t at = 0; at + HeldVectors::record <= saved.size(); at += HeldVectors::record) {
+        const auto record = saved.subspan(at, HeldVectors::record);
+        std::vector<double>& to = record[0] < 0 ? of_surfaces : of_markers;
+        to.insert(to.end(), record.begin(), record.end());
+    }
+    forcing_.restore_held(of_markers);
+    if (surfaces_) surfaces_->restore_held(of_surfaces);
 }
 
 Vec3d Immersion::given_by_obstacle(std::size_t obstacle) const {

@@ -50,6 +50,16 @@ public:
     /// Two-way coupling, after FlowSolver::end_stage(): finds the residual impulses.
     void end_stage();
 
+    /// Forces of implicit stages at markers and surfaces: HeldVectors::saved(). Collective.
+    std::vector<double> saved_held() const;
+    /// Continues from saved_held(). Not collective.
+    void restore_held(std::span<const double> saved);
+    /// body(forces) for those at markers and at surfaces.
+    template <class Body> void for_held(Body&& body) const {
+        body(forcing_.held());
+        if (surfaces_) body(surfaces_->held());
+    }
+
     /// Momentum over density that an obstacle has given the fluid since the last begin_interval(), m^4/s.
     Vec3d given_by_obstacle(std::size_t obstacle) const;
     /// Mean force on an obstacle since the last begin_interval(), N, by a fluid of this density.
@@ -76,9 +86,12 @@ private:
         return std::span(of_markers).last(rods_->count());
     }
 
+    Communicator comm_;
     FluidGrid grid_;
     int rank_;
     Pencils pencils_;
+    int sweeps_;
+    double least_slip_; ///< m/s, see ForcingNumbers
     std::vector<Obstacle> obstacles_;
     std::vector<std::size_t> sharp_;               ///< numbers of obstacles with sharp surfaces
     std::vector<std::vector<Vec3d>> about_centre_; ///< markers of obstacles, from their centres, m

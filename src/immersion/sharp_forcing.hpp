@@ -3,6 +3,8 @@
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
+#include "immersion/held_forcing.hpp"
+#include "immersion/held_vectors.hpp"
 #include "immersion/sharp_nodes.hpp"
 #include "parallel/communicator.hpp"
 
@@ -12,13 +14,26 @@
 namespace skein {
 
 /// All results have the same bits on any ranks and threads.
-class SharpForcing {
+class SharpForcing final : public HeldForcing {
 public:
     SharpForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, double kinematic_viscosity,
                  std::vector<SharpBody> bodies, int across = 1);
 
     /// Changes velocities of an explicit stage before its markers act. Collective.
     void act(const FlowStage& stage);
+    /// Adds pushes by forces of the last step to the velocity of an implicit stage. Collective.
+    void add_held_forces(const FlowStage& stage);
+    void find_slips(const FlowStage& stage) override;
+    double largest_slip() const override;
+    void push(const FlowStage& stage) override;
+    void find_response(const FlowStage& stage) override;
+    void add_terms(std::array<std::vector<double>, 2>& terms) const override;
+    void take(double times, const FlowStage& stage) override;
+    void end_sweeps(const FlowStage& stage) override;
+    /// Forces of implicit stages by node and body, m/s^2, along x in place of the node's direction.
+    const HeldVectors& held() const { return held_; }
+    /// Continues from saved() of held(). Not collective.
+    void restore_held(std::span<const double> saved);
     bool changed(int plane) const { return nodes_.reaches(plane); }
 
     /// Momentum over density that each body has given the fluid since reset_given(), m^4/s. All ranks have all bodies.
@@ -28,6 +43,8 @@ public:
     double take_seconds() { return std::exchange(seconds_, 0); }
 
 private:
+    SharpForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, double kinematic_viscosity,
+                 std::vector<SharpBody> bodies, const Pencils& pencils);
     /// Sum of changes of nodes of a row by one body, m/s.
     struct RowSum {
         double change;
@@ -38,15 +55,28 @@ private:
     /// Adds the changes of all rows to the momentum given by bodies. Collective.
     void add_given(const std::vector<std::vector<RowSum>>& of_planes);
 
-    /// Change of a node by its neighbours and a body at the begin of the stage, m/s.
-    double pull_of(const SharpNode& node, const FlowStage& stage) const;
+    /// Sum of (129) over a body and the neighbours of a node in a field, m/s.
+    double pull_of(const SharpNode& node, const std::array<double*, 3>& fields) const;
+    /// Lists nodes in one order, and brings their forces to this rank. Collective.
+    void list_nodes();
+    /// body(number in the list, node) for all nodes, by threads.
+    template <class Body> void for_nodes(Body&& body) const;
+    /// h^2 over viscosity, excess and length of the stage; 0 within bodies.
+    double slack(const SharpNode& node) const;
 
     Communicator comm_;
     const Threads& threads_;
     double h_, viscosity_;
+    std::array<int, 3> cells_;
+    Slab rows_, planes_; ///< of this rank
     FieldLayout layout_;
     SharpNodes nodes_;
     std::vector<Vec3d> given_;
+    std::vector<SharpNode> list_;                ///< all nodes of this rank, in implicit stages
+    HeldVectors held_;                           ///< by number in list_
+    std::vector<double> slip_, push_, response_; ///< m/s
+    bool listed_ = false;
+    double stage_dt_ = 0; ///< s
     double seconds_ = 0;
 };
 

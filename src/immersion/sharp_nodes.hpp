@@ -52,6 +52,7 @@ public:
     SharpNodes(const Threads& threads, const FluidGrid& grid, const Pencils& pencils, std::vector<SharpBody> bodies);
 
     std::size_t bodies() const { return bodies_.size(); }
+    bool some_move() const { return some_move_; }
     /// Puts bodies to their places at a time. Not collective.
     void settle(double time);
     /// Calls body(nodes) for the lists of nodes of a plane of this rank.

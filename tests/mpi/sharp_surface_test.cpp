@@ -71,7 +71,8 @@ TEST(SharpSurfaces, HaveTheSameBitsOnAnyRanksAndGiveWhatTheFluidGains) {
     const Threads threads(1), team(2);
     std::vector<Obstacle> mixed = moving_bodies();
     mixed[1].surface = SurfaceKind::markers;
-    for (const FlowScheme scheme : {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth})
+    for (const FlowScheme scheme :
+         {FlowScheme::rk3, FlowScheme::rk3_projected, FlowScheme::adams_bashforth, FlowScheme::crank_nicolson})
         for (const std::vector<Obstacle>& bodies : {moving_bodies(), mixed}) {
             const Swum here = swum(Communicator::world(), threads, scheme, bodies);
             EXPECT_EQ(here.state, swum(Communicator::alone(), threads, scheme, bodies).state);
@@ -85,6 +86,44 @@ TEST(SharpSurfaces, HaveTheSameBitsOnAnyRanksAndGiveWhatTheFluidGains) {
             EXPECT_GT(norm(here.gained), 1e-3);
             EXPECT_LT(norm(here.given - here.gained), 1e-13);
         }
+}
+
+/// Forces of implicit stages at nodes go with bodies from rank to rank, and to a run that goes on.
+TEST(SharpSurfaces, GoOnFromForcesAtNodes) {
+    const Communicator comm = Communicator::world();
+    const Threads threads(1);
+    const FlowConstants constants{.grid = {.cells = {24, 20, 16}, .h = 0.1, .lower = {-0.3, 0.2, 0.05}},
+                                  .kinematic_viscosity = 5e-3,
+                                  .scheme = FlowScheme::crank_nicolson};
+    std::vector<Obstacle> mixed = moving_bodies();
+    mixed[2].surface = SurfaceKind::markers;
+    const ForcingNumbers numbers{.kinematic_viscosity = constants.kinematic_viscosity};
+    auto first = make_flow(comm, threads, constants), second = make_flow(comm, threads, constants);
+    Immersion bodies(comm, threads, constants.grid, numbers, mixed),
+        others(comm, threads, constants.grid, numbers, mixed);
+    first->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
+    first->set_forcing(&bodies.stage_forcing());
+    second->set_forcing(&others.stage_forcing());
+    for (int s = 0; s < 4; ++s) first->step(0.05 * s, 0.05);
+    const std::vector<double> held = bodies.saved_held();
+    EXPECT_GT(held.size(), HeldVectors::record * mixed[2].markers(constants.grid).size());
+    const auto from = first->state(), to = second->state();
+    for (std::size_t f = 0; f < from.size(); ++f) std::copy(from[f].begin(), from[f].end(), to[f].begin());
+    second->refresh(first->time());
+    others.restore_held(held);
+    EXPECT_EQ(others.saved_held(), held);
+    for (int s = 4; s < 7; ++s) {
+        first->step(0.05 * s, 0.05);
+        second->step(0.05 * s, 0.05);
+    }
+    const FieldLayout layout = first->layout();
+    for (int c = 0; c < 3; ++c)
+        for (int k = 0; k < layout.nz; ++k)
+            for (int j = 0; j < layout.ny; ++j)
+                for (int i = 0; i < layout.nx; ++i)
+                    ASSERT_EQ(nth(first->velocity(c), layout.at(i, j, k)),
+                              nth(second->velocity(c), layout.at(i, j, k)));
+    EXPECT_EQ(bodies.saved_held(), others.saved_held());
 }
 
 /// Plate along a diagonal of a periodic square of edge 1, with faces at x + y = offset -+ thickness, m.
@@ -256,6 +295,47 @@ TEST(SharpSurfaces, FlowBetweenCylindersConverges) {
         EXPECT_LT(fine.mean, coarse.mean / 7.5);
         EXPECT_LT(fine.largest, 0.03);
     }
+}
+
+/// One sphere in a cube of 1 m with periods, driven by an acceleration.
+struct SphereArray {
+    double drag_factor, force; ///< the last one over what drives the fluid
+
+    SphereArray(int n, double share, double step, int steps, const Vec3d& shift) {
+        const Communicator comm = Communicator::alone();
+        const Threads threads(1);
+        const double radius = std::cbrt(3 * share / (4 * std::numbers::pi)), acceleration = 0.5;
+        FlowConstants constants{.grid = {.cells = {n, n, n}, .h = 1.0 / n},
+                                .kinematic_viscosity = 1,
+                                .acceleration = {acceleration, 0, 0},
+                                .scheme = FlowScheme::crank_nicolson};
+        auto flow = make_flow(comm, threads, constants);
+        flow->set_velocity([](const Vec3d&) { return Vec3d{0, 0, 0}; });
+        Obstacle sphere;
+        sphere.centre = Vec3d{0.5, 0.5, 0.5} + (1.0 / n) * shift;
+        sphere.radius = radius;
+        sphere.surface = SurfaceKind::sharp;
+        Immersion bodies(comm, threads, constants.grid, {.kinematic_viscosity = 1}, {sphere});
+        flow->set_forcing(&bodies.stage_forcing());
+        for (int s = 0; s < steps; ++s) {
+            bodies.begin_interval(step * s);
+            flow->step(step * s, step);
+        }
+        drag_factor = acceleration / (6 * std::numbers::pi * radius * figures_of(comm, *flow).momentum.x);
+        force = bodies.force_on_obstacle(0, 1, step * steps).x / acceleration;
+    }
+};
+
+/// Of Zick and Homsy; all that drives the fluid is a force on the sphere.
+TEST(SharpSurfaces, SpheresInACubicArrayHaveTheirDrag) {
+    if (Communicator::world().size() > 1) GTEST_SKIP() << "the bits are those of one rank";
+    for (const auto& [share, published] : {std::pair{0.125, 4.292}, std::pair{0.216, 7.442}})
+        for (const Vec3d& shift : {Vec3d{0, 0, 0}, Vec3d{0.3, 0.1, 0.45}}) {
+            const SphereArray coarse(16, share, 0.04, 60, shift), fine(32, share, 0.04, 60, shift);
+            EXPECT_NEAR(coarse.drag_factor, published, 0.01 * published);
+            EXPECT_NEAR(fine.drag_factor, published, 0.0015 * published);
+            EXPECT_NEAR(fine.force, 1, 1e-3);
+        }
 }
 
 } // namespace

@@ -213,6 +213,7 @@ def rows_of(folder):
         fluid("immersion.forcing = penalty", immersion={"forcing": "penalty", "penalty_damping": 10.0}),
         fluid("obstacle.kind = sphere", obstacle=[{"centre": [0.15, 0.2, 0.15], "radius": 0.1}]),
         fluid("obstacle.kind = cylinder", obstacle=[{"kind": "cylinder", "centre": [0.15, 0.2, 0.15], "radius": 0.1}]),
+        fluid("obstacle.surface = sharp", obstacle=[{"surface": "sharp", "centre": [0.15, 0.2, 0.15], "radius": 0.1}]),
         entry("load", "load.kind = gravity", kind="gravity"),
         entry("load", "load.kind = uniform_force", kind="uniform_force", force=[0.01, 0.02, 0.03]),
         entry("load", "load.kind = uniform_couple", kind="uniform_couple", couple=[0.01, 0.02, 0.03]),
@@ -292,5 +293,5 @@ NOT_ROWS = {
     "joint.pairs": "which rods are joined", "joint.about_second.motor.kind": "as joint.motor.kind", "wall.side": "side of tubes and balls",
     "fluid_output.kind": "files", "fluid_output.precision": "files", "fluid_output.across": "files", "fluid_output.criterion": "files",
     "probe.quantity": "all in the row probe", "expect.take": "compares numbers of a run that has ended",
-    "output.precision": "files", "output.paraview": "files", "start.time": "of branches",
+    "obstacle.surface = markers": "the default", "output.precision": "files", "output.paraview": "files", "start.time": "of branches",
 }

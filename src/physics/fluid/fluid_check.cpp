@@ -102,8 +102,6 @@ void check_obstacles(const SceneSpec& scene, Objections& objections) {
         if ((norm(o.amplitude) > 0) != (o.frequency > 0))
             table.add(o.frequency > 0 ? "frequency" : "amplitude", "'amplitude' [m] and 'frequency' [Hz] go together");
         if (o.is_sharp()) table.unused({"retraction"}, "with surface = \"sharp\"");
-        if (o.is_sharp() && fluid.scheme == FlowScheme::crank_nicolson)
-            table.add("surface", "surface = \"sharp\" needs a scheme of explicit viscosity");
         const double least = o.least_axis(), cells = o.is_sharp() ? 1.0 : o.retraction + 0.5;
         if (fluid.spacing > 0 && least < cells * fluid.spacing)
             table.add("radius", fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m{}",

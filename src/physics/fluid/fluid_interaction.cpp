@@ -426,7 +426,7 @@ SavedNumbers FluidInteraction::saved() const {
     }
     const auto keep = [&](const std::vector<double>& more) { numbers.insert(numbers.end(), more.begin(), more.end()); };
     if (bodies_ && bodies_->balance()) keep(bodies_->balance()->saved(comm_));
-    if (bodies_) keep(bodies_->forcing().held().saved(comm_)); // empty where nothing is held
+    if (bodies_) keep(bodies_->saved_held());                  // empty where nothing is held
     const PressureInTime& pressure = pressure_in_time(*flow_); // last: programs before it did not know it
     numbers.push_back(pressure.pressure_time().value_or(no_time));
     numbers.push_back(pressure.pressure_gain().times);
@@ -499,7 +499,7 @@ void FluidInteraction::restore(const SavedNumbers& kept) {
         }
         more = more.first(more.size() - 2);
     }
-    if (bodies_) bodies_->forcing().restore_held(more);
+    if (bodies_) bodies_->restore_held(more);
     failure_.clear();
     needed_.clear();
     begun_ = -1;
@@ -516,14 +516,14 @@ FluidInteraction::digest() const { // that of the rows of saved(), without a cop
         });
         hash[k] = hash_end(h);
     });
-    if (bodies_) {
-        const HeldVectors& held = bodies_->forcing().held();
-        for (std::size_t m = 0; m < held.values().size(); ++m) {
-            const Vec3d& f = held.values()[m];
-            const double numbers[] = {f.x, f.y, f.z};
-            hash.push_back(hash_numbers(held.identities()[m], numbers));
-        }
-    }
+    if (bodies_)
+        bodies_->for_held([&](const HeldVectors& held) {
+            for (std::size_t m = 0; m < held.values().size(); ++m) {
+                const Vec3d& f = held.values()[m];
+                const double numbers[] = {f.x, f.y, f.z};
+                hash.push_back(hash_numbers(held.identities()[m], numbers));
+            }
+        });
     if (bodies_ && bodies_->balance()) hash.push_back(bodies_->balance()->digest());
     if (moved_ != 0 && comm_.root()) hash.push_back(hash_end(hash_with(hash_begin(moved_), 0)));
     return std::accumulate(hash.begin(), hash.end(), std::uint64_t{0});
