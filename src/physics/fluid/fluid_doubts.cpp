@@ -69,11 +69,12 @@ std::string of_obstacle(const Obstacle& o, double least, double spacing) {
     const bool sphere = o.kind == ObstacleKind::sphere,
                flat = !sphere && std::max(o.radius, o.second_radius) > 2 * least;
     const std::string_view known =
-        sphere ? "spheres of 3.6 cells in radius have 7 % too much drag in slow flow, and the error grows as "
-                 "the square of the spacing"
-        : flat ? flat_bodies
-               : "at Re = 40 cylinders of 3.3 cells in radius have up to 7 % too little drag, those of 1.6 "
-                 "cells 4 to 12 %, those of 1 cell twice their own";
+        o.is_sharp() ? "drag of sharp surfaces was compared with known values from four cells in radius on"
+        : sphere     ? "spheres of 3.6 cells in radius have 7 % too much drag in slow flow, and the error grows as "
+                       "the square of the spacing"
+        : flat       ? flat_bodies
+                     : "at Re = 40 cylinders of 3.3 cells in radius have up to 7 % too little drag, those of 1.6 "
+                       "cells 4 to 12 %, those of 1 cell twice their own";
     return fmt::format(
         "obstacle '{}': {:.3g} cells in {} are too few for the fluid: {}; fluid.spacing = {:.3g} gives two cells",
         o.name, least / spacing, flat ? "half the thickness" : "radius", known, least / resolved);
