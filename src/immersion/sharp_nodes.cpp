@@ -97,16 +97,19 @@ private:
     }
     void add(int i) {
         if (on_wall(i)) return;
-        constexpr double reach = 2; // cells, beyond which neither faces nor lines are cut
+        // Signed distances in cells between which a face or a line of its node may be cut: |n_a|/2 + |n_b|/2 and
+        // 3/2 |n_a| + |n_b|/2 are at most 0.71 and 1.58.
+        constexpr double closed = -0.75, reach = 1.75;
         cuts_.clear();
         for (const Image* image : near_) {
             if (i < image->first[0] || i > image->last[0]) continue;
             const Vec3d at = place(*image, i);
             const double d = distance(*image, at) / h_;
-            if (d < reach) cuts_.push_back({image, d, normal(*image, at), {}});
+            if (d < reach) cuts_.push_back({image, d, d > closed ? normal(*image, at) : Vec3d{0, 0, 0}, {}});
         }
         for (Cut& cut : cuts_)
-            cut.weights = cut_weights(cut.distance, cut.normal, component_, lines(i, cut, cuts_.size() > 1));
+            if (cut.distance > closed)
+                cut.weights = cut_weights(cut.distance, cut.normal, component_, lines(i, cut, cuts_.size() > 1));
         const auto nearest = std::min_element(cuts_.begin(), cuts_.end(),
                                               [](const Cut& a, const Cut& b) { return a.distance < b.distance; });
         if (nearest == cuts_.end()) return;
