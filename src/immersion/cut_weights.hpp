@@ -1,4 +1,4 @@
-// Weights of the Laplacian at a node whose face or grid lines a surface cuts. theory.md (126)-(128)
+// Weights of the Laplacian at a node whose face or grid lines a surface cuts. theory.md (132)-(134)
 #pragma once
 
 #include "skein/core/vec3.hpp"
