@@ -35,6 +35,9 @@ public:
         memory_.swap(end_memory_);
     }
 
+    /// A stage of the scene begins: joints may be others, and it takes their memory from the run.
+    void begin_stage() { memory_.clear(); }
+
     /// Its state as rows for a checkpoint, and back from rows of any rods. Collective.
     std::vector<double> rows(const Rods& rods) const;
     void set(const Communicator& comm, const Rods& rods, std::span<const double> rows);

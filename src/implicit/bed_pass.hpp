@@ -101,6 +101,9 @@ public:
         move(rod, work_in(room), step.kick);
         if (fluid_) book_fluid(rod, work_in(room), step);
     }
+    V arm(const RodTile<W>& body, const Vec3d& arm, const Room&) const override {
+        return transpose_times(body.slot[0].director, broadcast<W>(arm));
+    }
     void follow(const RodTile<W>&, int, const Vec3<P>&, const Vec3<P>&, const Mask<W>&, Room&) const override {}
     double apart() const override { return apart_; }
     int last_row(const RodTile<W>& rod) const override { return last(rod); }

@@ -61,9 +61,9 @@ public:
             rooms.rows.begin(order_);
             for (std::size_t t = 0; t < tiles.size(); ++t) add_rows(tiles, t, step, corrections.number(), rooms);
             add_slopes(tiles, rooms);
-            shared_.reduce(tiles, memory, rooms.rows);
+            shared_.reduce(tiles, memory, rooms.of_tile, rooms.rows);
             rooms.rows.solve();
-            shared_.spread(tiles, memory, rooms.rows);
+            shared_.spread(tiles, memory, rooms.of_tile, rooms.rows);
             P size(0.0);
             for (std::size_t t = 0; t < tiles.size(); ++t) {
                 const P own =
@@ -84,6 +84,11 @@ public:
         }
         shared_.gather(slot, step, memory);
         if (step.last_stage) joints_.end_step(slot, step, memory, rooms.joined.data());
+    }
+
+    /// Gives shared nodes one place and velocity, after passes that follow a step.
+    void gather(const Tiles& tiles, const Step& step, const P* memory) const {
+        shared_.gather(tiles.front().rod.slot, step, memory);
     }
 
 private:

@@ -64,6 +64,10 @@ private:
         by_walls_.bind(rod);
     }
     bool turns_about_lab() const override { return true; }
+    /// Mean of both ends, whose change is that of the place.
+    static V arm_in(const Work& work, const Slot<W>&, const V& arm) {
+        return P(0.5) * (transpose_times(work.start[0].director, arm) + transpose_times(work.director[0], arm));
+    }
 
     /// First guess: the step at the present rates, with the mean strains of the step before.
     void begin(const RodTile<W>& rod, Work& work, const Step& step) const {

@@ -26,6 +26,7 @@ template <class Pass, int W>
 class CorrectedPass : public TilePass<W>, public EvaluatesPasses<W>, public StepsTogether<W> {
 protected:
     using P = Pack<W>;
+    using V = Vec3<P>;
 
 public:
     using Room = typename StepsTogether<W>::Room;
@@ -129,6 +130,9 @@ public:
         finish(rod, load, work_in(room), step, wrong);
     }
     bool books() const override { return static_cast<bool>(audit_); }
+    V arm(const RodTile<W>& body, const Vec3d& arm, const Room& room) const override {
+        return own().arm_in(static_cast<const RoomOf&>(room).work, body.slot[0], broadcast<W>(arm));
+    }
     void follow(const RodTile<W>& rod, int k, const Vec3<P>& position, const Vec3<P>& velocity, const Mask<W>& lanes,
                 Room& room) const override {
         auto& work = work_in(room);
@@ -142,8 +146,6 @@ public:
     int last_row(const RodTile<W>& rod) const override { return last(rod); }
 
 protected:
-    using V = Vec3<P>;
-
     virtual void bind_walls(const RodTile<W>& rod) = 0;
 
     /// Books the energies of a stage, with the loads at its end: corrections may have left those of before.

@@ -1,5 +1,5 @@
-// An implicit step of rods and bodies that nothing couples: each by itself, by Newton corrections. theory.md
-// (113)-(115)
+// An implicit step of rods and bodies by Newton corrections: each by itself, or with those that joints couple.
+// theory.md (113)-(115)
 //   stage     from (x, v, Q, w) over a time h:   x' = x + h v',  Q' = R(h w') Q
 //             m (v' - v) = h f',   Q'^T J w' - Q^T J w = h Q'^T c'        loads at the stage's end and time
 //   goes on   by a time b at the same rates: x' + b v',  R(b w') Q',  and momenta by b/h of their change
@@ -48,6 +48,7 @@ private:
         by_walls_.bind(rod);
     }
     bool turns_about_lab() const override { return false; }
+    static V arm_in(const Work&, const Slot<W>& body, const V& arm) { return transpose_times(body.director, arm); }
 
     /// First guess: the stage's end at the present rates, with the strains of the stage before. Those of its end would
     /// not do: the rates stretch what turns.

@@ -25,7 +25,8 @@ public:
         std::vector<std::set<std::uint32_t>> partners(slots_.size());
         for (const auto& joint : joints.joined_slots())
             for (const std::uint32_t a : joint)
-                for (const std::uint32_t b : joint) partners[a].insert(b);
+                for (const std::uint32_t b : joint)
+                    if (slots_[b].row != JoinedSlot::none) partners[a].insert(b);
         std::vector<std::vector<std::uint32_t>> of_row;
         for (std::uint32_t s = 0; s < slots_.size(); ++s) {
             if (partners[s].empty() || slots_[s].row == JoinedSlot::none) continue;
@@ -47,8 +48,7 @@ public:
             }
             felt[found].insert(by.begin(), by.end());
             Moved& moved = colours_[found].emplace_back(Moved{together, {}});
-            for (const std::uint32_t s : by)
-                if (slots_[s].row != JoinedSlot::none) moved.felt_by.push_back(s);
+            moved.felt_by.assign(by.begin(), by.end());
             pairs_ += moved.felt_by.size();
         }
     }

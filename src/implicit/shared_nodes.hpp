@@ -77,7 +77,7 @@ public:
             const Slot<W>& leader = slot_of(tiles, node.leader);
             V place = leader.position, velocity = leader.velocity;
             if (node.shared.on_body) {
-                const V r = arm(node, leader);
+                const V r = arm(tiles, node, rooms);
                 place += r;
                 velocity += cross(transpose_times(leader.director, leader.spin), r);
             }
@@ -95,12 +95,12 @@ public:
     }
 
     /// Makes the rows and columns of nodes those of their leaders.
-    void reduce(const Tiles& tiles, const P* memory, ClusterRows<W>& rows) const {
+    void reduce(const Tiles& tiles, const P* memory, const Rooms& rooms, ClusterRows<W>& rows) const {
         for (std::size_t i = 0; i < nodes_.size(); ++i) {
             const Node& node = nodes_[i];
             const Mask<W> along = joints_.goes_along(i, memory);
             if (!skein::any(along)) continue;
-            const Three<P> turns = by_turn(tiles, node);
+            const Three<P> turns = by_turn(tiles, node, rooms);
             const std::size_t own = node.own.row, leader = node.leader.row;
             for (const std::size_t column : node.coupled)
                 take_row(tiles, node, turns, along, rows.at(own, column), rows.at(leader, column));
@@ -114,11 +114,11 @@ public:
         }
     }
     /// Gives nodes the displacements of their leaders.
-    void spread(const Tiles& tiles, const P* memory, ClusterRows<W>& rows) const {
+    void spread(const Tiles& tiles, const P* memory, const Rooms& rooms, ClusterRows<W>& rows) const {
         for (std::size_t i = 0; i < nodes_.size(); ++i) {
             const Node& node = nodes_[i];
             const Mask<W> along = joints_.goes_along(i, memory);
-            const Three<P> turns = by_turn(tiles, node);
+            const Three<P> turns = by_turn(tiles, node, rooms);
             const P* u = rows.solution(node.leader.row).u;
             P* own = rows.solution(node.own.row).u;
             for (int j = 0; j < 3; ++j) {
@@ -138,14 +138,15 @@ private:
     };
 
     static Slot<W>& slot_of(const Tiles& tiles, const JoinedSlot& of) { return tiles[of.tile].rod.slot[of.k]; }
-    static V arm(const Node& node, const Slot<W>& body) {
-        return transpose_times(body.director, broadcast<W>(node.shared.arm));
+    static V arm(const Tiles& tiles, const Node& node, const Rooms& rooms) {
+        const SteppedTile<W>& body = tiles[node.leader.tile];
+        return body.pass->arm(body.rod, node.shared.arm, *rooms[node.leader.tile]);
     }
     /// Displacement by the body's turn: t x r = -[r] t, of a turn in the body -[r] Q^T t.
-    static Three<P> by_turn(const Tiles& tiles, const Node& node) {
+    static Three<P> by_turn(const Tiles& tiles, const Node& node, const Rooms& rooms) {
         if (!node.shared.on_body) return {};
         const Slot<W>& body = slot_of(tiles, node.leader);
-        const Three<P> across = detail::skew(-arm(node, body));
+        const Three<P> across = detail::skew(-arm(tiles, node, rooms));
         if (node.leader.about_lab) return across;
         return detail::product_with_transpose(across, detail::three<W>(body.director));
     }

@@ -39,6 +39,8 @@ public:
                           Room& room) const = 0;
     /// True where it books the loads of the end.
     virtual bool books() const { return false; }
+    /// Place on a body, from its centre, as the state of a correction has it, lab, m.
+    virtual Vec3<Pack<W>> arm(const RodTile<W>& body, const Vec3d& arm, const Room& room) const = 0;
     /// Takes a node along with another one, in some lanes.
     virtual void follow(const RodTile<W>& rod, int k, const Vec3<Pack<W>>& position, const Vec3<Pack<W>>& velocity,
                         const Mask<W>& lanes, Room& room) const = 0;

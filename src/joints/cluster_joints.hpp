@@ -109,17 +109,20 @@ public:
     }
     void begin_step(const Slot<W>* slot, const Step& step, P* memory, JoinedLoad<W>* load) const override {
         for (const Run& run : runs_) {
-            if (run.numbers == 0 || step.begin < run.spec.events.from) continue;
+            if (run.numbers == 0 || tears(run.spec) || step.begin < run.spec.events.from) continue;
+            const bool over = is_over(run, step.begin);
             for (std::size_t j = run.first; j < run.end; ++j) {
                 const std::size_t at = run.first_memory + run.numbers * (j - run.first);
                 const auto is_zero = [](const P& numbers) { return !any(!(abs(numbers) <= P(0.0))); };
-                if (!std::all_of(memory + at, memory + at + run.numbers, is_zero)) continue;
+                const P& state = reinterpret_cast<const JointMemory<P>*>(memory + at)->state;
+                const bool ends = over && any(state < P(1.5)); // with the stage before
+                if (!ends && !std::all_of(memory + at, memory + at + run.numbers, is_zero)) continue;
                 Run alone = run;
                 alone.first = j;
                 alone.end = j + 1;
                 alone.first_memory = at;
-                (this->*run.across)(alone,
-                                    {slot, nth(run.motor, step.slot), 0, step.begin, memory, load, JointTime::end});
+                (this->*run.across)(
+                    alone, {slot, run.spec.motors_at(step.begin), 0, step.begin, memory, load, JointTime::end});
             }
         }
     }
@@ -278,6 +281,11 @@ private:
         runs_.push_back(std::move(run));
     }
     void run_nothing(const Run&, const At&) const {}
+    /// True where joints of a table have come to their end at a time, to the rounding of times.
+    static bool is_over(const Run& run, double time) {
+        constexpr double rounding = 1e-12;
+        return run.spec.events.until > 0 && time >= (1 - rounding) * run.spec.events.until;
+    }
     /// Place of the memory of the last joint that was added.
     JointMemoryPlace state_of_last() const {
         const Run& run = runs_.back();
@@ -444,7 +452,8 @@ private:
         for (std::size_t n = 0; n < run.more; ++n) axes.more[n] = select(holds, axes.more[n], more_before[n]);
         const P strongest(events.break_force > 0 ? events.break_force : HUGE_VAL);
         const Vec3<P> force = loads.force_a + loads.force_a_next;
-        const bool over = events.until > 0 && at.time >= events.until;
+        const bool over =
+            at.state == JointTime::end ? is_over(run, at.time) : events.until > 0 && at.time >= events.until;
         const Mask<W> ends = over ? holds : holds & (dot(force, force) > strongest * strongest);
         if (any(ends)) { // what its springs hold as the step begins is lost: the step is made without it
             const double back = at.state == JointTime::staggered ? at.h : 0;

@@ -66,6 +66,7 @@ public:
                 h.places.push_back(place(m.group, m.rod, m.node));
                 h.arms.push_back(m.arm);
             }
+            hub_of_shared_.insert(hub_of_shared_.end(), h.places.size() - 1, hubs_.size() - 1);
         }
         for (const Star& star : all.stars) {
             StarOfCluster& s = stars_.emplace_back(
@@ -93,12 +94,8 @@ public:
     }
     /// Lanes in which node i of these has not been torn off.
     Mask<W> goes_along(std::size_t i, const Pack<W>* memory) const {
-        for (const HubOfCluster& h : hubs_) {
-            if (i + 1 < h.places.size())
-                return (h.memory ? memory_at(memory, h.memory->across).state : Pack<W>(0.0)) < Pack<W>(2.0);
-            i -= h.places.size() - 1;
-        }
-        return Pack<W>(0.0) < Pack<W>(0.0);
+        const std::optional<JointMemoryPlace>& of = hubs_[hub_of_shared_[i]].memory;
+        return (of ? memory_at(memory, of->across).state : Pack<W>(0.0)) < Pack<W>(2.0);
     }
     /// Slots that the half cells of each star depend on, across.
     void append_joined_slots(std::vector<std::vector<std::uint32_t>>& all) const {
@@ -370,6 +367,7 @@ private:
     }
 
     std::vector<HubOfCluster> hubs_;
+    std::vector<std::size_t> hub_of_shared_; ///< by number of shared_slots()
     std::vector<StarOfCluster> stars_;
 };
 

@@ -19,8 +19,9 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
     for (const PassSpec& pass : of_plan) {
         std::unique_ptr<TilePass<W>> made = PassKinds::make(pass, maker);
         const auto* load = pass.template get<pass::ApplyLoad>();
-        const bool feels_fluid = pass.template get<pass::FeelFluid>() != nullptr; // whose slopes are known
-        const bool has_slopes = !(load && load->load.ignores_motion()) && !feels_fluid;
+        const bool feels_fluid = pass.template get<pass::FeelFluid>() != nullptr; // slopes are known, as of joints
+        const bool is_joined = pass.template get<pass::TakeJoinedLoads>() != nullptr;
+        const bool has_slopes = !(load && load->load.ignores_motion()) && !feels_fluid && !is_joined;
         if (evaluated && pass.place > PassPlace::internal && pass.place < PassPlace::kick) {
             loads.push_back({std::move(made), has_slopes});
             continue;
@@ -61,9 +62,15 @@ inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, 
             .lengths = scheme.kicks.size()};
 }
 
-/// Gains of rods that no pass kicks: shared nodes come to one place by mass.
-inline KickGains gains_by_mass(std::span<const RodGroup> groups) {
-    return {.node = [groups](int group, int node, std::size_t) { return 1 / nth(nth(groups, group).node_mass, node); },
+/// Gains of rods that no pass kicks: shared nodes come to one place by mass. `shares`: of the mass that steps feel, by
+/// group; none: all of it.
+inline KickGains gains_by_mass(std::span<const RodGroup> groups, const std::vector<KickedShares>& shares = {}) {
+    return {.node =
+                [groups, shares](int group, int node, std::size_t) {
+                    const double mass = nth(nth(groups, group).node_mass, node);
+                    const bool less = !shares.empty() && nth(shares, group).any();
+                    return 1 / (less ? mass * nth(nth(shares, group).of_nodes, node) : mass);
+                },
             .body =
                 [groups](int group, std::size_t) {
                     const Vec3d& inertia = nth(groups, group).element.front().inertia;
@@ -88,8 +95,11 @@ JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std
             continue;
         }
         KickGains gains;
-        if (!junctions.empty() && is_implicit(plan.integrator)) gains = gains_by_mass(groups);
-        else if (!junctions.empty()) {
+        if (!junctions.empty() && is_implicit(plan.integrator)) {
+            std::vector<KickedShares> shares;
+            for (std::size_t g = 0; g < groups.size(); ++g) shares.push_back(kicked_shares(plan.groups[g].program));
+            gains = gains_by_mass(groups, shares);
+        } else if (!junctions.empty()) {
             kicks.clear();
             gains = kick_gains(plan, groups, kicks);
         }

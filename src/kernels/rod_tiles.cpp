@@ -174,6 +174,7 @@ void RodTiles<W>::step_cluster(const Cluster& cluster, const Step& step, SlotLoa
         const TileProgram<W>& program = programs_[one.rod.program];
         run_passes(one.rod, load, program.joined + 1, program.passes.size(), step);
     }
+    cluster.step->gather(cluster.stepped, step, cluster.memory.data());
 }
 
 template <int W> JoinedLoad<W>* RodTiles<W>::couple(const Cluster& cluster, const Step& step, int thread) const {

@@ -287,7 +287,8 @@ private:
         const RodTile<dual> own = tile(rod);
         if (rod.group->strained() && rod.group->law() == Law::elastica) rod.reach = 2;
         for (const PassSpec& spec : program) {
-            if (const auto* filter = spec.get<pass::Filter>(); filter && filter->rate > 0)
+            if (const auto* filter = spec.get<pass::Filter>();
+                filter && filter->rate > 0 && filter->time != FilterTime::before_step) // whose other half is after it
                 rod.filters.push_back(*filter);
             std::unique_ptr<TilePass<dual>> pass = PassKinds::make(spec, maker);
             if (!pass) continue;

@@ -124,6 +124,7 @@ void GroupPlan::limit(std::string_view mode, double dt, int element) {
 
 GroupPlan plan_group(const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics, bool acts_between) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
+    if (group.assembly() && group.assembly()->lane_each) p.rods_of_lane = group.rods_per_copy();
     for (const auto& one : physics) one->act_on(p, group);
     p.damping_scheme = damping_scheme_of(group, time);
     const DampingRates rates = damping_rates(group, p.damping);

@@ -29,6 +29,12 @@ std::vector<TilingGroup> tiling_groups(const Plan& plan, std::span<const std::in
     return groups;
 }
 
+/// Tiles across of so many rods of a group.
+std::int64_t tiles_across(const GroupPlan& group, std::int64_t rods, int lanes) {
+    const std::int64_t of_copy = group.rods_of_lane;
+    return of_copy * Tiling::tiles((rods + of_copy - 1) / of_copy, lanes);
+}
+
 /// Chooses lanes where rods alone use them: what acts between rods has kernels of that width too.
 void choose_lanes(Plan& plan, std::span<const RodGroup> groups) {
     const auto side_by_side = [](const RodGroup& group) { return group.assembly() && !group.assembly()->lane_each; };
@@ -38,9 +44,8 @@ void choose_lanes(Plan& plan, std::span<const RodGroup> groups) {
         return;
     std::vector<TilingGroup> tiled = tiling_groups(plan, largest_share(plan));
     for (std::size_t g = 0; g < groups.size(); ++g) {
-        if (!groups[g].assembly()) continue;
-        const std::int64_t of_copy = groups[g].rods_per_copy();
-        tiled[g].rods /= of_copy; // copies, whose rods follow each other in a lane
+        const std::int64_t of_copy = plan.groups[g].rods_of_lane;
+        tiled[g].rods = (tiled[g].rods + of_copy - 1) / of_copy;
         tiled[g].elements *= static_cast<int>(of_copy);
     }
     m.lanes = fastest_lanes(tiled, m.lanes, m.threads, m.mapping);
@@ -62,8 +67,8 @@ void lay_out(Plan& plan) {
         GroupPlan& p = plan.groups[g];
         const std::int64_t along = share[g] - tiling.across[g];
         p.along = std::min(p.rods, along * m.ranks);
-        p.tiles = Tiling::tiles(p.rods - p.along, m.lanes);
-        add(static_cast<double>(Tiling::tiles(tiling.across[g], m.lanes)), p.elements);
+        p.tiles = tiles_across(p, p.rods - p.along, m.lanes);
+        add(static_cast<double>(tiles_across(p, tiling.across[g], m.lanes)), p.elements);
         int least = m.lanes, most = 1;
         for (const AlongTile& tile : tiling.along)
             for (const AlongTile::Part& part : tile.parts)
@@ -194,7 +199,7 @@ double stage_ns(const Plan& plan, std::span<const std::int64_t> counts, int thre
         longest = std::max(longest, ns);
     };
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
-        add(static_cast<double>(Tiling::tiles(tiling.across[g], lanes)),
+        add(static_cast<double>(tiles_across(plan.groups[g], tiling.across[g], lanes)),
             plan.groups[g].elements * wide * plan.groups[g].ns_per_element_step);
     for (const AlongTile& tile : tiling.along)
         add(1, tile.rows * wide * along_row * nth(plan.groups, tile.parts.front().group).ns_per_element_step);

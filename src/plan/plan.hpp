@@ -42,11 +42,12 @@ struct GroupPlan {
     std::string name;
     std::int64_t rods = 0;
     int elements = 0;
-    std::int64_t tiles = 0;     ///< across, at least; ranks may each leave one tile part full
-    std::int64_t along = 0;     ///< rods that lie along, on all ranks
-    std::string pieces;         ///< how these are cut
-    int family = -1;            ///< groups with the same passes, which may share tiles along; -1: across only
-    bool heterogeneous = false; ///< rods have lengths, radii or shapes of their own: they lie along
+    std::int64_t rods_of_lane = 1; ///< of a copy, one after another in a lane
+    std::int64_t tiles = 0;        ///< across, at least; ranks may each leave one tile part full
+    std::int64_t along = 0;        ///< rods that lie along, on all ranks
+    std::string pieces;            ///< how these are cut
+    int family = -1;               ///< groups with the same passes, which may share tiles along; -1: across only
+    bool heterogeneous = false;    ///< rods have lengths, radii or shapes of their own: they lie along
     KickKind kick = KickKind::undamped;
     std::optional<double> inertia; ///< least inertia that kicks feel over the rod's, where a physics changes it
     bool undamped = true;          ///< nothing takes energy from its modes: a shorter step

@@ -137,9 +137,10 @@ class Implicit(DriverTest):
 
     def test_momenta_of_free_joined_rods_stay(self):
         turning = {"shape": {"length": 0.25, "elements": 6, "velocity": [0.3, 0.2, 0.1], "angular_velocity": [3.0, 5.0, 1.0]}}
-        for name, joints in {"spring": [HINGE], "half cells": [{"kind": "fixed"}]}.items():
-            scene = joined(turning, turning, joints)
-            del scene["load"]
+        scenes = {name: joined(turning, turning, joints) for name, joints in {"spring": [HINGE], "half cells": [{"kind": "fixed"}]}.items()}
+        scenes["on a body"] = SCENES["on a body"][2] | {"bodies": [BLOCK]}
+        for name, scene in scenes.items():
+            scene.pop("load")
             with self.subTest(joint=name):
                 series, _ = self.energies(scene, 500, 20)
                 mass = DENSITY * math.pi * 1e-2**2 * LENGTH

@@ -16,6 +16,7 @@ public:
 
     void rebind(const InteractionParts& parts) override { rods_ = &parts.rods; }
     StepControl* step_control() override { return &control_; }
+    void begin_stage() override { companion_.begin_stage(); }
     Companion* companion() override { return tolerance_ > 0 ? &companion_ : nullptr; }
     std::string progress() const override {
         return control_.parts() > 1 ? "  parts " + std::to_string(control_.parts()) : std::string();
