@@ -22,7 +22,7 @@ public:
 /// Flow after a stage without its bodies, before the projection if the stage is explicit.
 struct FlowStage {
     std::array<double*, 3> velocity; ///< fields of this rank in FlowSolver::layout()
-    std::array<double*, 3> scratch;  ///< memory of the same size
+    std::array<double*, 3> scratch;  ///< memory of the same size; in sample() the velocities at the begin of the stage
     double time;                     ///< end of the stage, s
     double dt;                       ///< length of the stage, s
     bool ends_step;                  ///< last stage of a step
