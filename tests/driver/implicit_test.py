@@ -209,7 +209,7 @@ class Implicit(DriverTest):
                 self.write(scene, {"duration": 0.1, "integrator": method} | self.times(keys, scene), trajectory=0.05, tips=0.02, series=0.01)
                 whole = f"whole_{kind}_{len(scene)}"
                 self.run_skein(whole)
-                if kind == "parts": self.assertGreater(self.summary(whole)["implicit"]["parts"], 2)
+                if kind == "parts": self.assertGreater(self.summary(whole)["implicit"]["largest_parts"], 2)
                 self.assertGreater(numpy.abs(numpy.diff(self.frames(whole, "trajectory")["groups/carpet/position"], axis=0)).max(), 1e-3)
 
                 def same(out):
