@@ -12,7 +12,7 @@ namespace skein {
 
 class Companion {
 public:
-    /// Of rows(): gid, slot and its numbers; or gid, -1 - i, and the i-th of the rows that memory fills.
+    /// Columns of rows(): gid, slot and its numbers; or gid, -1 - i, and the i-th of the rows that memory fills.
     static constexpr std::size_t columns = 15;
 
     /// `remembers`: joints of rods have a memory that steps change, and that theirs differ in.

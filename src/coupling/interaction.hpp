@@ -94,7 +94,7 @@ public:
     virtual std::int64_t next_coupling([[maybe_unused]] std::int64_t done) const { return Every::never; }
     /// The same after begin(): one longer step may take all steps up to there.
     virtual std::int64_t meeting_after([[maybe_unused]] std::int64_t done) const { return Every::never; }
-    /// Bodies are where begin() found them, and make the same steps anew, in more parts.
+    /// Bodies are back where begin() found them. The same steps follow in more parts.
     virtual void begin_again() {}
     /// True if end_step() must see every step, not only those before a coupling.
     virtual bool ends_every_step() const { return false; }

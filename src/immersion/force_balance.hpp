@@ -70,7 +70,7 @@ public:
     void begin_step(double lag);
     /// Sets the loads of a stage by (89).
     void begin_stage(const Stage& stage, double lag, const Responses& responses);
-    /// Rods begin the stage anew: they have received nothing yet.
+    /// Takes back what rods have received in the stage, which they begin once more.
     void forget_received();
     /// Sets velocities of markers to their means over a stage of this length, s, at the end of which rods are.
     void find_mean_velocities(double length, double lag, std::span<Vec3d> velocities);

@@ -85,10 +85,7 @@ public:
                   RowsOfTile<W>& rows) const override {
         add_rows_to(rows, rod, load, step, work_in(room));
     }
-    void hold_rows(const RodTile<W>& rod, int k, RowBlock<W>& block) const override { terms_.hold_rows(rod, k, block); }
-    void hold_columns(const RodTile<W>& rod, int k, RowBlock<W>& block) const override {
-        terms_.hold_columns(rod, k, block);
-    }
+    const RowTerms<W>& terms() const override { return terms_; }
     bool turns_about_lab() const override { return false; }
     P take_correction(const RodTile<W>& rod, const ClusterRows<W>& rows, std::size_t first, Room& room) const override {
         Work& work = work_in(room);

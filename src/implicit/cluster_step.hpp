@@ -24,8 +24,8 @@ public:
     /// `tiles`: of a cluster of this assembly, whichever; `slots`: of it, with that of the world.
     ClusterStep(const ClusterJoints<W>& joints, const Tiles& tiles, std::size_t slots, int threads)
         : joints_(joints), first_row_(first_rows(tiles)), slopes_(joints, joined_slots(tiles, slots)),
-          shared_(joints, joined_slots(tiles, slots)), corrects_(tiles.front().pass->corrects()), apart_(HUGE_VAL),
-          slots_(slots), rooms_(to_index(threads)) {
+          shared_(joints, slopes_.slots()), corrects_(tiles.front().pass->corrects()), apart_(HUGE_VAL), slots_(slots),
+          rooms_(to_index(threads)) {
         std::vector<std::pair<std::size_t, std::size_t>> coupled = slopes_.coupled_rows();
         for (std::size_t t = 0; t < tiles.size(); ++t) {
             const std::size_t first = first_row_[t], rows = first_row_[t + 1] - first;
@@ -45,7 +45,7 @@ public:
         Slot<W>* slot = tiles.front().rod.slot;
         shared_.gather(slot, step, memory);
         joints_.begin_step(slot, step, memory, rooms.joined.data());
-        joints_.try_state(slot, moments(), step, memory, rooms.joined.data());
+        if (!corrects_) joints_.try_state(slot, moments(), step, memory, rooms.joined.data()); // for the passes before
         for (std::size_t t = 0; t < tiles.size(); ++t) {
             before(joined(tiles, t, rooms), load_of(tiles[t].rod, tiles, rooms));
             tiles[t].pass->begin_step(tiles[t].rod, step, *rooms.of_tile[t]);
@@ -92,7 +92,7 @@ public:
     }
 
 private:
-    /// Of a thread.
+    /// Rooms of a thread.
     struct Rooms {
         std::vector<std::unique_ptr<Room>> of_tile;
         AlignedVector<JoinedLoad<W>> joined;
@@ -149,8 +149,8 @@ private:
             for (int i = 0; i < row_size; ++i)
                 for (int j = 0; j < row_size; ++j) block[i][j] = slopes[i][j];
             const SteppedTile<W>&of = tiles[feels.tile], &by = tiles[moves.tile];
-            by.pass->hold_columns(by.rod, moves.k, block);
-            of.pass->hold_rows(of.rod, feels.k, block);
+            by.pass->terms().hold_columns(by.rod, moves.k, block);
+            of.pass->terms().hold_rows(of.rod, feels.k, block);
             RowBlock<W>& to = rooms.rows.at(feels.row, moves.row);
             for (int i = 0; i < row_size; ++i)
                 for (int j = 0; j < row_size; ++j) to[i][j] -= block[i][j];

@@ -160,7 +160,6 @@ private:
             take(0, row);
         }
     }
-    void turn_back(const RodTile<W>&, Work&) const {} // no element is held about some axes only
 
     /// Adds inertia and damping of an element, in the lab, by half its turn p at the end:
     ///   da = 2 (1 + [a]/2 + a a^T/4) p,   d(Q1^T J w1) = 2 (J da/(2 h) - [Q1^T J w1] p)

@@ -21,7 +21,7 @@
 namespace skein {
 
 /// Pass: a class with Work; begin(rod, work, step), add_rows_to(rows, rod, load, step, work, number),
-/// turn_back(rod, work), move(rod, work, h, share) and go_on(rod, work, step, wrong).
+/// move(rod, work, h, share) and go_on(rod, work, step, wrong).
 template <class Pass, int W>
 class CorrectedPass : public TilePass<W>, public EvaluatesPasses<W>, public StepsTogether<W> {
 protected:
@@ -94,7 +94,7 @@ public:
             work.rows.begin(last(rod), closed_);
             pass.add_rows_to(work.rows, rod, load, step, work, corrections.number());
             work.rows.solve(work.correction.data());
-            pass.turn_back(rod, work);
+            terms_.turn_back(rod, last(rod), work.correction.data());
             const P size = size_of(rod, work.correction.data());
             pass.move(rod, work, step.kick, corrections.share(size));
             corrections.note(size);
@@ -112,14 +112,11 @@ public:
                   RowsOfTile<W>& rows) const override {
         own().add_rows_to(rows, rod, load, step, work_in(room), number);
     }
-    void hold_rows(const RodTile<W>& rod, int k, RowBlock<W>& block) const override { terms_.hold_rows(rod, k, block); }
-    void hold_columns(const RodTile<W>& rod, int k, RowBlock<W>& block) const override {
-        terms_.hold_columns(rod, k, block);
-    }
+    const RowTerms<W>& terms() const override { return terms_; }
     P take_correction(const RodTile<W>& rod, const ClusterRows<W>& rows, std::size_t first, Room& room) const override {
         auto& work = work_in(room);
         for (int k = 0; k <= last(rod); ++k) work.correction[to_index(k)] = rows.solution(first + to_index(k));
-        own().turn_back(rod, work);
+        terms_.turn_back(rod, last(rod), work.correction.data());
         return size_of(rod, work.correction.data());
     }
     void move_by(const RodTile<W>& rod, const Step& step, const P& share, Room& room) const override {

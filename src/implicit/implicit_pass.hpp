@@ -120,9 +120,6 @@ private:
             take(0, row);
         }
     }
-    void turn_back(const RodTile<W>& rod, Work& work) const {
-        terms_.turn_back(rod, last(rod), work.correction.data());
-    }
 
     /// Part of a turn of a stage, from the frame q on, that its bearing leaves.
     V as_held(int k, const Q& q, const V& turn) const {

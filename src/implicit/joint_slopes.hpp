@@ -53,6 +53,7 @@ public:
         }
     }
 
+    const std::vector<JoinedSlot>& slots() const { return slots_; }
     /// Pairs of rows that joints couple, each once at least.
     std::vector<std::pair<std::size_t, std::size_t>> coupled_rows() const {
         std::vector<std::pair<std::size_t, std::size_t>> pairs;

@@ -168,7 +168,7 @@ private:
                         : fma(turns.a[0][i], moved[0][j], fma(turns.a[1][i], moved[1][j], turns.a[2][i] * moved[2][j]));
         }
         const SteppedTile<W>& leader = tiles[node.leader.tile];
-        leader.pass->hold_rows(leader.rod, node.leader.k, moved);
+        leader.pass->terms().hold_rows(leader.rod, node.leader.k, moved);
         for (int i = 0; i < row_size; ++i)
             for (int j = 0; j < row_size; ++j) to[i][j] += moved[i][j];
     }

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "implicit/cluster_rows.hpp"
+#include "implicit/row_terms.hpp"
 #include "skein/tiles/tile.hpp"
 
 #include <memory>
@@ -24,9 +25,8 @@ public:
     /// of the correction.
     virtual void add_rows(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Room& room, int number,
                           RowsOfTile<W>& rows) const = 0;
-    /// Holds what is not free in a block of row k, or makes its columns those of row k.
-    virtual void hold_rows(const RodTile<W>& rod, int k, RowBlock<W>& block) const = 0;
-    virtual void hold_columns(const RodTile<W>& rod, int k, RowBlock<W>& block) const = 0;
+    /// Constants of its rows, which say what they hold.
+    virtual const RowTerms<W>& terms() const = 0;
     /// True where turns of rows are about axes of the lab, not of the element.
     virtual bool turns_about_lab() const = 0;
     /// Takes the solution, and returns its size over the length or in rad.

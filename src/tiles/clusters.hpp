@@ -106,7 +106,7 @@ public:
     virtual void try_state(const Slot<W>* slot, const EndMoments<W>* moments, const Step& step, const Pack<W>* memory,
                            JoinedLoad<W>* load) const = 0;
     /// Joints that remember nothing yet remember the state that an implicit step begins with, after the drift of a bed.
-    /// Those that ended with the stage before come to an end. `load`: room, as below.
+    /// Joints that ended with the stage before come to an end. `load`: room, as below.
     virtual void begin_step(const Slot<W>* slot, const Step& step, Pack<W>* memory, JoinedLoad<W>* load) const = 0;
     /// Joints remember a state that ends an implicit step. They are made, and come to an end.
     virtual void end_step(const Slot<W>* slot, const Step& step, Pack<W>* memory, JoinedLoad<W>* load) const = 0;
