@@ -1,8 +1,8 @@
 // Bodies in a fluid: the same bits on any ranks, what they give the fluid, and the drag of a sphere.
 #include "fluid/make_flow.hpp"
-#include "fluid/whole_planes.hpp"
 #include "immersion/immersion.hpp"
 #include "skein/core/index.hpp"
+#include "support/whole_state.hpp"
 
 #include <gtest/gtest.h>
 
@@ -58,11 +58,7 @@ Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, D
     all.gained = figures.momentum;
     all.speed = figures.speed;
     all.slip = bodies.forcing().slip();
-    WholeState state(comm, *flow);
-    std::vector<double> mine;
-    for (int k = 0; k < state.planes().count; ++k)
-        state.for_rows(k, [&](std::span<double> row) { mine.insert(mine.end(), row.begin(), row.end()); });
-    all.state = comm.all_gather(mine);
+    all.state = test::state_on_all_ranks(comm, *flow);
     return all;
 }
 

@@ -1,8 +1,8 @@
 // Sharp surfaces in a fluid: exact shear flows, orders of convergence, the same bits on any ranks, momentum.
 #include "fluid/make_flow.hpp"
-#include "fluid/whole_planes.hpp"
 #include "immersion/immersion.hpp"
 #include "skein/core/index.hpp"
+#include "support/whole_state.hpp"
 
 #include <gtest/gtest.h>
 
@@ -59,11 +59,7 @@ Swum swum(const Communicator& comm, const Threads& threads, FlowScheme scheme, s
     for (std::size_t o = 0; o < bodies.obstacles().size(); ++o)
         all.given += constants.density * bodies.given_by_obstacle(o);
     all.gained = figures_of(comm, *flow).momentum;
-    WholeState state(comm, *flow);
-    std::vector<double> mine;
-    for (int k = 0; k < state.planes().count; ++k)
-        state.for_rows(k, [&](std::span<double> row) { mine.insert(mine.end(), row.begin(), row.end()); });
-    all.state = comm.all_gather(mine);
+    all.state = test::state_on_all_ranks(comm, *flow);
     return all;
 }
 
