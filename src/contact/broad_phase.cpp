@@ -319,7 +319,7 @@ void BroadPhase::fill_grids(const Exposure& bodies, const TouchRules& rules) {
         for (std::size_t i = begin; i < end; ++i) {
             const std::uint32_t s = slot_[i];
             for (int n = 0; n < numbers; ++n) nth(number_, n)[i] = nth(bound_[s].number, n);
-            const bool touches_itself = nth(rules.of_group, bodies.at(s).group).touches_itself();
+            const bool touches_itself = rules.of(bodies.at(s)).touches_itself();
             body_[i] = touches_itself ? -1 - static_cast<std::int32_t>(s)
                        : rules.joined ? bodies.window_of[s]
                                       : bodies.kin_of(s);

@@ -42,13 +42,24 @@ struct SelfGap {
 struct TouchRules {
     std::vector<SelfGap> of_group;            ///< of elements of one body
     std::shared_ptr<const JoinedGaps> joined; ///< of elements of one copy of an assembly; null: none may
+    /// Rods with sizes of their own.
+    struct OwnGaps {
+        std::int64_t first_gid = 0;
+        std::vector<SelfGap> of_rod;
+    };
+    std::vector<OwnGaps> own = {}; ///< by group; none where all have those of their group
+
+    const SelfGap& of(const Window& w) const {
+        if (own.empty() || nth(own, w.group).of_rod.empty()) return nth(of_group, w.group);
+        return nth(nth(own, w.group).of_rod, w.gid - nth(own, w.group).first_gid);
+    }
 };
 
 /// True where two elements may touch, wherever they are.
 inline bool may_touch(const Exposure& c, const TouchRules& rules, std::uint32_t a, std::uint32_t b) {
     if (c.window_of[a] != c.window_of[b]) // bodies differ, even where both are ghosts, as a body has one owner
         return c.kin_of(a) != c.kin_of(b) || (rules.joined && rules.joined->may_touch(c, a, b));
-    return nth(rules.of_group, c.at(a).group).may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
+    return rules.of(c.at(a)).may_touch(static_cast<std::int32_t>(a), static_cast<std::int32_t>(b));
 }
 
 /// Pairs by their first element, which is that with the lower slot: partner[first[a]] .. partner[first[a + 1] - 1], in

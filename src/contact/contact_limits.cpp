@@ -52,14 +52,16 @@ double lighter_node(const RodGroup& group, int k) {
 ContactMobility contact_mobility(const RodGroup& group) {
     if (!group.strained()) return mobility_of_surface(*group.body());
     ContactMobility most;
-    for (int k = 0; k < group.elements(); ++k) {
-        const ElementConstants& c = nth(group.element, k);
-        const double light = lighter_node(group, k);
-        const double tangential = 1 / light + c.radius * c.radius * c.inv_inertia.z;
-        if (tangential > most.tangential)
-            most = {.normal = 1 / light, .tangential = tangential, .diameter = most.diameter, .element = k};
-        most.diameter = std::max(most.diameter, 2 * c.radius);
-    }
+    for_each_kind(group, [&](const RodGroup& kind, double) {
+        for (int k = 0; k < kind.elements(); ++k) {
+            const ElementConstants& c = nth(kind.element, k);
+            const double light = lighter_node(kind, k);
+            const double tangential = 1 / light + c.radius * c.radius * c.inv_inertia.z;
+            if (tangential > most.tangential)
+                most = {.normal = 1 / light, .tangential = tangential, .diameter = most.diameter, .element = k};
+            most.diameter = std::max(most.diameter, 2 * c.radius);
+        }
+    });
     return most;
 }
 
@@ -69,15 +71,22 @@ double slip_mobility(const RodGroup& group) {
         return of.touching * of.tangential;
     }
     double most = 0;
-    for (int k = 0; k < group.elements(); ++k) {
-        const ElementConstants& c = nth(group.element, k);
-        const double turning = std::max({c.inv_inertia.x, c.inv_inertia.y, c.inv_inertia.z});
-        most = std::max(most, 1 / lighter_node(group, k) + c.radius * c.radius * turning);
-    }
+    for_each_kind(group, [&](const RodGroup& kind, double) {
+        for (int k = 0; k < kind.elements(); ++k) {
+            const ElementConstants& c = nth(kind.element, k);
+            const double turning = std::max({c.inv_inertia.x, c.inv_inertia.y, c.inv_inertia.z});
+            most = std::max(most, 1 / lighter_node(kind, k) + c.radius * c.radius * turning);
+        }
+    });
     return ContactMobility{}.touching * most;
 }
 
-double body_mass(const RodGroup& group) { return std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0); }
+double body_mass(const RodGroup& group) {
+    if (!group.heterogeneous()) return std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
+    double mass = 0;
+    for_each_kind(group, [&](const RodGroup& kind, double) { mass += body_mass(kind); });
+    return mass / static_cast<double>(group.count());
+}
 double mass_at_wall(const RodGroup& group) {
     if (group.strained()) return 0.25 * body_mass(group); // 1/M + (L/2)^2/(M L^2/12), where one end meets it across
     return group.body()->mass / static_cast<double>(std::min<std::size_t>(group.body()->point.size(), 4));

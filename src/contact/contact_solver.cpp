@@ -38,18 +38,22 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
     for (const RodGroup& group : groups) {
         scene.rules.of_group.push_back(self_gap(group, spec));
         scene.slip_mobility.push_back(slip_mobility(group));
-        const auto bodies = static_cast<double>(group.count());
-        const auto add = [&](double radius) {
+        const auto add = [&](double radius, double bodies) {
             sum += bodies * 2 * radius;
             elements += bodies;
             scene.thinnest = std::min(scene.thinnest, radius);
             widest = std::max(widest, radius);
         };
         scene.masses.push_back(body_mass(group));
-        for (const ElementConstants& c : group.element)
-            if (group.strained()) add(c.radius);
+        if (group.heterogeneous()) scene.rules.own.resize(groups.size());
+        for_each_kind(group, [&](const RodGroup& kind, double bodies) {
+            if (group.heterogeneous()) scene.rules.own[to_index(group.id())].of_rod.push_back(self_gap(kind, spec));
+            for (const ElementConstants& c : kind.element)
+                if (group.strained()) add(c.radius, bodies);
+        });
+        if (group.heterogeneous()) scene.rules.own[to_index(group.id())].first_gid = group.first_gid();
         if (!group.body()) continue;
-        for (const BodyShape::Part& part : group.body()->part) add(part.radius);
+        for (const BodyShape::Part& part : group.body()->part) add(part.radius, static_cast<double>(group.count()));
         if (!group.body()->has_boxes()) continue;
         scene.boxes.resize(groups.size());
         for (const BodyShape::Part& part : group.body()->part)

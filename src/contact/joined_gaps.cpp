@@ -12,13 +12,16 @@ namespace skein {
 
 JoinedGaps::JoinedGaps(std::span<const RodGroup> groups, double gap) : gap_(gap) {
     for (const RodGroup& group : groups) {
-        Group& of = groups_.emplace_back(Group{group.first_gid(), group.rods_per_copy(), {}, 0, group.closed()});
-        if (!group.strained()) continue;
-        of.arc.push_back(0);
-        for (const ElementConstants& c : group.element) {
-            of.arc.push_back(of.arc.back() + c.rest_length);
-            of.half_round = std::max(of.half_round, std::numbers::pi * c.radius);
-        }
+        Group& of = groups_.emplace_back(Group{group.first_gid(), group.rods_per_copy(), {}, group.closed()});
+        for_each_kind(group, [&](const RodGroup& kind, double) {
+            Line& line = of.lines.emplace_back();
+            if (!kind.strained()) return;
+            line.arc.push_back(0);
+            for (const ElementConstants& c : kind.element) {
+                line.arc.push_back(line.arc.back() + c.rest_length);
+                line.half_round = std::max(line.half_round, std::numbers::pi * c.radius);
+            }
+        });
     }
 }
 
@@ -28,7 +31,7 @@ std::int64_t JoinedGaps::in_first_copy(int group, std::int64_t gid) const {
 }
 
 JoinedGaps::Met JoinedGaps::met(const JoinedPlace& place, std::size_t set) const {
-    const std::vector<double>& arc = nth(groups_, place.group).arc;
+    const std::vector<double>& arc = nth(groups_, place.group).line(place.rod).arc;
     const auto at = [&](int node) { return arc.empty() ? 0 : nth(arc, node); };
     return {place.group, place.rod, at(place.element) + place.share * (at(place.element + 1) - at(place.element)),
             place.arm, set};
@@ -43,8 +46,8 @@ void JoinedGaps::add(const JoinedPlace& a, const JoinedPlace& b) {
 /// True for two places of one body that are no farther apart than its gap.
 bool JoinedGaps::near(const Met& a, const Met& b) const {
     if (a.group != b.group || a.rod != b.rod) return false;
-    const Group& group = nth(groups_, a.group);
-    return std::max(std::abs(a.arc - b.arc), norm(a.arm - b.arm)) <= gap_of(group, group);
+    const Line& line = nth(groups_, a.group).line(a.rod);
+    return std::max(std::abs(a.arc - b.arc), norm(a.arm - b.arm)) <= gap_of(line, line);
 }
 
 void JoinedGaps::settle() {
@@ -74,11 +77,11 @@ void JoinedGaps::settle() {
 }
 
 /// Way along a body from a joint to the nearest point of an element, m.
-double JoinedGaps::way(const Group& group, std::int64_t element, double arc) {
-    if (group.arc.empty()) return 0;
-    const double length = group.arc.back(), begin = nth(group.arc, element), end = nth(group.arc, element + 1);
+double JoinedGaps::way(const Line& line, bool closed, std::int64_t element, double arc) {
+    if (line.arc.empty()) return 0;
+    const double length = line.arc.back(), begin = nth(line.arc, element), end = nth(line.arc, element + 1);
     const double straight = std::max({0.0, begin - arc, arc - end});
-    if (!group.closed) return straight;
+    if (!closed) return straight;
     return std::min({straight, std::abs(begin + length - arc), std::abs(arc + length - end)});
 }
 
@@ -88,9 +91,12 @@ bool JoinedGaps::may_touch(const Exposure& bodies, std::size_t a, std::size_t b)
     const auto found = joints_.find({body(a), body(b)});
     if (found == joints_.end()) return true;
     const Group &of_a = nth(groups_, bodies.at(a).group), &of_b = nth(groups_, bodies.at(b).group);
-    const double gap = gap_of(of_a, of_b);
+    const Line &line_a = of_a.line(body(a) - of_a.first_gid), &line_b = of_b.line(body(b) - of_b.first_gid);
+    const double gap = gap_of(line_a, line_b);
     return std::all_of(found->second.begin(), found->second.end(), [&](const Arcs& joint) {
-        return way(of_a, bodies.element(a), joint.a) + way(of_b, bodies.element(b), joint.b) > gap;
+        return way(line_a, of_a.closed, bodies.element(a), joint.a) +
+                   way(line_b, of_b.closed, bodies.element(b), joint.b) >
+               gap;
     });
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "neighbourhood/exposure.hpp"
+#include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cstdint>
@@ -34,11 +35,17 @@ public:
     bool may_touch(const Exposure& bodies, std::size_t a, std::size_t b) const;
 
 private:
+    /// The rest state of a rod.
+    struct Line {
+        std::vector<double> arc = {}; ///< of each node, m; none of a body
+        double half_round = 0;        ///< half the way round the widest section, m
+    };
     struct Group {
         std::int64_t first_gid, rods_per_copy;
-        std::vector<double> arc; ///< of each node, m; none of a body
-        double half_round;       ///< half the way round the widest section, m
+        std::vector<Line> lines; ///< one, or one of each rod
         bool closed;
+
+        const Line& line(std::int64_t rod) const { return lines.size() == 1 ? lines.front() : nth(lines, rod); }
     };
     struct Arcs {
         double a, b;
@@ -54,11 +61,11 @@ private:
     };
     Met met(const JoinedPlace& place, std::size_t set) const;
     bool near(const Met& a, const Met& b) const;
-    double gap_of(const Group& a, const Group& b) const {
+    double gap_of(const Line& a, const Line& b) const {
         return gap_ > 0 ? gap_ : std::max(a.half_round, b.half_round);
     }
     std::int64_t in_first_copy(int group, std::int64_t gid) const;
-    static double way(const Group& group, std::int64_t element, double arc);
+    static double way(const Line& line, bool closed, std::int64_t element, double arc);
 
     std::vector<Group> groups_;
     double gap_;

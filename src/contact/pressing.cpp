@@ -33,13 +33,15 @@ struct Assembly {
 Assembly assemble(std::span<const RodGroup> groups, std::span<const Vec3d> gravity) {
     Assembly a;
     for (std::size_t g = 0; g < groups.size(); ++g) {
-        const double count = static_cast<double>(groups[g].count()), of_rod = volume(groups[g]);
-        const Vec3d weight = groups[g].spec().material.density * of_rod * gravity[g];
-        a.rods += count;
-        a.volume += count * of_rod;
-        a.diameter += count * of_rod * mean_diameter(groups[g]);
-        a.weight = a.weight + count * weight;
-        a.heaviest = std::max(a.heaviest, norm(weight));
+        for_each_kind(groups[g], [&](const RodGroup& kind, double count) {
+            const double of_rod = volume(kind);
+            const Vec3d weight = kind.spec().material.density * of_rod * gravity[g];
+            a.rods += count;
+            a.volume += count * of_rod;
+            a.diameter += count * of_rod * mean_diameter(kind);
+            a.weight = a.weight + count * weight;
+            a.heaviest = std::max(a.heaviest, norm(weight));
+        });
     }
     a.diameter /= a.volume;
     return a;
@@ -72,7 +74,7 @@ double pressure_of_weight(std::span<const RodGroup> groups, std::span<const Vec3
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const RodGroup& group = groups[g];
         const std::int64_t stride = group.count() / looked_at + 1;
-        const double weight = dot(group.spec().material.density * volume(group) * gravity[g], down);
+        const double of_all = volume(group);
         for (std::int64_t i = 0; i < group.count(); i += stride) {
             elements.clear();
             group.append_capsules(i, elements);
@@ -82,6 +84,8 @@ double pressure_of_weight(std::span<const RodGroup> groups, std::span<const Vec3
                     along_v.take(dot(end, v));
                 }
             const auto stands_for = static_cast<double>(std::min(stride, group.count() - i));
+            const double of_rod = group.heterogeneous() ? volume(group.single(i)) : of_all,
+                         weight = dot(group.spec().material.density * of_rod * gravity[g], down);
             const Vec3d centre = group.centre(i);
             places.push_back({dot(centre, u), dot(centre, v), stands_for * weight});
         }
@@ -104,9 +108,12 @@ double pressure_of_weight(std::span<const RodGroup> groups, std::span<const Vec3
 } // namespace
 
 double mean_diameter(const RodGroup& group) {
-    double sum = 0;
-    for (const ElementConstants& c : group.element) sum += 2 * c.radius;
-    return sum / group.elements();
+    double sum = 0, elements = 0;
+    for_each_kind(group, [&](const RodGroup& kind, double) {
+        for (const ElementConstants& c : kind.element) sum += 2 * c.radius;
+        elements += kind.elements();
+    });
+    return sum / elements;
 }
 
 Pressing pressing(std::span<const RodGroup> groups, std::span<const Vec3d> gravity, double pressure, double area) {

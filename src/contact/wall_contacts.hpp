@@ -1,4 +1,4 @@
-// Contacts of the rods of one group with walls, per tile, lane and wall. They hold forces of the last step, sums since
+// Contacts of the rods of a group or of one rod with walls, per tile, lane and wall. They hold forces of the last step, sums since
 // the start and springs of friction. Sums run along the rod and in time, lane by lane, so any ranks, threads and lanes
 // have the same bits.
 #pragma once
@@ -14,6 +14,8 @@
 #include <array>
 #include <bit>
 #include <span>
+#include <string>
+#include <utility>
 
 namespace skein {
 
@@ -28,10 +30,12 @@ struct WallFigures {
     double friction_work = 0, viscous_work = 0; ///< sums since the start, J
 };
 
-/// The contacts of one group with walls, whatever the width of its tiles.
+/// The contacts of the rods of one program with walls, whatever the width of its tiles.
 class WallContacts {
 public:
+    explicit WallContacts(std::string group) : group_(std::move(group)) {}
     virtual ~WallContacts() = default;
+    const std::string& group() const { return group_; }
     /// Zeros where the wall does not act.
     virtual WallFigures figures(RodPlace rod, int wall) const = 0;
     /// Appends the force of each rod that pressed a wall at the last step, N: normal forces, and forces along a
@@ -43,6 +47,9 @@ public:
     /// Memory of a rod at all walls, as checkpoints have it.
     virtual std::vector<double> memory(RodPlace rod) const = 0;
     virtual void set_memory(RodPlace rod, std::span<const double> numbers) = 0;
+
+private:
+    std::string group_;
 };
 
 template <int W> class WallContactTiles final : public WallContacts {
@@ -110,7 +117,8 @@ public:
     };
     using MemoryNumbers = std::array<double, sizeof(ContactMemory<double>) / sizeof(double)>;
 
-    WallContactTiles(const Walls& walls, const RodGroup& group) : points_(wall_points(group)) {
+    WallContactTiles(const Walls& walls, const RodGroup& group)
+        : WallContacts(group.name()), points_(wall_points(group)) {
         for (std::size_t w = 0; w < walls.count(); ++w) {
             const bool acts = walls.wall[w].acts_on(group.name());
             place_.push_back(acts ? static_cast<int>(acting_.size()) : -1);
@@ -161,10 +169,9 @@ public:
     }
     /// Spare lanes, which repeat the last rod, are for the reader to skip.
     WallFigures figures(RodPlace rod, int wall) const override {
-        const auto [tile, l] = rod;
-        const int at = nth(place_, wall);
+        const int at = nth(place_, wall), l = rod.lane;
         if (at < 0) return {};
-        const TileContacts& contacts = tiles_[tile];
+        const TileContacts& contacts = tiles_[rod.tile];
         const Entry& e = nth(contacts.entry, at);
         WallFigures all{lane(e.force, l), e.normal[l],    e.touching[l],
                         e.max_overlap[l], e.stiffness[l], e.elastic_energy[l]};

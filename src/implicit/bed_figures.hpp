@@ -12,7 +12,7 @@
 
 namespace skein {
 
-/// Figures of one group, whatever the width of its tiles.
+/// Figures of the rods of one program, whatever the width of its tiles.
 class BedFigures {
 public:
     virtual ~BedFigures() = default;

@@ -36,7 +36,7 @@ using PlaceInCluster = std::function<ClusterPlace(int group, std::int64_t rod, i
 
 /// Gains of rates by a unit force or couple in a kick of the given length: (h/m) b of a node, (h/J) b of an element.
 struct KickGains {
-    std::function<double(int group, int node, std::size_t length)> node;
+    std::function<double(int group, std::int64_t rod, int node, std::size_t length)> node;
     std::function<Vec3d(int group, std::size_t length)> body;
     std::size_t lengths = 1;
 };

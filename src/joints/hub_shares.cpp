@@ -20,7 +20,7 @@ std::vector<HubShares> hub_shares(const Hub& hub, const KickGains& gains) {
         HubShares& s = all.emplace_back();
         double sum = 0;
         for (const Hub::Member& m : hub.members) {
-            s.share.push_back(hub.held ? 0 : 1 / gains.node(m.group, m.node, length));
+            s.share.push_back(hub.held ? 0 : 1 / gains.node(m.group, m.rod, m.node, length));
             sum += s.share.back();
         }
         if (!hub.body) {

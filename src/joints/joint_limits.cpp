@@ -18,7 +18,8 @@ namespace {
 struct Mobility {
     double shift, turn;
 };
-Mobility mobility(const RodGroup& group, const JointEnd& end) {
+Mobility mobility(const RodGroup& of_end, const JointEnd& end) {
+    const RodGroup& group = of_end.kind(end.rod);
     const ElementConstants& c = nth(group.element, end.element);
     const double softest = std::max({c.inv_inertia.x, c.inv_inertia.y, c.inv_inertia.z});
     const double of_node = group.strained() ? 0.5 * group.spec().material.density * c.volume : group.node_mass.front();
@@ -32,7 +33,7 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
     std::vector<std::map<std::pair<std::int64_t, int>, Vec3d>> held(groups.size());
     for (const Star& star : junctions.stars) {
         const auto inertia = [&](const Star::Member& m) -> const Vec3d& {
-            return nth(nth(groups, m.group).element, m.element).inertia;
+            return nth(nth(groups, m.group).kind(m.rod).element, m.element).inertia;
         };
         const auto add = [&](const Star::Member& m, int element, double stiffness, double others) {
             const Vec3d& j = inertia(m);
@@ -67,7 +68,8 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
     }
     for (std::size_t g = 0; g < groups.size(); ++g)
         for (const auto& [place, by] : held[g]) {
-            const double eigenvalue = groups[g].strained() ? eigenvalue_of_element(groups[g], place.second, by)
+            const double eigenvalue = groups[g].strained()
+                                          ? eigenvalue_of_element(groups[g].kind(place.first), place.second, by)
                                                            : std::max({by.x, by.y, by.z});
             if (eigenvalue > bounds[g].eigenvalue) {
                 bounds[g].eigenvalue = eigenvalue;

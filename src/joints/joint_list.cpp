@@ -34,22 +34,30 @@ public:
     Vec3d place(std::int64_t rod, int k, double share) const {
         return group_.strained() ? (1 - share) * node(rod, k) + share * node(rod, k + 1) : node(rod, k);
     }
-    double radius(int k) const { return nth(group_.element, k).radius; }
+    double radius(std::int64_t rod, int k) const { return nth(group_.kind(rod).element, k).radius; }
+    double largest_radius() const {
+        double most = 0;
+        for_each_kind(group_, [&](const RodGroup& rod, double) {
+            for (const ElementConstants& e : rod.element) most = std::max(most, e.radius);
+        });
+        return most;
+    }
 
     /// The point `to` as it moves with an element.
     JointEnd end(std::int64_t rod, int k, double share, const Vec3d& to) const {
         const Vec3d off = to - place(rod, k, share);
-        const bool none = norm(off) <= 1e-12 * nth(group_.element, k).rest_length; // rounding
+        const bool none = norm(off) <= 1e-12 * nth(group_.kind(rod).element, k).rest_length; // rounding
         return {group_.id(), rod, k, group_.strained() ? share : 0, none ? Vec3d{0, 0, 0} : director(rod, k) * off,
                 {0, 0, 0}};
     }
     /// The element at a share of the length, and the share of it that is before this place.
-    std::pair<int, double> at(double share_of_length) const {
+    std::pair<int, double> at(std::int64_t rod, double share_of_length) const {
         if (!group_.strained()) return {0, 0.0};
+        const RodGroup& own = group_.kind(rod);
         const int n = elements();
-        double left = share_of_length * group_.spec().shape.length;
+        double left = share_of_length * own.spec().shape.length;
         for (int k = 0; k < n; ++k) {
-            const double length = nth(group_.element, k).rest_length;
+            const double length = nth(own.element, k).rest_length;
             if (left <= length * (1 + 1e-9) || k == n - 1) return {k, std::clamp(left / length, 0.0, 1.0)};
             left -= length;
         }
@@ -172,8 +180,8 @@ private:
     }
     void point(std::int64_t i, std::int64_t j) {
         if (same_ && i == j) refuse(fmt::format("joins rod {} with itself", i));
-        const auto [k, s] = first_.at(spec_.at[0]);
-        const auto [l, t] = second_.at(spec_.at[1]);
+        const auto [k, s] = first_.at(i, spec_.at[0]);
+        const auto [l, t] = second_.at(j, spec_.at[1]);
         const Vec3d x = first_.place(i, k, s), y = second_.place(j, l, t);
         const Vec3d place = spec_.place                                                ? *spec_.place
                             : !first_.group().strained() && second_.group().strained() ? y
@@ -205,7 +213,7 @@ private:
     }
 
     void to_world(std::int64_t i) {
-        const auto [k, s] = first_.at(spec_.at[0]);
+        const auto [k, s] = first_.at(i, spec_.at[0]);
         const Vec3d x = spec_.place.value_or(first_.place(i, k, s));
         JointEnd a = first_.end(i, k, s, x), b{JointEnd::world, 0, 0, 0, x, {0, 0, 0}};
         if (has_axis(spec_.kind)) {
@@ -220,14 +228,8 @@ private:
     }
 
     void side_by_side() {
-        const auto gap = [&](int k, int l) {
-            return spec_.gap > 0 ? spec_.gap : 0.005 * (first_.radius(k) + second_.radius(l));
-        };
-        double reach = 0;
-        for (int k = 0; k < first_.elements(); ++k)
-            for (int l = 0; l < second_.elements(); ++l)
-                reach = std::max(reach, first_.radius(k) + second_.radius(l) + gap(k, l));
-        const ElementGrid grid(second_, reach);
+        const auto with_gap = [&](double radii) { return radii + (spec_.gap > 0 ? spec_.gap : 0.005 * radii); };
+        const ElementGrid grid(second_, with_gap(first_.largest_radius() + second_.largest_radius()));
         std::vector<ElementGrid::Element> found;
         for (std::int64_t i = 0; i < first_.rods(); ++i)
             for (int k = 0; k < first_.elements(); ++k) {
@@ -235,7 +237,7 @@ private:
                 found.clear();
                 grid.near(x, [&](const ElementGrid::Element& e) {
                     if (same_ && e.rod <= i) return;
-                    const double most = first_.radius(k) + second_.radius(e.number) + gap(k, e.number);
+                    const double most = with_gap(first_.radius(i, k) + second_.radius(e.rod, e.number));
                     if (norm(second_.place(e.rod, e.number, 0.5) - x) <= most) found.push_back(e);
                 });
                 std::sort(found.begin(), found.end(), [](const auto& a, const auto& b) {
@@ -243,8 +245,9 @@ private:
                 });
                 for (const auto& [j, l] : found) {
                     const Vec3d y = second_.place(j, l, 0.5), way = y - x;
-                    const double apart = norm(way), between = apart - first_.radius(k) - second_.radius(l);
-                    const Vec3d place = x + ((first_.radius(k) + 0.5 * between) / apart) * way;
+                    const double apart = norm(way), radius = first_.radius(i, k),
+                                 between = apart - radius - second_.radius(j, l);
+                    const Vec3d place = x + ((radius + 0.5 * between) / apart) * way;
                     add(first_.end(i, k, 0.5, place), second_.end(j, l, 0.5, place));
                 }
             }
@@ -267,8 +270,8 @@ private:
                     side = {j, l};
                 }
             }
-        const double radius = second_.radius(side.number);
-        if (nearest > radius + first_.radius(k) + spec_.gap)
+        const double radius = second_.radius(side.rod, side.number);
+        if (nearest > radius + first_.radius(i, k) + spec_.gap)
             refuse(fmt::format(
                 "has a tip, of rod {}, that is {:.3g} m away from the axis of any other, whose radius is {:.3g} m", i,
                 nearest, radius));

@@ -115,6 +115,7 @@ private:
                                      table_->between[1], what));
     }
     const RodGroup& group(int g) const { return nth(groups_, g); }
+    const RodGroup& rod(int g, std::int64_t i) const { return group(g).kind(i); }
 
     /// Numbers of the springs that come nearest to the missing cell.
     std::string springs(const RodGroup& g, int element) const {
@@ -125,12 +126,8 @@ private:
     }
 
     Side side(const JointEnd& end) const {
-        const RodGroup& g = group(end.group);
+        const RodGroup& g = rod(end.group, end.rod);
         if (!g.strained()) return {.group = end.group, .rod = end.rod, .node = 0, .body = true, .arm = end.arm};
-        if (g.heterogeneous())
-            refuse(fmt::format("is by common nodes, which rods '{}' of a file are not for: give 'stiffness' [N/m] and "
-                               "'torsional_stiffness' [N m/rad]",
-                               g.name()));
         const int n = g.elements();
         const bool after = end.share > 0.5;
         refuse_off_nodes(g, end, after);
@@ -286,7 +283,7 @@ private:
         star.along_axes = true;
         for (std::size_t i = 0; i < sides.size(); ++i) {
             const Side& s = sides[i];
-            const RodGroup& g = group(s.group);
+            const RodGroup& g = rod(s.group, s.rod);
             Star::Member m{.group = s.group, .rod = s.rod, .element = s.element, .side = s.inner ? 0 : s.side};
             m.rest = i == 0 ? no_turn : start_frame(s) * inverse(first);
             m.turn = matrix(m.rest);
@@ -337,7 +334,7 @@ private:
     static Mat3d scaled(const Mat3d& m, double by) { return {by * m.d1, by * m.d2, by * m.d3}; }
 
     Quaterniond start_frame(const Side& s) const {
-        const RodGroup& g = group(s.group);
+        const RodGroup& g = rod(s.group, s.rod);
         std::vector<Slot<1>> state(to_index(g.slots()));
         g.start_state_in_assembly(s.rod, state);
         const auto at = [&](int k) { return lane(nth(state, k).director, 0); };

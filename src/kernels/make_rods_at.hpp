@@ -5,6 +5,7 @@
 #include "kernels/make_pass.hpp"
 #include "kernels/relaxing_joints.hpp"
 #include "kernels/rod_tiles.hpp"
+#include "plan/group_plan.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -40,36 +41,68 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
     return program;
 }
 
-/// Mobilities in the kicks of all groups; `kicks` is where they are kept.
-inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups, std::vector<KicksOfGroup>& kicks) {
-    const Scheme scheme = scheme_of(plan.integrator);
-    std::vector<KickedShares> shares;
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-        shares.push_back(kicked_shares(plan.groups[g].program));
-        const auto* kick = plan.groups[g].program.find<pass::Kick>();
-        kicks.push_back(kick ? kicks_of(*kick, plan.groups[g], groups[g], scheme, plan.dt) : KicksOfGroup());
+/// Mobilities of rods, by group and, where rods have sizes of their own, by number.
+template <class Of> class OfRods {
+public:
+    /// `make(group plan, group)`: of rods that have the constants of a group.
+    template <class Make> OfRods(const Plan& plan, std::span<const RodGroup> groups, Make make) {
+        for (std::size_t g = 0; g < groups.size(); ++g) {
+            auto& [heterogeneous, all] = of_group_.emplace_back();
+            heterogeneous = groups[g].heterogeneous();
+            if (!heterogeneous) all.push_back(make(plan.groups[g], groups[g]));
+            for (std::int64_t i = 0; heterogeneous && groups[g].assembly() && i < groups[g].count(); ++i)
+                all.push_back(make(plan_of_rod(plan, groups[g].kind(i)), groups[g].kind(i)));
+        }
     }
-    const auto of = [&kicks](int group, std::size_t length) -> const KickConstants& {
-        return nth(kicks, group)[length];
+    const Of& operator()(int group, std::int64_t rod) const {
+        const auto& [heterogeneous, all] = nth(of_group_, group);
+        return heterogeneous ? nth(all, rod) : all.front();
+    }
+
+private:
+    struct OfGroup {
+        bool heterogeneous;
+        std::vector<Of> all;
     };
-    const auto gain = [of, shares](int group, int node, std::size_t length) {
-        const KickedShares& kicked = nth(shares, group);
-        const double own = nth(of(group, length).node, node).gain;
+    std::vector<OfGroup> of_group_;
+};
+
+/// Shares of the mass that steps feel in a fluid.
+inline OfRods<KickedShares> shares_of_rods(const Plan& plan, std::span<const RodGroup> groups) {
+    return {plan, groups, [](const GroupPlan& of, const RodGroup&) { return kicked_shares(of.program); }};
+}
+
+/// Mobilities in the kicks of all rods.
+inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups) {
+    const Scheme scheme = scheme_of(plan.integrator);
+    const auto kicks = std::make_shared<const OfRods<KicksOfGroup>>(
+        plan, groups, [&](const GroupPlan& of, const RodGroup& group) {
+            const auto* kick = of.program.find<pass::Kick>();
+            return kick ? kicks_of(*kick, of, group, scheme, plan.dt) : KicksOfGroup();
+        });
+    const auto shares = std::make_shared<const OfRods<KickedShares>>(shares_of_rods(plan, groups));
+    const auto gain = [kicks, shares](int group, std::int64_t rod, int node, std::size_t length) {
+        const KickedShares& kicked = (*shares)(group, rod);
+        const double own = nth((*kicks)(group, rod)[length].node, node).gain;
         return kicked.any() ? own / nth(kicked.of_nodes, node) : own;
     };
     return {.node = gain,
-            .body = [of](int group, std::size_t length) { return of(group, length).element.front().gain; },
+            .body =
+                [kicks](int group, std::size_t length) {
+                    return (*kicks)(group, 0)[length].element.front().gain;
+                },
             .lengths = scheme.kicks.size()};
 }
 
-/// Gains of rods that no pass kicks: shared nodes come to one place by mass. `shares`: of the mass that steps feel, by
-/// group; none: all of it.
-inline KickGains gains_by_mass(std::span<const RodGroup> groups, const std::vector<KickedShares>& shares = {}) {
+/// Gains of rods that no pass kicks: shared nodes come to one place by mass. `shares`: of the mass that steps feel;
+/// null: all of it.
+inline KickGains gains_by_mass(std::span<const RodGroup> groups,
+                               std::shared_ptr<const OfRods<KickedShares>> shares = nullptr) {
     return {.node =
-                [groups, shares](int group, int node, std::size_t) {
-                    const double mass = nth(nth(groups, group).node_mass, node);
-                    const bool less = !shares.empty() && nth(shares, group).any();
-                    return 1 / (less ? mass * nth(nth(shares, group).of_nodes, node) : mass);
+                [groups, shares](int group, std::int64_t rod, int node, std::size_t) {
+                    const double mass = nth(nth(groups, group).kind(rod).node_mass, node);
+                    const bool less = shares && (*shares)(group, rod).any();
+                    return 1 / (less ? mass * nth((*shares)(group, rod).of_nodes, node) : mass);
                 },
             .body =
                 [groups](int group, std::size_t) {
@@ -81,7 +114,6 @@ inline KickGains gains_by_mass(std::span<const RodGroup> groups, const std::vect
 template <int W>
 JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std::span<const RodGroup> groups) {
     JointsOfAssemblies<W> joints;
-    std::vector<KicksOfGroup> kicks;
     for (std::size_t a = 0; a < lists.of_assembly.size(); ++a) {
         const std::vector<Joint>& of_copy = lists.of_assembly[a];
         if (of_copy.empty()) {
@@ -95,14 +127,10 @@ JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std
             continue;
         }
         KickGains gains;
-        if (!junctions.empty() && is_implicit(plan.integrator)) {
-            std::vector<KickedShares> shares;
-            for (std::size_t g = 0; g < groups.size(); ++g) shares.push_back(kicked_shares(plan.groups[g].program));
-            gains = gains_by_mass(groups, shares);
-        } else if (!junctions.empty()) {
-            kicks.clear();
-            gains = kick_gains(plan, groups, kicks);
-        }
+        if (!junctions.empty() && is_implicit(plan.integrator))
+            gains = gains_by_mass(
+                groups, std::make_shared<const OfRods<KickedShares>>(shares_of_rods(plan, groups)));
+        else if (!junctions.empty()) gains = kick_gains(plan, groups);
         joints.push_back(
             std::make_unique<JointsOfCluster<W>>(lists.tables, of_copy, groups, static_cast<int>(a), junctions, gains));
         if (is_implicit(plan.integrator)) joints.back()->use_ends();
@@ -110,20 +138,19 @@ JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std
     return joints;
 }
 
-template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups,
-                                                    std::vector<LocalRod> owned, const Threads& threads,
-                                                    Surroundings& around) {
+/// What programs are made from, and what they share with interactions.
+template <int W> struct MadePrograms {
     std::vector<TileProgram<W>> programs;
-    std::vector<std::shared_ptr<EnergyBudget<W>>> audits;
-    for (std::size_t g = 0; g < groups.size(); ++g) {
-        PassParts<W> parts{.plan = plan.groups[g],
-                           .group = groups[g],
-                           .scheme = scheme_of(plan.integrator),
-                           .dt = plan.dt,
-                           .around = around};
-        const GroupProgram& program = plan.groups[g].program;
+    std::vector<std::shared_ptr<EnergyBudget<W>>> audits; ///< by program, or none at all
+    Surroundings& around;
+
+    /// Adds the program of rods that have the constants of `group`.
+    void add(const Plan& plan, const GroupPlan& of, const RodGroup& group) {
+        PassParts<W> parts{
+            .plan = of, .group = group, .scheme = scheme_of(plan.integrator), .dt = plan.dt, .around = around};
+        const GroupProgram& program = of.program;
         if (program.find<pass::Walls>() || program.find<pass::SurfaceWalls>())
-            parts.walls = std::make_shared<WallContactTiles<W>>(*around.walls, groups[g]);
+            parts.walls = std::make_shared<WallContactTiles<W>>(*around.walls, group);
         if (program.find<pass::StepInBed>()) parts.bed = std::make_shared<BedTiles<W>>();
         if (parts.bed && parts.walls) {
             parts.wall_tangents = std::make_shared<WallTangents<W>>();
@@ -132,26 +159,43 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
         const auto* by_steps = program.find<pass::StepImplicitly>();
         const bool audited = by_steps && by_steps->audited;
         if (audited || program.find<pass::AuditBalance>())
-            parts.audit =
-                audits.emplace_back(std::make_shared<EnergyBudget<W>>(groups[g], kicked_shares(program), audited));
-        if (groups[g].spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(groups[g]);
+            parts.audit = std::make_shared<EnergyBudget<W>>(group, kicked_shares(program), audited);
+        if (group.spec().ends_move()) parts.moving = std::make_shared<MovingEnds>(group);
         parts.end_walls = std::make_shared<EndWalls<W>>(parts.moving);
-        around.wall_contacts.push_back(parts.walls);
-        around.beds.push_back(parts.bed);
-        programs.push_back(make_program<W>(program, PassMaker<W>(parts)));
+        add(make_program<W>(program, PassMaker<W>(parts)), parts.walls, parts.bed, parts.audit);
     }
+    void add(TileProgram<W> program, std::shared_ptr<WallContacts> walls, std::shared_ptr<BedFigures> bed,
+             std::shared_ptr<EnergyBudget<W>> audit) {
+        around.wall_contacts.push_back(std::move(walls));
+        around.beds.push_back(std::move(bed));
+        if (audit || !audits.empty()) audits.resize(programs.size());
+        if (audit || !audits.empty()) audits.push_back(std::move(audit));
+        programs.push_back(std::move(program));
+    }
+};
+
+template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<const RodGroup> groups,
+                                                    std::vector<LocalRod> owned, const Threads& threads,
+                                                    Surroundings& around) {
+    MadePrograms<W> made{.programs = {}, .audits = {}, .around = around};
+    for (std::size_t g = 0; g < groups.size(); ++g) made.add(plan, plan.groups[g], groups[g]);
     std::vector<std::int64_t> counts(groups.size(), 0);
     for (const LocalRod& rod : owned) ++nth(counts, rod.group);
     const Tiling tiling = tiling_of(plan, counts, W);
     if (!tiling.along.empty())
         for (int family = 0; family < plan.families; ++family) {
             const AlongPassMaker<W> maker(plan, groups, family);
-            programs.push_back(make_program<W>(maker.plan().program, maker));
+            made.add(make_program<W>(maker.plan().program, maker), nullptr, nullptr, nullptr);
+        }
+    for (const LocalRod& rod : owned)
+        if (nth(plan.groups, rod.group).apart) {
+            const RodGroup& own = nth(groups, rod.group).kind(rod.index);
+            made.add(plan, plan_of_rod(plan, own), own);
         }
     JointsOfAssemblies<W> joints;
     if (around.joints) joints = make_joints<W>(plan, *around.joints, groups);
-    return std::make_unique<RodTiles<W>>(groups, std::move(owned), tiling, std::move(programs), threads,
-                                         std::move(audits), step_watch(plan), std::move(joints));
+    return std::make_unique<RodTiles<W>>(groups, std::move(owned), tiling, std::move(made.programs), threads,
+                                         std::move(made.audits), step_watch(plan), std::move(joints));
 }
 
 } // namespace skein

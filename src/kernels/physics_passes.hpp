@@ -27,10 +27,7 @@ struct ApplyLoad {
     std::string_view name() const { return load.kind(); }
     double ns() const { return load.predicted_ns(); }
     bool lies_along() const { return !load.needs_whole_rods(); }
-    std::string refuses_sizes() const {
-        if (!load.keeps_tables_of_group() && !load.needs_whole_rods()) return {};
-        return "a load of kind " + std::string(load.kind()) + " cannot act on them yet";
-    }
+    bool has_tables() const { return load.keeps_tables_of_group(); }
 };
 /// Adds the loads that joints have found. The time is that of the millipede: a joint to an element.
 struct TakeJoinedLoads {
@@ -44,7 +41,7 @@ struct Walls {
 };
 /// Contacts with walls at all points of a body's surface.
 struct SurfaceWalls {
-    static constexpr std::string_view name = "walls (surface)", cause = "walls";
+    static constexpr std::string_view name = "walls (surface)";
     static constexpr double ns = 8;
 };
 /// Adds loads of the fluid, and leaves kicks the inertia that is not the fluid's. The time is that of 256 rods of 50
@@ -53,23 +50,17 @@ struct FeelFluid {
     std::shared_ptr<const InertiaInFluid> inertia;
     static constexpr std::string_view name = "fluid";
     static constexpr double ns = 9;
-    static std::string refuses_sizes() {
-        return "they do not feel a fluid yet; immersion.coupling = \"one_way\" has them move as if there were none";
-    }
 };
 /// Before walls and neighbours of rods that relax.
 struct NoteForces {
-    static constexpr std::string_view name = "note forces", cause = "time.relax";
+    static constexpr std::string_view name = "note forces";
 };
 /// In the place of the kick: inertia and damping of rods that relax. The time is that of 64 rods of 50 elements.
 struct Relax {
     Law law;
     RelaxationContacts contacts;
-    static constexpr std::string_view name = "relax", cause = "time.relax";
+    static constexpr std::string_view name = "relax";
     static constexpr double ns = 400;
-    static std::string refuses_sizes() {
-        return "time.relax solves along whole rods that are alike; give each size a group of its own";
-    }
 };
 /// In the place of the kick: implicit steps, which evaluate the loads of other passes at each correction. The time is
 /// that of three corrections of a stage.
@@ -78,46 +69,40 @@ struct StepImplicitly {
     std::vector<Damping> damping;
     bool conserves; ///< energy and momenta
     bool audited;   ///< it books energies
-    static constexpr std::string_view name = "implicit step", cause = "implicit steps";
+    static constexpr std::string_view name = "implicit step";
     static constexpr double ns = 200;
-    static std::string refuses_sizes() {
-        return "implicit steps solve along whole rods that are alike; give each size a group of its own";
-    }
 };
 /// In the place of the kick: a step in a bed, which evaluates by itself loads that change with the motion. The time is
 /// that of bench/scenes/nest.
 struct StepInBed {
     Law law;
     std::vector<Damping> damping;
-    static constexpr std::string_view name = "bed step", cause = "implicit steps";
+    static constexpr std::string_view name = "bed step";
     static constexpr double ns = 120;
-    static std::string refuses_sizes() {
-        return "implicit steps solve along whole rods that are alike; give each size a group of its own";
-    }
 };
 /// Audit: kinetic energy of ends before they are moved.
 struct AuditEnds {
-    static constexpr std::string_view name = "audit ends", cause = "audits";
+    static constexpr std::string_view name = "audit ends";
 };
 /// Audit: internal loads by themselves.
 struct AuditInner {
-    static constexpr std::string_view name = "audit inner", cause = "audits";
+    static constexpr std::string_view name = "audit inner";
 };
 /// Audit: all loads.
 struct AuditLoads {
-    static constexpr std::string_view name = "audit loads", cause = "audits";
+    static constexpr std::string_view name = "audit loads";
 };
 /// Audit: loads of the fluid.
 struct AuditMedium {
-    static constexpr std::string_view name = "audit fluid", cause = "audits";
+    static constexpr std::string_view name = "audit fluid";
 };
 /// Audit: work of the fluid.
 struct AuditMediumWork {
-    static constexpr std::string_view name = "audit fluid work", cause = "audits";
+    static constexpr std::string_view name = "audit fluid work";
 };
 /// Audit: what the step has done.
 struct AuditBalance {
-    static constexpr std::string_view name = "audit balance", cause = "audits";
+    static constexpr std::string_view name = "audit balance";
 };
 
 } // namespace pass

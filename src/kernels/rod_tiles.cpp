@@ -464,13 +464,13 @@ template <int W> std::uint64_t RodTiles<W>::digest() const {
 template <int W> RodBudget RodTiles<W>::budget(std::size_t i) const {
     if (audits_.empty()) return {};
     const auto [t, l] = place_[i];
-    return nth(audits_, local_[i].group)->budget(tiles_[t].number, l);
+    return audits_[tiles_[t].program]->budget(tiles_[t].number, l);
 }
 
 template <int W> void RodTiles<W>::set_budget(std::size_t i, const RodBudget& budget) {
     if (audits_.empty()) return;
     const auto [t, l] = place_[i];
-    nth(audits_, local_[i].group)->set_budget(tiles_[t].number, l, budget);
+    audits_[tiles_[t].program]->set_budget(tiles_[t].number, l, budget);
 }
 
 template <int W> std::vector<double> RodTiles<W>::memory(std::size_t i) const {
@@ -509,7 +509,7 @@ template <int W> void RodTiles<W>::keep(std::size_t place) {
     threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
         const RodTile<W>& tile = tiles_[t];
         std::copy_n(tile.slot, tile.last + 1, kept_[place].data() + (tile.slot - slots_.data()));
-        if (!audits_.empty()) audits_[to_index(tile.group->id())]->keep(tile.number, place);
+        if (!audits_.empty()) audits_[tile.program]->keep(tile.number, place);
     });
     for (Cluster& cluster : clusters_) cluster.kept[place] = cluster.memory;
 }
@@ -518,7 +518,7 @@ template <int W> void RodTiles<W>::go_back(std::size_t place) {
     threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
         const RodTile<W>& tile = tiles_[t];
         std::copy_n(kept_[place].data() + (tile.slot - slots_.data()), tile.last + 1, tile.slot);
-        if (!audits_.empty()) audits_[to_index(tile.group->id())]->go_back(tile.number, place);
+        if (!audits_.empty()) audits_[tile.program]->go_back(tile.number, place);
     });
     for (Cluster& cluster : clusters_) cluster.memory = cluster.kept[place];
 }
@@ -543,7 +543,8 @@ template <int W> std::size_t RodTiles<W>::bytes() const {
                         tiles_.size() * sizeof(RodTile<W>) + local_.size() * (sizeof(LocalRod) + sizeof(Place));
     for (const auto& scratch : scratch_) bytes += scratch.size() * sizeof(SlotLoad<W>);
     for (const auto& joined : joined_) bytes += joined.size() * sizeof(JoinedLoad<W>);
-    for (const auto& audit : audits_) bytes += audit->bytes();
+    for (const auto& audit : audits_)
+        if (audit) bytes += audit->bytes();
     for (const auto& strands : strands_) bytes += strands->bytes();
     return bytes;
 }

@@ -40,8 +40,9 @@ template <int W> using JointsOfAssemblies = std::vector<std::unique_ptr<ClusterJ
 
 template <int W> class RodTiles final : public Rods {
 public:
-    /// `rods` are ordered as by order_of_tiles(). There is one program per group across, then one per family along, and
-    /// one audit per group or none at all. `tiling` is that of these rods. Rods take their start state.
+    /// `rods` are ordered as by order_of_tiles(). There is one program per group across, then one per family along, then
+    /// one for each rod across whose group is heterogeneous, and an audit for each program across or none at all.
+    /// `tiling` is that of these rods. Rods take their start state.
     RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
              std::vector<TileProgram<W>> programs, const Threads& threads,
              std::vector<std::shared_ptr<EnergyBudget<W>>> audits = {}, StepWatch watch = {},
@@ -56,7 +57,10 @@ public:
     double undamped_share() const override { return undamped_share_.load(std::memory_order_relaxed); }
     std::vector<std::string_view> passes(std::size_t group) const override;
     std::span<const LocalRod> local() const override { return local_; }
-    RodPlace place(std::size_t i) const override { return {tiles_[place_[i].tile].number, place_[i].lane}; }
+    RodPlace place(std::size_t i) const override { 
+        const RodTile<W>& tile = tiles_[place_[i].tile];
+        return {tile.program, tile.number, place_[i].lane};
+    }
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override;
     void import_rod(std::size_t i, std::span<const Slot<1>> in) override;
     void read(std::span<const std::size_t> rods, Copy copy, double lag, const RodReader& reader,

@@ -63,6 +63,10 @@ RodTile<W>& RodTiles<W>::open(RodTile<W> tile, std::size_t program, std::vector<
 template <int W>
 void RodTiles<W>::fill_across(std::vector<std::int64_t> across, std::vector<std::size_t>& tiles_of_program) {
     std::vector<std::size_t> place_in_group(groups_.size(), 0);
+    const auto has_own = [&](const LocalRod& rod) { return nth(groups_, rod.group).heterogeneous(); };
+    std::size_t own_program = programs_.size(); // of the first rod with constants of its own
+    for (std::vector<std::int64_t> left = across; const LocalRod& rod : local_)
+        if (nth(left, rod.group)-- > 0 && has_own(rod)) --own_program;
     std::vector<std::vector<int>> lanes_of_tiles = lanes_of_joined_tiles<W>(groups_, local_, threads_.count());
     for (std::size_t i = 0; i < local_.size(); ++i) {
         const auto g = static_cast<std::size_t>(local_[i].group);
@@ -70,7 +74,8 @@ void RodTiles<W>::fill_across(std::vector<std::int64_t> across, std::vector<std:
             along_.push_back(i);
             continue;
         }
-        const RodGroup& group = groups_[g];
+        const RodGroup& group = groups_[g].kind(local_[i].index);
+        const std::size_t program = has_own(local_[i]) ? own_program++ : g;
         const int most_lanes =
             lanes_of_tiles[g].empty() || tiles_of_program[g] == 0 ? W : lanes_of_tiles[g][tiles_of_program[g] - 1];
         const bool opens = tiles_.empty() || tiles_.back().group != &group || tiles_.back().lanes == most_lanes;
@@ -81,7 +86,7 @@ void RodTiles<W>::fill_across(std::vector<std::int64_t> across, std::vector<std:
                                          .n = group.elements(),
                                          .last = group.slots() - 1,
                                          .first = place_in_group[g]},
-                                        g, tiles_of_program)
+                                        program, tiles_of_program)
                                  : tiles_.back();
         if (opens) first_rod_.push_back(i);
         place_[i] = {tiles_.size() - 1, tile.lanes};

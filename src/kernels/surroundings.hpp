@@ -25,8 +25,8 @@ struct Surroundings {
     std::shared_ptr<RelaxationResidual> residual; ///< where rods relax
     std::shared_ptr<const JointLists> joints;     ///< where there are assemblies
     std::vector<std::shared_ptr<WallContacts>>
-        wall_contacts;                             ///< by group, once the rods are made; null where no wall acts
-    std::vector<std::shared_ptr<BedFigures>> beds; ///< by group, once the rods are made; null where steps are others
+        wall_contacts;                             ///< by program, once the rods are made; null where no wall acts
+    std::vector<std::shared_ptr<BedFigures>> beds; ///< by program, once the rods are made; null where steps are others
 };
 
 /// A physics of the plan whose passes share data with what runs it.

@@ -21,7 +21,8 @@ Exposure::Exposure(std::span<const RodGroup> groups, std::span<const LocalRod> b
     lay_out(true);
     find_own();
     for (const Window& w : window) {
-        const RodGroup& group = nth(groups, w.group);
+        const RodGroup& all = nth(groups, w.group);
+        const RodGroup& group = all.kind(w.gid - all.first_gid());
         for (std::uint32_t k = 0; k < w.slots; ++k)
             node[w.first_slot + k].radius = group.exposed_radius(static_cast<int>(k));
     }

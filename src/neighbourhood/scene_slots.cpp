@@ -35,9 +35,11 @@ std::vector<SceneSlots::Alike> alike(std::span<const RodGroup> groups) {
 
 SceneSlots::SceneSlots(std::span<const RodGroup> groups) : SceneSlots(alike(groups)) {
     for (const RodGroup& group : groups)
-        for (const ElementConstants& c : group.element)
-            if (group.strained())
-                vertex_reach_ = std::max(vertex_reach_, std::min(0.4 * c.radius / c.rest_length, 0.25));
+        for_each_kind(group, [&](const RodGroup& rod, double) {
+            for (const ElementConstants& c : rod.element)
+                if (rod.strained())
+                    vertex_reach_ = std::max(vertex_reach_, std::min(0.4 * c.radius / c.rest_length, 0.25));
+        });
 }
 
 SceneSlots::SceneSlots(std::span<const Alike> groups) {

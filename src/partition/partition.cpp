@@ -236,6 +236,7 @@ void keep_own_rods(const Communicator& comm, std::span<RodGroup> groups, std::sp
     for (const LocalRod& rod : own) nth(indices, rod.group).push_back(rod.index);
     for (std::size_t g = 0; g < groups.size(); ++g) {
         Places& places = groups[g].places();
+        if (groups[g].heterogeneous() && comm.min(static_cast<std::int64_t>(places.holds_all()))) continue;
         if (comm.min(static_cast<std::int64_t>(places.holds_all()))) {
             places.keep(indices[g]);
             continue;

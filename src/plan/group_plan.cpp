@@ -12,6 +12,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 namespace skein {
 
@@ -99,30 +100,8 @@ void find_limits(GroupPlan& p, const RodGroup& group, const Scheme& scheme, cons
     for (const auto& one : physics) one->tighten_limits(p, group, scheme);
 }
 
-/// Refuses passes that need constants of the group if rods have their own.
-void refuse_sizes(const GroupPlan& p, const RodGroup& group) {
-    const auto refuse = [&](const std::string& what) {
-        throw InputError(
-            fmt::format("{}: the rods of '{}' have lengths, radii or shapes of their own, by file '{}': {}",
-                        group.spec().source, group.name(), group.spec().placement.file, what));
-    };
-    for (const PassSpec& pass : p.program)
-        if (!pass.refuses_sizes.empty()) refuse(pass.refuses_sizes);
-    std::vector<std::string_view> causes;
-    for (const PassSpec& pass : p.program)
-        if (!pass.lies_along && std::find(causes.begin(), causes.end(), pass.cause) == causes.end())
-            causes.push_back(pass.cause);
-    if (!causes.empty()) refuse(fmt::format("{} need rods that are alike", fmt::join(causes, ", ")));
-    if (group.spec().material.rotary_inertia_for_dt > 0) refuse("'rotary_inertia_for_dt' needs rods that are alike");
-}
-
-} // namespace
-
-void GroupPlan::limit(std::string_view mode, double dt, int element) {
-    if (limits.empty() || dt < 0.99 * limits.front().dt) limits.insert(limits.begin(), {mode, dt, element});
-}
-
-GroupPlan plan_group(const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics, bool acts_between) {
+/// The plan of rods that have the constants of a group.
+GroupPlan plan_alike(const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics, bool acts_between) {
     GroupPlan p{.name = group.name(), .rods = group.count(), .elements = group.elements()};
     if (group.assembly() && group.assembly()->lane_each) p.rods_of_lane = group.rods_per_copy();
     for (const auto& one : physics) one->act_on(p, group);
@@ -135,16 +114,65 @@ GroupPlan plan_group(const TimeSpec& time, const RodGroup& group, const PhysicsP
     for (const PassSpec& pass : p.program) p.ns_per_element_step += pass.ns;
     find_limits(p, group, scheme_of(time.integrator), physics);
     describe_rods(p, group);
-    p.heterogeneous = group.heterogeneous();
-    if (p.heterogeneous) refuse_sizes(p, group);
     return p;
+}
+
+/// Takes from the plan of one more rod what is worse there.
+void take_worse(GroupPlan& p, const GroupPlan& rod) {
+    for (const TimeLimit& limit : rod.limits) {
+        const auto same = std::find_if(p.limits.begin(), p.limits.end(),
+                                       [&](const TimeLimit& other) { return other.mode == limit.mode; });
+        if (same == p.limits.end()) p.limits.push_back(limit);
+        else if (!(limit.dt >= same->dt)) *same = limit;
+    }
+    if (rod.inertia) p.inertia = std::min(p.effective_inertia(), *rod.inertia);
+    p.undamped = p.undamped && rod.undamped;
+    p.tension_limit = std::min(p.tension_limit, rod.tension_limit);
+    p.least_rotary_scale = std::min(p.least_rotary_scale, rod.least_rotary_scale);
+    p.largest_rotary_scale = std::max(p.largest_rotary_scale, rod.largest_rotary_scale);
+    p.bending_shift = std::max(p.bending_shift, rod.bending_shift);
+}
+
+/// The plan of rods with sizes of their own that have programs of their own: limits are the least of all.
+void plan_apart(GroupPlan& p, const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics,
+                bool acts_between) {
+    if (!group.places().holds_all()) throw std::logic_error("a plan of rods of which not all are known");
+    p.apart = true;
+    p.limits.clear();
+    p.tension_limit = HUGE_VAL;
+    for_each_kind(group, [&](const RodGroup& rod, double) {
+        take_worse(p, plan_alike(time, rod, physics, acts_between));
+    });
+    std::stable_sort(p.limits.begin(), p.limits.end(),
+                     [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
+}
+
+} // namespace
+
+void GroupPlan::limit(std::string_view mode, double dt, int element) {
+    if (limits.empty() || dt < 0.99 * limits.front().dt) limits.insert(limits.begin(), {mode, dt, element});
+}
+
+GroupPlan plan_group(const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics, bool acts_between) {
+    GroupPlan p = plan_alike(time, group, physics, acts_between);
+    p.heterogeneous = group.heterogeneous();
+    const bool has_tables = std::any_of(p.program.begin(), p.program.end(), [](const PassSpec& pass) { return pass.has_tables; });
+    if (p.heterogeneous && (has_tables || !p.program.lies_along())) plan_apart(p, time, group, physics, acts_between);
+    return p;
+}
+
+GroupPlan plan_of_rod(const Plan& plan, const RodGroup& rod) {
+    TimeSpec time;
+    time.integrator = plan.integrator;
+    time.damping = nth(plan.groups, rod.id()).damping_scheme;
+    return plan_alike(time, rod, plan.physics, plan.acts_between_rods());
 }
 
 int find_families(std::span<GroupPlan> groups) {
     std::vector<std::string> keys;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         GroupPlan& p = groups[g];
-        if (!p.program.lies_along()) continue;
+        if (p.apart || !p.program.lies_along()) continue;
         std::string key = p.heterogeneous ? fmt::format("{}", g) : std::string();
         for (const PassSpec& pass : p.program) key += fmt::format("|{} {}", pass.name, pass.family);
         const auto found = std::find(keys.begin(), keys.end(), key);

@@ -47,7 +47,8 @@ struct GroupPlan {
     std::int64_t along = 0;        ///< rods that lie along, on all ranks
     std::string pieces;            ///< how these are cut
     int family = -1;               ///< groups with the same passes, which may share tiles along; -1: across only
-    bool heterogeneous = false;    ///< rods have lengths, radii or shapes of their own: they lie along
+    bool heterogeneous = false;    ///< rods have lengths, radii or shapes of their own
+    bool apart = false;            ///< of these, as some pass looks at whole rods: a tile and a program each
     KickKind kick = KickKind::undamped;
     std::optional<double> inertia; ///< least inertia that kicks feel over the rod's, where a physics changes it
     bool undamped = true;          ///< nothing takes energy from its modes: a shorter step

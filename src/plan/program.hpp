@@ -56,28 +56,24 @@ struct PassSpec {
     std::string_view name;
     double ns = 0;           ///< expected time per element-step and core where all lanes carry a rod, for predictions
     bool lies_along = false; ///< it can run over rods cut into strands (tiles/strands.hpp)
-    std::string_view cause;  ///< what wants it, in words, of one that cannot
     std::string family;      ///< what else groups must share to share tiles along
-    std::string
-        refuses_sizes; ///< why it cannot act on rods that have sizes of their own; empty: it can, or see `cause`
+    bool has_tables = false; ///< of its group: rods with sizes of their own have each their own
     std::any kind;
 
     template <class Kind> const Kind* get() const { return std::any_cast<Kind>(&kind); }
 };
 
-/// A pass by its structure, which has a name, and may have members or functions `ns`, `lies_along`, `cause`, `family`
-/// and `refuses_sizes`.
+/// A pass by its structure, which has a name, and may have members or functions `ns`, `lies_along`, `family`
+/// and `has_tables`.
 template <class Kind> PassSpec pass_of(PassPlace place, Kind kind) {
-    PassSpec spec{.place = place, .name = {}, .cause = {}, .family = {}, .refuses_sizes = {}, .kind = {}};
+    PassSpec spec{.place = place, .name = {}, .family = {}, .kind = {}};
     if constexpr (requires { kind.name(); }) spec.name = kind.name();
     else spec.name = kind.name;
     if constexpr (requires { kind.ns(); }) spec.ns = kind.ns();
     else if constexpr (requires { kind.ns; }) spec.ns = kind.ns;
     if constexpr (requires { kind.lies_along(); }) spec.lies_along = kind.lies_along();
-    if constexpr (requires { kind.cause; }) spec.cause = kind.cause;
-    else spec.cause = spec.name;
     if constexpr (requires { kind.family; }) spec.family = kind.family;
-    if constexpr (requires { kind.refuses_sizes(); }) spec.refuses_sizes = kind.refuses_sizes();
+    if constexpr (requires { kind.has_tables(); }) spec.has_tables = kind.has_tables();
     spec.kind = std::move(kind);
     return spec;
 }
@@ -89,7 +85,6 @@ namespace pass {
 /// Positions and frames at constant rates.
 struct Drift {
     Gyration top;
-    static constexpr std::string_view cause = "bodies and sections of each element's own";
     std::string_view name() const { return nth(drift_names, top); }
     double ns() const { return top == Gyration::circular ? 3.2 : 9; }
     bool lies_along() const { return top != Gyration::plain && top != Gyration::elliptic_each; }
@@ -97,15 +92,15 @@ struct Drift {
 /// The same of rods with elements on bearings.
 struct DriftOnBearings {
     Gyration top;
-    static constexpr std::string_view name = "drift (bearings)", cause = "'hold'";
+    static constexpr std::string_view name = "drift (bearings)";
     double ns() const { return Drift{top}.ns(); }
 };
 /// A ring's last node takes the place of its first.
 struct CloseRing {
-    static constexpr std::string_view name = "close ring", cause = "rings";
+    static constexpr std::string_view name = "close ring";
 };
 struct MoveEnds {
-    static constexpr std::string_view name = "move ends", cause = "ends that move";
+    static constexpr std::string_view name = "move ends";
 };
 struct Orthonormalise {
     static constexpr std::string_view name = "orthonormalise";
@@ -113,48 +108,46 @@ struct Orthonormalise {
 };
 /// Places, rates and radii go where other rods look.
 struct Expose {
-    static constexpr std::string_view name = "expose", cause = "rods that feel each other";
+    static constexpr std::string_view name = "expose";
 };
 /// Exposes all parts of a body's surface.
 struct ExposeSurface {
-    static constexpr std::string_view name = "expose surface", cause = "rigid bodies";
+    static constexpr std::string_view name = "expose surface";
 };
 /// Sets internal loads.
 struct Elastic {
     Law law;
-    static constexpr std::string_view cause = "the law \"elastica\"";
     static constexpr double ns = 5.6;
     std::string_view name() const;
     bool lies_along() const { return law != Law::elastica; }
 };
 /// In the place of that of bodies: nothing is strained.
 struct Unstrained {
-    static constexpr std::string_view name = "unstrained", cause = "rigid bodies";
+    static constexpr std::string_view name = "unstrained";
 };
 /// Adds the loads that other rods have left on its slots.
 struct TakeLoads {
-    static constexpr std::string_view name = "neighbour loads", cause = "rods that feel each other";
+    static constexpr std::string_view name = "neighbour loads";
 };
 /// Adds those on a body's surface, as force and moment.
 struct TakeSurfaceLoads {
-    static constexpr std::string_view name = "neighbour loads (surface)", cause = "rigid bodies";
+    static constexpr std::string_view name = "neighbour loads (surface)";
 };
 /// The load on a ring's last node goes to its first.
 struct FoldRing {
-    static constexpr std::string_view name = "fold ring", cause = "rings";
+    static constexpr std::string_view name = "fold ring";
 };
 /// Rates, over a `share` of the step.
 struct Kick {
     KickKind kind;
     double share;
-    static constexpr std::string_view cause = "the law \"elastica\"";
     std::string_view name() const { return nth(kick_names, kind); }
     double ns() const { return share * (kind == KickKind::undamped || kind == KickKind::constant_rates ? 1 : 1.6); }
     bool lies_along() const { return kind != KickKind::elastica; }
 };
 /// Laplacian filter of the rates.
 struct Filter {
-    static constexpr std::string_view name = "laplacian filter", cause = "the laplacian damping";
+    static constexpr std::string_view name = "laplacian filter";
     long order;
     double rate; ///< 1/s
     FilterTime time = FilterTime::in_kick;
@@ -162,18 +155,18 @@ struct Filter {
     double ns() const { return 9 + 1.5 * static_cast<double>(order); }
 };
 struct Hold {
-    static constexpr std::string_view name = "hold", cause = "'hold'";
+    static constexpr std::string_view name = "hold";
 };
 /// Impulses of bearings: by inertia where a kick damps nothing, or by what a damped kick over a `share` of the step
 /// makes of them.
 struct Bearings {
     KickKind kind = KickKind::undamped;
     double share = 1;
-    static constexpr std::string_view name = "bearings", cause = "'hold'";
+    static constexpr std::string_view name = "bearings";
 };
 /// Held directions of ends that slide in others.
 struct Slide {
-    static constexpr std::string_view name = "slide", cause = "a clamp that slides at the last end (the first may)";
+    static constexpr std::string_view name = "slide";
     bool clamped_last; ///< strands keep the frame of such a clamp where an element would be, whose pull the held node
                        ///< does not feel
     bool lies_along() const { return !clamped_last; }

@@ -19,6 +19,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
 #include <numbers>
 
 namespace skein {
@@ -57,17 +58,32 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
     compute_constants();
     if (spec_.placement.kind == PlacementKind::packing) pack_rods(occupied);
     if (!places_.from_file()) corner_ = places_.corner();
+    if (heterogeneous()) kinds_ = std::make_shared<Kinds>();
 }
 
 RodGroup::RodGroup(const RodGroup& group, std::int64_t i)
     : body_(group.body_), spec_(group.spec_), id_(group.id_), first_gid_(group.first_gid_), frame_(group.frame_),
-      corner_(group.corner_) {
+      copies_(group.copies_), corner_(group.corner_), caught_(group.caught_) {
     become(group, i);
+}
+
+struct RodGroup::Kinds {
+    std::mutex mutex;
+    std::unordered_map<std::int64_t, std::unique_ptr<const RodGroup>> of;
+};
+
+const RodGroup& RodGroup::kind(std::int64_t i) const {
+    if (!heterogeneous()) return *this;
+    const std::lock_guard lock(kinds_->mutex);
+    std::unique_ptr<const RodGroup>& kept = kinds_->of[i];
+    if (!kept) kept = std::make_unique<const RodGroup>(single(i));
+    return *kept;
 }
 
 void RodGroup::become(const RodGroup& group, std::int64_t i) {
     put_sizes(group.places_, group.spec_, i, spec_);
     places_.become(group.places_, i);
+    if (copies_) within_ = places_; // rods of sizes are in one copy
     compute_constants();
 }
 
@@ -190,6 +206,7 @@ LeastLimits under_material(LeastLimits limits, const Material& was, const Materi
 
 void RodGroup::take_rods_of(const RodGroup& like) {
     places_ = like.places_;
+    if (heterogeneous()) kinds_ = std::make_shared<Kinds>();
     set_read(like.corner_, like.file_digest_,
              heterogeneous() ? under_material(like.least_limits_, like.spec_.material, spec_.material) : LeastLimits{});
 }

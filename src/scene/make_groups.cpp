@@ -2,6 +2,7 @@
 
 #include "io/rod_file.hpp"
 #include "physics/assemblies.hpp"
+#include "physics/group_names.hpp"
 #include "physics/rods/rotary_inertia.hpp"
 #include "placement/packing.hpp"
 #include "rod/formulas_along.hpp"
@@ -20,6 +21,27 @@
 
 namespace skein {
 
+namespace {
+
+/// True where some pass looks at whole rods of a group, or keeps tables of it: where rods have sizes of their own, the
+/// plan then needs those of all.
+bool looks_at_whole_rods(const SceneSpec& scene, const RodSpec& rods) {
+    const auto of_group = [&](const std::vector<std::string>& names) { return names_group(names, rods.name); };
+    const bool filtered = std::any_of(scene.damping.begin(), scene.damping.end(), [&](const DampingSpec& d) {
+        return of_group(d.rods) && is_filter(d.damping);
+    });
+    const bool loaded = std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& l) {
+        return of_group(l.rods) && (l.load.keeps_tables_of_group() || l.load.needs_whole_rods());
+    });
+    const Section& section = rods.section;
+    const bool each_its_own = section.kind != SectionKind::circular;
+    return filtered || loaded || each_its_own || scene.fluid || scene.time.relax || is_implicit(scene.time.integrator) ||
+           rods.material.law == Law::elastica || rods.shape.closed || rods.ends_move() || rods.ends_slide() ||
+           rods.hold.any() || scene.output.audit;
+}
+
+} // namespace
+
 std::vector<RodGroup> make_groups(const SceneSpec& scene) { return make_groups(scene, std::vector<double>{0.0}); }
 
 std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const double> begins) {
@@ -32,6 +54,11 @@ std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const d
     const std::string directory = std::filesystem::path(scene.file).parent_path().string();
     std::vector<Capsule> occupied;
     const FormulaScope names = names_for_formulas(scene);
+    const auto has_files = [&](int assembly) {
+        for (std::size_t g = 0; g < scene.rods.size(); ++g)
+            if (assembly_of_group[g] == assembly && scene.rods[g].placement.kind == PlacementKind::file) return true;
+        return false;
+    };
     const bool needs_all = PhysicsTables::needs_all_rods(scene);
     for (std::size_t g = 0; g < scene.rods.size(); ++g) {
         const auto packed = [](const RodSpec& spec) { return spec.placement.kind == PlacementKind::packing; };
@@ -59,14 +86,15 @@ std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const d
             if (!of_assembly) {
                 AssemblyCopies all = named ? copies_of(nth(scene.assemblies, assembly), assembly, directory)
                                            : AssemblyCopies{.number = assembly};
-                all.lane_each = is_implicit(scene.time.integrator);
+                all.lane_each = is_implicit(scene.time.integrator) || has_files(assembly);
                 of_assembly = std::make_shared<AssemblyCopies>(std::move(all));
             }
             groups.back().read_all(); // which rods are connected follows from the places of all
             groups.back().join(of_assembly);
         }
         first += groups.back().count();
-        if (needs_all) groups.back().read_all();
+        if (needs_all || (groups.back().heterogeneous() && looks_at_whole_rods(scene, spec)))
+            groups.back().read_all();
         if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed))
             continue;
         groups.back().read_all(); // what is packed keeps clear of all of them

@@ -25,9 +25,10 @@ struct LocalRod {
     std::int64_t index; ///< number of the rod in its group
 };
 
-/// Place of a rod: a tile, by its number within its group, and a lane of it.
+/// Place of a rod: a tile, by its number within those of its program, and a lane of it. Programs are of groups, by
+/// number; behind them come those of rods with constants of their own.
 struct RodPlace {
-    std::size_t tile;
+    std::size_t program, tile;
     int lane;
 };
 

@@ -13,10 +13,12 @@
 #include <array>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
 #include <unordered_map>
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -76,9 +78,12 @@ public:
              std::vector<Capsule>* occupied = nullptr, std::shared_ptr<const RodSource> source = nullptr);
 
     /// True where rods have lengths, radii or shapes of their own. Constants of the group are then those of the scene
-    /// and of no rod. single(i) has the constants and the number of rod i. Such rods lie along.
+    /// and of no rod. single(i) has the constants and the number of rod i.
     bool heterogeneous() const { return places_.heterogeneous(); }
     RodGroup single(std::int64_t i) const { return RodGroup(*this, i); }
+    /// Constants of rod i, which must be held: the group itself where all rods have them, or single(i), which is kept.
+    /// Any thread may ask.
+    const RodGroup& kind(std::int64_t i) const;
     /// Turns a group that is single(j) into single(i) of the same `group`, in the memory that it has.
     void become(const RodGroup& group, std::int64_t i);
 
@@ -261,6 +266,8 @@ private:
     std::uint64_t file_digest_ = 0;
     std::shared_ptr<CaughtEnds> caught_ = std::make_shared<CaughtEnds>();
     LeastLimits least_limits_{};
+    struct Kinds; ///< rods of sizes that have been asked for
+    std::shared_ptr<Kinds> kinds_;
 };
 
 /// Mean rest radius of the elements that meet at node k, m.
@@ -280,6 +287,17 @@ template <class F> decltype(auto) with_rod(const RodGroup& group, std::int64_t i
     if (!group.heterogeneous()) return f(group);
     const RodGroup own = group.single(i);
     return f(own);
+}
+
+/// Calls f(group of its constants, number of rods that have them) once, or for each rod that has sizes of its own.
+template <class F> void for_each_kind(const RodGroup& group, F&& f) {
+    if (!group.heterogeneous()) return f(group, static_cast<double>(group.count()));
+    std::optional<RodGroup> own;
+    for (const std::int64_t i : group.places().held()) {
+        if (own) own->become(group, i);
+        else own.emplace(group.single(i));
+        f(std::as_const(*own), 1.0);
+    }
 }
 
 } // namespace skein

@@ -120,12 +120,12 @@ public:
         estimate = contact_estimate(input.scene, between, input.groups);
         speeds = speed_estimate(input.scene, between, input.groups);
         gravity = gravity_of(input.scene);
-        for (const RodGroup& group : input.groups) {
-            const double of_group = static_cast<double>(group.count()) *
-                                    std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
-            mass += of_group;
-            mass_radius += of_group * group.element.front().radius;
-        }
+        for (const RodGroup& group : input.groups)
+            for_each_kind(group, [&](const RodGroup& kind, double count) {
+                const double of_kind = count * std::accumulate(kind.node_mass.begin(), kind.node_mass.end(), 0.0);
+                mass += of_kind;
+                mass_radius += of_kind * kind.element.front().radius;
+            });
     }
 
     /// The contact that leaves the shortest step, among all that a group may have.

@@ -42,7 +42,9 @@ double thinnest(const RodGroup& group) {
     if (group.body())
         for (const BodyShape::Part& part : group.body()->part) least = std::min(least, part.radius);
     else
-        for (const ElementConstants& e : group.element) least = std::min(least, e.radius);
+        for_each_kind(group, [&](const RodGroup& kind, double) {
+            for (const ElementConstants& e : kind.element) least = std::min(least, e.radius);
+        });
     return least;
 }
 
@@ -56,8 +58,10 @@ Speeds speeds_of(const RodGroup& group, double duration) {
             for (const BodyShape::Part& part : group.body()->part)
                 reach = std::max({reach, norm(part.from) + part.cover(), norm(part.to) + part.cover()});
         } else {
-            group.start_state(0, state);
-            for (const Slot<1>& a : state) reach = std::max(reach, norm(lane(a.position, 0) - group.centre(0)));
+            for (const std::int64_t i : group.heterogeneous() ? group.places().held() : std::vector<std::int64_t>{0}) {
+                group.start_state(i, state);
+                for (const Slot<1>& a : state) reach = std::max(reach, norm(lane(a.position, 0) - group.centre(i)));
+            }
         }
         speeds.own = norm(spec.shape.angular_velocity) * reach;
     }

@@ -12,13 +12,15 @@ BedInteraction::BedInteraction(const InteractionParts& parts, double allowed)
     : comm_(parts.comm), groups_(parts.groups), rods_(&parts.rods), beds_(parts.around.beds),
       walls_(parts.around.walls), control_(allowed) {
     for (const RodGroup& group : parts.groups)
-        mass_ +=
-            static_cast<double>(group.count()) * std::accumulate(group.node_mass.begin(), group.node_mass.end(), 0.0);
+        for_each_kind(group, [&](const RodGroup& rod, double count) {
+            mass_ += count * std::accumulate(rod.node_mass.begin(), rod.node_mass.end(), 0.0);
+        });
 }
 
 double BedInteraction::now() const {
     double most = 0;
-    for (const auto& bed : beds_) most = std::max(most, bed->fastest());
+    for (const auto& bed : beds_)
+        if (bed) most = std::max(most, bed->fastest());
     return most;
 }
 
@@ -56,9 +58,10 @@ std::vector<Figure> BedInteraction::figures(const Sample&) const {
     added.over = mass_;
     const auto local = rods_->local();
     for (std::size_t i = 0; i < local.size(); ++i) {
-        const BedFigures& bed = *nth(beds_, local[i].group);
-        loss.terms.push_back(bed.loss(rods_->place(i)));
-        added.terms.push_back(bed.added_mass(rods_->place(i)));
+        const RodPlace place = rods_->place(i);
+        const BedFigures& bed = *beds_[place.program];
+        loss.terms.push_back(bed.loss(place));
+        added.terms.push_back(bed.added_mass(place));
     }
     loss.of_steps = added.of_steps = true;
     return {std::move(loss), std::move(added)};

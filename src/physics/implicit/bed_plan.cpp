@@ -85,7 +85,9 @@ private:
     static double thinnest(const RodGroup& group) {
         double least = HUGE_VAL;
         if (group.strained())
-            for (const ElementConstants& e : group.element) least = std::min(least, e.radius);
+            for_each_kind(group, [&](const RodGroup& kind, double) {
+                for (const ElementConstants& e : kind.element) least = std::min(least, e.radius);
+            });
         else
             for (const BodyShape::Part& part : group.body()->part) least = std::min(least, part.radius);
         return least;

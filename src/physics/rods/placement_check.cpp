@@ -79,8 +79,6 @@ void check_placement(const RodSpec& rods, Objections& of_group) {
     else if (p.normal && zero(*p.normal)) objections.add("normal", "'normal' has no direction");
     else if (p.normal && parallel(p.tangent, *p.normal))
         objections.add("normal", "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
-    if (p.kind == PlacementKind::file && rods.ends_move())
-        objections.add("", "the walls of rods of a file cannot be moved yet: their ends must be still");
     const std::string where = fmt::format("for a placement of kind \"{}\"", nth(placement_names, p.kind));
     if (p.kind != PlacementKind::lattice) objections.unused({"stagger"}, where);
     if (p.kind != PlacementKind::packing)

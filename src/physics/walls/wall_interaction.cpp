@@ -12,8 +12,7 @@
 namespace skein {
 
 WallInteraction::WallInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), groups_(parts.groups), rods_(&parts.rods), walls_(parts.around.walls),
-      wall_contacts_(parts.around.wall_contacts), work_(walls_->count(), 0) {
+    : comm_(parts.comm), rods_(&parts.rods), walls_(parts.around.walls), wall_contacts_(parts.around.wall_contacts), work_(walls_->count(), 0) {
     for (std::size_t w = 0; w < walls_->count(); ++w) {
         const Wall& wall = walls_->wall[w];
         overlaps_.push_back({.of = wall.name,
@@ -77,11 +76,11 @@ std::string WallInteraction::invalid() const {
     constexpr double through = 10; // diameters
     for (std::size_t w = 0; w < walls_->count(); ++w) {
         if (walls_->wall[w].law.soft_until > 0) continue; // may begin behind it
-        for (std::size_t g = 0; g < wall_contacts_.size(); ++g) {
-            const double overlap = wall_contacts_[g] ? wall_contacts_[g]->max_overlap(static_cast<int>(w)) : 0;
+        for (const auto& contacts : wall_contacts_) {
+            const double overlap = contacts ? contacts->max_overlap(static_cast<int>(w)) : 0;
             if (overlap > through)
                 return fmt::format("one of '{}' has gone through the wall '{}': it is {:.3g} of its diameter behind it",
-                                   groups_[g].name(), walls_->wall[w].name, overlap);
+                                   contacts->group(), walls_->wall[w].name, overlap);
         }
     }
     return {};
@@ -91,7 +90,7 @@ Touch WallInteraction::strongest_touch(std::int64_t gid) const {
     Touch most;
     const auto local = rods_->local();
     for (std::size_t i = 0; i < local.size(); ++i) {
-        const WallContacts* contacts = nth(wall_contacts_, local[i].group).get();
+        const WallContacts* contacts = contacts_of(i);
         if (local[i].gid != gid || !contacts) continue;
         for (std::size_t w = 0; w < walls_->count(); ++w) {
             const WallFigures a = contacts->figures(rods_->place(i), static_cast<int>(w));
@@ -113,7 +112,7 @@ std::vector<Figure> WallInteraction::figures(const Sample&) const {
     const auto local = rods_->local();
     for (std::size_t i = 0; i < local.size(); ++i)
         for (std::size_t w = 0; w < count; ++w) {
-            const WallContacts* contacts = nth(wall_contacts_, local[i].group).get();
+            const WallContacts* contacts = contacts_of(i);
             if (!contacts) continue;
             const WallFigures a = contacts->figures(rods_->place(i), static_cast<int>(w));
             normal[w].push_back(a.normal);
@@ -163,13 +162,12 @@ void WallInteraction::restore(const SavedNumbers& kept) {
 }
 
 std::vector<double> WallInteraction::memory(std::size_t i) const {
-    const WallContacts* contacts = nth(wall_contacts_, rods_->local()[i].group).get();
+    const WallContacts* contacts = contacts_of(i);
     return contacts ? contacts->memory(rods_->place(i)) : std::vector<double>{};
 }
 
 void WallInteraction::set_memory(std::size_t i, std::span<const double> numbers) {
-    if (WallContacts* contacts = nth(wall_contacts_, rods_->local()[i].group).get())
-        contacts->set_memory(rods_->place(i), numbers);
+    if (WallContacts* contacts = contacts_of(i)) contacts->set_memory(rods_->place(i), numbers);
 }
 
 WallInteraction* walls_of(const Interactions& all) {

@@ -36,13 +36,14 @@ private:
         Servo servo;
     };
 
+    /// Those of local()[i]; null where no wall acts.
+    WallContacts* contacts_of(std::size_t i) const { return wall_contacts_[rods_->place(i).program].get(); }
     const Wall& wall(const DrivenWall& driven) const { return nth(walls_->wall, driven.wall); }
 
     const Communicator comm_;
-    const std::span<const RodGroup> groups_;
     const Rods* rods_;
     std::shared_ptr<Walls> walls_;
-    std::vector<std::shared_ptr<WallContacts>> wall_contacts_; ///< by group; null where no wall acts
+    std::vector<std::shared_ptr<WallContacts>> wall_contacts_; ///< by program; null where no wall acts
     std::vector<OverlapWatch> overlaps_;                       ///< by wall
     std::vector<DrivenWall> driven_;
     std::vector<double> work_; ///< of every wall on the rods since the start, J
