@@ -76,7 +76,8 @@ public:
         std::vector<std::size_t> checked;  ///< walls near enough to be checked in this step
         std::vector<std::uint8_t> left,
             taken;     ///< [wall]: lanes of a point that touch it, to be worked on and under work
-        int lanes = 0; ///< lanes with rods of their own
+        int lanes = 0;     ///< lanes with rods of their own
+        P slip_mobility{}; ///< of rods with sizes of their own, by lane, 1/kg
 
         ContactMemory<double>& memory_at(int point, std::size_t wall, int lane) {
             return memory[(to_index(point) * entry.size() + wall) * lanes_of<W> + to_index(lane)];
@@ -128,8 +129,11 @@ public:
 
     /// Numbers of the walls that act on the group.
     const std::vector<int>& acting() const { return acting_; }
-    void add_tile(const RodTile<W>& rod) {
-        TileContacts& contacts = tiles_.emplace_back();
+    void expect(std::size_t tiles) { tiles_.resize(tiles); }
+    /// Tiles may come in any order where they are expected.
+    TileContacts& add_tile(const RodTile<W>& rod) {
+        if (rod.number >= tiles_.size()) tiles_.resize(rod.number + 1);
+        TileContacts& contacts = tiles_[rod.number];
         contacts.entry.resize(acting_.size());
         contacts.work.resize(acting_.size());
         contacts.memory.resize(points_ * acting_.size() * lanes_of<W>);
@@ -139,6 +143,7 @@ public:
         contacts.left.assign(acting_.size(), 0);
         contacts.taken.assign(acting_.size(), 0);
         contacts.lanes = rod.lanes;
+        return contacts;
     }
     TileContacts& of_tile(std::size_t tile) { return tiles_[tile]; }
 
@@ -153,7 +158,7 @@ public:
         double most = 0;
         if (at < 0) return most;
         for (const TileContacts& contacts : tiles_)
-            for (int l = 0; nth(contacts.held, at) && l < lanes_of<W>; ++l)
+            for (int l = 0; nth(contacts.held, at) && l < contacts.lanes; ++l)
                 most = std::max(most, nth(contacts.entry, at).max_overlap[l]);
         return most;
     }
@@ -195,7 +200,7 @@ private:
 
     std::size_t points_; ///< points of a rod
     std::vector<int> acting_, place_;
-    std::vector<TileContacts> tiles_;
+    AlignedVector<TileContacts> tiles_;
 };
 
 } // namespace skein

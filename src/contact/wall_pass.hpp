@@ -48,8 +48,11 @@ public:
         }
     }
 
+    void expect(std::size_t tiles) override { contacts_->expect(tiles); }
     void bind(const RodTile<W>& rod) override {
-        contacts_->add_tile(rod);
+        TileContacts& contacts = contacts_->add_tile(rod);
+        for (int l = 0; rod.strands && l < lanes_of<W>; ++l) // otherwise all lanes have that of the group
+            contacts.slip_mobility.set(l, slip_mobility(rod.group_of(l)));
         if (tangents_) tangents_->add_tile(rod);
     }
 
@@ -105,12 +108,12 @@ public:
 
         for (int i = 0; i < points_.count(rod); ++i) {
             const Vec3<P> at = points_.position(rod, i);
-            const double radius = points_.radius(rod, i);
+            const auto radius = points_.radius(rod, i);
             unsigned some = 0;
             for (const std::size_t w : contacts.checked) {
                 std::uint8_t& touched = contacts.touched[to_index(i) * acting() + w];
                 unsigned now = 0;
-                if (contacts.near[w]) now = bits_of(P(wall[w].width * radius) > surface(wall[w], at).distance);
+                if (contacts.near[w]) now = bits_of(P(wall[w].width) * P(radius) > surface(wall[w], at).distance);
                 for (unsigned gone = touched & ~now; gone != 0; gone &= gone - 1)
                     contacts.end_contact(i, w, std::countr_zero(gone));
                 touched = contacts.left[w] = static_cast<std::uint8_t>(now);
@@ -256,9 +259,11 @@ private:
     }
 
     /// Forces of a point that some lanes have left to push with. Returns which have more.
+    template <class R>
     [[gnu::noinline]] unsigned push(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall,
-                                    TileContacts& contacts, int point, const Vec3<P>& at, double radius) const {
-        const WallOfLanes one = take_walls(wall, contacts, point, at);
+                                    TileContacts& contacts, int point, const Vec3<P>& at, const R& radius) const {
+        WallOfLanes one = take_walls(wall, contacts, point, at);
+        if (rod.strands) one.law.compliance = P(h * h) * contacts.slip_mobility;
         const Mask<W> lanes = where_set<W>(one.lanes, 1.0) > P(0.0);
         ContactState<P> state{};
         points_.describe(rod, point, state);
@@ -306,16 +311,17 @@ private:
     }
 
     /// Slopes of points that are near enough to meet a wall in the step.
-    void stiffen_near(const RodTile<W>& rod, double h, const WallNow* wall, const TileContacts& contacts, int point,
-                      const Vec3<P>& at, double radius) const {
+    template <class R> void stiffen_near(const RodTile<W>& rod, double h, const WallNow* wall,
+                                         const TileContacts& contacts, int point, const Vec3<P>& at,
+                                         const R& radius) const {
         for (const std::size_t w : contacts.checked) {
             const Surface s = surface(wall[w], at);
-            const P gap = s.distance - P(wall[w].width * radius), zone(tangents_->zone), zero(0.0);
+            const P gap = s.distance - P(wall[w].width) * P(radius), zone(tangents_->zone), zero(0.0);
             const auto near = (gap >= zero) & (gap < zone);
             if (!contacts.near[w] || !any(near)) continue;
             const P slope = normal_slope(wall[w].kinds.normal, wall[w].law.template as<P>(), h, zone - gap);
             points_.stiffen(rod, (*tangents_)[rod.number], point,
-                            {s.towards, select(near, slope, zero), zero, P(wall[w].width * radius)});
+                            {s.towards, select(near, slope, zero), zero, P(wall[w].width) * P(radius)});
         }
     }
 

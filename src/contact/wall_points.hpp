@@ -5,9 +5,11 @@
 #include "contact/tangent_lanes.hpp"
 #include "rod/body_shape.hpp"
 #include "skein/core/index.hpp"
+#include "skein/tiles/mapping.hpp"
 #include "skein/tiles/tile.hpp"
 
 #include <algorithm>
+#include <type_traits>
 
 namespace skein {
 
@@ -32,19 +34,22 @@ template <int W> struct PointSlopes {
 
 /// Nodes, with the mean of their elements' radii at rest and of their lab spins; half of a couple goes to each of these
 /// elements.
-template <int W> class RodNodes {
+template <int W, class Map = Across<W>> class RodNodes {
 public:
     using P = Pack<W>;
     explicit RodNodes(const RodGroup& group) {
-        for (const ElementConstants& e : group.element) largest_radius_ = std::max(largest_radius_, e.radius);
+        for_each_kind(group, [&](const RodGroup& kind, double) {
+            for (const ElementConstants& e : kind.element) largest_radius_ = std::max(largest_radius_, e.radius);
+        });
     }
     double largest_radius() const { return largest_radius_; }
     int count(const RodTile<W>& rod) const { return rod.group->closed() ? rod.n : rod.n + 1; }
     SKEIN_INLINE const Vec3<P>& position(const RodTile<W>& rod, int i) const { return rod.slot[i].position; }
 
-    double radius(const RodTile<W>& rod, int i) const {
+    auto radius(const RodTile<W>& rod, int i) const {
         const auto [before, after] = around(rod, i);
-        return 0.5 * (rod.element[before].radius + rod.element[after].radius);
+        using R = std::decay_t<decltype(Map::element(rod, before).radius)>;
+        return R(0.5) * (Map::element(rod, before).radius + Map::element(rod, after).radius);
     }
 
     /// Their rates, for the law of contact.

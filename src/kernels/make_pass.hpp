@@ -199,10 +199,15 @@ template <int W> class AlongPassMaker {
 public:
     using Made = std::unique_ptr<TilePass<W>>;
     using Map = Along<W>;
-    AlongPassMaker(const Plan& plan, std::span<const RodGroup> groups, int family) : plan_(plan) {
+    AlongPassMaker(const Plan& plan, std::span<const RodGroup> groups, int family, const Surroundings& around)
+        : plan_(plan), around_(around) {
         for (std::size_t g = 0; g < groups.size(); ++g)
             if (plan.groups[g].family == family) family_.push_back(&groups[g]);
+        if (this->plan().program.template find<pass::Walls>())
+            walls_ = std::make_shared<WallContactTiles<W>>(*around.walls, *family_.front());
     }
+    /// Contacts with walls of rods that are whole; null where none act.
+    const std::shared_ptr<WallContactTiles<W>>& walls() const { return walls_; }
     /// The plan that all of them have.
     const GroupPlan& plan() const { return plan_of(*family_.front()); }
 
@@ -236,6 +241,14 @@ public:
         });
     }
     Made operator()(pass::Slide) const { return std::make_unique<SlidePass<W, Map>>(); }
+    Made operator()(pass::Hold) const { return std::make_unique<HoldPass<W>>(); }
+    Made operator()(pass::Expose) const { return std::make_unique<ExposePass<W, Map>>(around_.exposure); }
+    Made operator()(pass::TakeLoads) const {
+        return std::make_unique<TakeLoadsPass<W>>(around_.exposure, around_.loads);
+    }
+    Made operator()(const pass::Walls&) const {
+        return std::make_unique<WallPass<W, RodNodes<W, Map>>>(around_.walls, *family_.front(), walls_);
+    }
     template <class Other> Made operator()(const Other&) const {
         throw std::logic_error("a pass that looks at whole rods, in a family"); // see GroupProgram::lies_along
     }
@@ -244,7 +257,9 @@ private:
     const GroupPlan& plan_of(const RodGroup& group) const { return nth(plan_.groups, group.id()); }
 
     const Plan& plan_;
+    const Surroundings& around_;
     std::vector<const RodGroup*> family_;
+    std::shared_ptr<WallContactTiles<W>> walls_;
 };
 
 } // namespace skein

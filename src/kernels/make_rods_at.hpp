@@ -184,11 +184,11 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
     const Tiling tiling = tiling_of(plan, counts, W);
     if (!tiling.along.empty())
         for (int family = 0; family < plan.families; ++family) {
-            const AlongPassMaker<W> maker(plan, groups, family);
-            made.add(make_program<W>(maker.plan().program, maker), nullptr, nullptr, nullptr);
+            const AlongPassMaker<W> maker(plan, groups, family, around);
+            made.add(make_program<W>(maker.plan().program, maker), maker.walls(), nullptr, nullptr);
         }
     for (const LocalRod& rod : owned)
-        if (nth(plan.groups, rod.group).apart) {
+        if (nth(plan.groups, rod.group).own_sizes == OwnSizes::apart) {
             const RodGroup& own = nth(groups, rod.group).kind(rod.index);
             made.add(plan, plan_of_rod(plan, own), own);
         }

@@ -27,7 +27,7 @@ struct ApplyLoad {
     std::string_view name() const { return load.kind(); }
     double ns() const { return load.predicted_ns(); }
     bool lies_along() const { return !load.needs_whole_rods(); }
-    bool has_tables() const { return load.keeps_tables_of_group(); }
+    bool has_tables() const { return load.keeps_tables_of_group() && !load.has_tables_by_lane(); }
 };
 /// Adds the loads that joints have found. The time is that of the millipede: a joint to an element.
 struct TakeJoinedLoads {
@@ -36,8 +36,10 @@ struct TakeJoinedLoads {
 };
 /// Contacts of nodes with walls. The time is that of bench/scenes/nest: a box with floor and lid.
 struct Walls {
+    bool by_mass = false; ///< some law has a restitution, whose numbers follow from the mass of a rod
     static constexpr std::string_view name = "walls";
     static constexpr double ns = 8;
+    bool lies_whole() const { return !by_mass; }
 };
 /// Contacts with walls at all points of a body's surface.
 struct SurfaceWalls {

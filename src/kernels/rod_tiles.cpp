@@ -509,7 +509,7 @@ template <int W> void RodTiles<W>::keep(std::size_t place) {
     threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
         const RodTile<W>& tile = tiles_[t];
         std::copy_n(tile.slot, tile.last + 1, kept_[place].data() + (tile.slot - slots_.data()));
-        if (!audits_.empty()) audits_[tile.program]->keep(tile.number, place);
+        if (!audits_.empty() && audits_[tile.program]) audits_[tile.program]->keep(tile.number, place);
     });
     for (Cluster& cluster : clusters_) cluster.kept[place] = cluster.memory;
 }
@@ -518,7 +518,7 @@ template <int W> void RodTiles<W>::go_back(std::size_t place) {
     threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
         const RodTile<W>& tile = tiles_[t];
         std::copy_n(kept_[place].data() + (tile.slot - slots_.data()), tile.last + 1, tile.slot);
-        if (!audits_.empty()) audits_[tile.program]->go_back(tile.number, place);
+        if (!audits_.empty() && audits_[tile.program]) audits_[tile.program]->go_back(tile.number, place);
     });
     for (Cluster& cluster : clusters_) cluster.memory = cluster.kept[place];
 }

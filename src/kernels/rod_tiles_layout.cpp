@@ -113,8 +113,12 @@ RodTiles<W>::fill_along(std::span<const AlongTile> tiles, std::vector<std::size_
             place_[i] = {tiles_.size(), l};
             l += pieces;
         }
-        open({.n = along.rows, .lanes = static_cast<int>(ranges.size())},
-             groups_.size() + static_cast<std::size_t>(along.family), tiles_of_program);
+        RodTile<W>& tile = open({.n = along.rows, .lanes = static_cast<int>(ranges.size())},
+                                groups_.size() + static_cast<std::size_t>(along.family), tiles_of_program);
+        if (!ranges.front().group->heterogeneous()) continue;
+        tile.group = ranges.front().group; // which all share
+        tile.first = next[to_index(tile.group->id())] - ranges.size();
+        for (std::size_t s = 0; s < ranges.size(); ++s) tile.index[s] = ranges[s].index;
     }
     return layouts;
 }

@@ -101,7 +101,9 @@ struct PlaneFriction {
 
     static double least_radius(const RodGroup& group) {
         double least = HUGE_VAL;
-        for (const ElementConstants& e : group.element) least = std::min(least, e.radius);
+        for_each_kind(group, [&](const RodGroup& kind, double) {
+            for (const ElementConstants& e : kind.element) least = std::min(least, e.radius);
+        });
         return least;
     }
     /// Speed scale of rods at their places: that of a fall through a radius, m/s, or without gravity [m/s^2] that of
@@ -135,17 +137,23 @@ struct PlaneFriction {
         if (!(size > 0)) throw InputError("load anisotropic_plane: the normal has no direction");
         normal = (1 / size) * normal;
         choose(least_radius(group), speed_of(group, 0));
+        rows = rows_of(group);
+    }
+    static constexpr bool tables_by_lane = true;
+    static std::vector<Row<double>> rows_of(const RodGroup& group) {
+        std::vector<Row<double>> rows;
         const std::size_t n = to_index(group.elements());
         for (std::size_t k = 0; k < n; ++k) {
             const double r = std::sqrt(group.element[k].volume / (std::numbers::pi * group.element[k].rest_length));
             rows.push_back({mass(group, k) / (mass(group, k) + mass(group, k + 1)), r, 1 / r, k == 0 ? 1.0 : 0.5,
                             k == n - 1 ? 1.0 : 0.5});
         }
+        return rows;
     }
 
     static constexpr bool data_along_only = true;
     template <int W> using TileData = LaneRows<Row<Pack<W>>>;
-    template <int W> TileData<W> bind(const RodTile<W>& rod) const { return in_lanes<Row>(rod, rows); }
+    template <int W> TileData<W> bind(const RodTile<W>& rod) const { return in_lanes<Row>(rod, rows_of); }
 
     template <int W, class Map = Across<W>>
     void add(const RodTile<W>& rod, const TileData<W>& lane_rows, SlotLoad<W>* load, const Step&) const {

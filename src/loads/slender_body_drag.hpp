@@ -48,10 +48,14 @@ struct SlenderBodyDrag {
     };
     std::vector<Row<double>> rows; ///< [n]
 
-    void bind_group(const RodGroup& group) {
+    static constexpr bool tables_by_lane = true;
+    void bind_group(const RodGroup& group) { rows = rows_of(group); }
+    static std::vector<Row<double>> rows_of(const RodGroup& group) {
+        std::vector<Row<double>> rows;
         for (int k = 0; k < group.elements(); ++k)
             rows.push_back({mass(group, k) / (mass(group, k) + mass(group, k + 1)),
                             std::numbers::pi / nth(group.element, k).volume});
+        return rows;
     }
 
     /// Largest decay rate of a velocity at the rest lengths. Its upper bound is the sum along a node's row: half of the
@@ -81,7 +85,7 @@ struct SlenderBodyDrag {
         mutable AlignedVector<Pack<W>> length;
     };
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
-        return {in_lanes<Row>(rod, rows), AlignedVector<Pack<W>>(rod.strands ? to_index(rod.n) : 0)};
+        return {in_lanes<Row>(rod, rows_of), AlignedVector<Pack<W>>(rod.strands ? to_index(rod.n) : 0)};
     }
 
     template <int W, class Map = Across<W>>

@@ -174,6 +174,13 @@ template <int W> class ExposedLanes {
 public:
     ExposedLanes(Exposure& exposure, const RodTile<W>& rod) {
         for (int l = 0; l < W; ++l) {
+            if (is_empty(rod, l)) {
+                nowhere_.resize(to_index(rod.last) + 1);
+                unseen_.resize(nowhere_.size());
+                node_[l] = nowhere_.data();
+                motion_[l] = unseen_.data();
+                continue;
+            }
             const std::size_t first = exposure.of_own(rod.group->id(), place_in_group(rod, l)).first_slot;
             node_[l] = &exposure.node[first];
             motion_[l] = &exposure.motion[first];
@@ -186,7 +193,9 @@ public:
         store_transposed<W>(spin, Pack<W>(0.0), [&](int l) { return &motion_[l][k].spin.x; });
     }
 
-    /// Place of a lane's rod among those of its group on this rank. Spare lanes repeat the last rod.
+    /// Place of a lane's rod among those of its group on this rank. Spare lanes repeat the last rod; of strands they are
+    /// empty.
+    static bool is_empty(const RodTile<W>& rod, int l) { return rod.strands && l >= rod.lanes; }
     static std::size_t place_in_group(const RodTile<W>& rod, int l) {
         return rod.first + to_index(std::min(l, rod.lanes - 1));
     }
@@ -194,11 +203,13 @@ public:
 private:
     ExposedNode* node_[W];
     ExposedMotion* motion_[W];
+    AlignedVector<ExposedNode> nowhere_; ///< of empty lanes
+    AlignedVector<ExposedMotion> unseen_;
 };
 
 /// Last pass before interactions: nodes and spins in the lab. Radii stay those of rest: were they to follow the
 /// stretch, contact would do work on it that no force takes.
-template <int W> class ExposePass final : public TilePass<W> {
+template <int W, class Map = Across<W>> class ExposePass final : public TilePass<W> {
 public:
     explicit ExposePass(std::shared_ptr<Exposure> exposure) : exposure_(std::move(exposure)) {}
 
@@ -210,7 +221,7 @@ public:
             P radius(-1.0);
             Vec3<P> turning{};
             if (k < rod.n) {
-                radius = P(rod.element[k].radius);
+                radius = P(Map::element(rod, k).radius);
                 turning = transpose_times(s.director, s.spin);
             }
             lanes.store(to_index(k), s.position, radius, s.velocity, turning);
@@ -227,9 +238,12 @@ public:
     LoadsOfLanes(const Exposure& exposure, const SlotLoads& loads, const RodTile<W>& rod) {
         static constexpr ExertedLoad none{};
         for (int l = 0; l < W; ++l) {
+            taken_[l] = &none;
+            step_[l] = 0;
+            if (ExposedLanes<W>::is_empty(rod, l)) continue;
             const std::size_t number = exposure.number_of_own(rod.group->id(), ExposedLanes<W>::place_in_group(rod, l));
             const bool touched = loads.touched[number];
-            taken_[l] = touched ? &loads.load[exposure.window[number].first_slot] : &none;
+            if (touched) taken_[l] = &loads.load[exposure.window[number].first_slot];
             step_[l] = touched;
             any_ |= touched;
         }

@@ -201,6 +201,16 @@ std::vector<std::int64_t> Places::held() const {
     return all;
 }
 
+void Places::take_sizes(const Places& of_copy, std::int64_t copies) {
+    columns_ = of_copy.columns_;
+    elements_ = of_copy.elements_;
+    width_ = of_copy.width_;
+    sizes_.clear();
+    sizes_.reserve(of_copy.sizes_.size() * to_index(copies));
+    for (std::int64_t copy = 0; copy < copies; ++copy)
+        sizes_.insert(sizes_.end(), of_copy.sizes_.begin(), of_copy.sizes_.end());
+}
+
 void Places::become(const Places& all, std::int64_t i) {
     count_ = all.count_;
     begin_ = i;

@@ -133,11 +133,17 @@ void take_worse(GroupPlan& p, const GroupPlan& rod) {
     p.bending_shift = std::max(p.bending_shift, rod.bending_shift);
 }
 
-/// The plan of rods with sizes of their own that have programs of their own: limits are the least of all.
-void plan_apart(GroupPlan& p, const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics,
-                bool acts_between) {
+OwnSizes laid_out(const GroupProgram& program) {
+    const auto all = [&](auto of) { return std::all_of(program.begin(), program.end(), of); };
+    if (!all([](const PassSpec& pass) { return (pass.lies_along || pass.lies_whole) && !pass.has_tables; }))
+        return OwnSizes::apart;
+    return program.lies_along() ? OwnSizes::cut : OwnSizes::whole;
+}
+
+/// Limits of rods with sizes of their own are the least of all.
+void find_least_limits(GroupPlan& p, const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics,
+                       bool acts_between) {
     if (!group.places().holds_all()) throw std::logic_error("a plan of rods of which not all are known");
-    p.apart = true;
     p.limits.clear();
     p.tension_limit = HUGE_VAL;
     for_each_kind(group, [&](const RodGroup& rod, double) {
@@ -155,9 +161,10 @@ void GroupPlan::limit(std::string_view mode, double dt, int element) {
 
 GroupPlan plan_group(const TimeSpec& time, const RodGroup& group, const PhysicsPlans& physics, bool acts_between) {
     GroupPlan p = plan_alike(time, group, physics, acts_between);
-    p.heterogeneous = group.heterogeneous();
-    const bool has_tables = std::any_of(p.program.begin(), p.program.end(), [](const PassSpec& pass) { return pass.has_tables; });
-    if (p.heterogeneous && (has_tables || !p.program.lies_along())) plan_apart(p, time, group, physics, acts_between);
+    if (!group.heterogeneous()) return p;
+    p.own_sizes = laid_out(p.program);
+    if (p.own_sizes != OwnSizes::cut || p.limited_by_loads || group.spec().material.inertia_chosen)
+        find_least_limits(p, time, group, physics, acts_between);
     return p;
 }
 
@@ -172,8 +179,9 @@ int find_families(std::span<GroupPlan> groups) {
     std::vector<std::string> keys;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         GroupPlan& p = groups[g];
-        if (p.apart || !p.program.lies_along()) continue;
-        std::string key = p.heterogeneous ? fmt::format("{}", g) : std::string();
+        const bool own = p.own_sizes != OwnSizes::none;
+        if (own ? p.own_sizes == OwnSizes::apart : !p.program.lies_along()) continue;
+        std::string key = own ? fmt::format("{}", g) : std::string();
         for (const PassSpec& pass : p.program) key += fmt::format("|{} {}", pass.name, pass.family);
         const auto found = std::find(keys.begin(), keys.end(), key);
         p.family = static_cast<int>(found - keys.begin());

@@ -26,13 +26,14 @@ std::vector<TilingGroup> tiling_groups(const Plan& plan, std::span<const std::in
     std::vector<TilingGroup> groups;
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
         groups.push_back({counts[g], plan.groups[g].elements, plan.groups[g].family,
-                          plan.groups[g].heterogeneous && !plan.groups[g].apart});
+                          plan.groups[g].own_sizes == OwnSizes::cut || plan.groups[g].own_sizes == OwnSizes::whole,
+                          plan.groups[g].own_sizes == OwnSizes::whole});
     return groups;
 }
 
 /// Tiles across of so many rods of a group.
 std::int64_t tiles_across(const GroupPlan& group, std::int64_t rods, int lanes) {
-    if (group.apart) return rods;
+    if (group.own_sizes == OwnSizes::apart) return rods;
     const std::int64_t of_copy = group.rods_of_lane;
     return of_copy * Tiling::tiles((rods + of_copy - 1) / of_copy, lanes);
 }
@@ -46,7 +47,7 @@ void choose_lanes(Plan& plan, std::span<const RodGroup> groups) {
         return;
     std::vector<TilingGroup> tiled = tiling_groups(plan, largest_share(plan));
     for (std::size_t g = 0; g < groups.size(); ++g) {
-        const std::int64_t of_copy = plan.groups[g].apart ? tiled[g].rods : plan.groups[g].rods_of_lane;
+        const std::int64_t of_copy = plan.groups[g].own_sizes == OwnSizes::apart ? tiled[g].rods : plan.groups[g].rods_of_lane;
         if (of_copy == 0) continue;
         tiled[g].rods = (tiled[g].rods + of_copy - 1) / of_copy;
         tiled[g].elements *= static_cast<int>(of_copy);

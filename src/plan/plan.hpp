@@ -38,6 +38,14 @@ struct Machine {
 
 struct MethodCosts;
 
+/// How rods lie that have lengths, radii or shapes of their own.
+enum class OwnSizes {
+    none,  ///< all rods of the group are alike
+    cut,   ///< as strands, whose passes have constants by lane
+    whole, ///< the same, but uncut, as some pass takes a rod from end to end
+    apart  ///< a tile and a program each, as some pass has constants of one rod
+};
+
 struct GroupPlan {
     std::string name;
     std::int64_t rods = 0;
@@ -47,8 +55,7 @@ struct GroupPlan {
     std::int64_t along = 0;        ///< rods that lie along, on all ranks
     std::string pieces;            ///< how these are cut
     int family = -1;               ///< groups with the same passes, which may share tiles along; -1: across only
-    bool heterogeneous = false;    ///< rods have lengths, radii or shapes of their own
-    bool apart = false;            ///< of these, as some pass looks at whole rods: a tile and a program each
+    OwnSizes own_sizes = OwnSizes::none;
     KickKind kick = KickKind::undamped;
     std::optional<double> inertia; ///< least inertia that kicks feel over the rod's, where a physics changes it
     bool undamped = true;          ///< nothing takes energy from its modes: a shorter step
@@ -57,6 +64,7 @@ struct GroupPlan {
     GroupProgram program;           ///< passes of a step, in the order they run over a tile
     double ns_per_element_step = 0; ///< predicted, where all lanes of a tile carry a rod
     std::vector<TimeLimit> limits;  ///< smallest first
+    bool limited_by_loads = false;  ///< loads have rates or stiffness, which limit the step by the rods' masses
     double tension_limit = 0;
     double least_rotary_scale = 1, largest_rotary_scale = 1; ///< j of the elements
     double packed_fill = 0, packed_top = 0; ///< of packed rods: share of the region's volume; its upper end, m

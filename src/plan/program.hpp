@@ -56,6 +56,7 @@ struct PassSpec {
     std::string_view name;
     double ns = 0;           ///< expected time per element-step and core where all lanes carry a rod, for predictions
     bool lies_along = false; ///< it can run over rods cut into strands (tiles/strands.hpp)
+    bool lies_whole = false; ///< it can run over strands that are whole rods
     std::string family;      ///< what else groups must share to share tiles along
     bool has_tables = false; ///< of its group: rods with sizes of their own have each their own
     std::any kind;
@@ -63,8 +64,8 @@ struct PassSpec {
     template <class Kind> const Kind* get() const { return std::any_cast<Kind>(&kind); }
 };
 
-/// A pass by its structure, which has a name, and may have members or functions `ns`, `lies_along`, `family`
-/// and `has_tables`.
+/// A pass by its structure, which has a name, and may have members or functions `ns`, `lies_along`,
+/// `lies_whole`, `family` and `has_tables`.
 template <class Kind> PassSpec pass_of(PassPlace place, Kind kind) {
     PassSpec spec{.place = place, .name = {}, .family = {}, .kind = {}};
     if constexpr (requires { kind.name(); }) spec.name = kind.name();
@@ -72,6 +73,7 @@ template <class Kind> PassSpec pass_of(PassPlace place, Kind kind) {
     if constexpr (requires { kind.ns(); }) spec.ns = kind.ns();
     else if constexpr (requires { kind.ns; }) spec.ns = kind.ns;
     if constexpr (requires { kind.lies_along(); }) spec.lies_along = kind.lies_along();
+    if constexpr (requires { kind.lies_whole(); }) spec.lies_whole = kind.lies_whole();
     if constexpr (requires { kind.family; }) spec.family = kind.family;
     if constexpr (requires { kind.has_tables(); }) spec.has_tables = kind.has_tables();
     spec.kind = std::move(kind);
@@ -109,6 +111,7 @@ struct Orthonormalise {
 /// Places, rates and radii go where other rods look.
 struct Expose {
     static constexpr std::string_view name = "expose";
+    static bool lies_whole() { return true; }
 };
 /// Exposes all parts of a body's surface.
 struct ExposeSurface {
@@ -128,6 +131,7 @@ struct Unstrained {
 /// Adds the loads that other rods have left on its slots.
 struct TakeLoads {
     static constexpr std::string_view name = "neighbour loads";
+    static bool lies_whole() { return true; }
 };
 /// Adds those on a body's surface, as force and moment.
 struct TakeSurfaceLoads {
@@ -156,6 +160,7 @@ struct Filter {
 };
 struct Hold {
     static constexpr std::string_view name = "hold";
+    static bool lies_whole() { return true; }
 };
 /// Impulses of bearings: by inertia where a kick damps nothing, or by what a damped kick over a `share` of the step
 /// makes of them.

@@ -1,6 +1,5 @@
 #include "rod/cell_turn.hpp"
 
-#include "rod/own_sizes.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
@@ -52,7 +51,7 @@ void refuse_large_turns(const RodGroup& group) {
     const RodSpec& spec = group.spec();
     RodSpec own = spec;
     const auto look_at = [&](std::int64_t i) {
-        if (group.heterogeneous()) put_sizes(places, spec, i, own);
+        if (group.heterogeneous()) group.put_own_sizes(i, own);
         const auto [most, curvature] = largest_turn(own.shape);
         if (most.angle < CellTurn::largest) return;
         throw InputError(fmt::format("{}: the {} curvature of rod {} of '{}', {:g} m long by file '{}', {}; neighbours "

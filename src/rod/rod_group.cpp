@@ -28,8 +28,16 @@ namespace {
 
 using std::numbers::pi;
 
-/// The spec with what a scene leaves out: a ring without curvatures is a circle, and a body is one element, whose
-/// length is twice its reach.
+/// True for a ring without curvatures, which is a circle.
+bool is_circle(const Shape& s) {
+    return s.closed && zero(s.rest_curvature) && s.rest_curvature_profile.empty() && !s.start_curvature &&
+           s.start_curvature_profile.empty();
+}
+
+void make_circle(Shape& s) { s.rest_curvature = {2 * pi / s.length, 0, 0}; }
+
+/// The spec with what a scene leaves out: the curvature of a circle; and a body is one element, whose length is twice
+/// its reach.
 RodSpec completed(RodSpec spec, const BodyShape* body) {
     Shape& s = spec.shape;
     if (body) {
@@ -38,10 +46,7 @@ RodSpec completed(RodSpec spec, const BodyShape* body) {
         spec.material.density = body->mass / body->volume;
         return spec;
     }
-    const bool straight = s.rest_curvature.x == 0 && s.rest_curvature.y == 0 && s.rest_curvature.z == 0 &&
-                          s.rest_curvature_profile.empty();
-    if (s.closed && straight && !s.start_curvature && s.start_curvature_profile.empty())
-        s.rest_curvature = {2 * pi / s.length, 0, 0};
+    if (is_circle(s)) make_circle(s);
     return spec;
 }
 
@@ -59,11 +64,12 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
     if (spec_.placement.kind == PlacementKind::packing) pack_rods(occupied);
     if (!places_.from_file()) corner_ = places_.corner();
     if (heterogeneous()) kinds_ = std::make_shared<Kinds>();
+    circle_ = is_circle(spec.shape);
 }
 
 RodGroup::RodGroup(const RodGroup& group, std::int64_t i)
     : body_(group.body_), spec_(group.spec_), id_(group.id_), first_gid_(group.first_gid_), frame_(group.frame_),
-      copies_(group.copies_), corner_(group.corner_), caught_(group.caught_) {
+      copies_(group.copies_), within_corner_(group.within_corner_), corner_(group.corner_), caught_(group.caught_) {
     become(group, i);
 }
 
@@ -80,10 +86,20 @@ const RodGroup& RodGroup::kind(std::int64_t i) const {
     return *kept;
 }
 
+void RodGroup::use_formulas(std::function<void(RodSpec&)> read) {
+    formulas_ = std::make_shared<const std::function<void(RodSpec&)>>(std::move(read));
+}
+
+void RodGroup::put_own_sizes(std::int64_t i, RodSpec& own) const {
+    put_sizes(places_, spec_, i, own);
+    if (circle_ && !places_.columns().nodes) make_circle(own.shape);
+    if (formulas_) (*formulas_)(own);
+}
+
 void RodGroup::become(const RodGroup& group, std::int64_t i) {
-    put_sizes(group.places_, group.spec_, i, spec_);
+    group.put_own_sizes(i, spec_);
     places_.become(group.places_, i);
-    if (copies_) within_ = places_; // rods of sizes are in one copy
+    if (copies_) within_.become(group.within_, i % group.rods_per_copy());
     compute_constants();
 }
 
@@ -249,6 +265,7 @@ Vec3d RodGroup::pivot() const {
 void RodGroup::join(std::shared_ptr<const AssemblyCopies> copies) {
     copies_ = std::move(copies);
     within_ = places_;
+    within_corner_ = within_.corner();
     if (copies_->count() == 1 && copies_->turns.empty() && zero(copies_->origins.front())) return;
     std::vector<Vec3d> origins;
     std::vector<Quaterniond> turns;
@@ -259,19 +276,23 @@ void RodGroup::join(std::shared_ptr<const AssemblyCopies> copies) {
             origins.push_back(copies_->origins[c] + transpose_times(copy, within_.origin(i)));
             if (turned) turns.push_back((within_.turned() ? within_.turn(i) : frame_) * copy);
         }
+    const bool heterogeneous = within_.heterogeneous();
+    const Places sizes = within_;
     if (turned && !within_.turned()) {
         std::vector<Vec3d> own_origins;
         for (std::int64_t i = 0; i < within_.count(); ++i) own_origins.push_back(within_.origin(i));
         within_ = Places(std::move(own_origins), std::vector<Quaterniond>(to_index(within_.count()), frame_));
+        if (heterogeneous) within_.take_sizes(sizes, 1);
     }
     places_ = Places(std::move(origins), std::move(turns));
+    if (heterogeneous) places_.take_sizes(sizes, copies_->count());
     if (turned) frame_ = no_turn;
     compute_constants();
     corner_ = places_.corner();
 }
 
 void RodGroup::start_state_in_assembly(std::int64_t i, std::span<Slot<1>> out) const {
-    if (heterogeneous()) return start_state(i, out); // rod of one copy
+    if (heterogeneous()) return kind(i).start_state_in_assembly(i, out);
     start_state(within_.origin(i), within_.turned() ? within_.turn(i) : no_turn, within_.turned(), out);
 }
 
@@ -317,7 +338,7 @@ void RodGroup::start_state(const Vec3d& start, const Quaterniond& turn, bool tur
 
 Vec3d RodGroup::magnetisation(std::int64_t i) const {
     if (copies_ && copies_->count() > 1) {
-        const Vec3d in_copy = magnetisation_at(within_.origin(i % rods_per_copy()) - within_.corner());
+        const Vec3d in_copy = magnetisation_at(within_.origin(i % rods_per_copy()) - within_corner_);
         return copies_->turns.empty() ? in_copy : transpose_times(nth(copies_->turns, copy_of(i)), in_copy);
     }
     return magnetisation_at(origin(i) - corner_);

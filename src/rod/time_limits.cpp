@@ -132,7 +132,7 @@ LeastLimits least_limits_of_rods(const RodGroup& g) {
             if (!(limits[mode].dt >= least[mode])) least[mode] = limits[mode].dt;
     };
     const Places& places = g.places();
-    if (places.columns().nodes || places.columns().radii) {
+    if (places.columns().nodes || places.columns().radii || g.spec().material.inertia_chosen) {
         for (const std::int64_t i : places.held()) consider(i);
         return least;
     }

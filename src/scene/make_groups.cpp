@@ -37,7 +37,31 @@ bool looks_at_whole_rods(const SceneSpec& scene, const RodSpec& rods) {
     const bool each_its_own = section.kind != SectionKind::circular;
     return filtered || loaded || each_its_own || scene.fluid || scene.time.relax || is_implicit(scene.time.integrator) ||
            rods.material.law == Law::elastica || rods.shape.closed || rods.ends_move() || rods.ends_slide() ||
-           rods.hold.any() || scene.output.audit;
+           rods.hold.any() || rods.material.inertia_chosen || scene.output.audit;
+}
+
+/// Formulas along rods are those of each rod's own length, and so is rotary inertia that is chosen.
+void use_formulas(RodGroup& group, const SceneSpec& scene, const FormulaScope& names) {
+    const RodSpec& spec = group.spec();
+    const Section& section = spec.section;
+    const bool radii = !section.radius_formula.empty() || !section.radius_2_formula.empty();
+    if (spec.shape.rest_curvature_formula.empty() && !radii && !spec.material.inertia_chosen) return;
+    if (const RodColumns& has = group.places().columns(); radii && (has.radius || has.radii))
+        throw InputError(fmt::format("{}: file '{}' has radii, and 'radius_formula' of '{}' too: leave one of them out",
+                                     spec.source, spec.placement.file, spec.name));
+    if (group.places().columns().nodes && spec.placement.trace == Trace::rest && !spec.shape.rest_curvature_formula.empty())
+        throw InputError(fmt::format("{}: the nodes of file '{}' are the shape at rest of '{}', and "
+                                     "'rest_curvature_formula' too: leave it out, or give placement.trace = \"start\"",
+                                     spec.source, spec.placement.file, spec.name));
+    group.use_formulas([names, scene](RodSpec& own) {
+        const auto refuse = [&](const std::string& key, const FormulaFault& fault) {
+            throw InputError(fmt::format("{}: '{}' along a rod of '{}' that is {:g} m long: {}", own.source, key,
+                                         own.name, own.shape.length, fault.message));
+        };
+        for (const FormulaFault& fault : read_rest_curvature(own.shape, names)) refuse("rest_curvature_formula", fault);
+        for (const SectionFault& fault : read_section(own, names)) refuse(fault.key, fault.fault);
+        if (own.material.inertia_chosen) own.material.rotary_inertia_for_dt = automatic_inertia(scene, own).dt;
+    });
 }
 
 } // namespace
@@ -54,11 +78,6 @@ std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const d
     const std::string directory = std::filesystem::path(scene.file).parent_path().string();
     std::vector<Capsule> occupied;
     const FormulaScope names = names_for_formulas(scene);
-    const auto has_files = [&](int assembly) {
-        for (std::size_t g = 0; g < scene.rods.size(); ++g)
-            if (assembly_of_group[g] == assembly && scene.rods[g].placement.kind == PlacementKind::file) return true;
-        return false;
-    };
     const bool needs_all = PhysicsTables::needs_all_rods(scene);
     for (std::size_t g = 0; g < scene.rods.size(); ++g) {
         const auto packed = [](const RodSpec& spec) { return spec.placement.kind == PlacementKind::packing; };
@@ -80,13 +99,14 @@ std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const d
                                          spec.source, spec.placement.file, source->elements(), spec.name,
                                          spec.shape.elements));
         groups.emplace_back(spec, static_cast<int>(g), first, directory, &occupied, std::move(source));
+        if (groups.back().heterogeneous()) use_formulas(groups.back(), scene, names);
         if (const int assembly = assembly_of_group[g]; assembly >= 0) {
             auto& of_assembly = copies[assembly];
             const bool named = assembly < static_cast<int>(scene.assemblies.size());
             if (!of_assembly) {
                 AssemblyCopies all = named ? copies_of(nth(scene.assemblies, assembly), assembly, directory)
                                            : AssemblyCopies{.number = assembly};
-                all.lane_each = is_implicit(scene.time.integrator) || has_files(assembly);
+                all.lane_each = is_implicit(scene.time.integrator);
                 of_assembly = std::make_shared<AssemblyCopies>(std::move(all));
             }
             groups.back().read_all(); // which rods are connected follows from the places of all

@@ -63,8 +63,6 @@ private:
         TableObjections table(of_group, "shape");
         const std::string key = "rest_curvature_formula";
         table.unused({"rest_curvature", "rest_curvature_profile"}, "beside 'rest_curvature_formula'");
-        if (rods.placement.kind == PlacementKind::file)
-            table.add(key, fmt::format("'{}' is not for rods of a file, which may have lengths of their own", key));
         add_faults(key, read_rest_curvature(rods.shape, names_for_formulas(scene_)), table);
         return rods;
     }

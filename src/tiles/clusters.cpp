@@ -49,6 +49,8 @@ std::vector<MemberRods> AssemblyGroups::members() const {
 }
 
 CopyTiling AssemblyGroups::tiling(std::int64_t copies, int lanes, int threads) const {
+    const bool unlike = std::any_of(groups.begin(), groups.end(), [](const RodGroup* g) { return g->heterogeneous(); });
+    if (unlike) return tile_copies_across(copies, 1); // tiles of such rods have one lane
     if (groups.front()->assembly()->lane_each) return tile_copies_across(copies, lanes);
     return tile_copies(copies, members(), lanes, threads);
 }

@@ -18,7 +18,9 @@ double rows_cost(double rows, int lanes) { return rows * lanes > 8 * cached_rows
 constexpr int least_rows = 4; // least rows of a piece: the seam between two is computed twice
 
 struct PooledRod {
-    int group, elements, pieces = 1;
+    int group, elements;
+    bool whole;
+    int pieces = 1;
     int rows() const { return (elements + pieces - 1) / pieces; }
 };
 
@@ -26,7 +28,8 @@ struct PooledRod {
 /// four rows at least.
 std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest, int lanes) {
     for (PooledRod& rod : rods)
-        rod.pieces = std::clamp((rod.elements + longest - 1) / longest, 1,
+        if (!rod.whole)
+            rod.pieces = std::clamp((rod.elements + longest - 1) / longest, 1,
                                 std::min(lanes, std::max(1, rod.elements / least_rows)));
     std::stable_sort(rods.begin(), rods.end(),
                      [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); });
@@ -77,7 +80,7 @@ Tiling tiling_with(std::vector<std::int64_t> across, std::span<const TilingGroup
         for (std::size_t g = 0; g < groups.size(); ++g)
             if (groups[g].family == family)
                 pool.insert(pool.end(), to_index(groups[g].rods - tiling.across[g]),
-                            PooledRod{static_cast<int>(g), groups[g].elements});
+                            PooledRod{static_cast<int>(g), groups[g].elements, groups[g].whole});
         if (pool.empty()) continue;
         auto tiles = best_packing(pool, family, lanes, threads);
         tiling.along.insert(tiling.along.end(), std::make_move_iterator(tiles.begin()),

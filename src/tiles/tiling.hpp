@@ -19,6 +19,7 @@ struct TilingGroup {
     int elements;
     int family; ///< family, whose groups may share tiles along; -1: across only
     bool along_only = false;
+    bool whole = false; ///< along in one piece each
 };
 
 /// Tile along: rods of these groups, in order, each cut into a number of pieces.

@@ -12,6 +12,7 @@
 //   refine(was, now)                     converts lists by element, node or vertex to rods of other elements; says how
 //   predicted_ns() const                 time of one core for an element and step, where that is not about 1 ns
 //   needs_whole_rods = true              it reads a rod from end to end, which strands do not have
+//   tables_by_lane = true                its tables of a group (bind_group) are those of every rod, by lane, in tiles along
 //   ignores_motion = true                its load does not change with places, frames and rates
 //   feels_all_nodes = true               its load at a node depends on nodes far away
 //   acts_last = true                     it reads all other loads: it acts after contacts and walls
@@ -63,6 +64,7 @@ template <class L> inline constexpr bool keeps_tables_of_group = requires(L l, c
 
 namespace detail {
 
+template <class L> inline constexpr bool says_tables_by_lane = requires { requires L::tables_by_lane; };
 template <class L> inline constexpr bool says_whole_rods = requires { requires L::needs_whole_rods; };
 template <class L> inline constexpr bool says_ignores_motion = requires { requires L::ignores_motion; };
 template <class L> inline constexpr bool says_all_nodes = requires { requires L::feels_all_nodes; };
@@ -128,6 +130,7 @@ public:
     int number() const;
     bool needs_whole_rods() const { return held_->traits().needs_whole_rods; }
     bool keeps_tables_of_group() const { return held_->traits().keeps_tables_of_group; }
+    bool has_tables_by_lane() const { return held_->traits().has_tables_by_lane; }
     bool ignores_motion() const { return held_->traits().ignores_motion; }
     bool feels_all_nodes() const { return held_->traits().feels_all_nodes; }
     bool acts_last() const { return held_->traits().acts_last; }
@@ -157,7 +160,7 @@ public:
 private:
     struct Traits {
         std::string_view kind, label;
-        bool needs_whole_rods, keeps_tables_of_group, ignores_motion, feels_all_nodes, acts_last, for_rigid_bodies,
+        bool needs_whole_rods, keeps_tables_of_group, has_tables_by_lane, ignores_motion, feels_all_nodes, acts_last, for_rigid_bodies,
             for_rings;
     };
 
@@ -183,6 +186,7 @@ private:
                                                          .label = detail::label_of<L>(),
                                                          .needs_whole_rods = skein::needs_whole_rods<L>,
                                                          .keeps_tables_of_group = skein::keeps_tables_of_group<L>,
+                                                         .has_tables_by_lane = detail::says_tables_by_lane<L>,
                                                          .ignores_motion = detail::says_ignores_motion<L>,
                                                          .feels_all_nodes = detail::says_all_nodes<L>,
                                                          .acts_last = detail::says_acts_last<L>,

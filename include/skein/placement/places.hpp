@@ -81,6 +81,8 @@ public:
     std::span<const double> element_radii(std::int64_t i) const;
     /// Numbers of the rods that are held, in order.
     std::vector<std::int64_t> held() const;
+    /// Takes the sizes of rods that stand in all copies one after the other.
+    void take_sizes(const Places& of_copy, std::int64_t copies);
     /// Becomes the place of rod i of `all` alone, without a size of its own.
     void become(const Places& all, std::int64_t i);
     const Quaterniond& turn(std::int64_t i) const { return turns_[row(i)]; }

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <span>
@@ -84,6 +85,11 @@ public:
     /// Constants of rod i, which must be held: the group itself where all rods have them, or single(i), which is kept.
     /// Any thread may ask.
     const RodGroup& kind(std::int64_t i) const;
+    /// Reads the formulas of the group's table again for rods with sizes of their own, from their lengths. `read` throws
+    /// InputError where they have faults there. Call it before any rod is asked for.
+    void use_formulas(std::function<void(RodSpec&)> read);
+    /// Puts length, radius and shape of rod i into `own`, a copy of spec().
+    void put_own_sizes(std::int64_t i, RodSpec& own) const;
     /// Turns a group that is single(j) into single(i) of the same `group`, in the memory that it has.
     void become(const RodGroup& group, std::int64_t i);
 
@@ -260,6 +266,7 @@ private:
     Places places_;
     std::shared_ptr<const AssemblyCopies> copies_; ///< null where the group is in no assembly
     Places within_;                                ///< places in the axes of an assembly
+    Vec3d within_corner_{0, 0, 0};                 ///< smallest x, y, z of the origins of a copy
     double packed_fill_ = 0, packed_top_ = 0;
     StartShape start_;
     Vec3d corner_{0, 0, 0};
@@ -268,6 +275,8 @@ private:
     LeastLimits least_limits_{};
     struct Kinds; ///< rods of sizes that have been asked for
     std::shared_ptr<Kinds> kinds_;
+    std::shared_ptr<const std::function<void(RodSpec&)>> formulas_;
+    bool circle_ = false; ///< a ring of no other shape
 };
 
 /// Mean rest radius of the elements that meet at node k, m.

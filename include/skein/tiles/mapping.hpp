@@ -8,6 +8,10 @@
 #include "skein/core/index.hpp"
 #include "skein/tiles/tile.hpp"
 
+#include <algorithm>
+#include <concepts>
+#include <vector>
+
 namespace skein {
 
 template <int W> struct Across {
@@ -76,20 +80,36 @@ template <class Map, int W> SKEIN_INLINE decltype(auto) neighbour_frame(const Ro
 }
 
 /// Table of a load by element, in the lanes of a tile along, with 0 where there is no element; empty for a tile across.
-template <template <class> class Row, int W>
-LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<double>>& of_group) {
+/// `of_rod(group)`: that of a rod with these constants.
+template <template <class> class Row, int W, class OfRod>
+    requires std::invocable<OfRod, const RodGroup&>
+LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, OfRod&& of_rod) {
     LaneRows<Row<Pack<W>>> rows;
     if (!rod.strands) return rows;
+    std::vector<std::vector<Row<double>>> of_range;
+    int range_of[lanes_of<W>];
+    std::fill_n(range_of, lanes_of<W>, 0);
+    for (const LaneRange& range : rod.strands->ranges()) {
+        std::fill_n(range_of + range.lane, range.lanes, static_cast<int>(of_range.size()));
+        of_range.push_back(of_rod(*range.group));
+    }
     for (int k = 0; k < rod.n; ++k) {
         Row<Pack<W>> row{};
         for (int i = 0; i < lanes_of<W>; ++i) {
             const int slot = rod.strands->slot(i, k);
-            set_lane<Row>(row, i, slot >= 0 && slot < rod.group_of(i).elements() ? nth(of_group, slot) : Row<double>{});
+            set_lane<Row>(row, i,
+                          slot >= 0 && slot < rod.group_of(i).elements() ? nth(nth(of_range, range_of[i]), slot)
+                                                                         : Row<double>{});
         }
         rows.push_back(row);
     }
     rows.close();
     return rows;
+}
+/// The same where all rods have one table.
+template <template <class> class Row, int W>
+LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, const std::vector<Row<double>>& of_group) {
+    return in_lanes<Row>(rod, [&](const RodGroup&) { return of_group; });
 }
 
 /// Neutral term of sums: zeros that preserve even the sign of a zero.

@@ -27,8 +27,6 @@ void member(const SceneSpec& scene, const RodSpec& rods, Objections& objections)
         return objections.add("assembly",
                               fmt::format("there is no assembly '{}'{}", rods.assembly,
                                           names.empty() ? "" : suggestion(rods.assembly, names, "the assemblies are")));
-    if (rods.placement.kind == PlacementKind::file)
-        objections.add("placement.kind", "rods of a file belong to no assembly yet: list their origins");
     const Placement& copies = nth(scene.assemblies, assembly).placement;
     const bool turned = !copies.tangents.empty() || copies.normal || norm(copies.tangent - Vec3d{0, 0, 1}) > 0;
     if (turned && rods.ends_move() && !(rods.start_free.empty() && rods.end_free.empty()))

@@ -47,11 +47,13 @@ Together together(const LoadPlan& plan, const GroupPlan& p, const RodGroup& grou
 void limit_by_drag(const LoadPlan& plan, GroupPlan& p, const RodGroup& group, const Scheme& scheme) {
     const Together drag = together(plan, p, group, &Load::largest_rate);
     const double fastest = p.limits.front().dt, half = 0.5 * fastest * scheme.stability * drag.sum / scheme.drag;
+    p.limited_by_loads |= drag.sum > 0;
     p.limit(drag.label, slowed(fastest, half), drag.largest.element);
 }
 
 void limit_by_stiffness(const LoadPlan& plan, GroupPlan& p, const RodGroup& group) {
     const Together stiff = together(plan, p, group, &Load::largest_stiffness);
+    p.limited_by_loads |= stiff.sum > 0;
     p.limit(stiff.label, stiffened(2 / p.limits.front().dt, stiff.sum), stiff.largest.element);
 }
 

@@ -30,7 +30,7 @@ public:
             throw InputError(fmt::format("{}: {} = \"auto\" of '{}': {}; {}", rods.source, inertia_key, rods.name, why,
                                          without_auto));
         };
-        if (group.heterogeneous()) refuse("it needs rods that are alike");
+        if (group.heterogeneous()) return; // each rod has its own
         p.automatic_inertia = automatic_inertia(scene_, rods);
         if (const std::string why = driven_beyond(scene_, rods, *p.automatic_inertia); !why.empty()) refuse(why);
     }

@@ -59,7 +59,10 @@ public:
     std::vector<std::string> notes(const Plan&, std::span<const RodGroup>) const override { return doubts_; }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         if (!act_on_group(group)) return;
-        if (group.strained()) p.program.add(PassPlace::boundaries, pass::Walls{});
+        const bool by_mass = std::any_of(walls.begin(), walls.end(), [&](const Wall& w) {
+            return w.acts_on(group.name()) && w.law.restitution > 0;
+        });
+        if (group.strained()) p.program.add(PassPlace::boundaries, pass::Walls{by_mass});
         else p.program.add(PassPlace::boundaries, pass::SurfaceWalls{});
     }
     Coupling coupling() const override {
