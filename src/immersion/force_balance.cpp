@@ -10,6 +10,18 @@ namespace skein {
 
 using SlotRecord = std::array<double, ForceBalance::record>;
 
+namespace {
+
+/// Drag of a marker's fluid about d1, d2 and d3, kg m^2.
+Vec3d turn_drag(const RodMarker& marker, const Vec3d& mass) {
+    const double squared_d1 = marker.off_d1 * marker.off_d1, squared_d2 = marker.off_d2 * marker.off_d2,
+                 squared_d3 = marker.off_d3 * marker.off_d3;
+    return ((mass.x + mass.y + mass.z) / 3) *
+           Vec3d{squared_d2 + squared_d3, squared_d1 + squared_d3, squared_d1 + squared_d2};
+}
+
+} // namespace
+
 ForceBalance::ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
                            const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid,
                            Weight weight, std::vector<SharedNode> shared)
@@ -20,6 +32,7 @@ ForceBalance::ForceBalance(std::span<const RodGroup> groups, std::vector<std::sh
     for (const RodGroup& group : groups_) {
         first_slot_.push_back(first);
         first += group.count() * group.slots();
+        if (group.body()) body_step_.resize(step_.size());
     }
     slots_of_scene_ = to_index(first);
     start_inner_fluid();
@@ -29,6 +42,12 @@ void ForceBalance::start_inner_fluid() {
     rods_.read(0, [&](int, std::size_t i, const RodCopy& rod) {
         const RodGroup& group = group_of(i);
         const InertiaInFluid& inertia = inertia_of(i);
+        if (group.body()) {
+            const BodyMomentum within = inner_momentum(i, rod);
+            exchange_[loads_->first(i)].residual_impulse = within.linear;
+            exchange_[loads_->first(i)].residual_angular_impulse = within.angular;
+            return;
+        }
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             SlotExchange& slot = exchange_[loads_->first(i) + k];
             slot.residual_impulse =
@@ -48,17 +67,29 @@ void ForceBalance::begin_step(double lag) {
             slot.velocity = lane(rod.state[k].velocity, 0);
             slot.spin = lane(rod.state[k].spin, 0);
         }
+        if (!group_of(i).body()) return;
+        BodyStep& body = body_step_[loads_->first(i)];
+        body.momentum = body_momentum(i, rod);
+        body.frame = rod.frames[0];
     });
 }
 
 void ForceBalance::begin_stage(const Stage& stage, double lag, const Responses& responses) {
     pace_ = std::min(1.0, stage.step / fluid_.reference_step);
+    length_ = stage.step;
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         const auto load = std::span(loads_->load).subspan(loads_->first(i), rod.state.size());
         const auto received = std::span(loads_->received).subspan(loads_->first(i), rod.state.size());
         std::fill(load.begin(), load.end(), FluidLoad{});
         std::fill(received.begin(), received.end(), FluidImpulse{});
         add_responses(i, rod, responses, load);
+        if (group_of(i).body()) {
+            BodyStep& body = body_step_[loads_->first(i)];
+            body.stage_frame = rod.frames[0];
+            body.stage_velocity = lane(rod.state[0].velocity, 0);
+            body.stage_spin = lane(rod.state[0].spin, 0);
+            add_cross_drags(i, rod, responses, load.front());
+        }
         if (group_of(i).closed()) { // its last node is its first
             load.front().push += load.back().push;
             load.front().drag += load.back().drag;
@@ -68,13 +99,14 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Responses& 
     });
     share(loads_->load, &FluidLoad::push);
     share(loads_->load, &FluidLoad::drag);
+    give_loads_to_bodies();
 }
 
 void ForceBalance::forget_received() { std::fill(loads_->received.begin(), loads_->received.end(), FluidImpulse{}); }
 
 template <class Slots, class Member> void ForceBalance::share(Slots& of_slots, Member member) const {
     for (const SharedNode& node : shared_) {
-        if (node.is_torn && node.is_torn(rods_.rods())) continue;
+        if (!node.arms.empty() || (node.is_torn && node.is_torn(rods_.rods()))) continue;
         Vec3d sum{0, 0, 0};
         for (const std::size_t slot : node.slots) sum += of_slots[slot].*member;
         for (std::size_t i = 0; i < node.slots.size(); ++i) of_slots[node.slots[i]].*member = node.shares[i] * sum;
@@ -88,16 +120,45 @@ void ForceBalance::add_responses(std::size_t i, const RodCopy& rod, const Respon
         off_[m] = ImmersedRods::off_axis(marker, rod.frames[marker.element]);
         const MarkerResponse response = responses(m);
         const Vec3d mass = fluid_.density * response.volume, impulse = fluid_.density * response.impulse;
-        FluidLoad &start = load[marker.element], &end = load[marker.element + 1];
+        FluidLoad &start = load[marker.element], &end = load[ImmersedRods::second_slot(marker, load.size())];
         start.push += (1 - marker.along) * impulse;
         start.drag += (1 - marker.along) * mass;
         end.push += marker.along * impulse;
         end.drag += marker.along * mass;
         start.couple += cross(off_[m], impulse);
-        const double mean_mass = (mass.x + mass.y + mass.z) / 3, squared_d1 = marker.off_d1 * marker.off_d1,
-                     squared_d2 = marker.off_d2 * marker.off_d2;
-        start.turn_drag += mean_mass * Vec3d{squared_d2, squared_d1, squared_d1 + squared_d2};
+        start.turn_drag += turn_drag(marker, mass);
     });
+}
+
+ForceBalance::BodyMomentum ForceBalance::inner_momentum(std::size_t i, const RodCopy& body) const {
+    const InnerFluid& inner = inertia_of(i).inner;
+    const Mat3d& frame = body.frames[0];
+    const Vec3d spin = lane(body.state[0].spin, 0), velocity = frame * lane(body.state[0].velocity, 0);
+    return {inner.mass * transpose_times(frame, velocity + cross(spin, inner.centre)),
+            transpose_times(frame, inner.inertia * spin + inner.mass * cross(inner.centre, velocity))};
+}
+
+ForceBalance::BodyMomentum ForceBalance::body_momentum(std::size_t i, const RodCopy& body) const {
+    const RodGroup& group = group_of(i);
+    const BodyMomentum within = inner_momentum(i, body);
+    return {group.node_mass[0] * lane(body.state[0].velocity, 0) - within.linear,
+            transpose_times(body.frames[0], scale(group.element[0].inertia, lane(body.state[0].spin, 0))) -
+                within.angular};
+}
+
+void ForceBalance::add_cross_drags(std::size_t i, const RodCopy& body, const Responses& responses,
+                                   FluidLoad& load) const {
+    const Mat3d& frame = body.frames[0];
+    const Vec3d velocity = lane(body.state[0].velocity, 0), spin = lane(body.state[0].spin, 0),
+                turning = transpose_times(frame, spin);
+    Vec3d turned{0, 0, 0}; // couple by spin, of which drags have the diagonal
+    rods_.for_markers(i, [&](std::size_t m, const RodMarker&) {
+        const Vec3d mass = fluid_.density * responses(m).volume, by_turning = scale(mass, cross(turning, off_[m]));
+        load.push -= by_turning;
+        load.couple -= cross(off_[m], scale(mass, velocity));
+        turned += cross(off_[m], by_turning);
+    });
+    load.couple += transpose_times(frame, scale(load.turn_drag, spin)) - turned;
 }
 
 void ForceBalance::add_impulses(std::size_t i, const RodCopy& rod, const Stage& stage, std::span<FluidLoad> load) {
@@ -116,6 +177,9 @@ void ForceBalance::add_impulses(std::size_t i, const RodCopy& rod, const Stage& 
         step.own_angular_impulse =
             share * transpose_times(rod.frames[k], scale(theta(inertia.of_elements[k].relaxation),
                                                          rod.frames[k] * slot.added_angular_momentum));
+        if (group.body())
+            step.own_angular_impulse += cross(transpose_times(rod.frames[0], inertia.buoyancy_centre),
+                                              (group.node_mass[k] * stage.length) * buoyancy);
         load[k].couple = per_length * (load[k].couple + slot.residual_angular_impulse + step.own_angular_impulse);
         load[k].turn_drag = per_length * load[k].turn_drag;
     }
@@ -144,7 +208,7 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes) {
         rods_.for_markers(i, [&](std::size_t m, const RodMarker& marker) {
             const Vec3d given = (fluid_.density * fluid_.cell_volume) * changes[m];
             slots[marker.element].residual_impulse -= (1 - marker.along) * given;
-            slots[marker.element + 1].residual_impulse -= marker.along * given;
+            slots[ImmersedRods::second_slot(marker, slots.size())].residual_impulse -= marker.along * given;
             slots[marker.element].residual_angular_impulse -= cross(off_[m], given);
         });
         if (group.closed()) {
@@ -153,12 +217,50 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes) {
         }
     }
     share(exchange_, &SlotExchange::residual_impulse);
+    give_residuals_to_bodies();
+}
+
+void ForceBalance::give_loads_to_bodies() {
+    for (const SharedNode& node : shared_) {
+        if (node.arms.empty()) continue;
+        const BodyStep& body = body_step_[node.slots.front()];
+        const Vec3d turning = transpose_times(body.stage_frame, body.stage_spin);
+        FluidLoad& whole = loads_->load[node.slots.front()];
+        for (std::size_t i = 1; i < node.slots.size(); ++i) {
+            FluidLoad& own = loads_->load[node.slots[i]];
+            const Vec3d &arm = node.arms[i], off = transpose_times(body.stage_frame, arm),
+                        by_turning = scale(own.drag, cross(turning, off)),
+                        turn = turn_drag({.element = 0, .along = 0, .off_d1 = arm.x, .off_d2 = arm.y, .off_d3 = arm.z},
+                                         own.drag);
+            whole.push += own.push - by_turning;
+            whole.drag += own.drag;
+            whole.couple += cross(off, own.push - scale(own.drag, body.stage_velocity) - by_turning) +
+                            transpose_times(body.stage_frame, scale(turn, body.stage_spin));
+            whole.turn_drag += turn;
+            own.push = own.drag = {0, 0, 0};
+        }
+    }
+}
+
+void ForceBalance::give_residuals_to_bodies() {
+    for (const SharedNode& node : shared_) {
+        if (node.arms.empty()) continue;
+        SlotExchange& whole = exchange_[node.slots.front()];
+        for (std::size_t i = 1; i < node.slots.size(); ++i) {
+            SlotExchange& own = exchange_[node.slots[i]];
+            whole.residual_impulse += own.residual_impulse;
+            whole.residual_angular_impulse +=
+                cross(transpose_times(body_step_[node.slots.front()].stage_frame, node.arms[i]), own.residual_impulse);
+            own.residual_impulse = {0, 0, 0};
+        }
+    }
 }
 
 void ForceBalance::end_step(double lag) {
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         const RodGroup& group = group_of(i);
         const InertiaInFluid& inertia = inertia_of(i);
+        if (group.body()) return end_step_of_body(i, rod);
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             SlotExchange& slot = exchange_[loads_->first(i) + k];
             const SlotStep& before = step_[loads_->first(i) + k];
@@ -177,9 +279,40 @@ void ForceBalance::end_step(double lag) {
     });
 }
 
+void ForceBalance::end_step_of_body(std::size_t i, const RodCopy& body) {
+    const RodGroup& group = group_of(i);
+    const InertiaInFluid& inertia = inertia_of(i);
+    const std::size_t own_slot = loads_->first(i);
+    SlotExchange& slot = exchange_[own_slot];
+    const SlotStep& before = step_[own_slot];
+    const BodyStep& begin = body_step_[own_slot];
+    const BodyMomentum end = body_momentum(i, body);
+    const Vec3d &own = group.element[0].inertia, spin = lane(body.state[0].spin, 0),
+                velocity = lane(body.state[0].velocity, 0);
+    const auto mean = [](const Vec3d& a, const Vec3d& b) { return 0.5 * (a + b); };
+    // Impulses of kicks: what the rates gain besides the motion of a free top.
+    const double mass = inertia.of_nodes[0].effective * group.node_mass[0];
+    const Vec3d middle = mean(before.spin, spin),
+                of_top = scale(group.element[0].inv_inertia, cross(scale(own, middle), middle)),
+                kicked = scale(scale(inertia.of_elements[0].effective, own), spin - before.spin - length_ * of_top),
+                angular_impulse = mean(transpose_times(begin.frame, kicked), transpose_times(body.frames[0], kicked)),
+                carried = cross(mean(before.velocity, velocity), mean(begin.momentum.linear, end.linear));
+    slot.added_momentum = (1 - theta(inertia.of_nodes[0].relaxation)) * slot.added_momentum +
+                          (mass * (velocity - before.velocity) - (end.linear - begin.momentum.linear));
+    const Vec3d old = body.frames[0] * slot.added_angular_momentum;
+    slot.added_angular_momentum =
+        transpose_times(body.frames[0], old - scale(theta(inertia.of_elements[0].relaxation), old)) +
+        (angular_impulse - (end.angular - begin.momentum.angular) - length_ * carried);
+}
+
 std::vector<Vec3d> ForceBalance::momentum(double lag) const {
     std::vector<Vec3d> all(exchange_.size());
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
+        if (group_of(i).body()) {
+            const SlotExchange& slot = exchange_[loads_->first(i)];
+            all[loads_->first(i)] = body_momentum(i, rod).linear + slot.added_momentum + slot.residual_impulse;
+            return;
+        }
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const SlotExchange& slot = exchange_[loads_->first(i) + k];
             all[loads_->first(i) + k] = (group_of(i).node_mass[k] * (1 - inertia_of(i).of_nodes[k].displaced)) *

@@ -12,6 +12,7 @@
 //   h_t    length of a step            tau    length of a stage                  u          velocity of the fluid
 //
 // Elements have the same balance with moments of inertia, couples and spins. Steps of rods take the drag implicitly.
+// The fluid within a body moves with it rigidly, so both balances of a body share its momentum, (136)-(138).
 // Forces on the fluid and on the rods are equal and opposite, so (91) holds to rounding.
 #pragma once
 
@@ -31,11 +32,13 @@
 namespace skein {
 
 /// Slots of this rank whose nodes are one: what they have of its loads. By the mass that kicks feel, implicit drags
-/// take each of them, before it moves as one, to velocities whose mean is that of the one node.
+/// take each of them, before it moves as one, to velocities whose mean is that of the one node. A body has all of what
+/// nodes at its places would have, with the couples of it.
 struct SharedNode {
     std::vector<std::size_t> slots;                ///< numbers in FluidLoads
     std::vector<double> shares;                    ///< sum 1
     std::function<bool(const Rods&)> is_torn = {}; ///< true where each keeps its own from now on; empty: it never tears
+    std::vector<Vec3d> arms = {}; ///< of a body, the first slot: from its centre to the nodes, body axes, m
 };
 
 /// Momenta in transit between the fluid and one slot, lab components.
@@ -98,12 +101,33 @@ private:
         Vec3d own_impulse{0, 0, 0};         ///< N s, part of the stage's load that fluid and markers do not exert
         Vec3d own_angular_impulse{0, 0, 0}; ///< N m s, same part of the couple
     };
+    /// Momentum that a body has besides the fluid within it, about its centre of mass, lab.
+    struct BodyMomentum {
+        Vec3d linear, angular; ///< kg m/s, kg m^2/s
+    };
+    /// A body at the begin of a step, and its frame and rates at the begin of a stage.
+    struct BodyStep {
+        BodyMomentum momentum;
+        Mat3d frame, stage_frame;
+        Vec3d stage_velocity, stage_spin; ///< m/s, lab; rad/s, body
+    };
+    BodyMomentum body_momentum(std::size_t i, const RodCopy& body) const;
+    /// Momentum of the fluid within a body, about the body's centre of mass, lab.
+    BodyMomentum inner_momentum(std::size_t i, const RodCopy& body) const;
+    /// Adds what markers of a body exert by the velocities that its turning and its drift give them, as far as drags of
+    /// (89) do not have it.
+    void add_cross_drags(std::size_t i, const RodCopy& body, const Responses& responses, FluidLoad& load) const;
+    /// Advances L of a body by (138).
+    void end_step_of_body(std::size_t i, const RodCopy& body);
     /// Sets D = beta m v: fluid within rods starts with their velocities.
     void start_inner_fluid();
     /// Adds the responses of the markers of local()[i] to its loads.
     void add_responses(std::size_t i, const RodCopy& rod, const Responses& responses, std::span<FluidLoad> load);
     /// Gives each of the slots of shared nodes its part of a sum of theirs: members of SlotExchange or FluidLoad.
     template <class Slots, class Member> void share(Slots& of_slots, Member member) const;
+    /// Gives bodies the loads of nodes at their places, and the residual impulses of these.
+    void give_loads_to_bodies();
+    void give_residuals_to_bodies();
     /// Adds D, buoyancy and the relaxation of L, and turns impulses over the stage into loads.
     void add_impulses(std::size_t i, const RodCopy& rod, const Stage& stage, std::span<FluidLoad> load);
     /// Relaxation fraction theta of the present step, in proportion to its length unless it is 1.
@@ -119,7 +143,8 @@ private:
     const ImmersedRods& rods_;
     std::shared_ptr<FluidLoads> loads_;
     Fluid fluid_;
-    double pace_ = 1; ///< length of the step over the reference step, at most 1
+    double pace_ = 1;   ///< length of the step over the reference step, at most 1
+    double length_ = 0; ///< of the step, s
     Weight weight_;
     std::vector<SharedNode> shared_;
     std::vector<std::shared_ptr<const InertiaInFluid>> inertia_; ///< by group
@@ -127,6 +152,7 @@ private:
     std::size_t slots_of_scene_ = 0;
     std::vector<SlotExchange> exchange_; ///< by own slot, in the order of loads_
     std::vector<SlotStep> step_;         ///< by own slot
+    std::vector<BodyStep> body_step_;    ///< by own slot; empty without bodies
     std::vector<Vec3d> place_, off_; ///< by marker at the begin of the stage: place and distance from the axis, m, lab
 };
 

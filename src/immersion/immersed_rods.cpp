@@ -34,7 +34,7 @@ void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t firs
         const std::int64_t first =
             first_identity + first_[group] + own.index * static_cast<std::int64_t>(of_group_[group].size());
         for_markers(i, [&](std::size_t m, const RodMarker& marker) {
-            const Slot<1>&from = rod.state[marker.element], &to = rod.state[marker.element + 1];
+            const Slot<1>&from = rod.state[marker.element], &to = rod.state[second_slot(marker, rod.state.size())];
             const Mat3d& frame = rod.frames[marker.element];
             const Vec3d turning = transpose_times(frame, lane(from.spin, 0));
             const std::size_t at = others + m;

@@ -6,6 +6,7 @@
 #include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -29,15 +30,20 @@ public:
         const std::vector<RodMarker>& on_rod = nth(of_group_, rods_->local()[i].group);
         for (std::size_t m = 0; m < on_rod.size(); ++m) f(before_[i] + m, on_rod[m]);
     }
-    /// Vector from the axis to a marker, m, lab.
+    /// Vector from the axis, or the centre of a body, to a marker, m, lab.
     static Vec3d off_axis(const RodMarker& marker, const Mat3d& frame) {
-        return marker.off_d1 * frame.d1 + marker.off_d2 * frame.d2;
+        const Vec3d across = marker.off_d1 * frame.d1 + marker.off_d2 * frame.d2;
+        return marker.off_d3 == 0 ? across : across + marker.off_d3 * frame.d3;
     }
     /// Place of a marker, m, lab.
     static Vec3d place_of(const RodMarker& marker, const RodCopy& rod) {
         return along(marker, lane(rod.state[marker.element].position, 0),
-                     lane(rod.state[marker.element + 1].position, 0)) +
+                     lane(rod.state[second_slot(marker, rod.state.size())].position, 0)) +
                off_axis(marker, rod.frames[marker.element]);
+    }
+    /// Slot of the second node of a marker's element; a body has one slot.
+    static std::size_t second_slot(const RodMarker& marker, std::size_t slots) {
+        return std::min<std::size_t>(marker.element + 1, slots - 1);
     }
     /// Interpolates between the nodes of a marker's element.
     static Vec3d along(const RodMarker& marker, const Vec3d& first, const Vec3d& second) {

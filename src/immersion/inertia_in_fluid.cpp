@@ -1,5 +1,8 @@
 #include "immersion/inertia_in_fluid.hpp"
 
+#include "immersion/body_surface.hpp"
+#include "rod/solids.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -47,6 +50,10 @@ std::vector<Ring> rings_of(std::span<const RodMarker> markers, std::span<const d
 
 InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner)
     : density_ratio(density / group.spec().material.density) {
+    if (const BodyShape* body = group.body()) {
+        take_body(*body, markers, density, inner);
+        return;
+    }
     std::vector<double> mass(group.node_mass.size()), begin(1, 0);
     std::vector<Vec3d> turning(group.element.size());
     for (const ElementConstants& e : group.element) begin.push_back(begin.back() + e.rest_length);
@@ -77,6 +84,24 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
         of_nodes.push_back(shares(group.node_mass[i] > 0 ? mass[i] / group.node_mass[i] : 0));
     for (std::size_t i = 0; i < turning.size(); ++i)
         of_elements.push_back(shares(scale(turning[i], group.element[i].inv_inertia)));
+}
+
+void InertiaInFluid::take_body(const BodyShape& body, std::span<const RodMarker> markers, double density,
+                               bool has_inner) {
+    const DisplacedVolume displaced = displaced_volume(body);
+    density_ratio = density * displaced.volume / body.mass;
+    buoyancy_centre = displaced.centre;
+    if (has_inner) inner = {density * displaced.volume, displaced.centre, times(density, displaced.inertia)};
+    Vec3d off{0, 0, 0}; // largest distances of markers from the axes
+    for (const RodMarker& m : markers)
+        off = {std::max(off.x, std::hypot(m.off_d2, m.off_d3)), std::max(off.y, std::hypot(m.off_d3, m.off_d1)),
+               std::max(off.z, std::hypot(m.off_d1, m.off_d2))};
+    const auto turns = [&](double distance) { return distance > 1e-9 * body.reach ? 1.0 : 0.0; };
+    const Vec3d t{turns(off.x), turns(off.y), turns(off.z)};
+    SymmetricMatrix& j = inner.inertia;
+    j = {t.x * j.xx, t.y * j.yy, t.z * j.zz, t.x * t.y * j.xy, t.x * t.z * j.xz, t.y * t.z * j.yz};
+    of_nodes.push_back(shares(inner.mass / body.mass));
+    of_elements.push_back(shares(Vec3d{j.xx / body.inertia.x, j.yy / body.inertia.y, j.zz / body.inertia.z}));
 }
 
 double InertiaInFluid::least_effective() const {

@@ -1,6 +1,8 @@
-// Inertia of rods in a fluid, which bears its own in their place and moves with them.          theory.md (88), (88a)
+// Inertia of rods and bodies in a fluid, which bears its own in their place and moves with them.
+//                                                                        theory.md (88), (88a), (136)-(138)
 #pragma once
 
+#include "core/principal_axes.hpp"
 #include "immersion/rod_surface.hpp"
 
 #include <span>
@@ -17,21 +19,33 @@ template <class T> struct InertiaShares {
                   ///< 0.8
 };
 
+/// Fluid within a body, which moves with it rigidly; lengths from the centre of mass, along the principal axes.
+struct InnerFluid {
+    double mass = 0;         ///< kg
+    Vec3d centre{0, 0, 0};   ///< m
+    SymmetricMatrix inertia; ///< about the centre of mass of the body, kg m^2; 0 about axes that all markers lie on
+};
+
 /// Fluid moves with a rod where markers make it. Fluid around a ring of markers, half of the way to the next
 /// rings, bears its inertia for the nodes and the element of the ring. It bears none about directions from which no
-/// marker of the ring lies off.
+/// marker of the ring lies off. Fluid within a body moves with it.
 class InertiaInFluid {
 public:
     /// Inertia of a group whose rods have these markers, ring after ring, in a fluid of that density, kg/m^3. With
     /// `inner` false rods bear all of their inertia, and the inner fluid's comes on top.
     InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner);
 
-    double density_ratio;                          ///< density of the fluid over the rod's
+    double density_ratio;           ///< density of the fluid over the rod's; displaced over own mass of a body
+    InnerFluid inner;               ///< of a body; none of a rod
+    Vec3d buoyancy_centre{0, 0, 0}; ///< m, of the volume of a body
     std::vector<InertiaShares<double>> of_nodes;   ///< [slots]
     std::vector<InertiaShares<Vec3d>> of_elements; ///< [elements], about d1, d2, d3
 
     /// Least effective share of any slot, at most 1.
     double least_effective() const;
+
+private:
+    void take_body(const BodyShape& body, std::span<const RodMarker> markers, double density, bool has_inner);
 };
 
 } // namespace skein

@@ -1,5 +1,6 @@
 #include "immersion/rod_surface.hpp"
 
+#include "immersion/body_surface.hpp"
 #include "immersion/markers.hpp"
 #include "immersion/plate_markers.hpp"
 #include "skein/core/index.hpp"
@@ -88,6 +89,7 @@ bool spans_box(const RodGroup& group, const FluidGrid& grid) {
 
 std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid, double retraction) {
     const double spacing = grid.h;
+    if (const BodyShape* body = group.body()) return body_markers(*body, spacing, retraction);
     const bool rectangular = group.spec().section.kind == SectionKind::rectangular, spans = spans_box(group, grid);
     const AlongRod rod(group);
     std::vector<RodMarker> markers;

@@ -1,4 +1,4 @@
-// Markers on the surface of a rod, which its elements carry.
+// Markers on the surface of a rod or body, which its elements carry.
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
@@ -10,11 +10,13 @@
 
 namespace skein {
 
-/// Point that moves with an element, between its nodes and off the axis along d1 and d2.
+/// Point that moves with an element, between its nodes and off the axis along d1 and d2, or with a body, off its centre
+/// of mass.
 struct RodMarker {
-    std::uint32_t element;
-    double along;          ///< share of the way from the element's first node to its second
+    std::uint32_t element; ///< 0 of a body
+    double along;          ///< share of the way from the element's first node to its second; 0 of a body
     double off_d1, off_d2; ///< m
+    double off_d3 = 0;     ///< m, of a body
 };
 
 /// Half axes of a section along d1 and d2, m.
@@ -35,7 +37,8 @@ SectionMarkers section_markers(const HalfAxes& axes, double spacing, double retr
 bool spans_box(const RodGroup& group, const FluidGrid& grid);
 
 /// Markers of a rod of the group at rest, about a cell apart, ring after ring, with both ends closed. They lie
-/// `retraction` [m] within the surface. All rods of the group have the same number in the same order.
+/// `retraction` [m] within the surface. All rods of the group have the same number in the same order. A group of bodies
+/// has body_markers().
 std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid, double retraction);
 
 } // namespace skein

@@ -84,10 +84,6 @@ namespace {
 /// The longest automatic step, s: a share of the limits, and no longer than physics accept.
 double longest_step(const Plan& plan, const CoreTables& scene) {
     const TimeSpec& t = scene.time;
-    if (!std::isfinite(plan.limit))
-        throw InputError(fmt::format("{}: time.dt: nothing limits the time step, as there are none but rigid "
-                                     "bodies without forces between them: give 'dt'",
-                                     scene.file));
     double longest = plan.limit;
     for (const GroupPlan& g : plan.groups) {
         const double share = g.undamped ? std::min(undamped_share, t.safety * t.e_min) : t.safety * t.e_min;
@@ -95,6 +91,13 @@ double longest_step(const Plan& plan, const CoreTables& scene) {
     }
     for (const auto& one : plan.physics) longest = std::min(longest, one->longest_step());
     return longest;
+}
+
+void require_limit(const Plan& plan, const CoreTables& scene) {
+    if (!std::isfinite(plan.limit))
+        throw InputError(fmt::format("{}: time.dt: nothing limits the time step, as there are none but rigid "
+                                     "bodies without forces between them: give 'dt'",
+                                     scene.file));
 }
 
 void refuse_beyond_limit(const Plan& plan, const CoreTables& scene) {
@@ -123,6 +126,7 @@ void choose_step(Plan& plan, const CoreTables& scene) {
     if (plan.automatic_dt) {
         const double longest = longest_step(plan, scene);
         if (!any([&](PhysicsPlan& one) { return one.divides_interval(plan, scene, longest); })) {
+            require_limit(plan, scene);
             const Interval interval = interval_to_divide(plan, scene, longest);
             plan.divides = interval.text();
             plan.dt = interval.length / std::ceil(interval.length / longest);

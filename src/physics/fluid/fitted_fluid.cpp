@@ -1,10 +1,12 @@
 #include "physics/fluid/fitted_fluid.hpp"
 
+#include "rod/body_shape.hpp"
 #include "skein/placement/places.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <optional>
 
 #include <fmt/format.h>
 
@@ -29,12 +31,19 @@ FluidSpec fitted_fluid(const SceneSpec& scene) {
     for (const RodSpec& rods : scene.rods) {
         const Places places(rods.placement, rods.source, directory);
         const Quaterniond all = frame_of(rods.placement.tangent, rods.placement.normal);
+        const auto take = [&](const Vec3d& place, double reach) {
+            const Vec3d around{reach, reach, reach}, below = place - around, above = place + around;
+            least = {std::min(least.x, below.x), std::min(least.y, below.y), std::min(least.z, below.z)};
+            most = {std::max(most.x, above.x), std::max(most.y, above.y), std::max(most.z, above.z)};
+        };
+        const std::optional<BodyShape> body = rods.body ? std::optional<BodyShape>(rods) : std::nullopt;
         for (std::int64_t i = 0; i < places.count(); ++i) {
-            const Vec3d first = places.origin(i),
-                        last = first + rods.shape.length * third_director(places.turned() ? places.turn(i) : all);
-            for (const Vec3d& end : {first, last}) {
-                least = {std::min(least.x, end.x), std::min(least.y, end.y), std::min(least.z, end.z)};
-                most = {std::max(most.x, end.x), std::max(most.y, end.y), std::max(most.z, end.z)};
+            const Vec3d first = places.origin(i);
+            const Quaterniond turn = places.turned() ? all * places.turn(i) : all;
+            if (body) take(first + transpose_times(turn, body->centre), body->reach);
+            else {
+                take(first, 0);
+                take(first + rods.shape.length * third_director(places.turned() ? places.turn(i) : all), 0);
             }
         }
     }

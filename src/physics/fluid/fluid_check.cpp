@@ -141,11 +141,6 @@ void check_rods(const SceneSpec& scene, Objections& objections) {
     if (scene.time.relax) objections.add("time.relax", "'relax' has no motion for the fluid to follow");
     if (!scene.start.from.empty())
         objections.add("start.from", "rods in a fluid cannot begin with the state of another run yet");
-    for (std::size_t g = 0; g < scene.rods.size(); ++g) {
-        const RodSpec& rods = scene.rods[g];
-        const std::string path = fmt::format("rods.{}", g);
-        if (rods.body) objections.add(path, fmt::format("'{}': rigid bodies are not felt by a fluid yet", rods.name));
-    }
 }
 
 /// A box that moves with rods.

@@ -19,6 +19,10 @@ constexpr std::string_view flat_bodies =
     "at Re = 40 flat bodies of 1 cell in half the thickness have from 3 % too little to 6 % too much "
     "drag, those of 0.5 cells from 12 % too little to 35 % too much";
 
+constexpr std::string_view spheres =
+    "spheres of 3.6 cells in radius have 7 % too much drag in slow flow, and the error "
+    "grows as the square of the spacing";
+
 /// Radius of the cylinder that a rod acts as, in cells: apps/flow/README.md, thin rods in Stokes flow.
 double seen_radius(double radius, bool on_axis) {
     struct Known {
@@ -65,13 +69,18 @@ std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidG
     return text + cure;
 }
 
+std::string of_bodies(const RodsInFluid& bodies, double spacing) {
+    return fmt::format("bodies.{}: {:.3g} cells in half the thickness of a part, too few for the fluid: {}; "
+                       "fluid.spacing = {:.3g} gives two cells",
+                       bodies.name, bodies.least_axis, spheres, bodies.least_axis * spacing / resolved);
+}
+
 std::string of_obstacle(const Obstacle& o, double least, double spacing) {
     const bool sphere = o.kind == ObstacleKind::sphere,
                flat = !sphere && std::max(o.radius, o.second_radius) > 2 * least;
     const std::string_view known =
         o.is_sharp() ? "drag of sharp surfaces was compared with known values from four cells in radius on"
-        : sphere     ? "spheres of 3.6 cells in radius have 7 % too much drag in slow flow, and the error grows as "
-                       "the square of the spacing"
+        : sphere     ? spheres
         : flat       ? flat_bodies
                      : "at Re = 40 cylinders of 3.3 cells in radius have up to 7 % too little drag, those of 1.6 "
                        "cells 4 to 12 %, those of 1 cell twice their own";
@@ -94,7 +103,8 @@ std::vector<std::string> fluid_doubts(const FluidPlan& fluid, std::span<const Ro
     const double h = fluid.constants.grid.h, rounding = 1e-9;
     for (std::size_t g = 0; g < fluid.rods.size(); ++g)
         if (fluid.rods[g].least_axis < resolved * (1 - rounding))
-            found.push_back(of_rods(fluid.rods[g], groups[g], fluid.constants.grid));
+            found.push_back(fluid.rods[g].body ? of_bodies(fluid.rods[g], h)
+                                               : of_rods(fluid.rods[g], groups[g], fluid.constants.grid));
     for (const Obstacle& o : fluid.obstacles) {
         const double least = o.least_axis();
         if (least < resolved * (1 - rounding) * h) found.push_back(of_obstacle(o, least, h));

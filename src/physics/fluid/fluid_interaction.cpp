@@ -10,6 +10,7 @@
 #include "physics/fluid/fluid_pressure.hpp"
 #include "physics/fluid/shared_nodes.hpp"
 #include "physics/loads/load_plan.hpp"
+#include "rod/body_shape.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
@@ -230,9 +231,11 @@ FluidInteraction::RodsInBox FluidInteraction::rods_in_box() const {
     std::vector<RodsInBox> found(local.size()); // by rod: threads read rods side by side
     rods.read(lag_, [&](int, std::size_t i, const RodCopy& rod) {
         RodsInBox& mine = found[i];
+        const BodyShape* body = nth(groups_, local[i].group).body();
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             const Vec3d v = lane(rod.state[k].velocity, 0);
-            mine.speed = std::max(mine.speed, std::abs(v.x) + std::abs(v.y) + std::abs(v.z));
+            const double turning = body ? body->reach * norm(lane(rod.state[k].spin, 0)) : 0;
+            mine.speed = std::max(mine.speed, std::abs(v.x) + std::abs(v.y) + std::abs(v.z) + turning);
             if (!plan_.two_way() || mine.outside != nobody) continue;
             if (const auto face = face_beyond(box, lane(rod.state[k].position, 0), rounding)) {
                 mine.outside = local[i].gid;
@@ -266,14 +269,15 @@ std::string FluidInteraction::text_outside(std::size_t i, std::size_t node, cons
     const FluidBoundary bound = nth(plan_.constants.grid.boundary, face.direction);
     const char along = "xyz"[face.direction];
     const bool could_follow = face.direction == 0 && !plan_.follows_rods && bound != FluidBoundary::through;
-    return fmt::format("rod {} of '{}': element {} has left the fluid through its {} face across {} (\"{}\", {} = {:g} "
-                       "m) by t = {:.6g} s: "
+    const std::string name = group.body() ? fmt::format("body {} of '{}': its centre", rod.index, group.name())
+                                          : fmt::format("rod {} of '{}': element {}", rod.index, group.name(),
+                                                        std::min<std::size_t>(node, group.element.size() - 1));
+    return fmt::format("{} has left the fluid through its {} face across {} (\"{}\", {} = {:g} m) by t = {:.6g} s: "
                        "nothing there carries the inertia and the drag that it has within the fluid\n"
                        "  what holds: more cells along {} (fluid.cells, fluid.lower, or margins){}, an end before it "
                        "gets there, time.duration = "
                        "{:.6g}, or immersion.coupling = \"one_way\"",
-                       rod.index, group.name(), std::min<std::size_t>(node, group.element.size() - 1),
-                       face.upper ? "upper" : "lower", along, nth(fluid_boundary_names, bound), along, face.at,
+                       name, face.upper ? "upper" : "lower", along, nth(fluid_boundary_names, bound), along, face.at,
                        first.begin, along, could_follow ? ", fluid.follows_rods = true" : "",
                        first.begin - static_cast<double>(plan_.every) * first.dt);
 }

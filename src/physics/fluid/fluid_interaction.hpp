@@ -87,7 +87,7 @@ private:
     static constexpr std::int64_t nobody = std::numeric_limits<std::int64_t>::max();
     /// Own rods as a step of the fluid begins.
     struct RodsInBox {
-        double speed = 0; ///< largest sum of components of a node's velocity, m/s
+        double speed = 0; ///< largest sum of components of a node's velocity, or of a body's surface, m/s
         std::int64_t outside =
             nobody; ///< the first in the scene of which a node is beyond a face, if they feel the fluid
         std::size_t rod = 0, node = 0; ///< that one

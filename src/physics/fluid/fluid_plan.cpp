@@ -2,6 +2,7 @@
 
 #include "fluid/slab_coupling.hpp"
 #include "fluid/start_velocity.hpp"
+#include "immersion/body_surface.hpp"
 #include "immersion/plate_markers.hpp"
 #include "physics/fluid/fitted_fluid.hpp"
 #include "physics/fluid/fluid_pressure.hpp"
@@ -194,13 +195,9 @@ CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
 
 namespace {
 
-RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
+/// Half axes of a group's sections, and how markers lie on them.
+void add_sections(const RodGroup& group, const FluidPlan& fluid, RodsInFluid& rods) {
     const double h = fluid.constants.grid.h, retraction = fluid.retraction * h;
-    const std::vector<RodMarker> markers = rod_markers(group, fluid.constants.grid, retraction);
-    RodsInFluid rods{.name = group.name(),
-                     .markers = static_cast<std::int64_t>(markers.size()),
-                     .least_axis = HUGE_VAL,
-                     .density_ratio = group.spec().material.density / fluid.constants.density};
     const bool spans = spans_box(group, fluid.constants.grid);
     for (std::size_t k = 0; k < group.element.size(); ++k) {
         const HalfAxes axes = half_axes(group, k);
@@ -211,6 +208,29 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
             spans ? plate_markers(axes.along_d1, h, retraction) : section_markers(axes, h, retraction);
         nth(rods.has, kind) = true;
     }
+}
+
+/// Half thicknesses of a body's parts.
+void add_parts(const BodyShape& body, double spacing, RodsInFluid& rods) {
+    for (const BodyShape::Part& part : body.part) {
+        const auto [least, most] = std::minmax({part.half.x, part.half.y, part.half.z});
+        rods.least_axis = std::min(rods.least_axis, (part.radius + least) / spacing);
+        rods.most_axis = std::max(rods.most_axis, (part.radius + most) / spacing);
+    }
+}
+
+RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
+    const double h = fluid.constants.grid.h, retraction = fluid.retraction * h;
+    const std::vector<RodMarker> markers = rod_markers(group, fluid.constants.grid, retraction);
+    RodsInFluid rods{.name = group.name(),
+                     .body = group.body() != nullptr,
+                     .markers = static_cast<std::int64_t>(markers.size()),
+                     .least_axis = HUGE_VAL,
+                     .density_ratio = group.spec().material.density / fluid.constants.density};
+    if (const BodyShape* body = group.body()) {
+        add_parts(*body, h, rods);
+        rods.density_ratio = body->mass / (displaced_volume(*body).volume * fluid.constants.density);
+    } else add_sections(group, fluid, rods);
     if (fluid.coupling == RodCoupling::two_way)
         rods.inertia = std::make_shared<InertiaInFluid>(group, markers, fluid.constants.density, fluid.inner_inertia);
     return rods;

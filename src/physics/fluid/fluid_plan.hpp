@@ -54,13 +54,14 @@ struct FluidSpeed {
     std::string by;
 };
 
-/// Rods of a group as the fluid has them.
+/// Rods or bodies of a group as the fluid has them.
 struct RodsInFluid {
     std::string name;
-    std::int64_t markers = 0;                      ///< of a rod
-    double least_axis = 0, most_axis = 0;          ///< half axes of sections, over the spacing
+    bool body = false;
+    std::int64_t markers = 0;                      ///< of a rod or body
+    double least_axis = 0, most_axis = 0;          ///< half axes of sections or parts, over the spacing
     double density_ratio = 0;                      ///< over the fluid's
-    std::array<bool, 3> has{};                     ///< by SectionMarkers
+    std::array<bool, 3> has{};                     ///< by SectionMarkers, of rods
     std::shared_ptr<const InertiaInFluid> inertia; ///< where they feel it
 };
 

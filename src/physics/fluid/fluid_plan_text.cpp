@@ -77,7 +77,9 @@ std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
 
 std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) {
     const auto has = [&](SectionMarkers kind) { return nth(rods.has, kind); };
+    const std::string_view one = rods.body ? "body" : "rod";
     std::vector<std::string_view> as;
+    if (rods.body) as.emplace_back("its surface");
     if (has(SectionMarkers::ring)) as.emplace_back("rings");
     if (has(SectionMarkers::sheet)) as.emplace_back("sheets");
     if (has(SectionMarkers::centre_line)) as.emplace_back("the centre line, which the fluid sees 1.6 to 2 cells wide");
@@ -89,8 +91,8 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
             : "they do not feel the fluid";
     const std::string by =
         fluid.forcing.penalty() ? "springs and dampers" : fmt::format("{} sweeps", fluid.forcing.sweeps);
-    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a rod, on {}; {}; {}", rods.name,
-                       rods.least_axis, rods.most_axis, rods.markers, joined(as, ", "), feel, by);
+    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a {}, on {}; {}; {}", rods.name,
+                       rods.least_axis, rods.most_axis, rods.markers, one, joined(as, ", "), feel, by);
 }
 
 namespace {

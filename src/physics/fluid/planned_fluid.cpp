@@ -61,7 +61,8 @@ public:
             {"  pressure", pressure_text(*this, machine.ranks), "", {}},
             {"  sent", machine.ranks > 1 ? sent_text(*this, machine.ranks) : "", "", {}}};
         for (const Obstacle& o : obstacles) lines.push_back({"  obstacle", obstacle_text(o, *this), "", {}});
-        for (const RodsInFluid& r : rods) lines.push_back({"  rods", rods_in_fluid_text(r, *this), "", {}});
+        for (const RodsInFluid& r : rods)
+            lines.push_back({r.body ? "  bodies" : "  rods", rods_in_fluid_text(r, *this), "", {}});
         lines.push_back({"  dt", rods.empty() ? "divides steps of the run as its velocities want" : "", "", {}});
         lines.push_back({"  meets rods", p.events_every > 1 ? meeting_text(*this, p) : "", "", {}});
         for (const FluidOutput& o : outputs)

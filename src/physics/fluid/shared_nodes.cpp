@@ -31,6 +31,7 @@ SharedNode shared_node(const Hub& hub, std::int64_t copy, const PlacesOfRods& pl
         node.slots.push_back(parts.around.fluid->first(place.at({m.group, index})) + to_index(m.node));
         node.shares.push_back(hub.held ? (node.shares.empty() ? 1.0 : 0.0) : kicked_mass(m, parts, plan));
         sum += node.shares.back();
+        if (hub.body) node.arms.push_back(m.arm);
     }
     for (double& share : node.shares) share /= sum;
     return node;

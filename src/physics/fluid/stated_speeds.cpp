@@ -1,5 +1,6 @@
 #include "physics/fluid/stated_speeds.hpp"
 
+#include "immersion/body_surface.hpp"
 #include "loads/gravity.hpp"
 #include "loads/muscle_formula.hpp"
 #include "loads/muscle_torques.hpp"
@@ -239,6 +240,20 @@ double speed_of_weight(const RodGroup& group, const Vec3d& gravity, const FluidS
         {excess / density * g * duration, std::sqrt(std::numbers::pi * radius * g * excess / fluid.density), viscous});
 }
 
+/// Speed of a body that falls or rises: as far as the duration, inertial or viscous drag on a sphere of its volume let
+/// it.
+double speed_of_weight(const RodGroup& group, const BodyShape& body, const Vec3d& gravity, const FluidSpec& fluid,
+                       double duration) {
+    constexpr double drag_coefficient = 0.44; // of a sphere at Reynolds numbers above 1000
+    const double volume = displaced_volume(body).volume, displaced = fluid.density * volume,
+                 weight = std::abs(group.node_mass.front() - displaced) * sum_of(gravity),
+                 radius = std::cbrt(0.75 * volume / std::numbers::pi);
+    const double viscous = fluid.viscosity > 0 ? weight / (6 * std::numbers::pi * fluid.viscosity * radius) : HUGE_VAL;
+    return std::min({weight / (group.node_mass.front() + 0.5 * displaced) * duration,
+                     std::sqrt(2 * weight / (drag_coefficient * fluid.density * std::numbers::pi * radius * radius)),
+                     viscous});
+}
+
 /// Speeds of both ends of a group's rods that move as prescribed.
 double speed_of_motions(const RodGroup& group, double duration) {
     const RodSpec& spec = group.spec();
@@ -253,7 +268,8 @@ double speed_of_motions(const RodGroup& group, double duration) {
 
 double speed_at_start(const RodGroup& group) {
     const Shape& shape = group.spec().shape;
-    return sum_of(shape.velocity) + 0.5 * length_of(group) * norm(shape.angular_velocity);
+    const double arm = group.body() ? group.body()->reach : 0.5 * length_of(group);
+    return sum_of(shape.velocity) + arm * norm(shape.angular_velocity);
 }
 
 /// Calls f(vertices, muscles) for some rods of a group.
@@ -324,14 +340,17 @@ std::vector<StatedSpeed> stated_speeds(const SceneSpec& scene, std::span<const R
         const std::string of = fmt::format("of '{}'", group.name());
         take(speed_at_start(group), "the velocity at the start " + of, true);
         take(speed_of_motions(group, scene.time.duration), "the moved ends " + of, false);
-        if (!group.strained()) continue;
         if (scene.immersion.coupling == RodCoupling::two_way) {
             Vec3d gravity{0, 0, 0};
             for (std::size_t i = 0; i < loads.size(); ++i)
                 if (const auto* g = loads[i].get_if<Gravity>(); g && names_group(scene.loads[i].rods, group.name()))
                     gravity += g->acceleration;
-            take(speed_of_weight(group, gravity, *scene.fluid, scene.time.duration), "the weight " + of, false);
+            const double duration = scene.time.duration;
+            take(group.body() ? speed_of_weight(group, *group.body(), gravity, *scene.fluid, duration)
+                              : speed_of_weight(group, gravity, *scene.fluid, duration),
+                 "the weight " + of, false);
         }
+        if (!group.strained()) continue;
         take(release_of(scene, group, loads).speed, fmt::format("the curvature {} that begins at t = 0", of), true);
         take(speed_of_muscles(scene, group, loads), "the muscles " + of, false);
     }
