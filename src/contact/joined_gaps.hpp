@@ -61,9 +61,7 @@ private:
     };
     Met met(const JoinedPlace& place, std::size_t set) const;
     bool near(const Met& a, const Met& b) const;
-    double gap_of(const Line& a, const Line& b) const {
-        return gap_ > 0 ? gap_ : std::max(a.half_round, b.half_round);
-    }
+    double gap_of(const Line& a, const Line& b) const { return gap_ > 0 ? gap_ : std::max(a.half_round, b.half_round); }
     std::int64_t in_first_copy(int group, std::int64_t gid) const;
     static double way(const Line& line, bool closed, std::int64_t element, double arc);
 

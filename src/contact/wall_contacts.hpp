@@ -1,6 +1,6 @@
-// Contacts of the rods of a group or of one rod with walls, per tile, lane and wall. They hold forces of the last step, sums since
-// the start and springs of friction. Sums run along the rod and in time, lane by lane, so any ranks, threads and lanes
-// have the same bits.
+// Contacts of the rods of a group or of one rod with walls, per tile, lane and wall. They hold forces of the last step,
+// sums since the start and springs of friction. Sums run along the rod and in time, lane by lane, so any ranks, threads
+// and lanes have the same bits.
 #pragma once
 
 #include "contact/wall.hpp"
@@ -75,7 +75,7 @@ public:
         std::vector<std::uint8_t> held;    ///< [wall]: some point touched at the last step
         std::vector<std::size_t> checked;  ///< walls near enough to be checked in this step
         std::vector<std::uint8_t> left,
-            taken;     ///< [wall]: lanes of a point that touch it, to be worked on and under work
+            taken;         ///< [wall]: lanes of a point that touch it, to be worked on and under work
         int lanes = 0;     ///< lanes with rods of their own
         P slip_mobility{}; ///< of rods with sizes of their own, by lane, 1/kg
 

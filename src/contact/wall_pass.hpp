@@ -259,9 +259,9 @@ private:
     }
 
     /// Forces of a point that some lanes have left to push with. Returns which have more.
-    template <class R>
-    [[gnu::noinline]] unsigned push(const RodTile<W>& rod, SlotLoad<W>* load, double h, const WallNow* wall,
-                                    TileContacts& contacts, int point, const Vec3<P>& at, const R& radius) const {
+    template <class R> [[gnu::noinline]] unsigned push(const RodTile<W>& rod, SlotLoad<W>* load, double h,
+                                                       const WallNow* wall, TileContacts& contacts, int point,
+                                                       const Vec3<P>& at, const R& radius) const {
         WallOfLanes one = take_walls(wall, contacts, point, at);
         if (rod.strands) one.law.compliance = P(h * h) * contacts.slip_mobility;
         const Mask<W> lanes = where_set<W>(one.lanes, 1.0) > P(0.0);

@@ -22,12 +22,12 @@ Vec3d turn_drag(const RodMarker& marker, const Vec3d& mass) {
 
 } // namespace
 
-ForceBalance::ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
-                           const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid,
-                           Weight weight, std::vector<SharedNode> shared)
+ForceBalance::ForceBalance(std::span<const RodGroup> groups, const ImmersedRods& rods,
+                           std::shared_ptr<FluidLoads> loads, const Fluid& fluid, Weight weight,
+                           std::vector<SharedNode> shared)
     : groups_(groups), rods_(rods), loads_(std::move(loads)), fluid_(fluid), weight_(std::move(weight)),
-      shared_(std::move(shared)), inertia_(std::move(inertia)), exchange_(loads_->load.size()), step_(exchange_.size()),
-      place_(rods.count()), off_(rods.count()) {
+      shared_(std::move(shared)), exchange_(loads_->load.size()), step_(exchange_.size()), place_(rods.count()),
+      off_(rods.count()) {
     std::int64_t first = 0;
     for (const RodGroup& group : groups_) {
         first_slot_.push_back(first);

@@ -58,9 +58,8 @@ public:
     };
     /// Acceleration by gravity of a group at a time, m/s^2.
     using Weight = std::function<Vec3d(std::size_t group, double time)>;
-    ForceBalance(std::span<const RodGroup> groups, std::vector<std::shared_ptr<const InertiaInFluid>> inertia,
-                 const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads, const Fluid& fluid, Weight weight,
-                 std::vector<SharedNode> shared = {});
+    ForceBalance(std::span<const RodGroup> groups, const ImmersedRods& rods, std::shared_ptr<FluidLoads> loads,
+                 const Fluid& fluid, Weight weight, std::vector<SharedNode> shared = {});
 
     /// Stage of a step of the fluid: its begin, its length and the length of the whole step, s.
     struct Stage {
@@ -134,8 +133,8 @@ private:
     double theta(double fraction) const { return fraction < 1 ? pace_ * fraction : 1; }
     Vec3d theta(const Vec3d& fraction) const { return {theta(fraction.x), theta(fraction.y), theta(fraction.z)}; }
     const LocalRod& own(std::size_t i) const { return rods_.rods().local()[i]; }
-    const RodGroup& group_of(std::size_t i) const { return nth(groups_, own(i).group); }
-    const InertiaInFluid& inertia_of(std::size_t i) const { return *nth(inertia_, own(i).group); }
+    const RodGroup& group_of(std::size_t i) const { return rods_.constants(i); }
+    const InertiaInFluid& inertia_of(std::size_t i) const { return rods_.inertia(i); }
     /// body(number in the scene, number on this rank) of each own slot.
     template <class Body> void for_slots(Body&& body) const;
 
@@ -147,8 +146,7 @@ private:
     double length_ = 0; ///< of the step, s
     Weight weight_;
     std::vector<SharedNode> shared_;
-    std::vector<std::shared_ptr<const InertiaInFluid>> inertia_; ///< by group
-    std::vector<std::int64_t> first_slot_;                       ///< by group: its first slot in the scene
+    std::vector<std::int64_t> first_slot_; ///< by group: its first slot in the scene
     std::size_t slots_of_scene_ = 0;
     std::vector<SlotExchange> exchange_; ///< by own slot, in the order of loads_
     std::vector<SlotStep> step_;         ///< by own slot

@@ -1,12 +1,14 @@
 // Rods of this rank as immersed bodies.
 #pragma once
 
+#include "immersion/immersed_kinds.hpp"
 #include "immersion/markers.hpp"
 #include "immersion/rod_surface.hpp"
 #include "skein/core/index.hpp"
 #include "tiles/rods.hpp"
 
 #include <algorithm>
+#include <memory>
 #include <span>
 #include <vector>
 
@@ -14,8 +16,7 @@ namespace skein {
 
 class ImmersedRods {
 public:
-    /// Places markers about a cell apart and `retraction` [m] within the surface.
-    ImmersedRods(std::span<const RodGroup> groups, const Rods& rods, const FluidGrid& grid, double retraction);
+    ImmersedRods(std::span<const RodGroup> groups, const Rods& rods, std::shared_ptr<const ImmersedKinds> kinds);
     /// Takes the rods that this rank owns from now on.
     void rebind(const Rods& rods);
 
@@ -27,7 +28,7 @@ public:
     void place(double lag, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const;
     /// Calls f(m, marker) for the markers of local()[i], m being their number among count().
     template <class F> void for_markers(std::size_t i, F&& f) const {
-        const std::vector<RodMarker>& on_rod = nth(of_group_, rods_->local()[i].group);
+        const std::vector<RodMarker>& on_rod = kind_[i]->markers;
         for (std::size_t m = 0; m < on_rod.size(); ++m) f(before_[i] + m, on_rod[m]);
     }
     /// Vector from the axis, or the centre of a body, to a marker, m, lab.
@@ -50,16 +51,29 @@ public:
         return (1 - marker.along) * first + marker.along * second;
     }
     const Rods& rods() const { return *rods_; }
+    /// Constants of local()[i], and its inertia in the fluid.
+    const RodGroup& constants(std::size_t i) const { return *constants_[i]; }
+    const InertiaInFluid& inertia(std::size_t i) const { return *kind_[i]->inertia; }
     /// Reads copies of all own rods, drifted by `lag` [s].
     void read(double lag, const RodReader& reader) const { rods_->read(all_, Copy::frames, lag, reader); }
 
 private:
     std::span<const RodGroup> groups_;
     const Rods* rods_;
-    std::vector<std::vector<RodMarker>> of_group_; ///< markers of one rod
-    std::vector<std::int64_t> first_;              ///< by group: number of its first marker in the scene
+    std::shared_ptr<const ImmersedKinds> kinds_;
+    /// Number of the first marker of a group in the scene, and by rod, or once, of markers from one rod to the next.
+    struct OfGroup {
+        std::int64_t first;
+        std::vector<std::int64_t> before; ///< from the first one, of rods with sizes of their own
+        std::int64_t of_each;             ///< of rods that are alike
+
+        std::int64_t of_rod(std::int64_t i) const { return first + (before.empty() ? i * of_each : nth(before, i)); }
+    };
+    std::vector<OfGroup> groups_in_scene_;
     std::vector<std::size_t> all_;                 ///< numbers of own rods
     std::vector<std::size_t> before_;              ///< by own rod: markers of own rods before it
+    std::vector<const RodGroup*> constants_;       ///< by own rod
+    std::vector<const ImmersedKinds::Kind*> kind_; ///< by own rod
 };
 
 } // namespace skein

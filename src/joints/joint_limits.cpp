@@ -70,7 +70,7 @@ void bound_stars(const Junctions& junctions, std::span<const RodGroup> groups, s
         for (const auto& [place, by] : held[g]) {
             const double eigenvalue = groups[g].strained()
                                           ? eigenvalue_of_element(groups[g].kind(place.first), place.second, by)
-                                                           : std::max({by.x, by.y, by.z});
+                                          : std::max({by.x, by.y, by.z});
             if (eigenvalue > bounds[g].eigenvalue) {
                 bounds[g].eigenvalue = eigenvalue;
                 bounds[g].element_of_eigenvalue = place.second;

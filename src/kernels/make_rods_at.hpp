@@ -75,8 +75,8 @@ inline OfRods<KickedShares> shares_of_rods(const Plan& plan, std::span<const Rod
 /// Mobilities in the kicks of all rods.
 inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups) {
     const Scheme scheme = scheme_of(plan.integrator);
-    const auto kicks = std::make_shared<const OfRods<KicksOfGroup>>(
-        plan, groups, [&](const GroupPlan& of, const RodGroup& group) {
+    const auto kicks =
+        std::make_shared<const OfRods<KicksOfGroup>>(plan, groups, [&](const GroupPlan& of, const RodGroup& group) {
             const auto* kick = of.program.find<pass::Kick>();
             return kick ? kicks_of(*kick, of, group, scheme, plan.dt) : KicksOfGroup();
         });
@@ -87,10 +87,7 @@ inline KickGains kick_gains(const Plan& plan, std::span<const RodGroup> groups) 
         return kicked.any() ? own / nth(kicked.of_nodes, node) : own;
     };
     return {.node = gain,
-            .body =
-                [kicks](int group, std::size_t length) {
-                    return (*kicks)(group, 0)[length].element.front().gain;
-                },
+            .body = [kicks](int group, std::size_t length) { return (*kicks)(group, 0)[length].element.front().gain; },
             .lengths = scheme.kicks.size()};
 }
 
@@ -128,8 +125,7 @@ JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std
         }
         KickGains gains;
         if (!junctions.empty() && is_implicit(plan.integrator))
-            gains = gains_by_mass(
-                groups, std::make_shared<const OfRods<KickedShares>>(shares_of_rods(plan, groups)));
+            gains = gains_by_mass(groups, std::make_shared<const OfRods<KickedShares>>(shares_of_rods(plan, groups)));
         else if (!junctions.empty()) gains = kick_gains(plan, groups);
         joints.push_back(
             std::make_unique<JointsOfCluster<W>>(lists.tables, of_copy, groups, static_cast<int>(a), junctions, gains));

@@ -40,8 +40,8 @@ template <int W> using JointsOfAssemblies = std::vector<std::unique_ptr<ClusterJ
 
 template <int W> class RodTiles final : public Rods {
 public:
-    /// `rods` are ordered as by order_of_tiles(). There is one program per group across, then one per family along, then
-    /// one for each rod across whose group is heterogeneous, and an audit for each program across or none at all.
+    /// `rods` are ordered as by order_of_tiles(). There is one program per group across, then one per family along,
+    /// then one for each rod across whose group is heterogeneous, and an audit for each program across or none at all.
     /// `tiling` is that of these rods. Rods take their start state.
     RodTiles(std::span<const RodGroup> groups, std::vector<LocalRod> rods, const Tiling& tiling,
              std::vector<TileProgram<W>> programs, const Threads& threads,
@@ -57,7 +57,7 @@ public:
     double undamped_share() const override { return undamped_share_.load(std::memory_order_relaxed); }
     std::vector<std::string_view> passes(std::size_t group) const override;
     std::span<const LocalRod> local() const override { return local_; }
-    RodPlace place(std::size_t i) const override { 
+    RodPlace place(std::size_t i) const override {
         const RodTile<W>& tile = tiles_[place_[i].tile];
         return {tile.program, tile.number, place_[i].lane};
     }

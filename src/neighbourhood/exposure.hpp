@@ -193,8 +193,8 @@ public:
         store_transposed<W>(spin, Pack<W>(0.0), [&](int l) { return &motion_[l][k].spin.x; });
     }
 
-    /// Place of a lane's rod among those of its group on this rank. Spare lanes repeat the last rod; of strands they are
-    /// empty.
+    /// Place of a lane's rod among those of its group on this rank. Spare lanes repeat the last rod; of strands they
+    /// are empty.
     static bool is_empty(const RodTile<W>& rod, int l) { return rod.strands && l >= rod.lanes; }
     static std::size_t place_in_group(const RodTile<W>& rod, int l) {
         return rod.first + to_index(std::min(l, rod.lanes - 1));

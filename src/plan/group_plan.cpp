@@ -146,9 +146,8 @@ void find_least_limits(GroupPlan& p, const TimeSpec& time, const RodGroup& group
     if (!group.places().holds_all()) throw std::logic_error("a plan of rods of which not all are known");
     p.limits.clear();
     p.tension_limit = HUGE_VAL;
-    for_each_kind(group, [&](const RodGroup& rod, double) {
-        take_worse(p, plan_alike(time, rod, physics, acts_between));
-    });
+    for_each_kind(group,
+                  [&](const RodGroup& rod, double) { take_worse(p, plan_alike(time, rod, physics, acts_between)); });
     std::stable_sort(p.limits.begin(), p.limits.end(),
                      [](const TimeLimit& a, const TimeLimit& b) { return a.dt < b.dt; });
 }

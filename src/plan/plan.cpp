@@ -47,7 +47,8 @@ void choose_lanes(Plan& plan, std::span<const RodGroup> groups) {
         return;
     std::vector<TilingGroup> tiled = tiling_groups(plan, largest_share(plan));
     for (std::size_t g = 0; g < groups.size(); ++g) {
-        const std::int64_t of_copy = plan.groups[g].own_sizes == OwnSizes::apart ? tiled[g].rods : plan.groups[g].rods_of_lane;
+        const std::int64_t of_copy =
+            plan.groups[g].own_sizes == OwnSizes::apart ? tiled[g].rods : plan.groups[g].rods_of_lane;
         if (of_copy == 0) continue;
         tiled[g].rods = (tiled[g].rods + of_copy - 1) / of_copy;
         tiled[g].elements *= static_cast<int>(of_copy);

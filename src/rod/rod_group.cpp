@@ -98,6 +98,7 @@ void RodGroup::put_own_sizes(std::int64_t i, RodSpec& own) const {
 
 void RodGroup::become(const RodGroup& group, std::int64_t i) {
     group.put_own_sizes(i, spec_);
+    single_rod_ = i;
     places_.become(group.places_, i);
     if (copies_) within_.become(group.within_, i % group.rods_per_copy());
     compute_constants();

@@ -27,17 +27,17 @@ namespace {
 /// plan then needs those of all.
 bool looks_at_whole_rods(const SceneSpec& scene, const RodSpec& rods) {
     const auto of_group = [&](const std::vector<std::string>& names) { return names_group(names, rods.name); };
-    const bool filtered = std::any_of(scene.damping.begin(), scene.damping.end(), [&](const DampingSpec& d) {
-        return of_group(d.rods) && is_filter(d.damping);
-    });
+    const bool filtered = std::any_of(scene.damping.begin(), scene.damping.end(),
+                                      [&](const DampingSpec& d) { return of_group(d.rods) && is_filter(d.damping); });
     const bool loaded = std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& l) {
         return of_group(l.rods) && (l.load.keeps_tables_of_group() || l.load.needs_whole_rods());
     });
     const Section& section = rods.section;
     const bool each_its_own = section.kind != SectionKind::circular;
-    return filtered || loaded || each_its_own || scene.fluid || scene.time.relax || is_implicit(scene.time.integrator) ||
-           rods.material.law == Law::elastica || rods.shape.closed || rods.ends_move() || rods.ends_slide() ||
-           rods.hold.any() || rods.material.inertia_chosen || scene.output.audit;
+    return filtered || loaded || each_its_own || scene.fluid || scene.time.relax ||
+           is_implicit(scene.time.integrator) || rods.material.law == Law::elastica || rods.shape.closed ||
+           rods.ends_move() || rods.ends_slide() || rods.hold.any() || rods.material.inertia_chosen ||
+           scene.output.audit;
 }
 
 /// Formulas along rods are those of each rod's own length, and so is rotary inertia that is chosen.
@@ -49,7 +49,8 @@ void use_formulas(RodGroup& group, const SceneSpec& scene, const FormulaScope& n
     if (const RodColumns& has = group.places().columns(); radii && (has.radius || has.radii))
         throw InputError(fmt::format("{}: file '{}' has radii, and 'radius_formula' of '{}' too: leave one of them out",
                                      spec.source, spec.placement.file, spec.name));
-    if (group.places().columns().nodes && spec.placement.trace == Trace::rest && !spec.shape.rest_curvature_formula.empty())
+    if (group.places().columns().nodes && spec.placement.trace == Trace::rest &&
+        !spec.shape.rest_curvature_formula.empty())
         throw InputError(fmt::format("{}: the nodes of file '{}' are the shape at rest of '{}', and "
                                      "'rest_curvature_formula' too: leave it out, or give placement.trace = \"start\"",
                                      spec.source, spec.placement.file, spec.name));
@@ -113,8 +114,7 @@ std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const d
             groups.back().join(of_assembly);
         }
         first += groups.back().count();
-        if (needs_all || (groups.back().heterogeneous() && looks_at_whole_rods(scene, spec)))
-            groups.back().read_all();
+        if (needs_all || (groups.back().heterogeneous() && looks_at_whole_rods(scene, spec))) groups.back().read_all();
         if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed))
             continue;
         groups.back().read_all(); // what is packed keeps clear of all of them

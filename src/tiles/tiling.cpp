@@ -30,7 +30,7 @@ std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest
     for (PooledRod& rod : rods)
         if (!rod.whole)
             rod.pieces = std::clamp((rod.elements + longest - 1) / longest, 1,
-                                std::min(lanes, std::max(1, rod.elements / least_rows)));
+                                    std::min(lanes, std::max(1, rod.elements / least_rows)));
     std::stable_sort(rods.begin(), rods.end(),
                      [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); });
     std::vector<AlongTile> tiles;

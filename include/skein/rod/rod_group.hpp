@@ -82,11 +82,13 @@ public:
     /// and of no rod. single(i) has the constants and the number of rod i.
     bool heterogeneous() const { return places_.heterogeneous(); }
     RodGroup single(std::int64_t i) const { return RodGroup(*this, i); }
+    /// Number of the rod that single() has made the group of; absent otherwise.
+    std::optional<std::int64_t> single_rod() const { return single_rod_; }
     /// Constants of rod i, which must be held: the group itself where all rods have them, or single(i), which is kept.
     /// Any thread may ask.
     const RodGroup& kind(std::int64_t i) const;
-    /// Reads the formulas of the group's table again for rods with sizes of their own, from their lengths. `read` throws
-    /// InputError where they have faults there. Call it before any rod is asked for.
+    /// Reads the formulas of the group's table again for rods with sizes of their own, from their lengths. `read`
+    /// throws InputError where they have faults there. Call it before any rod is asked for.
     void use_formulas(std::function<void(RodSpec&)> read);
     /// Puts length, radius and shape of rod i into `own`, a copy of spec().
     void put_own_sizes(std::int64_t i, RodSpec& own) const;
@@ -276,6 +278,7 @@ private:
     struct Kinds; ///< rods of sizes that have been asked for
     std::shared_ptr<Kinds> kinds_;
     std::shared_ptr<const std::function<void(RodSpec&)>> formulas_;
+    std::optional<std::int64_t> single_rod_;
     bool circle_ = false; ///< a ring of no other shape
 };
 

@@ -82,8 +82,7 @@ template <class Map, int W> SKEIN_INLINE decltype(auto) neighbour_frame(const Ro
 /// Table of a load by element, in the lanes of a tile along, with 0 where there is no element; empty for a tile across.
 /// `of_rod(group)`: that of a rod with these constants.
 template <template <class> class Row, int W, class OfRod>
-    requires std::invocable<OfRod, const RodGroup&>
-LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, OfRod&& of_rod) {
+requires std::invocable<OfRod, const RodGroup&> LaneRows<Row<Pack<W>>> in_lanes(const RodTile<W>& rod, OfRod&& of_rod) {
     LaneRows<Row<Pack<W>>> rows;
     if (!rod.strands) return rows;
     std::vector<std::vector<Row<double>>> of_range;

@@ -39,16 +39,22 @@ double seen_radius(double radius, bool on_axis) {
 /// Somewhere more than twice as wide as thick, or a plate without edges.
 bool is_flat(const RodGroup& group, const FluidGrid& grid) {
     if (spans_box(group, grid)) return true;
-    for (std::size_t k = 0; k < group.element.size(); ++k) {
-        const HalfAxes axes = half_axes(group, k);
-        if (std::max(axes.along_d1, axes.along_d2) > 2 * std::min(axes.along_d1, axes.along_d2)) return true;
-    }
-    return false;
+    bool flat = false;
+    for_each_kind(group, [&](const RodGroup& kind, double) {
+        for (std::size_t k = 0; k < kind.element.size(); ++k) {
+            const HalfAxes axes = half_axes(kind, k);
+            flat |= std::max(axes.along_d1, axes.along_d2) > 2 * std::min(axes.along_d1, axes.along_d2);
+        }
+    });
+    return flat;
 }
 
 std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidGrid& grid) {
     const bool flat = is_flat(group, grid);
-    const double spacing = grid.h, radius = rods.least_axis, length = group.spec().shape.length / spacing;
+    double shortest = HUGE_VAL;
+    for_each_kind(group,
+                  [&](const RodGroup& kind, double) { shortest = std::min(shortest, kind.spec().shape.length); });
+    const double spacing = grid.h, radius = rods.least_axis, length = shortest / spacing;
     const auto has = [&](SectionMarkers kind) { return nth(rods.has, kind); };
     const std::string what =
         fmt::format("rods.{}: {:.3g} cells in {}", rods.name, radius, flat ? "half the thickness" : "radius");

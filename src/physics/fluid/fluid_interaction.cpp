@@ -81,16 +81,14 @@ FluidInteraction::FluidInteraction(const InteractionParts& parts, const FluidPla
       automatic_dt_(parts.plan.automatic_dt), lag_(scheme_of(parts.plan.integrator).lag * parts.plan.dt) {
     const FluidGrid& grid = plan_.constants.grid;
     std::unique_ptr<ImmersedRods> rods;
-    if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, grid, plan_.retraction * grid.h);
+    if (!groups_.empty()) rods = std::make_unique<ImmersedRods>(groups_, parts.rods, plan_.kinds);
     if (rods || !plan_.obstacles.empty()) {
         bodies_ = std::make_unique<Immersion>(comm_, threads_, grid, plan_.forcing, plan_.obstacles, std::move(rods),
                                               flow_->pencils().across());
         bodies_->set_lag(lag_);
         if (plan_.two_way()) {
-            std::vector<std::shared_ptr<const InertiaInFluid>> inertia;
-            for (const RodsInFluid& of_group : plan_.rods) inertia.push_back(of_group.inertia);
             bodies_->set_balance(std::make_unique<ForceBalance>(
-                groups_, std::move(inertia), *bodies_->rods(), parts.around.fluid,
+                groups_, *bodies_->rods(), parts.around.fluid,
                 ForceBalance::Fluid{plan_.constants.density, grid.h * grid.h * grid.h, plan_.passing()},
                 weight_of(parts.plan), shared_nodes(parts, plan_)));
         }

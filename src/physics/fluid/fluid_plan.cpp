@@ -220,19 +220,24 @@ void add_parts(const BodyShape& body, double spacing, RodsInFluid& rods) {
 }
 
 RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
-    const double h = fluid.constants.grid.h, retraction = fluid.retraction * h;
-    const std::vector<RodMarker> markers = rod_markers(group, fluid.constants.grid, retraction);
     RodsInFluid rods{.name = group.name(),
                      .body = group.body() != nullptr,
-                     .markers = static_cast<std::int64_t>(markers.size()),
                      .least_axis = HUGE_VAL,
                      .density_ratio = group.spec().material.density / fluid.constants.density};
     if (const BodyShape* body = group.body()) {
-        add_parts(*body, h, rods);
+        add_parts(*body, fluid.constants.grid.h, rods);
         rods.density_ratio = body->mass / (displaced_volume(*body).volume * fluid.constants.density);
-    } else add_sections(group, fluid, rods);
-    if (fluid.coupling == RodCoupling::two_way)
-        rods.inertia = std::make_shared<InertiaInFluid>(group, markers, fluid.constants.density, fluid.inner_inertia);
+    }
+    rods.feels_fluid = fluid.coupling == RodCoupling::two_way;
+    double markers = 0, all = 0;
+    for_each_kind(group, [&](const RodGroup& kind, double count) {
+        if (!group.body()) add_sections(kind, fluid, rods);
+        const ImmersedKinds::Kind& in_fluid = fluid.kinds->of(kind, 0);
+        markers += count * static_cast<double>(in_fluid.markers.size());
+        all += count;
+        if (rods.feels_fluid) rods.least_inertia = std::min(rods.least_inertia, in_fluid.inertia->least_effective());
+    });
+    rods.markers = std::lround(markers / all);
     return rods;
 }
 
@@ -262,6 +267,9 @@ FluidPlan plan_fluid(const PlanInput& input) {
     plan.speed = speed_of(plan, scene.fluid->expected_speed, stated);
     if (!groups.empty() && plan.coupling == RodCoupling::two_way && scene.immersion.forcing == ForcingKind::direct)
         plan.largest_slip = scene.fluid->largest_slip;
+    plan.kinds = std::make_shared<const ImmersedKinds>(
+        plan.constants.grid, ImmersedKinds::Numbers{plan.retraction * plan.constants.grid.h, plan.constants.density,
+                                                    plan.inner_inertia, plan.coupling == RodCoupling::two_way});
     for (const RodGroup& group : groups) plan.rods.push_back(rods_in_fluid(group, plan));
     plan.forcing.two_way = plan.two_way();
     plan.forcing.kinematic_viscosity = plan.constants.kinematic_viscosity;

@@ -3,8 +3,8 @@
 
 #include "fluid/cell_samples.hpp"
 #include "formula/scope.hpp"
+#include "immersion/immersed_kinds.hpp"
 #include "immersion/immersion_spec.hpp"
-#include "immersion/inertia_in_fluid.hpp"
 #include "immersion/obstacle.hpp"
 #include "io/fluid_output_spec.hpp"
 #include "io/output_spec.hpp"
@@ -58,11 +58,12 @@ struct FluidSpeed {
 struct RodsInFluid {
     std::string name;
     bool body = false;
-    std::int64_t markers = 0;                      ///< of a rod or body
-    double least_axis = 0, most_axis = 0;          ///< half axes of sections or parts, over the spacing
-    double density_ratio = 0;                      ///< over the fluid's
-    std::array<bool, 3> has{};                     ///< by SectionMarkers, of rods
-    std::shared_ptr<const InertiaInFluid> inertia; ///< where they feel it
+    std::int64_t markers = 0;             ///< of a rod or body
+    double least_axis = 0, most_axis = 0; ///< half axes of sections or parts, over the spacing
+    double density_ratio = 0;             ///< over the fluid's
+    std::array<bool, 3> has{};            ///< by SectionMarkers, of rods
+    double least_inertia = 1;             ///< that kicks feel, over the rod's
+    bool feels_fluid = false;
 };
 
 /// The fluid around everything.
@@ -84,7 +85,8 @@ struct FluidPlan {
     std::string ranks_across_at = {}; ///< file:line of that key, for messages
     std::int64_t every =
         0; ///< with rods: steps of the run between two meetings of rods and fluid, a step of the fluid or several
-    std::vector<RodsInFluid> rods; ///< by group
+    std::vector<RodsInFluid> rods;                   ///< by group
+    std::shared_ptr<const ImmersedKinds> kinds = {}; ///< markers and inertia of rods
 
     bool two_way() const { return !rods.empty() && coupling == RodCoupling::two_way; }
     bool has_bodies() const { return !obstacles.empty() || !rods.empty(); }

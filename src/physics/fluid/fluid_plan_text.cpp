@@ -87,7 +87,7 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
         fluid.two_way()
             ? fmt::format(
                   "{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia at least",
-                  rods.density_ratio, rods.inertia->least_effective())
+                  rods.density_ratio, rods.least_inertia)
             : "they do not feel the fluid";
     const std::string by =
         fluid.forcing.penalty() ? "springs and dampers" : fmt::format("{} sweeps", fluid.forcing.sweeps);

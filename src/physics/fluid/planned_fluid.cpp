@@ -80,11 +80,10 @@ public:
     }
 
     void act_on(GroupPlan& p, const RodGroup& group) const override {
-        if (const auto& inertia = nth(rods, group.id()).inertia) p.inertia = inertia->least_effective();
+        if (two_way()) p.inertia = inertia_of(group)->least_effective();
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
-        if (const auto& inertia = nth(rods, group.id()).inertia)
-            p.program.add(PassPlace::medium, pass::FeelFluid{inertia});
+        if (two_way()) p.program.add(PassPlace::medium, pass::FeelFluid{inertia_of(group)});
     }
     Coupling coupling() const override { return Coupling::at_events; }
 
@@ -134,6 +133,10 @@ public:
     }
 
 private:
+    /// Of rods that are alike, or of the first of a group.
+    const std::shared_ptr<const InertiaInFluid>& inertia_of(const RodGroup& group) const {
+        return kinds->of(group, 0).inertia;
+    }
     void count_output_steps(const Plan& plan) {
         for (FluidOutput& output : outputs) output.every = whole_steps(output.interval, plan);
     }

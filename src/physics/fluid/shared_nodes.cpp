@@ -18,8 +18,9 @@ using PlacesOfRods = std::map<std::pair<int, std::int64_t>, std::size_t>; ///< i
 
 /// Mass that kicks of a hub's member feel, kg.
 double kicked_mass(const Hub::Member& m, const InteractionParts& parts, const FluidPlan& plan) {
-    return nth(nth(plan.rods, m.group).inertia->of_nodes, m.node).effective *
-           nth(nth(parts.groups, m.group).node_mass, m.node);
+    const RodGroup& group = nth(parts.groups, m.group);
+    return nth(plan.kinds->of(group, m.rod).inertia->of_nodes, m.node).effective *
+           nth(group.kind(m.rod).node_mass, m.node);
 }
 
 SharedNode shared_node(const Hub& hub, std::int64_t copy, const PlacesOfRods& place, const InteractionParts& parts,

@@ -164,11 +164,19 @@ std::vector<Muscle> muscles_of(const SceneSpec& scene, const RodGroup& group, st
     return all;
 }
 
+/// Calls f with the group, or with the constants of some rods that have sizes of their own.
+template <class F> void for_some_kinds(const RodGroup& group, F&& f) {
+    constexpr std::size_t most = 64;
+    if (!group.heterogeneous()) return f(group);
+    const std::vector<std::int64_t> rods = group.places().held();
+    for (std::size_t i = 0; i < rods.size(); i += rods.size() / most + 1) f(group.single(rods[i]));
+}
+
 /// Some of a group's rods, among them the first; of a file that alone, which all ranks know as the group has it.
 std::vector<std::int64_t> some_rods(const RodGroup& group) {
     constexpr std::int64_t most = 4;
-    std::vector<std::int64_t> rods{0};
-    if (group.places().from_file()) return rods;
+    std::vector<std::int64_t> rods{group.single_rod().value_or(0)};
+    if (group.places().from_file() || group.single_rod()) return rods;
     for (std::int64_t i = 1; i < std::min(most, group.count()); ++i)
         rods.push_back(i * (group.count() - 1) / (most - 1));
     return rods;
@@ -334,9 +342,12 @@ std::vector<StatedSpeed> stated_speeds(const SceneSpec& scene, std::span<const R
                                        std::span<const Load> loads) {
     std::vector<StatedSpeed> all;
     const auto take = [&](double value, const std::string& by, bool at_once) {
-        if (value > 0) all.push_back({value, by, at_once});
+        if (!(value > 0)) return;
+        const auto known = std::find_if(all.begin(), all.end(), [&](const StatedSpeed& one) { return one.by == by; });
+        if (known == all.end()) all.push_back({value, by, at_once});
+        else known->value = std::max(known->value, value);
     };
-    for (const RodGroup& group : groups) {
+    const auto take_all_of = [&](const RodGroup& group) {
         const std::string of = fmt::format("of '{}'", group.name());
         take(speed_at_start(group), "the velocity at the start " + of, true);
         take(speed_of_motions(group, scene.time.duration), "the moved ends " + of, false);
@@ -350,10 +361,11 @@ std::vector<StatedSpeed> stated_speeds(const SceneSpec& scene, std::span<const R
                               : speed_of_weight(group, gravity, *scene.fluid, duration),
                  "the weight " + of, false);
         }
-        if (!group.strained()) continue;
+        if (!group.strained()) return;
         take(release_of(scene, group, loads).speed, fmt::format("the curvature {} that begins at t = 0", of), true);
         take(speed_of_muscles(scene, group, loads), "the muscles " + of, false);
-    }
+    };
+    for (const RodGroup& group : groups) for_some_kinds(group, take_all_of);
     return all;
 }
 
@@ -362,7 +374,10 @@ std::vector<std::string> abrupt_starts(const SceneSpec& scene, std::span<const R
     constexpr double share = 1e-3; // rad of a cell
     std::vector<std::string> found;
     for (const RodGroup& group : groups) {
-        const Release release = release_of(scene, group, loads);
+        Release release;
+        for_some_kinds(group, [&](const RodGroup& kind) {
+            if (const Release of = release_of(scene, kind, loads); of.speed > release.speed) release = of;
+        });
         if (!(norm(release.curvature) * release.length > share)) continue;
         found.push_back(fmt::format(
             "rods.{}: muscles and rest curvature differ from the shape at t = 0 by up to {:.3g} 1/m: the rod "

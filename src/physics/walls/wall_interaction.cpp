@@ -12,7 +12,8 @@
 namespace skein {
 
 WallInteraction::WallInteraction(const InteractionParts& parts)
-    : comm_(parts.comm), rods_(&parts.rods), walls_(parts.around.walls), wall_contacts_(parts.around.wall_contacts), work_(walls_->count(), 0) {
+    : comm_(parts.comm), rods_(&parts.rods), walls_(parts.around.walls), wall_contacts_(parts.around.wall_contacts),
+      work_(walls_->count(), 0) {
     for (std::size_t w = 0; w < walls_->count(); ++w) {
         const Wall& wall = walls_->wall[w];
         overlaps_.push_back({.of = wall.name,

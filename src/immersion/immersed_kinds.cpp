@@ -1,0 +1,19 @@
+#include "immersion/immersed_kinds.hpp"
+
+namespace skein {
+
+const ImmersedKinds::Kind& ImmersedKinds::of(const RodGroup& group, std::int64_t i) const {
+    constexpr std::int64_t all = -1;
+    const std::int64_t rod = group.heterogeneous() ? i : group.single_rod().value_or(all);
+    const std::lock_guard lock(mutex_);
+    std::unique_ptr<const Kind>& kept = kinds_[{group.id(), rod}];
+    if (kept) return *kept;
+    const RodGroup& own = group.kind(i);
+    Kind kind{rod_markers(own, grid_, numbers_.retraction), nullptr};
+    if (numbers_.feels_fluid)
+        kind.inertia = std::make_shared<const InertiaInFluid>(own, kind.markers, numbers_.density, numbers_.has_inner);
+    kept = std::make_unique<const Kind>(std::move(kind));
+    return *kept;
+}
+
+} // namespace skein

@@ -1,0 +1,41 @@
+// What a fluid has of rods and bodies: markers on their surfaces and shares of their inertia, once for all of a group
+// that are alike, and once for each rod with sizes of its own.
+#pragma once
+
+#include "immersion/inertia_in_fluid.hpp"
+#include "immersion/rod_surface.hpp"
+
+#include <cstdint>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <utility>
+#include <vector>
+
+namespace skein {
+
+class ImmersedKinds {
+public:
+    struct Numbers {
+        double retraction = 0;    ///< of markers within the surface, m
+        double density = 0;       ///< of the fluid, kg/m^3
+        bool has_inner = true;    ///< the fluid within moves with the rods
+        bool feels_fluid = false; ///< rods feel it
+    };
+    ImmersedKinds(const FluidGrid& grid, const Numbers& numbers) : grid_(grid), numbers_(numbers) {}
+
+    struct Kind {
+        std::vector<RodMarker> markers;
+        std::shared_ptr<const InertiaInFluid> inertia; ///< null where rods do not feel the fluid
+    };
+    /// Of rod i of a group, or of the rod of RodGroup::kind whatever i. Any thread may ask.
+    const Kind& of(const RodGroup& group, std::int64_t i) const;
+
+private:
+    FluidGrid grid_;
+    Numbers numbers_;
+    mutable std::mutex mutex_;
+    mutable std::map<std::pair<int, std::int64_t>, std::unique_ptr<const Kind>> kinds_; ///< by group and rod
+};
+
+} // namespace skein
