@@ -49,6 +49,16 @@ template <class... Physics> struct TablesOf : Physics... {
         });
         return all;
     }
+    /// True if some pass over a group takes whole rods, or keeps tables of them: if rods have sizes of their own, a plan
+    /// then needs all of them.
+    static bool look_at_whole_rods(const SceneSpec& scene, const RodSpec& rods) {
+        bool whole = false;
+        for_each([&]<class P>(std::type_identity<P>) {
+            if constexpr (requires { P::look_at_whole_rods(scene, rods); })
+                whole = whole || P::look_at_whole_rods(scene, rods);
+        });
+        return whole;
+    }
     /// Carries over to other numbers of elements what tables give by element, node or vertex.
     static void refine(SceneSpec& out, const SceneSpec& scene, const Refinement& by) {
         for_each([&]<class P>(std::type_identity<P>) {

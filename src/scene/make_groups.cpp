@@ -2,7 +2,6 @@
 
 #include "io/rod_file.hpp"
 #include "physics/assemblies.hpp"
-#include "physics/group_names.hpp"
 #include "physics/rods/rotary_inertia.hpp"
 #include "placement/packing.hpp"
 #include "rod/formulas_along.hpp"
@@ -22,23 +21,6 @@
 namespace skein {
 
 namespace {
-
-/// True where some pass looks at whole rods of a group, or keeps tables of it: where rods have sizes of their own, the
-/// plan then needs those of all.
-bool looks_at_whole_rods(const SceneSpec& scene, const RodSpec& rods) {
-    const auto of_group = [&](const std::vector<std::string>& names) { return names_group(names, rods.name); };
-    const bool filtered = std::any_of(scene.damping.begin(), scene.damping.end(),
-                                      [&](const DampingSpec& d) { return of_group(d.rods) && is_filter(d.damping); });
-    const bool loaded = std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& l) {
-        return of_group(l.rods) && (l.load.keeps_tables_of_group() || l.load.needs_whole_rods());
-    });
-    const Section& section = rods.section;
-    const bool each_its_own = section.kind != SectionKind::circular;
-    return filtered || loaded || each_its_own || scene.fluid || scene.time.relax ||
-           is_implicit(scene.time.integrator) || rods.material.law == Law::elastica || rods.shape.closed ||
-           rods.ends_move() || rods.ends_slide() || rods.hold.any() || rods.material.inertia_chosen ||
-           scene.output.audit;
-}
 
 /// Formulas along rods are those of each rod's own length, and so is rotary inertia that is chosen.
 void use_formulas(RodGroup& group, const SceneSpec& scene, const FormulaScope& names) {
@@ -114,7 +96,8 @@ std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const d
             groups.back().join(of_assembly);
         }
         first += groups.back().count();
-        if (needs_all || (groups.back().heterogeneous() && looks_at_whole_rods(scene, spec))) groups.back().read_all();
+        if (needs_all || (groups.back().heterogeneous() && PhysicsTables::look_at_whole_rods(scene, spec)))
+            groups.back().read_all();
         if (packed(scene.rods[g]) || std::none_of(scene.rods.begin() + static_cast<long>(g), scene.rods.end(), packed))
             continue;
         groups.back().read_all(); // what is packed keeps clear of all of them

@@ -356,20 +356,6 @@ class RodFiles(DriverTest):
         self.refused("'directors' without 'nodes'", normal=None, directors=directors)
         self.refused("dataset 'nodes' has the shape [37, 7, 2]; it must be [rods, elements + 1, 3]", **none, nodes=nodes[:, :, :2])
         self.refused("'radius' conflicts with 'radii'", radius=numpy.ones(RODS), radii=numpy.ones((RODS, 7)))
-        self.end = 'clamped"\nend_free = "z'
-        self.refused("a clamp that slides at the last end", length=numpy.ones(RODS))
-        self.end = "free"
-        wall = '[[wall]]\nname = "floor"\nkind = "plane"\nstiffness = 1000.0\n'
-        self.write_file(options={"more": wall}, length=numpy.ones(RODS))
-        said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60)
-        self.assertEqual(said.returncode, 2, said.stdout)
-        self.assertIn("need rods that are alike", said.stderr)
-        self.write_file(length=numpy.ones(RODS))
-        self.scene.write_text(self.scene.read_text().replace("duration = 0.02", "duration = 100.0\nrelax = true")
-                              .replace('[[damping]]\nkind = "uniform"\nrate = 0.5\n', "").replace("trajectory = 0.01", "trajectory = 10.0"))
-        said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60)
-        self.assertEqual(said.returncode, 2, said.stdout)
-        self.assertIn("time.relax solves along whole rods that are alike; give each size a group of its own", said.stderr)
         self.write('kind = "file"\nfile = "nowhere.h5"')
         said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60).stderr
         self.assertIn("there is no rod file", said)

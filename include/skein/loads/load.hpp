@@ -130,6 +130,8 @@ public:
     int number() const;
     bool needs_whole_rods() const { return held_->traits().needs_whole_rods; }
     bool keeps_tables_of_group() const { return held_->traits().keeps_tables_of_group; }
+    /// True where the step has a limit by its rate or stiffness over the masses of nodes.
+    bool limits_step() const { return held_->traits().limits_step; }
     bool has_tables_by_lane() const { return held_->traits().has_tables_by_lane; }
     bool ignores_motion() const { return held_->traits().ignores_motion; }
     bool feels_all_nodes() const { return held_->traits().feels_all_nodes; }
@@ -160,8 +162,8 @@ public:
 private:
     struct Traits {
         std::string_view kind, label;
-        bool needs_whole_rods, keeps_tables_of_group, has_tables_by_lane, ignores_motion, feels_all_nodes, acts_last,
-            for_rigid_bodies, for_rings;
+        bool needs_whole_rods, keeps_tables_of_group, has_tables_by_lane, limits_step, ignores_motion, feels_all_nodes,
+            acts_last, for_rigid_bodies, for_rings;
     };
 
     class AnyHeld {
@@ -187,6 +189,8 @@ private:
                                                          .needs_whole_rods = skein::needs_whole_rods<L>,
                                                          .keeps_tables_of_group = skein::keeps_tables_of_group<L>,
                                                          .has_tables_by_lane = detail::says_tables_by_lane<L>,
+                                                         .limits_step = detail::names_largest_rate<L> ||
+                                                                        detail::names_largest_stiffness<L>,
                                                          .ignores_motion = detail::says_ignores_motion<L>,
                                                          .feels_all_nodes = detail::says_all_nodes<L>,
                                                          .acts_last = detail::says_acts_last<L>,

@@ -47,6 +47,8 @@ private:
 
 } // namespace
 
+bool AuditTables::look_at_whole_rods(const SceneSpec& scene, const RodSpec&) { return scene.output.audit; }
+
 void AuditTables::plan(const PlanInput& input, PlannedPhysics& out) {
     if (input.scene.output.audit)
         out.add<PlannedAudit>(input.scene.time.relax ? Integrator::verlet : input.scene.time.integrator);

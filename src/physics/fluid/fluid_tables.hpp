@@ -15,6 +15,7 @@
 namespace skein {
 
 struct CoreTables;
+struct RodSpec;
 struct SceneSpec;
 struct PlanInput;
 class PlannedPhysics;
@@ -37,6 +38,8 @@ struct FluidTables {
     }
     /// Objects to contradictions in them.
     static void check(const SceneSpec& scene, Objections& objections);
+    /// See PhysicsTables.
+    static bool look_at_whole_rods(const SceneSpec& scene, const RodSpec& rods);
     /// Adds its plan to those of a scene that has it.
     static void plan(const PlanInput& input, PlannedPhysics& out);
 };

@@ -146,6 +146,8 @@ private:
 
 } // namespace
 
+bool FluidTables::look_at_whole_rods(const SceneSpec& scene, const RodSpec&) { return scene.fluid.has_value(); }
+
 void FluidTables::plan(const PlanInput& input, PlannedPhysics& out) {
     if (input.scene.fluid) out.add<PlannedFluid>(input);
 }

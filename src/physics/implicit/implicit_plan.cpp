@@ -102,6 +102,10 @@ private:
 
 } // namespace
 
+bool ImplicitTables::look_at_whole_rods(const SceneSpec& scene, const RodSpec&) {
+    return is_implicit(scene.time.integrator);
+}
+
 void ImplicitTables::plan(const PlanInput& input, PlannedPhysics& out) {
     const TimeSpec& time = input.scene.time;
     if (time.relax || !is_implicit(time.integrator) || input.groups.empty()) return;

@@ -157,6 +157,16 @@ void LoadTables::resolve(SceneSpec& scene, std::span<const RodGroup> groups) {
     scene = with_plane_numbers(std::move(scene), groups);
 }
 
+bool LoadTables::look_at_whole_rods(const SceneSpec& scene, const RodSpec& rods) {
+    const bool filtered = std::any_of(scene.damping.begin(), scene.damping.end(), [&](const DampingSpec& d) {
+        return is_filter(d.damping) && names_group(d.rods, rods.name);
+    });
+    return filtered || std::any_of(scene.loads.begin(), scene.loads.end(), [&](const LoadSpec& l) {
+               return names_group(l.rods, rods.name) &&
+                      (l.load.keeps_tables_of_group() || l.load.needs_whole_rods() || l.load.limits_step());
+           });
+}
+
 void LoadTables::plan(const PlanInput& input, PlannedPhysics& out) {
     if (!input.groups.empty()) out.add<PlannedLoads>(input);
 }

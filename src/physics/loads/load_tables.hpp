@@ -15,6 +15,7 @@
 namespace skein {
 
 struct CoreTables;
+struct RodSpec;
 struct SceneSpec;
 class RodGroup;
 struct PlanInput;
@@ -31,6 +32,8 @@ struct LoadTables {
     }
     /// Objects to contradictions in them.
     static void check(const SceneSpec& scene, Objections& objections);
+    /// See PhysicsTables.
+    static bool look_at_whole_rods(const SceneSpec& scene, const RodSpec& rods);
     /// Adds its plan to those of a scene that has it.
     static void plan(const PlanInput& input, PlannedPhysics& out);
     /// Writes numbers in place of those that stand for "auto".

@@ -107,6 +107,8 @@ private:
 
 } // namespace
 
+bool RelaxationTables::look_at_whole_rods(const SceneSpec& scene, const RodSpec&) { return scene.time.relax; }
+
 void RelaxationTables::plan(const PlanInput& input, PlannedPhysics& out) {
     if (input.scene.time.relax) out.add<PlannedRelaxation>(input);
 }

@@ -100,6 +100,11 @@ private:
 
 } // namespace
 
+bool RodTables::look_at_whole_rods(const SceneSpec&, const RodSpec& rods) {
+    return rods.section.kind != SectionKind::circular || rods.material.law == Law::elastica || rods.shape.closed ||
+           rods.ends_move() || rods.ends_slide() || rods.hold.any() || rods.material.chooses_inertia();
+}
+
 void RodTables::check(const SceneSpec& scene, Objections& objections) {
     for (std::size_t g = 0; g < scene.rods.size(); ++g) {
         const RodSpec& rods = scene.rods[g];
