@@ -114,7 +114,7 @@ private:
     /// Momentum of the fluid within a body, about the body's centre of mass, lab.
     BodyMomentum inner_momentum(std::size_t i, const RodCopy& body) const;
     /// Adds what markers of a body exert by the velocities that its turning and its drift give them, as far as drags of
-    /// (89) do not have it.
+    /// (89) do not have it, (139).
     void add_cross_drags(std::size_t i, const RodCopy& body, const Responses& responses, FluidLoad& load) const;
     /// Advances L of a body by (138).
     void end_step_of_body(std::size_t i, const RodCopy& body);

@@ -36,24 +36,26 @@ void ImmersionSpec::fields(FieldVisitor& f) {
              .text = "corrections stop when the slip between fluid and bodies is below this; 0: all corrections",
              .at_least = 0},
             slip);
-    f.visit({.name = "retraction",
-             .unit = "-",
-             .text = "inward offset of the markers of rods, in cells (immersed bodies appear too large)",
-             .at_least = 0,
-             .at_most = 2},
-            retraction);
+    f.visit(
+        {.name = "retraction",
+         .unit = "-",
+         .text = "inward offset of the markers of rods and rigid bodies, in cells (immersed bodies appear too large)",
+         .at_least = 0,
+         .at_most = 2},
+        retraction);
     f.choice({.name = "coupling",
               .unit = "",
-              .text = "two_way: rods and fluid act on each other; one_way: rods move the fluid, but the fluid does not "
-                      "act on them"},
+              .text =
+                  "two_way: rods, rigid bodies and fluid act on each other; one_way: rods and rigid bodies move the "
+                  "fluid, but it does not act on them"},
              coupling, rod_coupling_names);
     f.visit(
         {.name = "inner_inertia",
          .unit = "",
          .text =
-             "with two-way coupling; true: the fluid inside rods moves with them and carries its own inertia; "
-             "false: rods carry their own inertia and the inertia of the fluid inside, as if they were heavier, for "
-             "comparison with such methods"},
+             "with two-way coupling; true: the fluid inside rods and rigid bodies moves with them and carries its "
+             "own inertia; false: they carry their own inertia and the inertia of the fluid inside, as if they were "
+             "heavier, for comparison with such methods"},
         inner_inertia);
 }
 
