@@ -172,6 +172,12 @@ WallState Walls::at(std::size_t w, double time) const {
     return {one.moved + (time - one.from) * one.velocity, one.velocity};
 }
 
+WallState Walls::within_step(std::size_t w, double time) const {
+    WallState now = at(w, time);
+    if (wall[w].servo.drives()) now.offset = now.offset + (time - state_time) * now.velocity;
+    return now;
+}
+
 int Walls::find(const std::string& name) const {
     for (std::size_t w = 0; w < count(); ++w)
         if (wall[w].name == name) return static_cast<int>(w);

@@ -84,6 +84,7 @@ std::vector<Wall> expanded(const std::vector<Wall>& walls);
 struct Walls {
     std::vector<Wall> wall;
     std::vector<WallState> state; ///< one per wall, of driven ones
+    double state_time = 0;        ///< s: of these states, the middle of the present step
 
     Walls() = default;
     explicit Walls(const std::vector<Wall>& scene) : wall(expanded(scene)), state(wall.size()) {}
@@ -91,6 +92,8 @@ struct Walls {
     std::size_t count() const { return wall.size(); }
     /// Place of wall w at `time`: by its velocity if it is steady, else by its state.
     WallState at(std::size_t w, double time) const;
+    /// The same, with driven walls that go on within the present step.
+    WallState within_step(std::size_t w, double time) const;
     /// Number of the wall of that name, or -1.
     int find(const std::string& name) const;
 };

@@ -146,6 +146,8 @@ public:
         return contacts;
     }
     TileContacts& of_tile(std::size_t tile) { return tiles_[tile]; }
+    void keep(std::size_t place) { kept_[place] = tiles_; }
+    void go_back(std::size_t place) { tiles_ = kept_[place]; }
 
     void append_normal(int wall, std::vector<double>& forces) const override {
         append(wall, forces, [](const Entry& e, int l) { return e.normal[l]; });
@@ -201,6 +203,7 @@ private:
     std::size_t points_; ///< points of a rod
     std::vector<int> acting_, place_;
     AlignedVector<TileContacts> tiles_;
+    std::array<AlignedVector<TileContacts>, 2> kept_; ///< for steps that are taken back
 };
 
 } // namespace skein

@@ -10,6 +10,8 @@
 #include "contact/compress.hpp"
 #include "contact/contact_limits.hpp"
 #include "contact/contact_tangent.hpp"
+#include "contact/implicit_walls.hpp"
+#include "contact/stage_response.hpp"
 #include "contact/wall_contacts.hpp"
 #include "contact/wall_points.hpp"
 #include "core/transposed.hpp"
@@ -36,13 +38,13 @@ struct WallNow {
     bool stands;
 };
 
-template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W> {
+template <int W, class Points = RodNodes<W>> class WallPass final : public TilePass<W>, public ImplicitWalls<W> {
 public:
-    /// `tangents`: where slopes of its loads go; null: nothing wants them.
+    /// `tangents`: where slopes of its loads go; null: nothing wants them. `in_stages`: implicit steps evaluate it.
     WallPass(std::shared_ptr<const Walls> walls, const RodGroup& group, std::shared_ptr<WallContactTiles<W>> contacts,
-             std::shared_ptr<WallTangents<W>> tangents = nullptr)
+             std::shared_ptr<WallTangents<W>> tangents = nullptr, bool in_stages = false)
         : walls_(std::move(walls)), contacts_(std::move(contacts)), tangents_(std::move(tangents)), points_(group),
-          slip_mobility_(slip_mobility(group)) {
+          slip_mobility_(in_stages ? 0.0 : slip_mobility(group)), in_stages_(in_stages) {
         for (const int w : contacts_->acting()) {
             law_.push_back(nth(walls_->wall, w).law.resolved(mass_at_wall(group)));
         }
@@ -54,6 +56,9 @@ public:
         for (int l = 0; rod.strands && l < lanes_of<W>; ++l) // otherwise all lanes have that of the group
             contacts.slip_mobility.set(l, slip_mobility(rod.group_of(l)));
         if (tangents_) tangents_->add_tile(rod);
+        if (!in_stages_) return;
+        if (slopes_.size() <= rod.number) slopes_.resize(rod.number + 1);
+        slopes_[rod.number].point.resize(rod.group->strained() ? to_index(points_.count(rod)) : 0);
     }
 
     /// Walls at all steps of the batch: driven ones where their states say now.
@@ -63,7 +68,7 @@ public:
             for (std::size_t i = 0; i < acting(); ++i) {
                 const auto at = to_index(contacts_->acting()[i]);
                 const Wall& wall = walls_->wall[at];
-                const WallState state = walls_->at(at, step.time);
+                const WallState state = in_stages_ ? walls_->within_step(at, step.time) : walls_->at(at, step.time);
                 const Vec3d point = wall.point + state.offset,
                             direction = wall.kind == WallKind::tube ? wall.axis : wall.normal;
                 now_[to_index(step.slot) * acting() + i] = {wall.kind,
@@ -125,6 +130,49 @@ public:
         }
     }
 
+    void try_state(const RodTile<W>& rod, const Slot<W>* start, SlotLoad<W>* load, const Step& step,
+                   const StageSpan<W>& span) const override {
+        slopes_[rod.number].clear();
+        for_touches<false>(rod, start, step, span,
+                           [&](int i, std::size_t, const Mask<W>& lanes, const ContactState<Pack<W>>& state,
+                               const StageContact<Pack<W>>& out) {
+                               points_.push(rod, load, i, lanes, out.on_point, out.arm * out.moment);
+                               const Pack<W> zero(0.0);
+                               Pack<W> slopes[3][3];
+                               for (int r = 0; r < 3; ++r)
+                                   for (int c = 0; c < 3; ++c) slopes[r][c] = select(lanes, out.slopes[r][c], zero);
+                               points_.add_slopes(rod, slopes_[rod.number], i, slopes,
+                                                  select(lanes, out.arm, zero) * state.normal,
+                                                  select(lanes, out.on_point, Vec3<Pack<W>>{zero, zero, zero}));
+                           });
+    }
+    void end_stage(const RodTile<W>& rod, const Slot<W>* start, const Step& step,
+                   const StageSpan<W>& span) const override {
+        TileContacts& contacts = contacts_->of_tile(rod.number);
+        for_touches<true>(
+            rod, start, step, span,
+            [&](int i, std::size_t w, const Mask<W>& lanes, const ContactState<Pack<W>>& state,
+                const StageContact<Pack<W>>& out) {
+                const Pack<W> none(0.0);
+                const double radius = points_.radius(rod, i);
+                const Pack<W> overlap = max(state.radius_1 - state.distance, none) / Pack<W>(radius + radius);
+                const auto raise = [&](Pack<W>& to, const Pack<W>& other) { to = select(lanes, max(to, other), to); };
+                typename WallContactTiles<W>::Work& work = contacts.work[w];
+                add_where(lanes, work.friction, out.friction_work);
+                add_where(lanes, work.viscous, out.viscous_work);
+                Entry& e = contacts.entry[w];
+                add_where(lanes, e.force, -out.on_point);
+                add_where(lanes, e.normal, out.normal);
+                add_where(lanes, e.touching, Pack<W>(1.0));
+                add_where(lanes, e.elastic_energy, out.elastic_energy);
+                raise(e.max_overlap, overlap);
+                raise(e.stiffness, out.stiffness);
+            });
+    }
+    const WallSlopes<W>& slopes(std::size_t tile) const override { return slopes_[tile]; }
+    void keep(std::size_t place) override { contacts_->keep(place); }
+    void go_back(std::size_t place) override { contacts_->go_back(place); }
+
 private:
     using P = Pack<W>;
     using Entry = typename WallContactTiles<W>::Entry;
@@ -135,6 +183,9 @@ private:
         Vec3<P> low, high;
         P reach;
     };
+    /// Slope of a contact over m/h^2 up to which a stage resolves how it begins.
+    static constexpr double resolved_slope = 0.1;
+
     std::size_t acting() const { return contacts_->acting().size(); }
 
     ContactNumbers<double> numbers_at(const ContactLaw& law, const Step& step) const {
@@ -325,13 +376,133 @@ private:
         }
     }
 
+    /// Bounds of all places of a stage.
+    Box box_of_stage(const RodTile<W>& rod, const RodTile<W>& start, const StageSpan<W>& span) const {
+        Box box = box_of(rod);
+        const P onward = span.on / span.to;
+        for (int i = 0; i < points_.count(rod); ++i) {
+            const Vec3<P> before = points_.position(start, i), now = points_.position(rod, i);
+            widen(box, before);
+            widen(box, fma(onward, now - before, now));
+        }
+        return box;
+    }
+
+    /// Distances of a point from a wall over a stage, and the share of its normal force in the direction now.
+    struct StageDistance {
+        Surface now;
+        P start, end, after, turned; ///< the force stands for the way to `end`; `after` going on
+    };
+    static StageDistance stage_distance(const WallNow& wall, const Vec3<P>& before, const Vec3<P>& at,
+                                        const StageSpan<W>& span) {
+        const Vec3<P> moved = span.to * broadcast<W>(wall.velocity), way = (at - before) - moved;
+        const P one(1.0);
+        StageDistance d{surface(wall, at), surface(wall, before + moved).distance, {}, {}, one};
+        d.after = surface(wall, fma(span.on / span.to, way, at)).distance;
+        d.end = span.between ? d.after : d.now.distance;
+        if (!span.between) return d;
+        if (wall.kind == WallKind::plane) return d;
+        const P from = norm(away(wall, at)), both = norm(away(wall, before + moved)) + norm(away(wall, at + way));
+        d.turned = P(2.0) * from / max(both, P(1e-300));
+        return d;
+    }
+
+    /// Adds slopes by which the normal turns along a round wall.
+    static void add_turning(const WallNow& wall, const StageDistance& d, const Vec3<P>& at, const P& normal,
+                            P (&slopes)[3][3]) {
+        if (wall.kind == WallKind::plane) return;
+        const double sign = wall.side == WallSide::inside ? 1 : -1;
+        const P by = P(sign) * normal * d.turned / max(norm(away(wall, at)), P(1e-300));
+        detail::add_across(slopes, -by, d.now.towards);
+        if (wall.kind == WallKind::tube)
+            detail::add_product(slopes, by, broadcast<W>(wall.direction), broadcast<W>(wall.direction));
+    }
+
+    /// Notes lanes where a point begins to touch in a stage, and is to go on at the rates of the stage as if all of it
+    /// had been in contact: theory.md (149).
+    void note_begin(const RodTile<W>& rod, const WallNow& wall, const StageSpan<W>& span, const P& radius,
+                    const StageDistance& d, int i) const {
+        const P depth = radius - min(d.after, d.end), most(resolved_slope * points_.mass(rod, i));
+        const auto begins = (radius <= d.start) & (depth > P(0.0)) & (span.on > P(0.0));
+        const auto numbers = wall.law.template as<P>();
+        const P root = wall.kinds.normal == ContactNormal::hertz ? P(1.5) * sqrt(max(depth, P(0.0))) : P(1.0);
+        const P slope = root * fma(numbers.damping, P(1.0) / span.to, numbers.stiffness);
+        P& all = slopes_[rod.number].begins;
+        all = select(begins & (slope * span.to * span.to > most), P(1.0), all);
+    }
+
+    /// Calls use(point, wall, lanes, state, loads) for points that touch walls in a stage. `Ends`: contacts remember
+    /// it.
+    template <bool Ends, class Use> void for_touches(const RodTile<W>& rod, const Slot<W>* start, const Step& step,
+                                                     const StageSpan<W>& span, Use&& use) const {
+        if (acting() == 0) return;
+        const WallNow* wall = &now_[to_index(step.slot) * acting()];
+        TileContacts& contacts = contacts_->of_tile(rod.number);
+        RodTile<W> before = rod;
+        before.slot = const_cast<Slot<W>*>(start);
+        find_near(wall, box_of_stage(rod, before, span), contacts);
+        contacts.checked.clear();
+        for (std::size_t w = 0; w < acting(); ++w) {
+            if (!contacts.near[w] && !(Ends && contacts.held[w])) continue;
+            contacts.checked.push_back(w);
+            if (!Ends) continue;
+            if (contacts.held[w]) contacts.entry[w] = Entry{};
+            contacts.held[w] = 0;
+        }
+        for (int i = 0; !contacts.checked.empty() && i < points_.count(rod); ++i)
+            for (const std::size_t w : contacts.checked) touch<Ends>(rod, before, wall[w], span, contacts, i, w, use);
+    }
+    template <bool Ends, class Use> void touch(const RodTile<W>& rod, const RodTile<W>& before, const WallNow& wall,
+                                               const StageSpan<W>& span, TileContacts& contacts, int i, std::size_t w,
+                                               Use&& use) const {
+        const Vec3<P> at = points_.position(rod, i);
+        const P radius(wall.width * points_.radius(rod, i)), zero(0.0);
+        const StageDistance d = stage_distance(wall, points_.position(before, i), at, span);
+        const auto lanes = (radius > d.end) | ((radius > d.start) & (P(span.between ? 1.0 : 0.0) > zero));
+        const unsigned now = contacts.near[w] ? bits_of(lanes) : 0;
+        if constexpr (Ends) {
+            std::uint8_t& touched = contacts.touched[to_index(i) * acting() + w];
+            for (unsigned gone = touched & ~now; gone != 0; gone &= gone - 1)
+                contacts.end_contact(i, w, std::countr_zero(gone));
+            touched = static_cast<std::uint8_t>(now);
+            contacts.held[w] = static_cast<std::uint8_t>(contacts.held[w] | (now != 0));
+        }
+        if (!Ends && contacts.near[w]) note_begin(rod, wall, span, radius, d, i);
+        if (now == 0) return;
+        ContactState<P> state{};
+        points_.describe(rod, i, state);
+        state.normal = d.now.towards;
+        state.velocity_2 = broadcast<W>(wall.velocity);
+        state.radius_1 = radius;
+        state.distance = d.now.distance;
+        ContactMemory<P> memory{};
+        for (int l = 0; l < W; ++l) set_lane(memory, l, contacts.memory_at(i, w, l));
+        const Lie<P> lie{points_.axis(rod, i), P(wall.backward), P(wall.sideways)};
+        StageContact<P> out =
+            stage_contact<W>(wall.kinds, wall.law.template as<P>(), state,
+                             {radius - d.start, radius - d.now.distance, radius - d.end, span.between}, d.turned,
+                             {span.to, span.to + span.on}, Ends, memory,
+                             wall.kinds.friction == ContactFriction::anisotropic ? &lie : nullptr);
+        if constexpr (Ends) {
+            for (unsigned bits = now; bits != 0; bits &= bits - 1) {
+                const int l = std::countr_zero(bits);
+                contacts.memory_at(i, w, l) = lane(memory, l);
+            }
+        } else {
+            add_turning(wall, d, at, out.normal, out.slopes);
+        }
+        use(i, w, lanes, state, out);
+    }
+
     std::shared_ptr<const Walls> walls_;
     std::shared_ptr<WallContactTiles<W>> contacts_;
     std::shared_ptr<WallTangents<W>> tangents_;
     Points points_;
-    double slip_mobility_;        ///< 1/kg
-    std::vector<ContactLaw> law_; ///< by wall that acts
-    std::vector<WallNow> now_;    ///< [slot of the step][wall]
+    double slip_mobility_; ///< 1/kg; 0 in stages, which need no spring for regularised friction
+    bool in_stages_;
+    mutable std::vector<WallSlopes<W>> slopes_; ///< by tile, in stages
+    std::vector<ContactLaw> law_;               ///< by wall that acts
+    std::vector<WallNow> now_;                  ///< [slot of the step][wall]
 };
 
 } // namespace skein

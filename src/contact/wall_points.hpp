@@ -1,6 +1,7 @@
 // Points of a group's rods that touch walls, as balls, and what a force and a couple there do to the rod.
 #pragma once
 
+#include "contact/implicit_walls.hpp"
 #include "contact/response.hpp"
 #include "contact/tangent_lanes.hpp"
 #include "rod/body_shape.hpp"
@@ -32,6 +33,28 @@ template <int W> struct PointSlopes {
     Pack<W> along, across, arm;
 };
 
+namespace detail {
+
+/// Adds [a] S, with a from the left or, with its sign turned, from the right: columns a x S, lines a x S.
+template <class P> SKEIN_INLINE void add_levered(P (&to)[3][3], const Vec3<P>& a, const P (&s)[3][3]) {
+    for (int j = 0; j < 3; ++j) {
+        const Vec3<P> column = cross(a, Vec3<P>{s[0][j], s[1][j], s[2][j]});
+        to[0][j] += column.x;
+        to[1][j] += column.y;
+        to[2][j] += column.z;
+    }
+}
+template <class P> SKEIN_INLINE void add_by_lever(P (&to)[3][3], const P (&s)[3][3], const Vec3<P>& a) {
+    for (int i = 0; i < 3; ++i) {
+        const Vec3<P> line = cross(a, Vec3<P>{s[i][0], s[i][1], s[i][2]});
+        to[i][0] += line.x;
+        to[i][1] += line.y;
+        to[i][2] += line.z;
+    }
+}
+
+} // namespace detail
+
 /// Nodes, with the mean of their elements' radii at rest and of their lab spins; half of a couple goes to each of these
 /// elements.
 template <int W, class Map = Across<W>> class RodNodes {
@@ -44,6 +67,7 @@ public:
     }
     double largest_radius() const { return largest_radius_; }
     int count(const RodTile<W>& rod) const { return rod.group->closed() ? rod.n : rod.n + 1; }
+    double mass(const RodTile<W>& rod, int i) const { return nth(rod.group->node_mass, i); }
     SKEIN_INLINE const Vec3<P>& position(const RodTile<W>& rod, int i) const { return rod.slot[i].position; }
 
     auto radius(const RodTile<W>& rod, int i) const {
@@ -83,6 +107,21 @@ public:
             tangents.element[to_index(k)].add(of.normal, p, q, share, of.arm);
         }
     }
+    /// Slopes S of the force by the displacement of the contact at `lever` from the node: it goes with x + t x a.
+    void add_slopes(const RodTile<W>&, WallSlopes<W>& to, int i, const P (&s)[3][3], const Vec3<P>& lever,
+                    const Vec3<P>&) const {
+        to.touches = true;
+        auto& point = to.point[to_index(i)];
+        P by_turn[3][3]{};
+        detail::add_by_lever(by_turn, s, lever);
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) {
+                point.force[r][c] += s[r][c];
+                point.force_by_turn[r][c] += by_turn[r][c];
+            }
+        detail::add_levered(point.couple, lever, s);
+        detail::add_levered(point.couple_by_turn, lever, by_turn);
+    }
 
 private:
     /// At an end both are the one element there.
@@ -101,6 +140,7 @@ public:
     }
     double largest_radius() const { return largest_radius_; }
     int count(const RodTile<W>&) const { return static_cast<int>(body_.point.size()); }
+    double mass(const RodTile<W>& rod, int) const { return rod.group->node_mass.front(); }
     SKEIN_INLINE Vec3<P> position(const RodTile<W>& rod, int i) const {
         return rod.slot[0].position + transpose_times(rod.slot[0].director, place(i));
     }
@@ -136,6 +176,25 @@ public:
         for (int r = 0; r < 6; ++r)
             for (int j = 0; j < 6; ++j)
                 for (int m = 0; m < 3; ++m) tangents.body[r][j] = fma(g[m][r], c[m][j], tangents.body[r][j]);
+    }
+    /// Of a body: the couple turns with its lever, too.
+    void add_slopes(const RodTile<W>& rod, WallSlopes<W>& to, int i, const P (&s)[3][3], const Vec3<P>& lever,
+                    const Vec3<P>& force) const {
+        to.touches = true;
+        const Vec3<P> from = transpose_times(rod.slot[0].director, place(i)), a = from + lever;
+        P by_turn[3][3]{}, couple[3][3]{}, couple_by_turn[3][3]{};
+        detail::add_by_lever(by_turn, s, a);
+        detail::add_levered(couple, a, s);
+        detail::add_levered(couple_by_turn, a, by_turn);
+        const P f[3] = {force.x, force.y, force.z}, l[3] = {from.x, from.y, from.z}, along = dot(from, force);
+        for (int r = 0; r < 3; ++r)
+            for (int c = 0; c < 3; ++c) {
+                to.body[r][c] += s[r][c];
+                to.body[r][3 + c] += by_turn[r][c];
+                to.body[3 + r][c] += couple[r][c];
+                to.body[3 + r][3 + c] += couple_by_turn[r][c] + l[r] * f[c] - (r == c ? along : P(0.0));
+            }
+        to.couple += cross(a, force);
     }
 
 private:
