@@ -13,6 +13,8 @@ namespace skein {
 
 /// push - drag (rate now), for the whole inertia that a step feels. What rods receive is booked when rates are known.
 template <int W> class FluidDragPass final : public TilePass<W> {
+    using P = Pack<W>;
+
 public:
     explicit FluidDragPass(std::shared_ptr<FluidLoads> loads) : loads_(std::move(loads)) {}
 
@@ -30,19 +32,18 @@ public:
         return {of_slot(first, k, &FluidLoad::drag), of_slot(first, k, &FluidLoad::turn_drag)};
     }
     /// Adds the impulses of a time, s, at the present rates.
-    void book(const RodTile<W>& rod, double time) const {
+    void book(const RodTile<W>& rod, const P& time) const {
         const Lanes first = first_of(rod);
         const auto add = [&](int k, auto member, const V& impulse) {
             const auto at = [&](int l) { return &(loads_->received[first.slot[l] + to_index(k)].*member).x; };
             store_transposed<W>(load_transposed<W>(at).vector + impulse, P(0.0), at);
         };
-        for (int k = 0; k <= rod.last; ++k) add(k, &FluidImpulse::on_node, P(time) * force(rod, first, k));
+        for (int k = 0; k <= rod.last; ++k) add(k, &FluidImpulse::on_node, time * force(rod, first, k));
         for (int k = 0; k < rod.n; ++k)
-            add(k, &FluidImpulse::on_element, transpose_times(rod.slot[k].director, P(time) * couple(rod, first, k)));
+            add(k, &FluidImpulse::on_element, transpose_times(rod.slot[k].director, time * couple(rod, first, k)));
     }
 
 private:
-    using P = Pack<W>;
     using V = Vec3<P>;
     struct Lanes {
         std::size_t slot[W]; ///< first of each lane's rod; spare lanes repeat the last rod

@@ -78,8 +78,11 @@ public:
         }
         const P wrong = corrects_ ? corrections.wrong() : P(0.0);
         if (tiles.front().pass->books()) joints_.try_state(slot, moments(), step, memory, rooms.joined.data());
+        P begins(0.0);
+        for (const SteppedTile<W>& tile : tiles) begins = max(begins, tile.pass->begins_to_touch(tile.rod));
         for (std::size_t t = 0; t < tiles.size(); ++t) {
             const RodTile<W> rod = joined(tiles, t, rooms);
+            tiles[t].pass->put_off(rod, step, begins);
             tiles[t].pass->end_step(rod, load_of(rod, tiles, rooms), step, wrong, *rooms.of_tile[t]);
         }
         shared_.gather(slot, step, memory);

@@ -38,6 +38,7 @@ private:
 
     /// Numbers of a step, by slot.
     struct Work {
+        double h; ///< half of the step, s
         AlignedVector<Slot<W>> start;
         AlignedVector<V> displacement;     ///< from the start to the mean
         AlignedVector<V> carried;          ///< mean strains
@@ -75,6 +76,7 @@ private:
         const std::size_t slots = to_index(rod.last) + 1;
         work.start.assign(rod.slot, rod.slot + slots);
         work.make_room(slots);
+        work.h = h;
         for (int k = 0; k <= last(rod); ++k) {
             Slot<W>&s = rod.slot[k], &start = work.start[to_index(k)];
             const V free = terms_.free_node(k), moved = P(h) * s.velocity;
@@ -116,7 +118,7 @@ private:
 
     void evaluate_all(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work) const {
         inner_loads(rod, work.inner.data(), step, work);
-        this->evaluate(rod, work.inner.data(), load, step);
+        this->evaluate(rod, work.start.data(), work.inner.data(), load, step);
     }
     /// Without internal couples, which work.couple has.
     void inner_loads(const RodTile<W>& rod, SlotLoad<W>* load, const Step&, Work& work) const {
@@ -145,6 +147,7 @@ private:
         const auto take = [&](int k, BlockRow<W>& row) {
             if (sloped_) work.slopes.subtract_from(k, row);
             this->add_drags(rod, k, step.kick, true, row);
+            this->take_walls(rod, k, true, row);
             const V& mean = rod.slot[k].velocity;
             terms_.add_node(k, step.kick, load[k].force, mean, mean - work.start[to_index(k)].velocity, row);
             add_turn(rod, work, load, k, step.kick, row);
@@ -198,12 +201,13 @@ private:
     }
 
     /// Takes a share of the correction.
-    void move(const RodTile<W>& rod, Work& work, double h, const P& share) const {
+    void move(const RodTile<W>& rod, Work& work, const P& share) const {
         const auto of = [&](int k, int i) {
             const P* u = work.correction[to_index(k)].u + i;
             return V{share * u[0], share * u[1], share * u[2]};
         };
         const Mask<W> moves = share > P(0.0);
+        const double h = work.h;
         if (strained_)
             for (int k = 0; k < rod.n; ++k) {
                 const int next = closed_ && k == rod.n - 1 ? 0 : k + 1;

@@ -10,6 +10,7 @@
 #include "implicit/row_terms.hpp"
 #include "implicit/step_audit.hpp"
 #include "implicit/steps_together.hpp"
+#include "implicit/wall_rows.hpp"
 #include "mechanics/elastic.hpp"
 #include "skein/core/aligned.hpp"
 
@@ -21,7 +22,7 @@
 namespace skein {
 
 /// Pass: a class with Work; begin(rod, work, step), add_rows_to(rows, rod, load, step, work, number),
-/// move(rod, work, h, share) and go_on(rod, work, step, wrong).
+/// move(rod, work, share) and go_on(rod, work, step, wrong).
 template <class Pass, int W>
 class CorrectedPass : public TilePass<W>, public EvaluatesPasses<W>, public StepsTogether<W> {
 protected:
@@ -41,7 +42,8 @@ public:
         passes_ = std::move(passes);
         std::stable_partition(passes_.begin(), passes_.end(), [](const auto& one) { return !one.has_slopes; });
         for (const EvaluatedPass<W>& one : passes_)
-            (one.has_slopes ? with_slopes_ : constant_).push_back(one.pass.get());
+            if (auto* walls = dynamic_cast<ImplicitWalls<W>*>(one.pass.get())) touching_ = walls;
+            else (one.has_slopes ? with_slopes_ : constant_).push_back(one.pass.get());
         for (const EvaluatedPass<W>& one : passes_)
             if (const auto* fluid = dynamic_cast<const FluidDragPass<W>*>(one.pass.get())) fluid_ = fluid;
         const auto adds = [](const TilePass<W>* pass) { return pass->adds_loads(); };
@@ -49,11 +51,19 @@ public:
     }
 
     std::span<const EvaluatedPass<W>> evaluated() const override { return passes_; }
+    void keep(std::size_t place) override {
+        if (touching_) touching_->keep(place);
+    }
+    void go_back(std::size_t place) override {
+        if (touching_) touching_->go_back(place);
+    }
     void expect(std::size_t tiles) override {
         strains_.resize(tiles);
+        put_off_.resize(tiles);
         for (const EvaluatedPass<W>& one : passes_) one.pass->expect(tiles);
     }
     void bind(const RodTile<W>& rod) override {
+        if (rod.number >= put_off_.size()) put_off_.resize(rod.number + 1);
         if (strained_) {
             bind_walls(rod);
             if (rod.number >= strains_.size()) strains_.resize(rod.number + 1);
@@ -96,9 +106,10 @@ public:
             work.rows.solve(work.correction.data());
             terms_.turn_back(rod, last(rod), work.correction.data());
             const P size = size_of(rod, work.correction.data());
-            pass.move(rod, work, step.kick, corrections.share(size));
+            pass.move(rod, work, corrections.share(size));
             corrections.note(size);
         }
+        put_off(rod, step, begins_to_touch(rod));
         finish(rod, load, work, step, corrections.wrong());
     }
 
@@ -119,12 +130,19 @@ public:
         terms_.turn_back(rod, last(rod), work.correction.data());
         return size_of(rod, work.correction.data());
     }
-    void move_by(const RodTile<W>& rod, const Step& step, const P& share, Room& room) const override {
-        own().move(rod, work_in(room), step.kick, share);
+    void move_by(const RodTile<W>& rod, const Step&, const P& share, Room& room) const override {
+        own().move(rod, work_in(room), share);
     }
     void end_step(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, const P& wrong,
                   Room& room) const override {
         finish(rod, load, work_in(room), step, wrong);
+    }
+    P begins_to_touch(const RodTile<W>& rod) const override {
+        return touching_ ? touching_->slopes(rod.number).begins : P(0.0);
+    }
+    void put_off(const RodTile<W>& rod, const Step& step, const P& where) const override {
+        if (!touching_ || step.last_stage) return;
+        put_off_[rod.number] = where * P(step.drift);
     }
     bool books() const override { return static_cast<bool>(audit_); }
     V arm(const RodTile<W>& body, const Vec3d& arm, const Room& room) const override {
@@ -164,9 +182,10 @@ protected:
             medium = work.inner.data();
         }
         pass.add_inner_couples(rod, work.moved.data(), work);
-        const double time = step.kick + step.drift, lost = time * (step.kick - 0.5 * time);
+        const StageSpan<W> span = span_of(rod, step);
+        const P time = span.to + span.on, lost = time * (span.to - P(0.5) * time);
         P strained(0.0);
-        if (strained_ && lost != 0)
+        if (strained_ && step.kick != step.drift)
             pass.stiffness(rod, step, work,
                            [&](int k, BlockRow<W>& row) { strained += by_rates(rod, k, last(rod), row); });
         audit_.book(rod, terms_, load, work.moved.data(), medium, time, pass.wall_power(rod, step), strained, lost);
@@ -181,16 +200,34 @@ protected:
         return select(is_known, known, own);
     }
 
+    /// Times of the stage. Lanes that have put off what they would have gone on by have a longer last stage.
+    StageSpan<W> span_of(const RodTile<W>& rod, const Step& step) const {
+        StageSpan<W> span{P(step.kick), P(step.drift), step.kick == step.drift};
+        if (!touching_ || span.between) return span;
+        const P& off = put_off_[rod.number];
+        if (step.first_stage) span.on -= off;
+        else span.to += off;
+        return span;
+    }
+
     /// Adds the slopes of the fluid's loads over the time h to row k.
-    void add_drags(const RodTile<W>& rod, int k, double h, bool in_lab, BlockRow<W>& row) const {
+    void add_drags(const RodTile<W>& rod, int k, const P& h, bool in_lab, BlockRow<W>& row) const {
         if (!fluid_) return;
         const auto drags = fluid_->drags(rod, k);
         RowTerms<W>::add_drags(rod, k, h, drags.node, drags.element, in_lab, row);
     }
 
-    /// Adds the loads of other passes. `inner`: internal loads, and then those that do not change with the motion.
-    void evaluate(const RodTile<W>& rod, SlotLoad<W>* inner, SlotLoad<W>* load, const Step& step) const {
+    /// Takes the slopes of the loads of walls from row k.
+    void take_walls(const RodTile<W>& rod, int k, bool in_lab, BlockRow<W>& row) const {
+        if (touching_) WallRows<W>(touching_->slopes(rod.number), rod, in_lab).subtract_from(k, row);
+    }
+
+    /// Adds the loads of other passes. `start`: slots where the stage begins; `inner`: internal loads, and then those
+    /// whose slopes differences do not find.
+    void evaluate(const RodTile<W>& rod, const Slot<W>* start, SlotLoad<W>* inner, SlotLoad<W>* load,
+                  const Step& step) const {
         for (const TilePass<W>* pass : constant_) pass->run(rod, inner, step);
+        if (touching_) touching_->try_state(rod, start, inner, step, span_of(rod, step));
         std::copy_n(inner, rod.last + 1, load);
         for (const TilePass<W>* pass : with_slopes_) pass->run(rod, load, step);
     }
@@ -211,8 +248,10 @@ private:
     template <class Work>
     void finish(const RodTile<W>& rod, SlotLoad<W>* load, Work& work, const Step& step, const P& wrong) const {
         if (strained_) std::copy_n(work.carried.data(), rod.n, strains_[rod.number].data());
-        if (fluid_) fluid_->book(rod, step.kick + step.drift);
+        const StageSpan<W> span = span_of(rod, step);
+        if (fluid_) fluid_->book(rod, span.to + span.on);
         if (audit_) book(rod, load, step, work);
+        if (touching_) touching_->end_stage(rod, work.start.data(), step, span);
         own().go_on(rod, work, step, wrong);
         if (audit_) audit_.end(rod, terms_);
     }
@@ -230,7 +269,9 @@ private:
     }
 
     std::vector<EvaluatedPass<W>> passes_;
+    ImplicitWalls<W>* touching_ = nullptr;          ///< one of passes_; null where no wall acts
     const FluidDragPass<W>* fluid_ = nullptr;       ///< one of passes_; null without a fluid that rods feel
+    mutable AlignedVector<P> put_off_;              ///< by tile: time by which the first stage has not gone on, s
     mutable std::vector<AlignedVector<V>> strains_; ///< by tile: of the last step; 0 where there was none
 };
 

@@ -25,6 +25,9 @@ public:
     virtual ~EvaluatesPasses() = default;
     virtual void take(std::vector<EvaluatedPass<W>> passes) = 0;
     virtual std::span<const EvaluatedPass<W>> evaluated() const = 0;
+    /// Keeps the memory that its steps change in one of two places, and takes it back.
+    virtual void keep(std::size_t) {}
+    virtual void go_back(std::size_t) {}
 };
 
 /// Numbers of a group's implicit steps.

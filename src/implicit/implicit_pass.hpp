@@ -34,6 +34,7 @@ private:
 
     /// Numbers of a stage, by slot.
     struct Work {
+        P h; ///< time of the stage, s
         AlignedVector<Slot<W>> start;
         AlignedVector<V> displacement, carried;
         AlignedVector<Q> turn;
@@ -53,7 +54,9 @@ private:
     /// First guess: the stage's end at the present rates, with the strains of the stage before. Those of its end would
     /// not do: the rates stretch what turns.
     void begin(const RodTile<W>& rod, Work& work, const Step& step) const {
-        const double h = step.kick;
+        if (step.first_stage) this->put_off(rod, step, P(0.0));
+        const P h = this->span_of(rod, step).to;
+        work.h = h;
         const std::size_t slots = to_index(rod.last) + 1;
         work.start.assign(rod.slot, rod.slot + slots);
         for (auto* vectors : {&work.displacement, &work.carried})
@@ -70,11 +73,11 @@ private:
         for (int k = 0; k <= last(rod); ++k) {
             Slot<W>& s = rod.slot[k];
             V& d = work.displacement[to_index(k)];
-            d = scale(terms_.free_node(k), P(h) * s.velocity);
+            d = scale(terms_.free_node(k), h * s.velocity);
             s.position = work.start[to_index(k)].position + d;
             if (k >= rod.n) continue;
             Q& r = work.turn[to_index(k)];
-            r = terms_.turns(k) ? rotation(as_held(k, work.start[to_index(k)].director, P(h) * s.spin))
+            r = terms_.turns(k) ? rotation(as_held(k, work.start[to_index(k)].director, h * s.spin))
                                 : broadcast<W>(no_turn);
             s.director = r * work.start[to_index(k)].director;
         }
@@ -83,7 +86,7 @@ private:
 
     void evaluate_all(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work) const {
         inner_loads(rod, work.inner.data(), step, work);
-        this->evaluate(rod, work.inner.data(), load, step);
+        this->evaluate(rod, work.start.data(), work.inner.data(), load, step);
     }
     void inner_loads(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, Work& work) const {
         if (strained_) elastic_.loads(rod, work.carried.data(), step, load);
@@ -103,13 +106,14 @@ private:
                                            Work& work, int number) const {
         evaluate_all(rod, load, step, work);
         if (sloped_ && number % 3 == 0)
-            work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, step.kick, apart_);
+            work.slopes.compute(rod, with_slopes_, work.inner.data(), load, work.moved.data(), step, work.h, apart_);
         const auto take = [&](int k, BlockRow<W>& row) {
             if (sloped_) work.slopes.subtract_from(k, row);
-            this->add_drags(rod, k, step.kick, false, row);
-            add_inertia(rod, work, load[k], k, step.kick, row);
+            this->add_drags(rod, k, work.h, false, row);
+            this->take_walls(rod, k, false, row);
+            add_inertia(rod, work, load[k], k, work.h, row);
             terms_.hold(rod, k, last(rod), row);
-            hold_turn(rod, k, step.kick, row);
+            hold_turn(rod, k, work.h, row);
             rows.add(k, row);
         };
         if (strained_) {
@@ -130,19 +134,19 @@ private:
 
     /// A turn u about directions across a held axis e has u.Q e = 0, so corrections t have t.R(u/2) Q e = 0 at its end,
     /// up to u^2 t.
-    void hold_turn(const RodTile<W>& rod, int k, double h, BlockRow<W>& row) const {
+    void hold_turn(const RodTile<W>& rod, int k, const P& h, BlockRow<W>& row) const {
         const int axis = terms_[k].only_held_axis();
         if (axis < 0) return;
         const Slot<W>& s = rod.slot[k];
         const V e{P(axis == 3 ? 1.0 : 0.0), P(axis == 4 ? 1.0 : 0.0), P(axis == 5 ? 1.0 : 0.0)};
-        const V middle = transpose_times(s.director, rotation(P(-0.5 * h) * s.spin) * (s.director * e));
+        const V middle = transpose_times(s.director, rotation((P(-0.5) * h) * s.spin) * (s.director * e));
         row.diagonal[axis][3] = middle.x;
         row.diagonal[axis][4] = middle.y;
         row.diagonal[axis][5] = middle.z;
     }
 
     /// Adds inertia and damping over h, and all loads on the right.
-    void add_inertia(const RodTile<W>& rod, const Work& work, const SlotLoad<W>& load, int k, double h,
+    void add_inertia(const RodTile<W>& rod, const Work& work, const SlotLoad<W>& load, int k, const P& h,
                      BlockRow<W>& row) const {
         const Slot<W>&s = rod.slot[k], &start = work.start[to_index(k)];
         terms_.add_node(k, h, load.force, s.velocity, s.velocity - start.velocity, row);
@@ -155,7 +159,7 @@ private:
     }
 
     /// Takes a share of the correction.
-    void move(const RodTile<W>& rod, Work& work, double h, const P& share) const {
+    void move(const RodTile<W>& rod, Work& work, const P& share) const {
         const auto of = [&](int k) {
             const P* u = work.correction[to_index(k)].u;
             return V{share * u[0], share * u[1], share * u[2]};
@@ -165,6 +169,7 @@ private:
             return V{share * u[3], share * u[4], share * u[5]};
         };
         const Mask<W> moves = share > P(0.0);
+        const P over = P(1.0) / work.h;
         if (strained_)
             for (int k = 0; k < rod.n; ++k) {
                 const int next = closed_ && k == rod.n - 1 ? 0 : k + 1;
@@ -182,21 +187,22 @@ private:
             d += of(k);
             s.position = start.position + d;
             const V free = terms_.free_node(k);
-            s.velocity = fma(P(1 / h), d, scale(V{P(1.0) - free.x, P(1.0) - free.y, P(1.0) - free.z}, start.velocity));
+            s.velocity = fma(over, d, scale(V{P(1.0) - free.x, P(1.0) - free.y, P(1.0) - free.z}, start.velocity));
             if (k >= rod.n || !terms_.turns(k)) continue;
             Q& r = work.turn[to_index(k)];
             r = rotation(turn_of(k)) * r;
             const auto turned = [&] { return as_held(k, start.director, relative_rotation(r, broadcast<W>(no_turn))); };
             if (terms_[k].turns_in_lab) r = select(moves, rotation(turned()), r);
             s.director = r * start.director;
-            s.spin = P(1 / h) * turned();
+            s.spin = over * turned();
         }
         close_ring(rod);
     }
 
     /// Goes on at the stage's rates. `wrong`: NaN where it has not converged.
     void go_on(const RodTile<W>& rod, Work& work, const Step& step, const P& wrong) const {
-        const P b(step.drift), ratio(step.drift / step.kick), more(1 + step.drift / step.kick);
+        const StageSpan<W> span = this->span_of(rod, step);
+        const P b = span.on, ratio = span.on / span.to, more = P(1.0) + ratio;
         for (int k = 0; k <= last(rod); ++k) {
             Slot<W>& s = rod.slot[k];
             const Slot<W>& start = work.start[to_index(k)];

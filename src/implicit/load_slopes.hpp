@@ -26,7 +26,7 @@ public:
     /// `load`: room for others, all [slots]. `time`: s, from displacement to velocity; `apart`: m, a small
     /// displacement.
     void compute(const RodTile<W>& rod, std::span<const TilePass<W>* const> passes, const SlotLoad<W>* inner,
-                 const SlotLoad<W>* total, SlotLoad<W>* load, const Step& step, double time, double apart) {
+                 const SlotLoad<W>* total, SlotLoad<W>* load, const Step& step, const P& time, double apart) {
         const bool ring = rod.group->closed();
         const int nodes = rod.last == rod.n ? rod.group->nodes() : 1, slots = rod.last + 1;
         const int elements = rod.n;
@@ -79,15 +79,15 @@ private:
 
     RowBlock<W>& block(int row, int by) { return blocks_[to_index(3 * row + 1 + by)].a; }
 
-    void move(Slot<W>& s, int i, double small, double time) const {
+    void move(Slot<W>& s, int i, double small, const P& time) const {
         V by{P(i % 3 == 0 ? small : 0.0), P(i % 3 == 1 ? small : 0.0), P(i % 3 == 2 ? small : 0.0)};
         if (i < 3) {
             s.position += by;
-            s.velocity = fma(P(1 / time), by, s.velocity);
+            s.velocity = fma(P(1.0) / time, by, s.velocity);
         } else {
             if (in_lab_) by = s.director * by;
             s.director = rotation(by) * s.director;
-            s.spin = fma(P(1 / time), by, s.spin);
+            s.spin = fma(P(1.0) / time, by, s.spin);
         }
     }
     /// Body components of a couple on a slot that was moved in the frame of the slot.

@@ -23,32 +23,32 @@ public:
     bool turns(int k) const { return rod_[k].free[3] + rod_[k].free[4] + rod_[k].free[5] > 0; }
 
     /// Adds those of a node. `velocity`: now; `gained`: since the beginning of the time h.
-    void add_node(int k, double h, const V& force, const V& velocity, const V& gained, BlockRow<W>& row) const {
+    void add_node(int k, const P& h, const V& force, const V& velocity, const V& gained, BlockRow<W>& row) const {
         const ImplicitRod::Row& c = rod_[k];
-        const double inv = 1 / h, by_mass = c.mass * inv;
-        const V f = force - P(by_mass) * fma(P(h * c.node_rate), velocity, gained);
+        const P inv = P(1.0) / h, by_mass = P(c.mass) * inv;
+        const V f = force - by_mass * fma(h * P(c.node_rate), velocity, gained);
         row.right[0] = f.x;
         row.right[1] = f.y;
         row.right[2] = f.z;
-        const P node(by_mass * (inv + c.node_rate));
+        const P node = by_mass * (inv + P(c.node_rate));
         for (int i = 0; i < 3; ++i) row.diagonal[i][i] += node;
     }
     /// Adds those of an element. `before`: moment of momentum at the beginning of the time h, in the frame now.
     ///   d(J w) = J (1 + [u]/2) t/h, u = h w;  d(R J w) = [R J w] t
-    void add_element(int k, double h, const SlotLoad<W>& load, const V& spin, const V& before, BlockRow<W>& row) const {
+    void add_element(int k, const P& h, const SlotLoad<W>& load, const V& spin, const V& before,
+                     BlockRow<W>& row) const {
         const ImplicitRod::Row& c = rod_[k];
-        const double inv = 1 / h;
+        const P inv = P(1.0) / h;
         const V j = broadcast<W>(c.inertia), momentum = scale(j, spin);
         const V rate = fma(load.dilatation, broadcast<W>(c.rate_by_stretch), broadcast<W>(c.rate));
-        const V all = load.couple - P(inv) * (momentum - before) - scale(rate, momentum);
+        const V all = load.couple - inv * (momentum - before) - scale(rate, momentum);
         row.right[3] = all.x;
         row.right[4] = all.y;
         row.right[5] = all.z;
-        const V by{fma(rate.x, P(inv), P(inv * inv)), fma(rate.y, P(inv), P(inv * inv)),
-                   fma(rate.z, P(inv), P(inv * inv))};
+        const V by{fma(rate.x, inv, inv * inv), fma(rate.y, inv, inv * inv), fma(rate.z, inv, inv * inv)};
         const V stiff = scale(j, by);
         const P diagonal[3] = {stiff.x, stiff.y, stiff.z};
-        const Three<P> half = detail::skew(P(0.5 * h) * spin), gyration = detail::skew(P(inv) * before);
+        const Three<P> half = detail::skew((P(0.5) * h) * spin), gyration = detail::skew(inv * before);
         for (int i = 0; i < 3; ++i)
             for (int m = 0; m < 3; ++m) {
                 const P turned = fms(diagonal[i], half.a[i][m], gyration.a[i][m]);
@@ -57,9 +57,9 @@ public:
     }
 
     /// Adds drags over the time h, of a node in the lab, of an element in its frame or (`in_lab`) the lab.
-    static void add_drags(const RodTile<W>& rod, int k, double h, const V& node, const V& element, bool in_lab,
+    static void add_drags(const RodTile<W>& rod, int k, const P& h, const V& node, const V& element, bool in_lab,
                           BlockRow<W>& row) {
-        const P inv(1 / h), of_node[3] = {inv * node.x, inv * node.y, inv * node.z};
+        const P inv = P(1.0) / h, of_node[3] = {inv * node.x, inv * node.y, inv * node.z};
         for (int i = 0; i < 3; ++i) row.diagonal[i][i] += of_node[i];
         if (k >= rod.n) return;
         const V turning = inv * element;

@@ -27,11 +27,11 @@ public:
         tile.kinetic_before = free_energy(rod, terms);
         if (budget_->kicked.any()) tile.carried_before = carried_energy(rod);
     }
-    /// Books the works of a time, s, at the rates now. Loads: all but internal ones; internal ones; of the fluid, null
-    /// without. `wall_power`: of walls that turn, W. `strained`: W/s, rates by their stiffness, of which steps take a
-    /// share over `lost` [s^2].
+    /// Books the works of a time t, s, at the rates now. Loads: all but internal ones; internal ones; of the fluid,
+    /// null without. `wall_power`: of walls that turn, W. `strained`: W/s, rates by their stiffness, of which steps
+    /// take a share over `lost` [s^2].
     void book(const RodTile<W>& rod, const RowTerms<W>& terms, const SlotLoad<W>* outer, const SlotLoad<W>* inner,
-              const SlotLoad<W>* medium, double time, const P& wall_power, const P& strained, double lost) const {
+              const SlotLoad<W>* medium, const P& t, const P& wall_power, const P& strained, const P& lost) const {
         P external(0.0), by_fluid(0.0), held(0.0), free(0.0), damped(0.0);
         for (int k = 0; k <= last(rod); ++k) {
             const ImplicitRod::Row& c = terms[k];
@@ -56,12 +56,11 @@ public:
                 fma(outer[k].dilatation + inner[k].dilatation, broadcast<W>(c.rate_by_stretch), broadcast<W>(c.rate));
             damped += dot(w, scale(rate, scale(broadcast<W>(c.inertia), w)));
         }
-        const P t(time);
         auto& tile = of(rod);
         tile.loads = fma(t, external - by_fluid, tile.loads);
         tile.fluid = fma(t, by_fluid, tile.fluid);
         tile.dissipated = fma(t, damped, tile.dissipated);
-        tile.numerical = fma(P(lost), strained, fma(t, free - damped, tile.numerical));
+        tile.numerical = fma(lost, strained, fma(t, free - damped, tile.numerical));
         if (moving_) tile.walls = tile.walls - t * (held + wall_power);
     }
     /// A stage has ended: books the change of what its rates carry.

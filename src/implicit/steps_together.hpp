@@ -34,6 +34,10 @@ public:
                                     Room& room) const = 0;
     /// Takes a share of it; 0 where a lane is done.
     virtual void move_by(const RodTile<W>& rod, const Step& step, const Pack<W>& share, Room& room) const = 0;
+    /// 1 in lanes where a contact begins that is too stiff for its stage.
+    virtual Pack<W> begins_to_touch(const RodTile<W>&) const { return Pack<W>(0.0); }
+    /// Such lanes put off going on to the last stage, before end_step().
+    virtual void put_off(const RodTile<W>&, const Step&, const Pack<W>&) const {}
     /// Ends the step. `wrong`: NaN where corrections have not converged.
     virtual void end_step(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step, const Pack<W>& wrong,
                           Room& room) const = 0;

@@ -188,8 +188,10 @@ public:
 
 private:
     template <class Points> Made walls() const {
+        const GroupProgram& program = parts_.plan.program;
+        const bool in_stages = program.find<pass::StepImplicitly>() != nullptr;
         return std::make_unique<WallPass<W, Points>>(parts_.around.walls, parts_.group, parts_.walls,
-                                                     parts_.wall_tangents);
+                                                     parts_.wall_tangents, in_stages);
     }
     const PassParts<W>& parts_;
 };

@@ -504,6 +504,12 @@ template <int W> void RodTiles<W>::set_memory(std::size_t i, std::span<const dou
         cluster.joints->restore(cluster.memory.data(), cluster.across, joined_rod(i, l), numbers);
 }
 
+template <int W> template <class F> void RodTiles<W>::for_implicit_steps(F&& f) {
+    for (const TileProgram<W>& program : programs_)
+        for (const auto& pass : program.passes)
+            if (auto* step = dynamic_cast<EvaluatesPasses<W>*>(pass.get())) f(*step);
+}
+
 template <int W> void RodTiles<W>::keep(std::size_t place) {
     kept_[place].need(slots_.size());
     threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
@@ -512,6 +518,7 @@ template <int W> void RodTiles<W>::keep(std::size_t place) {
         if (!audits_.empty() && audits_[tile.program]) audits_[tile.program]->keep(tile.number, place);
     });
     for (Cluster& cluster : clusters_) cluster.kept[place] = cluster.memory;
+    for_implicit_steps([&](EvaluatesPasses<W>& step) { step.keep(place); });
 }
 
 template <int W> void RodTiles<W>::go_back(std::size_t place) {
@@ -521,6 +528,7 @@ template <int W> void RodTiles<W>::go_back(std::size_t place) {
         if (!audits_.empty() && audits_[tile.program]) audits_[tile.program]->go_back(tile.number, place);
     });
     for (Cluster& cluster : clusters_) cluster.memory = cluster.kept[place];
+    for_implicit_steps([&](EvaluatesPasses<W>& step) { step.go_back(place); });
 }
 
 template <int W> double RodTiles<W>::farthest_from(std::size_t place) const {

@@ -143,6 +143,8 @@ private:
     void take_start_states(const RodTile<W>& tile, std::size_t first_rod, std::vector<Slot<1>>& states) const;
     /// Calls f(slot of rod i, slot of its tile, lane) for each of the rod's slots.
     template <class F> void for_slots(std::size_t i, F&& f) const;
+    /// Calls f(step) for the implicit steps of all groups.
+    template <class F> void for_implicit_steps(F&& f);
 
     /// Buffers of a thread for copies, kept from one copy to the next.
     struct Reading {

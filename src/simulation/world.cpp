@@ -246,7 +246,14 @@ World::StepEnd World::step_in_parts(StepControl& control, std::span<const Step> 
     stopped_ = false;
     together_ = end.index - clock.done();
     rods_->keep(0);
-    if (Companion* companion = skein::companion(interactions_)) return step_by_error(control, *companion);
+    const auto done = [&] {
+        for (const auto& interaction : interactions_) interaction->end_step(end, timers);
+        return comm.max(std::int64_t{!invalid(interactions_).empty()}) == 0 ? StepEnd::done : StepEnd::failed;
+    };
+    if (Companion* companion = skein::companion(interactions_)) {
+        const StepEnd ended_as = step_by_error(control, *companion);
+        return ended_as == StepEnd::done ? done() : ended_as;
+    }
     const std::int64_t least = plan.automatic_dt ? 1 : together_; // a given dt is that of rods
     while (!step_in_parts(least * control.parts())) {
         rods_->go_back(0);
@@ -255,8 +262,7 @@ World::StepEnd World::step_in_parts(StepControl& control, std::span<const Step> 
         for (const auto& interaction : interactions_) interaction->begin_again();
     }
     control.note();
-    for (const auto& interaction : interactions_) interaction->end_step(end, timers);
-    return comm.max(std::int64_t{!invalid(interactions_).empty()}) == 0 ? StepEnd::done : StepEnd::failed;
+    return done();
 }
 
 bool World::step_with(Companion& companion, std::int64_t parts) {

@@ -51,7 +51,8 @@ SceneSpec with_integrator(SceneSpec scene, Integrator integrator) {
 }
 
 bool steps_either_way(const SceneSpec& scene, std::span<const RodGroup> groups) {
-    if (scene.time.relax || scene.fluid || groups.empty() || has_rods_of_files(groups)) return false;
+    if (scene.time.relax || scene.fluid || groups.empty() || !scene.walls.empty() || has_rods_of_files(groups))
+        return false;
     if (std::any_of(groups.begin(), groups.end(), [](const RodGroup& group) { return group.assembly() != nullptr; }))
         return false;
     AnyObjection objections;

@@ -31,8 +31,6 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
         refuse(rods.material.law == Law::elastica, group + ".material.law",
                "needs a law with an energy, and \"elastica\" has none");
     }
-    refuse(!scene.walls.empty() && !in_bed, "wall.0",
-           "is for rods that touch nothing: use \"implicit_bed\" or \"verlet\"");
 }
 
 } // namespace skein

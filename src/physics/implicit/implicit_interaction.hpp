@@ -11,7 +11,7 @@ namespace skein {
 class ImplicitInteraction final : public Interaction {
 public:
     /// `tolerance`: error of places that is asked for, over the length; 0: none. `length`: largest of the scene, m;
-    /// `remembers`: joints have memory.
+    /// `remembers`: joints or walls do.
     ImplicitInteraction(const InteractionParts& parts, double tolerance, double length, bool remembers);
 
     void rebind(const InteractionParts& parts) override { rods_ = &parts.rods; }

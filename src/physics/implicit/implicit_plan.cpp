@@ -27,7 +27,8 @@ public:
     explicit PlannedImplicitSteps(const PlanInput& input)
         : integrator_(input.scene.time.integrator), in_fluid_(input.scene.fluid.has_value()),
           audited_(input.scene.output.audit), tolerance_(in_fluid_ ? 0.0 : input.scene.time.tolerance),
-          joints_remember_(std::any_of(input.scene.joints.begin(), input.scene.joints.end(), remembers)) {
+          remembers_(!input.scene.walls.empty() ||
+                     std::any_of(input.scene.joints.begin(), input.scene.joints.end(), remembers)) {
         for (const RodGroup& group : input.groups)
             length_ = std::max(length_, group.strained() ? group.spec().shape.length : 2 * group.body()->reach);
     }
@@ -48,7 +49,7 @@ public:
     }
     std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
         return std::make_unique<ImplicitInteraction>(parts, parts.plan.automatic_dt ? tolerance_ : 0.0, length_,
-                                                     joints_remember_);
+                                                     remembers_);
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.remove(PassPlace::drift);
@@ -97,7 +98,7 @@ private:
     Integrator integrator_;
     bool in_fluid_, audited_;
     double tolerance_, length_ = 0; ///< of the length; m
-    bool joints_remember_;
+    bool remembers_;                ///< joints or contacts with walls
 };
 
 } // namespace

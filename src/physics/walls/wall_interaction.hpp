@@ -15,6 +15,8 @@ public:
     void rebind(const InteractionParts& parts) override;
     bool couples() const override { return ends_every_step(); }
     bool ends_every_step() const override { return !driven_.empty(); }
+    std::int64_t meeting_after(std::int64_t done) const override { return driven_.empty() ? Every::never : done + 1; }
+    void begin(const Step& first, Timers&) override { walls_->state_time = first.begin + 0.5 * first.dt; }
     void end_step(const Step& step, Timers& timers) override;
     void watch(const Step& step) override;
     Ending ending() const override;
