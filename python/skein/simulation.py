@@ -16,7 +16,7 @@ FUNCTIONS = {  # name: what it returns, what it takes
     "plan": (TEXT, RUN), "dt": (NUMBER, RUN), "time": (NUMBER, RUN), "step": (LONG, RUN), "steps": (LONG, RUN),
     "advance": (INTEGER, RUN, LONG), "digest": (TEXT, RUN),
     "observable_names": (TEXT, RUN), "observables": (INTEGER, RUN, DOUBLES, INTEGER), "contacts": (TEXT, RUN),
-    "drive": (INTEGER, RUN, TEXT, NUMBER, NUMBER), "table": (LONG, RUN, TEXT, DOUBLES, DOUBLES, LONG),
+    "drive": (INTEGER, RUN, TEXT, NUMBER, NUMBER), "set_table": (INTEGER, RUN, TEXT, DOUBLES, DOUBLES, LONG), "restart": (INTEGER, RUN, INTEGER, LONGS, LONG), "table": (LONG, RUN, TEXT, DOUBLES, DOUBLES, LONG),
     "finished": (INTEGER, RUN), "stage": (TEXT, RUN), "next_stage": (INTEGER, RUN), "group_count": (INTEGER, RUN), "group_name": (TEXT, RUN, INTEGER), "group_rods": (LONG, RUN, INTEGER),
     "group_nodes": (INTEGER, RUN, INTEGER), "group_elements": (INTEGER, RUN, INTEGER),
     "numbers": (INTEGER, RUN, INTEGER, LONGS), "read": (INTEGER, RUN, INTEGER, INTEGER, DOUBLES, LONG),
@@ -173,6 +173,15 @@ class Simulation:
         if library().skein_drive(self._run, table.encode(), until, value):
             raise _failed()
 
+    def set_table(self, name, value, at=None):
+        """Puts points in the place of a table's own. Without `at` these are 0, 1, 2, ...: in formulas, table(rod) is then the value of each rod."""
+        value = np.ascontiguousarray(value, float)
+        at = np.arange(len(value), dtype=float) if at is None else np.ascontiguousarray(at, float)
+        if at.shape != value.shape or value.ndim != 1:
+            raise ValueError(f"a table takes as many places as values, in a row each: here {at.shape} and {value.shape}")
+        if library().skein_set_table(self._run, name.encode(), at.ctypes.data_as(DOUBLES), value.ctypes.data_as(DOUBLES), len(value)):
+            raise _failed()
+
     def table(self, name):
         """Points of a [[table]], with those that it was driven through: (at [points], value [points])."""
         count = library().skein_table(self._run, name.encode(), None, None, 0)
@@ -192,7 +201,7 @@ class SimulatedGroup:
     """
 
     def __init__(self, simulation, number):
-        self._simulation, self._number, self._arrays = simulation, number, {}
+        self._simulation, self._number, self._arrays, self._restarts = simulation, number, {}, 0
         call, run = library(), simulation._run
         self.name = call.skein_group_name(run, number).decode()
         self.nodes, self.elements = call.skein_group_nodes(run, number), call.skein_group_elements(run, number)
@@ -211,16 +220,24 @@ class SimulatedGroup:
     def _array(self, quantity):
         simulation = self._simulation
         step, array = self._arrays.get(quantity, (None, None))
-        if step != simulation.steps_done:
+        now = (simulation.steps_done, self._restarts)
+        if step != now:
             if array is None:
                 inner = (self.nodes, 3) if quantity in ("position", "velocity") else (self.elements, 3, 3) if quantity == "directors" else (self.elements, 3)
                 array = np.empty((library().skein_group_rods(simulation._run, self._number), *inner))
             if library().skein_read(simulation._run, self._number, QUANTITIES.index(quantity), array.ctypes.data_as(DOUBLES), array.size):
                 raise _failed()
-            self._arrays[quantity] = simulation.steps_done, array
+            self._arrays[quantity] = now, array
         view = array.view()
         view.flags.writeable = False
         return view
+
+    def restart(self, rods):
+        """Returns these rods to their start while others go on; joined rods together: all of a copy."""
+        numbers = np.ascontiguousarray(rods, np.int64)
+        if library().skein_restart(self._simulation._run, self._number, numbers.ctypes.data_as(LONGS), len(numbers)):
+            raise _failed()
+        self._restarts += 1
 
     position = property(lambda self: self._array("position"))
     velocity = property(lambda self: self._array("velocity"))
