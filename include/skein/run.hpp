@@ -119,6 +119,15 @@ public:
     /// periodic or has points beyond the present time, or where `until` is not beyond it.
     void drive(const std::string& table, double until, double value);
 
+    /// Puts these points in the place of a table's own: x rising, y. Formulas that name it at a place, such as `rod`,
+    /// follow from the next step on, so that the points of a table by `rod` are numbers of single rods. Throws where
+    /// there is no such table, or where points are none, not finite or do not rise.
+    void set_table(const std::string& table, std::span<const double> at, std::span<const double> value);
+    /// Returns these rods of a group to their start, with the memory of all that acts on them, while others go on.
+    /// Joined rods do so together: give all of a copy. Throws where rods feel each other or a fluid, in scenes with
+    /// stages, and with implicit steps.
+    void restart(std::size_t group, std::span<const std::int64_t> rods);
+
     /// Name of the [[stage]] under way; empty in scenes without.
     std::string stage() const;
     /// Ends the stage now, at the present step. Throws where it is the last one.

@@ -50,6 +50,10 @@ SKEIN_API int skein_observables(skein_run* run, double* out, int count);
 SKEIN_API const char* skein_contacts(skein_run* run);
 /* Makes a [[table]] of the scene go linearly from its last value now to `value` at `until`, and stay there. */
 SKEIN_API int skein_drive(skein_run* run, const char* table, double until, double value);
+/* Puts `count` points in the place of a table's own: x rising, and values. */
+SKEIN_API int skein_set_table(skein_run* run, const char* table, const double* at, const double* value, int64_t count);
+/* Returns rods of a group, by number, to their start while others go on. */
+SKEIN_API int skein_restart(skein_run* run, int group, const int64_t* rods, int64_t count);
 /* Number of a table's points, of which the first `count` are copied. */
 SKEIN_API int64_t skein_table(skein_run* run, const char* table, double* at, double* value, int64_t count);
 

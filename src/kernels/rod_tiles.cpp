@@ -282,6 +282,22 @@ template <int W> bool RodTiles<W>::run(const StepPart& first, const StepPart& se
     return valid_;
 }
 
+template <int W> void RodTiles<W>::renew_formulas() {
+    const std::size_t across = first_rod_.size();
+    threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
+        const RodTile<W>& tile = tiles_[t];
+        const RodGroup* unlike = tile.strands && tile.group && tile.group->heterogeneous() ? tile.group : nullptr;
+        Strands<W>* strands = unlike ? &*strands_[t - across] : nullptr;
+        if (unlike) strands->settle_each([&](std::int64_t i) -> const RodGroup& { return unlike->kind(i); });
+        for (const auto& pass : programs_[tile.program].passes) {
+            pass->renew(tile);
+            if (const auto* step = dynamic_cast<const EvaluatesPasses<W>*>(pass.get()))
+                for (const EvaluatedPass<W>& one : step->evaluated()) one.pass->renew(tile);
+        }
+        if (unlike) strands->settle(*unlike);
+    });
+}
+
 template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {
     for_slots(i, [&](int k, const Slot<W>& slot, int l) { nth(out, k) = lane(slot, l); });
     const RodTile<W>& tile = tiles_[place_[i].tile];

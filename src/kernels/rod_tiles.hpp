@@ -56,6 +56,7 @@ public:
     std::string near_limit() const override;
     double undamped_share() const override { return undamped_share_.load(std::memory_order_relaxed); }
     std::vector<std::string_view> passes(std::size_t group) const override;
+    void renew_formulas() override;
     std::span<const LocalRod> local() const override { return local_; }
     RodPlace place(std::size_t i) const override {
         const RodTile<W>& tile = tiles_[place_[i].tile];

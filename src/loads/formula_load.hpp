@@ -64,6 +64,7 @@ struct FormulaLoad {
         AlignedVector<Pack<W>> force_weight, couple_weight;
     };
     template <int W> TileData<W> bind(const RodTile<W>& rod) const;
+    bool has_tables_of_places() const { return force_.has_tables_of_places() || couple_.has_tables_of_places(); }
 
     template <int W, class Map = Across<W>>
     void add(const RodTile<W>& rod, const TileData<W>& data, SlotLoad<W>* load, const Step& step) const {

@@ -26,6 +26,12 @@ struct FormulaVector {
     void prepare(std::span<const Step> steps);
     /// True where nothing changes from place to place.
     bool same_everywhere() const { return (program.changes & ~with_time) == 0; }
+    /// True where values of places come from tables, which a program may change (skein/run.hpp).
+    bool has_tables_of_places() const {
+        return std::any_of(program.place.code.begin(), program.place.code.end(), [](const Instruction& in) {
+            return in.op == Op::tabulated || in.op == Op::tabulated_slope;
+        });
+    }
     double time_value(int i, int slot) const { return nth(of_time, i * Clock::largest_batch + slot); }
 
 private:

@@ -71,6 +71,10 @@ public:
             tile_data_[rod.number] = load_.template bind<W>(rod);
         }
     }
+    void renew(const RodTile<W>& rod) override {
+        if constexpr (binds && requires { load_.has_tables_of_places(); })
+            if (load_.has_tables_of_places()) tile_data_[rod.number] = load_.template bind<W>(rod);
+    }
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         const auto add = [&](const auto&... data) {
             if constexpr (Map::along) load_.template add<W, Map>(rod, data..., load, step);

@@ -53,6 +53,7 @@ struct MagneticFormula {
         MagneticField::TileData<W> moments;
         PlaceValues<W> places;
     };
+    bool has_tables_of_places() const { return values_.has_tables_of_places() || moments_.has_tables_of_places(); }
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
         return {moments_.given ? moments_of(rod) : MagneticField{}.bind<W>(rod), place_values<W>(values_, rod, true)};
     }

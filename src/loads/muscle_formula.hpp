@@ -64,6 +64,7 @@ struct MuscleFormula {
         AlignedVector<Pack<W>> acts;            ///< [node]: 1 where it is a vertex
         AlignedVector<Vec3<Pack<W>>> stiffness; ///< [node]: stiffness of its cell, N m^2; empty for formulas of moments
     };
+    bool has_tables_of_places() const { return moment_.has_tables_of_places(); }
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
         TileData<W> data{place_values<W>(moment_, rod, false), {}, {}};
         for (int i = 0; i <= rod.n; ++i) {

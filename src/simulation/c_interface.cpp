@@ -117,6 +117,24 @@ int skein_drive(skein_run* run, const char* table, double until, double value) {
         },
         -1);
 }
+int skein_set_table(skein_run* run, const char* table, const double* at, const double* value, std::int64_t count) {
+    return guarded(
+        [&] {
+            const auto points = static_cast<std::size_t>(std::max(count, std::int64_t{0}));
+            run->run.set_table(table, {at, points}, {value, points});
+            return 0;
+        },
+        -1);
+}
+int skein_restart(skein_run* run, int group, const std::int64_t* rods, std::int64_t count) {
+    return guarded(
+        [&] {
+            run->run.restart(static_cast<std::size_t>(group),
+                             {rods, static_cast<std::size_t>(std::max(count, std::int64_t{0}))});
+            return 0;
+        },
+        -1);
+}
 std::int64_t skein_table(skein_run* run, const char* table, double* at, double* value, std::int64_t count) {
     return guarded(
         [&] {

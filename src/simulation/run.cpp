@@ -8,6 +8,7 @@
 #include "scene/scene_file.hpp"
 #include "simulation/machine.hpp"
 #include "simulation/simulation.hpp"
+#include "simulation/stages.hpp"
 #include "simulation/summary.hpp"
 #include "skein/core/index.hpp"
 
@@ -16,6 +17,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -43,7 +45,10 @@ struct Run::Parts {
     Parts(const SceneSpec& given, const RunSettings& settings)
         : comm(Communicator::world()), machine(machine_of(comm, settings.threads, settings.lanes)),
           threads(machine.threads), writes(!settings.out.empty()), scene(driven(given)),
-          simulation(made(scene, settings, make_groups(scene))) {}
+          simulation(made(scene, settings, make_groups(scene))) {
+        const Rods& rods = simulation.world().rods();
+        for (std::size_t i = 0; i < rods.local().size(); ++i) start_memory.push_back(rods.memory(i));
+    }
 
     /// The scene with tables that this run alone may lengthen.
     static SceneSpec driven(SceneSpec scene) {
@@ -69,6 +74,7 @@ struct Run::Parts {
     bool writes;
     SceneSpec scene;
     Simulation simulation;
+    std::vector<std::vector<double>> start_memory; ///< of the passes of own rods, at the start
 };
 
 Run::Run(const Scene& scene, const RunSettings& settings) : parts_(std::make_unique<Parts>(*scene.spec_, settings)) {}
@@ -130,6 +136,43 @@ void Run::drive(const std::string& name, double until, double value) {
     }
     table.at.push_back(until);
     table.value.push_back(value);
+}
+
+void Run::set_table(const std::string& name, std::span<const double> at, std::span<const double> value) {
+    FormulaTable& table = parts_->driven_table(name);
+    const auto finite = [](std::span<const double> all) {
+        return std::all_of(all.begin(), all.end(), [](double x) { return std::isfinite(x); });
+    };
+    const bool rises = std::adjacent_find(at.begin(), at.end(), std::greater_equal<>()) == at.end();
+    if (at.empty() || at.size() != value.size() || !rises || !finite(at) || !finite(value))
+        throw InputError(fmt::format("table '{}' takes points whose x are finite and rise, with a finite value each: "
+                                     "here are {} and {}",
+                                     name, at.size(), value.size()));
+    table.at.assign(at.begin(), at.end());
+    table.value.assign(value.begin(), value.end());
+    parts_->simulation.world().rods().renew_formulas();
+}
+
+void Run::restart(std::size_t group, std::span<const std::int64_t> rods) {
+    World& world = parts_->simulation.world();
+    const auto refuse = [&](const char* why) {
+        throw InputError(fmt::format("rods of '{}' cannot return to their start: {}", world.groups.at(group).name(), why));
+    };
+    if (world.plan.coupling() != PhysicsPlan::Coupling::none) refuse("they feel other rods or a fluid");
+    if (parts_->simulation.stages().any()) refuse("the scene has stages, which act on all rods at once");
+    if (is_implicit(world.plan.integrator)) refuse("implicit steps carry strains over");
+    std::vector<std::int64_t> wanted(rods.begin(), rods.end());
+    std::sort(wanted.begin(), wanted.end());
+    const auto local = world.rods().local();
+    std::vector<Slot<1>> state(to_index(world.groups.at(group).slots()));
+    for (std::size_t i = 0; i < local.size(); ++i) {
+        if (to_index(local[i].group) != group || !std::binary_search(wanted.begin(), wanted.end(), local[i].index))
+            continue;
+        world.groups[group].start_state(local[i].index, state);
+        world.rods().import_rod(i, state);
+        world.rods().set_budget(i, {});
+        if (const auto& memory = parts_->start_memory[i]; !memory.empty()) world.rods().set_memory(i, memory);
+    }
 }
 
 std::string Run::stage() const {

@@ -123,6 +123,8 @@ public:
 
     /// Names of the passes of a group's rods across, in order; empty where no rod lies across.
     virtual std::vector<std::string_view> passes(std::size_t group) const = 0;
+    /// Evaluates formulas of places again, whose tables have changed.
+    virtual void renew_formulas() = 0;
     /// Owned rods, ordered by group, and in space order within a group.
     virtual std::span<const LocalRod> local() const = 0;
     /// Place of local()[i] among rods across.

@@ -97,6 +97,11 @@ public:
         for (LaneRange& range : ranges_) range.group = &group;
     }
 
+    /// Sets the group of each rod; f(index) for its number.
+    template <class F> void settle_each(F&& f) {
+        for (LaneRange& range : ranges_) range.group = &f(range.index);
+    }
+
     /// Place of a slot of the rod in this lane.
     struct Place {
         int row, lane;

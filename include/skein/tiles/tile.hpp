@@ -65,6 +65,8 @@ public:
     /// Called once for every tile of the program when tiles are laid out. Tiles across come in order of number, tiles
     /// along from any thread, in any order.
     virtual void bind(const RodTile<W>&) {}
+    /// Evaluates again what a bound tile keeps of formulas of places, whose tables have changed.
+    virtual void renew(const RodTile<W>&) {}
     /// Called once before each batch of steps, in serial. Results for a step are stored by the step's slot.
     virtual void prepare(std::span<const Step>) {}
     virtual void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const = 0;
