@@ -154,7 +154,7 @@ public:
             [&](int i, std::size_t w, const Mask<W>& lanes, const ContactState<Pack<W>>& state,
                 const StageContact<Pack<W>>& out) {
                 const Pack<W> none(0.0);
-                const double radius = points_.radius(rod, i);
+                const auto radius = points_.radius(rod, i);
                 const Pack<W> overlap = max(state.radius_1 - state.distance, none) / Pack<W>(radius + radius);
                 const auto raise = [&](Pack<W>& to, const Pack<W>& other) { to = select(lanes, max(to, other), to); };
                 typename WallContactTiles<W>::Work& work = contacts.work[w];
@@ -422,7 +422,7 @@ private:
     /// had been in contact: theory.md (149).
     void note_begin(const RodTile<W>& rod, const WallNow& wall, const StageSpan<W>& span, const P& radius,
                     const StageDistance& d, int i) const {
-        const P depth = radius - min(d.after, d.end), most(resolved_slope * points_.mass(rod, i));
+        const P depth = radius - min(d.after, d.end), most = P(resolved_slope) * P(points_.mass(rod, i));
         const auto begins = (radius <= d.start) & (depth > P(0.0)) & (span.on > P(0.0));
         const auto numbers = wall.law.template as<P>();
         const P root = wall.kinds.normal == ContactNormal::hertz ? P(1.5) * sqrt(max(depth, P(0.0))) : P(1.0);
@@ -456,7 +456,7 @@ private:
                                                const StageSpan<W>& span, TileContacts& contacts, int i, std::size_t w,
                                                Use&& use) const {
         const Vec3<P> at = points_.position(rod, i);
-        const P radius(wall.width * points_.radius(rod, i)), zero(0.0);
+        const P radius = P(wall.width) * P(points_.radius(rod, i)), zero(0.0);
         const StageDistance d = stage_distance(wall, points_.position(before, i), at, span);
         const auto lanes = (radius > d.end) | ((radius > d.start) & (P(span.between ? 1.0 : 0.0) > zero));
         const unsigned now = contacts.near[w] ? bits_of(lanes) : 0;

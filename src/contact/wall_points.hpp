@@ -67,7 +67,7 @@ public:
     }
     double largest_radius() const { return largest_radius_; }
     int count(const RodTile<W>& rod) const { return rod.group->closed() ? rod.n : rod.n + 1; }
-    double mass(const RodTile<W>& rod, int i) const { return nth(rod.group->node_mass, i); }
+    auto mass(const RodTile<W>& rod, int i) const { return Map::node_mass(rod, i); }
     SKEIN_INLINE const Vec3<P>& position(const RodTile<W>& rod, int i) const { return rod.slot[i].position; }
 
     auto radius(const RodTile<W>& rod, int i) const {

@@ -74,13 +74,22 @@ template <int W> using PlaceValues = std::vector<AlignedVector<Pack<W>>>;
 
 template <int W> PlaceValues<W> place_values(const FormulaVector& of, const RodTile<W>& rod, bool middles) {
     const InstructionList& list = of.program.place;
-    const int rows = middles ? rod.n : rod.n + 1;
+    const auto is_of_rod = [](int input) {
+        return input == static_cast<int>(Variable::rod) || input == static_cast<int>(Variable::length);
+    };
+    const bool by_rod = std::all_of(list.inputs.begin(), list.inputs.end(), is_of_rod); // one row
+    const int rows = by_rod ? 1 : middles ? rod.n : rod.n + 1;
     PlaceValues<W> values(list.outputs.size()), inputs(list.inputs.size());
     if (values.empty()) return values;
     for (auto& input : inputs) input.resize(to_index(rows));
     const bool with_start =
         of.program.uses(Variable::start_x) || of.program.uses(Variable::start_y) || of.program.uses(Variable::start_z);
-    for (int l = 0; l < lanes_of<W>; ++l) {
+    for (int l = 0; by_rod && l < lanes_of<W>; ++l)
+        for (std::size_t k = 0; k < inputs.size(); ++k)
+            inputs[k].front().set(l, list.inputs[k] == static_cast<int>(Variable::rod)
+                                         ? static_cast<double>(rod.index_of(l))
+                                         : rod.group_of(l).spec().shape.length);
+    for (int l = 0; !by_rod && l < lanes_of<W>; ++l) {
         const FormulaPlaces along(rod.group_of(l), rod.index_of(l), middles, with_start);
         for (int i = 0; i < rows; ++i) {
             const int slot = rod.strands ? std::max(0, rod.strands->slot(l, i)) : i;

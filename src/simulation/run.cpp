@@ -74,6 +74,7 @@ struct Run::Parts {
     bool writes;
     SceneSpec scene;
     Simulation simulation;
+    bool tables_are_new = false;                   ///< formulas of places have not followed yet
     std::vector<std::vector<double>> start_memory; ///< of the passes of own rods, at the start
 };
 
@@ -90,6 +91,7 @@ bool Run::finished() const { return parts_->simulation.finished(); }
 double Run::time() const { return parts_->simulation.world().clock.time(); }
 
 void Run::advance(std::int64_t until) {
+    if (std::exchange(parts_->tables_are_new, false)) parts_->simulation.world().rods().renew_formulas();
     parts_->simulation.advance(std::min(until, steps()));
     if (const std::string failure = parts_->simulation.failure(); !failure.empty()) throw NumericalError(failure);
 }
@@ -150,13 +152,14 @@ void Run::set_table(const std::string& name, std::span<const double> at, std::sp
                                      name, at.size(), value.size()));
     table.at.assign(at.begin(), at.end());
     table.value.assign(value.begin(), value.end());
-    parts_->simulation.world().rods().renew_formulas();
+    parts_->tables_are_new = true;
 }
 
 void Run::restart(std::size_t group, std::span<const std::int64_t> rods) {
     World& world = parts_->simulation.world();
     const auto refuse = [&](const char* why) {
-        throw InputError(fmt::format("rods of '{}' cannot return to their start: {}", world.groups.at(group).name(), why));
+        throw InputError(
+            fmt::format("rods of '{}' cannot return to their start: {}", world.groups.at(group).name(), why));
     };
     if (world.plan.coupling() != PhysicsPlan::Coupling::none) refuse("they feel other rods or a fluid");
     if (parts_->simulation.stages().any()) refuse("the scene has stages, which act on all rods at once");
@@ -209,33 +212,28 @@ void Run::read(std::size_t number, Quantity quantity, std::span<double> out) con
     if (out.size() != order.size() * each)
         throw InputError(fmt::format("room for {} numbers of group '{}', which has {} here", out.size(), group.name(),
                                      order.size() * each));
-    std::vector<Slot<1>> state(nodes);
-    const auto& rods = parts_->simulation.world().rods();
-    for (std::size_t i = 0; i < rods.local().size(); ++i) {
-        const LocalRod& rod = rods.local()[i];
-        if (rod.group != static_cast<int>(number)) continue;
-        rods.export_rod(i, state);
-        synchronise(group, state, parts_->simulation.world().clock.lag());
-        double* to =
-            out.data() +
-            static_cast<std::size_t>(std::lower_bound(order.begin(), order.end(), rod.index) - order.begin()) * each;
+    const World& world = parts_->simulation.world();
+    const auto local = world.rods().local();
+    std::vector<std::size_t> own;
+    for (std::size_t i = 0; i < local.size(); ++i)
+        if (local[i].group == static_cast<int>(number)) own.push_back(i);
+    const Copy copy = at_nodes ? Copy::positions : quantity == Quantity::director ? Copy::frames : Copy::synchronised;
+    world.rods().read(own, copy, world.clock.lag(), [&](int, std::size_t i, const RodCopy& rod) {
+        const auto place = std::lower_bound(order.begin(), order.end(), local[own[i]].index) - order.begin();
+        double* to = out.data() + static_cast<std::size_t>(place) * each;
         const auto put = [&to](const Vec3d& v) {
             *to++ = v.x;
             *to++ = v.y;
             *to++ = v.z;
         };
         for (std::size_t k = 0; k < places; ++k) {
-            if (quantity == Quantity::position) put(lane(state[k].position, 0));
-            else if (quantity == Quantity::velocity) put(lane(state[k].velocity, 0));
-            else if (quantity == Quantity::spin) put(lane(state[k].spin, 0));
-            else {
-                const Mat3d axes = frame(state[k]);
-                put(axes.d1);
-                put(axes.d2);
-                put(axes.d3);
-            }
+            if (quantity == Quantity::position) put(lane(rod.state[k].position, 0));
+            else if (quantity == Quantity::velocity) put(lane(rod.state[k].velocity, 0));
+            else if (quantity == Quantity::spin) put(lane(rod.state[k].spin, 0));
+            else
+                for (const Vec3d& axis : {rod.frames[k].d1, rod.frames[k].d2, rod.frames[k].d3}) put(axis);
         }
-    }
+    });
 }
 
 std::size_t Run::rods() const { return parts_->simulation.world().rods().local().size(); }
