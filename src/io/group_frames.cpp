@@ -14,7 +14,7 @@ namespace {
 
 using Shape = std::vector<std::uint64_t>;
 
-constexpr std::uint64_t view_bytes = 4 << 10; // upper bound for the datasets of a single frame in the file
+constexpr std::uint64_t frame_view_bytes = 4 << 10; // upper bound for the datasets of a single frame in the file
 
 /// Field with numbers by fill(rod, out) for both types of numbers.
 template <class Fill> FrameField field(std::string name, Shape shape, Fill fill) {
@@ -88,7 +88,7 @@ void GroupFrames::rebind(const Communicator& comm, const Rods& rods) {
 }
 
 std::uint64_t GroupFrames::frame_bytes() const {
-    return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? view_bytes : 0);
+    return count() * rod_bytes() + (kind_ == FrameKind::trajectory ? frame_view_bytes : 0);
 }
 
 std::uint64_t GroupFrames::constant_bytes() const {

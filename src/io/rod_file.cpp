@@ -65,6 +65,7 @@ RodRows RodFile::read(std::int64_t begin, std::int64_t end) const {
             const std::int64_t rod = begin + static_cast<std::int64_t>(i / width(q));
             if (!std::isfinite(numbers[q][i])) refuse(q, rod, "not a finite number");
             if (quantities[q].components == 1 && !(numbers[q][i] > 0)) refuse(q, rod, "must be above 0 [m]");
+            if (q != tangent && q != normal && q != directors) numbers[q][i] *= unit_;
         }
     RodRows rows;
     const auto vectors = [&](std::size_t q, std::vector<Vec3d>& into) {
@@ -118,13 +119,20 @@ void RodFile::trace(std::int64_t rod, std::size_t i, const Numbers& numbers, Rod
     }
 }
 
-std::shared_ptr<const RodSource> open_rod_file(const std::string& path, const std::string& source) {
+std::shared_ptr<const RodSource> open_rod_file(const std::string& directory, const RodSpec& rods) {
+    const std::string path = (std::filesystem::path(directory) / rods.placement.file).string();
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error))
-        throw InputError(fmt::format("{}: there is no rod file '{}'", source, path));
-    if (path.ends_with(".h5") || path.ends_with(".hdf5")) return open_hdf5_rods(path);
-    if (path.ends_with(".csv")) return open_csv_rods(path);
-    throw InputError(fmt::format("{}: '{}' is not a rod file: its name must end in .h5, .hdf5 or .csv", source, path));
+        throw InputError(fmt::format("{}: there is no rod file '{}'", rods.source, path));
+    const RodFileOptions options{rods.placement, rods.shape.elements};
+    const auto ends = [&](auto... endings) { return (path.ends_with(endings) || ...); };
+    if (ends(".h5", ".hdf5")) return open_array_rods(open_hdf5_arrays(path), options);
+    if (ends(".npz", ".npy")) return open_array_rods(open_numpy_arrays(path), options);
+    if (ends(".swc")) return open_swc_rods(path, options);
+    if (ends(".csv", ".tsv", ".txt")) return open_text_rods(path, options);
+    throw InputError(
+        fmt::format("{}: '{}' is not a rod file: its name must end in .h5, .hdf5, .npz, .npy, .csv, .tsv, .txt or .swc",
+                    rods.source, path));
 }
 
 } // namespace skein

@@ -1,4 +1,4 @@
-// Files of rods as comma-separated values, whose first line names the columns.
+// Files of rods as text, with a row per rod, whose first line names the columns.
 #include "io/csv_table.hpp"
 #include "io/rod_file_kind.hpp"
 #include "skein/core/error.hpp"
@@ -7,8 +7,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
-#include <fstream>
 #include <utility>
 
 namespace skein {
@@ -17,25 +15,15 @@ namespace {
 
 class CsvRodFile final : public RodFile {
 public:
-    explicit CsvRodFile(const std::string& path) : RodFile(path) {
-        std::ifstream file(path_, std::ios::binary);
-        if (!file) refuse("cannot be opened for reading");
-        std::string line;
-        std::getline(file, line);
-        read_header(line);
-        std::int64_t at = static_cast<std::int64_t>(line.size()) + 1;
-        // Finds the beginnings of blocks of lines, without empty lines.
-        std::vector<char> buffer(1 << 20);
-        bool begins = true;
-        while (file.read(buffer.data(), static_cast<std::streamsize>(buffer.size())), file.gcount() > 0) {
-            for (std::int64_t i = 0; i < file.gcount(); ++i) {
-                if (begins && nth(buffer, i) != '\n' && nth(buffer, i) != '\r') {
-                    if (count_ % block == 0) block_begin_.push_back(at + i);
-                    ++count_;
-                }
-                begins = nth(buffer, i) == '\n';
-            }
-            at += file.gcount();
+    CsvRodFile(const CsvHeader& header, const RodFileOptions& options)
+        : RodFile(header.path, options.placement.unit), header_(header) {
+        find_columns();
+        TextLines lines(path_, header.past, header.line + 1);
+        std::string_view line;
+        while (lines.next(line)) {
+            if (is_empty(line)) continue;
+            if (count_ % block == 0) blocks_.push_back({lines.offset(), lines.line()});
+            ++count_;
         }
         check_quantities();
     }
@@ -43,50 +31,53 @@ public:
 private:
     static constexpr std::int64_t block = 1 << 12;
 
-    void read_header(const std::string& line) {
-        for (const std::string_view name : csv_cells(line)) {
-            bool known = false;
+    static bool is_empty(std::string_view line) { return line.find_first_not_of(" \t") == std::string_view::npos; }
+
+    void find_columns() {
+        column_.assign(header_.names.size(), skipped);
+        for (std::size_t c = 0; c < column_.size(); ++c) {
+            const std::string& name = header_.plain[c];
+            if (name.empty()) continue;
             for (std::size_t q = 0; q < std::size(quantities); ++q)
                 for (std::size_t axis = 0; axis < 3; ++axis)
-                    if (!name.empty() && quantities[q].columns[axis] == name) {
-                        if (std::find(named_.begin(), named_.end(), std::pair(q, axis)) != named_.end())
-                            throw InputError(fmt::format("{}:1: two columns '{}'", path_, name));
-                        named_.emplace_back(q, axis);
-                        known = true;
-                    }
-            if (!known)
-                throw InputError(
-                    fmt::format("{}:1: unknown column '{}'; the first line names x, y, z and, if rods differ in them, "
-                                "tx, ty, tz, nx, ny, nz, length, radius",
-                                path_, name));
+                    if (quantities[q].columns[axis] == name) column_[c] = {q, axis};
+            if (column_[c] == skipped)
+                header_.refuse(fmt::format(
+                    "unknown column '{}'; a row per rod has x, y, z and, if rods differ in them, tx, ty, tz, nx, ny, "
+                    "nz, length, radius; a row per point has a column that names its rod, such as 'filament' or 'id'",
+                    shown(header_.names[c])));
         }
         for (std::size_t q = 0; q < std::size(quantities); ++q) {
-            const auto axes = std::count_if(named_.begin(), named_.end(), [q](const auto& c) { return c.first == q; });
+            const auto axes =
+                std::count_if(column_.begin(), column_.end(), [q](const auto& c) { return c.first == q; });
             if (axes != 0 && axes != static_cast<std::ptrdiff_t>(quantities[q].components))
-                throw InputError(fmt::format("{}:1: {} has only {} of three columns: {}", path_, quantities[q].name,
-                                             axes, fmt::join(quantities[q].columns, ", ")));
+                header_.refuse(fmt::format("{} has only {} of three columns: {}", quantities[q].name, axes,
+                                           fmt::join(quantities[q].columns, ", ")));
             has_[q] = axes != 0;
         }
     }
 
     void read_numbers(std::int64_t begin, std::int64_t end, Numbers& numbers) const override {
-        std::ifstream file(path_, std::ios::binary);
-        file.seekg(nth(block_begin_, begin / block));
-        std::string line;
+        const auto [offset, number] = nth(blocks_, begin / block);
+        TextLines lines(path_, offset, number);
+        std::string_view line;
+        std::vector<std::string_view> cells;
         for (std::int64_t rod = begin / block * block; rod < end; ++rod) {
             do {
-                if (!std::getline(file, line)) refuse(fmt::format("row {}: the file has been cut short", rod));
-                if (line.ends_with('\r')) line.pop_back();
-            } while (line.empty());
+                if (!lines.next(line)) refuse(fmt::format("row {}: the file has been cut short", rod));
+            } while (is_empty(line));
             if (rod < begin) continue;
-            const auto cells = csv_cells(line);
-            if (cells.size() != named_.size())
-                refuse(named_.front().first, rod,
-                       fmt::format("expected {} values by the first line, found {}", named_.size(), cells.size()));
+            if (!split(line, header_.separator, cells))
+                throw InputError(fmt::format("{}: a quote is not closed, or has text behind it", lines.place()));
+            if (cells.size() != column_.size())
+                refuse(origin, rod,
+                       fmt::format("expected {} values by the first line, found {}", column_.size(), cells.size()));
             for (std::size_t c = 0; c < cells.size(); ++c) {
-                const auto [q, axis] = named_[c];
+                if (column_[c] == skipped) continue;
+                const auto [q, axis] = column_[c];
                 const std::optional<double> value = csv_number(cells[c]);
-                if (!value) refuse(q, rod, fmt::format("'{}' is not a number", quantities[q].columns[axis]));
+                if (!value)
+                    refuse(q, rod, fmt::format("'{}': {}", quantities[q].columns[axis], not_a_number(cells[c])));
                 numbers[q][to_index(rod - begin) * width(q) + axis] = *value;
             }
         }
@@ -95,12 +86,19 @@ private:
         return fmt::format("{}: row {} below the names: {}", path_, rod + 1, quantities[quantity].name);
     }
 
-    std::vector<std::pair<std::size_t, std::size_t>> named_; ///< quantity and axis
-    std::vector<std::int64_t> block_begin_;                  ///< offset of each block of lines
+    static constexpr std::pair<std::size_t, std::size_t> skipped{all, 0};
+
+    CsvHeader header_;
+    std::vector<std::pair<std::size_t, std::size_t>> column_;   ///< quantity and axis
+    std::vector<std::pair<std::int64_t, std::int64_t>> blocks_; ///< offset and line at which each block begins
 };
 
 } // namespace
 
-std::shared_ptr<const RodSource> open_csv_rods(const std::string& path) { return std::make_shared<CsvRodFile>(path); }
+std::shared_ptr<const RodSource> open_text_rods(const std::string& path, const RodFileOptions& options) {
+    const CsvHeader header = read_header(path, options.placement);
+    if (header.id != CsvHeader::none) return open_csv_points(header, options);
+    return std::make_shared<CsvRodFile>(header, options);
+}
 
 } // namespace skein

@@ -1,6 +1,8 @@
-// Quantities of both kinds of files of rods, and checks of their numbers.
+// Quantities of files with a row per rod, and checks of their numbers.
 #pragma once
 
+#include "io/array_file.hpp"
+#include "io/csv_header.hpp"
 #include "skein/placement/places.hpp"
 
 #include <array>
@@ -35,7 +37,7 @@ public:
     /// Numbers of consecutive rods by quantity; empty for absent quantities.
     using Numbers = std::array<std::vector<double>, all>;
 
-    explicit RodFile(std::string path) : path_(std::move(path)) {}
+    RodFile(std::string path, double unit) : path_(std::move(path)), unit_(unit) {}
     std::int64_t count() const override { return count_; }
     std::int64_t elements() const override { return static_cast<std::int64_t>(elements_); }
     RodColumns columns() const override;
@@ -57,9 +59,20 @@ protected:
 private:
     void check_frame(std::int64_t rod, std::size_t i, const RodRows& rows) const;
     void trace(std::int64_t rod, std::size_t i, const Numbers& numbers, RodRows& rows) const;
+
+    double unit_; ///< m
 };
 
-std::shared_ptr<const RodSource> open_hdf5_rods(const std::string& path);
-std::shared_ptr<const RodSource> open_csv_rods(const std::string& path);
+/// What a scene says about a file of rods.
+struct RodFileOptions {
+    const Placement& placement;
+    std::int64_t elements; ///< of a rod
+};
+
+/// A row per rod or, where the header has an id, per point.
+std::shared_ptr<const RodSource> open_text_rods(const std::string& path, const RodFileOptions& options);
+std::shared_ptr<const RodSource> open_csv_points(const CsvHeader& header, const RodFileOptions& options);
+std::shared_ptr<const RodSource> open_array_rods(std::unique_ptr<ArrayFile> file, const RodFileOptions& options);
+std::shared_ptr<const RodSource> open_swc_rods(const std::string& path, const RodFileOptions& options);
 
 } // namespace skein

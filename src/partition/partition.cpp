@@ -183,6 +183,17 @@ std::vector<Keyed> send_to_owners(const Communicator& comm, std::span<const Keye
     return owned;
 }
 
+/// The deviation of the rods of all ranks. Collective.
+Deviation agreed(const Communicator& comm, const Deviation& own) {
+    constexpr std::int64_t many = std::numeric_limits<std::int64_t>::max();
+    Deviation all;
+    all.distance = comm.max(own.distance);
+    all.fewest = comm.min(own.resampled() ? own.fewest : many);
+    all.most = comm.max(own.most);
+    if (all.resampled()) all.rod = comm.first_text(own.distance == all.distance ? own.rod : "");
+    return all;
+}
+
 } // namespace
 
 OwnedRods owned_rods(const Rods& rods, int group) {
@@ -227,6 +238,7 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
             limits = limits_of[group];
             for (double& dt : limits) dt = comm.min(dt);
         }
+        group->places().set_deviation(agreed(comm, group->places().deviation()));
         group->set_read({-lowest[0], -lowest[1], -lowest[2]}, comm.sum_wrapping(group->places().digest()), limits);
     }
 }

@@ -31,8 +31,9 @@ void Placement::fields(FieldVisitor& f) {
              .at_least = 0},
             stagger);
     f.visit({.name = "file",
-             .text = "path relative to the scene; mask: PBM (P1) bitmap, each 1 carries a rod, the last row is y = 0; "
-                     "file: .h5 or .csv, a row per rod (docs/files.md)"},
+             .text =
+                 "path relative to the scene; mask: PBM (P1) bitmap, each 1 carries a rod, the last row is y = 0; "
+                 "file: .h5, .npz, .npy, .csv, .tsv or .swc, with a row per rod or points along rods (docs/files.md)"},
             file);
     f.visit({.name = "origins", .unit = "m", .text = "list: start of every rod"}, origins);
     f.visit({.name = "tangents", .unit = "-", .text = "list: direction of each rod at its start; replaces `tangent`"},
@@ -41,9 +42,19 @@ void Placement::fields(FieldVisitor& f) {
              .unit = "-",
              .text = "list: direction of d1 of each rod, beside `tangents`; replaces `normal`"},
             normals);
-    f.choice(
-        {.name = "trace", .text = "file with `nodes`: they give the shape at rest, or the shape at the start alone"},
-        trace, trace_names);
+    f.choice({.name = "trace",
+              .text = "file with nodes or points: they give the shape at rest, or the shape at the start alone"},
+             trace, trace_names);
+    f.visit({.name = "unit",
+             .unit = "m",
+             .text = "file: length of 1 in its coordinates, lengths and radii; 1e-6 for a file in micrometres",
+             .above = 0},
+            unit);
+    f.visit({.name = "id",
+             .text = "file with a row per point: column that names the rod; default: `filament`, `track`, `rod` or "
+                     "another of the names in docs/files.md"},
+            id);
+    f.visit({.name = "ignore", .text = "file of columns: names of columns that are skipped"}, ignore);
     packing.fields(f);
 }
 

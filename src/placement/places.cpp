@@ -119,6 +119,15 @@ Quaterniond frame_of(const Vec3d& tangent, const std::optional<Vec3d>& normal) {
     return quaternion({d1, cross(d3, d1), d3});
 }
 
+void Deviation::include(const Deviation& other) {
+    if (!other.resampled()) return;
+    fewest = resampled() ? std::min(fewest, other.fewest) : other.fewest;
+    most = std::max(most, other.most);
+    if (other.distance <= distance) return;
+    distance = other.distance;
+    rod = other.rod;
+}
+
 Places::Places(const Placement& p, const std::string& source, const std::string& directory) : first_(p.origin) {
     for (std::size_t axis = 0; axis < std::min<std::size_t>(3, p.spacing.size()); ++axis)
         spacing_[axis] = p.spacing[axis];
@@ -258,8 +267,10 @@ void Places::read(std::int64_t begin, std::int64_t end) {
     sizes_.reserve(to_index(end - begin) * width_);
     begin_ = begin;
     read_ = true;
+    deviation_ = {};
     for (std::int64_t at = begin; at < end; at += block) {
         const RodRows rows = source_->read(at, std::min(end, at + block));
+        deviation_.include(rows.deviation);
         for (std::size_t i = 0; i < rows.origins.size(); ++i) {
             origins_.push_back(rows.origins[i] + first_);
             std::optional<Traced> shape;

@@ -84,6 +84,7 @@ void describe_rods(GroupPlan& p, const RodGroup& group) {
         p.packed_fill = group.packed_fill();
         p.packed_top = group.packed_top();
     }
+    p.deviation = group.places().deviation();
     p.hints = hints_for(group);
     const auto named = [](EndKind kind, const std::string& free) {
         return fmt::format("{}{}{}", nth(end_names, kind), free.empty() ? "" : ", free along ", free);

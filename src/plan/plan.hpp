@@ -71,6 +71,7 @@ struct GroupPlan {
     double bending_shift = 0;               ///< what j does to the lowest bending frequency, relative, estimated
     std::optional<AutomaticInertia> automatic_inertia; ///< where "auto" chooses j
     std::vector<std::string> hints; ///< where numbers cost time or accuracy for nothing (numerics.md)
+    Deviation deviation;            ///< of rods that are resampled from points of a file
     std::string start, end;
     std::string body; ///< of bodies: mass, inertia and parts
 

@@ -1,5 +1,6 @@
 #include "core/level.hpp"
 #include "core/share_text.hpp"
+#include "core/two_digits.hpp"
 #include "plan/method_costs.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
@@ -81,6 +82,14 @@ std::string limits_text(const GroupPlan& g) {
     return joined(limits, ", ");
 }
 
+/// How far resampled rods are from the lines through their points, rounded up.
+std::string resampling_text(const Deviation& d) {
+    const std::string points =
+        d.fewest == d.most ? fmt::format("{}", d.most) : fmt::format("{} to {}", d.fewest, d.most);
+    return fmt::format("from {} points each; at most {:.2g} m from the line through them ({})", points,
+                       d.distance > 0 ? rounded_up(d.distance) : 0.0, d.rod);
+}
+
 /// Lines of a group. Its entries in JSON are those of one object.
 Lines describe(const GroupPlan& g, bool pseudo_time) {
     Json limits;
@@ -102,6 +111,12 @@ Lines describe(const GroupPlan& g, bool pseudo_time) {
                                      100 * g.packed_fill, g.packed_top),
                          "",
                          {}});
+    if (g.deviation.resampled())
+        lines.push_back({"  resampled", resampling_text(g.deviation), "resampled",
+                         Json{{"deviation", g.deviation.distance},
+                              {"rod", g.deviation.rod},
+                              {"fewest_points", g.deviation.fewest},
+                              {"most_points", g.deviation.most}}});
     lines.push_back({"  rotary", g.largest_rotary_scale > 1 ? rotary_text(g) : "", "rotary_inertia",
                      Json{{"least_scale", g.least_rotary_scale},
                           {"largest_scale", g.largest_rotary_scale},
@@ -289,6 +304,9 @@ Lines outline(const Plan& p) {
                    {"memory", memory_text(p), "", {}},
                    {"predicted", predicted_text(p), "", {}}};
     if (p.methods) lines.push_back(line_of(*p.methods));
+    for (const GroupPlan& g : p.groups)
+        if (g.deviation.resampled())
+            lines.push_back({"resampled", fmt::format("'{}': {}", g.name, resampling_text(g.deviation)), "", {}});
     for (const GroupPlan& g : p.groups)
         for (const std::string& hint : g.hints)
             lines.push_back({"hint", fmt::format("'{}': {}", g.name, hint), "", {}});

@@ -74,9 +74,7 @@ std::vector<RodGroup> make_groups(const SceneSpec& as_written, std::span<const d
             spec.material.inertia_chosen = true;
         }
         const bool in_file = spec.placement.kind == PlacementKind::file;
-        auto source =
-            in_file ? open_rod_file((std::filesystem::path(directory) / spec.placement.file).string(), spec.source)
-                    : nullptr;
+        auto source = in_file ? open_rod_file(directory, spec) : nullptr;
         if (source && source->elements() > 0 && source->elements() != spec.shape.elements)
             throw InputError(fmt::format("{}: file '{}' is of rods of {} elements, but shape.elements of '{}' is {}",
                                          spec.source, spec.placement.file, source->elements(), spec.name,

@@ -34,7 +34,7 @@ std::vector<double> shared_lengths(const std::vector<double>& lengths, const Ref
 /// Nodes of a file are as many as they are; a row that says no more than where a rod stands goes with any.
 void refuse_nodes_of_file(const RodSpec& rods, const std::string& directory) {
     if (rods.placement.kind != PlacementKind::file) return;
-    const auto source = open_rod_file((std::filesystem::path(directory) / rods.placement.file).string(), rods.source);
+    const auto source = open_rod_file(directory, rods);
     if (source->elements() > 0)
         refuse_refinement(
             rods.source,

@@ -209,7 +209,8 @@ SCENES = {
                          rods("slab", length=0.05, elements=5, placement={"kind": "packing", "count": 5, "seed": 3, "region": "slab", "lower": [0.0, 0.0, 0.0], "upper": [0.1, 0.1, 0.0], "elevation_law": "uniform"}),
                          rods("mask", length=0.05, elements=5, placement={"kind": "mask", "file": "mask.pbm", "spacing": [0.02, 0.03], "origin": [0.0, 0.5, 0.0]}),
                          rods("file", length=0.05, elements=5, placement={"kind": "file", "file": "rods.csv", "origin": [0.0, 1.0, 0.0]}),
-                         rods("traced", elements=4, placement={"kind": "file", "file": "traced.h5", "trace": "start", "origin": [0.0, 2.0, 0.0]})]}, 100),
+                         rods("traced", elements=4, placement={"kind": "file", "file": "traced.h5", "trace": "start", "origin": [0.0, 2.0, 0.0]}),
+                         rods("points", elements=5, placement={"kind": "file", "file": "points.csv", "unit": 0.01, "id": "piece", "ignore": ["note"], "origin": [0.0, 3.0, 0.0]})]}, 100),
     "drops": ({"time": {"duration": 0.4}, "fluid": fluid(velocity_formula=STIR, expected_speed=0.1, acceleration=[0.1, 0.0, 0.0], frequency=3.0),
                "obstacle": [{"name": "ball", "centre": [0.08, 0.06, 0.09], "radius": 0.025, "amplitude": [0.0, 0.0, 0.02], "frequency": 2.0, "velocity": [0.02, 0.0, 0.0]}],
                "fluid_output": [{"name": "cut", "kind": "slice", "every": 0.1, "across": "z", "at": 0.08, "precision": "double"}, {"name": "part", "kind": "box", "every": 0.1, "lower": [0.0, -0.02, 0.01], "upper": [0.08, 0.06, 0.09]},
@@ -232,7 +233,8 @@ SCENES = {
                  "fluid": {"spacing": 0.01, "margin_lower": [0.04, 0.04, 0.04], "margin_upper": [0.05, 0.05, 0.05], "density": 1000.0, "viscosity": 0.01, "expected_speed": 0.2}}, 300),
 }
 
-FILES = {"mask.pbm": "P1\n3 2\n1 0 1\n0 1 1\n"}
+FILES = {"mask.pbm": "P1\n3 2\n1 0 1\n0 1 1\n",
+         "points.csv": "piece,x,y,z,diameter,note\n" + "".join(f"{rod},{i},{0.1 * i * i},{5 * rod},{0.5 + 0.01 * i},0\n" for rod in range(2) for i in range(4 + rod))}
 CSV = [("x", "m", [0.0, 0.1, 0.2]), ("y", "m", [0.0, 0.01, 0.0]), ("z", "m", [0.0, 0.02, 0.01]), ("tx", "-", [1.0, 0.0, 1.0]), ("ty", "-", [0.0, 1.0, 0.5]), ("tz", "-", [0.0, 0.0, 0.2]),
        ("length", "m", [0.05, 0.06, 0.04]), ("radius", "m", [0.004, 0.003, 0.005])]
 NODES = [[[0.02 * i + 0.002 * j * i, 0.1 * j, 0.003 * math.sin(i + j)] for i in range(5)] for j in range(2)]

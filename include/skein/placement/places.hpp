@@ -27,6 +27,15 @@ struct RodColumns {
     bool heterogeneous() const { return length || radius || nodes || radii; }
 };
 
+/// Largest distance between resampled rods and the lines through the points that a file has for them.
+struct Deviation {
+    double distance = -1;              ///< m; below 0: no rod is resampled
+    std::string rod;                   ///< rod with this distance, as messages name it
+    std::int64_t fewest = 0, most = 0; ///< points of a rod
+    bool resampled() const { return distance >= 0; }
+    void include(const Deviation& other); ///< of other rods; of equal distances the first stays
+};
+
 /// Consecutive rods as a file describes them: an entry per rod (or element, node), or none where the file has no such
 /// column. Origins of traced rods are their first nodes.
 struct RodRows {
@@ -36,6 +45,7 @@ struct RodRows {
     std::vector<Vec3d> nodes;           ///< [rods, elements + 1], m
     std::vector<Vec3d> element_normals; ///< [rods, elements]: d1
     std::vector<double> element_radii;  ///< [rods, elements], m
+    Deviation deviation;
 };
 
 /// Interface of a file of rods; io/rod_file.hpp implements it.
@@ -99,6 +109,9 @@ public:
     void read(std::int64_t begin, std::int64_t end);
     /// Sum modulo 2^64 of hashes of the held rods, which identifies a file.
     std::uint64_t digest() const;
+    /// Deviation of the rods that were read here, or of all ranks once they have agreed.
+    const Deviation& deviation() const { return deviation_; }
+    void set_deviation(Deviation of_all) { deviation_ = std::move(of_all); }
     /// Drops all rods but these, which may stand in any order.
     void keep(std::span<const std::int64_t> indices);
     /// Keeps rods that other ranks hold: `records` are theirs, in the order of `indices`.
@@ -128,6 +141,7 @@ private:
     /// Sizes of the held rods: length, radius, then of traced rods the elements' lengths and the curvatures between
     /// them, then the elements' radii. Columns that the file does not have are left out.
     std::vector<double> sizes_;
+    Deviation deviation_;
 };
 
 } // namespace skein

@@ -80,6 +80,7 @@ void check_placement(const RodSpec& rods, Objections& of_group) {
     else if (p.normal && parallel(p.tangent, *p.normal))
         objections.add("normal", "'tangent' and 'normal' are parallel; d1 needs a direction across the rod");
     const std::string where = fmt::format("for a placement of kind \"{}\"", nth(placement_names, p.kind));
+    if (p.kind != PlacementKind::file) objections.unused({"unit", "id", "ignore", "trace"}, where);
     if (p.kind != PlacementKind::lattice) objections.unused({"stagger"}, where);
     if (p.kind != PlacementKind::packing)
         objections.unused({"count", "seed", "region", "lower", "upper", "point", "radius", "height", "elevation",
