@@ -39,6 +39,7 @@ Exit codes: 0 done, 2 input, 3 stopped by a limit, 4 numerical, 5 I/O, 6 MPI or 
 const std::map<std::string, const char*, std::less<>> in_python = {
     {"draw", "pictures, movies and pages of a run's results; draw --help"},
     {"plot", "columns of observables.csv over time, paths of equilibria and modes; plot --help"},
+    {"export", "rods of a frame as a file of points: CSV, SWC, NumPy, HDF5; export --help"},
     {"doctor", "checks MPI, HDF5, Python and VTK, and prints what to install"}};
 
 /// Rank among the processes of an MPI launcher, without starting MPI.

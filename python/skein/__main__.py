@@ -1,4 +1,4 @@
-"""The command skein where the package is installed by pip, and python3 -m skein: `draw`, `plot` and `doctor` are done here, all else by the program."""
+"""The command skein where the package is installed by pip, and python3 -m skein: `draw`, `plot`, `export` and `doctor` are done here, all else by the program."""
 
 import os
 import sys
@@ -7,7 +7,7 @@ from importlib import import_module
 from . import needs
 
 DEBIAN = "/usr/bin/python3"  # has the packages that jobscripts/install.sh installs, whatever python3 is first in PATH
-COMMANDS = ("draw", "plot", "doctor")
+COMMANDS = ("draw", "plot", "export", "doctor")
 
 
 def main():

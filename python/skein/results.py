@@ -313,6 +313,20 @@ class Group:
     def position(self):
         return self._array("position", "set output.trajectory in the scene")
 
+    def centrelines(self, frame=-1):
+        """Nodes of each rod [nodes, 3] at a frame, m, and radii there [nodes], as lists: what skein.Scene.rods_from takes."""
+        nodes = self.position[frame]
+        return list(nodes), list(np.broadcast_to(self.radius, nodes.shape[:2]))
+
+    def to_pandas(self, frame=-1):
+        """A table of a frame with a row per node: rod, node, x, y, z, radius, in m."""
+        import pandas
+        nodes = self.position[frame]
+        rods, each = nodes.shape[:2]
+        rod, node = np.divmod(np.arange(rods * each), each)
+        x, y, z = nodes.reshape(-1, 3).T
+        return pandas.DataFrame({"rod": rod, "node": node, "x": x, "y": y, "z": z, "radius": np.broadcast_to(self.radius, (rods, each)).ravel()})
+
     @property
     def directors(self):
         return self._array("directors", "set output.directors = true in the scene")

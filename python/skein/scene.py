@@ -73,6 +73,29 @@ class Scene:
         self._tree.setdefault("rods", []).append(entry)
         return self
 
+    def rods_from(self, name, curves, radii=None, normals=None, unit=1.0, **keys):
+        """Adds a group of rods along centrelines: a list of arrays [points, 3], or one [rods, points, 3], which are resampled to shape.elements.
+
+            scene.rods_from("filaments", traces, radii=0.2, unit=1e-6, material={...}, section={"radius": 2e-7}, shape={"length": 1e-5, "elements": 20})
+
+        radii: one for all, one per rod, or one per point; normals: d1 at the start [rods, 3], or at each point; unit: length of 1 in the arrays, m. An HDF5 file
+        beside the scene holds them.
+        """
+        from .centrelines import ragged
+        points, offsets = ragged(curves)
+        arrays = {"points": points, "offsets": offsets}
+        if radii is not None:
+            arrays["radii"] = ragged(curves, radii)
+        if normals is not None:
+            at_start = np.ndim(normals[0]) == 1
+            arrays["normal" if at_start else "normals"] = np.asarray(normals, float) if at_start else ragged(curves, normals, "normals", (3,))
+        entry = {"name": name, **deepcopy(keys)}
+        placement = entry.setdefault("placement", {})
+        placement |= {"kind": "file", "file": f"{self.name}_{name}.h5"} | ({"unit": unit} if unit != 1.0 else {})
+        self._arrays[placement["file"]] = arrays
+        self._tree.setdefault("rods", []).append(entry)
+        return self
+
     def _place(self, entry, given):
         plain = set(given) <= {"origins", "directions", "normals"}
         count = len(next(iter(given.values())))
@@ -206,7 +229,7 @@ class Scene:
         """Saves it into a folder of somebody else's, with the files that it names within reach; returns the path."""
         if self._folder:
             for file in self._files():
-                if (self._folder / file).exists() and file not in self._arrays:
+                if not Path(file).is_absolute() and (self._folder / file).exists() and file not in self._arrays:
                     (folder / file).parent.mkdir(parents=True, exist_ok=True)
                     (folder / file).symlink_to(self._folder / file)
         kept = self._folder

@@ -45,6 +45,7 @@ CALLS = {
     "new": [((), 0, "purpose"), (("pile",), 0, "file")],
     "plot": [(("out",), 0, "column")],
     "draw": [(("out", "--renderer", "plain", "--size", "64x64"), 0, "file")],
+    "export": [(("out", "--to", "rods.csv"), 0, "rods")],
     "doctor": [((), None, "part")],
 }
 # Text for other programs: man(1) and bash.

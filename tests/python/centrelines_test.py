@@ -1,0 +1,139 @@
+"""Centrelines from Python: rods of arrays, SWC trees with their joints, export of frames and the way back."""
+
+import json
+import os
+import pathlib
+import subprocess
+import sys
+import tempfile
+import unittest
+
+import numpy as np
+
+from package import SKEIN, skein
+from skein.centrelines import ragged, write
+
+KEYS = {"material": {"density": 1100.0, "youngs_modulus": 1e6}, "section": {"radius": 0.01}, "shape": {"length": 0.5, "elements": 8}}
+TREE = """# a trunk, two branches, one of which branches again
+1 1 0 0 0 2 -1
+2 3 0 0 10 2 1
+3 3 0 1 20 2 2
+4 3 5 1 28 1 3
+5 3 10 1 35 1 4
+6 3 -5 1 28 1 3
+7 3 -9 1 38 1 6
+8 3 -15 1 44 1 7
+9 3 -9 5 47 1 7
+10 3 -9 8 58 1 9
+"""
+
+
+def curves():
+    for k in range(4):
+        u = np.linspace(0, 1, 6 + 3 * k)
+        yield np.stack([0.3 * np.cos(u), 0.3 * np.sin(u) + k, 0.4 * u], axis=1)
+
+
+class Centrelines(unittest.TestCase):
+    def setUp(self):
+        folder = tempfile.TemporaryDirectory()
+        self.addCleanup(folder.cleanup)
+        self.folder = pathlib.Path(folder.name)
+
+    def scene(self, given, **keys):
+        scene = skein.Scene("traces", time={"duration": 0.002}, output={"trajectory": 0.001, "precision": "double"})
+        return scene.rods_from("filaments", given, **KEYS, **keys)
+
+    def run_of(self, scene, name):
+        return skein.run(scene, self.folder / name, quiet=True)
+
+    def test_rods_of_arrays(self):
+        given = list(curves())
+        run = self.run_of(self.scene(given, radii=[0.01, 0.011, 0.012, np.linspace(0.01, 0.008, 15)]), "list")
+        nodes, radii = run["filaments"].centrelines(0)
+        self.assertEqual((len(nodes), nodes[0].shape, radii[0].shape), (4, (9, 3), (9,)))
+        for curve, found in zip(given, nodes):
+            np.testing.assert_allclose(found[[0, -1]], curve[[0, -1]], atol=1e-12)
+        np.testing.assert_allclose(radii[1], 0.011)
+        self.assertGreater(radii[3][0], radii[3][-1])
+        equal = np.stack([curve[:6] for curve in given])
+        digests = [self.run_of(self.scene(array), name).summary["digest"] for name, array in (("array", equal), ("lists", list(equal)))]
+        self.assertEqual(*digests)
+        scaled = self.run_of(self.scene([curve * 2.0**20 for curve in given], radii=0.01 * 2.0**20, unit=2.0**-20), "scaled").summary["digest"]
+        self.assertEqual(scaled, self.run_of(self.scene(given, radii=0.01), "plain").summary["digest"])
+        self.run_of(self.scene(given, normals=[[0, 0, 1.0]] * 4), "normal")
+        self.run_of(self.scene(given, normals=[np.tile([0, 0, 1.0], (len(curve), 1)) for curve in given]), "normals")
+
+    def test_arrays_that_are_wrong(self):
+        given = list(curves())
+        for arrays, keys, words in ((given[:1] + [np.zeros((5, 2))], {}, r"centreline 1 has the shape \[5, 2\]"), ([], {}, "no centrelines"), ([np.zeros((1, 3))], {}, "fewer than two points"),
+                                    (np.zeros((3, 3)), {}, r"\[rods, points, 3\]"), (given, {"radii": [1, 2]}, "radii of 2 rods beside 4"), (given, {"radii": [[1.0, 2.0]] * 4}, "of centreline 0 have the shape")):
+            with self.assertRaisesRegex(ValueError, words):
+                self.scene(arrays, **keys)
+        with self.assertRaisesRegex(skein.RunFailed, "not a finite number"):
+            self.scene([np.where(np.arange(18).reshape(6, 3) == 7, np.nan, given[0])]).check()
+
+    def test_trees(self):
+        path = self.folder / "tree.swc"
+        path.write_text(TREE)
+        tree = skein.SwcTree(path)
+        self.assertEqual([list(tree.ids[rows]) for rows in tree.sections], [[1, 2, 3], [3, 4, 5], [3, 6, 7], [7, 8], [7, 9, 10]])
+        self.assertEqual((tree.joints(), tree.roots()), ([([0, 0, 2, 2], [1, 2, 3, 4], [1.0, 0.0])], [0]))
+        scene = skein.swc(path, "vessels", elements=6, joined=False, time={"duration": 1e-6, "dt": 1e-9}, output={"trajectory": 1e-6, "precision": "double"})
+        nodes, radii = self.run_of(scene, "tree")["vessels"].centrelines(0)
+        for rows, found in zip(tree.sections, nodes):  # the program's rods are these sections
+            np.testing.assert_allclose(found[[0, -1]], 1e-6 * tree.points[rows[[0, -1]]], atol=1e-15)
+        np.testing.assert_allclose(radii[1][-1], 1e-6, rtol=0.1)
+        joint = skein.swc(path, "vessels", joint={"stiffness": 1.0, "torsional_stiffness": 1e-9})["joint.0"]
+        self.assertEqual((joint["between"], joint["first"], joint["second"], joint["at"], joint["stiffness"]), (["vessels", "vessels"], [0, 0, 2, 2], [1, 2, 3, 4], [1.0, 0.0], 1.0))
+        path.write_text("1 1 0 0 0 1 -1\n2 1 1 0 0 1 1\n3 1 0 1 0 1 1\n4 1 0 0 1 1 1\n")  # three sections from a root
+        self.assertEqual(skein.SwcTree(path).joints(), [([0, 0], [1, 2], [0.0, 0.0])])
+        for text, words in (("1 1 0 0 0 1 -1\n2 1 1 0 0 1 9\n", "tree.swc:2: point 2: its parent 9 is missing"), ("1 1 0 0 0 1 2\n2 1 1 0 0 1 1\n", "lead back to itself"), ("1 1 0 0\n", "expected 7 numbers"),
+                            ("", "no points"), ("1 1 0 0 0 1 -1\n1 1 1 0 0 1 1\n", "has the id of line 1"), ("1 1 0 0 nan 1 -1\n", "must be finite")):
+            path.write_text(text)
+            with self.assertRaisesRegex(skein.Damaged, words):
+                skein.SwcTree(path)
+
+    def test_export_and_the_way_back(self):
+        run = self.run_of(self.scene(list(curves()), radii=0.01), "out")
+        nodes, radii = run["filaments"].centrelines()
+        for suffix in (".csv", ".tsv", ".swc", ".npz", ".h5"):
+            with self.subTest(suffix):
+                file = self.folder / f"rods{suffix}"
+                done = subprocess.run([SKEIN, "export", str(run.directory), "--to", str(file), "--unit", "1e-3", "--json"], capture_output=True, text=True, env=dict(os.environ, PYTHON=sys.executable))
+                self.assertEqual(done.returncode, 0, done.stderr)
+                self.assertEqual(json.loads(done.stdout)["rods"], 4)
+                again = skein.Scene("again", time={"duration": 0.002}, output={"trajectory": 0.001, "precision": "double"})
+                again.rods("filaments", **KEYS, placement={"kind": "file", "file": str(file), "unit": 1e-3})
+                found, found_radii = self.run_of(again, f"again{suffix}")["filaments"].centrelines(0)
+                np.testing.assert_allclose(found, nodes, atol=1e-4)  # resampled: nodes move along the curve
+                np.testing.assert_allclose([f[[0, -1]] for f in found], [n[[0, -1]] for n in nodes], atol=1e-12)
+                np.testing.assert_allclose(found_radii, radii, rtol=1e-9)
+        for words, told in ((("--to", "rods.xyz"), "a file of rods is one of"), (("--to", "rods.csv", "--group", "fil"), "no group of rods 'fil'"), (("--to", "rods.csv", "--unit", "0"), "above 0")):
+            done = subprocess.run([SKEIN, "export", str(run.directory), *words], capture_output=True, text=True, cwd=self.folder, env=dict(os.environ, PYTHON=sys.executable))
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(told, done.stderr)
+
+    def test_tables(self):
+        try:
+            import pandas  # noqa: F401
+        except ModuleNotFoundError:
+            self.skipTest("no pandas")
+        run = self.run_of(self.scene(list(curves())), "out")
+        table = run["filaments"].to_pandas()
+        self.assertEqual((list(table), len(table)), (["rod", "node", "x", "y", "z", "radius"], 4 * 9))
+        np.testing.assert_array_equal(table[table.rod == 2][["x", "y", "z"]], run["filaments"].position[-1][2])
+
+    def test_formats_of_write(self):
+        points, offsets = ragged(list(curves()))
+        path = write(self.folder / "rods.npz", list(curves()), 0.01)
+        with np.load(path) as found:
+            np.testing.assert_array_equal(found["points"], points)
+            np.testing.assert_array_equal(found["offsets"], offsets)
+            np.testing.assert_array_equal(found["radii"], 0.01)
+        with self.assertRaisesRegex(skein.NotResults, "SWC needs radii"):
+            write(self.folder / "rods.swc", list(curves()))
+
+
+if __name__ == "__main__":
+    unittest.main()
