@@ -3,6 +3,7 @@
 import json
 import os
 import pathlib
+import re
 import subprocess
 import sys
 import tempfile
@@ -10,7 +11,7 @@ import unittest
 
 import numpy as np
 
-from package import SKEIN, skein
+from package import ROOT, SKEIN, skein
 from skein.centrelines import ragged, write
 
 KEYS = {"material": {"density": 1100.0, "youngs_modulus": 1e6}, "section": {"radius": 0.01}, "shape": {"length": 0.5, "elements": 8}}
@@ -113,6 +114,19 @@ class Centrelines(unittest.TestCase):
             done = subprocess.run([SKEIN, "export", str(run.directory), *words], capture_output=True, text=True, cwd=self.folder, env=dict(os.environ, PYTHON=sys.executable))
             self.assertEqual(done.returncode, 2)
             self.assertIn(told, done.stderr)
+
+    def test_the_example_of_the_page(self):
+        example = re.findall(r"```python\n(.*?)```", (ROOT / "docs/traced_files.md").read_text(), re.S)[-1]
+        try:
+            import pandas  # noqa: F401
+        except ModuleNotFoundError:
+            example = "".join(line for line in example.splitlines(True) if "to_pandas" not in line)
+        here = os.getcwd()
+        self.addCleanup(os.chdir, here)
+        os.chdir(self.folder)
+        names = {}
+        exec(example, names)
+        self.assertEqual((len(names["nodes"]), names["nodes"][0].shape), (5, (21, 3)))
 
     def test_tables(self):
         try:
