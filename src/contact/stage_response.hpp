@@ -1,4 +1,4 @@
-// Forces of a wall on a point over a stage of an implicit step, and their slopes.                theory.md (146)-(148)
+// Forces of a wall on a point over a stage of an implicit step, and their slopes.                theory.md (132)-(134)
 //   overlaps    g0 at the start of the stage, g1 at its end, g where loads are evaluated;  d = max(0, g) of each
 //   share       s = (d1 - d0)/(g1 - g0), 1 where both touch: part of the stage in contact
 //   normal      N = U'(g1), or where steps keep energy (U(g1) - U(g0))/(g1 - g0);  the dashpot adds c u_n s

@@ -419,7 +419,7 @@ private:
     }
 
     /// Notes lanes where a point begins to touch in a stage, and is to go on at the rates of the stage as if all of it
-    /// had been in contact: theory.md (149).
+    /// had been in contact: theory.md (135).
     void note_begin(const RodTile<W>& rod, const WallNow& wall, const StageSpan<W>& span, const P& radius,
                     const StageDistance& d, int i) const {
         const P depth = radius - min(d.after, d.end), most = P(resolved_slope) * P(points_.mass(rod, i));

@@ -12,7 +12,7 @@ namespace skein {
 namespace {
 
 /// Means over a face of max(0, s) and of its square over two, where s = distance + y + z, |y| <= a, |z| <= b.
-/// theory.md (133)
+/// theory.md (137)
 class FaceMeans {
 public:
     FaceMeans(double a, double b) : a_(std::max(a, b)), b_(std::min(a, b)), flat_(b_ <= thin * a_) {}
@@ -59,7 +59,7 @@ CutWeights cut_weights(double distance, const Vec3d& normal, int component, cons
         if (nth(lines, d) == CutLines::none) continue;
         const double slope = std::abs(component_of(normal, d)), f_ahead = mean.of_distance(distance + slope),
                      f_behind = mean.of_distance(distance - slope);
-        double more = 0; // theory.md (134)
+        double more = 0; // theory.md (138)
         if (nth(lines, d) == CutLines::quadratic && slope > along_surface)
             more = (slope * slope - (mean.of_square(distance - slope) - q * f_behind / f)) /
                        (mean.of_square(distance + slope) - q * f_ahead / f) -

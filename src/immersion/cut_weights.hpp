@@ -1,4 +1,4 @@
-// Weights of the Laplacian at a node whose face or grid lines a surface cuts. theory.md (132)-(134)
+// Weights of the Laplacian at a node whose face or grid lines a surface cuts. theory.md (136)-(138)
 #pragma once
 
 #include "skein/core/vec3.hpp"

@@ -12,7 +12,7 @@
 //   h_t    length of a step            tau    length of a stage                  u          velocity of the fluid
 //
 // Elements have the same balance with moments of inertia, couples and spins. Steps of rods take the drag implicitly.
-// The fluid within a body moves with it rigidly, so both balances of a body share its momentum, (136)-(138).
+// The fluid within a body moves with it rigidly, so both balances of a body share its momentum, (140)-(142).
 // Forces on the fluid and on the rods are equal and opposite, so (91) holds to rounding.
 #pragma once
 
@@ -114,9 +114,9 @@ private:
     /// Momentum of the fluid within a body, about the body's centre of mass, lab.
     BodyMomentum inner_momentum(std::size_t i, const RodCopy& body) const;
     /// Adds what markers of a body exert by the velocities that its turning and its drift give them, as far as drags of
-    /// (89) do not have it, (139).
+    /// (89) do not have it, (143).
     void add_cross_drags(std::size_t i, const RodCopy& body, const Responses& responses, FluidLoad& load) const;
-    /// Advances L of a body by (138).
+    /// Advances L of a body by (142).
     void end_step_of_body(std::size_t i, const RodCopy& body);
     /// Sets D = beta m v: fluid within rods starts with their velocities.
     void start_inner_fluid();

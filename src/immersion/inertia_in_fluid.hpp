@@ -1,5 +1,5 @@
 // Inertia of rods and bodies in a fluid, which bears its own in their place and moves with them.
-//                                                                        theory.md (88), (88a), (136)-(138)
+//                                                                        theory.md (88), (88a), (140)-(142)
 #pragma once
 
 #include "core/principal_axes.hpp"

@@ -56,7 +56,7 @@ void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& sta
             if (!nodes[last].again) break;
         }
         const double before = u;
-        u = sum / weight; // theory.md (135)
+        u = sum / weight; // theory.md (139)
         if (last == n) give(node, u - before);
         else
             for (std::size_t m = n; m <= last; ++m)

@@ -1,5 +1,5 @@
 // Bodies with sharp surfaces: each stage sets velocities of nodes within them, and nodes next to them get an implicit
-// change of the centre weight of the Laplacian. theory.md (135)
+// change of the centre weight of the Laplacian. theory.md (139)
 #pragma once
 
 #include "fluid/stage_forcing.hpp"
@@ -55,7 +55,7 @@ private:
     /// Adds the changes of all rows to the momentum given by bodies. Collective.
     void add_given(const std::vector<std::vector<RowSum>>& of_planes);
 
-    /// Sum of (135) over a body and the neighbours of a node in a field, m/s.
+    /// Sum of (139) over a body and the neighbours of a node in a field, m/s.
     double pull_of(const SharpNode& node, const std::array<double*, 3>& fields) const;
     /// Lists nodes in one order, and brings their forces to this rank. Collective.
     void list_nodes();

@@ -1,4 +1,4 @@
-// Slopes of the loads of walls in the rows of a rod or body.                                          theory.md (148)
+// Slopes of the loads of walls in the rows of a rod or body.                                          theory.md (134)
 #pragma once
 
 #include "contact/implicit_walls.hpp"

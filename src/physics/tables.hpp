@@ -49,8 +49,8 @@ template <class... Physics> struct TablesOf : Physics... {
         });
         return all;
     }
-    /// True if some pass over a group takes whole rods, or keeps tables of them: if rods have sizes of their own, a plan
-    /// then needs all of them.
+    /// True if some pass over a group takes whole rods, or keeps tables of them: if rods have sizes of their own, a
+    /// plan then needs all of them.
     static bool look_at_whole_rods(const SceneSpec& scene, const RodSpec& rods) {
         bool whole = false;
         for_each([&]<class P>(std::type_identity<P>) {

@@ -12,6 +12,8 @@
 #include <fstream>
 #include <numeric>
 
+#include <fmt/format.h>
+
 namespace skein {
 
 namespace {
@@ -65,10 +67,32 @@ struct Traced {
     std::vector<Vec3d> curvatures; ///< curvatures of the cells between elements, 1/m
 };
 
+/// First director of a frame, carried to another tangent with least twist.
+Vec3d carried(const Quaterniond& frame, const Vec3d& d3) {
+    const Vec3d before = third_director(frame), d1 = transpose_times(frame, Vec3d{1, 0, 0}), axis = cross(before, d3);
+    return d1 + cross(axis, d1) + (1 / (1 + dot(before, d3))) * cross(axis, cross(axis, d1));
+}
+
+/// Turns the frames of a ring about its tangents, in proportion to the way along it, so that the last one carries over
+/// to the first.
+void spread_twist(std::vector<Quaterniond>& frames, std::span<const double> lengths) {
+    const Vec3d d3 = third_director(frames.front()), d1 = transpose_times(frames.front(), Vec3d{1, 0, 0}),
+                after = carried(frames.back(), d3);
+    const double missing = std::atan2(dot(cross(after, d1), d3), dot(after, d1)),
+                 length = std::accumulate(lengths.begin(), lengths.end(), 0.0);
+    double way = 0;
+    for (std::size_t k = 1; k < frames.size(); ++k) {
+        way += 0.5 * (lengths[k - 1] + lengths[k]);
+        const Mat3d axes = matrix(frames[k]);
+        const double angle = missing * way / length;
+        frames[k] = frame_of(axes.d3, std::cos(angle) * axes.d1 + std::sin(angle) * axes.d2);
+    }
+}
+
 /// Frames follow the edges. d1 is given for every element, or is transported from the first element with least twist.
 /// The frame at s = 0 is that where the half cell of a clamped end begins.
-Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals,
-              const std::optional<Vec3d>& normal) {
+Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals, const std::optional<Vec3d>& normal,
+              bool closed) {
     Traced rod;
     std::vector<Quaterniond> frames;
     for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
@@ -79,18 +103,27 @@ Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_norma
             frames.push_back(frame_of(d3, element_normals[k]));
         } else if (k == 0) {
             frames.push_back(frame_of(d3, normal));
-        } else {
-            const Vec3d before = third_director(frames.back()), d1 = transpose_times(frames.back(), Vec3d{1, 0, 0});
-            const Vec3d axis = cross(before, d3);
-            frames.push_back(
-                frame_of(d3, d1 + cross(axis, d1) + (1 / (1 + dot(before, d3))) * cross(axis, cross(axis, d1))));
-        }
+        } else frames.push_back(frame_of(d3, carried(frames.back(), d3)));
     }
-    for (std::size_t k = 0; k + 1 < frames.size(); ++k)
-        rod.curvatures.push_back((2 / (rod.lengths[k] + rod.lengths[k + 1])) *
-                                 relative_rotation(frames[k + 1], frames[k]));
+    if (closed && element_normals.empty()) spread_twist(frames, rod.lengths);
+    for (std::size_t k = 0; k + (closed ? 0 : 1) < frames.size(); ++k) {
+        const std::size_t next = (k + 1) % frames.size();
+        rod.curvatures.push_back((2 / (rod.lengths[k] + rod.lengths[next])) *
+                                 relative_rotation(frames[next], frames[k]));
+    }
     rod.frame = rotation(-0.5 * rod.lengths[0] * rod.curvatures[0]) * frames[0];
     return rod;
+}
+
+/// The last node of a ring is its first.
+void require_ring(std::span<const Vec3d> nodes, std::int64_t rod) {
+    double length = 0;
+    for (std::size_t k = 0; k + 1 < nodes.size(); ++k) length += norm(nodes[k + 1] - nodes[k]);
+    const double gap = norm(nodes.back() - nodes.front());
+    if (gap > 1e-6 * length)
+        throw InputError(fmt::format("rod {} of the file is to be a ring (shape.closed), whose last node is its first: "
+                                     "they are {:.3g} m apart",
+                                     rod, gap));
 }
 
 /// Permutation that sorts the indices.
@@ -168,10 +201,10 @@ Places::Places(std::vector<Vec3d> origins, std::vector<Quaterniond> turns)
     : count_(static_cast<std::int64_t>(origins.size())), listed_(true), turned_(!turns.empty()),
       origins_(std::move(origins)), turns_(std::move(turns)) {}
 
-Places::Places(std::shared_ptr<const RodSource> source, const Vec3d& origin, std::int64_t elements)
+Places::Places(std::shared_ptr<const RodSource> source, const Vec3d& origin, std::int64_t elements, bool closed)
     : count_(source->count()), first_(origin), listed_(true), turned_(source->columns().turned()),
-      source_(std::move(source)), columns_(source_->columns()), elements_(to_index(elements)) {
-    width_ = columns_.length + columns_.radius + (columns_.nodes ? elements_ + 3 * (elements_ - 1) : 0) +
+      source_(std::move(source)), columns_(source_->columns()), elements_(to_index(elements)), closed_(closed) {
+    width_ = columns_.length + columns_.radius + (columns_.nodes ? elements_ + 3 * cells() : 0) +
              (columns_.radii ? elements_ : 0);
 }
 
@@ -193,7 +226,7 @@ std::span<const double> Places::element_lengths(std::int64_t i) const {
 std::vector<Vec3d> Places::curvatures(std::int64_t i) const {
     if (!columns_.nodes) return {};
     const double* at = element_lengths(i).data() + elements_;
-    std::vector<Vec3d> found(elements_ - 1);
+    std::vector<Vec3d> found(cells());
     for (std::size_t k = 0; k < found.size(); ++k) found[k] = {at[3 * k], at[3 * k + 1], at[3 * k + 2]};
     return found;
 }
@@ -213,6 +246,7 @@ std::vector<std::int64_t> Places::held() const {
 void Places::take_sizes(const Places& of_copy, std::int64_t copies) {
     columns_ = of_copy.columns_;
     elements_ = of_copy.elements_;
+    closed_ = of_copy.closed_;
     width_ = of_copy.width_;
     sizes_.clear();
     sizes_.reserve(of_copy.sizes_.size() * to_index(copies));
@@ -274,11 +308,14 @@ void Places::read(std::int64_t begin, std::int64_t end) {
         for (std::size_t i = 0; i < rows.origins.size(); ++i) {
             origins_.push_back(rows.origins[i] + first_);
             std::optional<Traced> shape;
+            if (columns_.nodes && closed_)
+                require_ring(std::span(rows.nodes).subspan(i * (elements_ + 1), elements_ + 1),
+                             at + static_cast<std::int64_t>(i));
             if (columns_.nodes)
                 shape = traced(std::span(rows.nodes).subspan(i * (elements_ + 1), elements_ + 1),
                                columns_.directors ? std::span(rows.element_normals).subspan(i * elements_, elements_)
                                                   : std::span<const Vec3d>(),
-                               rows.normals.empty() ? std::nullopt : std::optional(rows.normals[i]));
+                               rows.normals.empty() ? std::nullopt : std::optional(rows.normals[i]), closed_);
             if (columns_.length) sizes_.push_back(rows.lengths[i]);
             if (columns_.radius) sizes_.push_back(rows.radii[i]);
             if (shape) {

@@ -56,7 +56,7 @@ RodGroup::RodGroup(const RodSpec& spec, int id, std::int64_t first_gid, const st
                    std::vector<Capsule>* occupied, std::shared_ptr<const RodSource> source)
     : body_(spec.body ? std::make_shared<const BodyShape>(spec) : nullptr), spec_(completed(spec, body_.get())),
       id_(id), first_gid_(first_gid),
-      places_(source ? Places(std::move(source), spec.placement.origin, spec.shape.elements)
+      places_(source ? Places(std::move(source), spec.placement.origin, spec.shape.elements, spec.shape.closed)
                      : Places(spec_.placement, spec_.source, directory)) {
     spec_.placement.origins = spec_.placement.tangents = spec_.placement.normals = {}; // places_ has them
     frame_ = turned() ? no_turn : frame_of(spec.placement.tangent, spec.placement.normal);

@@ -6,6 +6,7 @@ import unittest
 from copy import deepcopy
 from pathlib import Path
 
+import h5py
 import numpy as np
 
 from feature_rows import BASE, HEIGHT, RADIUS, group, rows_of, scene_of
@@ -81,6 +82,37 @@ class RodsOfSizes(unittest.TestCase):
                 for name, expected in by_keys.items():
                     np.testing.assert_allclose(of_file[name], expected, rtol=0, atol=ROUNDING.get(row.name, 3e-15), err_msg=name)
         self.assertGreater(tried, 110)
+
+    def test_traced_rings_rest(self):
+        """A ring through nodes that lie in no plane is at rest where it was traced, in contact and walls too; its last node is its first."""
+        angle = np.linspace(0, 2 * np.pi, 25)
+        nodes = np.stack([0.1 * np.cos(angle), 0.1 * np.sin(angle), 0.02 * np.sin(2 * angle)], axis=1)
+        nodes[-1] = nodes[0]
+        file = Path(self.folder.name) / "rings.h5"
+        with h5py.File(file, "w") as rings: rings["nodes"] = np.stack([nodes, nodes * 0.8])
+        group = {"name": "rings", "material": {"density": 1000.0, "youngs_modulus": 1e6}, "section": {"radius": 1e-3}, "shape": {"length": 1.0, "elements": 24, "closed": True},
+                 "placement": {"kind": "file", "file": str(file)}}
+        touching = {"contact": {"law": "linear", "stiffness": 100.0}, "wall": [{"name": "floor", "kind": "plane", "point": [0.0, 0.0, -1.0], "stiffness": 100.0}]}
+        for name, tables in {"alone": {}, "touching": touching}.items():
+            with self.subTest(name), skein.Simulation(skein.Scene("rings", time={"duration": 0.1}, rods=[group], **tables), threads=1) as run:
+                start = run["rings"].position.copy()
+                np.testing.assert_allclose(start, np.stack([nodes, nodes * 0.8]), rtol=0, atol=1e-15)
+                np.testing.assert_allclose(run.step(100)["rings"].position, start, rtol=0, atol=1e-11)
+        with h5py.File(file, "w") as rings: rings["nodes"] = np.stack([nodes, np.roll(nodes, 1, axis=0)])
+        with self.assertRaisesRegex(skein.RunFailed, "rod 1 of the file is to be a ring"): skein.Simulation(skein.Scene("open", time={"duration": 0.1}, rods=[group]))
+
+    def test_formulas_along_rods_know_their_lengths(self):
+        group = {"name": "left", "material": {"density": 1000.0, "youngs_modulus": 1e6}, "section": {"radius": 1e-3, "radius_formula": "1e-3*(2 - s/L)"},
+                 "shape": {"length": 1.0, "elements": 8, "rest_curvature_formula": ["2*s/L", "10*s^2", "0"]}}
+        file = Path(self.folder.name) / "lengths.csv"
+        file.write_text("x,y,z,tx,ty,tz,length\n0,0,0,0,0,1,0.2\n0.5,0,0,0,0,1,0.3\n")
+        scene = {"time": {"duration": 0.01}, "load": [{"kind": "gravity", "acceleration": [0.0, 1.0, 0.0]}]}
+        for rod, (origin, length) in enumerate([([0.0, 0.0, 0.0], 0.2), ([0.5, 0.0, 0.0], 0.3)]):
+            one = group | {"name": "one", "shape": group["shape"] | {"length": length}, "placement": {"origin": origin, "tangent": [0.0, 0.0, 1.0]}}
+            dt = {"time": scene["time"] | {"dt": 1e-5}}
+            with skein.Simulation(skein.Scene("by_keys", **(scene | dt | {"rods": [one]})), threads=1) as run: by_keys = run.step(40)["one"].position[0].copy()
+            with skein.Simulation(skein.Scene("of_file", **(scene | dt | {"rods": [group | {"placement": {"kind": "file", "file": str(file)}}]})), threads=1) as run:
+                np.testing.assert_allclose(run.step(40)["left"].position[rod], by_keys, rtol=0, atol=1e-14)
 
 
 if __name__ == "__main__":

@@ -71,7 +71,7 @@ public:
     /// Places from lists; `turns` may be empty.
     Places(std::vector<Vec3d> origins, std::vector<Quaterniond> turns);
     /// Places from a file. Until a block is read only the number of rods is known.
-    Places(std::shared_ptr<const RodSource> source, const Vec3d& origin, std::int64_t elements);
+    Places(std::shared_ptr<const RodSource> source, const Vec3d& origin, std::int64_t elements, bool closed);
 
     std::int64_t count() const { return count_; }
     /// Lab position at s = 0 of rod i, which must be held, m.
@@ -137,7 +137,10 @@ private:
     std::vector<std::int64_t> held_; ///< held rods, rising; empty where they are consecutive
     std::shared_ptr<const RodSource> source_;
     RodColumns columns_;
-    std::size_t elements_ = 0, width_ = 0; ///< numbers in a row of sizes_
+    std::size_t cells() const { return closed_ ? elements_ : elements_ - 1; }
+    std::size_t elements_ = 0;
+    bool closed_ = false;   ///< rods are rings
+    std::size_t width_ = 0; ///< numbers in a row of sizes_
     /// Sizes of the held rods: length, radius, then of traced rods the elements' lengths and the curvatures between
     /// them, then the elements' radii. Columns that the file does not have are left out.
     std::vector<double> sizes_;
