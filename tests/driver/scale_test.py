@@ -28,7 +28,7 @@ SCALES = {f"{what} times 2^{power}": tuple(power * (what == one) for one in ("le
 # Keys of wall time, and those that count.
 EXEMPT = {"output.checkpoint_wall", "output.frames_wall"}
 # Texts that name something; all other texts are formulas and need a unit.
-NAMES = {"of", "column", "reference", "include", "title", "name", "assembly", "file", "start_free", "end_free", "directions", "axes", "at_unit", "unit", "rods", "along", "between", "open", "watch", "fields",
+NAMES = {"of", "id", "ignore", "column", "reference", "include", "title", "name", "assembly", "file", "start_free", "end_free", "directions", "axes", "at_unit", "unit", "rods", "along", "between", "open", "watch", "fields",
          "observables", "progress", "from", "stages", "until", "change"}
 OWN_UNIT = {"table.at", "table.value", "constants.(any name)"}  # of which the scene says the unit
 # No choice of physics: files alone; and what needs another library, or other ranks.
