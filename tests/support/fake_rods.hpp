@@ -87,7 +87,8 @@ public:
     bool budgets_fluid(std::size_t) const override { return false; }
     std::vector<std::string_view> passes(std::size_t) const override { return {}; }
     std::span<const LocalRod> local() const override { return local_; }
-    RodPlace place(std::size_t i) const override { return {i, 0}; }
+    RodPlace place(std::size_t i) const override { return {0, i, 0}; }
+    void renew_formulas() override {}
     void export_rod(std::size_t i, std::span<Slot<1>> out) const override {
         std::copy(states_[i].begin(), states_[i].end(), out.begin());
     }
