@@ -41,7 +41,7 @@ PUSH = {"kind": "formula", "force": ["0", "2*sin(w*t)", "-20-10*cos(w*t)"]}
 CONSTANTS = {"w": {"value": 200.0, "unit": "1/s"}}
 LASTING = {
     "smooth": (0.02, 100, {"rods": [SUNK_ROD], "load": [PUSH], "constants": CONSTANTS, "wall": [floor(**law(2e3, "none"))]}),
-    "hertz": (0.02, 200, {"rods": [SUNK_ROD], "load": [PUSH], "constants": CONSTANTS, "wall": [floor(**law(2e5, "none", "hertz", 60.0))]}),
+    "hertz": (0.02, 100, {"rods": [SUNK_ROD], "load": [PUSH], "constants": CONSTANTS, "wall": [floor(**law(2e5, "none", "hertz", 60.0))]}),
     "sticking": (0.02, 100, {"rods": [SUNK_ROD], "load": [PUSH], "constants": CONSTANTS, "wall": [floor(**law(2e3))]}),
     "sliding": (0.02, 200, {"rods": [SUNK_ROD | {"shape": SUNK_ROD["shape"] | {"velocity": [2.0, 1.0, 0.0]}}], "load": [PUSH], "constants": CONSTANTS,
                             "wall": [floor(**law(2e3, "regularised", static_friction=0.02))]}),
@@ -66,7 +66,7 @@ class ImplicitWalls(DriverTest):
         return self.places(out)
 
     def test_contacts_that_last_are_of_second_order(self):
-        """Explicit steps are of first order in dashpots: they come to the same places with twice as many, and again."""
+        """Explicit steps come to the same places: of first order in the dashpots of friction, and nearer with twice as many."""
         for name, (duration, fewest, scene) in LASTING.items():
             def ends(integrator, *times):
                 return [self.end("out", scene, {"duration": duration, "dt": duration / (n * fewest), "integrator": integrator}, rows=fewest) for n in times]
@@ -80,7 +80,7 @@ class ImplicitWalls(DriverTest):
                     errors = [numpy.abs(end - limit).max() for end in ends(method, 1, 2, 4)]
                     self.assertEqual(numpy.ptp(self.series("out")["wall_contacts"][1:]), 0)
                     self.assertLess(abs(math.log2(errors[1] / errors[2]) - 2), 0.15, errors)
-                    self.assertLess(errors[2], 10 * explicit[1])
+                    self.assertLess(explicit[1], errors[1], "explicit steps, 64 times as many, come to the same places")
 
     def test_books_of_walls_close(self):
         """Works of walls are those of explicit steps, and the books of steps that keep energy close to rounding."""
