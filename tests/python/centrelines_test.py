@@ -85,6 +85,12 @@ class Centrelines(unittest.TestCase):
         for rows, found in zip(tree.sections, nodes):  # the program's rods are these sections
             np.testing.assert_allclose(found[[0, -1]], 1e-6 * tree.points[rows[[0, -1]]], atol=1e-15)
         np.testing.assert_allclose(radii[1][-1], 1e-6, rtol=0.1)
+        joined = skein.swc(path, "vessels", elements=6, material={"density": 1100.0, "youngs_modulus": 1e5}, time={"duration": 0.02}, load=[{"kind": "gravity", "acceleration": [3.0, 2.0, 1.0]}])
+        with skein.Simulation(joined, threads=1) as run:
+            start = run["vessels"].position.copy()
+            places = run.step(100)["vessels"].position
+        self.assertGreater(np.abs(places - start).max(), 1e-11)  # m, of a fall by 1e-10
+        for first, second in ((0, 1), (0, 2), (2, 3), (2, 4)): np.testing.assert_array_equal(places[first, -1], places[second, 0], err_msg="sections stay joined")
         joint = skein.swc(path, "vessels", joint={"stiffness": 1.0, "torsional_stiffness": 1e-9})["joint.0"]
         self.assertEqual((joint["between"], joint["first"], joint["second"], joint["at"], joint["stiffness"]), (["vessels", "vessels"], [0, 0, 2, 2], [1, 2, 3, 4], [1.0, 0.0], 1.0))
         path.write_text("1 1 0 0 0 1 -1\n2 1 1 0 0 1 1\n3 1 0 1 0 1 1\n4 1 0 0 1 1 1\n")  # three sections from a root
