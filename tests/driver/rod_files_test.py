@@ -361,7 +361,7 @@ class RodFiles(DriverTest):
         self.assertIn("there is no rod file", said)
         for text, told in (("x,y\n1,2\n", "origin has only 2 of three columns"), ("x,y,z,w\n", "unknown column 'w'"),
                            ("x,y,z\n1,2\n", "row 1 below the names: origin: expected 3 values"),
-                           ("x,y,z\n1,2,three\n", "'z' is not a number"), ("x,y,z\n", "it contains no rods"), ("x,y,x\n", "two columns 'x'")):
+                           ("x,y,z\n1,2,three\n", "'z': 'three' is not a number"), ("x,y,z\n", "it contains no rods"), ("x,y,x\n", "two columns 'x'")):
             (self.directory / "bad.csv").write_text(text)
             self.write('kind = "file"\nfile = "bad.csv"')
             said = subprocess.run([SKEIN, "check", str(self.scene)], capture_output=True, text=True, timeout=60)
