@@ -67,7 +67,7 @@ public:
         synchronise(group_, out, clock_.lag());
         return out;
     }
-    WallFigures figures(int wall = 0, int l = 0) const { return contacts->figures({0, l}, wall); }
+    WallFigures figures(int wall = 0, int l = 0) const { return contacts->figures({0, 0, l}, wall); }
     const AlignedVector<Slot<W>>& slots() const { return slot_; }
     const RodTile<W>& tile() const { return tile_; }
     double time() const { return clock_.time(); }
