@@ -38,12 +38,22 @@ std::int64_t tiles_across(const GroupPlan& group, std::int64_t rods, int lanes) 
     return of_copy * Tiling::tiles((rods + of_copy - 1) / of_copy, lanes);
 }
 
-/// Chooses lanes where rods alone use them: what acts between rods has kernels of that width too.
+/// True where most elements are of rods that have a tile each, which lanes repeat.
+bool most_are_apart(const Plan& plan) {
+    std::int64_t apart = 0;
+    for (const GroupPlan& p : plan.groups)
+        if (p.own_sizes == OwnSizes::apart) apart += p.rods * p.elements;
+    return 2 * apart > plan.elements;
+}
+
+/// Chooses lanes where rods alone use them, or where most of them leave lanes empty: what acts between rods has kernels
+/// of that width too.
 void choose_lanes(Plan& plan, std::span<const RodGroup> groups) {
     const auto side_by_side = [](const RodGroup& group) { return group.assembly() && !group.assembly()->lane_each; };
     Machine& m = plan.machine;
-    if (m.most_lanes == 0 || plan.coupling() != PhysicsPlan::Coupling::none || plan.acts_between_rods() ||
-        groups.empty() || std::any_of(groups.begin(), groups.end(), side_by_side))
+    const bool coupled = plan.coupling() != PhysicsPlan::Coupling::none || plan.acts_between_rods();
+    if (m.most_lanes == 0 || (coupled && !most_are_apart(plan)) || groups.empty() ||
+        std::any_of(groups.begin(), groups.end(), side_by_side))
         return;
     std::vector<TilingGroup> tiled = tiling_groups(plan, largest_share(plan));
     for (std::size_t g = 0; g < groups.size(); ++g) {
