@@ -127,12 +127,7 @@ class Bed(DriverTest):
             self.assert_same_frames(out, "whole", "ring")
             self.assert_same_series(out, "whole", besides=SEARCH)
 
-        for ranks, threads in ((1, 2), (2, 1), (3, 1)):
-            self.run_skein(f"{ranks}x{threads}", ranks=ranks, threads=threads)
-            same(f"{ranks}x{threads}")
-        for lanes in (1, 2, 4):
-            self.run_skein(f"w{lanes}", "--lanes", str(lanes))
-            same(f"w{lanes}")
+        self.assert_layouts_give("whole", same)
         self.run_skein("moved", "--balance", "always", ranks=2)
         same("moved")
         self.run_skein("parts", "--until", "0.06")

@@ -349,15 +349,16 @@ class DriverTest(unittest.TestCase):
                 self.assertTrue(numpy.array_equal(mine[name], theirs[name], equal_nan=True), f"{name} of {out}")
 
     def assert_layouts_give(self, whole, same):
-        """The bits of a run for other ranks x threads and SIMD widths; `same(out)` compares the outputs of the former."""
-        for ranks, threads in ((1, 2), (2, 1), (2, 2), (3, 1), (4, 1)):
-            out = f"{ranks}x{threads}"
-            self.run_skein(out, ranks=ranks, threads=threads)
+        """The bits of a run for other ranks x threads and SIMD widths; `same(out)` compares the outputs."""
+        def check(out, *arguments, **layout):
+            self.run_skein(out, *arguments, **layout)
             self.assertEqual(self.digest(out), self.digest(whole), out)
             same(out)
+
+        for ranks, threads in ((1, 2), (2, 1), (2, 2), (3, 1), (4, 1)):
+            check(f"{whole}_{ranks}x{threads}", ranks=ranks, threads=threads)
         for lanes in (1, 2, 4):
-            self.run_skein(f"w{lanes}", "--lanes", str(lanes))
-            self.assertEqual(self.digest(f"w{lanes}"), self.digest(whole), f"{lanes} lanes")
+            check(f"{whole}_w{lanes}", "--lanes", str(lanes))
 
     def results(self, out):
         """Content of everything that must not depend on how a run was carried out."""

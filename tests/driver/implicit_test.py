@@ -216,12 +216,7 @@ class Implicit(DriverTest):
                     self.assert_same_frames(out, whole, "carpet")
                     self.assert_same_series(out, whole)
 
-                for ranks, threads in ((1, 2), (2, 1), (3, 1)):
-                    self.run_skein(f"{whole}_{ranks}x{threads}", ranks=ranks, threads=threads)
-                    same(f"{whole}_{ranks}x{threads}")
-                for lanes in (1, 2, 4):
-                    self.run_skein(f"{whole}_w{lanes}", "--lanes", str(lanes))
-                    same(f"{whole}_w{lanes}")
+                self.assert_layouts_give(whole, same)
 
     def test_bits_do_not_depend_on_restarts(self):
         for scene, method in itertools.product((self.MANY, self.JOINED), METHODS):

@@ -203,12 +203,7 @@ class ImplicitWalls(DriverTest):
                     self.assert_same_frames(out, whole, "sticks")
                     self.assert_same_series(out, whole)
 
-                for ranks, threads in ((1, 2), (2, 1), (3, 1)):
-                    self.run_skein(f"{whole}_{ranks}x{threads}", ranks=ranks, threads=threads)
-                    same(f"{whole}_{ranks}x{threads}")
-                for lanes in (1, 2, 4):
-                    self.run_skein(f"{whole}_w{lanes}", "--lanes", str(lanes))
-                    same(f"{whole}_w{lanes}")
+                self.assert_layouts_give(whole, same)
                 parts = f"{whole}_parts"
                 self.run_skein(parts, "--until", "0.03")
                 self.run_skein(parts, "--until", "0.07", "--lanes", "2")
