@@ -49,7 +49,7 @@ public:
     /// The stage ends with the loads of this state, and contacts remember it.
     virtual void end_stage(const RodTile<W>& rod, const Slot<W>* start, const Step& step,
                            const StageSpan<W>& span) const = 0;
-    /// Of the state tried last.
+    /// Slopes at the state tried last.
     virtual const WallSlopes<W>& slopes(std::size_t tile) const = 0;
     /// Keeps the memory and figures of contacts in one of two places, and takes them back.
     virtual void keep(std::size_t place) = 0;

@@ -149,25 +149,11 @@ public:
     void end_stage(const RodTile<W>& rod, const Slot<W>* start, const Step& step,
                    const StageSpan<W>& span) const override {
         TileContacts& contacts = contacts_->of_tile(rod.number);
-        for_touches<true>(
-            rod, start, step, span,
-            [&](int i, std::size_t w, const Mask<W>& lanes, const ContactState<Pack<W>>& state,
-                const StageContact<Pack<W>>& out) {
-                const Pack<W> none(0.0);
-                const auto radius = points_.radius(rod, i);
-                const Pack<W> overlap = max(state.radius_1 - state.distance, none) / Pack<W>(radius + radius);
-                const auto raise = [&](Pack<W>& to, const Pack<W>& other) { to = select(lanes, max(to, other), to); };
-                typename WallContactTiles<W>::Work& work = contacts.work[w];
-                add_where(lanes, work.friction, out.friction_work);
-                add_where(lanes, work.viscous, out.viscous_work);
-                Entry& e = contacts.entry[w];
-                add_where(lanes, e.force, -out.on_point);
-                add_where(lanes, e.normal, out.normal);
-                add_where(lanes, e.touching, Pack<W>(1.0));
-                add_where(lanes, e.elastic_energy, out.elastic_energy);
-                raise(e.max_overlap, overlap);
-                raise(e.stiffness, out.stiffness);
-            });
+        for_touches<true>(rod, start, step, span,
+                          [&](int i, std::size_t w, const Mask<W>& lanes, const ContactState<Pack<W>>& state,
+                              const StageContact<Pack<W>>& out) {
+                              book(contacts, w, lanes, -out.on_point, out, overlap_of(state, points_.radius(rod, i)));
+                          });
     }
     const WallSlopes<W>& slopes(std::size_t tile) const override { return slopes_[tile]; }
     void keep(std::size_t place) override { contacts_->keep(place); }
@@ -177,6 +163,27 @@ private:
     using P = Pack<W>;
     using Entry = typename WallContactTiles<W>::Entry;
     using TileContacts = typename WallContactTiles<W>::TileContacts;
+
+    /// Overlap of a point of this radius at rest, over its diameter.
+    template <class R> static P overlap_of(const ContactState<P>& state, const R& radius) {
+        return max(state.radius_1 - state.distance, P(0.0)) / P(radius + radius);
+    }
+    /// Adds the force of a point on a wall, its energies and works to the wall's figures. `Out`: ContactForce or
+    /// StageContact.
+    template <class Out> SKEIN_INLINE static void book(TileContacts& contacts, std::size_t w, const Mask<W>& lanes,
+                                                       const Vec3<P>& force, const Out& out, const P& overlap) {
+        const auto raise = [&](P& to, const P& other) { to = select(lanes, max(to, other), to); };
+        typename WallContactTiles<W>::Work& work = contacts.work[w];
+        add_where(lanes, work.friction, out.friction_work);
+        add_where(lanes, work.viscous, out.viscous_work);
+        Entry& e = contacts.entry[w];
+        add_where(lanes, e.force, force);
+        add_where(lanes, e.normal, out.normal);
+        add_where(lanes, e.touching, P(1.0));
+        add_where(lanes, e.elastic_energy, out.elastic_energy);
+        raise(e.max_overlap, overlap);
+        raise(e.stiffness, out.stiffness);
+    }
 
     /// Bounds of a tile's nodes, and the largest distance from a wall at which one may touch.
     struct Box {
@@ -342,22 +349,10 @@ private:
                             [&](int l) { return &one.memory[l]->spring.x.x; });
         store_transposed<W>(select(lanes, memory.viscous_part, nowhere), select(lanes, memory.weight, none),
                             [&](int l) { return &one.memory[l]->viscous_part.x; });
-        const P overlap = max(state.radius_1 - state.distance, none) / P(radius + radius);
-        for (const std::size_t w : contacts.checked) {
-            if (contacts.taken[w] == 0) continue;
-            const Mask<W> these = where_set<W>(contacts.taken[w], 1.0) > none;
-            const auto raise = [&](P& to, const P& other) { to = select(these, max(to, other), to); };
-            typename WallContactTiles<W>::Work& work = contacts.work[w];
-            add_where(these, work.friction, out.friction_work);
-            add_where(these, work.viscous, out.viscous_work);
-            Entry& e = contacts.entry[w];
-            add_where(these, e.force, -out.on_1);
-            add_where(these, e.normal, out.normal);
-            add_where(these, e.touching, P(1.0));
-            add_where(these, e.elastic_energy, out.elastic_energy);
-            raise(e.max_overlap, overlap);
-            raise(e.stiffness, out.stiffness);
-        }
+        const P overlap = overlap_of(state, radius);
+        for (const std::size_t w : contacts.checked)
+            if (contacts.taken[w] != 0)
+                book(contacts, w, where_set<W>(contacts.taken[w], 1.0) > none, -out.on_1, out, overlap);
         return one.more;
     }
 

@@ -177,7 +177,7 @@ public:
             for (int j = 0; j < 6; ++j)
                 for (int m = 0; m < 3; ++m) tangents.body[r][j] = fma(g[m][r], c[m][j], tangents.body[r][j]);
     }
-    /// Of a body: the couple turns with its lever, too.
+    /// Slopes of a body, whose couple turns with its lever, too.
     void add_slopes(const RodTile<W>& rod, WallSlopes<W>& to, int i, const P (&s)[3][3], const Vec3<P>& lever,
                     const Vec3<P>& force) const {
         to.touches = true;
