@@ -75,7 +75,7 @@ class ReachArms:
         return -distance / length + (distance < NEAR)
 
     def reset(self, *, seed=None, options=None):
-        """`seed`: one for all, from which each arm has its own, or one for each arm. options: "reset_mask" [num_envs], the arms to begin anew; "targets" [num_envs, 3]."""
+        """`seed`: one for all, from which each arm has its own, or one for each arm. options: "reset_mask" [num_envs], the arms that return to their start; "targets" [num_envs, 3]."""
         mask = np.asarray((options or {}).get("reset_mask", np.ones(self.num_envs, bool)))
         if seed is not None:
             seeds = [seed + int(number) for number in self.numbers] if np.isscalar(seed) else list(seed)

@@ -1,5 +1,5 @@
-// What a fluid has of rods and bodies: markers on their surfaces and shares of their inertia, once for all of a group
-// that are alike, and once for each rod with sizes of its own.
+// Markers of rods and bodies in a fluid and shares of their inertia, once for all of a group that are alike, and once
+// for each rod with sizes of its own.
 #pragma once
 
 #include "immersion/inertia_in_fluid.hpp"
@@ -28,7 +28,8 @@ public:
         std::vector<RodMarker> markers;
         std::shared_ptr<const InertiaInFluid> inertia; ///< null where rods do not feel the fluid
     };
-    /// Of rod i of a group, or of the rod of RodGroup::kind whatever i. Any thread may ask.
+    /// Markers and inertia of rod i of a group; of a group that is RodGroup::kind, those of its rod, whatever i. Any
+    /// thread may ask.
     const Kind& of(const RodGroup& group, std::int64_t i) const;
 
 private:

@@ -16,7 +16,7 @@ public:
     explicit ArrayFile(std::string path) : path_(std::move(path)) {}
     virtual ~ArrayFile() = default;
     const std::string& path() const { return path_; }
-    /// What the format calls an array.
+    /// Name of an array in the format's words.
     virtual std::string_view word() const = 0;
     /// Names of all that is in the file.
     virtual std::vector<std::string> names() const = 0;

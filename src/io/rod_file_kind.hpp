@@ -63,7 +63,7 @@ private:
     double unit_; ///< m
 };
 
-/// What a scene says about a file of rods.
+/// Keys of a scene about a file of rods.
 struct RodFileOptions {
     const Placement& placement;
     std::int64_t elements; ///< of a rod

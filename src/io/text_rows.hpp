@@ -52,7 +52,7 @@ std::optional<std::string_view> cell_of(std::string_view line, char separator, s
 /// Text of a file as a message shows it: at most 40 characters, and no control characters.
 std::string shown(std::string_view text);
 
-/// What is wrong with a cell that is no number.
+/// Fault of a cell that is no number.
 std::string not_a_number(std::string_view cell);
 
 } // namespace skein

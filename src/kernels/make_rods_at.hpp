@@ -50,7 +50,7 @@ public:
             auto& [heterogeneous, all] = of_group_.emplace_back();
             heterogeneous = groups[g].heterogeneous();
             if (!heterogeneous) all.push_back(make(plan.groups[g], groups[g]));
-            for (std::int64_t i = 0; heterogeneous && groups[g].assembly() && i < groups[g].count(); ++i)
+            for (std::int64_t i = 0; heterogeneous && groups[g].assembly() && i < groups[g].rods_per_copy(); ++i)
                 all.push_back(make(plan_of_rod(plan, groups[g].kind(i)), groups[g].kind(i)));
         }
     }
@@ -134,7 +134,7 @@ JointsOfAssemblies<W> make_joints(const Plan& plan, const JointLists& lists, std
     return joints;
 }
 
-/// What programs are made from, and what they share with interactions.
+/// Programs of tiles, and the parts that they share with interactions.
 template <int W> struct MadePrograms {
     std::vector<TileProgram<W>> programs;
     std::vector<std::shared_ptr<EnergyBudget<W>>> audits; ///< by program, or none at all

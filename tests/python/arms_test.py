@@ -1,4 +1,4 @@
-"""skein.arms.ReachArms: the methods and shapes of a Gymnasium vector environment, each arm with the bits that it has alone, and arms that begin anew while others go on."""
+"""skein.arms.ReachArms: the methods and shapes of a Gymnasium vector environment, each arm with the bits that it has alone, and arms that return to their start while others go on."""
 
 import unittest
 
@@ -54,7 +54,7 @@ class Arms(unittest.TestCase):
         for arm in (0, 7, 10):
             np.testing.assert_array_equal(self.tips([arm], 4)[:, 0], together[:, arm], err_msg=f"arm {arm}")
 
-    def test_single_arms_begin_anew(self):
+    def test_single_arms_return_to_their_start(self):
         environment = ReachArms(6, threads=1)
         environment.reset(seed=1)
         for step in range(3): environment.step(pulls(range(6), step))

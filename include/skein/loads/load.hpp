@@ -12,10 +12,10 @@
 //   refine(was, now)                     converts lists by element, node or vertex to rods of other elements; says how
 //   predicted_ns() const                 time of one core for an element and step, where that is not about 1 ns
 //   needs_whole_rods = true              it reads a rod from end to end, which strands do not have
-//   tables_by_lane = true                its tables of a group (bind_group) are those of every rod, by lane, in tiles
-//   along ignores_motion = true                its load does not change with places, frames and rates feels_all_nodes =
-//   true               its load at a node depends on nodes far away acts_last = true                     it reads all
-//   other loads: it acts after contacts and walls
+//   tables_by_lane = true                tiles along have its tables of a group (bind_group) rod by rod
+//   ignores_motion = true                its load does not change with places, frames and rates
+//   feels_all_nodes = true               its load at a node depends on nodes far away
+//   acts_last = true                     it reads all other loads: it acts after contacts and walls
 // A member of one of these names that cannot be called like this does not compile.
 #pragma once
 
