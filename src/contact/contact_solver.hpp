@@ -116,6 +116,9 @@ public:
     /// Memory and work that an earlier run left, before the first search. May hold pairs that are not of this rank.
     virtual void restore(std::span<const SavedContact> kept, const BinnedTotal& friction_work,
                          const BinnedTotal& viscous_work) = 0;
+    /// Keeps the memory of contacts and their works in one of two places, and takes it back.
+    virtual void keep(std::size_t place, const Exposure& bodies) = 0;
+    virtual void go_back(std::size_t place, const Exposure& bodies) = 0;
     /// Units of the sums of energies and works, the same on all ranks.
     virtual const SumBins& energy_bins() const = 0;
     /// Memory of contacts whose first body is own, in order of pairs.

@@ -293,6 +293,23 @@ void Contacts::restore(std::span<const SavedContact> kept, const BinnedTotal& fr
     overlapping_.clear();
 }
 
+void Contacts::keep(std::size_t place, const Exposure& bodies) {
+    Kept& kept = nth(kept_, place);
+    kept.contacts = list_.first.empty() ? saved_ : touching_pairs(bodies, false);
+    kept.rebuilds = list_.first.empty() ? -1 : figures_.rebuilds;
+    kept.works = {figures_.friction_work, figures_.viscous_work};
+}
+
+void Contacts::go_back(std::size_t place, const Exposure& bodies) {
+    const Kept& kept = nth(kept_, place);
+    if (kept.rebuilds != figures_.rebuilds || list_.first.empty())
+        return restore(kept.contacts, kept.works.at(0), kept.works.at(1));
+    saved_ = kept.contacts;
+    place_saved(bodies);
+    figures_.friction_work = kept.works.at(0);
+    figures_.viscous_work = kept.works.at(1);
+}
+
 std::vector<SavedContact> Contacts::saved(const Exposure& bodies) const {
     std::vector<SavedContact> mine;
     if (!list_.first.empty()) mine = touching_pairs(bodies, true);

@@ -44,6 +44,8 @@ public:
     void finish_rebuild(const Exposure& bodies, std::span<const std::uint32_t> slot, std::int64_t inactive) override;
     void restore(std::span<const SavedContact> kept, const BinnedTotal& friction_work,
                  const BinnedTotal& viscous_work) override;
+    void keep(std::size_t place, const Exposure& bodies) override;
+    void go_back(std::size_t place, const Exposure& bodies) override;
     const SumBins& energy_bins() const override { return bins_; }
     std::vector<SavedContact> saved(const Exposure& bodies) const override;
     void set_tangents(std::span<SlotTangent> tangents) override { tangents_ = tangents; }
@@ -242,13 +244,20 @@ private:
     std::vector<std::uint32_t> box_pairs_;                ///< pairs with a box, rising
     std::vector<std::uint8_t> has_box_;                   ///< by pair, padded; empty where no pair has one
     std::vector<SavedContact> saved_;                     ///< until they have their places in a list; rising
-    std::vector<BlockFigures> block_figures_;             ///< by block
-    std::vector<std::uint32_t> now_, later_;              ///< strips that need no ghosts, and those that do
-    std::vector<std::vector<std::size_t>> next_;          ///< by thread, of DeferredLoads::Deferring
-    std::vector<std::unique_ptr<WorkArea>> area_;         ///< by thread
-    std::vector<std::uint8_t> touched_;                   ///< by window
-    std::span<SlotTangent> tangents_;                     ///< by slot; none where nothing wants them
-    std::vector<std::uint8_t> edge_;                      ///< by slot: an end of a window; padded
+    /// Contacts to go back to.
+    struct Kept {
+        std::vector<SavedContact> contacts; ///< rising
+        std::int64_t rebuilds = 0;          ///< number of the list that they are in
+        std::vector<BinnedTotal> works;     ///< of friction and of dashpots
+    };
+    std::array<Kept, 2> kept_;
+    std::vector<BlockFigures> block_figures_;     ///< by block
+    std::vector<std::uint32_t> now_, later_;      ///< strips that need no ghosts, and those that do
+    std::vector<std::vector<std::size_t>> next_;  ///< by thread, of DeferredLoads::Deferring
+    std::vector<std::unique_ptr<WorkArea>> area_; ///< by thread
+    std::vector<std::uint8_t> touched_;           ///< by window
+    std::span<SlotTangent> tangents_;             ///< by slot; none where nothing wants them
+    std::vector<std::uint8_t> edge_;              ///< by slot: an end of a window; padded
     bool may_repeat_ = false;                 ///< the step that is under way, on this rank alone until ghosts arrive
     std::vector<std::uint8_t> status_before_; ///< status of pairs in now_ before the step
     AlignedVector<ContactMemory<double>> memory_before_; ///< memory of pairs in now_ that touched before the step

@@ -59,6 +59,18 @@ void add_loads(const Interactions& all, Neighbourhood& neighbourhood, const Step
     for_each([&](Interaction& one) { one.add_shared(step); });
 }
 
+double way_in_a_part(const Interactions& all) {
+    double least = HUGE_VAL;
+    for (const auto& one : all) least = std::min(least, one->way_in_a_part());
+    return least;
+}
+
+double longest_part(const Interactions& all) {
+    double longest = HUGE_VAL;
+    for (const auto& one : all) longest = std::min(longest, one->longest_part());
+    return longest;
+}
+
 std::vector<double> work_of(const Interactions& all, std::span<const LocalRod> own) {
     std::vector<double> work(own.size(), 0.0);
     for (const auto& one : all) one->add_work(own, work);

@@ -96,6 +96,13 @@ public:
     virtual std::int64_t meeting_after([[maybe_unused]] std::int64_t done) const { return Every::never; }
     /// Bodies are back where begin() found them. The same steps follow in more parts.
     virtual void begin_again() {}
+    /// Keeps what steps change of it in one of two places, and takes it back: a step is made anew in more parts.
+    virtual void keep([[maybe_unused]] std::size_t place) {}
+    virtual void go_back([[maybe_unused]] std::size_t place) {}
+    /// Way of a node in a part of a step beyond which it may pass what it touches, m.
+    virtual double way_in_a_part() const { return HUGE_VAL; }
+    /// The longest part of a step in which loads that hold for it are stable as bodies are now, s. This rank alone.
+    virtual double longest_part() const { return HUGE_VAL; }
     /// True if end_step() must see every step, not only those before a coupling.
     virtual bool ends_every_step() const { return false; }
     /// After the kick: answers of walls and fluids. Collective where it couples.
@@ -193,6 +200,9 @@ double step_limit(const Interactions& all);
 /// True if one of them does.
 bool couples(const Interactions& all);
 bool ends_every_step(const Interactions& all);
+/// Shortest way in a part of any of them, m, and longest part, s.
+double way_in_a_part(const Interactions& all);
+double longest_part(const Interactions& all);
 /// Control of the parts of steps, of the first that has one; null: none has.
 StepControl* step_control(const Interactions& all);
 PaceControl* pace_control(const Interactions& all);

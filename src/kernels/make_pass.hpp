@@ -101,7 +101,10 @@ public:
     Made operator()(pass::AuditEnds) const { return std::make_unique<AuditEndsPass<W>>(parts_.audit); }
     Made operator()(pass::MoveEnds) const { return std::make_unique<MoveEndsPass<W>>(parts_.moving, parts_.end_walls); }
     Made operator()(pass::Orthonormalise) const { return std::make_unique<OrthonormalisePass<W>>(); }
-    Made operator()(pass::Expose) const { return std::make_unique<ExposePass<W>>(parts_.around.exposure); }
+    Made operator()(pass::Expose) const {
+        return std::make_unique<ExposePass<W>>(parts_.around.exposure, parts_.moving ? slot_freedoms(parts_.group)
+                                                                                     : std::vector<SlotFreedom>());
+    }
     Made operator()(pass::ExposeSurface) const {
         return std::make_unique<ExposeSurfacePass<W>>(parts_.around.exposure, *parts_.group.body());
     }

@@ -22,7 +22,8 @@ template <int W, class Maker> TileProgram<W> make_program(const GroupProgram& of
         const auto* load = pass.template get<pass::ApplyLoad>();
         const bool feels_fluid = pass.template get<pass::FeelFluid>() != nullptr; // slopes are known, as of joints
         const bool is_joined = pass.template get<pass::TakeJoinedLoads>() != nullptr;
-        const bool has_slopes = !(load && load->load.ignores_motion()) && !feels_fluid && !is_joined;
+        const bool is_touched = pass.template get<pass::TakeLoads>() || pass.template get<pass::TakeSurfaceLoads>();
+        const bool has_slopes = !(load && load->load.ignores_motion()) && !feels_fluid && !is_joined && !is_touched;
         if (evaluated && pass.place > PassPlace::internal && pass.place < PassPlace::kick) {
             loads.push_back({std::move(made), has_slopes});
             continue;

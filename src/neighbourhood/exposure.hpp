@@ -7,6 +7,7 @@
 #include "neighbourhood/scene_slots.hpp"
 #include "neighbourhood/slot_tangent.hpp"
 #include "parallel/threads.hpp"
+#include "rod/slot_freedom.hpp"
 #include "skein/core/aligned.hpp"
 #include "skein/core/index.hpp"
 #include "skein/tiles/mapping.hpp"
@@ -211,9 +212,26 @@ private:
 /// stretch, contact would do work on it that no force takes.
 template <int W, class Map = Across<W>> class ExposePass final : public TilePass<W> {
 public:
-    explicit ExposePass(std::shared_ptr<Exposure> exposure) : exposure_(std::move(exposure)) {}
+    /// `led`: freedom of slots, where ends are led to where they are at the time of the loads.
+    explicit ExposePass(std::shared_ptr<Exposure> exposure, std::vector<SlotFreedom> led = {})
+        : exposure_(std::move(exposure)), led_(std::move(led)) {}
 
-    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
+        if (!step.meets()) return;
+        if (step.ahead == 0) return show(rod, [](const Slot<W>& s, std::size_t) { return s.position; });
+        show(rod, [&](const Slot<W>& s, std::size_t k) {
+            Vec3d ahead{step.ahead, step.ahead, step.ahead};
+            if (!led_.empty()) {
+                const double gone = step.time - step.begin;
+                const auto& free = led_[k].free;
+                ahead -= gone * Vec3d{1 - free[0], 1 - free[1], 1 - free[2]};
+            }
+            return s.position + scale(broadcast<W>(ahead), s.velocity);
+        });
+    }
+
+private:
+    template <class Place> void show(const RodTile<W>& rod, Place&& place) const {
         using P = Pack<W>;
         const ExposedLanes<W> lanes(*exposure_, rod);
         for (int k = 0; k <= rod.n; ++k) {
@@ -224,12 +242,12 @@ public:
                 radius = P(Map::element(rod, k).radius);
                 turning = transpose_times(s.director, s.spin);
             }
-            lanes.store(to_index(k), s.position, radius, s.velocity, turning);
+            lanes.store(to_index(k), place(s, to_index(k)), radius, s.velocity, turning);
         }
     }
 
-private:
     std::shared_ptr<Exposure> exposure_;
+    std::vector<SlotFreedom> led_; ///< by slot; empty where no end is led
 };
 
 /// Loads of a tile's rods, slot by slot; nothing where a rod is not touched.

@@ -6,6 +6,7 @@
 // axes. Cost: 60 flop per slot each way.
 #pragma once
 
+#include "core/rotation.hpp"
 #include "neighbourhood/exposure.hpp"
 #include "rod/body_shape.hpp"
 
@@ -36,16 +37,25 @@ public:
     ExposeSurfacePass(std::shared_ptr<Exposure> exposure, const BodyShape& body)
         : exposure_(std::move(exposure)), body_(body) {}
 
-    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step&) const override {
+    void run(const RodTile<W>& rod, SlotLoad<W>*, const Step& step) const override {
+        if (!step.meets()) return;
         const ExposedLanes<W> lanes(*exposure_, rod);
         std::size_t k = 0;
-        for_surface_slots(body_, rod.slot[0],
+        for_surface_slots(body_, step.ahead == 0 ? rod.slot[0] : moved(rod.slot[0], Pack<W>(step.ahead)),
                           [&](const auto& position, double radius, const auto& velocity, const auto& spin) {
                               lanes.store(k++, position, radius, velocity, spin);
                           });
     }
 
 private:
+    /// A body after a time at its present rates.
+    static Slot<W> moved(const Slot<W>& s, const Pack<W>& time) {
+        Slot<W> after = s;
+        after.position = fma(time, s.velocity, s.position);
+        after.director = rotation(time * s.spin) * s.director;
+        return after;
+    }
+
     std::shared_ptr<Exposure> exposure_;
     const BodyShape& body_; ///< shape of the group's bodies
 };

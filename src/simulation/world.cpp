@@ -215,16 +215,48 @@ bool World::step(std::span<const Step> steps, bool check) {
     return valid && (!check || invalid(interactions_).empty());
 }
 
+bool World::move(std::span<const Step> steps) {
+    const auto timed = [&](auto&& work) {
+        const auto timing = timers.time(Phase::rods);
+        return work();
+    };
+    if (!neighbourhood_) return timed([&] { return rods_->advance(steps, true); });
+    bool valid = true;
+    for (Step stage : steps) {
+        stage.ahead += delay_of_contacts(stage.dt, step_control(interactions_)->touching_rate());
+        timed([&] { rods_->drift(stage); });
+        if (stage.meets()) add_loads(interactions_, *neighbourhood_, stage.meeting(), timers);
+        valid = timed([&] { return rods_->kick(stage, true); }) && valid;
+    }
+    const double part = steps.back().dt;
+    const bool far = fastest(interactions_) * part > way_in_a_part(interactions_);
+    return valid && !far && part <= longest_part(interactions_) && invalid(interactions_).empty();
+}
+
+double World::delay_of_contacts(double part, double rate) const {
+    const double share = part * rate;
+    return scheme_of(plan.integrator).delay * std::min(1.0, share * share) * part;
+}
+
+void World::keep(std::size_t place) {
+    rods_->keep(place);
+    if (neighbourhood_)
+        for (const auto& interaction : interactions_) interaction->keep(place);
+}
+
+void World::go_back(std::size_t place) {
+    rods_->go_back(place);
+    if (neighbourhood_)
+        for (const auto& interaction : interactions_) interaction->go_back(place);
+}
+
 bool World::step_in_parts(std::int64_t parts) {
     enum : std::int64_t { good, bad, stop };
     std::int64_t found = good;
     for (std::int64_t part = 0; part < parts && found == good;) {
-        const auto steps = clock.next_in_parts(parts, part, Clock::largest_batch, together_);
+        const auto steps = clock.next_in_parts(parts, part, neighbourhood_ ? 1 : Clock::largest_batch, together_);
         part += static_cast<std::int64_t>(steps.size() / scheme_of(plan.integrator).stages.size());
-        const bool valid = [&] {
-            const auto timing = timers.time(Phase::rods);
-            return rods_->advance(steps, true);
-        }();
+        const bool valid = move(steps);
         const bool stops = !coupled_ && part < parts && stop_requested(); // partners are within a step of theirs
         found = comm.max(std::int64_t{stops ? stop : valid ? good : bad});
     }
@@ -245,8 +277,15 @@ World::StepEnd World::step_in_parts(StepControl& control, std::span<const Step> 
     const Step end = whole.back();
     stopped_ = false;
     together_ = end.index - clock.done();
-    rods_->keep(0);
+    keep(0);
+    const std::int64_t least = plan.automatic_dt ? 1 : together_; // a given dt is that of rods
+    if (neighbourhood_) {
+        const double speed = comm.max(fastest(interactions_)), rate = control.touching_rate(),
+                     fewest = plan.dt * std::max(speed / way_in_a_part(interactions_), rate);
+        control.at_least(fewest * static_cast<double>(companion(interactions_) ? 2 * together_ : together_ / least));
+    }
     const auto done = [&] {
+        if (neighbourhood_) control.set_touching_rate(comm.max(1 / longest_part(interactions_)));
         for (const auto& interaction : interactions_) interaction->end_step(end, timers);
         return comm.max(std::int64_t{!invalid(interactions_).empty()}) == 0 ? StepEnd::done : StepEnd::failed;
     };
@@ -254,9 +293,8 @@ World::StepEnd World::step_in_parts(StepControl& control, std::span<const Step> 
         const StepEnd ended_as = step_by_error(control, *companion);
         return ended_as == StepEnd::done ? done() : ended_as;
     }
-    const std::int64_t least = plan.automatic_dt ? 1 : together_; // a given dt is that of rods
     while (!step_in_parts(least * control.parts())) {
-        rods_->go_back(0);
+        go_back(0);
         if (stopped_) return StepEnd::stopped;
         if (!control.refine()) return StepEnd::failed;
         for (const auto& interaction : interactions_) interaction->begin_again();
@@ -269,15 +307,15 @@ bool World::step_with(Companion& companion, std::int64_t parts) {
     companion.enter(*rods_);
     const bool valid = step_in_parts(parts / 2);
     companion.leave(*rods_);
-    rods_->go_back(0);
+    go_back(0);
     return valid && step_in_parts(parts);
 }
 
 double World::difference_from(std::int64_t parts) {
-    rods_->keep(1);
-    rods_->go_back(0);
+    keep(1);
+    go_back(0);
     const double apart = step_in_parts(parts) ? comm.max(rods_->farthest_from(1)) : HUGE_VAL;
-    rods_->go_back(1);
+    go_back(1);
     return apart;
 }
 
@@ -299,9 +337,9 @@ World::StepEnd World::step_by_error(StepControl& control, Companion& companion) 
                 companion.go_on();
                 return StepEnd::done;
             }
-            rods_->keep(1);
+            keep(1);
         }
-        rods_->go_back(0);
+        go_back(0);
         if (stopped_) return StepEnd::stopped;
         halved = valid;
         if (!control.refine()) return StepEnd::failed;

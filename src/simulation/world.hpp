@@ -109,6 +109,15 @@ private:
     /// One step of the clock in parts that bodies go through at their pace. It fails where they are too fast.
     /// Collective.
     bool step_at_pace(PaceControl& pace, bool check);
+    /// Parts of a step, on this rank: false where one failed, or a body went too far for what it touches. Collective
+    /// where bodies interact.
+    bool move(std::span<const Step> steps);
+    /// Time by which a part of a step takes contacts later than in its middle, s; `rate`: 1/s of the longest part that
+    /// they are stable in. theory.md (145)
+    double delay_of_contacts(double part, double rate) const;
+    /// Keeps bodies and what they do to each other in one of two places, and takes them back.
+    void keep(std::size_t place);
+    void go_back(std::size_t place);
     /// The step in parts; false on all ranks where it failed on one, or is to stop.
     bool step_in_parts(std::int64_t parts);
     /// The step by time.tolerance.

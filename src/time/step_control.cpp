@@ -90,7 +90,8 @@ std::vector<double> StepControl::numbers() const {
             compared_change_,
             mark_,
             mark_most_,
-            next_mark_most_};
+            next_mark_most_,
+            touching_rate_};
 }
 
 void StepControl::set(const std::vector<double>& numbers) {
@@ -100,6 +101,8 @@ void StepControl::set(const std::vector<double>& numbers) {
     double* const to[] = {&done_, &sum_,       &most_,          &distance_, &compared_, &compared_change_,
                           &mark_, &mark_most_, &next_mark_most_};
     for (std::size_t i = 0; i < std::size(to); ++i) *to[i] = numbers.at(3 + i);
+    const std::size_t last = 3 + std::size(to);
+    touching_rate_ = numbers.size() > last ? numbers[last] : 0; // none in checkpoints of before
 }
 
 } // namespace skein

@@ -6,6 +6,7 @@
 //   allowed     local difference of a step: its share of what the tolerance leaves, over the gain that is expected
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <vector>
 
@@ -22,6 +23,11 @@ public:
     bool limited() const { return tolerance_ > 0; }
     std::int64_t parts() const { return parts_; }
     std::int64_t largest() const { return largest_; } ///< parts of a step, since the start of this run
+    /// No fewer parts than these.
+    void at_least(double parts) {
+        while (static_cast<double>(parts_) < parts && parts_ < limit_) parts_ *= 2;
+        largest_ = std::max(largest_, parts_);
+    }
     /// Gives up at fewer parts than `most_parts`.
     void limit(std::int64_t most) { limit_ = most; }
 
@@ -39,6 +45,10 @@ public:
     /// A step without a limit is done.
     void note();
 
+    /// Rate of the longest part in which loads that hold for it are stable, by the last step, 1/s; 0 where none act.
+    double touching_rate() const { return touching_rate_; }
+    void set_touching_rate(double rate) { touching_rate_ = rate; }
+
     double distance() const { return distance_; }  ///< of the companion, m
     double most() const { return most_; }          ///< largest so far, m
     double error() const { return compared_ / 3; } ///< of a step by the last comparison, m
@@ -55,7 +65,7 @@ private:
 
     double tolerance_, steps_;
     std::int64_t enough_, parts_, largest_ = 1, interval_ = 1, wait_ = 0, limit_ = most_parts;
-    double done_ = 0, sum_ = 0, most_ = 0, distance_ = 0;
+    double done_ = 0, sum_ = 0, most_ = 0, distance_ = 0, touching_rate_ = 0;
     double compared_ = 0,
            compared_change_ = 0; ///< local difference, and change of the distance, of the last comparison
     double mark_ = 0, mark_most_ = 0, next_mark_most_ = 0; ///< largest distance about half as many steps ago, and when

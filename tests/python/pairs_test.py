@@ -31,7 +31,6 @@ REFUSED = (
     (r"need.* the integrator \"verlet\"|needs? integrator = \"verlet\"", "`integrator = \"pefrl\"`", "contact, walls, filters of damping, fluids that rods feel",
      "Some of its kicks go backwards in time; friction, dashpots and fluids dissipate in forward time alone."),
     (r"time.integrator = \"implicit(_damped|_bed)?\" needs a law with an energy", "implicit steps", "`law = \"elastica\"`", "Newton corrections need the stiffness of an energy, and this law has none."),
-    (r"time.integrator = \"implicit(_damped)?\" is for rods that do not touch", "implicit steps of second order", "contact", None),
     (r"with integrator = \"implicit", "implicit steps", "choices of explicit steps", "Stability does not limit these steps, so there is nothing to choose."),
     (r"a ring has no ends|needs rods with two ends", "rings", "held ends, loads on ends", "A ring has no ends."),
     (r"\"gregory\" has no use here|with end_weights = \"gregory\"", "`end_weights = \"gregory\"`", "tapered, frozen or joined rods, `law = \"elastica\"`",

@@ -26,6 +26,17 @@ struct Step {
     bool last;                                  ///< true for the last one of its batch
     double begin = 0;                           ///< s, of the whole step
     bool first_stage = true, last_stage = true; ///< of the step, or of its part
+    double ahead = 0; ///< s, time by which bodies show themselves to each other before they move on
+
+    /// The same for what bodies do to each other: once in a step that looks ahead, over all of it.
+    bool meets() const { return ahead == 0 || first_stage; }
+    Step meeting() const {
+        if (ahead == 0) return *this;
+        Step one = *this;
+        one.drift = one.kick = dt;
+        one.time = begin + ahead;
+        return one;
+    }
 
     double end() const { return begin + dt; }
     /// Steps that are done before it.
@@ -65,7 +76,7 @@ public:
                                   shift_ + (static_cast<double>(index - 1) + stage.time) * dt_, stage.kick_length,
                                   static_cast<int>(batch_.size()), &stage == &scheme_.stages.back(), false,
                                   shift_ + static_cast<double>(index - 1) * dt_, first,
-                                  &stage == &scheme_.stages.back()});
+                                  &stage == &scheme_.stages.back(), scheme_.ahead * dt_});
             }
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
@@ -91,7 +102,7 @@ public:
                                   begin + (static_cast<double>(p) + stage.time) * part, stage.kick_length,
                                   static_cast<int>(batch_.size()), p + 1 == parts && &stage == &scheme_.stages.back(),
                                   false, begin + static_cast<double>(p) * part, &stage == &scheme_.stages.front(),
-                                  &stage == &scheme_.stages.back()});
+                                  &stage == &scheme_.stages.back(), scheme_.ahead * part});
         if (!batch_.empty()) batch_.back().last = true;
         return batch_;
     }

@@ -48,6 +48,9 @@ struct Scheme {
     double lag;                    ///< closing drift
     double stability;              ///< largest stable h w of an oscillator, over Verlet's 2
     double drag;                   ///< largest stable h nu of a drag at the velocity before each kick
+    double ahead = 0;              ///< share of the step by which bodies show themselves to each other, once in it
+    double touching = 1;           ///< longest such step, over Verlet's limit by contacts
+    double delay = 0;              ///< share of the step by which loads of contacts are later at that length
 };
 
 namespace detail {
@@ -78,8 +81,10 @@ inline constexpr Substep bed_stages[] = {{1.0, 1.0, before_end, 0}};
 constexpr Scheme scheme_of(Integrator integrator) {
     if (integrator == Integrator::pefrl)
         return {detail::pefrl_stages, detail::pefrl_kicks, detail::xi, 1.4947247, 2.3414};
-    if (integrator == Integrator::implicit) return {detail::symmetric_stages, detail::symmetric_kicks, 0, 1.0, 2.0};
-    if (integrator == Integrator::implicit_damped) return {detail::damped_stages, detail::damped_kicks, 0, 1.0, 2.0};
+    if (integrator == Integrator::implicit)
+        return {detail::symmetric_stages, detail::symmetric_kicks, 0, 1.0, 2.0, 0.5, 0.9};
+    if (integrator == Integrator::implicit_damped)
+        return {detail::damped_stages, detail::damped_kicks, 0, 1.0, 2.0, 0.5, 0.45, 0.05};
     if (integrator == Integrator::implicit_bed) return {detail::bed_stages, detail::verlet_kicks, 0, 1.0, 2.0};
     return {detail::verlet_stages, detail::verlet_kicks, 0.5, 1.0, 2.0};
 }

@@ -109,6 +109,7 @@ ContactFigures ContactInteraction::present_figures() const {
 }
 
 void ContactInteraction::add_own(const Step& step) {
+    behind_ = step.ahead > 0 ? step.dt - step.ahead : 0;
     contacts_->arrived_in(step.drift);
     contacts_->set_tangents(loads_->tangent);
     contacts_->begin(*exposure_, step.time, step.kick, loads_->load, comm_.size() > 1);
@@ -122,8 +123,23 @@ void ContactInteraction::add_shared(const Step& step) {
     if (!changes.empty() && side_change_.empty()) take_side_change(changes.front(), step);
     if (step.time >= soft_until_) watch_overlap(step);
     if (!audit_begins_ || before_) return;
-    start_bookings_.add(bookings(*audit_begins_ - step.drift)); // works are in it already
+    const double shown = step.ahead > 0 ? step.ahead : step.drift; // since the state where the audit began
+    start_bookings_.add(bookings(*audit_begins_ - shown));         // works are in it already
     audit_begins_.reset();
+}
+
+void ContactInteraction::keep(std::size_t place) {
+    contacts_->keep(place, *exposure_);
+    nth(kept_overlap_, place) = overlap_;
+}
+
+void ContactInteraction::go_back(std::size_t place) {
+    contacts_->go_back(place, *exposure_);
+    overlap_ = nth(kept_overlap_, place);
+    side_change_.clear();
+    cause_.clear();
+    remedies_.clear();
+    step_of_change_ = HUGE_VAL;
 }
 
 void ContactInteraction::Bookings::add(const Bookings& other) {
@@ -160,7 +176,7 @@ ContactInteraction::Bookings ContactInteraction::bookings(double after) const {
 double ContactInteraction::booked(double lag) const {
     if (audit_begins_ || forces_lost_) return booked_at_start();
     const ContactFigures f = present_figures();
-    Bookings all = bookings(lag);
+    Bookings all = bookings(lag + behind_);
     all.add({.energies = {}, .totals = {f.friction_work, f.viscous_work}});
     return sum(all);
 }
@@ -226,6 +242,11 @@ double ContactInteraction::stiffening() const {
                                   energy_at(law, overlap_.allowed * contact.diameter));
     }
     return most;
+}
+
+double ContactInteraction::longest_part() const {
+    if (contacts_->figures().active == 0) return HUGE_VAL;
+    return scheme_of(plan_.integrator).touching * step_limit();
 }
 
 double ContactInteraction::step_limit() const {

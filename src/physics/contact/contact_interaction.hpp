@@ -27,10 +27,13 @@ public:
     void begin_evaluation() override;
     void add_own(const Step& step) override;
     void add_shared(const Step& step) override;
+    void keep(std::size_t place) override;
+    void go_back(std::size_t place) override;
     std::string invalid() const override;
     std::string cause() const override { return cause_; }
     std::vector<std::string> remedies() const override { return remedies_; }
     double step_limit() const override;
+    double longest_part() const override;
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return {&overlap_, 1}; }
     std::vector<Figure> figures(const Sample&) const override;
@@ -98,6 +101,8 @@ private:
     std::vector<ContactMobility> mobility_; ///< by group
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
+    std::array<OverlapWatch, 2> kept_overlap_;
+    double behind_ = 0;                 ///< s, by which bodies have been shown before the end of their step
     std::string side_change_, cause_;   ///< the first of this rank, in words; empty: none
     std::vector<std::string> remedies_; ///< of that
     double step_of_change_ = HUGE_VAL; ///< s, in which that pair would move no farther than the overlap that is allowed

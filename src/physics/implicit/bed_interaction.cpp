@@ -1,6 +1,6 @@
 #include "physics/implicit/bed_interaction.hpp"
 
-#include "rod/body_shape.hpp"
+#include "physics/implicit/body_speeds.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
@@ -24,32 +24,8 @@ double BedInteraction::now() const {
     return most;
 }
 
-double BedInteraction::fastest() const { return std::max(known_ ? *known_ : of_states(), of_walls()); }
-
-double BedInteraction::of_states() const {
-    double most = 0;
-    std::vector<Slot<1>> state;
-    const auto local = rods_->local();
-    for (std::size_t i = 0; i < local.size(); ++i) {
-        const RodGroup& group = nth(groups_, local[i].group);
-        state.resize(to_index(group.slots()));
-        rods_->export_rod(i, state);
-        for (const Slot<1>& s : state) {
-            const double turning = group.strained() ? 0 : group.body()->reach * norm(lane(s.spin, 0));
-            most = std::max(most, norm(lane(s.velocity, 0)) + turning);
-        }
-    }
-    return most;
-}
-
-double BedInteraction::of_walls() const {
-    double most = 0;
-    for (std::size_t w = 0; walls_ && w < walls_->count(); ++w) {
-        const Wall& wall = walls_->wall[w];
-        const Vec3d& now = wall.servo.drives() ? walls_->state[w].velocity : wall.velocity;
-        if (wall.stands) most = std::max(most, norm(now));
-    }
-    return most;
+double BedInteraction::fastest() const {
+    return std::max(known_ ? *known_ : fastest_node(*rods_, groups_), fastest_wall(walls_.get()));
 }
 
 std::vector<Figure> BedInteraction::figures(const Sample&) const {

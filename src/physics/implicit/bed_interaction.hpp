@@ -42,8 +42,6 @@ public:
 
 private:
     double now() const;
-    double of_states() const; ///< as bodies start
-    double of_walls() const;
 
     Communicator comm_;
     std::span<const RodGroup> groups_;

@@ -5,6 +5,7 @@
 #include "kernels/surroundings.hpp"
 #include "loads/gravity.hpp"
 #include "physics/implicit/bed_interaction.hpp"
+#include "physics/implicit/body_speeds.hpp"
 #include "physics/implicit/step_filters.hpp"
 #include "physics/plan_input.hpp"
 #include "plan/plan.hpp"
@@ -82,23 +83,9 @@ private:
     /// most of them less deep than that limit allows for, add about their mass (docs/long_steps.md).
     static constexpr double over_contact_limit = 25;
 
-    static double thinnest(const RodGroup& group) {
-        double least = HUGE_VAL;
-        if (group.strained())
-            for_each_kind(group, [&](const RodGroup& kind, double) {
-                for (const ElementConstants& e : kind.element) least = std::min(least, e.radius);
-            });
-        else
-            for (const BodyShape::Part& part : group.body()->part) least = std::min(least, part.radius);
-        return least;
-    }
     static double longest_step_of(const Plan& plan, const CoreTables& scene) {
-        double limit = HUGE_VAL;
-        for (const GroupPlan& group : plan.groups)
-            for (const TimeLimit& of : group.limits)
-                if (of.mode == "contact") limit = std::min(limit, of.dt);
         constexpr double fewest_steps = 64; // of the duration
-        return std::min(over_contact_limit * limit, scene.time.duration / fewest_steps);
+        return std::min(over_contact_limit * contact_limit_of(plan), scene.time.duration / fewest_steps);
     }
 
     bool in_fluid_;

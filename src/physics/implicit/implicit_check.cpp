@@ -23,8 +23,6 @@ void ImplicitTables::check(const SceneSpec& scene, Objections& objections) {
     const auto refuse = [&](bool has, const std::string& table, const std::string& message) {
         if (has) objections.add(table, fmt::format("time.integrator = \"{}\" {}", name, message));
     };
-    refuse(scene.contact.has_value() && !in_bed, "contact",
-           "is for rods that do not touch each other: use \"implicit_bed\" or \"verlet\"");
     for (std::size_t i = 0; i < scene.rods.size(); ++i) {
         const RodSpec& rods = scene.rods[i];
         const std::string group = path_of_group(scene, i);

@@ -1,5 +1,6 @@
 #include "physics/implicit/implicit_interaction.hpp"
 
+#include "physics/implicit/body_speeds.hpp"
 #include "plan/plan.hpp"
 
 #include <fmt/format.h>
@@ -21,10 +22,15 @@ std::int64_t resolving_parts(const Plan& plan, double tolerance) {
 
 } // namespace
 
-ImplicitInteraction::ImplicitInteraction(const InteractionParts& parts, double tolerance, double length, bool remembers)
+ImplicitInteraction::ImplicitInteraction(const InteractionParts& parts, double tolerance, double length, bool remembers,
+                                         double way)
     : comm_(parts.comm), rods_(&parts.rods),
       control_(tolerance * length, parts.plan.steps, resolving_parts(parts.plan, tolerance)), companion_(remembers),
-      tolerance_(tolerance), length_(length) {}
+      groups_(parts.groups), walls_(parts.around.walls), tolerance_(tolerance), length_(length), way_(way) {}
+
+double ImplicitInteraction::fastest() const {
+    return std::isfinite(way_) ? std::max(fastest_node(*rods_, groups_), fastest_wall(walls_.get())) : 0;
+}
 
 void ImplicitInteraction::summarise(nlohmann::ordered_json& summary) const {
     summary["implicit"] = {{"parts", control_.parts()}, {"largest_parts", control_.largest()}};

@@ -11,11 +11,16 @@ namespace skein {
 class ImplicitInteraction final : public Interaction {
 public:
     /// `tolerance`: error of places that is asked for, over the length; 0: none. `length`: largest of the scene, m;
-    /// `remembers`: joints or walls do.
-    ImplicitInteraction(const InteractionParts& parts, double tolerance, double length, bool remembers);
+    /// `remembers`: joints or walls do. `way`: of a node in a part of a step, m; HUGE_VAL where rods touch no others.
+    ImplicitInteraction(const InteractionParts& parts, double tolerance, double length, bool remembers, double way);
 
-    void rebind(const InteractionParts& parts) override { rods_ = &parts.rods; }
+    void rebind(const InteractionParts& parts) override {
+        rods_ = &parts.rods;
+        walls_ = parts.around.walls;
+    }
     StepControl* step_control() override { return &control_; }
+    double fastest() const override;
+    double way_in_a_part() const override { return way_; }
     void begin_stage() override { companion_.begin_stage(); }
     Companion* companion() override { return tolerance_ > 0 ? &companion_ : nullptr; }
     std::string progress() const override {
@@ -36,7 +41,9 @@ private:
     const Rods* rods_;
     StepControl control_;
     Companion companion_;
-    double tolerance_, length_;
+    std::span<const RodGroup> groups_;
+    std::shared_ptr<const Walls> walls_; ///< null where there are none
+    double tolerance_, length_, way_;
 };
 
 } // namespace skein

@@ -2,6 +2,7 @@
 #include "kernels/physics_passes.hpp"
 #include "physics/fluid/fluid_plan.hpp"
 #include "physics/implicit/bed_plan.hpp"
+#include "physics/implicit/body_speeds.hpp"
 #include "physics/implicit/implicit_interaction.hpp"
 #include "physics/implicit/implicit_tables.hpp"
 #include "physics/implicit/step_filters.hpp"
@@ -26,30 +27,41 @@ class PlannedImplicitSteps final : public PhysicsPlan, public StartsInteraction 
 public:
     explicit PlannedImplicitSteps(const PlanInput& input)
         : integrator_(input.scene.time.integrator), in_fluid_(input.scene.fluid.has_value()),
-          audited_(input.scene.output.audit), tolerance_(in_fluid_ ? 0.0 : input.scene.time.tolerance),
+          audited_(input.scene.output.audit), touches_(input.scene.contact.has_value()),
+          tolerance_(in_fluid_ ? 0.0 : input.scene.time.tolerance),
           remembers_(!input.scene.walls.empty() ||
                      std::any_of(input.scene.joints.begin(), input.scene.joints.end(), remembers)) {
+        for (const RodGroup& group : input.groups) radius_ = std::min(radius_, thinnest(group));
         for (const RodGroup& group : input.groups)
             length_ = std::max(length_, group.strained() ? group.spec().shape.length : 2 * group.body()->reach);
     }
 
     std::string summary(const Plan&) const override { return "implicit steps"; }
     std::vector<PlanLine> describe(const Plan& plan) const override {
-        if (!plan.automatic_dt) return {};
-        if (in_fluid_)
-            return {{"implicit",
-                     "one step of rods in a stage of the fluid's, in more parts where corrections do not converge",
-                     "",
-                     {}}};
-        return {{"implicit",
-                 fmt::format("each step in as many parts as keep the error of positions below {:g} of {:g} m in the "
-                             "whole run",
-                             tolerance_, length_),
-                 "tolerance", tolerance_}};
+        std::vector<PlanLine> lines;
+        if (plan.automatic_dt && in_fluid_)
+            lines.push_back(
+                {"implicit",
+                 "one step of rods in a stage of the fluid's, in more parts where corrections do not converge",
+                 "",
+                 {}});
+        else if (plan.automatic_dt)
+            lines.push_back({"implicit",
+                             fmt::format("each step in as many parts as keep the error of positions below {:g} of {:g} "
+                                         "m in the whole run",
+                                         tolerance_, length_),
+                             "tolerance", tolerance_});
+        if (touches_)
+            lines.push_back({"touching",
+                             fmt::format("contacts once in a part of a step; parts are at most {:.3g} s long where "
+                                         "rods touch, and a node goes at most {:.3g} m, {:g} of the radius, in one",
+                                         longest_where_touching(plan), way * radius_, way),
+                             "longest_part_in_contact", longest_where_touching(plan)});
+        return lines;
     }
     std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
         return std::make_unique<ImplicitInteraction>(parts, parts.plan.automatic_dt ? tolerance_ : 0.0, length_,
-                                                     remembers_);
+                                                     remembers_, touches_ ? way * radius_ : HUGE_VAL);
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.remove(PassPlace::drift);
@@ -84,6 +96,11 @@ public:
 
 private:
     static constexpr double fewest_steps = 64; ///< of the duration
+    static double longest_where_touching(const Plan& plan) {
+        return scheme_of(plan.integrator).touching * contact_limit_of(plan);
+    }
+    /// Way of the fastest node in a part of a step, over the radius, with which contacts are met before they are deep.
+    static constexpr double way = 0.15;
 
     /// Half of each filter before a step and half after it, in opposite orders. In steps that keep energy ends are at
     /// the middle both times; in others they are at the begin and at the end.
@@ -96,8 +113,9 @@ private:
     }
 
     Integrator integrator_;
-    bool in_fluid_, audited_;
+    bool in_fluid_, audited_, touches_;
     double tolerance_, length_ = 0; ///< of the length; m
+    double radius_ = HUGE_VAL;      ///< of the thinnest element, m
     bool remembers_;                ///< joints or contacts with walls
 };
 

@@ -1,0 +1,143 @@
+"""Implicit steps of second order between rods and bodies that touch: order, limits, energy, stability at any stiffness, fast starts, and the same bits however they are run."""
+
+import itertools
+import math
+import unittest
+
+import numpy
+
+from driver import DriverTest
+from implicit_walls_test import BALL, CONSTANTS, DAMPED, DENSITY, GRAVITY, LENGTH, METHODS, RADIUS, floor, law, rod
+from scene_text import scene_text
+
+SUNK = 1e-4  # m, overlap at the start
+SPRING = {"damping": 0.0}
+PUSH = {"kind": "formula", "rods": ["top"], "force": ["0", "0.1*sin(w*t)", "-1-0.5*cos(w*t)"]}
+LOW = rod("low", origin=(0.0, 0.0, 0.0), start="clamped", youngs_modulus=1e7)
+ACROSS = rod("top", origin=(0.06, -0.04, 2 * RADIUS - SUNK), tangent=(0.0, 1.0, 0.0))
+ALONG = rod("top", origin=(0.013, 0.0, 2 * RADIUS - SUNK))
+ON_IT = BALL | {"placement": {"origin": [0.06, 0.0, 5e-3 + RADIUS - SUNK]}}
+PUSHED = {"load": [PUSH], "constants": CONSTANTS}
+# Contacts that last, by springs alone, with dashpots, and with friction: tables.
+SPRINGS = {
+    "across": PUSHED | {"rods": [LOW, ACROSS], "contact": law(2e3, "none", **SPRING)},
+    "hertz": PUSHED | {"rods": [LOW, ACROSS], "contact": law(2e5, "none", "hertz", **SPRING)},
+    "along": PUSHED | {"rods": [LOW, ALONG], "contact": law(2e3, "none", **SPRING)},
+    "a ball": {"rods": [LOW], "bodies": [ON_IT], "load": [{"kind": "gravity", "acceleration": [0.0, 0.0, -300.0]}], "contact": law(2e3, "none", **SPRING)},
+}
+LOSSES = {"dashpot": PUSHED | {"rods": [LOW, ACROSS], "contact": law(2e3, "none")},
+          "friction": PUSHED | {"rods": [LOW, ACROSS], "contact": law(2e3)}}
+DURATION, FEWEST = 0.02, 100
+
+
+class ImplicitContact(DriverTest):
+    def write(self, scene, time, **output):
+        self.scene.write_text(scene_text({"time": time, "output": {"precision": "double"} | output} | scene))
+
+    def places(self, out):
+        frames = self.frames(out, "trajectory")
+        return numpy.concatenate([frames[name][-1].reshape(-1, 3) for name in sorted(frames) if name.endswith("/position")])
+
+    def end(self, out, scene, time, *arguments, rows=50):
+        self.write(scene, time, trajectory=time["duration"], series=time["duration"] / rows)
+        self.run_skein(out, "--overwrite", *arguments)
+        return self.places(out)
+
+    def ends(self, scene, integrator, *times):
+        """Places after runs of these multiples of the fewest steps."""
+        return [self.end("out", scene, {"duration": DURATION, "dt": DURATION / (n * FEWEST), "integrator": integrator}, rows=FEWEST) for n in times]
+
+    def test_springs_are_of_second_order(self):
+        for name, scene in SPRINGS.items():
+            coarse, fine = self.ends(scene, "verlet", 32, 64)
+            limit = fine + (fine - coarse) / 3
+            for method in METHODS:
+                with self.subTest(scene=name, method=method):
+                    errors = [numpy.abs(end - limit).max() for end in self.ends(scene, method, 1, 2, 4)]
+                    self.assertEqual(numpy.ptp(self.series("out")["touching_pairs"][1:]), 0)
+                    self.assertLess(abs(math.log2(errors[1] / errors[2]) - 2), 0.2, errors)
+
+    def test_losses_have_the_limit_of_explicit_steps(self):
+        """With rates of the start of a step, as in explicit steps, of first order in the losses."""
+        for name, scene in LOSSES.items():
+            coarse, fine = self.ends(scene, "verlet", 32, 64)
+            limit = 2 * fine - coarse
+            for method in METHODS:
+                with self.subTest(scene=name, method=method):
+                    errors = [numpy.abs(end - limit).max() for end in self.ends(scene, method, 1, 4, 16)]
+                    for a, b in zip(errors, errors[1:]): self.assertLess(b, a / 3, errors)
+
+    def heap(self, stiffness, normal="linear", **keys):
+        """Two rods on a floor, one across both, and a ball on it."""
+        of = law(stiffness, normal=normal, damping=0.5 * math.sqrt(stiffness / 1e4))
+        rods = [rod("left", (0.0, -0.02, RADIUS), **keys), rod("right", (0.01, 0.03, RADIUS), elements=7, **keys),
+                rod("across", (0.047, -0.05, 3 * RADIUS), (0.0, 1.0, 0.0), 9, **keys)]
+        return {"rods": rods, "bodies": [BALL | {"placement": {"origin": [0.047, 0.0, 4 * RADIUS + 5e-3]}}], "load": GRAVITY, "contact": of, "wall": [floor(**of)]}
+
+    def test_heaps_of_any_stiffness_come_to_rest(self):
+        """Stiff contacts cut steps into parts, and none gains energy."""
+        for method, stiffness in itertools.product(METHODS, (1e3, 1e5, 1e7)):
+            with self.subTest(method=method, stiffness=stiffness):
+                damping = [{"kind": "uniform", "rate": 300.0}]
+                self.write(self.heap(stiffness, youngs_modulus=1e8) | {"damping": damping}, {"duration": 0.1, "dt": 1e-4, "integrator": method}, series=1e-3)
+                self.run_skein("out", "--overwrite", "--no-checkpoint")
+                series = self.series("out")
+                motion = series["kinetic_translationJ"] + series["kinetic_rotationJ"]
+                self.assertLess(motion.max(), 1e-8)
+                self.assertLess(motion[50:].max(), 1e-3 * motion.max() + 1e-15)
+                self.assertGreaterEqual(series["contacts"][-1], 2)
+
+    def test_contacts_keep_energy_and_momentum(self):
+        """Of an undamped pair that rubs nowhere: a ball on a rod between two springs of contact, in free fall with it."""
+        pair = {"rods": [rod("low", origin=(0.0, 0.0, 0.0), youngs_modulus=1e7)], "bodies": [ON_IT | {"velocity": [0.0, 0.0, -0.05]}], "contact": law(2e3, "none", **SPRING)}
+        for method in METHODS:
+            with self.subTest(method=method):
+                self.write(pair, {"duration": 0.2, "dt": 2e-5, "integrator": method}, series=1e-3, observables=["momentum"])
+                self.run_skein("out", "--overwrite", "--no-checkpoint")
+                series = self.series("out")
+                energy = sum(series[of] for of in series.dtype.names if of.startswith(("kinetic", "elastic", "contact_energy")))
+                size = numpy.ptp(series["elastic_bendJ"]) + numpy.ptp(series["contact_energyJ"])
+                self.assertLess(numpy.ptp(energy) if method == "implicit" else (energy - energy[0]).max(), 0.01 * size)
+                along = series["momentum_zkgms"]
+                self.assertLess(numpy.ptp(along), 1e-9 * abs(along[0]))
+
+    def test_rods_that_are_thrown_do_not_pass(self):
+        """They meet in steps that are cut, with a tolerance and without, and their energy does not rise."""
+        thrown = {"rods": [LOW, rod("top", origin=(0.06, -0.04, 0.01), tangent=(0.0, 1.0, 0.0), shape={"velocity": [0.0, 0.0, -1.0]})], "contact": law(1e4, "none", **SPRING)}
+        for method, keys in itertools.product(METHODS, ({"dt": 1e-3}, {"tolerance": 1e-2, "divide": 1e-3})):
+            with self.subTest(method=method, keys=keys):
+                self.write(thrown, {"duration": 0.02, "integrator": method} | keys, series=1e-3, trajectory=0.02)
+                self.run_skein("out", "--overwrite", "--no-checkpoint")
+                series = self.series("out")
+                self.assertGreater(series["touching_pairs"].max(), 0)
+                energy = sum(series[of] for of in series.dtype.names if of.startswith(("kinetic", "elastic", "contact_energy")))
+                self.assertLess(energy.max(), 1.02 * energy[0])
+                self.assertGreater(self.summary("out")["implicit"]["largest_parts"], 3)
+                self.assertGreater(self.frames("out", "trajectory")["top/position"][-1].reshape(-1, 3)[:, 2].min(), 0.0)
+
+    def test_bits_do_not_depend_on_the_layout_and_restarts(self):
+        many = self.heap(1e4, youngs_modulus=1e7) | {"damping": DAMPED}
+        many["rods"].append(rod("sticks", elements=6, placement={"kind": "lattice", "counts": [3, 2], "spacing": [0.12, 2 * RADIUS - 1e-5], "origin": [0.0, 0.1, RADIUS], "tangent": [1.0, 0.0, 0.0]}))
+        for method, keys in itertools.product(METHODS, ({"dt": 1e-3}, {"tolerance": 1e-2, "divide": 0.01})):
+            with self.subTest(method=method, keys=keys):
+                scene = many if "dt" in keys else {of: rows for of, rows in many.items() if of != "bodies"}
+                self.write(scene, {"duration": 0.04, "integrator": method} | keys, trajectory=0.02, series=0.01)
+                whole = f"whole_{method}_{len(keys)}"
+                self.run_skein(whole)
+                self.assertGreater(self.series(whole)["contacts"].max(), 2)
+
+                def same(out):
+                    self.assertEqual(self.digest(out), self.digest(whole))
+                    self.assert_same_frames(out, whole, "sticks")
+                    self.assert_same_series(out, whole)
+
+                self.assert_layouts_give(whole, same)
+                parts = f"{whole}_parts"
+                self.run_skein(parts, "--until", "0.013" if "dt" in keys else "0.01")
+                self.run_skein(parts, "--until", "0.03", "--lanes", "2")
+                self.assertIn("Resuming", self.run_skein(parts).stdout)
+                same(parts)
+
+
+if __name__ == "__main__":
+    unittest.main()
