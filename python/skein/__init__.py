@@ -7,7 +7,7 @@ _HOMES = {"Group": "results", "Results": "results", "Series": "results", "open":
           "NotResults": "needs", "Damaged": "needs",
           "draw": "picture.draw", "movie": "picture.draw", "Pictures": "picture.draw",
           "run": "program", "plan": "program", "RunFailed": "program",
-          "Scene": "scene", "swc": "centrelines", "SwcTree": "centrelines", "persistence_length": "persistence", "Simulation": "simulation",
+          "Scene": "scene", "swc": "centrelines", "read_centrelines": "centrelines", "SwcTree": "centrelines", "persistence_length": "persistence", "Simulation": "simulation",
           "equilibrium": "equilibria", "modes": "equilibria", "path": "equilibria", "fit": "fits", "gradient": "fits",
           "sweep": "sweeps", "page": "picture.page", "state": "picture.state"}
 

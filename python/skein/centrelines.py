@@ -1,5 +1,6 @@
 """Centrelines of rods as lists of arrays: files of points, SWC trees, CSV, NumPy and HDF5 (docs/traced_files.md)."""
 
+import csv
 from pathlib import Path
 
 import numpy as np
@@ -7,6 +8,7 @@ import numpy as np
 from .needs import Damaged, NotResults, reading
 
 FORMATS = (".csv", ".tsv", ".swc", ".npz", ".h5")
+NAMES_OF_RODS = ("filament", "fibre", "fiber", "track", "trace", "rod", "curve", "contour", "hair", "yarn", "id")
 SWC = ("id", "type", "x", "y", "z", "radius", "parent")
 
 
@@ -147,6 +149,68 @@ def swc(path, group="sections", elements=8, unit=1e-6, joined=True, material=Non
         keys = {"kind": "fixed", "pairs": "listed", "first": first, "second": second, "at": at, **(joint or {})}
         scene.joint(keys.pop("kind"), group, group, **keys)
     return scene
+
+
+def read_centrelines(path, unit=1.0, id=None):
+    """Centrelines of a file of points, as `write` and other programs make it: a list of arrays [points, 3], and radii [points] of each or None, m.
+
+    unit: length of 1 in the file, m; id: the column of a table that names the rod of a row, if it is none of the usual names. Rods of tables have the order in
+    which they appear; a coordinate that a table lacks is 0. The program's own reader, which scenes use, checks more (docs/traced_files.md).
+    """
+    path = Path(path)
+    if path.suffix == ".swc":
+        tree = SwcTree(path)
+        return [unit * tree.points[rows] for rows in tree.sections], [unit * tree.radii[rows] for rows in tree.sections]
+    points, offsets, radii = _table_of(path, id) if path.suffix in (".csv", ".tsv", ".txt") else _arrays_of(path)
+    curves = np.split(unit * points, offsets[1:-1])
+    return curves, None if radii is None else np.split(unit * radii, offsets[1:-1])
+
+
+def _table_of(path, id):
+    """Points, offsets and radii of a table with a row per point."""
+    with reading(path), path.open(newline="", encoding="utf-8-sig", errors="replace") as text:
+        lines = [line for line in text if line.strip() and not line.startswith("#")]
+        comma = next((mark for mark in "\t;," if lines and mark in lines[0]), ",")
+        rows = list(csv.reader(lines, delimiter=comma, skipinitialspace=True))
+    names = [name.strip().lower() for name in rows[0]] if rows else []
+    wanted = [id.lower()] if id else [stem + end for stem in NAMES_OF_RODS for end in ("", "_id")]
+    column = next((names.index(name) for name in wanted if name in names), None)
+    places = [next((names.index(name) for name in (axis, f"position_{axis}") if name in names), None) for axis in "xyz"]
+    if column is None or places.count(None) > 1:
+        raise Damaged(f"{path}: a table of points names a column of rods ({', '.join(wanted[:3])}, ...) and two of x, y, z in its first line")
+    size = next((names.index(name) for name in ("radius", "diameter") if name in names), None)
+    by_rod = {}
+    for number, row in enumerate(rows[1:], 2):
+        try:
+            point = [0.0 if place is None else float(row[place]) for place in places]
+            by_rod.setdefault(row[column].strip(), []).append([*point, 0.0 if size is None else float(row[size]) / (2 if names[size] == "diameter" else 1)])
+        except (ValueError, IndexError) as error:
+            raise Damaged(f"{path}: row {number}: {error}") from None
+    if not by_rod:
+        raise Damaged(f"{path}: it contains no points")
+    table = np.array([row for rod in by_rod.values() for row in rod])
+    return table[:, :3], np.cumsum([0] + [len(rod) for rod in by_rod.values()]), None if size is None else table[:, 3]
+
+
+def _arrays_of(path):
+    """The same of NumPy and HDF5."""
+    with reading(path):
+        if path.suffix in (".npy", ".npz"):
+            found = np.load(path)
+            arrays = {"points": found} if path.suffix == ".npy" else {name: found[name] for name in ("points", "offsets", "radii") if name in found}
+        elif path.suffix in (".h5", ".hdf5"):
+            import h5py
+            with h5py.File(path) as file:
+                arrays = {name: file[name][:] for name in ("points", "offsets", "radii") if name in file}
+        else:
+            raise NotResults(f"{path}: a file of centrelines is .csv, .tsv, .txt, .swc, .npy, .npz, .h5 or .hdf5")
+    points, radii = arrays.get("points"), arrays.get("radii")
+    if points is None or points.ndim not in (2, 3) or points.shape[-1] != 3 or (points.ndim == 2 and "offsets" not in arrays):
+        raise Damaged(f"{path}: it needs points [points, 3] with offsets, or points [rods, points, 3]")
+    offsets = arrays.get("offsets", np.arange(0, len(points.reshape(-1, 3)) + 1, points.shape[1]) if points.ndim == 3 else None)
+    if offsets[0] != 0 or offsets[-1] != len(points.reshape(-1, 3)) or (np.diff(offsets) < 2).any():
+        raise Damaged(f"{path}: offsets begin with 0, end with the number of points, and leave two points or more to each rod")
+    return points.reshape(-1, 3).astype(float), offsets, None if radii is None else radii.reshape(-1).astype(float)
 
 
 def write(path, curves, radii=None, unit=1.0):

@@ -1,7 +1,9 @@
 // Numbers of a scene from measured shapes and curves: least squares over equilibria, with confidence intervals.
-//   data      a table (CSV). s, x, y, z: places on a rod, at the arc length s of the undeformed rod; names with a dot:
-//             keys of the scene that the row was measured with; other names: observables
-//   residual  (predicted - measured)/sigma, with one sigma for places, and one for each observable,
+//   data      a table (CSV). s, x, y, z: places on a rod, at the arc length s of the undeformed rod; without s: points
+//             anywhere along it, in two or three coordinates; names with a dot: keys of the scene that the row was
+//             measured with; other names: observables
+//   residual  (predicted - measured)/sigma, of points without s their distances across the rod, with one sigma for
+//   places, and one for each observable,
 //             found from the residuals that are left
 //   slopes    of an equilibrium by a number: K v = d residual/dp                                theory.md (104), (105)
 //   interval  value +- t sqrt(diag (J^T J)^-1 s^2), s^2 the mean square of the residuals that is left

@@ -48,6 +48,34 @@ class Centrelines(unittest.TestCase):
     def run_of(self, scene, name):
         return skein.run(scene, self.folder / name, quiet=True)
 
+    def test_files_read_back(self):
+        given, radii = list(curves()), [0.01, 0.011, 0.012, np.linspace(0.01, 0.008, 15)]
+        for suffix in (".csv", ".tsv", ".npz", ".h5", ".swc"):
+            path = write(self.folder / f"rods{suffix}", given, radii, unit=1e-3)
+            found, thick = skein.read_centrelines(path, unit=1e-3)
+            self.assertEqual(len(found), 4, suffix)
+            for curve, own, radius, read in zip(given, found, radii, thick):
+                np.testing.assert_allclose(own, curve, rtol=1e-13)
+                np.testing.assert_allclose(read, radius, rtol=1e-13)
+        table = self.folder / "plane.txt"
+        table.write_text("# from a microscope\nwhich;Diameter;Y;X\nb;2;1;0\na;4;3;2\nb;2;5;4\n\na;4;7;6\n")
+        (b, a), thick = skein.read_centrelines(table, id="which")
+        np.testing.assert_array_equal(b, [[0, 1, 0], [4, 5, 0]])
+        np.testing.assert_array_equal(a, [[2, 3, 0], [6, 7, 0]])
+        np.testing.assert_array_equal(thick[1], [2, 2])
+        self.assertIsNone(skein.read_centrelines(write(self.folder / "bare.csv", given))[1])
+
+    def test_files_that_are_refused(self):
+        for name, text, words in (("a.csv", "x,y\n1,2\n", "names a column of rods"), ("b.csv", "id,x,y\n1,2,three\n", "row 2"), ("c.csv", "id,x,y\n", "no points"),
+                                  ("d.csv", "id,x,y\n1,2\n", "row 2"), ("e.obj", "", "a file of centrelines is")):
+            (self.folder / name).write_text(text)
+            with self.assertRaisesRegex(skein.NotResults, f"{name}.*{words}"):
+                skein.read_centrelines(self.folder / name)
+        for offsets in ([0, 1, 4], [1, 4], [0, 3]):
+            np.savez(self.folder / "f.npz", points=np.zeros((4, 3)), offsets=offsets)
+            with self.assertRaisesRegex(skein.NotResults, "f.npz: offsets"):
+                skein.read_centrelines(self.folder / "f.npz")
+
     def test_rods_of_arrays(self):
         given = list(curves())
         run = self.run_of(self.scene(given, radii=[0.01, 0.011, 0.012, np.linspace(0.01, 0.008, 15)]), "list")
@@ -122,7 +150,7 @@ class Centrelines(unittest.TestCase):
             self.assertIn(told, done.stderr)
 
     def test_the_example_of_the_page(self):
-        example = re.findall(r"```python\n(.*?)```", (ROOT / "docs/traced_files.md").read_text(), re.S)[-1]
+        example = next(text for text in re.findall(r"```python\n(.*?)```", (ROOT / "docs/traced_files.md").read_text(), re.S) if "rods_from" in text)
         try:
             import pandas  # noqa: F401
         except ModuleNotFoundError:

@@ -59,6 +59,26 @@ class Fits(unittest.TestCase):
         self.assertEqual(found.units, {E: "Pa", K: "1/m"})
         self.assertAlmostEqual(found.misfits["places"] / (0.01 * np.ptp(exact["z"])), 1, delta=0.3)
 
+    def test_points_whose_arc_length_is_not_known(self):
+        """Points anywhere along the rod, in space and as an image of its plane has them: errors along the rod count for nothing."""
+        straight = ARM.replace("rest_curvature = [0.0, 1.5, 0.0]", "start_curvature = [0.0, 0.0, 0.0]")
+        exact = shape(straight)
+        size, along = 0.01 * np.ptp(exact["z"]), exact["s"]
+        for names, seeds in (("xyz", 20), ("xz", 20)):
+            within = 0
+            for seed in range(seeds):
+                random = np.random.default_rng(seed)
+                s = random.uniform(0, 0.2, 30)
+                found = skein.fit(straight, {name: np.interp(s, along, exact[name]) + random.normal(0, size, 30) for name in names}, E, threads=1, **{E: 1e6})
+                low, high = found.interval(E)
+                within += low <= YOUNG <= high
+                self.assertLess(high - low, 0.07 * YOUNG)
+                self.assertAlmostEqual(found.misfits["places"] / size, 1, delta=0.5)
+            self.assertTrue(17 <= within, (names, within))
+            self.assertEqual(found.figures["values"], 30 * (len(names) - 1))
+        with self.assertRaisesRegex(skein.RunFailed, "without s two or three"):
+            skein.fit(straight, {"s": along, "x": exact["x"]}, E)
+
     def test_exact_data_give_the_numbers(self):
         found = skein.fit(ARM, shape(), [E, K], threads=1, **{E: 1e6, K: 0.5})
         self.assertAlmostEqual(found[E] / YOUNG, 1, delta=1e-6)
