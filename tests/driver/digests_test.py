@@ -15,7 +15,7 @@ from driver import SKEIN
 
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 KEPT = ROOT / "tests/data/digests.csv"
-STEPS = {"gripper": 40000, "net": 41000, "farm_111797": 16, "ball_on_rods": 20000, "boxes": 20000, "knot": 20000, "minicircle": 20000, "rods_on_box": 20000, "nest_110": 60000, "nest_460": 1000, "nest_1536": 300, "nest_1536_published": 300, **dict.fromkeys(("collision", "rails", "stack"), 20000), "pit_96": 2000, "pit_96_boiling": 2000, "pit_256": 2000,
+STEPS = {"gripper": 40000, "dish": 60000, "knit": 20000, "net": 41000, "farm_111797": 16, "ball_on_rods": 20000, "boxes": 20000, "knot": 20000, "minicircle": 20000, "rods_on_box": 20000, "nest_110": 60000, "nest_460": 1000, "nest_1536": 300, "nest_1536_published": 300, **dict.fromkeys(("collision", "rails", "stack"), 20000), "pit_96": 2000, "pit_96_boiling": 2000, "pit_256": 2000,
          "pit_1024": 100, "pit_1024_friction": 100, "pit_1024_published": 50, "pit_4096": 30, "pit_16384": 10, "swarm_224": 16}  # others: 640
 APART = {"pit_1024", "pit_1024_friction", "pit_1024_published", "pit_4096", "pit_16384", "swarm_224", "nest_460", "nest_1536", "nest_1536_published", "plectoneme", "solenoid"}  # rods that have not touched by then; in other scenes with contact they have
 ONLY_WIDEST = {"pit_256", "pit_1024", "pit_1024_friction", "pit_1024_published", "pit_4096", "pit_16384", "swarm_224", "farm_111797", "nest_110", "nest_460", "nest_1536", "nest_1536_published"}  # at the two widest levels; others at all

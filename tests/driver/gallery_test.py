@@ -36,8 +36,9 @@ CAUSES = {
     "inflow": ["fluid.inflow", "fluid.along_x"],
     "moving_wall": ["fluid.lower_wall_velocity", "fluid.frequency"],
 }
-# Causes that a value outlives: a load that chooses the way in which a rod buckles, which rounding does too; the link of a ring at any rest shape.
-NOT_NEEDED = {("plectoneme", "load"), ("minicircle", "rest_curvature")}
+# Causes that a value outlives: a load that chooses the way in which a rod buckles, which rounding does too; the link of a ring at any rest shape;
+# weight on a dish, which rods carry that pass through each other too.
+NOT_NEEDED = {("plectoneme", "load"), ("minicircle", "rest_curvature"), ("dish", "contact")}
 
 
 def without(scene, path):

@@ -65,7 +65,10 @@ TEST(Plan, HasAtMostTenLines) {
         const SceneSpec scene = read_scene(path.string());
         Plan plan = make_plan(scene, make_whole_groups(scene), {2, 1, 1, 8});
         plan.notes.clear();
-        for (GroupPlan& group : plan.groups) group.hints.clear();
+        for (GroupPlan& group : plan.groups) { // what a file of points or a poor choice adds
+            group.hints.clear();
+            group.deviation = {};
+        }
         const std::string text = to_text(plan, false);
         EXPECT_LE(std::count(text.begin(), text.end(), '\n'), 10) << path << "\n" << text;
         EXPECT_GT(to_text(plan).size(), text.size()) << path;
