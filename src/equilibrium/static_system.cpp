@@ -229,6 +229,7 @@ StaticSystem::Balance StaticSystem::balance(const StaticState& state, bool with_
     out.stiffness = &assembly_.sum(unknowns(), [&] {
         add_blocks(assembly_, state);
         add_body_turns(state);
+        add_turns_of_bearings(state);
     });
     out.asymmetry = assembly_.asymmetry();
     return out;
@@ -345,6 +346,21 @@ void StaticSystem::add_body_turns(const StaticState& state) {
         StiffnessBlock block{};
         add_turn_of_arm(node.arm, lane(state.slot[node.master].director, 0) * loads_.force[node.slot], block);
         if (!is_zero(block)) add_block(assembly_, node.master, node.master, block, state.slot);
+    }
+}
+
+/// A bearing answers the couple about its lab axis, and turns across this axis do not commute.     theory.md (97)
+void StaticSystem::add_turns_of_bearings(const StaticState& state) {
+    for (const std::size_t s : unknowns_.held_about_one()) {
+        if (!loads_.share.has(s)) continue;
+        const Vec3d c = transpose_times(lane(state.slot[s].director, 0), loads_.couple[s]);
+        const double couple[3] = {c.x, c.y, c.z};
+        for (const std::size_t held : {0U, 1U, 2U}) {
+            if (unknowns_.of(s, 3 + held) >= 0) continue;
+            const int i = unknowns_.of(s, 3 + (held + 1) % 3), j = unknowns_.of(s, 3 + (held + 2) % 3);
+            assembly_.add(i, j, -0.5 * couple[held]);
+            assembly_.add(j, i, 0.5 * couple[held]);
+        }
     }
 }
 

@@ -163,6 +163,7 @@ private:
     /// Loads of all slots from those of each rank.
     void gather_loads();
     void add_body_turns(const StaticState& state);
+    void add_turns_of_bearings(const StaticState& state);
     /// Unknowns of rods that stiffness connects.
     std::vector<std::vector<int>> pieces(const Stiffness& stiffness) const;
     /// A row for each unknown: seven motions, and 0 to fill registers.

@@ -47,6 +47,7 @@ void Unknowns::number_rod(const RodGroup& group, std::size_t rod, std::size_t fi
     for (std::size_t k = 0; k < freedom.size(); ++k) {
         rod_of_slot_[first + k] = rod;
         turned_[first + k] = freedom[k].turns_in_lab;
+        if (freedom[k].only_held_axis() >= 0) held_about_one_.push_back(first + k);
         for (std::size_t i = 0; i < slot_unknowns; ++i)
             if (freedom[k].free[i] == 0) number_[first + k][i] = -1;
     }

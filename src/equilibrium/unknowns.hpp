@@ -34,6 +34,8 @@ public:
     /// Number of the free unknown of a plain slot's; -1 where it is held.
     int of(std::size_t slot, std::size_t i) const { return number_[slot][i]; }
     const std::array<int, slot_unknowns>& of(std::size_t slot) const { return number_[slot]; }
+    /// Slots whose element is held about one lab axis and free about both others.
+    const std::vector<std::size_t>& held_about_one() const { return held_about_one_; }
 
     /// Adds a correction to a state, in all slots. `turn`: of elements, body, rad; both as they were applied.
     struct Moves {
@@ -59,7 +61,8 @@ private:
 
     std::vector<std::array<int, slot_unknowns>> number_;
     std::vector<unsigned char> turned_; ///< the turn's unknowns are about lab axes
-    std::vector<long> on_body_;         ///< place in bodies_ of the node's body; -1: none
+    std::vector<std::size_t> held_about_one_;
+    std::vector<long> on_body_; ///< place in bodies_ of the node's body; -1: none
     std::vector<CommonNode> shared_;
     std::vector<Place> place_;
     std::vector<std::size_t> rod_of_slot_;

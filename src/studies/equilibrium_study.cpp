@@ -81,12 +81,13 @@ std::string names_of_neutral(const Equilibrium& one) {
 
 /// Stability of all pieces, and how many are not known.
 std::string stability_text(const EquilibriumReport& r) {
-    if (r.unknown_stability == r.pieces) return "not known, as the loads have no potential";
+    if (r.unknown_stability == r.pieces) return "not known, as the loads or bearings have no potential";
     std::string text = r.unstable == 0 ? "stable" : fmt::format("unstable, {} of {} pieces", r.unstable, r.pieces);
     if (r.asymmetry > 0)
         text += fmt::format(", by the symmetric part of the stiffness; friction adds {:.1g} of it", r.asymmetry);
     if (r.unknown_stability > 0)
-        text += fmt::format("; of {} pieces not known, as the loads have no potential", r.unknown_stability);
+        text +=
+            fmt::format("; of {} pieces not known, as the loads or bearings have no potential", r.unknown_stability);
     return text;
 }
 

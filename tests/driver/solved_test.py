@@ -83,7 +83,7 @@ class Solving(DriverTest):
         document = json.loads(self.solve("equilibrium", "--json", text=TWISTED).stdout)
         self.assertEqual((document["unstable_pieces"], document["unknown_stability"]), (0, 1))
         said = self.solve("equilibrium", "--stable", "--overwrite", text=TWISTED, code=10)
-        self.assertIn("error: the stability of the equilibrium: not known, as the loads have no potential", said.stderr)
+        self.assertIn("error: the stability of the equilibrium: not known, as the loads or bearings have no potential", said.stderr)
         text = self.solve("path", "--along", "rods.rod.material.youngs_modulus", "--to", "3e6", text=TWISTED, out="path").stdout
         self.assertIn("stability not known", text)
         self.assertNotIn(" stable", text)

@@ -171,6 +171,16 @@ TEST(Stiffness, OfHeldAndGuidedPlaces) {
     expect_stiffness(scene_of(rod), "held", true);
 }
 
+TEST(Stiffness, OfElementsHeldAboutLabAxes) {
+    for (const char* axes : {"x", "y", "z", "xy", "yz"}) {
+        RodSpec rod = test::crooked_rod(6);
+        rod.start = EndKind::clamped;
+        rod.hold.elements = {2, 4};
+        rod.hold.axes = axes;
+        expect_stiffness(scene_of(rod), axes, std::string_view(axes).size() == 2);
+    }
+}
+
 TEST(Stiffness, OfEveryLoad) {
     for (const test::LoadExample& example : test::load_examples()) {
         RodSpec rod = test::crooked_rod(6);
