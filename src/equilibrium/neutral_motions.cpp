@@ -75,6 +75,22 @@ Eigen::MatrixXd StaticSystem::rigid_motions(const std::vector<int>& piece, const
     return motions;
 }
 
+RodMotions StaticSystem::motions_of_rods(const StaticState& state) const {
+    RodMotions rods;
+    rods.motion.resize(unknowns(), 6);
+    std::vector<int> own;
+    for (int u = 0; u < unknowns(); ++u) {
+        own.push_back(u);
+        if (u + 1 < unknowns() && unknowns_.place(u + 1).rod == unknowns_.place(u).rod) continue;
+        rods.first.push_back(own.front());
+        const Vec3d middle = centre(own, state);
+        for (const int at : own) rods.motion.row(at) = rigid_motions(at, middle, state).head<6>();
+        own.clear();
+    }
+    rods.first.push_back(unknowns());
+    return rods;
+}
+
 NeutralMotions StaticSystem::neutral(const StaticState& state, const Balance& balance, bool sampled) const {
     NeutralMotions found;
     if (all_gripped_) return found;

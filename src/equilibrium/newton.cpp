@@ -158,7 +158,7 @@ NewtonSolver::Fall NewtonSolver::fall(StaticState& state, const Stiffness& mass,
         }
         const double least = least_shift(*balance.stiffness, mass);
         shift = std::max(shift == 0 ? first_shift(balance, mass) : shift, least);
-        if (!solution_.factorise(balance, shift * mass) || solution_.negative() > 0) {
+        if (!solution_.factorise(state, balance, shift * mass) || solution_.negative() > 0) {
             if (!whole) return fall;
             may_be_whole = false;
             continue;
@@ -364,7 +364,7 @@ void NewtonSolver::count_signs(Equilibrium& result, const StaticState& state) {
     const StaticSystem::Balance balance = system_.sticking_balance(state).first;
     const double least = least_shift(*balance.stiffness, mass);
     const auto below = [&](double share) {
-        solution_.factorise(balance, share * least * mass);
+        solution_.factorise(state, balance, share * least * mass);
         return solution_.negative();
     };
     result.negative = below(1);

@@ -23,7 +23,7 @@ public:
     /// False where the stiffness is singular to working precision. Changes the stiffness of the balance.
     bool factorise(const StaticState& state, StaticSystem::Balance& balance);
     /// With `mass` added to the stiffness, which then resists all motions: none is neutral.
-    bool factorise(const StaticSystem::Balance& balance, const Stiffness& mass);
+    bool factorise(const StaticState& state, const StaticSystem::Balance& balance, const Stiffness& mass);
     Unknown solve(Unknown right) const;
     /// The transpose of solve() of a symmetric stiffness: adjoint(a).dot(b) is a.dot(solve(b)).
     Unknown adjoint(Unknown right) const;
@@ -38,7 +38,7 @@ public:
     double factor_entries() const { return factor_ ? factor_->entries() : 0; }
 
 private:
-    bool factorise(const Stiffness& stiffness, double asymmetry);
+    bool factorise(const StaticState& state, const Stiffness& stiffness, double asymmetry);
 
     const StaticSystem* system_;
     NeutralMotions neutral_;

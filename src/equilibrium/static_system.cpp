@@ -78,6 +78,15 @@ StaticSystem::StaticSystem(std::span<const RodGroup> groups, std::span<const Loc
     if (ranks_ && ranks_->size() > 1 && at_rest_->common_nodes().empty()) share_rods(*ranks_);
 }
 
+bool StaticSystem::is_heap() const {
+    constexpr int least_rods = 1000, most_of_rod = 150; // longer rods bend, which rigid motions do not tell
+    const JointStiffness joint = at_rest_->stiffest_joint();
+    const bool alone = !ranks_ || ranks_->size() == 1, joined = joint.along > 0 || joint.about > 0;
+    const auto rods = static_cast<int>(rods_.size());
+    return contacts_ && alone && !joined && at_rest_->common_nodes().empty() && rods >= least_rods &&
+           unknowns() <= most_of_rod * rods;
+}
+
 void StaticSystem::share_rods(const Communicator& ranks) {
     const auto count = static_cast<std::size_t>(ranks.size());
     std::vector<int> columns;

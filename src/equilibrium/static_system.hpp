@@ -5,6 +5,7 @@
 #include "contact/static_contacts.hpp"
 #include "equilibrium/assembly.hpp"
 #include "equilibrium/factor.hpp"
+#include "equilibrium/two_level_factor.hpp"
 #include "equilibrium/unknowns.hpp"
 #include "kernels/static_rods.hpp"
 
@@ -79,6 +80,9 @@ public:
     static double extent(const StaticState& state);
     const Communicator* ranks() const { return ranks_; }
     bool touches() const { return contacts_ != nullptr; }
+    /// Many short rods that contacts alone couple, on one rank: iterations cost less than a direct factor.
+    bool is_heap() const;
+    RodMotions motions_of_rods(const StaticState& state) const;
     /// Friction with memory acts from here on: its springs are those of this state. Without, all friction is left out.
     void set_reference(const StaticState& state);
     /// The springs of friction go on from this state.

@@ -109,6 +109,22 @@ TEST(NeutralMotions, OfShippedScenes) {
     }
 }
 
+TEST(NeutralMotions, OfAFreeRodAreItsRigidMotions) {
+    const auto one = static_case(rods(10, "free", "linear", 0), {}, 1);
+    const StaticState state = start_of(*one->system, one->groups, one->rods);
+    const Eigen::MatrixXd stiffness(*one->system->balance(state, true).stiffness);
+    const RodMotions all = one->system->motions_of_rods(state);
+    ASSERT_EQ(all.first.size(), 3U);
+    const int count = all.first[1];
+    EXPECT_EQ(count, 63);
+    const auto of_rod = stiffness.topLeftCorner(count, count);
+    for (int m = 0; m < 6; ++m) {
+        const Unknown motion = all.motion.col(m).head(count);
+        EXPECT_GT(motion.norm(), 1) << m;
+        EXPECT_LT((of_rod * motion).norm(), 1e-9 * of_rod.norm() * motion.norm()) << m;
+    }
+}
+
 TEST(NeutralMotions, NeedASampleAloneWhereARodIsClamped) {
     for (const double force : {0.0, 1e-6, 1e-5}) {
         EXPECT_EQ(expect_same(rods(200, "clamped", "incompressible", force), "clamped"), 0) << force;

@@ -2,8 +2,12 @@
 #include "equilibrium/newton.hpp"
 #include "kernels/kernels.hpp"
 #include "loads/end_force.hpp"
+#include "parallel/communicator.hpp"
+#include "scene/scene_file.hpp"
+#include "studies/scene_family.hpp"
 #include "support/scenes_for_tests.hpp"
 
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -78,6 +82,69 @@ TEST(Newton, ConvergesQuadratically) {
             EXPECT_LT(size[i], 5 * size[i - 1] * size[i - 1]);
         }
     }
+}
+
+/// So many pairs of sticks that cross, of which the upper lies on the lower one.
+SceneText crossed_pairs(int pairs) {
+    return {"pairs.toml",
+            fmt::format(R"toml(
+time.duration = 1.0
+[[rods]]
+name = "lower"
+start = "clamped"
+material = {{density = 1000.0, youngs_modulus = 1e7}}
+section.radius = 2e-3
+shape = {{length = 0.05, elements = 3}}
+placement = {{kind = "line", counts = [{0}], spacing = [0.2], origin = [0.0, 0.0, 0.0], tangent = [1, 0, 0]}}
+[[rods]]
+name = "upper"
+start = "clamped"
+material = {{density = 1000.0, youngs_modulus = 1e6}}
+section.radius = 2e-3
+shape = {{length = 0.05, elements = 3}}
+placement = {{kind = "line", counts = [{0}], spacing = [0.2], origin = [0.03, -0.03, 0.0041], tangent = [0, 1, 0]}}
+[[load]]
+kind = "gravity"
+[contact]
+stiffness = 100.0
+friction = "none"
+)toml",
+                        pairs),
+            {}};
+}
+
+TEST(Newton, HeapsAreSolvedByIteration) {
+    int no_words = 0;
+    char** none = nullptr;
+    const MpiSession session(no_words, none); // PETSc is for processes that have MPI
+    const auto one = static_case(crossed_pairs(1), {}, 1), heap = static_case(crossed_pairs(500), {}, 1);
+    EXPECT_FALSE(one->system->is_heap());
+    ASSERT_TRUE(heap->system->is_heap());
+    StaticState single = start_of(*one->system, one->groups, one->rods),
+                many = start_of(*heap->system, heap->groups, heap->rods);
+    const StaticState start = many;
+    const Equilibrium of_one = NewtonSolver(*one->system, {}).find(single, 1),
+                      of_heap = NewtonSolver(*heap->system, {}).find(many, 1);
+    ASSERT_TRUE(of_one.found) << of_one.reason;
+    ASSERT_TRUE(of_heap.found) << of_heap.reason;
+    EXPECT_EQ(of_heap.factor, "sparse factors of rods and rigid motions (conjugate gradients)");
+    EXPECT_EQ(of_heap.negative, 0);
+    EXPECT_EQ(of_one.negative, 0);
+    // The upper stick is bent by the lower one.
+    const std::size_t slots = heap->system->first_slot(1), rods = heap->rods.size();
+    double farthest = 0, moved = 0;
+    for (std::size_t i = 0; i < rods; ++i)
+        for (std::size_t k = 0; k < slots; ++k) {
+            const auto place = [](const StaticState& state, std::size_t s) { return lane(state.slot[s].position, 0); };
+            const std::size_t s = heap->system->first_slot(i) + k,
+                              alike = one->system->first_slot(i < rods / 2 ? 0 : 1) + k;
+            const Vec3d away = place(many, s) - place(start, s),
+                        expected = place(single, alike) - place(start_of(*one->system, one->groups, one->rods), alike);
+            farthest = std::max(farthest, norm(away - expected));
+            moved = std::max(moved, norm(away));
+        }
+    EXPECT_GT(moved, 1e-4);
+    EXPECT_LT(farthest, 1e-9 * 0.05);
 }
 
 } // namespace
