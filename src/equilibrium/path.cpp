@@ -15,6 +15,8 @@ namespace {
 
 constexpr double slope_step = 1e-4; ///< of the range, by which the number is changed for its slopes
 constexpr double most_turn = 1.5;   ///< rad of an element along the tangent
+/// Shares of a step within which points are located. The number goes with the square of the way from a limit point.
+constexpr double near_limit = 1e-5, near_branch = 1e-9;
 
 /// True where nothing is left along neutral motions, in which corrections have no part.
 bool is_balanced(const StaticSolution& solution, const StaticSystem::Balance& balance) {
@@ -168,13 +170,14 @@ std::optional<PathFollower::Place> PathFollower::step(const Place& from, const D
     return {};
 }
 
-std::optional<PathFollower::Place>
-PathFollower::locate(const Place& from, double length, bool (*passed)(const Place& from, const Place& to), double& at) {
+std::optional<PathFollower::Place> PathFollower::locate(const Place& from, double length,
+                                                        bool (*passed)(const Place& from, const Place& to), double near,
+                                                        double& at) {
     double low = 0, high = length;
     std::optional<Place> found;
     // Nothing converges where the stiffness is singular to rounding; a little beside it, something does.
     constexpr std::array shares{0.5, 0.35, 0.65, 0.2, 0.8};
-    for (int i = 0; i < 30 && high - low > 1e-5 * length; ++i) {
+    for (int i = 0; i < 40 && high - low > near * length; ++i) {
         std::optional<Place> there;
         for (const double share : shares) {
             const double middle = low + share * (high - low);
@@ -260,7 +263,8 @@ std::optional<PathPoint> PathFollower::next() {
     const bool limit = turned(now_, *there);
     if (limit || (now_.friction.empty() && changed(now_, *there))) {
         double at = 0;
-        std::optional<Place> critical = limit ? locate(now_, made, turned, at) : locate(now_, made, changed, at);
+        std::optional<Place> critical =
+            limit ? locate(now_, made, turned, near_limit, at) : locate(now_, made, changed, near_branch, at);
         if (critical) {
             // At a branch point the stiffness is singular, and its solution has any share of the other path.
             if (!limit) critical->tangent = between(now_.tangent, there->tangent);

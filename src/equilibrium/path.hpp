@@ -119,9 +119,9 @@ private:
     std::optional<Place> ahead(double& made);
     /// The place where the path leaves its range, about `length` ahead.
     std::optional<Place> last(double end, double length);
-    /// The place within a step at which `test` changes its sign.
+    /// The place within a step from which on `passed` is true, to `near` of the step; `at`: the way there.
     std::optional<Place> locate(const Place& from, double length, bool (*passed)(const Place& from, const Place& to),
-                                double& at);
+                                double near, double& at);
 
     PathFamily& family_;
     PathOptions options_;

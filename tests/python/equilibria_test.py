@@ -201,6 +201,10 @@ class Paths(InFolder):
         self.assertFalse(found.stable[first + 1:second].any())
         self.assertTrue((np.diff(found.length) > 0).all())
 
+    def test_long_steps_locate_a_branch_point_as_short_ones_do(self):
+        loads = [skein.path(COLUMN, LOAD, from_=0, to=to, points=12).branches[0] for to in (4, 16, 64)]
+        self.assertLess(np.ptp(loads), 1e-8 * loads[0])
+
     def test_a_path_that_is_cut_off(self):
         found = skein.path(COLUMN, LOAD, from_=0, to=4, points=5, step=0.1)
         self.assertEqual((len(found), found.complete), (5, False))
