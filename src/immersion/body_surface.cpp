@@ -169,6 +169,12 @@ double distance_from(const Part& part, const Vec3d& place) {
     return norm(place - part.from - share * axis) - part.radius;
 }
 
+double BodySurface::distance(const Vec3d& place) const {
+    double least = HUGE_VAL;
+    for (const Part& part : body_.part) least = std::min(least, distance_from(part, place));
+    return least;
+}
+
 DisplacedVolume displaced_volume(const BodyShape& body) {
     DisplacedVolume sum;
     for (const Part& part : body.part) {
@@ -179,6 +185,36 @@ DisplacedVolume displaced_volume(const BodyShape& body) {
     if (may_overlap(body)) take_overlaps_off(body, sum);
     sum.centre = (1 / sum.volume) * sum.centre;
     return sum;
+}
+
+AddedInertia added_inertia(const DisplacedVolume& displaced) {
+    // Squared half axes of the ellipsoid, over the squared radius of the sphere of its volume.
+    const SymmetricMatrix& about_mass = displaced.inertia;
+    const Vec3d &c = displaced.centre,
+                own = Vec3d{about_mass.xx, about_mass.yy, about_mass.zz} -
+                      displaced.volume * Vec3d{c.y * c.y + c.z * c.z, c.z * c.z + c.x * c.x, c.x * c.x + c.y * c.y};
+    const double sum = own.x + own.y + own.z;
+    Vec3d square = Vec3d{sum - 2 * own.x, sum - 2 * own.y, sum - 2 * own.z};
+    square = (1 / std::cbrt(square.x * square.y * square.z)) * square;
+    // alpha_i = integral over l from 0 on of dl/((a_i^2 + l) (product of a_j^2 + l)^1/2) at a product of half axes of
+    // 1, by l = (s/(1 - s))^2.
+    constexpr int pieces = 2000;
+    Vec3d alpha{0, 0, 0};
+    for (int p = 0; p < pieces; ++p) {
+        const double s = (p + 0.5) / pieces, root = s / (1 - s), l = root * root,
+                     width = 2 * root / ((1 - s) * (1 - s));
+        const Vec3d to = square + Vec3d{l, l, l};
+        const double term = width / (pieces * std::sqrt(to.x * to.y * to.z));
+        alpha += Vec3d{term / to.x, term / to.y, term / to.z};
+    }
+    const auto turning = [](double a, double b, double alpha_a, double alpha_b) { // squared half axes across
+        const double lower = 2 * (a - b) + (a + b) * (alpha_b - alpha_a);
+        return std::abs(a - b) > 1e-6 * (a + b) ? (a - b) * (a - b) * (alpha_b - alpha_a) / ((a + b) * lower) : 0.0;
+    };
+    const auto moving = [](double of) { return of / (2 - of); };
+    return {{moving(alpha.x), moving(alpha.y), moving(alpha.z)},
+            {turning(square.y, square.z, alpha.y, alpha.z), turning(square.z, square.x, alpha.z, alpha.x),
+             turning(square.x, square.y, alpha.x, alpha.y)}};
 }
 
 std::vector<RodMarker> body_markers(const BodyShape& body, double spacing, double retraction) {

@@ -3,6 +3,7 @@
 
 #include "core/principal_axes.hpp"
 #include "immersion/rod_surface.hpp"
+#include "immersion/surface.hpp"
 #include "rod/body_shape.hpp"
 
 #include <vector>
@@ -12,6 +13,17 @@ namespace skein {
 /// Signed distance of a place from a part, m, above 0 outside; lengths as in BodyShape.
 double distance_from(const BodyShape::Part& part, const Vec3d& place);
 
+/// Surface of all parts, about the centre of mass and along the principal axes.
+class BodySurface final : public Surface {
+public:
+    explicit BodySurface(const BodyShape& body) : body_(body) {}
+    double distance(const Vec3d& place) const override;
+    Vec3d extent() const override { return {body_.reach, body_.reach, body_.reach}; }
+
+private:
+    BodyShape body_;
+};
+
 /// Volume that a body displaces, m^3, its centre, m, and its second moments, the inertia for a density of 1, m^5. All
 /// are about the centre of mass and along the principal axes of the body. Parts that overlap count once.
 struct DisplacedVolume {
@@ -20,6 +32,13 @@ struct DisplacedVolume {
     SymmetricMatrix inertia;
 };
 DisplacedVolume displaced_volume(const BodyShape& body);
+
+/// Inertia of the fluid around a body that accelerates, over that of the displaced fluid: by direction, and about the
+/// axes over the sum of squares of what lies across, Lamb's for the ellipsoid of the same second moments.
+struct AddedInertia {
+    Vec3d linear, angular;
+};
+AddedInertia added_inertia(const DisplacedVolume& displaced);
 
 /// Markers about a cell apart and `retraction` [m] within the surface, none within another part. Parts thinner than a
 /// cell have markers on their axis or in their middle plane.

@@ -23,6 +23,13 @@ public:
         if (flat_) return (power<2>(s + a_) - power<2>(s - a_)) / (4 * a_);
         return corners<3>(s) / (24 * a_ * b_);
     }
+    /// Share of the face where s is above 0.
+    double of_sign(double s) const {
+        if (s >= a_ + b_) return 1;
+        if (s <= -a_ - b_) return 0;
+        if (flat_) return std::min(std::max(s + a_, 0.0) / (2 * a_), 1.0);
+        return corners<2>(s) / (8 * a_ * b_);
+    }
     double of_square(double s) const {
         if (s >= a_ + b_) return 0.5 * s * s + (a_ * a_ + b_ * b_) / 6;
         if (s <= -a_ - b_) return 0;
@@ -53,6 +60,7 @@ CutWeights cut_weights(double distance, const Vec3d& normal, int component, cons
     const FaceMeans mean(half_width(component + 1), half_width(component + 2));
     CutWeights weights{.open = mean.of_distance(distance)};
     if (weights.closed()) return weights;
+    weights.closed_share = 1 - mean.of_sign(distance);
     const double f = weights.open, q = mean.of_square(distance);
     constexpr double along_surface = 1e-3; // cosine below which both neighbours are about as far from the surface
     for (int d = 0; d < 3; ++d) {

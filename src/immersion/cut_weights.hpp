@@ -12,6 +12,7 @@ namespace skein {
 /// fluid.
 struct CutWeights {
     double open = 0; ///< mean of the distance from the surface over the open part of the face; about 0: it is closed
+    double closed_share = 0; ///< of the face, within the body
     double excess = 0;
     std::array<double, 3> ahead{};
 

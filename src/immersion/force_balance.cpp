@@ -60,7 +60,22 @@ void ForceBalance::start_inner_fluid() {
     });
 }
 
-void ForceBalance::begin_step(double lag) {
+void ForceBalance::begin_step_of_sharp(std::size_t i, const RodCopy& body, const RigidMotion& slip) {
+    const RodGroup& group = group_of(i);
+    const InertiaInFluid& inertia = inertia_of(i);
+    SlotExchange& slot = exchange_[loads_->first(i)];
+    SlotStep& step = step_[loads_->first(i)];
+    const Mat3d& frame = body.frames[0];
+    const Vec3d pull = (inertia.of_nodes[0].added * group.node_mass[0]) * slip.velocity,
+                turn = transpose_times(
+                    frame, scale(scale(inertia.of_elements[0].added, group.element[0].inertia), frame * slip.spin));
+    step.impulse = slot.residual_impulse + slot.added_momentum + pull;
+    step.angular_impulse = slot.residual_angular_impulse + slot.added_angular_momentum + turn;
+    slot.residual_impulse = -pull;
+    slot.residual_angular_impulse = -turn;
+}
+
+void ForceBalance::begin_step(double lag, const std::function<RigidMotion(std::size_t i)>& slip) {
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             SlotStep& slot = step_[loads_->first(i) + k];
@@ -71,6 +86,7 @@ void ForceBalance::begin_step(double lag) {
         BodyStep& body = body_step_[loads_->first(i)];
         body.momentum = body_momentum(i, rod);
         body.frame = rod.frames[0];
+        if (inertia_of(i).sharp) begin_step_of_sharp(i, rod, slip(i));
     });
 }
 
@@ -169,8 +185,17 @@ void ForceBalance::add_impulses(std::size_t i, const RodCopy& rod, const Stage& 
     for (std::size_t k = 0; k < load.size(); ++k) {
         const SlotExchange& slot = exchange_[loads_->first(i) + k];
         SlotStep& step = step_[loads_->first(i) + k];
-        step.own_impulse = (group.node_mass[k] * stage.length) * buoyancy +
-                           (share * theta(inertia.of_nodes[k].relaxation)) * slot.added_momentum;
+        step.own_impulse = (group.node_mass[k] * stage.length) * buoyancy;
+        if (inertia.sharp) {
+            step.own_impulse += share * step.impulse;
+            step.own_angular_impulse =
+                share * step.angular_impulse + cross(transpose_times(rod.frames[0], inertia.buoyancy_centre),
+                                                     (group.node_mass[k] * stage.length) * buoyancy);
+            load[k].push = per_length * step.own_impulse;
+            load[k].couple = per_length * step.own_angular_impulse;
+            break;
+        }
+        step.own_impulse += (share * theta(inertia.of_nodes[k].relaxation)) * slot.added_momentum;
         load[k].push = per_length * (load[k].push + slot.residual_impulse + step.own_impulse);
         load[k].drag = per_length * load[k].drag;
         if (k == group.element.size()) break;
@@ -194,7 +219,8 @@ void ForceBalance::find_mean_velocities(double length, double lag, std::span<Vec
     });
 }
 
-void ForceBalance::end_stage(std::span<const Vec3d> changes) {
+void ForceBalance::end_stage(std::span<const Vec3d> changes,
+                             const std::function<GivenBySurface(std::size_t i)>& given) {
     for (std::size_t i = 0; i < rods_.rods().local().size(); ++i) {
         const RodGroup& group = group_of(i);
         const std::size_t first = loads_->first(i);
@@ -211,6 +237,11 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes) {
             slots[ImmersedRods::second_slot(marker, slots.size())].residual_impulse -= marker.along * given;
             slots[marker.element].residual_angular_impulse -= cross(off_[m], given);
         });
+        if (inertia_of(i).sharp) {
+            const GivenBySurface by = given(i);
+            slots.front().residual_impulse -= by.linear;
+            slots.front().residual_angular_impulse -= by.angular;
+        }
         if (group.closed()) {
             slots.front().residual_impulse += slots.back().residual_impulse;
             slots.back().residual_impulse = {0, 0, 0};

@@ -20,6 +20,7 @@
 #include "immersion/fluid_loads.hpp"
 #include "immersion/immersed_rods.hpp"
 #include "immersion/inertia_in_fluid.hpp"
+#include "immersion/rigid_fit.hpp"
 #include "parallel/communicator.hpp"
 #include "skein/core/index.hpp"
 
@@ -68,16 +69,21 @@ public:
     /// Responses of markers of own rods, by their number.
     using Responses = std::function<MarkerResponse(std::size_t marker)>;
 
-    /// Saves the rates of rods at the begin of a step.
-    void begin_step(double lag);
+    /// Momentum and moment of it that a body with a sharp surface gives the fluid, kg m/s, kg m^2/s.
+    struct GivenBySurface {
+        Vec3d linear, angular;
+    };
+    /// Saves the rates of rods at the begin of a step. `slip`: motion of the fluid within own body i, which has a sharp
+    /// surface, relative to the body.
+    void begin_step(double lag, const std::function<RigidMotion(std::size_t i)>& slip);
     /// Sets the loads of a stage by (89).
     void begin_stage(const Stage& stage, double lag, const Responses& responses);
     /// Takes back what rods have received in the stage, which they begin once more.
     void forget_received();
     /// Sets velocities of markers to their means over a stage of this length, s, at the end of which rods are.
     void find_mean_velocities(double length, double lag, std::span<Vec3d> velocities);
-    /// Advances D by (90), from the changes of velocity at markers.
-    void end_stage(std::span<const Vec3d> changes);
+    /// Advances D by (90), from the changes of velocity at markers, and what own body i has given by a sharp surface.
+    void end_stage(std::span<const Vec3d> changes, const std::function<GivenBySurface(std::size_t i)>& given);
     /// Advances L by (88a).
     void end_step(double lag);
 
@@ -99,7 +105,11 @@ private:
         Vec3d spin{0, 0, 0};                ///< rad/s, body, at the begin of the step
         Vec3d own_impulse{0, 0, 0};         ///< N s, part of the stage's load that fluid and markers do not exert
         Vec3d own_angular_impulse{0, 0, 0}; ///< N m s, same part of the couple
+        Vec3d impulse{0, 0, 0};             ///< N s, of a body with a sharp surface in the whole step
+        Vec3d angular_impulse{0, 0, 0};     ///< N m s, of it, lab
     };
+    /// Sets the impulses of a body with a sharp surface for the whole step, (145).
+    void begin_step_of_sharp(std::size_t i, const RodCopy& body, const RigidMotion& slip);
     /// Momentum that a body has besides the fluid within it, about its centre of mass, lab.
     struct BodyMomentum {
         Vec3d linear, angular; ///< kg m/s, kg m^2/s

@@ -1,6 +1,18 @@
 #include "immersion/immersed_kinds.hpp"
 
+#include "rod/body_shape.hpp"
+
+#include <algorithm>
+
 namespace skein {
+
+bool ImmersedKinds::sharp(const RodGroup& group) const {
+    const BodyShape* const body = group.body();
+    if (!numbers_.sharp_bodies || !body) return false;
+    return std::all_of(body->part.begin(), body->part.end(), [&](const BodyShape::Part& part) {
+        return part.radius + std::min({part.half.x, part.half.y, part.half.z}) >= grid_.h;
+    });
+}
 
 const ImmersedKinds::Kind& ImmersedKinds::of(const RodGroup& group, std::int64_t i) const {
     constexpr std::int64_t all = -1;
@@ -9,9 +21,11 @@ const ImmersedKinds::Kind& ImmersedKinds::of(const RodGroup& group, std::int64_t
     std::unique_ptr<const Kind>& kept = kinds_[{group.id(), rod}];
     if (kept) return *kept;
     const RodGroup& own = group.kind(i);
-    Kind kind{rod_markers(own, grid_, numbers_.retraction), nullptr};
+    Kind kind{sharp(own) ? std::vector<RodMarker>() : rod_markers(own, grid_, numbers_.retraction), nullptr};
     if (numbers_.feels_fluid)
-        kind.inertia = std::make_shared<const InertiaInFluid>(own, kind.markers, numbers_.density, numbers_.has_inner);
+        kind.inertia = sharp(own) ? std::make_shared<const InertiaInFluid>(own, numbers_.density, numbers_.has_inner)
+                                  : std::make_shared<const InertiaInFluid>(own, kind.markers, numbers_.density,
+                                                                           numbers_.has_inner);
     kept = std::make_unique<const Kind>(std::move(kind));
     return *kept;
 }

@@ -17,17 +17,20 @@ namespace skein {
 class ImmersedKinds {
 public:
     struct Numbers {
-        double retraction = 0;    ///< of markers within the surface, m
-        double density = 0;       ///< of the fluid, kg/m^3
-        bool has_inner = true;    ///< the fluid within moves with the rods
-        bool feels_fluid = false; ///< rods feel it
+        double retraction = 0;     ///< of markers within the surface, m
+        double density = 0;        ///< of the fluid, kg/m^3
+        bool has_inner = true;     ///< the fluid within moves with the rods
+        bool feels_fluid = false;  ///< rods feel it
+        bool sharp_bodies = false; ///< rigid bodies that are thick enough have sharp surfaces, not markers
     };
     ImmersedKinds(const FluidGrid& grid, const Numbers& numbers) : grid_(grid), numbers_(numbers) {}
 
     struct Kind {
-        std::vector<RodMarker> markers;
+        std::vector<RodMarker> markers;                ///< empty at a sharp surface
         std::shared_ptr<const InertiaInFluid> inertia; ///< null where rods do not feel the fluid
     };
+    /// True for bodies with sharp surfaces: all parts are two cells thick at least.
+    bool sharp(const RodGroup& group) const;
     /// Markers and inertia of rod i of a group; of a group that is RodGroup::kind, those of its rod, whatever i. Any
     /// thread may ask.
     const Kind& of(const RodGroup& group, std::int64_t i) const;

@@ -16,6 +16,10 @@ ImmersedRods::ImmersedRods(std::span<const RodGroup> groups, const Rods& rods,
     };
     for (const RodGroup& group : groups_) {
         OfGroup& of = groups_in_scene_.emplace_back(OfGroup{first, {}, 0});
+        const bool sharp = kinds_->sharp(group);
+        first_sharp_.push_back(sharp ? static_cast<std::int64_t>(groups_of_sharp_.size()) : -1);
+        if (sharp) groups_of_sharp_.resize(groups_of_sharp_.size() + to_index(group.count()), first_sharp_.size() - 1);
+        has_markers_ |= !sharp;
         if (!group.heterogeneous()) {
             of.of_each = markers(group, 0);
             first += group.count() * of.of_each;
@@ -42,6 +46,12 @@ void ImmersedRods::rebind(const Rods& rods) {
         kind_.push_back(&kinds_->of(group, rod.index));
         before_.push_back(before_.back() + kind_.back()->markers.size());
     }
+}
+
+std::int64_t ImmersedRods::sharp_number(std::size_t i) const {
+    const LocalRod& own = rods_->local()[i];
+    const std::int64_t first = nth(first_sharp_, own.group);
+    return first < 0 ? -1 : first + own.index;
 }
 
 void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const {

@@ -24,6 +24,15 @@ public:
     std::size_t bodies() const { return groups_.size(); }
     /// Number of markers of own rods.
     std::size_t count() const { return before_.back(); }
+    /// True if some rod or body of the scene has markers.
+    bool has_markers() const { return has_markers_; }
+    /// Bodies of the scene with sharp surfaces.
+    std::size_t sharp_bodies() const { return groups_of_sharp_.size(); }
+    /// Group of a body with a sharp surface.
+    const RodGroup& group_of_sharp(std::size_t sharp) const { return groups_[groups_of_sharp_[sharp]]; }
+    std::size_t group_number_of_sharp(std::size_t sharp) const { return groups_of_sharp_[sharp]; }
+    /// Number of local()[i] among the bodies with sharp surfaces; -1: it is none.
+    std::int64_t sharp_number(std::size_t i) const;
     /// Appends markers of rods as they are now; positions lag behind rates by `lag` [s].
     void place(double lag, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const;
     /// Calls f(m, marker) for the markers of local()[i], m being their number among count().
@@ -70,6 +79,9 @@ private:
         std::int64_t of_rod(std::int64_t i) const { return first + (before.empty() ? i * of_each : nth(before, i)); }
     };
     std::vector<OfGroup> groups_in_scene_;
+    std::vector<std::int64_t> first_sharp_;    ///< by group: of its bodies with sharp surfaces; -1: it has none
+    std::vector<std::size_t> groups_of_sharp_; ///< by body with a sharp surface
+    bool has_markers_ = false;
     std::vector<std::size_t> all_;                 ///< numbers of own rods
     std::vector<std::size_t> before_;              ///< by own rod: markers of own rods before it
     std::vector<const RodGroup*> constants_;       ///< by own rod

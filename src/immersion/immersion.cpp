@@ -1,9 +1,11 @@
 #include "immersion/immersion.hpp"
 
 #include "core/timer.hpp"
+#include "immersion/body_surface.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 namespace skein {
@@ -25,7 +27,8 @@ SharpBody sharp_body(const Obstacle& obstacle) {
 
 } // namespace
 
-/// Surfaces act first, so that markers of rods feel the flow around them.
+/// Surfaces act first, so that markers of rods feel the flow around them. Those of free bodies act where rods and
+/// bodies have come to the end of a stage.
 class Immersion::AllBodies final : public StageForcing {
 public:
     explicit AllBodies(Immersion& of) : of_(of) {}
@@ -34,11 +37,19 @@ public:
         if (of_.has_markers()) of_.forcing_.add_held_forces(stage);
     }
     void sample(const FlowStage& stage) override {
-        of_.surfaces_->act(stage);
-        if (of_.has_markers()) of_.forcing_.sample(stage);
+        if (!of_.has_sharp_bodies()) of_.surfaces_->act(stage);
+        if (!of_.has_markers()) return;
+        if (!of_.has_sharp_bodies()) return of_.forcing_.sample(stage);
+        FlowStage other = stage; // surfaces need the velocities at its begin
+        for (std::size_t c = 0; c < 3; ++c) {
+            scratch_[c].resize(of_.pencils_.layout().size());
+            other.scratch[c] = scratch_[c].data();
+        }
+        of_.forcing_.sample(other);
     }
     void apply(const FlowStage& stage) override {
         if (stage.response) return apply_implicitly(stage);
+        if (of_.has_sharp_bodies()) of_.surfaces_->act(stage);
         if (of_.has_markers()) of_.forcing_.apply(stage);
     }
     bool changed(int plane) const override {
@@ -53,6 +64,7 @@ private:
     }
 
     Immersion& of_;
+    std::array<AlignedVector<double>, 3> scratch_; ///< of markers beside free bodies with sharp surfaces
 };
 
 Immersion::~Immersion() = default;
@@ -76,9 +88,13 @@ Immersion::Immersion(const Communicator& comm, const Threads& threads, const Flu
         } else about_centre_.back() = obstacles_[o].markers(grid_);
         obstacle_markers_ += static_cast<std::int64_t>(about_centre_.back().size());
     }
+    for (std::size_t b = 0; has_sharp_bodies() && b < rods_->sharp_bodies(); ++b)
+        sharp.push_back({std::make_unique<BodySurface>(*rods_->group_of_sharp(b).body()), {}, true});
     if (sharp.empty()) return;
     surfaces_.emplace(comm, threads, grid, numbers.kinematic_viscosity, std::move(sharp), across);
     all_ = std::make_unique<AllBodies>(*this);
+    note_motions();
+    take_motions();
 }
 
 void Immersion::place(double time, Markers& markers) const {
@@ -92,6 +108,54 @@ void Immersion::place(double time, Markers& markers) const {
     }
 }
 
+std::vector<BodyMotion> Immersion::present_motions() const {
+    std::vector<BodyMotion> of_own(rods_->rods().local().size());
+    rods_->read(lag_, [&](int, std::size_t i, const RodCopy& rod) {
+        if (rods_->sharp_number(i) < 0) return;
+        const Mat3d& frame = rod.frames[0];
+        of_own[i] = {lane(rod.state[0].position, 0) - box_shift_, lane(rod.state[0].velocity, 0),
+                     transpose_times(frame, lane(rod.state[0].spin, 0)), frame};
+    });
+    using Record = std::array<double, sizeof(BodyMotion) / sizeof(double)>;
+    std::vector<double> mine;
+    for (std::size_t i = 0; i < of_own.size(); ++i) {
+        if (rods_->sharp_number(i) < 0) continue;
+        mine.push_back(static_cast<double>(rods_->sharp_number(i)));
+        const auto numbers = std::bit_cast<Record>(of_own[i]);
+        mine.insert(mine.end(), numbers.begin(), numbers.end());
+    }
+    const std::vector<double> all = comm_.all_gather(mine);
+    std::vector<BodyMotion> motions(rods_->sharp_bodies());
+    for (std::size_t at = 0; at < all.size(); at += 1 + std::tuple_size_v<Record>) {
+        Record numbers;
+        std::copy_n(&all[at + 1], numbers.size(), numbers.begin());
+        motions[static_cast<std::size_t>(all[at])] = std::bit_cast<BodyMotion>(numbers);
+    }
+    return motions;
+}
+
+void Immersion::note_motions() {
+    if (has_sharp_bodies()) at_begin_ = present_motions();
+}
+
+void Immersion::take_motions() {
+    if (!has_sharp_bodies()) return;
+    const std::vector<BodyMotion> now = present_motions();
+    for (std::size_t b = 0; b < now.size(); ++b) surfaces_->set_motion(sharp_.size() + b, at_begin_[b], now[b]);
+}
+
+void Immersion::begin_step(double time, const std::array<const double*, 3>& velocity) {
+    const Timers::Guard timing(seconds_);
+    std::vector<RigidMotion> motions;
+    if (has_sharp_bodies()) {
+        for (std::size_t b = 0; b < at_begin_.size(); ++b)
+            surfaces_->set_motion(sharp_.size() + b, at_begin_[b], at_begin_[b]);
+        motions = surfaces_->inner_motions(time, velocity);
+    }
+    balance_->begin_step(lag_,
+                         [&](std::size_t i) { return motions[sharp_.size() + to_index(rods_->sharp_number(i))]; });
+}
+
 void Immersion::begin_stage(const ForceBalance::Stage& stage) {
     const Timers::Guard timing(seconds_);
     const std::size_t others = forcing_.markers().count() - rods_->count();
@@ -103,9 +167,13 @@ void Immersion::find_marker_velocities(const ForceBalance::Stage& stage) {
     balance_->find_mean_velocities(stage.length, lag_, of_rods(forcing_.markers().velocity));
 }
 
-void Immersion::end_stage() {
+void Immersion::end_stage(double density) {
     const Timers::Guard timing(seconds_);
-    balance_->end_stage(of_rods(forcing_.changes()));
+    balance_->end_stage(of_rods(forcing_.changes()), [&](std::size_t i) -> ForceBalance::GivenBySurface {
+        const SharpForcing::Given& given =
+            surfaces_->given_in_stage()[sharp_.size() + to_index(rods_->sharp_number(i))];
+        return {density * given.linear, density * given.angular};
+    });
 }
 
 /// Each marker belongs to the rank that has its cell.
@@ -155,7 +223,7 @@ void Immersion::restore_held(std::span<const double> saved) {
 Vec3d Immersion::given_by_obstacle(std::size_t obstacle) const {
     const auto sharp = std::find(sharp_.begin(), sharp_.end(), obstacle);
     if (sharp == sharp_.end()) return forcing_.given()[obstacle];
-    return surfaces_->given()[static_cast<std::size_t>(sharp - sharp_.begin())];
+    return surfaces_->given()[static_cast<std::size_t>(sharp - sharp_.begin())].linear;
 }
 
 Vec3d Immersion::force_on_obstacle(std::size_t obstacle, double density, double time) const {
@@ -168,7 +236,10 @@ Vec3d Immersion::force_on_obstacle(std::size_t obstacle, double density, double 
 
 Vec3d Immersion::force_on_rods(std::size_t group, double density, double time) const {
     if (!(time > from_)) return {0, 0, 0};
-    return (-density / (time - from_)) * forcing_.given()[obstacles_.size() + group];
+    Vec3d given = forcing_.given()[obstacles_.size() + group];
+    for (std::size_t b = 0; b < rods_->sharp_bodies(); ++b)
+        if (rods_->group_number_of_sharp(b) == group) given += surfaces_->given()[sharp_.size() + b].linear;
+    return (-density / (time - from_)) * given;
 }
 
 } // namespace skein

@@ -7,6 +7,7 @@
 #include "immersion/obstacle.hpp"
 #include "immersion/sharp_forcing.hpp"
 
+#include <array>
 #include <memory>
 #include <optional>
 #include <utility>
@@ -27,7 +28,7 @@ public:
     DirectForcing& forcing() { return forcing_; }
     const DirectForcing& forcing() const { return forcing_; }
     /// True if some body acts by markers.
-    bool has_markers() const { return rods_ || sharp_.size() < obstacles_.size(); }
+    bool has_markers() const { return (rods_ && rods_->has_markers()) || sharp_.size() < obstacles_.size(); }
     ImmersedRods* rods() { return rods_.get(); }
     const std::vector<Obstacle>& obstacles() const { return obstacles_; }
     /// Sets the time by which positions of rods lag behind their rates, s.
@@ -40,6 +41,12 @@ public:
     void set_balance(std::unique_ptr<ForceBalance> balance) { balance_ = std::move(balance); }
     ForceBalance* balance() { return balance_.get(); }
     const ForceBalance* balance() const { return balance_.get(); }
+    /// Before rods begin a stage: keeps the motion of bodies with sharp surfaces.
+    void note_motions();
+    /// When rods have come to the end of a stage, before FlowSolver::end_stage(): puts these bodies there. Collective.
+    void take_motions();
+    /// Two-way coupling, before a step of the fluid, whose velocities these are. Collective.
+    void begin_step(double time, const std::array<const double*, 3>& velocity);
     /// Two-way coupling, before FlowSolver::begin_stage(): puts markers to their places at the end of the stage by
     /// their present velocities.
     void expect_stage(const ForceBalance::Stage& stage) { ahead_ = stage.length; }
@@ -48,7 +55,7 @@ public:
     /// Two-way coupling, before FlowSolver::end_stage(): sets velocities of markers by the way that rods have gone.
     void find_marker_velocities(const ForceBalance::Stage& stage);
     /// Two-way coupling, after FlowSolver::end_stage(): finds the residual impulses.
-    void end_stage();
+    void end_stage(double density);
 
     /// Forces of implicit stages at markers and surfaces: HeldVectors::saved(). Collective.
     std::vector<double> saved_held() const;
@@ -81,6 +88,9 @@ private:
     class AllBodies;
     void place(double time, Markers& markers) const;
     void place_obstacles(double time, Markers& markers) const;
+    bool has_sharp_bodies() const { return rods_ && rods_->sharp_bodies() > 0; }
+    /// Motions of all bodies with sharp surfaces as they are now. Collective.
+    std::vector<BodyMotion> present_motions() const;
     /// Part of a vector over markers that belongs to own rods; markers of obstacles come first.
     template <class Vectors> auto of_rods(Vectors& of_markers) const {
         return std::span(of_markers).last(rods_->count());
@@ -98,7 +108,8 @@ private:
     std::int64_t obstacle_markers_ = 0;
     std::unique_ptr<ImmersedRods> rods_;
     DirectForcing forcing_;
-    std::optional<SharpForcing> surfaces_;  ///< absent without sharp surfaces
+    std::vector<BodyMotion> at_begin_;      ///< of bodies with sharp surfaces, when the stage began
+    std::optional<SharpForcing> surfaces_;  ///< absent without sharp surfaces; obstacles come first
     std::unique_ptr<StageForcing> all_;     ///< markers and surfaces; null without sharp surfaces
     std::unique_ptr<ForceBalance> balance_; ///< null without two-way coupling
     double from_ = 0, lag_ = 0, ahead_ = 0; ///< s

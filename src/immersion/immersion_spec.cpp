@@ -2,6 +2,18 @@
 
 namespace skein {
 
+namespace {
+
+void visit_surface(FieldVisitor& f, SurfaceKind& surface) {
+    f.choice({.name = "body_surface",
+              .unit = "",
+              .text = "rigid bodies act on the fluid by markers, spread over three cells, or by sharp surfaces as "
+                      "obstacles do; bodies with a part thinner than two cells have markers in any case"},
+             surface, surface_names);
+}
+
+} // namespace
+
 void ImmersionSpec::fields(FieldVisitor& f) {
     f.choice({.name = "delta",
               .unit = "",
@@ -43,6 +55,7 @@ void ImmersionSpec::fields(FieldVisitor& f) {
          .at_least = 0,
          .at_most = 2},
         retraction);
+    visit_surface(f, body_surface);
     f.choice({.name = "coupling",
               .unit = "",
               .text =

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "immersion/direct_forcing.hpp"
+#include "immersion/obstacle.hpp"
 #include "skein/core/fields.hpp"
 
 #include <string_view>
@@ -32,7 +33,8 @@ struct ImmersionSpec {
     double slip = 0;         ///< m/s
     double retraction = 0.4; ///< depth of markers in rods over the spacing of the grid
     RodCoupling coupling = RodCoupling::two_way;
-    bool inner_inertia = true; ///< fluid within rods bears its own inertia
+    SurfaceKind body_surface = SurfaceKind::markers; ///< of rigid bodies
+    bool inner_inertia = true;                       ///< fluid within rods bears its own inertia
 
     /// Numbers for a fluid of a density, kg/m^3.
     ForcingNumbers numbers(double density) const {

@@ -86,6 +86,31 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
         of_elements.push_back(shares(scale(turning[i], group.element[i].inv_inertia)));
 }
 
+InertiaInFluid::InertiaInFluid(const RodGroup& bodies, double density, bool has_inner) : density_ratio(0), sharp(true) {
+    const BodyShape& body = *bodies.body();
+    const DisplacedVolume displaced = displaced_volume(body);
+    const AddedInertia around = added_inertia(displaced);
+    const double mass = density * displaced.volume;
+    density_ratio = mass / body.mass;
+    buoyancy_centre = displaced.centre;
+    const SymmetricMatrix j = times(density, displaced.inertia);
+    if (has_inner) inner = {mass, displaced.centre, j};
+    // Kicks feel the inertia that accelerations of this step will have had when the flow has answered. theory.md (145)
+    const auto of = [&](double own, double of_fluid, double times) {
+        constexpr double least = 0.25; // of the displaced fluid's
+        const double displaced_share = has_inner ? of_fluid / own : 0,
+                     effective = std::max(1 - displaced_share + (1 + times) * of_fluid / own, least * of_fluid / own);
+        return InertiaShares<double>{displaced_share, effective, effective - (1 - displaced_share), 1};
+    };
+    of_nodes.push_back(of(body.mass, mass, (around.linear.x + around.linear.y + around.linear.z) / 3));
+    const auto x = of(body.inertia.x, j.xx, around.angular.x), y = of(body.inertia.y, j.yy, around.angular.y),
+               z = of(body.inertia.z, j.zz, around.angular.z);
+    of_elements.push_back({{x.displaced, y.displaced, z.displaced},
+                           {x.effective, y.effective, z.effective},
+                           {x.added, y.added, z.added},
+                           {1, 1, 1}});
+}
+
 void InertiaInFluid::take_body(const BodyShape& body, std::span<const RodMarker> markers, double density,
                                bool has_inner) {
     const DisplacedVolume displaced = displaced_volume(body);

@@ -10,6 +10,15 @@
 
 namespace skein {
 
+namespace {
+
+/// Vector of one component.
+Vec3d along(int component, double value) {
+    return {component == 0 ? value : 0, component == 1 ? value : 0, component == 2 ? value : 0};
+}
+
+} // namespace
+
 SharpForcing::SharpForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid,
                            double kinematic_viscosity, std::vector<SharpBody> bodies, int across)
     : SharpForcing(comm, threads, grid, kinematic_viscosity, std::move(bodies),
@@ -19,7 +28,7 @@ SharpForcing::SharpForcing(const Communicator& comm, const Threads& threads, con
                            double kinematic_viscosity, std::vector<SharpBody> bodies, const Pencils& pencils)
     : comm_(comm), threads_(threads), h_(grid.h), viscosity_(kinematic_viscosity), cells_(grid.cells),
       rows_(pencils.rows()), planes_(pencils.planes()), layout_(pencils.layout()),
-      nodes_(threads, grid, pencils, std::move(bodies)), given_(nodes_.bodies(), Vec3d{0, 0, 0}) {}
+      nodes_(threads, grid, pencils, std::move(bodies)), given_(nodes_.bodies()), of_stage_(nodes_.bodies()) {}
 
 double SharpForcing::pull_of(const SharpNode& node, const std::array<double*, 3>& fields) const {
     const double* const field = nth(fields, node.component) + node.at;
@@ -30,14 +39,19 @@ double SharpForcing::pull_of(const SharpNode& node, const std::array<double*, 3>
     return pull;
 }
 
+void SharpForcing::add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row) {
+    const std::uint32_t of = 3 * node.body + node.component;
+    if (next_row || sums.back().of != of) sums.push_back({0, {0, 0, 0}, of});
+    sums.back().change += change;
+    sums.back().moment += cross(node.arm, along(node.component, change));
+}
+
 void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums) const {
     const double per_excess = stage.dt * viscosity_ / (h_ * h_);
     std::int32_t row = -1;
     const auto give = [&](const SharpNode& node, double change) {
-        const std::uint32_t of = 3 * node.body + node.component;
-        if (node.row != row || sums.back().of != of) sums.push_back({0, of});
+        add(node, change, sums, node.row != row);
         row = node.row;
-        sums.back().change += change;
     };
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         const SharpNode& node = nodes[n];
@@ -48,26 +62,29 @@ void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& sta
             continue;
         }
         std::size_t last = n;
-        double weight = 1, sum = u;
-        for (;; ++last) {
-            const double a = per_excess * nodes[last].excess;
-            weight += a;
-            sum += per_excess * pull_of(nodes[last], stage.scratch);
-            if (!nodes[last].again) break;
+        double closed = node.closed;
+        for (; nodes[last].again; ++last) closed += nodes[last + 1].closed;
+        const double open = std::max(0.0, 1 - closed), per_closed = closed > 1 ? 1 / closed : 1, before = u,
+                     rate = before - nth(stage.scratch, node.component)[node.at], exchange = open * per_excess;
+        // The closed part of a face moves with the body, whatever the rates of the fluid are there.
+        const auto carried = [&](const SharpNode& m) { return per_closed * m.closed * (m.gain - rate); };
+        double weight = 1, sum = before;
+        for (std::size_t m = n; m <= last; ++m) {
+            weight += exchange * nodes[m].excess;
+            sum += carried(nodes[m]) + exchange * pull_of(nodes[m], stage.scratch);
         }
-        const double before = u;
         u = sum / weight; // theory.md (139)
         if (last == n) give(node, u - before);
         else
             for (std::size_t m = n; m <= last; ++m)
-                give(nodes[m], per_excess * (pull_of(nodes[m], stage.scratch) - nodes[m].excess * u));
+                give(nodes[m], carried(nodes[m]) + exchange * (pull_of(nodes[m], stage.scratch) - nodes[m].excess * u));
         n = last;
     }
 }
 
 void SharpForcing::act(const FlowStage& stage) {
     const Timers::Guard timing(seconds_);
-    nodes_.settle(stage.time);
+    nodes_.settle(stage.time, stage.dt);
     std::vector<std::vector<RowSum>> sums(to_index(layout_.nz));
     threads_.for_each(sums.size(), [&](std::size_t k, int) {
         nodes_.for_lists(static_cast<int>(k), [&](std::span<const SharpNode> nodes) { act_on(nodes, stage, sums[k]); });
@@ -110,7 +127,7 @@ void SharpForcing::restore_held(std::span<const double> saved) {
 }
 
 void SharpForcing::add_held_forces(const FlowStage& stage) {
-    nodes_.settle(stage.time);
+    nodes_.settle(stage.time, stage.dt);
     list_nodes();
     for (std::size_t n = 0; n < list_.size(); ++n)
         nth(stage.velocity, list_[n].component)[list_[n].at] += stage.dt * held_.values()[n].x;
@@ -168,29 +185,67 @@ void SharpForcing::end_sweeps(const FlowStage& stage) {
     std::vector<RowSum> sums;
     std::int64_t row = -1;
     for (std::size_t n = 0; n < list_.size(); ++n) {
-        const SharpNode& node = list_[n];
-        const std::uint32_t of = 3 * node.body + node.component;
-        const std::int64_t here = node.at / layout_.row;
-        if (here != row || sums.back().of != of) sums.push_back({0, of});
+        const std::int64_t here = list_[n].at / layout_.row;
+        add(list_[n], stage.dt * held_.values()[n].x, sums, here != row);
         row = here;
-        sums.back().change += stage.dt * held_.values()[n].x;
     }
     add_given({sums});
 }
 
 void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) {
+    constexpr std::size_t columns = 4;
     std::vector<double> changes;
     std::vector<std::uint32_t> of;
     for (const std::vector<RowSum>& sums : of_planes)
         for (const RowSum& sum : sums) {
-            changes.push_back(sum.change);
+            changes.insert(changes.end(), {sum.change, sum.moment.x, sum.moment.y, sum.moment.z});
             of.push_back(sum.of);
         }
     const std::vector<double> all =
-        exact_sums(comm_, threads_, {changes.data(), changes.size(), 1, 1, 3 * given_.size(), of.data()});
+        exact_sums(comm_, threads_, {changes.data(), of.size(), columns, columns, 3 * given_.size(), of.data()});
     const double cell_volume = h_ * h_ * h_;
+    for (std::size_t b = 0; b < given_.size(); ++b) {
+        Given& here = of_stage_[b] = {};
+        for (int c = 0; c < 3; ++c) {
+            const double* const sum = &all[columns * (3 * b + to_index(c))];
+            here.linear += cell_volume * along(c, sum[0]);
+            here.angular += cell_volume * Vec3d{sum[1], sum[2], sum[3]};
+        }
+        given_[b].linear += here.linear;
+        given_[b].angular += here.angular;
+    }
+}
+
+std::vector<RigidMotion> SharpForcing::inner_motions(double time, const std::array<const double*, 3>& velocity) {
+    nodes_.settle(time, 0);
+    std::vector<std::vector<std::pair<std::uint32_t, RigidFit>>> of_planes(to_index(layout_.nz)); // by body and row
+    threads_.for_each(of_planes.size(), [&](std::size_t k, int) {
+        nodes_.for_lists(static_cast<int>(k), [&](std::span<const SharpNode> nodes) {
+            auto& fits = of_planes[k];
+            std::int32_t row = -1;
+            for (const SharpNode& node : nodes) {
+                if (node.excess != SharpNode::inside) continue;
+                if (node.row != row || fits.back().first != node.body) fits.push_back({node.body, RigidFit()});
+                row = node.row;
+                fits.back().second.add(node.arm, along(node.component, 1),
+                                       nth(velocity, node.component)[node.at] - node.velocity);
+            }
+        });
+    });
+    std::vector<double> terms;
+    std::vector<std::uint32_t> body;
+    for (const auto& fits : of_planes)
+        for (const auto& [of, fit] : fits) {
+            terms.insert(terms.end(), fit.sums().begin(), fit.sums().end());
+            body.push_back(of);
+        }
+    constexpr std::size_t columns = RigidFit::numbers;
+    const std::vector<double> all =
+        exact_sums(comm_, threads_, {terms.data(), body.size(), columns, columns, given_.size(), body.data()});
+    std::vector<RigidMotion> motions;
     for (std::size_t b = 0; b < given_.size(); ++b)
-        given_[b] += cell_volume * Vec3d{all[3 * b], all[3 * b + 1], all[3 * b + 2]};
+        motions.push_back(RigidFit(std::span(all).subspan(columns * b).first<columns>()).solve());
+    return motions;
 }
 
 } // namespace skein

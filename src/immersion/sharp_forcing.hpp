@@ -5,6 +5,7 @@
 #include "fluid/stage_forcing.hpp"
 #include "immersion/held_forcing.hpp"
 #include "immersion/held_vectors.hpp"
+#include "immersion/rigid_fit.hpp"
 #include "immersion/sharp_nodes.hpp"
 #include "parallel/communicator.hpp"
 
@@ -36,20 +37,35 @@ public:
     void restore_held(std::span<const double> saved);
     bool changed(int plane) const { return nodes_.reaches(plane); }
 
-    /// Momentum over density that each body has given the fluid since reset_given(), m^4/s. All ranks have all bodies.
-    const std::vector<Vec3d>& given() const { return given_; }
-    void reset_given() { std::fill(given_.begin(), given_.end(), Vec3d{0, 0, 0}); }
+    /// Momentum over density that a body gives the fluid, m^4/s, and moment of it about the body's origin, m^5/s.
+    struct Given {
+        Vec3d linear{0, 0, 0}, angular{0, 0, 0};
+    };
+    /// Since reset_given(). All ranks have all bodies.
+    const std::vector<Given>& given() const { return given_; }
+    void reset_given() { std::fill(given_.begin(), given_.end(), Given{}); }
+    /// In the last stage.
+    const std::vector<Given>& given_in_stage() const { return of_stage_; }
+    /// Sets the motion of a body that has none of its own, at the begin and the end of a stage.
+    void set_motion(std::size_t body, const BodyMotion& begin, const BodyMotion& end) {
+        nodes_.set_motion(body, begin, end);
+    }
+    /// Rigid motions of the fluid within bodies relative to theirs, by least squares over the nodes within them, at
+    /// their places at a time. Collective.
+    std::vector<RigidMotion> inner_motions(double time, const std::array<const double*, 3>& velocity);
     /// Wall time since the last call, s.
     double take_seconds() { return std::exchange(seconds_, 0); }
 
 private:
     SharpForcing(const Communicator& comm, const Threads& threads, const FluidGrid& grid, double kinematic_viscosity,
                  std::vector<SharpBody> bodies, const Pencils& pencils);
-    /// Sum of changes of nodes of a row by one body, m/s.
+    /// Sum of changes of nodes of a row by one body: of a component, m/s, and their moments, m^2/s.
     struct RowSum {
         double change;
+        Vec3d moment;
         std::uint32_t of; ///< 3 body + component
     };
+    static void add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row);
     /// Changes the nodes of a list and appends the sums of its rows.
     void act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums) const;
     /// Adds the changes of all rows to the momentum given by bodies. Collective.
@@ -71,7 +87,7 @@ private:
     Slab rows_, planes_; ///< of this rank
     FieldLayout layout_;
     SharpNodes nodes_;
-    std::vector<Vec3d> given_;
+    std::vector<Given> given_, of_stage_;
     std::vector<SharpNode> list_;                ///< all nodes of this rank, in implicit stages
     HeldVectors held_;                           ///< by number in list_
     std::vector<double> slip_, push_, response_; ///< m/s

@@ -58,7 +58,7 @@ private:
         return {along(0), along(1), along(2)};
     }
     double distance(const Image& image, const Vec3d& place) const {
-        return all_.bodies_[image.body].surface->distance(place);
+        return all_.bodies_[image.body].surface->distance(all_.now_[image.body].axes * place);
     }
     /// Normal of a body's surface towards the fluid, by differences of the distance over a spacing.
     Vec3d normal(const Image& image, const Vec3d& place) const {
@@ -71,10 +71,18 @@ private:
         const BodyMotion& motion = all_.now_[image.body];
         return motion.velocity + cross(motion.spin, place);
     }
+    /// Velocity at the begin of the stage.
+    Vec3d velocity_before(const Image& image, const Vec3d& place) const {
+        const BodyMotion &before = all_.before_[image.body], &now = all_.now_[image.body];
+        return before.velocity + cross(before.spin, place + (now.place - before.place));
+    }
     SharpNode node(int i, const Image& image) const {
         const int j = j_ - all_.pencils_.rows().first, k = k_ - all_.pencils_.planes().first;
+        const Vec3d arm = place(image, i), now = velocity(image, arm);
         return {.at = all_.layout_.at(i, j, k),
-                .velocity = component_of(velocity(image, place(image, i)), component_),
+                .velocity = component_of(now, component_),
+                .gain = component_of(now - velocity_before(image, arm), component_),
+                .arm = arm,
                 .body = image.body,
                 .row = j,
                 .component = static_cast<std::uint8_t>(component_)};
@@ -83,6 +91,7 @@ private:
         SharpNode one = node(i, *cut.image);
         one.excess = cut.weights.excess;
         one.pull = cut.weights.excess * one.velocity;
+        one.closed = cut.weights.closed_share;
         one.again = again;
         for (int d = 0; d < 3; ++d) {
             const double ahead = nth(cut.weights.ahead, d);
@@ -155,7 +164,7 @@ private:
 SharpNodes::SharpNodes(const Threads& threads, const FluidGrid& grid, const Pencils& pencils,
                        std::vector<SharpBody> bodies)
     : threads_(threads), grid_(grid), pencils_(pencils), layout_(pencils.layout()), bodies_(std::move(bodies)),
-      now_(bodies_.size()), blocks_(bodies_.size()),
+      before_(bodies_.size()), now_(bodies_.size()), blocks_(bodies_.size()),
       some_move_(std::any_of(bodies_.begin(), bodies_.end(), [](const SharpBody& b) { return b.moves; })) {}
 
 bool SharpNodes::reaches(int plane) const {
@@ -263,11 +272,14 @@ bool SharpNodes::rests(const Cluster& cluster) const {
                         [this](std::uint32_t b) { return bodies_[b].moves; });
 }
 
-void SharpNodes::settle(double time) {
+void SharpNodes::settle(double time, double length) {
     if (settled_ && !some_move_) return;
     for (std::uint32_t b = 0; b < bodies_.size(); ++b) {
         if (settled_ && !bodies_[b].moves) continue;
-        now_[b] = bodies_[b].motion(time);
+        if (bodies_[b].motion) {
+            before_[b] = bodies_[b].motion(time - length);
+            now_[b] = bodies_[b].motion(time);
+        }
         blocks_[b] = block_of(b);
     }
     std::vector<Cluster> before = std::move(clusters_);

@@ -17,16 +17,17 @@ namespace skein {
 
 /// Place of a body and its rigid motion.
 struct BodyMotion {
-    Vec3d place{0, 0, 0};    ///< origin of the surface's coordinates, m
-    Vec3d velocity{0, 0, 0}; ///< of this origin, m/s
-    Vec3d spin{0, 0, 0};     ///< angular velocity, rad/s
+    Vec3d place{0, 0, 0};                        ///< origin of the surface's coordinates, m
+    Vec3d velocity{0, 0, 0};                     ///< of this origin, m/s
+    Vec3d spin{0, 0, 0};                         ///< angular velocity, rad/s
+    Mat3d axes{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}; ///< rows: axes of the surface's coordinates
 };
 
 /// Body with a sharp surface.
 struct SharpBody {
     std::unique_ptr<Surface> surface;
-    std::function<BodyMotion(double time)> motion;
-    bool moves = false; ///< its places change with time
+    std::function<BodyMotion(double time)> motion; ///< empty: SharpNodes::set_motion()
+    bool moves = false;                            ///< its places change with time
 };
 
 /// Node that one body acts on: within it the velocity is the body's, and next to it the Laplacian changes by
@@ -38,6 +39,9 @@ struct SharpNode {
     double velocity;        ///< of the body, m/s
     double excess = inside; ///< `inside`: within the body
     double pull = 0;        ///< m/s
+    double closed = 0;      ///< share of the node's face within the body
+    double gain = 0;        ///< of the body's velocity here in the stage, m/s
+    Vec3d arm;              ///< from the body's origin, m
     std::array<double, 3> ahead{};
     std::uint32_t body;
     std::int32_t row;
@@ -53,8 +57,13 @@ public:
 
     std::size_t bodies() const { return bodies_.size(); }
     bool some_move() const { return some_move_; }
-    /// Puts bodies to their places at a time. Not collective.
-    void settle(double time);
+    /// Sets the motion of a body that has none of its own, at the begin and the end of a stage.
+    void set_motion(std::size_t body, const BodyMotion& begin, const BodyMotion& end) {
+        before_[body] = begin;
+        now_[body] = end;
+    }
+    /// Puts bodies to their places at the end of a stage of this length, s. Not collective.
+    void settle(double time, double length);
     /// Calls body(nodes) for the lists of nodes of a plane of this rank.
     template <class Body> void for_lists(int plane, Body&& body) const {
         for (const Cluster& cluster : clusters_) body(std::span<const SharpNode>(nth(cluster.planes, plane)));
@@ -91,7 +100,7 @@ private:
     Pencils pencils_;
     FieldLayout layout_;
     std::vector<SharpBody> bodies_;
-    std::vector<BodyMotion> now_;
+    std::vector<BodyMotion> before_, now_; ///< at the begin and the end of the stage
     std::vector<Block> blocks_;
     bool settled_ = false, some_move_ = false;
     std::vector<Cluster> clusters_;

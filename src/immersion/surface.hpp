@@ -14,7 +14,7 @@ public:
     virtual ~Surface() = default;
     /// Signed distance of a place, m, above 0 in the fluid. Far from the surface only its sign needs to be right.
     virtual double distance(const Vec3d& place) const = 0;
-    /// Half extents of a box about the origin that holds the body, m.
+    /// Half extents of a box about the origin that holds the body, in whatever way it is turned if it turns, m.
     virtual Vec3d extent() const = 0;
 };
 

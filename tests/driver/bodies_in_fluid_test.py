@@ -97,6 +97,7 @@ precision = "double"
 """
 HEAD = 'title = "bodies in a fluid"\n[time]\nduration = 0.4\n' + FLUID_OF_RODS + "largest_slip = 0\n"
 SCENE = HEAD + BODIES + JOINED + CONTACT + OUTPUT
+SHARP = SCENE + '\n[immersion]\nbody_surface = "sharp"\n'
 
 
 def sphere(cells, density, duration, *, viscosity=1.0, speed=1.0, keys="", tables=""):
@@ -148,6 +149,46 @@ class BodiesInFluid(DriverTest):
             self.scene.write_text(SCENE.replace("density = 2.0\nvelocity", f"density = {density}\nvelocity"))
             self.run_skein(f"bodies{density}")
             self.assert_momentum_kept(f"bodies{density}")
+
+    def test_sharp_surfaces_keep_momentum_whatever_bodies_weigh(self):
+        """Beside the club, whose handle is too thin, and the tail of the head, which have markers."""
+        for density in (0.02, 0.2, 1.0, 2.0, 2000.0):
+            self.scene.write_text(SHARP.replace("density = 2.0\nvelocity", f"density = {density}\nvelocity"))
+            self.assertEqual(self.plan_text().count("a sharp surface"), 3)
+            self.run_skein(f"sharp{density}")
+            self.assert_momentum_kept(f"sharp{density}")
+
+    def test_sharp_bodies_have_the_same_bits_on_other_ranks_lanes_and_threads_and_after_a_stop(self):
+        self.scene.write_text(SHARP.replace("duration = 0.4", "duration = 0.24"))
+        self.run_skein("one")
+        self.run_skein("rows", "--set", "fluid.ranks_across=2", ranks=4)
+        self.run_skein("lanes", "--lanes", "2")
+        self.run_skein("threads", "--lanes", "1", threads=2)
+        self.run_skein("parts", "--until", "0.15")
+        self.assertIn("Resuming from", self.run_skein("parts", ranks=2).stdout)
+        for out in ("rows", "lanes", "threads", "parts"):
+            self.assertEqual(self.digest(out), self.digest("one"), out)
+
+    def test_light_sharp_spheres_swing_on_springs_without_growth(self):
+        """Eight cells across. The inertia is that of the sphere and half of the displaced fluid's, and some of the boundary layer's; amplitudes fall."""
+        steepness = (2 * math.pi) ** 2 * VOLUME
+        for density in (1e-4, 0.01, 0.1, 0.5, 1.0, 10.0):
+            spring = (density + 0.5) * steepness
+            tables = f'[[joint]]\nkind = "spherical"\nbetween = ["ball", "world"]\nstiffness = {spring!r}\n[[load]]\nkind = "uniform_force"\nforce = [0.0, 0.0, {0.05 * spring!r}]\n[immersion]\nbody_surface = "sharp"\n'
+            self.scene.write_text(sphere(32, density, 4.0, viscosity=0.001, speed=1.5, tables=tables).replace(f"series = {4.0 / 20!r}", "series = 0.025"))
+            out = f"spring{density}"
+            self.run_skein(out)
+            series = self.series(out)
+            way = series["centre_zm"] - 0.497 - 0.05
+            turns = [abs(way[i]) for i in range(1, len(way) - 1) if (way[i] - way[i - 1]) * (way[i + 1] - way[i]) < 0]
+            self.assertGreater(len(turns), 4, (density, turns))
+            self.assertLess(max(b / a for a, b in zip([0.05] + turns, turns) if b > 5e-4), 0.97, (density, turns))
+            crossing = next(i for i in range(len(way)) if way[i] > 0)
+            quarter = series["times"][crossing] - 0.025 * way[crossing] / (way[crossing] - way[crossing - 1])
+            added = (density + 0.5) * (4 * quarter) ** 2 - density
+            self.assertGreater(added, 0.5, (density, added))
+            if density < 1:
+                self.assertLess(added, 1.3, (density, added))
 
     def test_momentum_is_kept_by_all_ways_of_coupling(self):
         for name, keys in {"sweeps": "sweeps = 8\n", "springs": "forcing = 'penalty'\npenalty_stiffness = 2000.0\npenalty_damping = 20.0\n", "heavier": "inner_inertia = false\n",

@@ -192,7 +192,7 @@ TEST(SharpSurfaces, ShearBetweenSlantedPlatesIsExact) {
         for (int s = 0; s < 10; ++s, time += 0.01) {
             surfaces.reset_given();
             flow->step(time, 0.01);
-            given = dot((1 / (0.01 * std::numbers::sqrt2)) * surfaces.given()[1], {1, -1, 0});
+            given = dot((1 / (0.01 * std::numbers::sqrt2)) * surfaces.given()[1].linear, {1, -1, 0});
         }
         // Each face has the area sqrt(2) by the depth, and a gap along the normal is that along s over sqrt(2).
         const double depth = 8 * h, force = viscosity * speed * std::numbers::sqrt2 * depth * std::numbers::sqrt2 *

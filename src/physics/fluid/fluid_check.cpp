@@ -255,6 +255,8 @@ void check_immersion(const SceneSpec& scene, Objections& table) {
         table.unused({"retraction", "coupling", "inner_inertia"}, "without rods in a [fluid]");
     if (scene.immersion.coupling == RodCoupling::one_way)
         table.unused({"inner_inertia"}, "with coupling = \"one_way\"");
+    if (std::none_of(scene.rods.begin(), scene.rods.end(), [](const RodSpec& rods) { return rods.body.has_value(); }))
+        table.unused({"body_surface"}, "without [[bodies]] in a [fluid]");
 }
 
 /// Objects to each table of a list that nothing uses.

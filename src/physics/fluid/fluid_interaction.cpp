@@ -321,6 +321,10 @@ bool FluidInteraction::choose_part(const Step& first) {
     return true;
 }
 
+std::array<const double*, 3> FluidInteraction::velocities() const {
+    return {flow_->velocity(0).data(), flow_->velocity(1).data(), flow_->velocity(2).data()};
+}
+
 ForceBalance::Stage FluidInteraction::stage_of(int s, double dt) const {
     const double share = static_cast<double>(schedule_.steps_of_share()) * dt;
     const auto before = static_cast<double>(schedule_.shares_before(s)),
@@ -332,12 +336,13 @@ ForceBalance::Stage FluidInteraction::stage_of(int s, double dt) const {
 
 void FluidInteraction::begin_stage(int s, const Step& first) {
     ForceBalance* const balance = bodies_->balance();
-    if (!balance) return;                          // rods do not wait for it
     bodies_->set_lag(first.index == 1 ? 0 : lag_); // rods begin with positions in time
+    bodies_->note_motions();
+    if (!balance) return bodies_->set_lag(lag_); // rods do not wait for it
     ForceBalance::Stage stage = stage_of(s, first.dt);
     const double from = first.begin - stage.begin;
     stage.begin = first.begin;
-    if (s == 0) balance->begin_step(bodies_->lag());
+    if (s == 0) bodies_->begin_step(first.begin, velocities());
     bodies_->expect_stage(stage);
     flow_->begin_stage(s, from, stage.step);
     bodies_->begin_stage(stage);
@@ -348,11 +353,12 @@ void FluidInteraction::end_stage(int s, const Step& step) {
     const ForceBalance::Stage stage = stage_of(s, step.dt);
     const double from = step.end() - stage.begin - stage.length;
     ForceBalance* const balance = bodies_->balance();
+    bodies_->take_motions();
     if (balance) bodies_->find_marker_velocities(stage);
     else flow_->begin_stage(s, from, stage.step);
     flow_->end_stage(s, from, stage.step);
     const bool last = s + 1 == schedule_.stages();
-    if (balance) bodies_->end_stage();
+    if (balance) bodies_->end_stage(plan_.constants.density);
     if (balance && last) balance->end_step(lag_);
     if (last) {
         ++steps_;

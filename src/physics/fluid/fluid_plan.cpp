@@ -222,6 +222,7 @@ void add_parts(const BodyShape& body, double spacing, RodsInFluid& rods) {
 RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
     RodsInFluid rods{.name = group.name(),
                      .body = group.body() != nullptr,
+                     .sharp = fluid.kinds->sharp(group),
                      .least_axis = HUGE_VAL,
                      .density_ratio = group.spec().material.density / fluid.constants.density};
     if (const BodyShape* body = group.body()) {
@@ -269,7 +270,8 @@ FluidPlan plan_fluid(const PlanInput& input) {
         plan.largest_slip = scene.fluid->largest_slip;
     plan.kinds = std::make_shared<const ImmersedKinds>(
         plan.constants.grid, ImmersedKinds::Numbers{plan.retraction * plan.constants.grid.h, plan.constants.density,
-                                                    plan.inner_inertia, plan.coupling == RodCoupling::two_way});
+                                                    plan.inner_inertia, plan.coupling == RodCoupling::two_way,
+                                                    scene.immersion.body_surface == SurfaceKind::sharp});
     for (const RodGroup& group : groups) plan.rods.push_back(rods_in_fluid(group, plan));
     plan.forcing.two_way = plan.two_way();
     plan.forcing.kinematic_viscosity = plan.constants.kinematic_viscosity;

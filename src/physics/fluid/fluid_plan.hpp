@@ -58,6 +58,7 @@ struct FluidSpeed {
 struct RodsInFluid {
     std::string name;
     bool body = false;
+    bool sharp = false;                   ///< bodies with a sharp surface in place of markers
     std::int64_t markers = 0;             ///< of a rod or body
     double least_axis = 0, most_axis = 0; ///< half axes of sections or parts, over the spacing
     double density_ratio = 0;             ///< over the fluid's

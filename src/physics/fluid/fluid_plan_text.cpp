@@ -89,6 +89,9 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
                   "{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia at least",
                   rods.density_ratio, rods.least_inertia)
             : "they do not feel the fluid";
+    if (rods.sharp)
+        return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, a sharp surface; {}", rods.name, rods.least_axis,
+                           rods.most_axis, feel);
     const std::string by =
         fluid.forcing.penalty() ? "springs and dampers" : fmt::format("{} sweeps", fluid.forcing.sweeps);
     return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a {}, on {}; {}; {}", rods.name,
