@@ -107,6 +107,7 @@ public:
                                             contacts_.scene_.meeting_zone);
             slopes.tangential += turning_slope(force.normal, now);
             add_tangents(now.normal, slopes, s, force.arm_1, t, force.arm_2, eight);
+            work_.figures.near += std::popcount(mine);
         }
         sums.add(force, P(0.5) * overlap * inverse_radius, counted, mine);
         work_.figures.active += std::popcount(mine & shared);

@@ -26,6 +26,7 @@ struct PartBox {
 /// since the beginning.
 struct ContactFigures {
     std::int64_t candidates = 0, active = 0; ///< pairs; those that touch
+    std::int64_t near = 0;      ///< those that touch or are nearer than the meeting zone, where there is one
     double weight = 0;          ///< sum over these of the pair's share in a contact of bodies: number of contacts
     double max_overlap = 0;     ///< largest overlap over the smaller diameter
     std::int64_t rebuilds = 0;  ///< rebuilds of the list of candidates, since the beginning

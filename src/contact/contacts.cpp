@@ -374,12 +374,13 @@ void Contacts::finish(const Exposure& bodies, double h, std::span<ExertedLoad> l
                   [](const SideChange& x, const SideChange& y) { return x.pair < y.pair; });
     ++age_;
     ContactFigures& f = figures_;
-    f.active = 0;
+    f.active = f.near = 0;
     f.weight = 0;
     f.max_overlap = f.max_stiffness = 0;
     f.elastic_energy = BinnedTotal(bins_);
     for (const BlockFigures& found : block_figures_) {
         f.active += found.active;
+        f.near += found.near;
         f.weight += found.weight;
         f.max_overlap = std::max(f.max_overlap, found.max_overlap);
         f.max_stiffness = std::max(f.max_stiffness, found.max_stiffness);

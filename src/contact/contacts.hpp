@@ -64,7 +64,7 @@ public:
 private:
     /// Figures of the contacts of a block.
     struct alignas(64) BlockFigures {
-        std::int64_t active = 0;
+        std::int64_t active = 0, near = 0;
         double weight = 0, max_overlap = 0, max_stiffness = 0;
         BinnedSum<double> elastic_energy, friction_work, viscous_work;
     };

@@ -65,14 +65,6 @@ std::int64_t whole_steps(double interval, const Plan& plan) {
                : 0;
 }
 
-double contact_limit_of(const Plan& plan) {
-    double limit = HUGE_VAL;
-    for (const GroupPlan& group : plan.groups)
-        for (const TimeLimit& of : group.limits)
-            if (of.mode == "contact") limit = std::min(limit, of.dt);
-    return limit;
-}
-
 void find_governing(Plan& plan, const CoreTables& scene) {
     for (std::size_t g = 0; g < plan.groups.size(); ++g)
         // Written so that a limit which is no number governs too, and is refused.

@@ -15,8 +15,6 @@ void choose_step(Plan& plan, const CoreTables& scene);
 /// Finds the group with the shortest limit, which governs, and the limit of explicit steps. Throws InputError where
 /// that is no number.
 void find_governing(Plan& plan, const CoreTables& scene);
-/// The limit of explicit steps by contacts of all groups, s.
-double contact_limit_of(const Plan& plan);
 /// Steps of an interval, s, that end with events; at least as many as between two of these, and 0 of no interval.
 std::int64_t whole_steps(double interval, const Plan& plan);
 Cadence cadence_of(const OutputSpec& out, const Plan& plan);

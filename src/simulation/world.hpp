@@ -113,7 +113,7 @@ private:
     /// where bodies interact.
     bool move(std::span<const Step> steps);
     /// Time by which a part of a step takes contacts later than in its middle, s; `rate`: 1/s of the longest part that
-    /// they are stable in. theory.md (145)
+    /// they are stable in. theory.md (148)
     double delay_of_contacts(double part, double rate) const;
     /// Keeps bodies and what they do to each other in one of two places, and takes them back.
     void keep(std::size_t place);

@@ -10,24 +10,23 @@ from driver import DriverTest
 from implicit_walls_test import BALL, CONSTANTS, DAMPED, DENSITY, GRAVITY, LENGTH, METHODS, RADIUS, floor, law, rod
 from scene_text import scene_text
 
-SUNK = 1e-4  # m, overlap at the start
+SUNK, BALL_SUNK = 8e-6, 6e-5  # m, overlaps at the start, near those that last
 SPRING = {"damping": 0.0}
 PUSH = {"kind": "formula", "rods": ["top"], "force": ["0", "0.1*sin(w*t)", "-1-0.5*cos(w*t)"]}
 LOW = rod("low", origin=(0.0, 0.0, 0.0), start="clamped", youngs_modulus=1e7)
 ACROSS = rod("top", origin=(0.06, -0.04, 2 * RADIUS - SUNK), tangent=(0.0, 1.0, 0.0))
 ALONG = rod("top", origin=(0.013, 0.0, 2 * RADIUS - SUNK))
-ON_IT = BALL | {"placement": {"origin": [0.06, 0.0, 5e-3 + RADIUS - SUNK]}}
-PUSHED = {"load": [PUSH], "constants": CONSTANTS}
+ON_IT = BALL | {"placement": {"origin": [0.06, 0.0, 5e-3 + RADIUS - BALL_SUNK]}}
+PUSHED = {"load": [PUSH], "constants": CONSTANTS, "damping": [{"kind": "uniform", "rate": 400.0}]}
 # Contacts that last, by springs alone, with dashpots, and with friction: tables.
 SPRINGS = {
     "across": PUSHED | {"rods": [LOW, ACROSS], "contact": law(2e3, "none", **SPRING)},
     "hertz": PUSHED | {"rods": [LOW, ACROSS], "contact": law(2e5, "none", "hertz", **SPRING)},
     "along": PUSHED | {"rods": [LOW, ALONG], "contact": law(2e3, "none", **SPRING)},
-    "a ball": {"rods": [LOW], "bodies": [ON_IT], "load": [{"kind": "gravity", "acceleration": [0.0, 0.0, -300.0]}], "contact": law(2e3, "none", **SPRING)},
 }
 LOSSES = {"dashpot": PUSHED | {"rods": [LOW, ACROSS], "contact": law(2e3, "none")},
           "friction": PUSHED | {"rods": [LOW, ACROSS], "contact": law(2e3)}}
-DURATION, FEWEST = 0.02, 100
+DURATION, FEWEST = 0.02, 400  # steps that contacts allow for
 
 
 class ImplicitContact(DriverTest):
@@ -53,19 +52,22 @@ class ImplicitContact(DriverTest):
             limit = fine + (fine - coarse) / 3
             for method in METHODS:
                 with self.subTest(scene=name, method=method):
-                    errors = [numpy.abs(end - limit).max() for end in self.ends(scene, method, 1, 2, 4)]
-                    self.assertEqual(numpy.ptp(self.series("out")["touching_pairs"][1:]), 0)
-                    self.assertLess(abs(math.log2(errors[1] / errors[2]) - 2), 0.2, errors)
+                    errors = [numpy.abs(end - limit).max() for end in self.ends(scene, method, 2, 4, 8)]
+                    self.assertGreaterEqual(self.series("out")["touching_pairs"][1:].min(), 1)
+                    order = math.log2(errors[1] / errors[2])
+                    self.assertGreater(order, 1.8, errors)
+                    if method == "implicit": self.assertLess(order, 2.2, errors)  # the other one delays contacts, at third order
 
     def test_losses_have_the_limit_of_explicit_steps(self):
         """With rates of the start of a step, as in explicit steps, of first order in the losses."""
         for name, scene in LOSSES.items():
-            coarse, fine = self.ends(scene, "verlet", 32, 64)
+            first, coarse, fine = self.ends(scene, "verlet", 2, 16, 32)
             limit = 2 * fine - coarse
             for method in METHODS:
                 with self.subTest(scene=name, method=method):
-                    errors = [numpy.abs(end - limit).max() for end in self.ends(scene, method, 1, 4, 16)]
-                    for a, b in zip(errors, errors[1:]): self.assertLess(b, a / 3, errors)
+                    errors = [numpy.abs(end - limit).max() for end in self.ends(scene, method, 2, 16)]
+                    self.assertLess(errors[1], errors[0] / 4, errors)
+                    self.assertLess(errors[0], 4 * numpy.abs(first - limit).max(), "explicit steps, half as long")
 
     def heap(self, stiffness, normal="linear", **keys):
         """Two rods on a floor, one across both, and a ball on it."""
@@ -74,32 +76,41 @@ class ImplicitContact(DriverTest):
                 rod("across", (0.047, -0.05, 3 * RADIUS), (0.0, 1.0, 0.0), 9, **keys)]
         return {"rods": rods, "bodies": [BALL | {"placement": {"origin": [0.047, 0.0, 4 * RADIUS + 5e-3]}}], "load": GRAVITY, "contact": of, "wall": [floor(**of)]}
 
-    def test_heaps_of_any_stiffness_come_to_rest(self):
+    def test_heaps_move_and_rest_as_in_explicit_steps(self):
         """Stiff contacts cut steps into parts, and none gains energy."""
-        for method, stiffness in itertools.product(METHODS, (1e3, 1e5, 1e7)):
-            with self.subTest(method=method, stiffness=stiffness):
-                damping = [{"kind": "uniform", "rate": 300.0}]
-                self.write(self.heap(stiffness, youngs_modulus=1e8) | {"damping": damping}, {"duration": 0.1, "dt": 1e-4, "integrator": method}, series=1e-3)
+        for stiffness in (1e3, 1e6):
+            scene, motion = self.heap(stiffness, youngs_modulus=1e8) | {"damping": [{"kind": "uniform", "rate": 300.0}]}, {}
+            for method, keys in ("verlet", {}), *((method, {"dt": 1e-4}) for method in METHODS):
+                self.write(scene, {"duration": 0.05, "integrator": method} | keys, series=1e-3)
                 self.run_skein("out", "--overwrite", "--no-checkpoint")
                 series = self.series("out")
-                motion = series["kinetic_translationJ"] + series["kinetic_rotationJ"]
-                self.assertLess(motion.max(), 1e-8)
-                self.assertLess(motion[50:].max(), 1e-3 * motion.max() + 1e-15)
                 self.assertGreaterEqual(series["contacts"][-1], 2)
+                motion[method] = series["kinetic_translationJ"] + series["kinetic_rotationJ"]
+            most = motion["verlet"].max()
+            self.assertLess(motion["verlet"][-1], 0.1 * most)
+            for method in METHODS:
+                with self.subTest(method=method, stiffness=stiffness): self.assertLess(abs(motion[method] - motion["verlet"]).max(), 0.05 * most)
 
     def test_contacts_keep_energy_and_momentum(self):
-        """Of an undamped pair that rubs nowhere: a ball on a rod between two springs of contact, in free fall with it."""
+        """Of an undamped pair in free flight: a ball that is pressed on a rod, and leaves it."""
         pair = {"rods": [rod("low", origin=(0.0, 0.0, 0.0), youngs_modulus=1e7)], "bodies": [ON_IT | {"velocity": [0.0, 0.0, -0.05]}], "contact": law(2e3, "none", **SPRING)}
+        nodes = numpy.full(9, DENSITY * math.pi * RADIUS**2 * LENGTH / 8)
+        nodes[[0, -1]] /= 2
+        ball = BALL["density"] * 4 / 3 * math.pi * 5e-3**3
         for method in METHODS:
             with self.subTest(method=method):
-                self.write(pair, {"duration": 0.2, "dt": 2e-5, "integrator": method}, series=1e-3, observables=["momentum"])
+                self.write(pair, {"duration": 0.05, "dt": 1e-5, "integrator": method}, series=1e-4, trajectory=0.01)
                 self.run_skein("out", "--overwrite", "--no-checkpoint")
                 series = self.series("out")
+                self.assertGreater(series["touching_pairs"].max(), 0)
+                self.assertEqual(series["touching_pairs"][-1], 0)
                 energy = sum(series[of] for of in series.dtype.names if of.startswith(("kinetic", "elastic", "contact_energy")))
-                size = numpy.ptp(series["elastic_bendJ"]) + numpy.ptp(series["contact_energyJ"])
-                self.assertLess(numpy.ptp(energy) if method == "implicit" else (energy - energy[0]).max(), 0.01 * size)
-                along = series["momentum_zkgms"]
-                self.assertLess(numpy.ptp(along), 1e-9 * abs(along[0]))
+                start = energy[0] + 0.5 * 2e3 * BALL_SUNK**2
+                self.assertLess(abs(energy[-1] - start), 1e-3 * start)
+                frames = self.frames("out", "trajectory")
+                place = {name.split("/")[-2]: at.reshape(len(at), -1, 3) for name, at in frames.items() if name.endswith("/position")}
+                centre = (numpy.einsum("k,fki->fi", nodes, place["low"]) + ball * place["ball"][:, 0]) / (nodes.sum() + ball)
+                self.assertLess(abs(numpy.diff(centre, 2, axis=0)).max(), 1e-9 * LENGTH, "no force on both")
 
     def test_rods_that_are_thrown_do_not_pass(self):
         """They meet in steps that are cut, with a tolerance and without, and their energy does not rise."""
@@ -113,7 +124,8 @@ class ImplicitContact(DriverTest):
                 energy = sum(series[of] for of in series.dtype.names if of.startswith(("kinetic", "elastic", "contact_energy")))
                 self.assertLess(energy.max(), 1.02 * energy[0])
                 self.assertGreater(self.summary("out")["implicit"]["largest_parts"], 3)
-                self.assertGreater(self.frames("out", "trajectory")["top/position"][-1].reshape(-1, 3)[:, 2].min(), 0.0)
+                places = self.places("out")
+                self.assertGreater(places[9 + 4, 2], places[5, 2], "the middle of the upper one and the lower one below it")
 
     def test_bits_do_not_depend_on_the_layout_and_restarts(self):
         many = self.heap(1e4, youngs_modulus=1e7) | {"damping": DAMPED}

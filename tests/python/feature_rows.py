@@ -105,6 +105,16 @@ def fluid(name, sets="fluid", **keys):
     return of_scene(name, sets, **tables)
 
 
+def sharp_body():
+    """A ball that is thick enough for a sharp surface."""
+    in_fluid = fluid("immersion.body_surface = sharp", immersion={"body_surface": "sharp"})
+
+    def edit(scene, where):
+        in_fluid.edit(scene, where)
+        scene.setdefault("bodies", []).append({"name": "float", "density": 900.0, "spheres": {"radii": [0.08]}, "velocity": [0.0, 0.2, 0.0], "placement": {"origin": [0.2, 0.25, 0.2]}})
+    return Row(in_fluid.name, edit, in_fluid.sets)
+
+
 def body(name, parts):
     def edit(scene, where):
         scene.setdefault("bodies", []).append({"name": name, "density": 900.0, **parts, "velocity": [0.0, 0.0, -1.0], "angular_velocity": [0.0, 3.0, 0.0],
@@ -209,6 +219,7 @@ def rows_of(folder):
         fluid("fluid.along = through", fluid={"along_x": "through", "inflow": [0.1, 0.0, 0.0]}),
         fluid("fluid.inflow_profile = parabolic", fluid={"along_x": "through", "inflow": [0.1, 0.0, 0.0], "along_y": "no_slip", "inflow_profile": "parabolic"}),
         fluid("immersion.coupling = one_way", immersion={"coupling": "one_way"}),
+        sharp_body(),
         fluid("immersion.delta = four_point", immersion={"delta": "four_point"}),
         fluid("immersion.forcing = penalty", immersion={"forcing": "penalty", "penalty_damping": 10.0}),
         fluid("obstacle.kind = sphere", obstacle=[{"centre": [0.15, 0.2, 0.15], "radius": 0.1}]),

@@ -42,6 +42,9 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts, const Cont
     const std::size_t materials = laws.materials();
     for (std::size_t i = 0; i < materials * materials; ++i)
         soft_until_ = std::max(soft_until_, laws.between(i / materials, i % materials).soft_until);
+    for (std::size_t g = 0; g < groups_.size(); ++g)
+        planned_limit_ =
+            std::min(planned_limit_, contact_time_limit(groups_[g], laws.between(g, g), contact_.spec.overlap).dt);
     contacts_->arrived_in(plan_.dt);
     overlap_ = {.of = "rods",
                 .allowed = contact_.spec.overlap,
@@ -245,8 +248,8 @@ double ContactInteraction::stiffening() const {
 }
 
 double ContactInteraction::longest_part() const {
-    if (contacts_->figures().active == 0) return HUGE_VAL;
-    return scheme_of(plan_.integrator).touching * step_limit();
+    if (contacts_->figures().near == 0) return HUGE_VAL;
+    return scheme_of(plan_.integrator).touching * std::min(step_limit(), planned_limit_);
 }
 
 double ContactInteraction::step_limit() const {

@@ -99,6 +99,7 @@ private:
     std::int64_t all_rods_;
     std::unique_ptr<ContactSolver> contacts_;
     std::vector<ContactMobility> mobility_; ///< by group
+    double planned_limit_ = HUGE_VAL;       ///< of explicit steps by contacts with the overlap that is allowed, s
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
     std::array<OverlapWatch, 2> kept_overlap_;

@@ -84,8 +84,12 @@ private:
     static constexpr double over_contact_limit = 25;
 
     static double longest_step_of(const Plan& plan, const CoreTables& scene) {
+        double limit = HUGE_VAL;
+        for (const GroupPlan& group : plan.groups)
+            for (const TimeLimit& of : group.limits)
+                if (of.mode == "contact") limit = std::min(limit, of.dt);
         constexpr double fewest_steps = 64; // of the duration
-        return std::min(over_contact_limit * contact_limit_of(plan), scene.time.duration / fewest_steps);
+        return std::min(over_contact_limit * limit, scene.time.duration / fewest_steps);
     }
 
     bool in_fluid_;

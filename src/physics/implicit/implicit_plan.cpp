@@ -1,5 +1,6 @@
 #include "joints/joint_events.hpp"
 #include "kernels/physics_passes.hpp"
+#include "kernels/surroundings.hpp"
 #include "physics/fluid/fluid_plan.hpp"
 #include "physics/implicit/bed_plan.hpp"
 #include "physics/implicit/body_speeds.hpp"
@@ -23,7 +24,7 @@ namespace skein {
 namespace {
 
 /// Steps of a length that stability does not limit.
-class PlannedImplicitSteps final : public PhysicsPlan, public StartsInteraction {
+class PlannedImplicitSteps final : public PhysicsPlan, public StartsInteraction, public SharesWithPasses {
 public:
     explicit PlannedImplicitSteps(const PlanInput& input)
         : integrator_(input.scene.time.integrator), in_fluid_(input.scene.fluid.has_value()),
@@ -52,12 +53,19 @@ public:
                                          tolerance_, length_),
                              "tolerance", tolerance_});
         if (touches_)
-            lines.push_back({"touching",
-                             fmt::format("contacts once in a part of a step; parts are at most {:.3g} s long where "
-                                         "rods touch, and a node goes at most {:.3g} m, {:g} of the radius, in one",
-                                         longest_where_touching(plan), way * radius_, way),
-                             "longest_part_in_contact", longest_where_touching(plan)});
+            lines.push_back(
+                {"touching",
+                 fmt::format("parts of steps are as short as contacts need where rods are nearer than {:.3g} "
+                             "m, {:g} of the radius, and no node goes farther in one",
+                             way * radius_, way),
+                 "way_in_a_part", way * radius_});
         return lines;
+    }
+    /// Contacts note pairs that a node could bring together in a part of a step.
+    void share(Surroundings& around, std::span<const RodGroup>, std::span<const LocalRod>) const override {
+        if (!around.loads) return;
+        around.loads->has_tangents = true;
+        around.meeting_zone = way * radius_;
     }
     std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
         return std::make_unique<ImplicitInteraction>(parts, parts.plan.automatic_dt ? tolerance_ : 0.0, length_,
@@ -96,9 +104,6 @@ public:
 
 private:
     static constexpr double fewest_steps = 64; ///< of the duration
-    static double longest_where_touching(const Plan& plan) {
-        return scheme_of(plan.integrator).touching * contact_limit_of(plan);
-    }
     /// Way of the fastest node in a part of a step, over the radius, with which contacts are met before they are deep.
     static constexpr double way = 0.15;
 
