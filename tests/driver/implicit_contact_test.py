@@ -6,7 +6,7 @@ import unittest
 
 import numpy
 
-from driver import DriverTest
+from driver import SEARCH, DriverTest
 from implicit_walls_test import BALL, CONSTANTS, DAMPED, DENSITY, GRAVITY, LENGTH, METHODS, RADIUS, floor, law, rod
 from scene_text import scene_text
 
@@ -130,23 +130,23 @@ class ImplicitContact(DriverTest):
     def test_bits_do_not_depend_on_the_layout_and_restarts(self):
         many = self.heap(1e4, youngs_modulus=1e7) | {"damping": DAMPED}
         many["rods"].append(rod("sticks", elements=6, placement={"kind": "lattice", "counts": [3, 2], "spacing": [0.12, 2 * RADIUS - 1e-5], "origin": [0.0, 0.1, RADIUS], "tangent": [1.0, 0.0, 0.0]}))
-        for method, keys in itertools.product(METHODS, ({"dt": 1e-3}, {"tolerance": 1e-2, "divide": 0.01})):
+        for method, keys in (("implicit", {"dt": 1e-3}), ("implicit_damped", {"dt": 1e-3}), ("implicit", {"tolerance": 1e-2, "divide": 5e-3})):
             with self.subTest(method=method, keys=keys):
                 scene = many if "dt" in keys else {of: rows for of, rows in many.items() if of != "bodies"}
-                self.write(scene, {"duration": 0.04, "integrator": method} | keys, trajectory=0.02, series=0.01)
+                self.write(scene, {"duration": 0.02, "integrator": method} | keys, trajectory=0.01, tips=0.01, series=5e-3)
                 whole = f"whole_{method}_{len(keys)}"
                 self.run_skein(whole)
-                self.assertGreater(self.series(whole)["contacts"].max(), 2)
+                self.assertGreaterEqual(self.series(whole)["contacts"].max(), 2)
 
                 def same(out):
                     self.assertEqual(self.digest(out), self.digest(whole))
                     self.assert_same_frames(out, whole, "sticks")
-                    self.assert_same_series(out, whole)
+                    self.assert_same_series(out, whole, SEARCH)
 
                 self.assert_layouts_give(whole, same)
                 parts = f"{whole}_parts"
-                self.run_skein(parts, "--until", "0.013" if "dt" in keys else "0.01")
-                self.run_skein(parts, "--until", "0.03", "--lanes", "2")
+                self.run_skein(parts, "--until", "0.007" if "dt" in keys else "0.005")
+                self.run_skein(parts, "--until", "0.015", "--lanes", "2")
                 self.assertIn("Resuming", self.run_skein(parts).stdout)
                 same(parts)
 

@@ -14,12 +14,10 @@ from package import skein
 DURATION, STEPS, EXPLICIT_STEPS = 2e-3, 240, 2400  # multiples of 15, which a step of a fluid has at least
 METHODS = ("implicit", "implicit_damped")
 BED, BED_STEPS = "implicit_bed", 2400
-TAKEN_IN_BEDS = r"contact"  # REFUSED by the others alone
-NOT_SMOOTH = r"friction = (regularised|published|anisotropic)|wall"  # friction without memory, and contacts that begin, have errors of the first order at shorter steps alone
+NOT_SMOOTH = r"friction = (regularised|published|anisotropic)|wall|contact"  # friction without memory, and contacts that begin, have errors of the first order at shorter steps alone
 LEFT_OVER = {"position": 1e-10, "directors": 1e-10 * 2 * STEPS}  # m, 1: of corrections that have ended
 # Pattern of the row and of the message: what has no implicit steps, with the reason and the way out in the message.
 REFUSED = (
-    (r"contact", r"is for rods that do not touch each other: use \"implicit_bed\" or \"verlet\""),
     (r"rods.material.law = elastica", r"needs a law with an energy"),
 )
 FIRST_ORDER = {"damping.kind = legacy": "the rates are far above 1/dt, where explicit steps are of first order"}
@@ -55,12 +53,12 @@ class ImplicitMembers(unittest.TestCase):
     def tearDownClass(cls):
         cls.folder.cleanup()
 
-    def assert_agrees(self, scene, first_order=False, methods=(*METHODS, BED), less=3, less_in_beds=1.7, finer_in_beds=1, lags=False, jump=None):
+    def assert_agrees(self, scene, first_order=False, methods=(*METHODS, BED), less=3, less_in_beds=1.7, finer=1, finer_in_beds=1, lags=False, jump=None):
         """With the explicit state, group by group, at the order of the steps: the second, in beds the first."""
         steps = (4 * EXPLICIT_STEPS, 8 * EXPLICIT_STEPS) if first_order else (EXPLICIT_STEPS, 2 * EXPLICIT_STEPS)
         coarse, fine = (state(scene, dt=DURATION / n, force_dt=True) for n in steps)
         for method in methods:
-            less_of, count = (less_in_beds, finer_in_beds * BED_STEPS) if method == BED else (less, STEPS)
+            less_of, count = (less_in_beds, finer_in_beds * BED_STEPS) if method == BED else (less, finer * STEPS)
             one, two = (state(scene, dt=DURATION / n, integrator=method) for n in (count, 2 * count))
             for of, b in fine.items():
                 change = b - coarse[of]
@@ -123,13 +121,12 @@ class ImplicitMembers(unittest.TestCase):
             reasons = [(pattern, message) for pattern, message in REFUSED if re.match(pattern, row.name)]
             with self.subTest(row.name):
                 if not reasons:
-                    self.assert_agrees(scene, row.name in FIRST_ORDER or row.name.startswith("wall"), less=1.7 if re.match(EVENTS, row.name) or re.search(NOT_SMOOTH, row.name) else 3, less_in_beds=1.0 if re.search(NOT_SMOOTH, row.name) else 1.7, jump=JUMPS.get(row.name), lags=re.match(LAGGING, row.name))
+                    self.assert_agrees(scene, row.name in FIRST_ORDER or row.name.startswith(("wall", "contact")), less=1.0 if re.match(r"contact.friction = [rp]", row.name) else 1.7 if re.match(EVENTS, row.name) or re.search(NOT_SMOOTH, row.name) else 3, less_in_beds=1.0 if re.search(NOT_SMOOTH, row.name) else 1.7, jump=JUMPS.get(row.name), lags=re.match(LAGGING, row.name),
+                                       finer=8 if row.name.startswith("contact") else 1,  # steps that contacts do not cut
+                                       finer_in_beds=8 if row.name == "contact.friction = published" else 1)
                     continue
                 left.discard(reasons[0][0])
-                taken = re.match(TAKEN_IN_BEDS, row.name)
-                if taken: self.assert_agrees(scene, methods=(BED,), less_in_beds=1.0 if re.search(NOT_SMOOTH, row.name) else 1.7,
-                                             finer_in_beds=8 if row.name == "contact.friction = published" else 1)
-                for method in METHODS if taken else (*METHODS, BED):
+                for method in (*METHODS, BED):
                     with self.assertRaisesRegex(skein.RunFailed, reasons[0][1]):
                         state(scene, dt=DURATION / STEPS, integrator=method)
         self.assertEqual(left, set(), "no row is refused by these")
