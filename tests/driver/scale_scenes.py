@@ -221,6 +221,8 @@ SCENES = {
     "sharp": ({"time": {"duration": 0.4}, "fluid": fluid(velocity_formula=STIR, expected_speed=0.1),
                "obstacle": [{"name": "ball", "surface": "sharp", "centre": [0.08, 0.06, 0.09], "radius": 0.025, "amplitude": [0.0, 0.0, 0.02], "frequency": 2.0, "velocity": [0.02, 0.0, 0.0]},
                             {"name": "rest", "surface": "sharp", "centre": [0.03, 0.02, 0.03], "radius": 0.02}, {"name": "marked", "centre": [0.12, 0.02, 0.03], "radius": 0.02}]}, 8),
+    "floats": ({"time": {"duration": 0.2}, "fluid": fluid(expected_speed=0.2), "load": [GRAVITY], "immersion": {"body_surface": "sharp"},
+                "bodies": [{"name": "float", "density": 900.0, "spheres": {"radii": [0.025]}, "velocity": [0.0, 0.05, 0.0], "angular_velocity": [1.0, 0.0, 0.0], **at(0.08, 0.06, 0.09, UP)}]}, 100),
     "plates": ({"time": {"duration": 0.4}, "fluid": fluid(along_x="free_slip", along_y="no_slip", along_z="free_slip", lower_wall_velocity=[0.05, 0.0, 0.0], upper_wall_velocity=[0.0, 0.0, 0.02], moving_walls="y", scheme="rk3_projected")}, 8),
     "walls": ({"time": {"duration": 0.4}, "fluid": fluid(along_x="no_slip", along_y="free_slip", lower_wall_velocity=[0.0, 0.0, 0.02], moving_walls="x")}, 8),
     "viscous": ({"time": {"duration": 0.4}, "fluid": fluid(along_z="no_slip", lower_wall_velocity=[0.05, 0.0, 0.0], moving_walls="z", scheme="crank_nicolson", viscosity=1.0),
