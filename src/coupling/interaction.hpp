@@ -96,7 +96,7 @@ public:
     virtual std::int64_t meeting_after([[maybe_unused]] std::int64_t done) const { return Every::never; }
     /// Bodies are back where begin() found them. The same steps follow in more parts.
     virtual void begin_again() {}
-    /// Keeps what steps change of it in one of two places, and takes it back: a step is made anew in more parts.
+    /// Keeps its state in one of two places, and takes it back where a step is repeated in more parts.
     virtual void keep([[maybe_unused]] std::size_t place) {}
     virtual void go_back([[maybe_unused]] std::size_t place) {}
     /// Way of a node in a part of a step beyond which it may pass what it touches, m.

@@ -18,8 +18,8 @@ struct RodMotions {
     Eigen::Matrix<double, Eigen::Dynamic, 6, Eigen::RowMajor> motion;
 };
 
-/// Where the iteration does not converge, or meets a direction in which the energy falls, the direct factor of
-/// make_factor() takes the place; after three such matrices it stays.
+/// The direct factor of make_factor() takes its place where the iteration does not converge, or meets a direction in
+/// which the energy falls; after three such matrices it stays.
 class TwoLevelFactor final : public Factor {
 public:
     explicit TwoLevelFactor(bool symmetric) : symmetric_(symmetric) {}

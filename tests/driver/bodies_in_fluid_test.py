@@ -158,17 +158,6 @@ class BodiesInFluid(DriverTest):
             self.run_skein(f"sharp{density}")
             self.assert_momentum_kept(f"sharp{density}")
 
-    def test_sharp_bodies_have_the_same_bits_on_other_ranks_lanes_and_threads_and_after_a_stop(self):
-        self.scene.write_text(SHARP.replace("duration = 0.4", "duration = 0.24"))
-        self.run_skein("one")
-        self.run_skein("rows", "--set", "fluid.ranks_across=2", ranks=4)
-        self.run_skein("lanes", "--lanes", "2")
-        self.run_skein("threads", "--lanes", "1", threads=2)
-        self.run_skein("parts", "--until", "0.15")
-        self.assertIn("Resuming from", self.run_skein("parts", ranks=2).stdout)
-        for out in ("rows", "lanes", "threads", "parts"):
-            self.assertEqual(self.digest(out), self.digest("one"), out)
-
     def test_light_sharp_spheres_swing_on_springs_without_growth(self):
         """Eight cells across. The inertia is that of the sphere and half of the displaced fluid's, and some of the boundary layer's; amplitudes fall."""
         steepness = (2 * math.pi) ** 2 * VOLUME
@@ -198,15 +187,17 @@ class BodiesInFluid(DriverTest):
             self.assert_momentum_kept(name)
 
     def test_same_bits_on_other_ranks_lanes_and_threads_and_after_a_stop(self):
-        self.scene.write_text(SCENE.replace("duration = 0.4", "duration = 0.24"))
-        self.run_skein("one")
-        self.run_skein("rows", "--set", "fluid.ranks_across=2", ranks=4)
-        self.run_skein("lanes", "--lanes", "2")
-        self.run_skein("threads", "--lanes", "1", threads=2)
-        self.run_skein("parts", "--until", "0.15")
-        self.assertIn("Resuming from", self.run_skein("parts", ranks=2).stdout)
-        for out in ("rows", "lanes", "threads", "parts"):
-            self.assertEqual(self.digest(out), self.digest("one"), out)
+        for surface, scene in {"markers": SCENE, "sharp": SHARP}.items():
+            with self.subTest(surface=surface):
+                self.scene.write_text(scene.replace("duration = 0.4", "duration = 0.24"))
+                one, rows, lanes, threads, parts = outs = [f"{surface}_{how}" for how in ("one", "rows", "lanes", "threads", "parts")]
+                self.run_skein(one)
+                self.run_skein(rows, "--set", "fluid.ranks_across=2", ranks=4)
+                self.run_skein(lanes, "--lanes", "2")
+                self.run_skein(threads, "--lanes", "1", threads=2)
+                self.run_skein(parts, "--until", "0.15")
+                self.assertIn("Resuming from", self.run_skein(parts, ranks=2).stdout)
+                for out in outs: self.assertEqual(self.digest(out), self.digest(one), out)
 
     def test_bodies_step_implicitly_too(self):
         """Joined to rods or not, and in a bed with contact: as explicit bodies, and with the same momentum."""

@@ -72,7 +72,7 @@ private:
     double step_by_slip(double speed, double whole, double shortest) const;
     /// Largest difference of velocities at markers at the end of the last step, m/s.
     double slip() const { return steps_ == steps_before_ ? slip_before_ : bodies_->forcing().slip(); }
-    /// Of this rank.
+    /// Velocity of the flow on the faces of this rank.
     std::array<const double*, 3> velocities() const;
     /// Stage s of a step of the fluid that begins at 0, in steps of rods of dt.
     ForceBalance::Stage stage_of(int s, double dt) const;
