@@ -16,6 +16,7 @@
 
 #include <algorithm>
 #include <map>
+#include <cmath>
 #include <numeric>
 #include <utility>
 
@@ -220,6 +221,26 @@ std::pair<std::int64_t, std::int64_t> size_of(const StaticScene& scene) {
     return {scene.world().comm.sum(pieces), scene.world().comm.sum(unknowns)};
 }
 
+/// Bodies that touch and still move at the start may be far from rest: names the fastest. Empty where none moves by a
+/// thousandth of its radius while the slowest rod swings.
+std::string text_of_motion(const StaticPiece& piece) {
+    const StaticSystem& system = *piece.system;
+    const double swing = 1 / std::sqrt(system.slow_eigenvalue());
+    double fastest = 0;
+    std::size_t of = 0;
+    for (std::size_t rod = 0; system.touches() && rod < system.rods().size(); ++rod)
+        for (std::size_t s = system.first_slot(rod); s < system.first_slot(rod + 1); ++s) {
+            const double speed = norm(lane(piece.state.slot[s].velocity, 0));
+            if (speed <= fastest || speed * swing < 1e-3 * system.group(rod).element.front().radius) continue;
+            fastest = speed;
+            of = rod;
+        }
+    if (fastest == 0) return {};
+    return fmt::format(
+        "; at the start {} moves at {:.2g} m/s: a longer or more damped run brings bodies nearer to rest",
+        system.rod_name(of), fastest);
+}
+
 } // namespace
 
 SolutionPlan plan_equilibrium(StaticScene& scene, double time, const NewtonOptions& options) {
@@ -263,7 +284,8 @@ EquilibriumReport find_equilibrium(StaticScene& scene, double time, const Newton
         report.asymmetry = std::max(report.asymmetry, one.asymmetry);
         report.share = std::min(report.share, one.share);
         if (reason.empty() && !one.found)
-            reason = fmt::format("{}: {}", scene.pieces()[i].system->rod_name(0), without_repetition(one.reason));
+            reason = fmt::format("{}: {}{}", scene.pieces()[i].system->rod_name(0), without_repetition(one.reason),
+                                 text_of_motion(scene.pieces()[i]));
         if (names.empty() && one.neutral + one.loose > 0) names = names_of_neutral(one);
         if (factor.empty()) factor = one.factor;
         report.factor_bytes = std::max(report.factor_bytes, factor_bytes(one.factor, one.factor_entries));
