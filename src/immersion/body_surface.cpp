@@ -169,9 +169,9 @@ double distance_from(const Part& part, const Vec3d& place) {
     return norm(place - part.from - share * axis) - part.radius;
 }
 
-double BodySurface::distance(const Vec3d& place) const {
+double PartsSurface::distance(const Vec3d& place) const {
     double least = HUGE_VAL;
-    for (const Part& part : body_.part) least = std::min(least, distance_from(part, place));
+    for (const Part& part : parts_) least = std::min(least, distance_from(part, place));
     return least;
 }
 
@@ -215,6 +215,10 @@ AddedInertia added_inertia(const DisplacedVolume& displaced) {
     return {{moving(alpha.x), moving(alpha.y), moving(alpha.z)},
             {turning(square.y, square.z, alpha.y, alpha.z), turning(square.z, square.x, alpha.z, alpha.x),
              turning(square.x, square.y, alpha.x, alpha.y)}};
+}
+
+std::vector<Vec3d> part_markers(const Part& part, double spacing, double retraction) {
+    return PartMarkers(part, spacing, retraction).places;
 }
 
 std::vector<RodMarker> body_markers(const BodyShape& body, double spacing, double retraction) {

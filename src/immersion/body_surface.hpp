@@ -6,6 +6,7 @@
 #include "immersion/surface.hpp"
 #include "rod/body_shape.hpp"
 
+#include <utility>
 #include <vector>
 
 namespace skein {
@@ -13,15 +14,19 @@ namespace skein {
 /// Signed distance of a place from a part, m, above 0 outside; lengths as in BodyShape.
 double distance_from(const BodyShape::Part& part, const Vec3d& place);
 
-/// Surface of all parts, about the centre of mass and along the principal axes.
-class BodySurface final : public Surface {
+/// Surface of parts within a distance of the origin, m; of a body about its centre of mass and along its principal
+/// axes.
+class PartsSurface final : public Surface {
 public:
-    explicit BodySurface(const BodyShape& body) : body_(body) {}
+    PartsSurface(std::vector<BodyShape::Part> parts, double reach) : parts_(std::move(parts)), reach_(reach) {}
+    explicit PartsSurface(const BodyShape& body) : PartsSurface(body.part, body.reach) {}
     double distance(const Vec3d& place) const override;
-    Vec3d extent() const override { return {body_.reach, body_.reach, body_.reach}; }
+    bool steady() const override { return true; }
+    Vec3d extent() const override { return {reach_, reach_, reach_}; }
 
 private:
-    BodyShape body_;
+    std::vector<BodyShape::Part> parts_;
+    double reach_;
 };
 
 /// Volume that a body displaces, m^3, its centre, m, and its second moments, the inertia for a density of 1, m^5. All
@@ -39,6 +44,9 @@ struct AddedInertia {
     Vec3d linear, angular;
 };
 AddedInertia added_inertia(const DisplacedVolume& displaced);
+
+/// Places of markers of one part, about a cell apart and `retraction` [m] within its surface.
+std::vector<Vec3d> part_markers(const BodyShape::Part& part, double spacing, double retraction);
 
 /// Markers about a cell apart and `retraction` [m] within the surface, none within another part. Parts thinner than a
 /// cell have markers on their axis or in their middle plane.

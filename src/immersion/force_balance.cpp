@@ -90,7 +90,8 @@ void ForceBalance::begin_step(double lag, const std::function<RigidMotion(std::s
     });
 }
 
-void ForceBalance::begin_stage(const Stage& stage, double lag, const Responses& responses) {
+void ForceBalance::begin_stage(const Stage& stage, double lag, const Responses& responses,
+                               const SharpResponses& of_sharp) {
     pace_ = std::min(1.0, stage.step / fluid_.reference_step);
     length_ = stage.step;
     rods_.read(lag, [&](int, std::size_t i, const RodCopy& rod) {
@@ -99,6 +100,7 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Responses& 
         std::fill(load.begin(), load.end(), FluidLoad{});
         std::fill(received.begin(), received.end(), FluidImpulse{});
         add_responses(i, rod, responses, load);
+        if (rods_.is_sharp_rod(i)) add_sharp_responses(rod, of_sharp(i), load);
         if (group_of(i).body()) {
             BodyStep& body = body_step_[loads_->first(i)];
             body.stage_frame = rod.frames[0];
@@ -146,6 +148,41 @@ void ForceBalance::add_responses(std::size_t i, const RodCopy& rod, const Respon
     });
 }
 
+void ForceBalance::add_sharp_responses(const RodCopy& rod, std::span<const SharpForcing::Response> responses,
+                                       std::span<FluidLoad> load) const {
+    for (std::size_t k = 0; k < responses.size(); ++k) {
+        const SharpForcing::Response& response = responses[k];
+        for (std::size_t end = 0; end < 2; ++end) {
+            const Vec3d drag = fluid_.density * response.drag[end], velocity = lane(rod.state[k + end].velocity, 0);
+            load[k + end].drag += drag;
+            load[k + end].push += scale(drag, velocity) - fluid_.density * response.given[end];
+        }
+        const Vec3d turn_drag = fluid_.density * response.turn_drag;
+        load[k].turn_drag += turn_drag;
+        load[k].couple += transpose_times(rod.frames[k], scale(turn_drag, lane(rod.state[k].spin, 0))) -
+                          fluid_.density * response.turn_given;
+    }
+}
+
+Vec3d ForceBalance::mean_added_velocity(std::size_t i) const {
+    if (!rods_.is_sharp_rod(i)) return {0, 0, 0};
+    const RodGroup& group = group_of(i);
+    Vec3d momentum{0, 0, 0};
+    double mass = 0;
+    for (std::size_t k = 0; k < group.node_mass.size(); ++k) {
+        momentum += exchange_[loads_->first(i) + k].added_momentum;
+        mass += inertia_of(i).of_nodes[k].added * group.node_mass[k];
+    }
+    return mass > 0 ? (1 / mass) * momentum : Vec3d{0, 0, 0};
+}
+
+Vec3d ForceBalance::returned(std::size_t i, std::size_t k, const Vec3d& mean) const {
+    const InertiaShares<double>& of_node = inertia_of(i).of_nodes[k];
+    const double fraction = theta(of_node.relaxation);
+    return fraction * exchange_[loads_->first(i) + k].added_momentum +
+           ((1 - fraction) * of_node.added * group_of(i).node_mass[k]) * mean; // theory.md (155)
+}
+
 ForceBalance::BodyMomentum ForceBalance::inner_momentum(std::size_t i, const RodCopy& body) const {
     const InnerFluid& inner = inertia_of(i).inner;
     const Mat3d& frame = body.frames[0];
@@ -181,6 +218,7 @@ void ForceBalance::add_impulses(std::size_t i, const RodCopy& rod, const Stage& 
     const RodGroup& group = group_of(i);
     const InertiaInFluid& inertia = inertia_of(i);
     const double per_length = 1 / stage.length, share = stage.length / stage.step;
+    const Vec3d mean = mean_added_velocity(i);
     const Vec3d buoyancy = (-inertia.density_ratio) * weight_(to_index(own(i).group), stage.begin + 0.5 * stage.length);
     for (std::size_t k = 0; k < load.size(); ++k) {
         const SlotExchange& slot = exchange_[loads_->first(i) + k];
@@ -195,7 +233,9 @@ void ForceBalance::add_impulses(std::size_t i, const RodCopy& rod, const Stage& 
             load[k].couple = per_length * step.own_angular_impulse;
             break;
         }
-        step.own_impulse += (share * theta(inertia.of_nodes[k].relaxation)) * slot.added_momentum;
+        step.own_impulse += rods_.is_sharp_rod(i)
+                                ? share * returned(i, k, mean)
+                                : (share * theta(inertia.of_nodes[k].relaxation)) * slot.added_momentum;
         load[k].push = per_length * (load[k].push + slot.residual_impulse + step.own_impulse);
         load[k].drag = per_length * load[k].drag;
         if (k == group.element.size()) break;
@@ -219,8 +259,8 @@ void ForceBalance::find_mean_velocities(double length, double lag, std::span<Vec
     });
 }
 
-void ForceBalance::end_stage(std::span<const Vec3d> changes,
-                             const std::function<GivenBySurface(std::size_t i)>& given) {
+void ForceBalance::end_stage(std::span<const Vec3d> changes, const std::function<GivenBySurface(std::size_t i)>& given,
+                             const GivenByElements& given_by_rod) {
     for (std::size_t i = 0; i < rods_.rods().local().size(); ++i) {
         const RodGroup& group = group_of(i);
         const std::size_t first = loads_->first(i);
@@ -237,6 +277,15 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes,
             slots[ImmersedRods::second_slot(marker, slots.size())].residual_impulse -= marker.along * given;
             slots[marker.element].residual_angular_impulse -= cross(off_[m], given);
         });
+        if (rods_.is_sharp_rod(i)) {
+            const auto of_elements = given_by_rod(i);
+            for (std::size_t k = 0; k < of_elements.size(); ++k) {
+                const auto& [whole, at_end] = of_elements[k];
+                slots[k].residual_impulse -= fluid_.density * (whole.linear - at_end);
+                slots[k + 1].residual_impulse -= fluid_.density * at_end;
+                slots[k].residual_angular_impulse -= fluid_.density * whole.angular;
+            }
+        }
         if (inertia_of(i).sharp) {
             const GivenBySurface by = given(i);
             slots.front().residual_impulse -= by.linear;
@@ -292,13 +341,15 @@ void ForceBalance::end_step(double lag) {
         const RodGroup& group = group_of(i);
         const InertiaInFluid& inertia = inertia_of(i);
         if (group.body()) return end_step_of_body(i, rod);
+        const Vec3d mean = mean_added_velocity(i);
         for (std::size_t k = 0; k < rod.state.size(); ++k) {
             SlotExchange& slot = exchange_[loads_->first(i) + k];
             const SlotStep& before = step_[loads_->first(i) + k];
             const InertiaShares<double>& of_node = inertia.of_nodes[k];
+            const Vec3d kept = rods_.is_sharp_rod(i) ? slot.added_momentum - returned(i, k, mean)
+                                                     : (1 - theta(of_node.relaxation)) * slot.added_momentum;
             slot.added_momentum =
-                (1 - theta(of_node.relaxation)) * slot.added_momentum +
-                (of_node.added * group.node_mass[k]) * (lane(rod.state[k].velocity, 0) - before.velocity);
+                kept + (of_node.added * group.node_mass[k]) * (lane(rod.state[k].velocity, 0) - before.velocity);
             if (k == group.element.size()) break;
             const InertiaShares<Vec3d>& of_element = inertia.of_elements[k];
             const Vec3d old = rod.frames[k] * slot.added_angular_momentum,

@@ -21,6 +21,7 @@
 #include "immersion/immersed_rods.hpp"
 #include "immersion/inertia_in_fluid.hpp"
 #include "immersion/rigid_fit.hpp"
+#include "immersion/sharp_forcing.hpp"
 #include "parallel/communicator.hpp"
 #include "skein/core/index.hpp"
 
@@ -69,6 +70,10 @@ public:
     /// Responses of markers of own rods, by their number.
     using Responses = std::function<MarkerResponse(std::size_t marker)>;
 
+    /// Responses of the elements of own rod i, which has a sharp surface.
+    using SharpResponses = std::function<std::span<const SharpForcing::Response>(std::size_t i)>;
+    using GivenByElements = std::function<std::span<const SharpForcing::GivenByElement>(std::size_t i)>;
+
     /// Momentum and moment of it that a body with a sharp surface gives the fluid, kg m/s, kg m^2/s.
     struct GivenBySurface {
         Vec3d linear, angular;
@@ -77,13 +82,14 @@ public:
     /// surface, relative to the body.
     void begin_step(double lag, const std::function<RigidMotion(std::size_t i)>& slip);
     /// Sets the loads of a stage by (89).
-    void begin_stage(const Stage& stage, double lag, const Responses& responses);
+    void begin_stage(const Stage& stage, double lag, const Responses& responses, const SharpResponses& of_sharp);
     /// Takes back what rods have received in the stage, which they begin once more.
     void forget_received();
     /// Sets velocities of markers to their means over a stage of this length, s, at the end of which rods are.
     void find_mean_velocities(double length, double lag, std::span<Vec3d> velocities);
     /// Advances D by (90), from the changes of velocity at markers, and what own body i has given by a sharp surface.
-    void end_stage(std::span<const Vec3d> changes, const std::function<GivenBySurface(std::size_t i)>& given);
+    void end_stage(std::span<const Vec3d> changes, const std::function<GivenBySurface(std::size_t i)>& given,
+                   const GivenByElements& given_by_rod);
     /// Advances L by (88a).
     void end_step(double lag);
 
@@ -132,6 +138,13 @@ private:
     void start_inner_fluid();
     /// Adds the responses of the markers of local()[i] to its loads.
     void add_responses(std::size_t i, const RodCopy& rod, const Responses& responses, std::span<FluidLoad> load);
+    /// Momentum of the added mass of own rod i over this mass, m/s, which a sharp surface returns at once.
+    Vec3d mean_added_velocity(std::size_t i) const;
+    /// Momentum of the added mass of a slot that a step returns, N s.
+    Vec3d returned(std::size_t i, std::size_t k, const Vec3d& mean) const;
+    /// Adds the responses of the elements of a rod with a sharp surface to its loads.
+    void add_sharp_responses(const RodCopy& rod, std::span<const SharpForcing::Response> responses,
+                             std::span<FluidLoad> load) const;
     /// Gives each of the slots of shared nodes its part of a sum of theirs: members of SlotExchange or FluidLoad.
     template <class Slots, class Member> void share(Slots& of_slots, Member member) const;
     /// Gives bodies the loads of nodes at their places, and the residual impulses of these.

@@ -22,6 +22,7 @@ public:
         bool has_inner = true;     ///< the fluid within moves with the rods
         bool feels_fluid = false;  ///< rods feel it
         bool sharp_bodies = false; ///< rigid bodies that are thick enough have sharp surfaces, not markers
+        bool sharp_rods = false;   ///< and so have rods
     };
     ImmersedKinds(const FluidGrid& grid, const Numbers& numbers) : grid_(grid), numbers_(numbers) {}
 
@@ -29,7 +30,8 @@ public:
         std::vector<RodMarker> markers;                ///< empty at a sharp surface
         std::shared_ptr<const InertiaInFluid> inertia; ///< null where rods do not feel the fluid
     };
-    /// True for bodies with sharp surfaces: all parts are two cells thick at least.
+    /// True for bodies and rods with sharp surfaces: all parts are two cells thick at least. Closed rods and rods of
+    /// sizes of their own have markers.
     bool sharp(const RodGroup& group) const;
     /// Markers and inertia of rod i of a group; of a group that is RodGroup::kind, those of its rod, whatever i. Any
     /// thread may ask.

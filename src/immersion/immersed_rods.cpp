@@ -20,6 +20,7 @@ ImmersedRods::ImmersedRods(std::span<const RodGroup> groups, const Rods& rods,
         first_sharp_.push_back(sharp ? static_cast<std::int64_t>(groups_of_sharp_.size()) : -1);
         if (sharp) groups_of_sharp_.resize(groups_of_sharp_.size() + to_index(group.count()), first_sharp_.size() - 1);
         has_markers_ |= !sharp;
+        has_sharp_rods_ |= sharp && !group.body();
         if (!group.heterogeneous()) {
             of.of_each = markers(group, 0);
             first += group.count() * of.of_each;

@@ -26,7 +26,10 @@ public:
     std::size_t count() const { return before_.back(); }
     /// True if some rod or body of the scene has markers.
     bool has_markers() const { return has_markers_; }
-    /// Bodies of the scene with sharp surfaces.
+    /// True if some rod, which is no rigid body, has a sharp surface.
+    bool has_sharp_rods() const { return has_sharp_rods_; }
+    bool is_sharp_rod(std::size_t i) const { return sharp_number(i) >= 0 && !constants(i).body(); }
+    /// Bodies and rods of the scene with sharp surfaces.
     std::size_t sharp_bodies() const { return groups_of_sharp_.size(); }
     /// Group of a body with a sharp surface.
     const RodGroup& group_of_sharp(std::size_t sharp) const { return groups_[groups_of_sharp_[sharp]]; }
@@ -81,7 +84,7 @@ private:
     std::vector<OfGroup> groups_in_scene_;
     std::vector<std::int64_t> first_sharp_;    ///< by group: of its bodies with sharp surfaces; -1: it has none
     std::vector<std::size_t> groups_of_sharp_; ///< by body with a sharp surface
-    bool has_markers_ = false;
+    bool has_markers_ = false, has_sharp_rods_ = false;
     std::vector<std::size_t> all_;                 ///< numbers of own rods
     std::vector<std::size_t> before_;              ///< by own rod: markers of own rods before it
     std::vector<const RodGroup*> constants_;       ///< by own rod

@@ -17,10 +17,25 @@ bool some_markers_move(const std::vector<Obstacle>& obstacles) {
                        [](const Obstacle& o) { return o.moves() && !o.is_sharp(); });
 }
 
+/// Momentum over density of the fluid that moves with an obstacle, m^4/s, and its moment about the centre, m^5/s.
+struct InnerFlow {
+    Vec3d linear, angular;
+};
+InnerFlow inner_flow(const Obstacle& obstacle, const Solid& solid, double time) {
+    const Mat3d axes = obstacle.axes_at(time);
+    const Vec3d &spin = obstacle.angular_velocity, v = obstacle.velocity_at(time),
+                arm = transpose_times(axes, solid.centre);
+    const SymmetricMatrix about_centre = of_point(solid.centre);
+    const Vec3d own = axes * spin;
+    return {solid.volume * (v + cross(spin, arm)),
+            solid.volume * (transpose_times(axes, solid.inertia * own + about_centre * own) + cross(arm, v))};
+}
+
 SharpBody sharp_body(const Obstacle& obstacle) {
     return {.surface = obstacle.shape(),
             .motion = [obstacle](double time) -> BodyMotion {
-                return {obstacle.place_at(time), obstacle.velocity_at(time)};
+                return {obstacle.place_at(time), obstacle.velocity_at(time), obstacle.angular_velocity,
+                        obstacle.axes_at(time)};
             },
             .moves = obstacle.moves()};
 }
@@ -38,6 +53,7 @@ public:
     }
     void sample(const FlowStage& stage) override {
         if (!of_.has_sharp_bodies()) of_.surfaces_->act(stage);
+        else if (of_.balance_) of_.expect_rods(stage);
         if (!of_.has_markers()) return;
         if (!of_.has_sharp_bodies()) return of_.forcing_.sample(stage);
         FlowStage other = stage; // surfaces need the velocities at its begin
@@ -88,8 +104,12 @@ Immersion::Immersion(const Communicator& comm, const Threads& threads, const Flu
         } else about_centre_.back() = obstacles_[o].markers(grid_);
         obstacle_markers_ += static_cast<std::int64_t>(about_centre_.back().size());
     }
-    for (std::size_t b = 0; has_sharp_bodies() && b < rods_->sharp_bodies(); ++b)
-        sharp.push_back({std::make_unique<BodySurface>(*rods_->group_of_sharp(b).body()), {}, true});
+    for (std::size_t b = 0; has_sharp_bodies() && b < rods_->sharp_bodies(); ++b) {
+        const RodGroup& group = rods_->group_of_sharp(b);
+        sharp.push_back({.moves = true});
+        if (group.body()) sharp.back().surface = std::make_unique<PartsSurface>(*group.body());
+        else sharp.back().swept = std::make_unique<SweptSurface>(swept_surface(group, grid_));
+    }
     if (sharp.empty()) return;
     surfaces_.emplace(comm, threads, grid, numbers.kinematic_viscosity, std::move(sharp), across);
     all_ = std::make_unique<AllBodies>(*this);
@@ -108,30 +128,62 @@ void Immersion::place(double time, Markers& markers) const {
     }
 }
 
-std::vector<BodyMotion> Immersion::present_motions() const {
-    std::vector<BodyMotion> of_own(rods_->rods().local().size());
+std::vector<Immersion::SharpMotion> Immersion::present_motions() const {
+    // Each element as a body: place and velocity of its first node; a rod has its last node after them.
+    std::vector<std::vector<BodyMotion>> of_own(rods_->rods().local().size());
     rods_->read(lag_, [&](int, std::size_t i, const RodCopy& rod) {
         if (rods_->sharp_number(i) < 0) return;
-        const Mat3d& frame = rod.frames[0];
-        of_own[i] = {lane(rod.state[0].position, 0) - box_shift_, lane(rod.state[0].velocity, 0),
-                     transpose_times(frame, lane(rod.state[0].spin, 0)), frame};
+        for (std::size_t k = 0; k < rod.state.size(); ++k) {
+            const Mat3d& frame = rod.frames[std::min(k, rod.frames.size() - 1)];
+            of_own[i].push_back({lane(rod.state[k].position, 0) - box_shift_, lane(rod.state[k].velocity, 0),
+                                 transpose_times(frame, lane(rod.state[k].spin, 0)), frame});
+        }
     });
     using Record = std::array<double, sizeof(BodyMotion) / sizeof(double)>;
     std::vector<double> mine;
-    for (std::size_t i = 0; i < of_own.size(); ++i) {
-        if (rods_->sharp_number(i) < 0) continue;
-        mine.push_back(static_cast<double>(rods_->sharp_number(i)));
-        const auto numbers = std::bit_cast<Record>(of_own[i]);
-        mine.insert(mine.end(), numbers.begin(), numbers.end());
-    }
+    for (std::size_t i = 0; i < of_own.size(); ++i)
+        for (const BodyMotion& slot : of_own[i]) {
+            mine.push_back(static_cast<double>(rods_->sharp_number(i)));
+            const auto numbers = std::bit_cast<Record>(slot);
+            mine.insert(mine.end(), numbers.begin(), numbers.end());
+        }
     const std::vector<double> all = comm_.all_gather(mine);
-    std::vector<BodyMotion> motions(rods_->sharp_bodies());
+    std::vector<SharpMotion> motions(rods_->sharp_bodies());
     for (std::size_t at = 0; at < all.size(); at += 1 + std::tuple_size_v<Record>) {
         Record numbers;
         std::copy_n(&all[at + 1], numbers.size(), numbers.begin());
-        motions[static_cast<std::size_t>(all[at])] = std::bit_cast<BodyMotion>(numbers);
+        const auto slot = std::bit_cast<BodyMotion>(numbers);
+        SharpMotion& to = motions[static_cast<std::size_t>(all[at])];
+        const bool first = to.rod.node.empty();
+        if (first) to.body = slot;
+        to.rod.node.push_back(slot.place - to.body.place);
+        to.rod.velocity.push_back(slot.velocity);
+        to.rod.frame.push_back(slot.axes);
+        to.rod.spin.push_back(slot.spin);
     }
+    for (SharpMotion& to : motions)
+        if (to.rod.node.size() > 1) { // the last slot has no element
+            to.rod.frame.pop_back();
+            to.rod.spin.pop_back();
+        }
     return motions;
+}
+
+void Immersion::set_motion(std::size_t sharp, const SharpMotion& begin, const SharpMotion& end) {
+    const std::size_t body = sharp_.size() + sharp;
+    if (rods_->group_of_sharp(sharp).body()) surfaces_->set_motion(body, begin.body, end.body);
+    else surfaces_->set_motion(body, begin.body.place, begin.rod, end.body.place, end.rod);
+}
+
+void Immersion::expect_rods(const FlowStage& stage) {
+    if (!rods_->has_sharp_rods()) return;
+    for (std::size_t b = 0; b < at_begin_.size(); ++b) {
+        SharpMotion end = at_begin_[b];
+        end.body.place += stage.dt * end.body.velocity;
+        end.rod = end.rod.after(stage.dt);
+        set_motion(b, at_begin_[b], end);
+    }
+    surfaces_->find_responses(stage);
 }
 
 void Immersion::note_motions() {
@@ -140,16 +192,15 @@ void Immersion::note_motions() {
 
 void Immersion::take_motions() {
     if (!has_sharp_bodies()) return;
-    const std::vector<BodyMotion> now = present_motions();
-    for (std::size_t b = 0; b < now.size(); ++b) surfaces_->set_motion(sharp_.size() + b, at_begin_[b], now[b]);
+    const std::vector<SharpMotion> now = present_motions();
+    for (std::size_t b = 0; b < now.size(); ++b) set_motion(b, at_begin_[b], now[b]);
 }
 
 void Immersion::begin_step(double time, const std::array<const double*, 3>& velocity) {
     const Timers::Guard timing(seconds_);
     std::vector<RigidMotion> motions;
     if (has_sharp_bodies()) {
-        for (std::size_t b = 0; b < at_begin_.size(); ++b)
-            surfaces_->set_motion(sharp_.size() + b, at_begin_[b], at_begin_[b]);
+        for (std::size_t b = 0; b < at_begin_.size(); ++b) set_motion(b, at_begin_[b], at_begin_[b]);
         motions = surfaces_->inner_motions(time, velocity);
     }
     balance_->begin_step(lag_,
@@ -159,7 +210,9 @@ void Immersion::begin_step(double time, const std::array<const double*, 3>& velo
 void Immersion::begin_stage(const ForceBalance::Stage& stage) {
     const Timers::Guard timing(seconds_);
     const std::size_t others = forcing_.markers().count() - rods_->count();
-    balance_->begin_stage(stage, lag_, [&](std::size_t m) { return forcing_.response(others + m); });
+    balance_->begin_stage(
+        stage, lag_, [&](std::size_t m) { return forcing_.response(others + m); },
+        [&](std::size_t i) { return surfaces_->responses(sharp_.size() + to_index(rods_->sharp_number(i))); });
 }
 
 void Immersion::find_marker_velocities(const ForceBalance::Stage& stage) {
@@ -169,11 +222,14 @@ void Immersion::find_marker_velocities(const ForceBalance::Stage& stage) {
 
 void Immersion::end_stage(double density) {
     const Timers::Guard timing(seconds_);
-    balance_->end_stage(of_rods(forcing_.changes()), [&](std::size_t i) -> ForceBalance::GivenBySurface {
-        const SharpForcing::Given& given =
-            surfaces_->given_in_stage()[sharp_.size() + to_index(rods_->sharp_number(i))];
-        return {density * given.linear, density * given.angular};
-    });
+    balance_->end_stage(
+        of_rods(forcing_.changes()),
+        [&](std::size_t i) -> ForceBalance::GivenBySurface {
+            const SharpForcing::Given& given =
+                surfaces_->given_in_stage(sharp_.size() + to_index(rods_->sharp_number(i)));
+            return {density * given.linear, density * given.angular};
+        },
+        [&](std::size_t i) { return surfaces_->given_by_rod(sharp_.size() + to_index(rods_->sharp_number(i))); });
 }
 
 /// Each marker belongs to the rank that has its cell.
@@ -188,13 +244,15 @@ void Immersion::place_obstacles(double time, Markers& markers) const {
     for (std::size_t o = 0; o < obstacles_.size(); ++o) {
         Vec3d centre = obstacles_[o].place_at(time);
         if (obstacles_[o].kind == ObstacleKind::cylinder) centre.z = 0;
-        const Vec3d velocity = obstacles_[o].velocity_at(time);
-        for (const Vec3d& at : about_centre_[o]) {
-            const Vec3d place = centre + at;
+        const Vec3d velocity = obstacles_[o].velocity_at(time), spin = obstacles_[o].angular_velocity;
+        const bool turns = obstacles_[o].turns();
+        const Mat3d at_start = obstacles_[o].axes_at(0), now = obstacles_[o].axes_at(time);
+        for (const Vec3d& of_start : about_centre_[o]) {
+            const Vec3d at = turns ? transpose_times(now, at_start * of_start) : of_start, place = centre + at;
             const std::int64_t own = identity++;
             if (pencils_.rank_of_cell(cell_of(place, 1), cell_of(place, 2)) != rank_) continue;
             markers.place.push_back(place);
-            markers.velocity.push_back(velocity);
+            markers.velocity.push_back(turns ? velocity + cross(spin, at) : velocity);
             markers.identity.push_back(own);
             markers.body.push_back(static_cast<std::uint32_t>(o));
         }
@@ -220,18 +278,40 @@ void Immersion::restore_held(std::span<const double> saved) {
     if (surfaces_) surfaces_->restore_held(of_surfaces);
 }
 
-Vec3d Immersion::given_by_obstacle(std::size_t obstacle) const {
+const SharpForcing::Given* Immersion::given_by_sharp(std::size_t obstacle) const {
     const auto sharp = std::find(sharp_.begin(), sharp_.end(), obstacle);
-    if (sharp == sharp_.end()) return forcing_.given()[obstacle];
-    return surfaces_->given()[static_cast<std::size_t>(sharp - sharp_.begin())].linear;
+    if (sharp == sharp_.end()) return nullptr;
+    return &surfaces_->given()[static_cast<std::size_t>(sharp - sharp_.begin())];
+}
+
+Vec3d Immersion::given_by_obstacle(std::size_t obstacle) const {
+    const SharpForcing::Given* const given = given_by_sharp(obstacle);
+    return given ? given->linear : forcing_.given()[obstacle];
 }
 
 Vec3d Immersion::force_on_obstacle(std::size_t obstacle, double density, double time) const {
     if (!(time > from_)) return {0, 0, 0};
     const Obstacle& o = obstacles_[obstacle];
-    // Fluid within the markers moves with the body, and its inertia is no force on the body.
-    const Vec3d inside = o.volume(grid_) * (o.velocity_at(time) - o.velocity_at(from_));
+    // Fluid within the surface moves with the body, and its inertia is no force on the body.
+    const Solid solid = o.solid(grid_);
+    const Vec3d inside = inner_flow(o, solid, time).linear - inner_flow(o, solid, from_).linear;
     return (density / (time - from_)) * (inside - given_by_obstacle(obstacle));
+}
+
+std::optional<Vec3d> Immersion::couple_on_obstacle(std::size_t obstacle, double density, double time) const {
+    const SharpForcing::Given* const given = given_by_sharp(obstacle);
+    if (!given) return std::nullopt;
+    if (!(time > from_)) return Vec3d{0, 0, 0};
+    const Obstacle& o = obstacles_[obstacle];
+    const Solid solid = o.solid(grid_);
+    Vec3d inside = inner_flow(o, solid, time).angular - inner_flow(o, solid, from_).angular;
+    // A moment about a centre that moves changes by the momentum across its way too.
+    constexpr int parts = 16;
+    for (int p = 0; p < parts && norm(solid.centre) > 0; ++p) {
+        const double at = from_ + (time - from_) * (p + 0.5) / parts;
+        inside += ((time - from_) / parts) * cross(o.velocity_at(at), inner_flow(o, solid, at).linear);
+    }
+    return (density / (time - from_)) * (inside - given->angular);
 }
 
 Vec3d Immersion::force_on_rods(std::size_t group, double density, double time) const {

@@ -71,6 +71,8 @@ public:
     Vec3d given_by_obstacle(std::size_t obstacle) const;
     /// Mean force on an obstacle since the last begin_interval(), N, by a fluid of this density.
     Vec3d force_on_obstacle(std::size_t obstacle, double density, double time) const;
+    /// Mean couple on an obstacle with a sharp surface about its centre, N m; none with markers.
+    std::optional<Vec3d> couple_on_obstacle(std::size_t obstacle, double density, double time) const;
     /// Mean force on the rods of a group, N. It includes the force that moves the fluid within their surfaces.
     Vec3d force_on_rods(std::size_t group, double density, double time) const;
     void begin_interval(double time) {
@@ -87,10 +89,21 @@ public:
 private:
     class AllBodies;
     void place(double time, Markers& markers) const;
+    /// Null with markers.
+    const SharpForcing::Given* given_by_sharp(std::size_t obstacle) const;
     void place_obstacles(double time, Markers& markers) const;
     bool has_sharp_bodies() const { return rods_ && rods_->sharp_bodies() > 0; }
-    /// Motions of all bodies with sharp surfaces as they are now. Collective.
-    std::vector<BodyMotion> present_motions() const;
+    /// Motion of a body with a sharp surface; of a rod with the place of its first node.
+    struct SharpMotion {
+        BodyMotion body;
+        RodMotion rod;
+    };
+    /// Motions of all bodies and rods with sharp surfaces as they are now. Collective.
+    std::vector<SharpMotion> present_motions() const;
+    void set_motion(std::size_t sharp, const SharpMotion& begin, const SharpMotion& end);
+    /// Puts rods with sharp surfaces to where they come in the stage at their present rates, and finds how they
+    /// respond.
+    void expect_rods(const FlowStage& stage);
     /// Part of a vector over markers that belongs to own rods; markers of obstacles come first.
     template <class Vectors> auto of_rods(Vectors& of_markers) const {
         return std::span(of_markers).last(rods_->count());
@@ -108,7 +121,7 @@ private:
     std::int64_t obstacle_markers_ = 0;
     std::unique_ptr<ImmersedRods> rods_;
     DirectForcing forcing_;
-    std::vector<BodyMotion> at_begin_;      ///< of bodies with sharp surfaces, when the stage began
+    std::vector<SharpMotion> at_begin_;     ///< when the stage began
     std::optional<SharpForcing> surfaces_;  ///< absent without sharp surfaces; obstacles come first
     std::unique_ptr<StageForcing> all_;     ///< markers and surfaces; null without sharp surfaces
     std::unique_ptr<ForceBalance> balance_; ///< null without two-way coupling

@@ -34,13 +34,13 @@ public:
     /// Inertia of a group whose rods have these markers, ring after ring, in a fluid of that density, kg/m^3. With
     /// `inner` false rods bear all of their inertia, and the inner fluid's comes on top.
     InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner);
-    /// Inertia of bodies with sharp surfaces.
-    InertiaInFluid(const RodGroup& bodies, double density, bool inner);
+    /// Inertia of bodies or rods with sharp surfaces.
+    InertiaInFluid(const RodGroup& group, double density, bool inner);
 
     double density_ratio;           ///< density of the fluid over the rod's; displaced over own mass of a body
     InnerFluid inner;               ///< of a body; none of a rod
     Vec3d buoyancy_centre{0, 0, 0}; ///< m, of the volume of a body
-    bool sharp = false;             ///< the body's surface is: it feels the fluid around it too
+    bool sharp = false;             ///< the surface of a body is: it feels the fluid around it too
     std::vector<InertiaShares<double>> of_nodes;   ///< [slots]
     std::vector<InertiaShares<Vec3d>> of_elements; ///< [elements], about d1, d2, d3
 
@@ -48,6 +48,8 @@ public:
     double least_effective() const;
 
 private:
+    void take_sharp_body(const BodyShape& body, double density, bool has_inner);
+    void take_sharp_rod(const RodGroup& rods, double density, bool has_inner);
     void take_body(const BodyShape& body, std::span<const RodMarker> markers, double density, bool has_inner);
 };
 

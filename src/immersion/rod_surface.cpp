@@ -72,9 +72,12 @@ SectionMarkers plate_markers(double half_thickness, double spacing, double retra
     return half_thickness - retraction < too_close * spacing ? SectionMarkers::sheet : SectionMarkers::ring;
 }
 
-bool spans_box(const RodGroup& group, const FluidGrid& grid) {
+namespace {
+
+/// Direction along which rectangular sections span a periodic box along d2; -1: none.
+int direction_across(const RodGroup& group, const FluidGrid& grid) {
     const RodSpec& spec = group.spec();
-    if (spec.section.kind != SectionKind::rectangular) return false;
+    if (spec.section.kind != SectionKind::rectangular) return -1;
     const Vec3d d2 = transpose_times(matrix(frame_of(spec.placement.tangent, spec.placement.normal)), Vec3d{0, 1, 0});
     constexpr double rounding = 1e-9;
     for (int d = 0; d < 3; ++d) {
@@ -82,9 +85,41 @@ bool spans_box(const RodGroup& group, const FluidGrid& grid) {
         bool wide = grid.periodic(d) && std::abs(std::abs(component_of(d2, d)) - 1) < rounding;
         for (std::size_t k = 0; wide && k < group.element.size(); ++k)
             wide = std::abs(2 * half_axes(group, k).along_d2 - box) < rounding * box;
-        if (wide) return true;
+        if (wide) return d;
     }
-    return false;
+    return -1;
+}
+
+/// Direction along which rods are as long as a periodic box; -1: none.
+int direction_through(const RodGroup& group, const FluidGrid& grid) {
+    if (!group.spec().placement.tangents.empty()) return -1;
+    double length = 0;
+    for (const ElementConstants& e : group.element) length += e.rest_length;
+    const Vec3d tangent = unit(group.spec().placement.tangent);
+    constexpr double rounding = 1e-9;
+    for (int d = 0; d < 3; ++d)
+        if (const double box = grid.h * nth(grid.cells, d);
+            grid.periodic(d) && std::abs(std::abs(component_of(tangent, d)) - 1) < rounding &&
+            std::abs(length - box) < rounding * box)
+            return d;
+    return -1;
+}
+
+} // namespace
+
+bool spans_box(const RodGroup& group, const FluidGrid& grid) { return direction_across(group, grid) >= 0; }
+
+SweptSurface swept_surface(const RodGroup& group, const FluidGrid& grid) {
+    std::vector<SweptSurface::Element> elements;
+    for (std::size_t k = 0; k < group.element.size(); ++k) {
+        const HalfAxes half = half_axes(group, k);
+        elements.push_back({half.along_d1, half.along_d2, group.element[k].rest_length});
+    }
+    const bool rectangular = group.spec().section.kind == SectionKind::rectangular;
+    if (const int across = direction_across(group, grid); across >= 0)
+        return {SweptSection::plate, std::move(elements), across};
+    return {rectangular ? SweptSection::rectangle : SweptSection::ellipse, std::move(elements),
+            direction_through(group, grid)};
 }
 
 std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid, double retraction) {

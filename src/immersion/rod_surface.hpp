@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fluid/fluid_grid.hpp"
+#include "immersion/swept_surface.hpp"
 #include "skein/core/vec3.hpp"
 #include "skein/rod/rod_group.hpp"
 
@@ -35,6 +36,9 @@ SectionMarkers section_markers(const HalfAxes& axes, double spacing, double retr
 
 /// True if rectangular sections span a periodic box along d2, as those of a plate without edges there.
 bool spans_box(const RodGroup& group, const FluidGrid& grid);
+
+/// Surface of an open rod of the group.
+SweptSurface swept_surface(const RodGroup& group, const FluidGrid& grid);
 
 /// Markers of a rod of the group at rest, about a cell apart, ring after ring, with both ends closed. They lie
 /// `retraction` [m] within the surface. All rods of the group have the same number in the same order. A group of bodies

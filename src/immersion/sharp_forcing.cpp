@@ -28,7 +28,8 @@ SharpForcing::SharpForcing(const Communicator& comm, const Threads& threads, con
                            double kinematic_viscosity, std::vector<SharpBody> bodies, const Pencils& pencils)
     : comm_(comm), threads_(threads), h_(grid.h), viscosity_(kinematic_viscosity), cells_(grid.cells),
       rows_(pencils.rows()), planes_(pencils.planes()), layout_(pencils.layout()),
-      nodes_(threads, grid, pencils, std::move(bodies)), given_(nodes_.bodies()), of_stage_(nodes_.bodies()) {}
+      nodes_(threads, grid, pencils, std::move(bodies)), given_(nodes_.bodies()), of_piece_(nodes_.pieces()),
+      response_of_piece_(nodes_.pieces()) {}
 
 double SharpForcing::pull_of(const SharpNode& node, const std::array<double*, 3>& fields) const {
     const double* const field = nth(fields, node.component) + node.at;
@@ -40,45 +41,116 @@ double SharpForcing::pull_of(const SharpNode& node, const std::array<double*, 3>
 }
 
 void SharpForcing::add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row) {
-    const std::uint32_t of = 3 * node.body + node.component;
-    if (next_row || sums.back().of != of) sums.push_back({0, {0, 0, 0}, of});
+    const std::uint32_t of = 3 * node.piece + node.component;
+    if (next_row || sums.back().of != of) sums.push_back({0, 0, {0, 0, 0}, of});
     sums.back().change += change;
+    sums.back().at_end += node.along * change;
     sums.back().moment += cross(node.arm, along(node.component, change));
 }
 
+template <class Give> double SharpForcing::velocity_after(std::span<const SharpNode> nodes, std::size_t& n,
+                                                          const FlowStage& stage, Give&& give) const {
+    const SharpNode& node = nodes[n];
+    const double before = nth(stage.velocity, node.component)[node.at];
+    if (node.excess == SharpNode::inside) {
+        give(node, Change{node.velocity - before, 1});
+        return node.velocity;
+    }
+    const std::size_t first = n;
+    double closed = node.closed;
+    for (; nodes[n].again; ++n) closed += nodes[n + 1].closed;
+    const double open = std::max(0.0, 1 - closed), per_closed = closed > 1 ? 1 / closed : 1,
+                 rate = before - nth(stage.scratch, node.component)[node.at],
+                 exchange = open * stage.dt * viscosity_ / (h_ * h_);
+    // The closed part of a face moves with the body, whatever the rates of the fluid are there.
+    const auto carried = [&](const SharpNode& m) { return per_closed * m.closed * (m.gain - rate); };
+    double weight = 1, sum = before;
+    for (std::size_t m = first; m <= n; ++m) {
+        weight += exchange * nodes[m].excess;
+        sum += carried(nodes[m]) + exchange * pull_of(nodes[m], stage.scratch);
+    }
+    const double u = sum / weight; // theory.md (139)
+    for (std::size_t m = first; m <= n; ++m) {
+        const SharpNode& one = nodes[m];
+        const double given =
+            first == n ? u - before : carried(one) + exchange * (pull_of(one, stage.scratch) - one.excess * u);
+        give(one, Change{given, (per_closed * one.closed +
+                                 exchange * (one.excess - one.ahead[0] - one.ahead[1] - one.ahead[2])) /
+                                    weight});
+    }
+    return u;
+}
+
 void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums) const {
-    const double per_excess = stage.dt * viscosity_ / (h_ * h_);
     std::int32_t row = -1;
-    const auto give = [&](const SharpNode& node, double change) {
-        add(node, change, sums, node.row != row);
-        row = node.row;
-    };
     for (std::size_t n = 0; n < nodes.size(); ++n) {
         const SharpNode& node = nodes[n];
-        double& u = nth(stage.velocity, node.component)[node.at];
-        if (node.excess == SharpNode::inside) {
-            give(node, node.velocity - u);
-            u = node.velocity;
-            continue;
+        const double u = velocity_after(nodes, n, stage, [&](const SharpNode& one, const Change& change) {
+            add(one, change.given, sums, one.row != row);
+            row = one.row;
+        });
+        nth(stage.velocity, node.component)[node.at] = u;
+    }
+}
+
+void SharpForcing::add(const SharpNode& node, const Change& change, std::vector<ResponseSum>& sums,
+                       bool next_row) const {
+    const SweptSurface* const rod = nodes_.swept(node);
+    if (!rod) return;
+    const std::uint32_t of = 3 * node.piece + node.component;
+    if (next_row || sums.empty() || sums.back().of != of) sums.push_back({{}, of});
+    const double a = node.along, third = change.share / 3;
+    const Vec3d off = rod->frame(node.piece - nodes_.first_piece(node.body)) * node.arm, squared = scale(off, off),
+                moment = cross(node.arm, along(node.component, change.given));
+    const std::array<double, ResponseSum::columns> own{(1 - a) * change.given,
+                                                       a * change.given,
+                                                       (1 - a) * change.share,
+                                                       a * change.share,
+                                                       moment.x,
+                                                       moment.y,
+                                                       moment.z,
+                                                       third * (squared.y + squared.z),
+                                                       third * (squared.x + squared.z),
+                                                       third * (squared.x + squared.y)};
+    for (std::size_t c = 0; c < own.size(); ++c) sums.back().number[c] += own[c];
+}
+
+void SharpForcing::find_responses(const FlowStage& stage) {
+    const Timers::Guard timing(seconds_);
+    nodes_.settle(stage.time, stage.dt);
+    constexpr std::size_t columns = ResponseSum::columns;
+    std::vector<std::vector<ResponseSum>> of_planes(to_index(layout_.nz));
+    threads_.for_each(of_planes.size(), [&](std::size_t k, int) {
+        nodes_.for_lists(static_cast<int>(k), [&](std::span<const SharpNode> nodes) {
+            std::int32_t row = -1;
+            for (std::size_t n = 0; n < nodes.size(); ++n)
+                velocity_after(nodes, n, stage, [&](const SharpNode& node, const Change& change) {
+                    add(node, change, of_planes[k], node.row != row);
+                    row = node.row;
+                });
+        });
+    });
+    std::vector<double> terms;
+    std::vector<std::uint32_t> of;
+    for (const auto& plane : of_planes)
+        for (const ResponseSum& sum : plane) {
+            terms.insert(terms.end(), sum.number.begin(), sum.number.end());
+            of.push_back(sum.of);
         }
-        std::size_t last = n;
-        double closed = node.closed;
-        for (; nodes[last].again; ++last) closed += nodes[last + 1].closed;
-        const double open = std::max(0.0, 1 - closed), per_closed = closed > 1 ? 1 / closed : 1, before = u,
-                     rate = before - nth(stage.scratch, node.component)[node.at], exchange = open * per_excess;
-        // The closed part of a face moves with the body, whatever the rates of the fluid are there.
-        const auto carried = [&](const SharpNode& m) { return per_closed * m.closed * (m.gain - rate); };
-        double weight = 1, sum = before;
-        for (std::size_t m = n; m <= last; ++m) {
-            weight += exchange * nodes[m].excess;
-            sum += carried(nodes[m]) + exchange * pull_of(nodes[m], stage.scratch);
+    const std::vector<double> all = exact_sums(
+        comm_, threads_, {terms.data(), of.size(), columns, columns, 3 * response_of_piece_.size(), of.data()});
+    const double cell = h_ * h_ * h_;
+    for (std::size_t p = 0; p < response_of_piece_.size(); ++p) {
+        Response& here = response_of_piece_[p] = {};
+        for (int c = 0; c < 3; ++c) {
+            const double* const sum = &all[columns * (3 * p + to_index(c))];
+            for (std::size_t end = 0; end < 2; ++end) {
+                here.given[end] += cell * along(c, sum[end]);
+                here.drag[end] += cell * along(c, sum[2 + end]);
+            }
+            here.turn_given += cell * Vec3d{sum[4], sum[5], sum[6]};
+            here.turn_drag += cell * Vec3d{sum[7], sum[8], sum[9]};
         }
-        u = sum / weight; // theory.md (139)
-        if (last == n) give(node, u - before);
-        else
-            for (std::size_t m = n; m <= last; ++m)
-                give(nodes[m], carried(nodes[m]) + exchange * (pull_of(nodes[m], stage.scratch) - nodes[m].excess * u));
-        n = last;
     }
 }
 
@@ -193,27 +265,29 @@ void SharpForcing::end_sweeps(const FlowStage& stage) {
 }
 
 void SharpForcing::add_given(const std::vector<std::vector<RowSum>>& of_planes) {
-    constexpr std::size_t columns = 4;
+    constexpr std::size_t columns = 5;
     std::vector<double> changes;
     std::vector<std::uint32_t> of;
     for (const std::vector<RowSum>& sums : of_planes)
         for (const RowSum& sum : sums) {
-            changes.insert(changes.end(), {sum.change, sum.moment.x, sum.moment.y, sum.moment.z});
+            changes.insert(changes.end(), {sum.change, sum.moment.x, sum.moment.y, sum.moment.z, sum.at_end});
             of.push_back(sum.of);
         }
     const std::vector<double> all =
-        exact_sums(comm_, threads_, {changes.data(), of.size(), columns, columns, 3 * given_.size(), of.data()});
+        exact_sums(comm_, threads_, {changes.data(), of.size(), columns, columns, 3 * of_piece_.size(), of.data()});
     const double cell_volume = h_ * h_ * h_;
-    for (std::size_t b = 0; b < given_.size(); ++b) {
-        Given& here = of_stage_[b] = {};
-        for (int c = 0; c < 3; ++c) {
-            const double* const sum = &all[columns * (3 * b + to_index(c))];
-            here.linear += cell_volume * along(c, sum[0]);
-            here.angular += cell_volume * Vec3d{sum[1], sum[2], sum[3]};
+    for (std::size_t b = 0; b < given_.size(); ++b)
+        for (std::size_t p = nodes_.first_piece(b); p < nodes_.first_piece(b + 1); ++p) {
+            GivenByElement& here = of_piece_[p] = {};
+            for (int c = 0; c < 3; ++c) {
+                const double* const sum = &all[columns * (3 * p + to_index(c))];
+                here.whole.linear += cell_volume * along(c, sum[0]);
+                here.whole.angular += cell_volume * Vec3d{sum[1], sum[2], sum[3]};
+                here.at_end += cell_volume * along(c, sum[4]);
+            }
+            given_[b].linear += here.whole.linear;
+            given_[b].angular += here.whole.angular;
         }
-        given_[b].linear += here.linear;
-        given_[b].angular += here.angular;
-    }
 }
 
 std::vector<RigidMotion> SharpForcing::inner_motions(double time, const std::array<const double*, 3>& velocity) {

@@ -9,6 +9,8 @@
 #include "immersion/sharp_nodes.hpp"
 #include "parallel/communicator.hpp"
 
+#include <array>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -41,14 +43,41 @@ public:
     struct Given {
         Vec3d linear{0, 0, 0}, angular{0, 0, 0};
     };
-    /// Since reset_given(). All ranks have all bodies.
+    /// Since reset_given(), without moments of rods. All ranks have all bodies.
     const std::vector<Given>& given() const { return given_; }
     void reset_given() { std::fill(given_.begin(), given_.end(), Given{}); }
     /// In the last stage.
-    const std::vector<Given>& given_in_stage() const { return of_stage_; }
+    const Given& given_in_stage(std::size_t body) const { return of_piece_[nodes_.first_piece(body)].whole; }
+    /// In the last stage, by an element of a rod: `whole` with its moment about the axis, and the part at its end.
+    struct GivenByElement {
+        Given whole;
+        Vec3d at_end{0, 0, 0};
+    };
+    std::span<const GivenByElement> given_by_rod(std::size_t body) const {
+        return std::span(of_piece_).subspan(nodes_.first_piece(body),
+                                            nodes_.first_piece(body + 1) - nodes_.first_piece(body));
+    }
+    /// What an element of a rod would give the fluid in the stage that begins at its present rates, at its begin and
+    /// its end and about its axis, and by how much more for each of a velocity and of a spin about d1, d2, d3, over
+    /// density. theory.md (154)
+    struct Response {
+        std::array<Vec3d, 2> given{}, drag{};          ///< m^4/s, m^3
+        Vec3d turn_given{0, 0, 0}, turn_drag{0, 0, 0}; ///< m^5/s, m^5
+    };
+    /// Finds the responses of all rods from the flow at the end of an explicit stage without bodies, which are at
+    /// their expected places. Collective.
+    void find_responses(const FlowStage& stage);
+    std::span<const Response> responses(std::size_t body) const {
+        return std::span(response_of_piece_)
+            .subspan(nodes_.first_piece(body), nodes_.first_piece(body + 1) - nodes_.first_piece(body));
+    }
     /// Sets the motion of a body that has none of its own, at the begin and the end of a stage.
     void set_motion(std::size_t body, const BodyMotion& begin, const BodyMotion& end) {
         nodes_.set_motion(body, begin, end);
+    }
+    void set_motion(std::size_t body, const Vec3d& begin_place, RodMotion begin, const Vec3d& end_place,
+                    RodMotion end) {
+        nodes_.set_motion(body, begin_place, std::move(begin), end_place, std::move(end));
     }
     /// Rigid motions of the fluid within bodies relative to theirs, by least squares over the nodes within them, at
     /// their places at a time. Collective.
@@ -61,11 +90,27 @@ private:
                  std::vector<SharpBody> bodies, const Pencils& pencils);
     /// Sum of changes of nodes of a row by one body: of a component, m/s, and their moments, m^2/s.
     struct RowSum {
-        double change;
+        double change, at_end;
         Vec3d moment;
-        std::uint32_t of; ///< 3 body + component
+        std::uint32_t of; ///< 3 piece + component
     };
     static void add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row);
+    /// The same of what Response has.
+    struct ResponseSum {
+        static constexpr std::size_t columns = 10;
+        std::array<double, columns> number;
+        std::uint32_t of; ///< 3 piece + component
+    };
+    struct Change;
+    void add(const SharpNode& node, const Change& change, std::vector<ResponseSum>& sums, bool next_row) const;
+    /// The change of a node by one of the bodies that have it, and the share of it in the velocity of the body.
+    struct Change {
+        double given, share;
+    };
+    /// Calls give(node, change) for all bodies at a node of a list, the first of which is n. Returns its velocity after
+    /// the stage, and sets n to the last of them.
+    template <class Give>
+    double velocity_after(std::span<const SharpNode> nodes, std::size_t& n, const FlowStage& stage, Give&& give) const;
     /// Changes the nodes of a list and appends the sums of its rows.
     void act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums) const;
     /// Adds the changes of all rows to the momentum given by bodies. Collective.
@@ -87,7 +132,9 @@ private:
     Slab rows_, planes_; ///< of this rank
     FieldLayout layout_;
     SharpNodes nodes_;
-    std::vector<Given> given_, of_stage_;
+    std::vector<Given> given_;             ///< by body
+    std::vector<GivenByElement> of_piece_; ///< in the last stage
+    std::vector<Response> response_of_piece_;
     std::vector<SharpNode> list_;                ///< all nodes of this rank, in implicit stages
     HeldVectors held_;                           ///< by number in list_
     std::vector<double> slip_, push_, response_; ///< m/s

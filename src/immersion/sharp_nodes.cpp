@@ -28,6 +28,7 @@ public:
         near_.clear();
         for (const Image& image : images)
             if (j_ >= image.first[1] && j_ <= image.last[1]) near_.push_back(&image);
+        known_.assign(near_.size(), {});
         for (std::size_t m = 0; m < near_.size(); ++m)
             for (int i = near_[m]->first[0]; i <= near_[m]->last[0]; ++i)
                 if (!covered(m, i)) add(i);
@@ -39,6 +40,14 @@ private:
         double distance; ///< cells
         Vec3d normal;
         CutWeights weights;
+    };
+
+    /// Nodes from..until of the row that lie as one of them does: outside, or within a body.
+    struct Stretch {
+        int from = 0, until = 0;
+        bool within = false;
+
+        bool has(int i) const { return i >= from && i < until; }
     };
 
     /// True if an image before this one has the node.
@@ -58,7 +67,9 @@ private:
         return {along(0), along(1), along(2)};
     }
     double distance(const Image& image, const Vec3d& place) const {
-        return all_.bodies_[image.body].surface->distance(all_.now_[image.body].axes * place);
+        const SharpBody& body = all_.bodies_[image.body];
+        return body.swept ? body.swept->nearest(place).distance
+                          : body.surface->distance(all_.now_[image.body].axes * place);
     }
     /// Normal of a body's surface towards the fluid, by differences of the distance over a spacing.
     Vec3d normal(const Image& image, const Vec3d& place) const {
@@ -68,6 +79,7 @@ private:
         return {along({0.5 * h_, 0, 0}), along({0, 0.5 * h_, 0}), along({0, 0, 0.5 * h_})};
     }
     Vec3d velocity(const Image& image, const Vec3d& place) const {
+        if (const auto& rod = all_.bodies_[image.body].swept) return rod->velocity(rod->nearest(place));
         const BodyMotion& motion = all_.now_[image.body];
         return motion.velocity + cross(motion.spin, place);
     }
@@ -78,14 +90,28 @@ private:
     }
     SharpNode node(int i, const Image& image) const {
         const int j = j_ - all_.pencils_.rows().first, k = k_ - all_.pencils_.planes().first;
-        const Vec3d arm = place(image, i), now = velocity(image, arm);
-        return {.at = all_.layout_.at(i, j, k),
-                .velocity = component_of(now, component_),
-                .gain = component_of(now - velocity_before(image, arm), component_),
-                .arm = arm,
-                .body = image.body,
-                .row = j,
-                .component = static_cast<std::uint8_t>(component_)};
+        SharpNode one{.at = all_.layout_.at(i, j, k),
+                      .velocity = 0,
+                      .arm = place(image, i),
+                      .body = image.body,
+                      .piece = static_cast<std::uint32_t>(all_.first_piece_[image.body]),
+                      .row = j,
+                      .component = static_cast<std::uint8_t>(component_)};
+        const auto take = [&](const Vec3d& now, const Vec3d& before) {
+            one.velocity = component_of(now, component_);
+            one.gain = component_of(now - before, component_);
+        };
+        const auto& rod = all_.bodies_[image.body].swept;
+        if (!rod) {
+            take(velocity(image, one.arm), velocity_before(image, one.arm));
+            return one;
+        }
+        const SweptSurface::Foot foot = rod->nearest(one.arm);
+        take(rod->velocity(foot), rod->velocity_before(foot));
+        one.arm = foot.off;
+        one.along = foot.along;
+        one.piece += foot.element;
+        return one;
     }
     void put(int i, const Cut& cut, bool again) {
         SharpNode one = node(i, *cut.image);
@@ -104,16 +130,40 @@ private:
         }
         out_.push_back(one);
     }
+    // Signed distances in cells between which a face or a line of its node may be cut: |n_a|/2 + |n_b|/2 and
+    // 3/2 |n_a| + |n_b|/2 are at most 0.71 and 1.58.
+    static constexpr double closed = -0.75, reach = 1.75;
+
+    bool has(std::size_t m, int i) const { return i >= near_[m]->first[0] && i <= near_[m]->last[0]; }
+    /// Stretch of nodes from i on that need no distance of their own.
+    Stretch stretch_from(std::size_t m, int i, double d) const {
+        const double more = d < 0 ? closed - d : d - reach;
+        const SharpBody& body = all_.bodies_[near_[m]->body];
+        if (!(more >= 0) || (!body.swept && !body.surface->steady())) return {};
+        // Distances from a rod may change faster than places: sections shrink along it, and elements meet at angles.
+        const double share = body.swept ? 0.5 : 1;
+        return {i, i + 1 + static_cast<int>(share * more), d < 0};
+    }
+    /// The body of an image, if the node is known to lie within it and near no other one.
+    const Image* inside_of(int i) const {
+        const Image* found = nullptr;
+        for (std::size_t m = 0; m < near_.size(); ++m) {
+            if (!has(m, i)) continue;
+            if (found || !known_[m].has(i) || !known_[m].within) return nullptr;
+            found = near_[m];
+        }
+        return found;
+    }
     void add(int i) {
         if (on_wall(i)) return;
-        // Signed distances in cells between which a face or a line of its node may be cut: |n_a|/2 + |n_b|/2 and
-        // 3/2 |n_a| + |n_b|/2 are at most 0.71 and 1.58.
-        constexpr double closed = -0.75, reach = 1.75;
+        if (const Image* within = inside_of(i)) return out_.push_back(node(i, *within));
         cuts_.clear();
-        for (const Image* image : near_) {
-            if (i < image->first[0] || i > image->last[0]) continue;
+        for (std::size_t m = 0; m < near_.size(); ++m) {
+            if (!has(m, i) || (known_[m].has(i) && !known_[m].within)) continue;
+            const Image* const image = near_[m];
             const Vec3d at = place(*image, i);
             const double d = distance(*image, at) / h_;
+            known_[m] = stretch_from(m, i, d);
             if (d < reach) cuts_.push_back({image, d, d > closed ? normal(*image, at) : Vec3d{0, 0, 0}, {}});
         }
         for (Cut& cut : cuts_)
@@ -158,14 +208,24 @@ private:
     double h_;
     std::vector<SharpNode>& out_;
     std::vector<const Image*> near_;
+    std::vector<Stretch> known_; ///< by image near the row
     std::vector<Cut> cuts_;
 };
 
 SharpNodes::SharpNodes(const Threads& threads, const FluidGrid& grid, const Pencils& pencils,
                        std::vector<SharpBody> bodies)
     : threads_(threads), grid_(grid), pencils_(pencils), layout_(pencils.layout()), bodies_(std::move(bodies)),
-      before_(bodies_.size()), now_(bodies_.size()), blocks_(bodies_.size()),
-      some_move_(std::any_of(bodies_.begin(), bodies_.end(), [](const SharpBody& b) { return b.moves; })) {}
+      first_piece_(1, 0), before_(bodies_.size()), now_(bodies_.size()), blocks_(bodies_.size()),
+      some_move_(std::any_of(bodies_.begin(), bodies_.end(), [](const SharpBody& b) { return b.moves; })) {
+    for (const SharpBody& body : bodies_) first_piece_.push_back(first_piece_.back() + body.pieces());
+}
+
+void SharpNodes::set_motion(std::size_t body, const Vec3d& begin_place, RodMotion begin, const Vec3d& end_place,
+                            RodMotion end) {
+    before_[body].place = begin_place;
+    now_[body].place = end_place;
+    bodies_[body].swept->put(std::move(begin), std::move(end));
+}
 
 bool SharpNodes::reaches(int plane) const {
     return std::any_of(clusters_.begin(), clusters_.end(),
@@ -173,14 +233,16 @@ bool SharpNodes::reaches(int plane) const {
 }
 
 SharpNodes::Block SharpNodes::block_of(std::uint32_t body) const {
-    const Vec3d extent = bodies_[body].surface->extent();
+    const SharpBody& of = bodies_[body];
+    const Vec3d lower = of.swept ? of.swept->lower() : -of.surface->extent(),
+                upper = of.swept ? of.swept->upper() : of.surface->extent();
     Block block{};
     for (int d = 0; d < 3; ++d) {
-        const double half = component_of(extent, d),
+        const double from = component_of(lower, d), to = component_of(upper, d),
                      at = component_of(now_[body].place, d) - component_of(grid_.lower, d);
-        const bool bounded = std::isfinite(half);
-        nth(block.first, d) = bounded ? floor_of((at - half) / grid_.h) - 2 : 0;
-        nth(block.last, d) = bounded ? floor_of((at + half) / grid_.h) + 2 : nth(grid_.cells, d) - 1;
+        const bool bounded = std::isfinite(to);
+        nth(block.first, d) = bounded ? floor_of((at + from) / grid_.h) - 2 : 0;
+        nth(block.last, d) = bounded ? floor_of((at + to) / grid_.h) + 2 : nth(grid_.cells, d) - 1;
     }
     return block;
 }

@@ -3,6 +3,7 @@
 
 #include "fluid/pencils.hpp"
 #include "immersion/surface.hpp"
+#include "immersion/swept_surface.hpp"
 #include "parallel/threads.hpp"
 
 #include <array>
@@ -23,11 +24,15 @@ struct BodyMotion {
     Mat3d axes{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}; ///< rows: axes of the surface's coordinates
 };
 
-/// Body with a sharp surface.
+/// Body with a sharp surface, rigid or a rod.
 struct SharpBody {
-    std::unique_ptr<Surface> surface;
-    std::function<BodyMotion(double time)> motion; ///< empty: SharpNodes::set_motion()
-    bool moves = false;                            ///< its places change with time
+    std::unique_ptr<Surface> surface;                   ///< of a rigid body
+    std::unique_ptr<SweptSurface> swept = {};           ///< of a rod
+    std::function<BodyMotion(double time)> motion = {}; ///< empty: SharpNodes::set_motion()
+    bool moves = false;                                 ///< its places change with time
+
+    /// Elements of a rod; 1 of a rigid body.
+    std::size_t pieces() const { return swept ? swept->elements() : 1; }
 };
 
 /// Node that one body acts on: within it the velocity is the body's, and next to it the Laplacian changes by
@@ -41,9 +46,11 @@ struct SharpNode {
     double pull = 0;        ///< m/s
     double closed = 0;      ///< share of the node's face within the body
     double gain = 0;        ///< of the body's velocity here in the stage, m/s
-    Vec3d arm;              ///< from the body's origin, m
+    Vec3d arm;              ///< from the body's origin, or from the axis of a rod, m
+    double along = 0;       ///< share of the element of a rod
     std::array<double, 3> ahead{};
     std::uint32_t body;
+    std::uint32_t piece; ///< number among the pieces of all bodies
     std::int32_t row;
     std::uint8_t component;
     std::array<std::int8_t, 3> side{};
@@ -62,6 +69,13 @@ public:
         before_[body] = begin;
         now_[body] = end;
     }
+    /// The same of a rod, whose first node is at these places, m.
+    void set_motion(std::size_t body, const Vec3d& begin_place, RodMotion begin, const Vec3d& end_place, RodMotion end);
+    /// Pieces of all bodies, and the first one of each.
+    std::size_t pieces() const { return first_piece_.back(); }
+    std::size_t first_piece(std::size_t body) const { return first_piece_[body]; }
+    /// Surface of the rod of a node; null: it belongs to a rigid body.
+    const SweptSurface* swept(const SharpNode& node) const { return bodies_[node.body].swept.get(); }
     /// Puts bodies to their places at the end of a stage of this length, s. Not collective.
     void settle(double time, double length);
     /// Calls body(nodes) for the lists of nodes of a plane of this rank.
@@ -100,7 +114,8 @@ private:
     Pencils pencils_;
     FieldLayout layout_;
     std::vector<SharpBody> bodies_;
-    std::vector<BodyMotion> before_, now_; ///< at the begin and the end of the stage
+    std::vector<std::size_t> first_piece_; ///< by body, and the number of all
+    std::vector<BodyMotion> before_, now_; ///< at the begin and the end of the stage; of rods the place alone
     std::vector<Block> blocks_;
     bool settled_ = false, some_move_ = false;
     std::vector<Cluster> clusters_;

@@ -160,11 +160,7 @@ double depth_in(const Wall& wall, const Vec3d& moved, const Vec3d& place, double
 }
 
 bool in_obstacle(const Obstacle& obstacle, const Vec3d& place) {
-    const Vec3d from = place - obstacle.place_at(0);
-    if (obstacle.kind == ObstacleKind::sphere) return norm(from) < obstacle.radius;
-    const double second = obstacle.second_radius > 0 ? obstacle.second_radius : obstacle.radius,
-                 x = from.x / obstacle.radius, y = from.y / second;
-    return x * x + y * y < 1;
+    return obstacle.shape()->distance(obstacle.axes_at(0) * (place - obstacle.place_at(0))) < 0;
 }
 
 constexpr double allowed_in_walls = ContactSpec{}.overlap; ///< of the diameter

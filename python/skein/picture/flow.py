@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from . import shapes
+from . import obstacles, shapes
 from .colours import BODY, Scale, bright, named
 from ..fluid import QUANTITIES, cut
 from ..needs import NotResults
@@ -215,16 +215,22 @@ class Flow:
     def obstacles(self, time):
         meshes = []
         for obstacle in self.results.physics.get("obstacle", []):
-            place = np.asarray(obstacle["centre"], float) + time * np.asarray(obstacle["velocity"], float) + np.sin(2 * np.pi * obstacle["frequency"] * time) * np.asarray(obstacle["amplitude"], float)
+            place = obstacles.place(obstacle, time)
             if obstacle["kind"] == "sphere":
                 meshes.append(shapes.capsules(place[None], place[None], np.array([obstacle["radius"]]), BODY))
+            elif obstacle["kind"] != "cylinder":
+                meshes.append(obstacles.surface(obstacle, time, self.results))
             else:
                 low, high = zip(*(self._reach(output) for output in self._used))
                 bottom, top = np.min(low, axis=0)[2], np.max(high, axis=0)[2]
                 top = next((at for axis, at, _ in self.planes if axis == "z"), top)  # what stands on a plane would hide it
                 ends = np.stack([[*place[:2], bottom], [*place[:2], top + 1e-3 * obstacle["radius"]]])
                 second = obstacle["second_radius"] or obstacle["radius"]
-                meshes.append(shapes.columns(ends, obstacle["radius"], second, BODY))
+                column = shapes.columns(ends, obstacle["radius"], second, BODY)
+                rows, foot = obstacles.axes(obstacle, time), ends[0]
+                if rows[0][0] != 1:  # an elliptic one that is turned
+                    column = shapes.Mesh(foot + (column.points - foot) @ rows, column.normals @ rows, column.faces, column.colours)
+                meshes.append(column)
         return meshes
 
 

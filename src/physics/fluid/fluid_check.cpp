@@ -85,6 +85,51 @@ void check_walls(const FluidSpec& fluid, Objections& table) {
     }
 }
 
+/// Keys of a shape that other shapes do not use, and those that it needs.
+void check_shape(const Obstacle& o, const FluidSpec& fluid, Objections& table) {
+    using enum ObstacleKind;
+    const std::string of = fmt::format("of kind \"{}\"", nth(obstacle_names, o.kind));
+    const auto keys_of = [&](const std::string& key) -> std::vector<ObstacleKind> {
+        if (key == "radius") return {sphere, cylinder, capsule, box};
+        if (key == "second_radius") return {cylinder};
+        if (key == "length") return {capsule};
+        if (key == "sides") return {box};
+        if (key == "half_axes") return {ellipsoid};
+        if (key == "axis") return {capsule, box, ellipsoid, mesh};
+        if (key == "normal") return {cylinder, box, ellipsoid, mesh};
+        return {mesh}; // file, unit
+    };
+    for (const std::string key :
+         {"radius", "second_radius", "length", "sides", "half_axes", "file", "unit", "axis", "normal"}) {
+        const auto kinds = keys_of(key);
+        if (std::find(kinds.begin(), kinds.end(), o.kind) == kinds.end()) table.unused({key}, of);
+    }
+    const auto needs = [&](bool good, const char* key, const char* unit) {
+        if (!good) table.add(key, fmt::format("'{}'{} above 0 is needed for an obstacle {}", key, unit, of));
+    };
+    const auto positive = [](const Vec3d& v) { return std::min({v.x, v.y, v.z}) > 0; };
+    if (o.kind == sphere || o.kind == cylinder || o.kind == capsule) needs(o.radius > 0, "radius", " [m]");
+    if (o.kind == box) needs(positive(o.sides), "sides", " [m]");
+    if (o.kind == ellipsoid) needs(positive(o.half_axes), "half_axes", " [m]");
+    if (o.kind == box && positive(o.sides) && 2 * o.radius > std::min({o.sides.x, o.sides.y, o.sides.z}))
+        table.add("radius", fmt::format("edges of {:g} m in radius do not fit the shortest side of {:g} m: at most "
+                                        "half of it",
+                                        o.radius, std::min({o.sides.x, o.sides.y, o.sides.z})));
+    if (o.kind == mesh && o.file.empty())
+        table.add("file", "'file' is needed for an obstacle of kind \"mesh\": .stl or .obj");
+    if (!o.takes_markers() && !o.is_sharp())
+        table.add("surface", fmt::format("an obstacle {} has no markers: use surface = \"sharp\"", of));
+    if (zero(o.axis)) table.add("axis", "'axis' has no direction");
+    else if (o.normal && (zero(*o.normal) || parallel(*o.normal, o.axis)))
+        table.add("normal", "'normal' needs a direction across 'axis'");
+    if (o.kind != cylinder) return;
+    if (fluid.along_z != FluidBoundary::periodic)
+        table.add("kind", "a cylinder goes through the whole box along z, which must be periodic");
+    if (o.normal && o.normal->z != 0) table.add("normal", "'normal' of a cylinder along z lies across z");
+    if (o.angular_velocity.x != 0 || o.angular_velocity.y != 0)
+        table.add("angular_velocity", "a cylinder through the whole box along z turns about z alone");
+}
+
 /// As far as the numbers of the fluid allow: they may be wrong themselves.
 void check_obstacles(const SceneSpec& scene, Objections& objections) {
     const FluidSpec& fluid = *scene.fluid;
@@ -96,17 +141,20 @@ void check_obstacles(const SceneSpec& scene, Objections& objections) {
         for (std::size_t j = 0; j < i; ++j)
             if (scene.obstacles[j].name == o.name)
                 table.add("name", fmt::format("two obstacles are named '{}'", o.name));
-        if (o.kind == ObstacleKind::sphere) table.unused({"second_radius"}, "of a sphere");
-        else if (fluid.along_z != FluidBoundary::periodic)
-            table.add("kind", "a cylinder goes through the whole box along z, which must be periodic");
+        check_shape(o, fluid, table);
         if ((norm(o.amplitude) > 0) != (o.frequency > 0))
             table.add(o.frequency > 0 ? "frequency" : "amplitude", "'amplitude' [m] and 'frequency' [Hz] go together");
         if (o.is_sharp()) table.unused({"retraction"}, "with surface = \"sharp\"");
         const double least = o.least_axis(), cells = o.is_sharp() ? 1.0 : o.retraction + 0.5;
-        if (fluid.spacing > 0 && least < cells * fluid.spacing)
-            table.add("radius", fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m{}",
-                                            least, fluid.spacing, cells * fluid.spacing,
-                                            o.is_sharp() ? ", or surface = \"markers\"" : ""));
+        const bool solid = o.kind != ObstacleKind::box || o.is_sharp(); // markers of plates may be one sheet
+        if (fluid.spacing > 0 && least > 0 && solid && least < cells * fluid.spacing)
+            table.add(o.kind == ObstacleKind::box         ? "sides"
+                      : o.kind == ObstacleKind::ellipsoid ? "half_axes"
+                      : o.kind == ObstacleKind::mesh      ? "unit"
+                                                          : "radius",
+                      fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m{}", least,
+                                  fluid.spacing, cells * fluid.spacing,
+                                  o.is_sharp() && o.takes_markers() ? ", or surface = \"markers\"" : ""));
     }
 }
 

@@ -82,8 +82,9 @@ std::string of_bodies(const RodsInFluid& bodies, double spacing) {
 }
 
 std::string of_obstacle(const Obstacle& o, double least, double spacing) {
+    const Vec3d sides = o.sides_of_box();
     const bool sphere = o.kind == ObstacleKind::sphere,
-               flat = !sphere && std::max(o.radius, o.second_radius) > 2 * least;
+               flat = !sphere && std::max(sides.x, sides.y) > 4 * least; // twice as wide as thick
     const std::string_view known =
         o.is_sharp() ? "drag of sharp surfaces was compared with known values from four cells in radius on"
         : sphere     ? spheres

@@ -402,14 +402,17 @@ std::vector<Figure> FluidInteraction::figures(const Sample&) const {
         return std::move(all);
     };
     if (!bodies_) return only_of_steps();
-    const auto add_force = [&](const std::string& name, const Vec3d& force) {
-        all.push_back({name + "x[N]", Of::same, {force.x}});
-        all.push_back({name + "y[N]", Of::same, {force.y}});
-        all.push_back({name + "z[N]", Of::same, {force.z}});
+    const auto add_vector = [&](const std::string& name, const Vec3d& vector, const char* unit) {
+        for (int c = 0; c < 3; ++c)
+            all.push_back({fmt::format("{}{}[{}]", name, "xyz"[c], unit), Of::same, {component_of(vector, c)}});
     };
+    const auto add_force = [&](const std::string& name, const Vec3d& force) { add_vector(name, force, "N"); };
     const double density = plan_.constants.density;
-    for (std::size_t o = 0; o < plan_.obstacles.size(); ++o)
+    for (std::size_t o = 0; o < plan_.obstacles.size(); ++o) {
         add_force(plan_.obstacles[o].name + "_force_", bodies_->force_on_obstacle(o, density, to_));
+        if (const auto couple = bodies_->couple_on_obstacle(o, density, to_))
+            add_vector(plan_.obstacles[o].name + "_couple_", *couple, "N m");
+    }
     for (std::size_t g = 0; g < groups_.size(); ++g)
         add_force(groups_[g].name() + "_fluid_force_", bodies_->force_on_rods(g, density, to_));
     if (const ForceBalance* const balance = bodies_->balance()) {

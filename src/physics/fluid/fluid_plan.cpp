@@ -4,15 +4,21 @@
 #include "fluid/start_velocity.hpp"
 #include "immersion/body_surface.hpp"
 #include "immersion/plate_markers.hpp"
+#include "io/mesh_file.hpp"
 #include "physics/fluid/fitted_fluid.hpp"
 #include "physics/fluid/fluid_pressure.hpp"
 #include "physics/fluid/stated_speeds.hpp"
 #include "physics/plan_input.hpp"
+#include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <filesystem>
 #include <numbers>
+#include <stdexcept>
+
+#include <fmt/format.h>
 
 namespace skein {
 
@@ -62,7 +68,8 @@ FluidSpeed speed_of(const FluidPlan& plan, double expected, std::span<const Stat
              "the acceleration");
     if (!plan.velocity_formula.empty()) take(fluid_speed_at_start(plan), "the velocity at the start");
     for (const Obstacle& o : plan.obstacles)
-        take(sum_of(o.velocity) + 2 * std::numbers::pi * o.frequency * sum_of(o.amplitude), "an obstacle");
+        take(sum_of(o.velocity) + 2 * std::numbers::pi * o.frequency * sum_of(o.amplitude) + o.turning_speed(),
+             "an obstacle");
     return speed;
 }
 
@@ -242,6 +249,26 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
     return rods;
 }
 
+/// Obstacles with the triangles of their files.
+std::vector<Obstacle> obstacles_of(const SceneSpec& scene, double spacing) {
+    std::vector<Obstacle> all = scene.obstacles;
+    const std::filesystem::path directory = std::filesystem::path(scene.file).parent_path();
+    for (Obstacle& o : all) {
+        if (o.kind != ObstacleKind::mesh) continue;
+        try {
+            o.mesh = read_mesh((directory / o.file).string(), o.unit);
+        } catch (const std::runtime_error& error) {
+            throw InputError(fmt::format("{}: obstacle '{}': {}", o.source, o.name, error.what()));
+        }
+        if (o.least_axis() < spacing)
+            throw InputError(fmt::format(
+                "{}: obstacle '{}': the triangles of '{}' lie within {:.4g} x {:.4g} x {:.4g} m, too thin for cells of "
+                "{:g} m: at least two cells; 'unit' [m] is the length of 1 in the file",
+                o.source, o.name, o.file, o.sides_of_box().x, o.sides_of_box().y, o.sides_of_box().z, spacing));
+    }
+    return all;
+}
+
 } // namespace
 
 FluidPlan plan_fluid(const PlanInput& input) {
@@ -250,7 +277,7 @@ FluidPlan plan_fluid(const PlanInput& input) {
     FluidPlan plan{.constants = fitted_fluid(scene).constants(),
                    .courant = scene.fluid->courant,
                    .velocity_formula = scene.fluid->velocity_formula,
-                   .obstacles = scene.obstacles,
+                   .obstacles = obstacles_of(scene, scene.fluid->spacing),
                    .forcing = scene.immersion.numbers(scene.fluid->density),
                    .names = names_for_formulas(scene),
                    .outputs = {},

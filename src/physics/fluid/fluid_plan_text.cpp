@@ -67,12 +67,17 @@ std::string sent_text(const FluidPlan& fluid, int ranks) {
 
 std::string obstacle_text(const Obstacle& o, const FluidPlan& fluid) {
     const double h = fluid.constants.grid.h;
+    const bool round = o.kind == ObstacleKind::sphere || o.kind == ObstacleKind::cylinder;
+    const Vec3d sides = (1 / h) * o.sides_of_box();
+    const std::string size = round ? fmt::format("{:.3g}", 2 * o.radius / h)
+                                   : fmt::format("{:.3g} x {:.3g} x {:.3g}", sides.x, sides.y, sides.z),
+                      of = o.mesh ? fmt::format(" of {} triangles,", o.mesh->triangles().size()) : "",
+                      moves = o.moves() ? ", moves" : "";
     if (o.is_sharp())
-        return fmt::format("'{}', {} of {:.3g} cells, sharp surface{}", o.name, nth(obstacle_names, o.kind),
-                           2 * o.radius / h, o.moves() ? ", moves" : "");
-    return fmt::format("'{}', {} of {:.3g} cells, {} markers{}; {} sweeps", o.name, nth(obstacle_names, o.kind),
-                       2 * o.radius / h, o.markers(fluid.constants.grid).size(), o.moves() ? ", moves" : "",
-                       fluid.forcing.sweeps);
+        return fmt::format("'{}', {}{} of {} cells, sharp surface{}", o.name, nth(obstacle_names, o.kind), of, size,
+                           moves);
+    return fmt::format("'{}', {} of {} cells, {} markers{}; {} sweeps", o.name, nth(obstacle_names, o.kind), size,
+                       o.markers(fluid.constants.grid).size(), moves, fluid.forcing.sweeps);
 }
 
 std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) {

@@ -85,7 +85,7 @@ TEST_F(MeshFile, RefusesFilesWithTheirLineOrTriangle) {
             ":4: 'wide' is not a number");
     refuses("two.stl", std::string(text).replace(text.find("      vertex"), 12, "#"),
             ":8: a facet has three corners, this one 2");
-    refuses("short.stl", text.substr(0, text.size() / 2), "the file ends within the facet of line");
+    refuses("short.stl", text.substr(0, text.rfind("    endloop")), "the file ends within the facet of line");
     refuses("empty.stl", "solid nothing\nendsolid nothing\n", ": no triangles in it");
     refuses("nothing.stl", "", "no STL file");
     refuses("line.stl", "solid box\nface 1 2 3\n", ":2: 'face' is no line of an STL file");

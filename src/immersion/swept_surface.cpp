@@ -1,0 +1,140 @@
+#include "immersion/swept_surface.hpp"
+
+#include "skein/core/index.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace skein {
+
+namespace {
+
+/// A vector turned about an axis by its length, rad.
+Vec3d turned(const Vec3d& v, const Vec3d& turn) {
+    const double angle = norm(turn);
+    if (!(angle > 0)) return v;
+    const Vec3d about = (1 / angle) * turn;
+    return std::cos(angle) * v + std::sin(angle) * cross(about, v) + ((1 - std::cos(angle)) * dot(about, v)) * about;
+}
+
+double& part_of(Vec3d& v, int d) { return d == 0 ? v.x : d == 1 ? v.y : v.z; }
+double part_of(const Vec3d& v, int d) { return d == 0 ? v.x : d == 1 ? v.y : v.z; }
+
+} // namespace
+
+RodMotion RodMotion::after(double time) const {
+    RodMotion moved = *this;
+    for (std::size_t i = 0; i < node.size(); ++i) moved.node[i] += time * (velocity[i] - velocity[0]);
+    for (std::size_t k = 0; k < frame.size(); ++k) {
+        const Vec3d turn = time * spin[k];
+        moved.frame[k] = {turned(frame[k].d1, turn), turned(frame[k].d2, turn), turned(frame[k].d3, turn)};
+    }
+    return moved;
+}
+
+SweptSurface::SweptSurface(SweptSection section, std::vector<Element> elements, int through)
+    : section_(section), through_(through), element_(std::move(elements)) {
+    for (std::size_t i = 0; i <= element_.size(); ++i) {
+        const Element &a = element_[i > 0 ? i - 1 : 0], &b = element_[std::min(i, element_.size() - 1)];
+        of_node_.push_back({0.5 * (a.along_d1 + b.along_d1), 0.5 * (a.along_d2 + b.along_d2)});
+    }
+}
+
+void SweptSurface::put(RodMotion begin, RodMotion end) {
+    before_ = std::move(begin);
+    now_ = std::move(end);
+    const std::size_t n = element_.size();
+    length_.resize(n);
+    cover_.resize(n);
+    to_end_.assign(n + 1, 0);
+    for (std::size_t k = 0; k < n; ++k) {
+        length_[k] = norm(now_.node[k + 1] - now_.node[k]);
+        to_end_[k + 1] = to_end_[k] + length_[k];
+    }
+    const double all = to_end_[n];
+    for (double& way : to_end_) way = std::min(way, all - way);
+    lower_ = upper_ = now_.node[0];
+    for (std::size_t k = 0; k < n; ++k) {
+        const Half from = half_at(k, 0), to = half_at(k, 1);
+        const double most = std::max(std::hypot(from.along_d1, from.along_d2), std::hypot(to.along_d1, to.along_d2));
+        cover_[k] = 0.5 * length_[k] + most;
+        for (const Vec3d& p : {now_.node[k], now_.node[k + 1]}) {
+            lower_ = {std::min(lower_.x, p.x - most), std::min(lower_.y, p.y - most), std::min(lower_.z, p.z - most)};
+            upper_ = {std::max(upper_.x, p.x + most), std::max(upper_.y, p.y + most), std::max(upper_.z, p.z + most)};
+        }
+    }
+    if (through_ < 0) return;
+    part_of(lower_, through_) = -HUGE_VAL;
+    part_of(upper_, through_) = HUGE_VAL;
+}
+
+SweptSurface::Half SweptSurface::half_at(std::size_t k, double along) const {
+    const Half &from = of_node_[k], &to = of_node_[k + 1];
+    const double stretch = length_[k] / element_[k].rest_length;
+    if (section_ == SweptSection::plate)
+        return {((1 - along) * from.along_d1 + along * to.along_d1) / stretch, from.along_d2};
+    const double scale = 1 / std::sqrt(stretch); // its volume stays
+    return {scale * ((1 - along) * from.along_d1 + along * to.along_d1),
+            scale * ((1 - along) * from.along_d2 + along * to.along_d2)};
+}
+
+double SweptSurface::from_section(const Half& half, double y1, double y2, double beyond) const {
+    const double across = std::hypot(y1, beyond), a = half.along_d1, b = half.along_d2;
+    if (section_ == SweptSection::plate) return across - a;
+    if (section_ == SweptSection::rectangle) {
+        const double out = across - a, side = std::abs(y2) - b;
+        return std::hypot(std::max(out, 0.0), std::max(side, 0.0)) + std::min(std::max(out, side), 0.0);
+    }
+    if (a == b) return std::hypot(across, y2) - a;
+    const double x = across / a, y = y2 / b, q = std::hypot(x, y);
+    return q > 0 ? (q - 1) * q / std::hypot(x / a, y / b) : -std::min(a, b); // of second order in the distance
+}
+
+SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
+    Foot best{.distance = HUGE_VAL};
+    const std::size_t n = element_.size();
+    const Vec3d& d2 = now_.frame[0].d2;
+    Vec3d place = section_ == SweptSection::plate ? given - dot(given, d2) * d2 : given;
+    if (endless()) { // to the period of its nodes
+        double& at = part_of(place, through_);
+        const double way = part_of(now_.node[n], through_), period = std::abs(way), from = std::min(0.0, way);
+        at -= std::floor((at - from) / period) * period;
+    }
+    double before = 1; // way along the element before in its lengths
+    for (std::size_t k = 0; k < n; ++k) {
+        const Vec3d &from = now_.node[k], axis = now_.node[k + 1] - from, to_place = place - from;
+        const double share = dot(to_place, axis) / (length_[k] * length_[k]), of_last = std::exchange(before, share);
+        if (norm(to_place - 0.5 * axis) - cover_[k] > best.distance) continue;
+        const bool first = k == 0, last = k + 1 == n;
+        if (share < 0 && !first && !(of_last > 1)) continue; // the element before has it
+        if (share > 1 && !last) continue;                    // a later one has it
+        const double along = std::clamp(share, 0.0, 1.0);
+        const Vec3d off = to_place - along * axis, t = (1 / length_[k]) * axis;
+        const Mat3d& frame = now_.frame[k];
+        const double beyond = dot(off, t), end = endless() ? -HUGE_VAL
+                                                 : (first && share < 0) || (last && share > 1)
+                                                     ? std::abs(beyond)
+                                                     : -((1 - along) * to_end_[k] + along * to_end_[k + 1]);
+        const Vec3d across = off - beyond * t;
+        const double of_section = from_section(half_at(k, along), dot(across, frame.d1), dot(across, frame.d2),
+                                               end > 0 || endless() ? 0 : beyond),
+                     distance = std::hypot(std::max(of_section, 0.0), std::max(end, 0.0)) +
+                                std::min(std::max(of_section, end), 0.0);
+        if (distance < best.distance) best = {static_cast<std::uint32_t>(k), along, off, distance};
+    }
+    return best;
+}
+
+Vec3d SweptSurface::velocity_of(const RodMotion& motion, const Foot& foot) const {
+    const std::size_t k = foot.element;
+    const Vec3d axis = now_.node[k + 1] - now_.node[k], t = (1 / length_[k]) * axis,
+                gain = motion.velocity[k + 1] - motion.velocity[k];
+    const double rate = dot(gain, t) / length_[k]; // of the stretch
+    const Vec3d& d1 = now_.frame[k].d1;
+    const Vec3d narrows =
+        section_ == SweptSection::plate ? dot(foot.off, d1) * d1 : 0.5 * (foot.off - dot(foot.off, t) * t);
+    return motion.velocity[k] + foot.along * gain + cross(motion.spin[k], foot.off) - rate * narrows; // (153)
+}
+
+} // namespace skein

@@ -1,0 +1,79 @@
+// Surface of a rod in its present shape: sections of its elements with flat ends, and the velocities of points within.
+// theory.md (152), (153)
+#pragma once
+
+#include "skein/core/vec3.hpp"
+
+#include <cstdint>
+#include <vector>
+
+namespace skein {
+
+enum class SweptSection {
+    ellipse,
+    rectangle,
+    plate ///< rectangle that spans the box along d2, so that it has two sides alone
+};
+
+/// Shape and rates of a rod, lab. Places are from its first node.
+struct RodMotion {
+    std::vector<Vec3d> node, velocity; ///< [elements + 1], m, m/s
+    std::vector<Mat3d> frame;          ///< [elements], rows d1, d2, d3
+    std::vector<Vec3d> spin;           ///< [elements], rad/s
+
+    /// The motion after a time at the present rates, with the way of the first node, m, taken off.
+    RodMotion after(double time) const;
+};
+
+class SweptSurface {
+public:
+    /// Sizes of an element at rest, m.
+    struct Element {
+        double along_d1, along_d2, rest_length;
+    };
+    /// `through`: direction along which it spans a periodic box, as a plate along d2 or a cylinder along its axis; -1:
+    /// none.
+    SweptSurface(SweptSection section, std::vector<Element> elements, int through = -1);
+
+    std::size_t elements() const { return element_.size(); }
+    void put(RodMotion begin, RodMotion end);
+
+    /// Point of the axis that is nearest to a place.
+    struct Foot {
+        std::uint32_t element = 0;
+        double along = 0;    ///< share of the way between the nodes of the element
+        Vec3d off{0, 0, 0};  ///< from the axis to the place, m
+        double distance = 0; ///< of the place from the surface, m, above 0 in the fluid
+    };
+    Foot nearest(const Vec3d& place) const;
+    /// Velocity of the point of the rod there, m/s, at the end and the begin of the stage.
+    Vec3d velocity(const Foot& foot) const { return velocity_of(now_, foot); }
+    Vec3d velocity_before(const Foot& foot) const { return velocity_of(before_, foot); }
+    const Mat3d& frame(std::size_t element) const { return now_.frame[element]; }
+    /// Corners of a box that holds it, m, from the first node; infinite where it spans the box.
+    const Vec3d& lower() const { return lower_; }
+    const Vec3d& upper() const { return upper_; }
+
+private:
+    /// Half axes at a share of an element in its present stretch, m.
+    struct Half {
+        double along_d1, along_d2;
+    };
+    Half half_at(std::size_t element, double along) const;
+    /// Distance from the surface of a section, m, `beyond` its plane at a joint.
+    double from_section(const Half& half, double y1, double y2, double beyond) const;
+    Vec3d velocity_of(const RodMotion& motion, const Foot& foot) const;
+
+    bool endless() const { return through_ >= 0 && section_ != SweptSection::plate; }
+
+    SweptSection section_;
+    int through_;
+    std::vector<Element> element_;
+    std::vector<Half> of_node_; ///< at rest
+    RodMotion before_, now_;
+    std::vector<double> length_, to_end_; ///< by element and node: length and way along the rod to its nearer end, m
+    std::vector<double> cover_;           ///< by element: radius of a ball about its middle that holds it, m
+    Vec3d lower_{0, 0, 0}, upper_{0, 0, 0};
+};
+
+} // namespace skein

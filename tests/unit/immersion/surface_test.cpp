@@ -1,0 +1,135 @@
+// Distances from ellipsoids and rods beside closed forms, and velocities within rods.
+#include "immersion/surface.hpp"
+#include "immersion/swept_surface.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <numbers>
+#include <random>
+
+namespace skein {
+namespace {
+
+TEST(EllipsoidSurface, DistancesAreAlongNormals) {
+    std::mt19937 random(3);
+    std::normal_distribution<double> any;
+    for (const Vec3d& half : {Vec3d{1, 1, 1}, Vec3d{2, 1, 0.7}, Vec3d{0.3, 0.3, 3}, Vec3d{4e-3, 1e-3, 4e-3}}) {
+        const EllipsoidSurface surface(half);
+        const double least = std::min({half.x, half.y, half.z}), most = std::max({half.x, half.y, half.z}),
+                     inner = least * least / most; // the least radius of curvature
+        EXPECT_NEAR(surface.distance({0, 0, 0}), -least, 1e-9 * least);
+        for (int i = 0; i < 300; ++i) {
+            const Vec3d on = scale(half, unit(Vec3d{any(random), any(random), any(random)}));
+            const Vec3d normal =
+                unit(Vec3d{on.x / (half.x * half.x), on.y / (half.y * half.y), on.z / (half.z * half.z)});
+            for (const double s : {-0.95 * inner, -0.1 * inner, 0.0, 0.3 * most, 5 * most})
+                EXPECT_NEAR(surface.distance(on + s * normal), s, 1e-12 * most);
+        }
+        for (const double x : {0.0, 0.2, 0.5}) // on axes, where two points may be nearest
+            EXPECT_LT(surface.distance({x * half.x, 0, 0}), 0);
+    }
+}
+
+/// A rod from the origin along an axis that moves and turns as one body, and gets longer.
+struct Straight {
+    Vec3d axis, d1, velocity, spin;
+    double length, radius, stretching = 0; ///< rate over the length, 1/s
+    int elements = 7;
+
+    RodMotion motion() const {
+        RodMotion m;
+        for (int i = 0; i <= elements; ++i) {
+            m.node.push_back((length * i / elements) * axis);
+            m.velocity.push_back(velocity + cross(spin, m.node.back()) + stretching * m.node.back());
+        }
+        m.frame.assign(static_cast<std::size_t>(elements), {d1, cross(axis, d1), axis});
+        m.spin.assign(static_cast<std::size_t>(elements), spin);
+        return m;
+    }
+    SweptSurface surface(SweptSection section, double other) const {
+        SweptSurface s(section, std::vector<SweptSurface::Element>(static_cast<std::size_t>(elements),
+                                                                   {radius, other, length / elements}));
+        s.put(motion(), motion());
+        return s;
+    }
+};
+
+Straight slanted() {
+    const Vec3d axis = unit(Vec3d{2, -1, 0.5});
+    return {axis, directions_across(axis).first, {0.3, 0.1, -0.2}, {0.5, 1, -2}, 1.4, 0.3};
+}
+
+TEST(SweptSurface, StraightRodsAreCylindersAndBeamsWithFlatEnds) {
+    std::mt19937 random(5);
+    std::uniform_real_distribution<double> any(-1, 1);
+    const Straight rod = slanted();
+    const SweptSurface round = rod.surface(SweptSection::ellipse, rod.radius),
+                       beam = rod.surface(SweptSection::rectangle, 0.2);
+    const auto of_two = [](double a, double b) {
+        return std::hypot(std::max(a, 0.0), std::max(b, 0.0)) + std::min(std::max(a, b), 0.0);
+    };
+    for (int i = 0; i < 1000; ++i) {
+        const double y1 = any(random), y2 = any(random), s = 0.7 + 1.2 * any(random);
+        const Vec3d place = y1 * rod.d1 + y2 * cross(rod.axis, rod.d1) + s * rod.axis;
+        const double end = std::abs(s - 0.7) - 0.7;
+        EXPECT_NEAR(round.nearest(place).distance, of_two(std::hypot(y1, y2) - 0.3, end), 1e-14);
+        EXPECT_NEAR(beam.nearest(place).distance, of_two(of_two(std::abs(y1) - 0.3, std::abs(y2) - 0.2), end), 1e-14);
+        const Vec3d v = rod.velocity + cross(rod.spin, place);
+        EXPECT_LT(norm(round.velocity(round.nearest(place)) - v), 1e-14);
+        EXPECT_LT(norm(round.velocity_before(round.nearest(place)) - v), 1e-14);
+    }
+}
+
+TEST(SweptSurface, RodsThatStretchKeepTheirVolume) {
+    Straight rod = slanted();
+    rod.stretching = 0.7;
+    for (const SweptSection section : {SweptSection::ellipse, SweptSection::rectangle, SweptSection::plate}) {
+        const SweptSurface surface = rod.surface(section, 0.2);
+        const auto velocity = [&](const Vec3d& at) { return surface.velocity(surface.nearest(at)); };
+        constexpr double step = 1e-4;
+        for (const double y : {-0.2, 0.05, 0.15}) {
+            const Vec3d at = 0.63 * rod.axis + y * rod.d1 + 0.1 * cross(rod.axis, rod.d1);
+            double divergence = 0;
+            for (const Vec3d& e : {Vec3d{1, 0, 0}, Vec3d{0, 1, 0}, Vec3d{0, 0, 1}})
+                divergence += dot(e, velocity(at + step * e) - velocity(at - step * e)) / (2 * step);
+            EXPECT_LT(std::abs(divergence), 1e-10);
+        }
+    }
+    // 1.21 times as long
+    Straight longer = slanted();
+    longer.length *= 1.21;
+    SweptSurface thin = slanted().surface(SweptSection::ellipse, 0.3);
+    thin.put(longer.motion(), longer.motion());
+    EXPECT_NEAR(thin.nearest(0.8 * longer.axis).distance, -0.3 / 1.1, 1e-14);
+}
+
+/// Elements around a quarter of a circle.
+TEST(SweptSurface, BentRodsAreTubes) {
+    constexpr int n = 40;
+    constexpr double bend = 2, radius = 0.5;
+    RodMotion m;
+    for (int i = 0; i <= n; ++i) {
+        const double angle = 0.5 * std::numbers::pi * i / n;
+        m.node.push_back(bend * Vec3d{std::sin(angle), 1 - std::cos(angle), 0});
+        m.velocity.push_back({0, 0, 0});
+        if (i == n) break;
+        const double middle = 0.5 * std::numbers::pi * (i + 0.5) / n;
+        const Vec3d t{std::cos(middle), std::sin(middle), 0};
+        m.frame.push_back({cross(t, Vec3d{0, 0, 1}), {0, 0, 1}, t});
+        m.spin.push_back({0, 0, 0});
+    }
+    const double rest = norm(m.node[1]);
+    for (const SweptSection section : {SweptSection::ellipse, SweptSection::plate}) {
+        SweptSurface tube(section, std::vector<SweptSurface::Element>(n, {radius, radius, rest}));
+        tube.put(m, m);
+        for (const double angle : {0.3, 0.61, 1.2})
+            for (const double away : {-0.9, -0.4, 0.2, 0.45, 0.8}) {
+                const Vec3d at = Vec3d{0, bend, 0} + (bend + away) * Vec3d{std::sin(angle), -std::cos(angle), 0};
+                EXPECT_NEAR(tube.nearest(at).distance, std::abs(away) - radius, 1e-3) << angle << " " << away;
+            }
+    }
+}
+
+} // namespace
+} // namespace skein
