@@ -14,10 +14,11 @@ packages=(
     openmpi-bin libopenmpi-dev libtbb-dev libhdf5-openmpi-dev              # ranks, threads, files
     libcli11-dev libtomlplusplus-dev tao-pegtl-dev libfmt-dev nlohmann-json3-dev # command line, scenes, formulas, text
     libeigen3-dev libspectra-dev                                           # equilibria
+    libfftw3-dev                                                           # fluid
     python3 python3-numpy python3-h5py python3-matplotlib                  # figures
 )
 picture_packages=(python3-vtk9 xvfb ffmpeg libjs-three)
-test_packages=(libfftw3-dev petsc-dev libopenblas0-serial xvfb libjs-three chromium libgtest-dev libbenchmark-dev clang-format-14 qemu-user binutils python3-paraview) # ParaView: a test opens results with its readers
+test_packages=(petsc-dev libopenblas0-serial xvfb libjs-three chromium libgtest-dev libbenchmark-dev clang-format-14 qemu-user binutils python3-paraview) # ParaView: a test opens results with its readers
 
 install=yes
 tests=no
