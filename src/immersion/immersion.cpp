@@ -192,8 +192,12 @@ void Immersion::note_motions() {
 
 void Immersion::take_motions() {
     if (!has_sharp_bodies()) return;
-    const std::vector<SharpMotion> now = present_motions();
-    for (std::size_t b = 0; b < now.size(); ++b) set_motion(b, at_begin_[b], now[b]);
+    std::vector<SharpMotion> now = present_motions();
+    for (std::size_t b = 0; b < now.size(); ++b) {
+        if (balance_ && ahead_ > 0 && !rods_->group_of_sharp(b).body())
+            now[b].rod.take_means(at_begin_[b].rod, now[b].body.place - at_begin_[b].body.place, ahead_);
+        set_motion(b, at_begin_[b], now[b]);
+    }
 }
 
 void Immersion::begin_step(double time, const std::array<const double*, 3>& velocity) {

@@ -12,6 +12,15 @@ void visit_surface(FieldVisitor& f, SurfaceKind& surface) {
              surface, surface_names);
 }
 
+void visit_rod_surface(FieldVisitor& f, SurfaceKind& surface) {
+    f.choice({.name = "rod_surface",
+              .unit = "",
+              .text =
+                  "rods act on the fluid by markers, or by sharp surfaces; rods with a part thinner than two cells, "
+                  "closed rods and rods with sizes of their own have markers in any case"},
+             surface, surface_names);
+}
+
 } // namespace
 
 void ImmersionSpec::fields(FieldVisitor& f) {
@@ -56,6 +65,7 @@ void ImmersionSpec::fields(FieldVisitor& f) {
          .at_most = 2},
         retraction);
     visit_surface(f, body_surface);
+    visit_rod_surface(f, rod_surface);
     f.choice({.name = "coupling",
               .unit = "",
               .text =

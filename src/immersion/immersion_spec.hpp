@@ -34,7 +34,8 @@ struct ImmersionSpec {
     double retraction = 0.4; ///< depth of markers in rods over the spacing of the grid
     RodCoupling coupling = RodCoupling::two_way;
     SurfaceKind body_surface = SurfaceKind::markers; ///< of rigid bodies
-    bool inner_inertia = true;                       ///< fluid within rods bears its own inertia
+    SurfaceKind rod_surface = SurfaceKind::markers;
+    bool inner_inertia = true; ///< fluid within rods bears its own inertia
 
     /// Numbers for a fluid of a density, kg/m^3.
     ForcingNumbers numbers(double density) const {

@@ -11,7 +11,7 @@ namespace skein {
 namespace {
 
 /// A vector turned about an axis by its length, rad.
-Vec3d turned(const Vec3d& v, const Vec3d& turn) {
+Vec3d rotated(const Vec3d& v, const Vec3d& turn) {
     const double angle = norm(turn);
     if (!(angle > 0)) return v;
     const Vec3d about = (1 / angle) * turn;
@@ -28,9 +28,19 @@ RodMotion RodMotion::after(double time) const {
     for (std::size_t i = 0; i < node.size(); ++i) moved.node[i] += time * (velocity[i] - velocity[0]);
     for (std::size_t k = 0; k < frame.size(); ++k) {
         const Vec3d turn = time * spin[k];
-        moved.frame[k] = {turned(frame[k].d1, turn), turned(frame[k].d2, turn), turned(frame[k].d3, turn)};
+        moved.frame[k] = {rotated(frame[k].d1, turn), rotated(frame[k].d2, turn), rotated(frame[k].d3, turn)};
     }
     return moved;
+}
+
+void RodMotion::take_means(const RodMotion& begin, const Vec3d& way, double time) {
+    for (std::size_t i = 0; i < node.size(); ++i) velocity[i] = (1 / time) * (node[i] - begin.node[i] + way);
+    for (std::size_t k = 0; k < frame.size(); ++k) {
+        const Mat3d &from = begin.frame[k], &to = frame[k];
+        const Vec3d sine = 0.5 * (cross(from.d1, to.d1) + cross(from.d2, to.d2) + cross(from.d3, to.d3));
+        const double length = norm(sine);
+        spin[k] = (length > 0 ? std::asin(std::min(length, 1.0)) / (length * time) : 0) * sine;
+    }
 }
 
 SweptSurface::SweptSurface(SweptSection section, std::vector<Element> elements, int through)

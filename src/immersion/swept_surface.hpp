@@ -23,6 +23,8 @@ struct RodMotion {
 
     /// The motion after a time at the present rates, with the way of the first node, m, taken off.
     RodMotion after(double time) const;
+    /// Sets rates to their means over a time, s, that began with another motion, whose first node has gone a way since.
+    void take_means(const RodMotion& begin, const Vec3d& way, double time);
 };
 
 class SweptSurface {

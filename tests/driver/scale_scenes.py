@@ -226,6 +226,8 @@ SCENES = {
                             {"name": "pill", "kind": "capsule", "centre": [0.13, 0.12, 0.12], "radius": 0.016, "length": 0.02, "axis": [0.0, 1.0, 0.0]}, {"name": "marked", "centre": [0.12, 0.02, 0.03], "radius": 0.02}]}, 8),
     "floats": ({"time": {"duration": 0.2}, "fluid": fluid(expected_speed=0.2), "load": [GRAVITY], "immersion": {"body_surface": "sharp"},
                 "bodies": [{"name": "float", "density": 900.0, "spheres": {"radii": [0.025]}, "velocity": [0.0, 0.05, 0.0], "angular_velocity": [1.0, 0.0, 0.0], **at(0.08, 0.06, 0.09, UP)}]}, 100),
+    "thick": ({"time": {"duration": 0.2}, "fluid": fluid(expected_speed=0.2), "load": [GRAVITY], "immersion": {"rod_surface": "sharp"},
+               "rods": [rods("thick", length=0.08, elements=4, radius=0.022, placement={"origin": [0.08, 0.06, 0.05], "tangent": [0.0, 0.0, 1.0]})]}, 100),
     "plates": ({"time": {"duration": 0.4}, "fluid": fluid(along_x="free_slip", along_y="no_slip", along_z="free_slip", lower_wall_velocity=[0.05, 0.0, 0.0], upper_wall_velocity=[0.0, 0.0, 0.02], moving_walls="y", scheme="rk3_projected")}, 8),
     "walls": ({"time": {"duration": 0.4}, "fluid": fluid(along_x="no_slip", along_y="free_slip", lower_wall_velocity=[0.0, 0.0, 0.02], moving_walls="x")}, 8),
     "viscous": ({"time": {"duration": 0.4}, "fluid": fluid(along_z="no_slip", lower_wall_velocity=[0.05, 0.0, 0.0], moving_walls="z", scheme="crank_nicolson", viscosity=1.0),

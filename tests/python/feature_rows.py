@@ -115,6 +115,17 @@ def sharp_body():
     return Row(in_fluid.name, edit, in_fluid.sets)
 
 
+def sharp_rod():
+    """A rod that is thick enough for a sharp surface."""
+    in_fluid = fluid("immersion.rod_surface = sharp", immersion={"rod_surface": "sharp"})
+
+    def edit(scene, where):
+        in_fluid.edit(scene, where)
+        scene["rods"].append({"name": "thick", "material": {"density": 1200.0, "youngs_modulus": 1e6}, "section": {"radius": 0.06},
+                              "shape": {"length": 0.2, "elements": 4, "velocity": [0.0, 0.2, 0.0]}, "placement": {"origin": [0.2, 0.25, 0.1]}})
+    return Row(in_fluid.name, edit, in_fluid.sets)
+
+
 def body(name, parts):
     def edit(scene, where):
         scene.setdefault("bodies", []).append({"name": name, "density": 900.0, **parts, "velocity": [0.0, 0.0, -1.0], "angular_velocity": [0.0, 3.0, 0.0],
@@ -220,6 +231,7 @@ def rows_of(folder):
         fluid("fluid.inflow_profile = parabolic", fluid={"along_x": "through", "inflow": [0.1, 0.0, 0.0], "along_y": "no_slip", "inflow_profile": "parabolic"}),
         fluid("immersion.coupling = one_way", immersion={"coupling": "one_way"}),
         sharp_body(),
+        sharp_rod(),
         fluid("immersion.delta = four_point", immersion={"delta": "four_point"}),
         fluid("immersion.forcing = penalty", immersion={"forcing": "penalty", "penalty_damping": 10.0}),
         fluid("obstacle.kind = sphere", obstacle=[{"centre": [0.15, 0.2, 0.15], "radius": 0.1}]),

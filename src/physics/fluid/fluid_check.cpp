@@ -305,6 +305,8 @@ void check_immersion(const SceneSpec& scene, Objections& table) {
         table.unused({"inner_inertia"}, "with coupling = \"one_way\"");
     if (std::none_of(scene.rods.begin(), scene.rods.end(), [](const RodSpec& rods) { return rods.body.has_value(); }))
         table.unused({"body_surface"}, "without [[bodies]] in a [fluid]");
+    if (std::all_of(scene.rods.begin(), scene.rods.end(), [](const RodSpec& rods) { return rods.body.has_value(); }))
+        table.unused({"rod_surface"}, "without [[rods]] in a [fluid]");
 }
 
 /// Objects to each table of a list that nothing uses.

@@ -75,6 +75,14 @@ std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidG
     return text + cure;
 }
 
+/// Rods that bend while the fluid answers steps later. theory.md (155)
+std::string of_sharp_rods(const RodsInFluid& rods) {
+    return fmt::format(
+        "rods.{}: its density is {:.3g} times the fluid's, and its surface is sharp: slender rods lighter "
+        "than about three times the fluid may shake and break; immersion.rod_surface = \"markers\" holds there",
+        rods.name, rods.density_ratio);
+}
+
 std::string of_bodies(const RodsInFluid& bodies, double spacing) {
     return fmt::format("bodies.{}: {:.3g} cells in half the thickness of a part, too few for the fluid: {}; "
                        "fluid.spacing = {:.3g} gives two cells",
@@ -112,6 +120,14 @@ std::vector<std::string> fluid_doubts(const FluidPlan& fluid, std::span<const Ro
         if (fluid.rods[g].least_axis < resolved * (1 - rounding))
             found.push_back(fluid.rods[g].body ? of_bodies(fluid.rods[g], h)
                                                : of_rods(fluid.rods[g], groups[g], fluid.constants.grid));
+    constexpr double light = 3, slender = 5; // density over the fluid's; length over thickness
+    for (std::size_t g = 0; g < fluid.rods.size(); ++g) {
+        const RodsInFluid& rods = fluid.rods[g];
+        if (rods.body || !rods.sharp || !rods.feels_fluid || rods.density_ratio >= light) continue;
+        double length = 0;
+        for (const ElementConstants& e : groups[g].element) length += e.rest_length;
+        if (length > slender * 2 * rods.least_axis * h) found.push_back(of_sharp_rods(rods));
+    }
     for (const Obstacle& o : fluid.obstacles) {
         const double least = o.least_axis();
         if (least < resolved * (1 - rounding) * h) found.push_back(of_obstacle(o, least, h));

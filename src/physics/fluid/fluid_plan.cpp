@@ -298,7 +298,8 @@ FluidPlan plan_fluid(const PlanInput& input) {
     plan.kinds = std::make_shared<const ImmersedKinds>(
         plan.constants.grid, ImmersedKinds::Numbers{plan.retraction * plan.constants.grid.h, plan.constants.density,
                                                     plan.inner_inertia, plan.coupling == RodCoupling::two_way,
-                                                    scene.immersion.body_surface == SurfaceKind::sharp});
+                                                    scene.immersion.body_surface == SurfaceKind::sharp,
+                                                    scene.immersion.rod_surface == SurfaceKind::sharp});
     for (const RodGroup& group : groups) plan.rods.push_back(rods_in_fluid(group, plan));
     plan.forcing.two_way = plan.two_way();
     plan.forcing.kinematic_viscosity = plan.constants.kinematic_viscosity;
