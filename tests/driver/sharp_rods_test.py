@@ -12,7 +12,7 @@ SCENE = ('title = "rods and a fluid"\n[time]\nduration = 0.4\n' + FLUID_OF_RODS 
 DISC = '''
 title = "disc on a spring"
 [time]
-duration = 7.0
+duration = 9.0
 [fluid]
 cells = [48, 48, 2]
 spacing = 0.125
@@ -62,7 +62,7 @@ class SharpRods(DriverTest):
             self.assertLess(series["max_speedms"].max(), 2.5, density)
 
     def test_light_discs_on_springs_swing_with_their_own_inertia(self):
-        """Eight cells across. The spring has a circular frequency of 1/s with the disc and its displaced fluid; the boundary layer adds 0.74 times that
+        """Eight cells across. The spring has a circular frequency of 1/s with the disc and its displaced fluid; the boundary layer adds 0.7 to 0.9 times that
         fluid at this viscosity, and amplitudes fall."""
         for density in (0.001, 1.0):
             self.scene.write_text(DISC.format(density=density, spring=(density + 1) * math.pi / 4))
