@@ -61,7 +61,7 @@ template <class Give> double SharpForcing::velocity_after(std::span<const SharpN
     for (; nodes[n].again; ++n) closed += nodes[n + 1].closed;
     const double open = std::max(0.0, 1 - closed), per_closed = closed > 1 ? 1 / closed : 1,
                  rate = before - nth(stage.scratch, node.component)[node.at],
-                 exchange = open * stage.dt * viscosity_ / (h_ * h_);
+                 exchange = open * (stage.dt * viscosity_ / (h_ * h_));
     // The closed part of a face moves with the body, whatever the rates of the fluid are there.
     const auto carried = [&](const SharpNode& m) { return per_closed * m.closed * (m.gain - rate); };
     double weight = 1, sum = before;
