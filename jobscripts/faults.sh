@@ -19,7 +19,7 @@ done
 cd "$root"
 say "Packages"
 bash jobscripts/install.sh --tests "${no_install[@]}"
-build all "$jobs" -DSKEIN_TESTS=ON
+build all "$jobs" -DSKEIN_TESTS=ON "-DSKEIN_WIDTHS=1;2;4;8"
 
 # Trials first; then the rows that other tests have.
 export SKEIN_LONG=1

@@ -25,7 +25,7 @@ done
 cd "$root"
 say "Packages"
 bash jobscripts/install.sh --tests "${no_install[@]}"
-build all "$jobs" -DSKEIN_TESTS=ON -DSKEIN_FLUID=ON
+build all "$jobs" -DSKEIN_TESTS=ON -DSKEIN_FLUID=ON "-DSKEIN_WIDTHS=1;2;4;8"
 
 say "Tests at their full length"
 SKEIN_LONG=1 ctest --test-dir build -L '^(stress|fault|validation)$' --output-on-failure --no-tests=error --parallel "$jobs"

@@ -25,7 +25,7 @@ done
 cd "$root"
 say "Packages"
 bash jobscripts/install.sh --tests "${no_install[@]}"
-build all "$jobs" -DSKEIN_TESTS=ON -DSKEIN_BENCH=ON -DSKEIN_FLUID=ON -DSKEIN_PETSC=ON
+build all "$jobs" -DSKEIN_TESTS=ON -DSKEIN_BENCH=ON -DSKEIN_FLUID=ON -DSKEIN_PETSC=ON "-DSKEIN_WIDTHS=1;2;4;8"
 
 # Every test says how many cores it may use (PROCESSORS). Tests of whole runs wait for discs and launchers a third of their time:
 # ctest packs them into half as many cores again. With more, ranks that wait for each other's messages share a core with others.

@@ -27,7 +27,7 @@ done
 cd "$root"
 say "Packages"
 bash jobscripts/install.sh --tests "${no_install[@]}"
-build validation "$jobs" -DSKEIN_TESTS=ON
+build validation "$jobs" -DSKEIN_TESTS=ON "-DSKEIN_WIDTHS=1;2;4;8"
 
 say "Running"
 failed=0

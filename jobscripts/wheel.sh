@@ -29,7 +29,7 @@ say "Packages"
 bash jobscripts/install.sh "${no_install[@]}"
 options=()
 [[ -f build/CMakeCache.txt ]] || options=(-DSKEIN_TESTS=OFF -DSKEIN_BENCH=OFF)
-build skein "$jobs" "${options[@]}"
+build skein "$jobs" "${options[@]}" "-DSKEIN_WIDTHS=1;2;4;8"
 build skein_shared "$jobs"
 say "Wheel"
 "${PYTHON:-/usr/bin/python3}" -m pip wheel --quiet --no-deps --no-build-isolation --wheel-dir "$to" python
