@@ -222,6 +222,7 @@ SCENES = {
                "obstacle": [{"name": "ball", "surface": "sharp", "centre": [0.08, 0.06, 0.09], "radius": 0.025, "amplitude": [0.0, 0.0, 0.02], "frequency": 2.0, "velocity": [0.02, 0.0, 0.0]},
                             {"name": "rest", "surface": "sharp", "centre": [0.03, 0.02, 0.03], "radius": 0.02},
                             {"name": "egg", "kind": "ellipsoid", "surface": "sharp", "centre": [0.03, 0.12, 0.12], "half_axes": [0.03, 0.02, 0.025], "axis": [1.0, 0.0, 1.0]},
+                            {"name": "stone", "kind": "mesh", "surface": "sharp", "centre": [0.08, 0.12, 0.03], "file": "stone.obj", "unit": 0.01, "axis": [0.0, 1.0, 3.0]},
                             {"name": "brick", "kind": "box", "surface": "sharp", "centre": [0.12, 0.1, 0.03], "sides": [0.03, 0.04, 0.03], "radius": 0.002, "angular_velocity": [0.0, 0.0, 2.0]},
                             {"name": "pill", "kind": "capsule", "centre": [0.13, 0.12, 0.12], "radius": 0.016, "length": 0.02, "axis": [0.0, 1.0, 0.0]}, {"name": "marked", "centre": [0.12, 0.02, 0.03], "radius": 0.02}]}, 8),
     "floats": ({"time": {"duration": 0.2}, "fluid": fluid(expected_speed=0.2), "load": [GRAVITY], "immersion": {"body_surface": "sharp"},
@@ -241,6 +242,7 @@ SCENES = {
 }
 
 FILES = {"mask.pbm": "P1\n3 2\n1 0 1\n0 1 1\n",
+         "stone.obj": "v -2 -2 -1.5\nv 2 -2 -1.5\nv 0 2.5 -1.5\nv 0 0 2.5\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n",
          "points.csv": "piece,x,y,z,diameter,note\n" + "".join(f"{rod},{i},{0.1 * i * i},{5 * rod},{0.5 + 0.01 * i},0\n" for rod in range(2) for i in range(4 + rod))}
 CSV = [("x", "m", [0.0, 0.1, 0.2]), ("y", "m", [0.0, 0.01, 0.0]), ("z", "m", [0.0, 0.02, 0.01]), ("tx", "-", [1.0, 0.0, 1.0]), ("ty", "-", [0.0, 1.0, 0.5]), ("tz", "-", [0.0, 0.0, 0.2]),
        ("length", "m", [0.05, 0.06, 0.04]), ("radius", "m", [0.004, 0.003, 0.005])]
