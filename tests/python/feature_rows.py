@@ -172,6 +172,7 @@ def scene_of(*edits):
 def rows_of(folder):
     """All rows. Files that they need are written into `folder`."""
     (folder / "two.pbm").write_text(STRIPE)
+    (folder / "stone.obj").write_text("v -0.1 -0.1 -0.1\nv 0.15 -0.1 -0.1\nv 0 0.15 -0.1\nv 0 0 0.15\nf 1 3 2\nf 1 2 4\nf 2 3 4\nf 3 1 4\n")
     (folder / "rods.csv").write_text("x,y,z,tx,ty,tz,length\n-0.1,0,0.0029,1,0,0,0.2\n-0.1,0.02,0.0029,1,0,0,0.15\n")
     touching = {"law": "hertz", "stiffness": 1e5, "damping": 1.0}
     magnetised = {"strength": 1e5, "direction": [1.0, 0.0, 0.2]}
@@ -239,6 +240,7 @@ def rows_of(folder):
         fluid("obstacle.kind = capsule", obstacle=[{"kind": "capsule", "centre": [0.15, 0.2, 0.15], "radius": 0.1, "length": 0.1, "axis": [1.0, 1.0, 0.0]}]),
         fluid("obstacle.kind = box", obstacle=[{"kind": "box", "centre": [0.15, 0.2, 0.15], "sides": [0.2, 0.25, 0.2], "angular_velocity": [0.0, 0.0, 1.0]}]),
         fluid("obstacle.kind = ellipsoid", obstacle=[{"kind": "ellipsoid", "surface": "sharp", "centre": [0.15, 0.2, 0.15], "half_axes": [0.12, 0.1, 0.1]}]),
+        fluid("obstacle.kind = mesh", obstacle=[{"kind": "mesh", "surface": "sharp", "centre": [0.15, 0.2, 0.15], "file": str(folder / "stone.obj")}]),
         fluid("obstacle.surface = sharp", obstacle=[{"surface": "sharp", "centre": [0.15, 0.2, 0.15], "radius": 0.1}]),
         entry("load", "load.kind = gravity", kind="gravity"),
         entry("load", "load.kind = uniform_force", kind="uniform_force", force=[0.01, 0.02, 0.03]),
