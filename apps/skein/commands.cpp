@@ -135,7 +135,7 @@ std::string text_of(const std::exception_ptr& failure) {
 
 } // namespace
 
-Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
+Prepared prepare(const Communicator& comm, const SceneArguments& arguments, const Threads* threads) {
     Prepared prepared;
     const std::string text = text_for_all(comm, arguments.file);
     std::exception_ptr failure;
@@ -156,7 +156,7 @@ Prepared prepare(const Communicator& comm, const SceneArguments& arguments) {
     if (failure) std::rethrow_exception(failure);
     if (!said.empty()) throw InputError(said);
     if (any) throw Stopped("stopped by a signal; nothing was written");
-    read_rods(comm, prepared.groups);
+    read_rods(comm, prepared.groups, threads);
     return prepared;
 }
 
@@ -177,10 +177,10 @@ int run_command(RunArguments arguments, int& argc, char**& argv, const BesideRun
     const Communicator comm = Communicator::world();
     stop_on_signals();
     return guarded(comm, [&] {
-        auto [scene, groups] = prepare(comm, arguments.scene);
-        if (beside.before) beside.before(scene);
         const Machine machine = machine_of(comm, arguments.threads, arguments.lanes, arguments.mapping);
         const Threads threads(machine.threads, arguments.shuffle);
+        auto [scene, groups] = prepare(comm, arguments.scene, &threads);
+        if (beside.before) beside.before(scene);
         Plan plan = make_plan(scene, groups, machine);
         RunOptions options = arguments.options;
         options.began = began;

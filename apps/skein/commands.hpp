@@ -136,7 +136,7 @@ struct Prepared {
     std::vector<RodGroup> groups;
 };
 /// Reads the scene and packs its rods, which may take long. A signal that reaches some ranks alone stops all of them.
-Prepared prepare(const Communicator& comm, const SceneArguments& arguments);
+Prepared prepare(const Communicator& comm, const SceneArguments& arguments, const Threads* threads);
 
 /// Work beside a run: before it, on all ranks, and after it, on root alone, which returns the exit code.
 struct BesideRun {

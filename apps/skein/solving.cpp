@@ -87,7 +87,7 @@ SolvedScene solved_scene(const Communicator& comm, const RunArguments& arguments
     options.quiet = true;
     if (directory == Directory::none) options.out.clear();
     if (directory == Directory::begins) refuse_results(comm, options, options.out);
-    auto [scene, groups] = prepare(comm, arguments.scene);
+    auto [scene, groups] = prepare(comm, arguments.scene, nullptr);
     refuse_unsolvable(scene);
     scene.start.time = StartTime::zero; // a state of a run that is over will do, as loads have the time of the solution
     if (comm.root()) warn_of_friction(scene, friction);

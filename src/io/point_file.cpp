@@ -1,11 +1,15 @@
 #include "io/point_file.hpp"
 
+#include "parallel/pieces.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
+#include <tuple>
+#include <utility>
 
 namespace skein {
 
@@ -23,13 +27,6 @@ bool nearly_along(const Vec3d& a, const Vec3d& b) { return !(norm(cross(a, b)) >
 
 } // namespace
 
-void RodPoints::clear() {
-    points.clear();
-    radii.clear();
-    normals.clear();
-    start_normal.clear();
-}
-
 RodColumns PointFile::columns() const {
     RodColumns columns;
     columns.nodes = true;
@@ -40,43 +37,53 @@ RodColumns PointFile::columns() const {
 }
 
 void PointFile::refuse(std::int64_t rod, std::int64_t point, const std::string& what) const {
+    const std::lock_guard lock(refusing_);
     throw InputError(fmt::format("{}: {}", place(rod, point), what));
 }
 void PointFile::refuse(const std::string& what) const { throw InputError(fmt::format("{}: {}", path_, what)); }
 
-/// Checks the points of a rod, and gives them in m.
-void PointFile::check(std::int64_t rod, RodPoints& given) const {
-    if (given.points.size() < 2) refuse(rod, given.points.empty() ? -1 : 0, "the rod has fewer than two points");
-    for (std::size_t i = 0; i < given.points.size(); ++i) {
-        const auto point = static_cast<std::int64_t>(i);
-        if (!finite(given.points[i])) refuse(rod, point, "not a finite number");
-        given.points[i] = unit_ * given.points[i];
-        if (!within(given.points[i])) refuse(rod, point, fmt::format("lies beyond {:g} m", largest_place));
-        if (i > 0 && !(norm(given.points[i] - given.points[i - 1]) > 0))
-            refuse(rod, point, "is the same point as the one before; leave one of them out");
+void PointFile::make_room(RodPoints& points, std::span<const std::int64_t> first) const {
+    const std::size_t count = to_index(first.back() - first.front());
+    points.first.clear();
+    for (const std::int64_t at : first) points.first.push_back(to_index(at - first.front()));
+    points.points.resize(count);
+    points.radii.resize(radii_ ? count : 0);
+    points.normals.resize(normals_ ? count : 0);
+    points.start_normals.resize(start_normals_ ? points.rods() : 0);
+}
+
+/// Checks points [begin, end), those of a rod, and gives them in m.
+void PointFile::check(std::int64_t rod, RodPoints& given, std::size_t begin, std::size_t end) const {
+    if (end - begin < 2) refuse(rod, end == begin ? -1 : 0, "the rod has fewer than two points");
+    const auto place_of = [&](std::size_t i) { return static_cast<std::int64_t>(i - begin); };
+    for (std::size_t i = begin; i < end; ++i) {
+        Vec3d& point = given.points[i];
+        if (!finite(point)) refuse(rod, place_of(i), "not a finite number");
+        point = unit_ * point;
+        if (!within(point)) refuse(rod, place_of(i), fmt::format("lies beyond {:g} m", largest_place));
+        if (i > begin && !(norm(point - given.points[i - 1]) > 0))
+            refuse(rod, place_of(i), "is the same point as the one before; leave one of them out");
     }
-    for (std::size_t i = 0; i < given.radii.size(); ++i) {
-        const auto point = static_cast<std::int64_t>(i);
+    for (std::size_t i = begin; radii_ && i < end; ++i) {
         double& radius = given.radii[i];
-        if (!std::isfinite(radius)) refuse(rod, point, "the radius is not a finite number");
-        if (!(radius > 0)) refuse(rod, point, fmt::format("the radius is {:g}; it must be above 0", radius));
+        if (!std::isfinite(radius)) refuse(rod, place_of(i), "the radius is not a finite number");
+        if (!(radius > 0)) refuse(rod, place_of(i), fmt::format("the radius is {:g}; it must be above 0", radius));
         radius *= unit_;
         if (!(radius >= least_radius && radius <= largest_place))
-            refuse(rod, point,
+            refuse(rod, place_of(i),
                    fmt::format("the radius is {:g} m; it must lie between {:g} and {:g} m", radius, least_radius,
                                largest_place));
     }
-    for (std::size_t i = 0; i < given.normals.size(); ++i) {
-        const auto point = static_cast<std::int64_t>(i);
+    for (std::size_t i = begin; normals_ && i < end; ++i) {
         const double size = norm(given.normals[i]);
-        if (!(size > 0 && std::isfinite(size))) refuse(rod, point, "the normal has no direction");
+        if (!(size > 0 && std::isfinite(size))) refuse(rod, place_of(i), "the normal has no direction");
         given.normals[i] = (1 / size) * given.normals[i];
-        if (i > 0 && !(dot(given.normals[i], given.normals[i - 1]) > 0))
-            refuse(rod, point, "the normal turns by more than 90 degrees from the point before");
+        if (i > begin && !(dot(given.normals[i], given.normals[i - 1]) > 0))
+            refuse(rod, place_of(i), "the normal turns by more than 90 degrees from the point before");
     }
 }
 
-/// Turns points into nodes.
+/// Turns points into nodes. Each thread has one.
 struct PointFile::Resampler {
     const PointFile& file;
     RodRows& rows;
@@ -84,7 +91,16 @@ struct PointFile::Resampler {
     std::vector<PointCurve::Place> places{};
     std::vector<Vec3d> nodes{};
 
-    void take(std::int64_t rod, const RodPoints& given) {
+    /// Points of one rod.
+    struct Given {
+        std::span<const Vec3d> points;
+        std::span<const double> radii;
+        std::span<const Vec3d> normals;
+        const Vec3d* start_normal;
+    };
+
+    /// Fills row `row`; returns the distance from the line through the points, m.
+    double take(std::int64_t rod, const Given& given, std::size_t row) {
         curve.pass_through(given.points);
         curve.cut(file.target_, places);
         nodes.clear();
@@ -92,14 +108,11 @@ struct PointFile::Resampler {
         nodes.front() = given.points.front();
         nodes.back() = given.points.back();
         check_nodes(rod);
-        rows.origins.push_back(nodes.front());
-        rows.nodes.insert(rows.nodes.end(), nodes.begin(), nodes.end());
-        put_radii(given);
-        put_normals(rod, given);
-        const double distance = curve.deviation(places, nodes);
-        const auto points = static_cast<std::int64_t>(given.points.size());
-        const bool largest = distance > rows.deviation.distance;
-        rows.deviation.include({distance, largest ? file.name(rod) : "", points, points});
+        rows.origins[row] = nodes.front();
+        std::copy(nodes.begin(), nodes.end(), &rows.nodes[row * nodes.size()]);
+        put_radii(given, row);
+        put_normals(rod, given, row);
+        return curve.deviation(places, nodes);
     }
 
     /// Frames follow edges, which no reversal may interrupt.
@@ -120,47 +133,82 @@ struct PointFile::Resampler {
         }
     }
 
-    void put_radii(const RodPoints& given) {
+    void put_radii(const Given& given, std::size_t row) {
         if (given.radii.empty()) return;
         double before = given.radii.front();
         for (std::size_t k = 1; k < places.size(); ++k) {
-            const double radius = value_at(places[k], std::span<const double>(given.radii));
-            rows.element_radii.push_back(0.5 * (before + radius));
+            const double radius = value_at(places[k], given.radii);
+            rows.element_radii[row * file.target_ + k - 1] = 0.5 * (before + radius);
             before = radius;
         }
     }
 
-    void put_normals(std::int64_t rod, const RodPoints& given) {
+    void put_normals(std::int64_t rod, const Given& given, std::size_t row) {
         const auto refuse_along = [&](std::size_t k) {
             file.refuse(rod, static_cast<std::int64_t>(places[k].piece),
                         fmt::format("the normal is not across element {} of the rod", k));
         };
-        if (!given.start_normal.empty()) {
-            if (nearly_along(nodes[1] - nodes[0], given.start_normal[0])) refuse_along(0);
-            rows.normals.push_back(given.start_normal[0]);
+        if (given.start_normal) {
+            if (nearly_along(nodes[1] - nodes[0], *given.start_normal)) refuse_along(0);
+            rows.normals[row] = *given.start_normal;
         }
         if (given.normals.empty()) return;
         Vec3d before = given.normals.front();
         for (std::size_t k = 0; k + 1 < places.size(); ++k) {
-            const Vec3d after = value_at(places[k + 1], std::span<const Vec3d>(given.normals));
-            rows.element_normals.push_back(0.5 * (before + after));
-            if (nearly_along(nodes[k + 1] - nodes[k], rows.element_normals.back())) refuse_along(k);
+            const Vec3d after = value_at(places[k + 1], given.normals), middle = 0.5 * (before + after);
+            rows.element_normals[row * file.target_ + k] = middle;
+            if (nearly_along(nodes[k + 1] - nodes[k], middle)) refuse_along(k);
             before = after;
         }
     }
 };
 
-RodRows PointFile::read(std::int64_t begin, std::int64_t end) const {
+RodRows PointFile::read(std::int64_t begin, std::int64_t end, const Threads* threads) const {
+    constexpr std::size_t piece = 128;
+    struct Farthest {
+        double distance = -1;
+        std::int64_t rod = 0, fewest = 0, most = 0;
+    };
     RodRows rows;
     const std::size_t rods = to_index(end - begin);
-    rows.origins.reserve(rods);
-    rows.nodes.reserve(rods * (target_ + 1));
-    if (radii_) rows.element_radii.reserve(rods * target_);
-    Resampler resampler{*this, rows};
-    read_points(begin, end, [&](std::int64_t rod, RodPoints& points) {
-        check(rod, points);
-        resampler.take(rod, points);
+    rows.origins.resize(rods);
+    rows.nodes.resize(rods * (target_ + 1));
+    rows.element_radii.resize(radii_ ? rods * target_ : 0);
+    rows.normals.resize(start_normals_ ? rods : 0);
+    rows.element_normals.resize(normals_ ? rods * target_ : 0);
+    std::vector<Resampler> resamplers(threads_in(threads), Resampler{*this, rows});
+    std::vector<Farthest> farthest;
+    read_points(begin, end, threads, [&](std::int64_t first_rod, RodPoints& given) {
+        const std::size_t before = farthest.size();
+        farthest.resize(before + (given.rods() + piece - 1) / piece);
+        in_pieces(threads, given.rods(), piece,
+                  [&](std::size_t first, std::size_t past, std::size_t thread, std::size_t number) {
+                      Farthest& found = farthest[before + number];
+                      for (std::size_t r = first; r < past; ++r) {
+                          const std::int64_t rod = first_rod + static_cast<std::int64_t>(r);
+                          const std::size_t at = given.first[r], points = given.first[r + 1] - at;
+                          check(rod, given, at, at + points);
+                          const double distance = resamplers[thread].take(
+                              rod,
+                              {std::span(given.points).subspan(at, points),
+                               radii_ ? std::span(given.radii).subspan(at, points) : std::span<const double>(),
+                               normals_ ? std::span(given.normals).subspan(at, points) : std::span<const Vec3d>(),
+                               start_normals_ ? &given.start_normals[r] : nullptr},
+                              to_index(rod - begin));
+                          const auto count = static_cast<std::int64_t>(points);
+                          if (distance > found.distance) std::tie(found.distance, found.rod) = std::pair(distance, rod);
+                          found.fewest = r == first ? count : std::min(found.fewest, count);
+                          found.most = std::max(found.most, count);
+                      }
+                  });
     });
+    Farthest all;
+    for (const Farthest& found : farthest) {
+        if (found.distance > all.distance) std::tie(all.distance, all.rod) = std::pair(found.distance, found.rod);
+        all.fewest = all.most == 0 ? found.fewest : std::min(all.fewest, found.fewest);
+        all.most = std::max(all.most, found.most);
+    }
+    if (!farthest.empty()) rows.deviation = {all.distance, name(all.rod), all.fewest, all.most};
     return rows;
 }
 

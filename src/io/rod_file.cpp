@@ -54,7 +54,7 @@ void RodFile::check_quantities() const {
     without(normal, tangent, "a direction across the rod needs the direction of the rod");
 }
 
-RodRows RodFile::read(std::int64_t begin, std::int64_t end) const {
+RodRows RodFile::read(std::int64_t begin, std::int64_t end, const Threads*) const {
     Numbers numbers;
     const std::size_t rods = to_index(end - begin);
     for (std::size_t q = 0; q < all; ++q)

@@ -171,45 +171,33 @@ private:
         return first;
     }
 
-    void read_points(std::int64_t begin, std::int64_t end, const TakeRod& take) const override {
-        constexpr std::int64_t most_points = 1 << 20;
+    void read_points(std::int64_t begin, std::int64_t end, const Threads*, const TakeRods& take) const override {
         const std::vector<std::int64_t> first = first_points(begin, end);
+        RodPoints rods;
         for (std::size_t i = 0; i + 1 < first.size();) {
             std::size_t past = i + 1;
             while (past + 1 < first.size() && first[past + 1] - first[i] <= most_points) ++past;
-            take_rods(begin + static_cast<std::int64_t>(i), std::span(first).subspan(i, past - i + 1), take);
+            const std::int64_t rod = begin + static_cast<std::int64_t>(i);
+            read_rods(rod, std::span(first).subspan(i, past - i + 1), rods);
+            take(rod, rods);
             i = past;
         }
     }
 
-    void take_rods(std::int64_t rod, std::span<const std::int64_t> first, const TakeRod& take) const {
+    void read_rods(std::int64_t rod, std::span<const std::int64_t> first, RodPoints& into) const {
+        make_room(into, first);
         const std::int64_t points = first.back() - first.front(), rods = static_cast<std::int64_t>(first.size()) - 1;
-        const auto read = [&](bool there, const std::string& name, std::int64_t components) {
-            std::vector<double> numbers(there ? to_index(points * components) : 0);
-            if (there && points > 0) {
-                if (ragged_) file_->read(name, first.front(), points, numbers.data());
-                else file_->read(name, rod, rods, numbers.data());
-            }
-            return numbers;
+        const auto read = [&](const std::string& name, double* numbers) {
+            if (points == 0) return;
+            if (ragged_) file_->read(name, first.front(), points, numbers);
+            else file_->read(name, rod, rods, numbers);
         };
-        const std::vector<double> x = read(true, "points", 3), radius = read(radii_, "radii", 1),
-                                  d1 = read(normals_, "normals", 3);
-        std::vector<double> at_start(start_normals_ ? to_index(3 * rods) : 0);
-        if (start_normals_) file_->read("normal", rod, rods, at_start.data());
-        const auto vector = [](const std::vector<double>& of, std::size_t i) {
-            return Vec3d{of[3 * i], of[3 * i + 1], of[3 * i + 2]};
-        };
-        RodPoints one;
-        for (std::size_t r = 0; r + 1 < first.size(); ++r) {
-            one.clear();
-            for (std::size_t i = to_index(first[r] - first[0]); i < to_index(first[r + 1] - first[0]); ++i) {
-                one.points.push_back(vector(x, i));
-                if (radii_) one.radii.push_back(radius[i]);
-                if (normals_) one.normals.push_back(vector(d1, i));
-            }
-            if (start_normals_) one.start_normal.push_back(vector(at_start, r));
-            take(rod + static_cast<std::int64_t>(r), one);
-        }
+        const auto numbers_of = [](std::vector<Vec3d>& vectors) { return reinterpret_cast<double*>(vectors.data()); };
+        static_assert(sizeof(Vec3d) == 3 * sizeof(double));
+        read("points", numbers_of(into.points));
+        if (radii_) read("radii", into.radii.data());
+        if (normals_) read("normals", numbers_of(into.normals));
+        if (start_normals_) file_->read("normal", rod, rods, numbers_of(into.start_normals));
     }
 
     std::string place(std::int64_t rod, std::int64_t point) const override {

@@ -3,6 +3,7 @@
 #include "io/csv_table.hpp"
 #include "io/point_file.hpp"
 #include "io/rod_file_kind.hpp"
+#include "parallel/pieces.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
@@ -10,6 +11,8 @@
 
 #include <algorithm>
 #include <array>
+#include <memory>
+#include <span>
 #include <unordered_map>
 
 namespace skein {
@@ -99,13 +102,20 @@ private:
         first_run_.push_back(runs_.size());
     }
 
-    void read_points(std::int64_t begin, std::int64_t end, const TakeRod& take) const override {
-        constexpr std::int64_t most_rows = 1 << 20;
-        TextLines lines(path_);
+    void read_points(std::int64_t begin, std::int64_t end, const Threads* threads,
+                     const TakeRods& take) const override {
+        RodPoints points;
+        std::vector<std::unique_ptr<TextLines>> lines(threads_in(threads));
+        for (auto& of_thread : lines) of_thread = std::make_unique<TextLines>(path_);
+        std::vector<std::int64_t> first_point;
         for (std::int64_t first = begin; first < end;) {
-            std::int64_t rows = 0, past = first;
-            while (past < end && (past == first || rows < most_rows)) rows += rows_of(past++);
-            take_rods(lines, first, past, take);
+            first_point.assign(1, 0);
+            std::int64_t past = first;
+            while (past < end && (past == first || first_point.back() < most_points))
+                first_point.push_back(first_point.back() + rows_of(past++));
+            make_room(points, first_point);
+            read_rods(threads, lines, first, past, points);
+            take(first, points);
             first = past;
         }
     }
@@ -117,27 +127,34 @@ private:
     }
 
     /// Reads rows in the order of the file, which is that of the rods unless rows of several rods alternate.
-    void take_rods(TextLines& lines, std::int64_t first, std::int64_t past, const TakeRod& take) const {
-        std::vector<Run> runs(runs_.begin() + static_cast<std::ptrdiff_t>(nth(first_run_, first)),
-                              runs_.begin() + static_cast<std::ptrdiff_t>(nth(first_run_, past)));
-        const bool in_order = static_cast<std::int64_t>(runs.size()) == past - first;
-        RodPoints one;
-        std::vector<RodPoints> several(in_order ? 0 : to_index(past - first));
-        std::sort(runs.begin(), runs.end(), [](const Run& a, const Run& b) { return a.offset < b.offset; });
-        for (const Run& run : runs) {
-            RodPoints& points = in_order ? one : nth(several, run.rod - first);
-            if (in_order) one.clear();
-            read_run(lines, run, points);
-            if (in_order) take(run.rod, one);
+    void read_rods(const Threads* threads, std::span<std::unique_ptr<TextLines>> lines, std::int64_t first,
+                   std::int64_t past, RodPoints& points) const {
+        constexpr std::size_t piece = 1 << 10;
+        struct Place {
+            Run run;
+            std::size_t at; ///< point of its first row
+        };
+        std::vector<Place> runs;
+        for (std::int64_t rod = first; rod < past; ++rod) {
+            std::size_t at = nth(points.first, rod - first);
+            for (std::size_t r = nth(first_run_, rod); r < nth(first_run_, rod + 1); ++r) {
+                runs.push_back({runs_[r], at});
+                at += to_index(runs_[r].rows);
+            }
         }
-        for (std::size_t i = 0; i < several.size(); ++i) take(first + static_cast<std::int64_t>(i), several[i]);
+        std::sort(runs.begin(), runs.end(), [](const Place& a, const Place& b) { return a.run.offset < b.run.offset; });
+        in_pieces(threads, runs.size(), piece,
+                  [&](std::size_t begin, std::size_t end, std::size_t thread, std::size_t) {
+                      for (std::size_t r = begin; r < end; ++r)
+                          read_run(*lines[thread], runs[r].run, points, runs[r].at);
+                  });
     }
 
-    void read_run(TextLines& lines, const Run& run, RodPoints& points) const {
+    void read_run(TextLines& lines, const Run& run, RodPoints& points, std::size_t at) const {
         lines.seek(run.offset, run.line);
         std::string_view line;
         std::vector<std::string_view> cells;
-        for (std::int64_t row = 0; row < run.rows; ++row) {
+        for (std::int64_t row = 0; row < run.rows; ++row, ++at) {
             do {
                 if (!lines.next(line)) refuse("it has been cut short while it was read");
             } while (line.find_first_not_of(" \t") == std::string_view::npos);
@@ -155,9 +172,9 @@ private:
                                                  not_a_number(cells[column_[q]])));
                 value[q] = *number;
             }
-            points.points.push_back({value[x], value[y], value[z]});
-            if (radii_) points.radii.push_back(radius_unit_ * value[radius]);
-            if (normals_) points.normals.push_back({value[nx], value[ny], value[nz]});
+            points.points[at] = {value[x], value[y], value[z]};
+            if (radii_) points.radii[at] = radius_unit_ * value[radius];
+            if (normals_) points.normals[at] = {value[nx], value[ny], value[nz]};
         }
     }
 

@@ -41,7 +41,7 @@ public:
     std::int64_t count() const override { return count_; }
     std::int64_t elements() const override { return static_cast<std::int64_t>(elements_); }
     RodColumns columns() const override;
-    RodRows read(std::int64_t begin, std::int64_t end) const override;
+    RodRows read(std::int64_t begin, std::int64_t end, const Threads* threads) const override;
 
 protected:
     virtual void read_numbers(std::int64_t begin, std::int64_t end, Numbers& numbers) const = 0;

@@ -12,6 +12,7 @@
 #include <cmath>
 #include <optional>
 #include <unordered_map>
+#include <utility>
 
 namespace skein {
 
@@ -126,23 +127,32 @@ private:
         count_ = static_cast<std::int64_t>(first_.size());
     }
 
-    void read_points(std::int64_t begin, std::int64_t end, const TakeRod& take) const override {
-        RodPoints one;
-        for (std::int64_t rod = begin; rod < end; ++rod) {
-            one.clear();
-            const auto add = [&](const Point& point) {
-                one.points.push_back(point.place);
-                one.radii.push_back(point.radius);
-            };
-            std::uint32_t i = nth(first_, rod);
-            add(points_[points_[i].parent]);
-            add(points_[i]);
-            while (points_[i].children == 1) {
-                i = points_[i].child;
-                add(points_[i]);
-            }
-            take(rod, one);
+    void read_points(std::int64_t begin, std::int64_t end, const Threads*, const TakeRods& take) const override {
+        RodPoints rods;
+        for (std::int64_t first = begin; first < end;) {
+            rods.first.assign(1, 0);
+            rods.points.clear();
+            rods.radii.clear();
+            std::int64_t rod = first;
+            for (; rod < end && static_cast<std::int64_t>(rods.points.size()) < most_points; ++rod)
+                add_section(nth(first_, rod), rods);
+            take(std::exchange(first, rod), rods);
         }
+    }
+
+    /// Adds the section whose second point is `i`.
+    void add_section(std::uint32_t i, RodPoints& rods) const {
+        const auto add = [&](const Point& point) {
+            rods.points.push_back(point.place);
+            rods.radii.push_back(point.radius);
+        };
+        add(points_[points_[i].parent]);
+        add(points_[i]);
+        while (points_[i].children == 1) {
+            i = points_[i].child;
+            add(points_[i]);
+        }
+        rods.first.push_back(rods.points.size());
     }
 
     std::string place(std::int64_t rod, std::int64_t point) const override {

@@ -179,6 +179,10 @@ public:
         kicks.reserve(constants_.begin()->second.size());
         for (std::size_t length = 0; length < constants_.begin()->second.size(); ++length) {
             Rows& rows = kicks.emplace_back();
+            if (of_rod_) {
+                rows.node.reserve(rod.n + 1);
+                rows.element.reserve(rod.n);
+            }
             for (int row = 0; row <= rod.n; ++row) {
                 KickNodeOf<P> node{P(1.0), P(0.0)}; // infinite mass where there is no node
                 KickElementOf<P> element{{P(1.0), P(1.0), P(1.0)}, {}, {}, {}, {}};

@@ -210,7 +210,7 @@ std::int64_t block_begin(std::int64_t count, int part, int parts) {
     return count / parts * part + count % parts * part / parts;
 }
 
-void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
+void read_rods(const Communicator& comm, std::span<RodGroup> groups, const Threads* threads) {
     std::string error;
     std::vector<RodGroup*> read;
     std::map<const RodGroup*, LeastLimits> limits_of;
@@ -220,9 +220,9 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
             const std::int64_t begin = block_begin(group->count(), comm.rank(), comm.size()),
                                end = block_begin(group->count(), comm.rank() + 1, comm.size());
             group->require_memory(end - begin);
-            group->places().read(begin, end);
-            refuse_large_turns(*group);
-            if (group->heterogeneous()) limits_of[group] = least_limits_of_rods(*group);
+            group->places().read(begin, end, threads);
+            refuse_large_turns(*group, threads);
+            if (group->heterogeneous()) limits_of[group] = least_limits_of_rods(*group, threads);
         } catch (const std::exception& e) {
             error = e.what();
             break;
@@ -239,7 +239,8 @@ void read_rods(const Communicator& comm, std::span<RodGroup> groups) {
             for (double& dt : limits) dt = comm.min(dt);
         }
         group->places().set_deviation(agreed(comm, group->places().deviation()));
-        group->set_read({-lowest[0], -lowest[1], -lowest[2]}, comm.sum_wrapping(group->places().digest()), limits);
+        group->set_read({-lowest[0], -lowest[1], -lowest[2]}, comm.sum_wrapping(group->places().digest(threads)),
+                        limits);
     }
 }
 

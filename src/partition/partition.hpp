@@ -40,9 +40,10 @@ struct Assignment {
 std::vector<Assignment> assign(const Communicator& comm, std::span<const WeighedRod> own);
 
 /// Reads the files of rods. Each rank reads its index block of a group (see IndexBlocks), and all agree on what depends
-/// on every rod. Groups that have been read, or have no file, are left alone. Throws InputError on all ranks alike.
+/// on every rod. Groups that have been read, or have no file, are left alone. `threads` share the work of a rank; null:
+/// none. Throws InputError on all ranks alike.
 /// Collective.
-void read_rods(const Communicator& comm, std::span<RodGroup> groups);
+void read_rods(const Communicator& comm, std::span<RodGroup> groups, const Threads* threads = nullptr);
 
 /// From blocks to owners: what is known of single rods goes to the ranks that own them, and is forgotten elsewhere.
 /// Collective.

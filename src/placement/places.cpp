@@ -2,6 +2,7 @@
 
 #include "core/hash.hpp"
 #include "core/rotation.hpp"
+#include "parallel/pieces.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
@@ -60,13 +61,6 @@ template <class T> void keep_rows(std::vector<T>& all, std::span<const std::size
     all = std::move(kept);
 }
 
-/// Elements of a rod through given nodes.
-struct Traced {
-    Quaterniond frame; ///< frame at s = 0
-    std::vector<double> lengths;
-    std::vector<Vec3d> curvatures; ///< curvatures of the cells between elements, 1/m
-};
-
 /// First director of a frame, carried to another tangent with least twist.
 Vec3d carried(const Quaterniond& frame, const Vec3d& d3) {
     const Vec3d before = third_director(frame), d1 = transpose_times(frame, Vec3d{1, 0, 0}), axis = cross(before, d3);
@@ -87,32 +81,6 @@ void spread_twist(std::vector<Quaterniond>& frames, std::span<const double> leng
         const double angle = missing * way / length;
         frames[k] = frame_of(axes.d3, std::cos(angle) * axes.d1 + std::sin(angle) * axes.d2);
     }
-}
-
-/// Frames follow the edges. d1 is given for every element, or is transported from the first element with least twist.
-/// The frame at s = 0 is that where the half cell of a clamped end begins.
-Traced traced(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals, const std::optional<Vec3d>& normal,
-              bool closed) {
-    Traced rod;
-    std::vector<Quaterniond> frames;
-    for (std::size_t k = 0; k + 1 < nodes.size(); ++k) {
-        const Vec3d edge = nodes[k + 1] - nodes[k];
-        rod.lengths.push_back(norm(edge));
-        const Vec3d d3 = unit(edge);
-        if (!element_normals.empty()) {
-            frames.push_back(frame_of(d3, element_normals[k]));
-        } else if (k == 0) {
-            frames.push_back(frame_of(d3, normal));
-        } else frames.push_back(frame_of(d3, carried(frames.back(), d3)));
-    }
-    if (closed && element_normals.empty()) spread_twist(frames, rod.lengths);
-    for (std::size_t k = 0; k + (closed ? 0 : 1) < frames.size(); ++k) {
-        const std::size_t next = (k + 1) % frames.size();
-        rod.curvatures.push_back((2 / (rod.lengths[k] + rod.lengths[next])) *
-                                 relative_rotation(frames[next], frames[k]));
-    }
-    rod.frame = rotation(-0.5 * rod.lengths[0] * rod.curvatures[0]) * frames[0];
-    return rod;
 }
 
 /// The last node of a ring is its first.
@@ -142,6 +110,36 @@ void forget_consecutive(std::int64_t& begin, std::vector<std::int64_t>& held) {
 }
 
 } // namespace
+
+/// Elements of a rod through given nodes.
+struct Places::Tracer {
+    std::vector<Quaterniond> frames{};
+
+    /// Puts the lengths of the elements, and the curvatures of the cells between them, 1/m, into `sizes`. Frames follow
+    /// the edges. d1 is given for every element, or is transported from the first element with least twist. Returns the
+    /// frame at s = 0, where the half cell of a clamped end begins.
+    Quaterniond trace(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals,
+                      const std::optional<Vec3d>& normal, bool closed, double* sizes) {
+        const std::size_t n = nodes.size() - 1;
+        double *const lengths = sizes, *const curvatures = sizes + n;
+        frames.clear();
+        for (std::size_t k = 0; k < n; ++k) {
+            const Vec3d edge = nodes[k + 1] - nodes[k];
+            lengths[k] = norm(edge);
+            const Vec3d d3 = unit(edge);
+            if (!element_normals.empty()) frames.push_back(frame_of(d3, element_normals[k]));
+            else if (k == 0) frames.push_back(frame_of(d3, normal));
+            else frames.push_back(frame_of(d3, carried(frames.back(), d3)));
+        }
+        if (closed && element_normals.empty()) spread_twist(frames, {lengths, n});
+        for (std::size_t k = 0; k + (closed ? 0 : 1) < n; ++k) {
+            const std::size_t next = (k + 1) % n;
+            const Vec3d curvature = (2 / (lengths[k] + lengths[next])) * relative_rotation(frames[next], frames[k]);
+            std::memcpy(curvatures + 3 * k, &curvature, sizeof curvature);
+        }
+        return rotation(-0.5 * lengths[0] * Vec3d{curvatures[0], curvatures[1], curvatures[2]}) * frames[0];
+    }
+};
 
 Quaterniond frame_of(const Vec3d& tangent, const std::optional<Vec3d>& normal) {
     const Vec3d d3 = unit(tangent);
@@ -223,12 +221,10 @@ std::span<const double> Places::element_lengths(std::int64_t i) const {
     return std::span(sizes_).subspan(row(i) * width_ + columns_.length + columns_.radius, elements_);
 }
 
-std::vector<Vec3d> Places::curvatures(std::int64_t i) const {
-    if (!columns_.nodes) return {};
+void Places::put_curvatures(std::int64_t i, std::vector<Vec3d>& curvatures) const {
     const double* at = element_lengths(i).data() + elements_;
-    std::vector<Vec3d> found(cells());
-    for (std::size_t k = 0; k < found.size(); ++k) found[k] = {at[3 * k], at[3 * k + 1], at[3 * k + 2]};
-    return found;
+    curvatures.resize(cells());
+    for (std::size_t k = 0; k < curvatures.size(); ++k) curvatures[k] = {at[3 * k], at[3 * k + 1], at[3 * k + 2]};
 }
 
 std::span<const double> Places::element_radii(std::int64_t i) const {
@@ -290,60 +286,63 @@ Vec3d Places::corner() const {
     return corner;
 }
 
-void Places::read(std::int64_t begin, std::int64_t end) {
+void Places::read(std::int64_t begin, std::int64_t end, const Threads* threads) {
     constexpr std::int64_t block = 1 << 16;
-    origins_.clear();
-    turns_.clear();
+    constexpr std::size_t piece = 1 << 9;
+    const std::size_t rods = to_index(end - begin);
     held_.clear();
-    origins_.reserve(to_index(end - begin));
-    if (turned_) turns_.reserve(to_index(end - begin));
-    sizes_.clear();
-    sizes_.reserve(to_index(end - begin) * width_);
+    origins_.resize(rods);
+    turns_.resize(turned_ ? rods : 0);
+    sizes_.resize(rods * width_);
     begin_ = begin;
     read_ = true;
     deviation_ = {};
+    std::vector<Tracer> tracers(threads_in(threads));
     for (std::int64_t at = begin; at < end; at += block) {
-        const RodRows rows = source_->read(at, std::min(end, at + block));
+        const RodRows rows = source_->read(at, std::min(end, at + block), threads);
         deviation_.include(rows.deviation);
-        for (std::size_t i = 0; i < rows.origins.size(); ++i) {
-            origins_.push_back(rows.origins[i] + first_);
-            std::optional<Traced> shape;
-            if (columns_.nodes && closed_)
-                require_ring(std::span(rows.nodes).subspan(i * (elements_ + 1), elements_ + 1),
-                             at + static_cast<std::int64_t>(i));
-            if (columns_.nodes)
-                shape = traced(std::span(rows.nodes).subspan(i * (elements_ + 1), elements_ + 1),
-                               columns_.directors ? std::span(rows.element_normals).subspan(i * elements_, elements_)
-                                                  : std::span<const Vec3d>(),
-                               rows.normals.empty() ? std::nullopt : std::optional(rows.normals[i]), closed_);
-            if (columns_.length) sizes_.push_back(rows.lengths[i]);
-            if (columns_.radius) sizes_.push_back(rows.radii[i]);
-            if (shape) {
-                turns_.push_back(shape->frame);
-                sizes_.insert(sizes_.end(), shape->lengths.begin(), shape->lengths.end());
-                for (const Vec3d& c : shape->curvatures) sizes_.insert(sizes_.end(), {c.x, c.y, c.z});
-            } else if (turned_)
-                turns_.push_back(
-                    frame_of(rows.tangents[i], rows.normals.empty() ? std::nullopt : std::optional(rows.normals[i])));
-            if (columns_.radii) {
-                const auto first = rows.element_radii.begin() + static_cast<std::ptrdiff_t>(i * elements_);
-                sizes_.insert(sizes_.end(), first, first + static_cast<std::ptrdiff_t>(elements_));
-            }
-        }
+        const std::size_t row = to_index(at - begin);
+        in_pieces(threads, rows.origins.size(), piece,
+                  [&](std::size_t first, std::size_t past, std::size_t thread, std::size_t) {
+                      for (std::size_t i = first; i < past; ++i) take(rows, at, row + i, i, tracers[thread]);
+                  });
     }
 }
 
-std::uint64_t Places::digest() const {
-    std::uint64_t sum = 0;
-    for (std::size_t row = 0; row < origins_.size(); ++row) {
+/// Takes rod i of rows that begin with rod `first` as a row of this list.
+void Places::take(const RodRows& rows, std::int64_t first, std::size_t row, std::size_t i, Tracer& tracer) {
+    const auto normal = rows.normals.empty() ? std::nullopt : std::optional(rows.normals[i]);
+    origins_[row] = rows.origins[i] + first_;
+    double* sizes = sizes_.data() + row * width_;
+    if (columns_.length) *sizes++ = rows.lengths[i];
+    if (columns_.radius) *sizes++ = rows.radii[i];
+    if (columns_.nodes) {
+        const std::span nodes = std::span(rows.nodes).subspan(i * (elements_ + 1), elements_ + 1);
+        if (closed_) require_ring(nodes, first + static_cast<std::int64_t>(i));
+        const std::span normals = columns_.directors ? std::span(rows.element_normals).subspan(i * elements_, elements_)
+                                                     : std::span<const Vec3d>();
+        turns_[row] = tracer.trace(nodes, normals, normal, closed_, sizes);
+        sizes += elements_ + 3 * cells();
+    } else if (turned_) turns_[row] = frame_of(rows.tangents[i], normal);
+    if (columns_.radii) std::copy_n(&rows.element_radii[i * elements_], elements_, sizes);
+}
+
+std::uint64_t Places::digest(const Threads* threads) const {
+    constexpr std::size_t piece = 1 << 12;
+    std::vector<std::uint64_t> sums((origins_.size() + piece - 1) / piece, 0);
+    const auto hash = [&](std::size_t row) {
         const Vec3d& o = origins_[row];
         const Quaterniond q = turned_ ? turns_[row] : no_turn;
         std::uint64_t h = hash_begin(held_.empty() ? begin_ + static_cast<std::int64_t>(row) : held_[row]);
         for (const double x : {o.x, o.y, o.z, q.w, q.v.x, q.v.y, q.v.z}) h = hash_with(h, x);
         for (std::size_t w = 0; w < width_; ++w) h = hash_with(h, sizes_[row * width_ + w]);
-        sum += hash_end(h);
-    }
-    return sum;
+        return hash_end(h);
+    };
+    in_pieces(threads, origins_.size(), piece,
+              [&](std::size_t first, std::size_t past, std::size_t, std::size_t number) {
+                  for (std::size_t row = first; row < past; ++row) sums[number] += hash(row);
+              });
+    return std::accumulate(sums.begin(), sums.end(), std::uint64_t{0});
 }
 
 void Places::keep(std::span<const std::int64_t> indices) {

@@ -1,5 +1,6 @@
 #include "rod/cell_turn.hpp"
 
+#include "parallel/pieces.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "skein/rod/rod_group.hpp"
@@ -46,11 +47,12 @@ std::string text_of(const CellTurn& turn) {
     return fmt::format("turns element {} against element {} by {:.3g} rad", turn.cell + 1, turn.cell, turn.angle);
 }
 
-void refuse_large_turns(const RodGroup& group) {
+void refuse_large_turns(const RodGroup& group, const Threads* threads) {
     const Places& places = group.places();
     const RodSpec& spec = group.spec();
-    RodSpec own = spec;
-    const auto look_at = [&](std::int64_t i) {
+    std::vector<RodSpec> own_of_thread(threads_in(threads), spec);
+    const auto look_at = [&](std::int64_t i, std::size_t thread = 0) {
+        RodSpec& own = own_of_thread[thread];
         if (group.heterogeneous()) group.put_own_sizes(i, own);
         const auto [most, curvature] = largest_turn(own.shape);
         if (most.angle < CellTurn::largest) return;
@@ -63,7 +65,11 @@ void refuse_large_turns(const RodGroup& group) {
     if (held.empty()) return;
     if (!group.heterogeneous()) return look_at(held.front());
     if (places.columns().nodes) {
-        std::for_each(held.begin(), held.end(), look_at);
+        constexpr std::size_t piece = 512;
+        in_pieces(threads, held.size(), piece,
+                  [&](std::size_t begin, std::size_t end, std::size_t thread, std::size_t) {
+                      for (std::size_t i = begin; i < end; ++i) look_at(held[i], thread);
+                  });
         return;
     }
     // Rods that differ in length alone: the longest turns most.

@@ -34,7 +34,7 @@ LargestTurn largest_turn(const Shape& shape);
 class RodGroup;
 /// Throws InputError for the first of the held rods of a file whose curvature at rest or at the start turns a cell by
 /// pi or more. Curvatures given by the scene have a check of their own.
-void refuse_large_turns(const RodGroup& group);
+void refuse_large_turns(const RodGroup& group, const Threads* threads = nullptr);
 
 /// "turns element 4 against element 3 by 3.3 rad".
 std::string text_of(const CellTurn& turn);

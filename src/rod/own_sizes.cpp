@@ -10,7 +10,7 @@ void put_sizes(const Places& places, const RodSpec& spec, std::int64_t i, RodSpe
     if (const std::span lengths = places.element_lengths(i); !lengths.empty()) {
         own.shape.length_profile.assign(lengths.begin(), lengths.end());
         const bool at_start = spec.placement.trace == Trace::start;
-        (at_start ? own.shape.start_curvature_profile : own.shape.rest_curvature_profile) = places.curvatures(i);
+        places.put_curvatures(i, at_start ? own.shape.start_curvature_profile : own.shape.rest_curvature_profile);
     }
     if (const std::span radii = places.element_radii(i); !radii.empty()) {
         own.section.profile.assign(radii.begin(), radii.end());

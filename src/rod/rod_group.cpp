@@ -76,6 +76,7 @@ RodGroup::RodGroup(const RodGroup& group, std::int64_t i)
 struct RodGroup::Kinds {
     std::mutex mutex;
     std::unordered_map<std::int64_t, std::unique_ptr<const RodGroup>> of;
+    std::vector<std::unique_ptr<RodGroup>> spare; ///< given back
 };
 
 const RodGroup& RodGroup::kind(std::int64_t i) const {
@@ -86,8 +87,41 @@ const RodGroup& RodGroup::kind(std::int64_t i) const {
     return *kept;
 }
 
+void RodGroup::GiveBack::operator()(RodGroup* rod) const {
+    std::unique_ptr<RodGroup> one(rod);
+    const std::lock_guard lock(kinds->mutex);
+    kinds->spare.push_back(std::move(one));
+}
+
+RodGroup::Borrowed RodGroup::borrow(std::int64_t i) const {
+    std::unique_ptr<RodGroup> one;
+    {
+        const std::lock_guard lock(kinds_->mutex);
+        if (!kinds_->spare.empty()) {
+            one = std::move(kinds_->spare.back());
+            kinds_->spare.pop_back();
+        }
+    }
+    if (one) one->become(*this, i);
+    else one = std::make_unique<RodGroup>(single(i));
+    return {one.release(), GiveBack{kinds_.get()}};
+}
+
+/// Rods that have been asked for were made of numbers that change.
+void RodGroup::forget_kinds() {
+    if (heterogeneous()) kinds_ = std::make_shared<Kinds>();
+}
+
+void RodGroup::set_read(const Vec3d& corner, std::uint64_t digest, const LeastLimits& limits) {
+    corner_ = corner;
+    file_digest_ = digest;
+    least_limits_ = limits;
+    forget_kinds();
+}
+
 void RodGroup::use_formulas(std::function<void(RodSpec&)> read) {
     formulas_ = std::make_shared<const std::function<void(RodSpec&)>>(std::move(read));
+    forget_kinds();
 }
 
 void RodGroup::put_own_sizes(std::int64_t i, RodSpec& own) const {
@@ -96,12 +130,12 @@ void RodGroup::put_own_sizes(std::int64_t i, RodSpec& own) const {
     if (formulas_) (*formulas_)(own);
 }
 
-void RodGroup::become(const RodGroup& group, std::int64_t i) {
+void RodGroup::become(const RodGroup& group, std::int64_t i, Part part) {
     group.put_own_sizes(i, spec_);
     single_rod_ = i;
     places_.become(group.places_, i);
     if (copies_) within_.become(group.within_, i % group.rods_per_copy());
-    compute_constants();
+    compute_constants(part);
 }
 
 int RodGroup::exposed_slots() const { return body_ ? 2 * static_cast<int>(body_->part.size()) : slots(); }
@@ -138,7 +172,7 @@ void RodGroup::compute_body() {
     start_.offsets = {start_.centre};
 }
 
-void RodGroup::compute_constants() {
+void RodGroup::compute_constants(Part part) {
     if (body_) return compute_body();
     const ElementShares shares(spec_.shape);
     element.clear();
@@ -154,7 +188,7 @@ void RodGroup::compute_constants() {
     for (std::size_t k = 0; k < rotary_inertia_scale.size(); ++k)
         scale_rotary_inertia(element[k], rotary_inertia_scale[k]);
     divide_among_nodes(spec_, sections, element, node_mass, node_length);
-    start_.lay_out(*this);
+    if (part == Part::whole) start_.lay_out(*this);
 }
 
 /// A cell of a rod that is straight at rest has the energy B/(2 D_w) phi^2. The stiffness B D/D_w gives (D/2) q this
@@ -223,7 +257,6 @@ LeastLimits under_material(LeastLimits limits, const Material& was, const Materi
 
 void RodGroup::take_rods_of(const RodGroup& like) {
     places_ = like.places_;
-    if (heterogeneous()) kinds_ = std::make_shared<Kinds>();
     set_read(like.corner_, like.file_digest_,
              heterogeneous() ? under_material(like.least_limits_, like.spec_.material, spec_.material) : LeastLimits{});
 }
@@ -237,7 +270,7 @@ void RodGroup::read_all() {
 }
 
 void RodGroup::append_capsules(std::int64_t i, std::vector<Capsule>& capsules) const {
-    if (heterogeneous()) return single(i).append_capsules(i, capsules);
+    if (heterogeneous()) return borrow(i)->append_capsules(i, capsules);
     if (body_) {
         const Quaterniond axes = start_director(i, 0);
         const Vec3d at = origin(i) + as_turned(i, start_.centre);
@@ -265,6 +298,7 @@ Vec3d RodGroup::pivot() const {
 
 void RodGroup::join(std::shared_ptr<const AssemblyCopies> copies) {
     copies_ = std::move(copies);
+    forget_kinds();
     within_ = places_;
     within_corner_ = within_.corner();
     if (copies_->count() == 1 && copies_->turns.empty() && zero(copies_->origins.front())) return;
@@ -298,7 +332,7 @@ void RodGroup::start_state_in_assembly(std::int64_t i, std::span<Slot<1>> out) c
 }
 
 void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
-    if (heterogeneous()) return single(i).start_state(i, out);
+    if (heterogeneous()) return borrow(i)->start_state(i, out);
     start_state(origin(i), turned() ? places_.turn(i) : no_turn, turned(), out);
 }
 

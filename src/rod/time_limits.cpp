@@ -1,5 +1,6 @@
 #include "rod/time_limits.hpp"
 
+#include "parallel/pieces.hpp"
 #include "rod/rest_stiffness.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
@@ -7,6 +8,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -68,9 +70,9 @@ double scale_at(const RodGroup& g, int k, double Vec3d::*axis, double Vec3d::*al
 }
 
 /// Limits of a group whose rods have its sizes, in the order of limiting_modes.
-std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
-    std::vector<TimeLimit> limits;
-    for (const std::string_view mode : limiting_modes) limits.push_back({mode, infinite, 0});
+std::array<TimeLimit, limiting_modes.size()> limits_by_mode(const RodGroup& g) {
+    std::array<TimeLimit, limiting_modes.size()> limits;
+    for (std::size_t mode = 0; mode < limits.size(); ++mode) limits[mode] = {limiting_modes[mode], infinite, 0};
     const auto lower = [](TimeLimit& limit, double eigenvalue, int k) {
         const double dt = 2 / std::sqrt(eigenvalue);
         // A limit that is not a number stays, and is refused later.
@@ -102,7 +104,8 @@ std::vector<TimeLimit> limits_by_mode(const RodGroup& g) {
 
 std::vector<TimeLimit> time_limits(const RodGroup& g) {
     if (!g.strained()) return {{"none (rigid)", infinite, 0}};
-    std::vector<TimeLimit> limits = limits_by_mode(g);
+    const auto by_mode = limits_by_mode(g);
+    std::vector<TimeLimit> limits(by_mode.begin(), by_mode.end());
     if (g.heterogeneous())
         for (std::size_t mode = 0; mode < limits.size(); ++mode) limits[mode].dt = g.least_limits()[mode];
     std::stable_sort(limits.begin(), limits.end(), [](const TimeLimit& a, const TimeLimit& b) {
@@ -118,22 +121,30 @@ double eigenvalue_of_element(const RodGroup& g, int k, const Vec3d& held) {
                      cell_term(g, k, &Vec3d::z) + held.z});
 }
 
-LeastLimits least_limits_of_rods(const RodGroup& g) {
+LeastLimits least_limits_of_rods(const RodGroup& g, const Threads* threads) {
+    constexpr std::size_t piece = 128;
+    std::vector<std::optional<RodGroup>> rod_of_thread(threads_in(threads));
     LeastLimits least;
     least.fill(infinite);
-    std::optional<RodGroup> rod;
-    const auto consider = [&](std::int64_t i) {
-        if (rod) rod->become(g, i);
+    const auto consider = [&](std::int64_t i, std::size_t thread, LeastLimits& so_far) {
+        std::optional<RodGroup>& rod = rod_of_thread[thread];
+        if (rod) rod->become(g, i, g.closed() ? RodGroup::Part::whole : RodGroup::Part::constants); // rings must close
         else rod.emplace(g.single(i));
-        const std::vector<TimeLimit> limits = limits_by_mode(*rod);
+        const auto limits = limits_by_mode(*rod);
         for (const TimeLimit& limit : limits)
             if (!(limit.dt > 0)) refuse_size(g, i, limit);
-        for (std::size_t mode = 0; mode < least.size(); ++mode)
-            if (!(limits[mode].dt >= least[mode])) least[mode] = limits[mode].dt;
+        for (std::size_t mode = 0; mode < so_far.size(); ++mode) so_far[mode] = std::min(so_far[mode], limits[mode].dt);
     };
     const Places& places = g.places();
     if (places.columns().nodes || places.columns().radii || g.spec().material.inertia_chosen) {
-        for (const std::int64_t i : places.held()) consider(i);
+        const std::vector<std::int64_t> held = places.held();
+        std::vector<LeastLimits> of_piece((held.size() + piece - 1) / piece, least);
+        in_pieces(threads, held.size(), piece,
+                  [&](std::size_t begin, std::size_t end, std::size_t thread, std::size_t number) {
+                      for (std::size_t i = begin; i < end; ++i) consider(held[i], thread, of_piece[number]);
+                  });
+        for (const LeastLimits& one : of_piece)
+            for (std::size_t mode = 0; mode < least.size(); ++mode) least[mode] = std::min(least[mode], one[mode]);
         return least;
     }
     // Every entry of the matrices of (26)-(29) falls with the length and with the radius of the whole rod, and so do
@@ -153,7 +164,7 @@ LeastLimits least_limits_of_rods(const RodGroup& g) {
         std::erase_if(smallest, [&](const Size& s) { return undercuts(size, s); });
         smallest.push_back(size);
     }
-    for (const Size& s : smallest) consider(s.rod);
+    for (const Size& s : smallest) consider(s.rod, 0, least);
     return least;
 }
 

@@ -17,7 +17,7 @@ struct TimeLimit {
 };
 
 /// Least limits of the rods of a file that this rank holds; infinite where it holds none.
-LeastLimits least_limits_of_rods(const RodGroup& group);
+LeastLimits least_limits_of_rods(const RodGroup& group, const Threads* threads = nullptr);
 
 /// Limits by mode, smallest first. In a heterogeneous group each is the smallest over all rods, once they are read.
 std::vector<TimeLimit> time_limits(const RodGroup& group);

@@ -58,7 +58,7 @@ struct Run::Parts {
 
     FormulaTable& driven_table(const std::string& name);
     Simulation made(const SceneSpec& scene, const RunSettings& settings, std::vector<RodGroup> groups) const {
-        read_rods(comm, groups);
+        read_rods(comm, groups, &threads);
         Plan plan = make_plan(scene, groups, machine);
         return {comm,
                 threads,

@@ -15,6 +15,8 @@
 
 namespace skein {
 
+class Threads;
+
 /// Frame with rows d1 (from the normal, made orthogonal), d2, d3 (from the tangent). Without a normal d1 is along x, or
 /// along y for tangents along x.
 Quaterniond frame_of(const Vec3d& tangent, const std::optional<Vec3d>& normal);
@@ -57,8 +59,8 @@ public:
     /// elements of a rod, where the file determines them; otherwise 0
     virtual std::int64_t elements() const { return 0; }
     /// Reads rods [begin, end). Throws InputError naming file, column and row where an entry is not a number, or a
-    /// direction is missing.
-    virtual RodRows read(std::int64_t begin, std::int64_t end) const = 0;
+    /// direction is missing. `threads`: those that may share the work; null: none.
+    virtual RodRows read(std::int64_t begin, std::int64_t end, const Threads* threads) const = 0;
 };
 
 class Places {
@@ -87,7 +89,7 @@ public:
     /// Rest lengths of the elements of rod i, m, curvatures of its inner vertices, 1/m, and radii of its elements, m,
     /// as in the file.
     std::span<const double> element_lengths(std::int64_t i) const;
-    std::vector<Vec3d> curvatures(std::int64_t i) const;
+    void put_curvatures(std::int64_t i, std::vector<Vec3d>& curvatures) const;
     std::span<const double> element_radii(std::int64_t i) const;
     /// Numbers of the rods that are held, in order.
     std::vector<std::int64_t> held() const;
@@ -105,10 +107,10 @@ public:
     /// True where data are kept rod by rod.
     bool listed() const { return listed_; }
     bool holds_all() const { return !listed_ || static_cast<std::int64_t>(origins_.size()) == count_; }
-    /// Reads rods [begin, end) of the file, and drops all others.
-    void read(std::int64_t begin, std::int64_t end);
+    /// Reads rods [begin, end) of the file, and drops all others. `threads` share the work; null: none.
+    void read(std::int64_t begin, std::int64_t end, const Threads* threads = nullptr);
     /// Sum modulo 2^64 of hashes of the held rods, which identifies a file.
-    std::uint64_t digest() const;
+    std::uint64_t digest(const Threads* threads = nullptr) const;
     /// Deviation of the rods that were read here, or of all ranks once they have agreed.
     const Deviation& deviation() const { return deviation_; }
     void set_deviation(Deviation of_all) { deviation_ = std::move(of_all); }
@@ -122,6 +124,8 @@ public:
     std::size_t bytes() const;
 
 private:
+    struct Tracer;
+    void take(const RodRows& rows, std::int64_t first, std::size_t row, std::size_t i, Tracer& tracer);
     std::size_t row(std::int64_t i) const; ///< row of rod i among the held ones
 
     std::int64_t count_ = 1;

@@ -70,6 +70,8 @@ struct CaughtEnd {
 using CaughtEnds = std::unordered_map<std::int64_t, std::array<CaughtEnd, 2>>;
 
 class RodGroup {
+    struct Kinds; ///< rods of sizes that have been asked for
+
 public:
     /// Computes constants and places. `first_gid` is the number of rods in earlier groups. Mask files are searched in
     /// `directory`. Packed rods keep clear of `occupied`, and are added to it. `source` is the file of a placement by
@@ -92,8 +94,17 @@ public:
     void use_formulas(std::function<void(RodSpec&)> read);
     /// Puts length, radius and shape of rod i into `own`, a copy of spec().
     void put_own_sizes(std::int64_t i, RodSpec& own) const;
-    /// Turns a group that is single(j) into single(i) of the same `group`, in the memory that it has.
-    void become(const RodGroup& group, std::int64_t i);
+    /// Turns a group that is single(j) into single(i) of the same `group`, in the memory that it has. Without its start
+    /// shape where constants alone are needed.
+    enum class Part { whole, constants };
+    void become(const RodGroup& group, std::int64_t i, Part part = Part::whole);
+    /// single(i) for a short time, in memory that later ones take over. Any thread may ask.
+    struct GiveBack {
+        Kinds* kinds;
+        void operator()(RodGroup* rod) const;
+    };
+    using Borrowed = std::unique_ptr<RodGroup, GiveBack>;
+    Borrowed borrow(std::int64_t i) const;
 
     /// Makes the rods so far part of an assembly: each of its copies has them. Call it once, before any state is read.
     void join(std::shared_ptr<const AssemblyCopies> copies);
@@ -189,11 +200,7 @@ public:
     Places& places() { return places_; }
     /// Sets data that depend on all rods of a file, once all ranks have read their parts. `corner` is the smallest x,
     /// y, z of the origins, from which a magnetisation counts; `digest` is the sum of the parts' digests.
-    void set_read(const Vec3d& corner, std::uint64_t digest, const LeastLimits& limits) {
-        corner_ = corner;
-        file_digest_ = digest;
-        least_limits_ = limits;
-    }
+    void set_read(const Vec3d& corner, std::uint64_t digest, const LeastLimits& limits);
     /// Takes the places of the rods of `like`, a group that differs in material and ends alone.
     void take_rods_of(const RodGroup& like);
     /// Throws InputError naming the file, the number of rows, the memory that they need and the free memory, where it
@@ -253,8 +260,9 @@ private:
     RodGroup(const RodGroup& group, std::int64_t i);
     Vec3d magnetisation_at(const Vec3d& place) const;
     void start_state(const Vec3d& start, const Quaterniond& turn, bool turned, std::span<Slot<1>> out) const;
-    void compute_constants();
+    void compute_constants(Part part = Part::whole);
     void compute_body();
+    void forget_kinds();
     void weigh_cells();
     void pack_rods(std::vector<Capsule>* occupied);
     /// Centre of rotation of a rod at t = 0, relative to its origin, m: an end that is pinned, or the centre of mass.
@@ -275,7 +283,6 @@ private:
     std::uint64_t file_digest_ = 0;
     std::shared_ptr<CaughtEnds> caught_ = std::make_shared<CaughtEnds>();
     LeastLimits least_limits_{};
-    struct Kinds; ///< rods of sizes that have been asked for
     std::shared_ptr<Kinds> kinds_;
     std::shared_ptr<const std::function<void(RodSpec&)>> formulas_;
     std::optional<std::int64_t> single_rod_;
@@ -297,8 +304,8 @@ inline double cell_weight(const RodGroup& group, std::size_t i) {
 /// Calls f with the group that has the constants of rod i.
 template <class F> decltype(auto) with_rod(const RodGroup& group, std::int64_t i, F&& f) {
     if (!group.heterogeneous()) return f(group);
-    const RodGroup own = group.single(i);
-    return f(own);
+    const RodGroup::Borrowed own = group.borrow(i);
+    return f(std::as_const(*own));
 }
 
 /// Calls f(group of its constants, number of rods that have them) once, or for each rod that has sizes of its own.

@@ -33,9 +33,12 @@ public:
         }
         which_.push_back(at - 1);
     }
+    /// Room for rows of which none are equal.
+    void reserve(int rows) { distinct_.reserve(to_index(rows)); }
     /// Ends the list of rows, which may be read from now on.
     void close() {
         row_.clear();
+        row_.reserve(which_.size());
         for (const std::size_t i : which_) row_.push_back(&distinct_[i]);
         which_ = {};
     }
@@ -51,13 +54,16 @@ private:
 /// Sets one lane of a structure of packs to the numbers of a structure with the same members.
 template <template <class> class Constants, int W>
 void set_lane(Constants<Pack<W>>& all, int l, const Constants<double>& one) {
-    using Numbers = std::array<double, sizeof one / sizeof(double)>;
-    using Packs = std::array<Pack<W>, sizeof all / sizeof(Pack<W>)>;
-    static_assert(std::tuple_size_v<Numbers> == std::tuple_size_v<Packs>);
-    const auto numbers = std::bit_cast<Numbers>(one);
-    auto packs = std::bit_cast<Packs>(all);
-    for (std::size_t i = 0; i < numbers.size(); ++i) packs[i].set(l, numbers[i]);
-    all = std::bit_cast<Constants<Pack<W>>>(packs);
+    constexpr std::size_t count = sizeof one / sizeof(double);
+    static_assert(count == sizeof all / sizeof(Pack<W>));
+    const auto* from = reinterpret_cast<const double*>(&one);
+    if constexpr (sizeof(Pack<W>) == lanes_of<W> * sizeof(double)) { // a pack lies in memory as its lanes
+        auto* to = reinterpret_cast<double*>(&all) + l;
+        for (std::size_t i = 0; i < count; ++i) to[i * lanes_of<W>] = from[i];
+    } else {
+        auto* packs = reinterpret_cast<Pack<W>*>(&all);
+        for (std::size_t i = 0; i < count; ++i) packs[i].set(l, from[i]);
+    }
 }
 
 /// Place of a rod in a tile along.
@@ -158,6 +164,11 @@ template <int W> Strands<W>::Strands(std::span<const LaneRange> ranges, int rows
     for (std::size_t s = 0; s < ranges_.size(); ++s)
         for (int piece = 0; piece < ranges_[s].lanes; ++piece) range_[ranges_[s].lane + piece] = static_cast<int>(s);
     find_ends();
+    if (ranges_.front().group->single_rod()) {
+        element.reserve(rows_);
+        cell.reserve(rows_);
+        node.reserve(rows_ + 1);
+    }
     for (int row = 0; row <= rows_; ++row) add_row(row);
     element.close();
     cell.close();
