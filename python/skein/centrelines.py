@@ -1,13 +1,14 @@
-"""Centrelines of rods as lists of arrays: files of points, SWC trees, CSV, NumPy and HDF5 (docs/traced_files.md)."""
+"""Centrelines of rods as lists of arrays: files of points, SWC trees, CSV, NumPy, HDF5 and BCC (docs/traced_files.md)."""
 
 import csv
+import struct
 from pathlib import Path
 
 import numpy as np
 
 from .needs import Damaged, NotResults, reading
 
-FORMATS = (".csv", ".tsv", ".swc", ".npz", ".h5")
+FORMATS = (".csv", ".tsv", ".swc", ".npz", ".h5", ".bcc")
 NAMES_OF_RODS = ("filament", "fibre", "fiber", "track", "trace", "rod", "curve", "contour", "hair", "yarn", "id")
 SWC = ("id", "type", "x", "y", "z", "radius", "parent")
 
@@ -155,12 +156,14 @@ def read_centrelines(path, unit=1.0, id=None):
     """Centrelines of a file of points, as `write` and other programs make it: a list of arrays [points, 3], and radii [points] of each or None, m.
 
     unit: length of 1 in the file, m; id: the column of a table that names the rod of a row, if it is none of the usual names. Rods of tables have the order in
-    which they appear; a coordinate that a table lacks is 0. The program's own reader, which scenes use, checks more (docs/traced_files.md).
+    which they appear; a coordinate that a table lacks is 0. Closed curves of a BCC file end with their first point. The program's own reader, which scenes use, checks more (docs/traced_files.md).
     """
     path = Path(path)
     if path.suffix == ".swc":
         tree = SwcTree(path)
         return [unit * tree.points[rows] for rows in tree.sections], [unit * tree.radii[rows] for rows in tree.sections]
+    if path.suffix == ".bcc":
+        return [unit * curve for curve in _curves_of_bcc(path)], None
     points, offsets, radii = _table_of(path, id) if path.suffix in (".csv", ".tsv", ".txt") else _arrays_of(path)
     curves = np.split(unit * points, offsets[1:-1])
     return curves, None if radii is None else np.split(unit * radii, offsets[1:-1])
@@ -203,7 +206,7 @@ def _arrays_of(path):
             with h5py.File(path) as file:
                 arrays = {name: file[name][:] for name in ("points", "offsets", "radii") if name in file}
         else:
-            raise NotResults(f"{path}: a file of centrelines is .csv, .tsv, .txt, .swc, .npy, .npz, .h5 or .hdf5")
+            raise NotResults(f"{path}: a file of centrelines is .csv, .tsv, .txt, .swc, .npy, .npz, .h5, .hdf5 or .bcc")
     points, radii = arrays.get("points"), arrays.get("radii")
     if points is None or points.ndim not in (2, 3) or points.shape[-1] != 3 or (points.ndim == 2 and "offsets" not in arrays):
         raise Damaged(f"{path}: it needs points [points, 3] with offsets, or points [rods, points, 3]")
@@ -213,8 +216,37 @@ def _arrays_of(path):
     return points.reshape(-1, 3).astype(float), offsets, None if radii is None else radii.reshape(-1).astype(float)
 
 
+# "BCC", bytes of integers and floats, type of curves, dimensions, axis that points up, curves, points, text. Little-endian.
+BCC_HEADER = struct.Struct("<3sB2sBBQQ40s")
+
+
+def _curves_of_bcc(path):
+    """Curves of a binary curve collection; closed ones end with their first point."""
+    with reading(path):
+        data = path.read_bytes()
+    if len(data) < BCC_HEADER.size:
+        raise Damaged(f"{path}: is cut short: the header has {BCC_HEADER.size} bytes")
+    sign, sizes, kind, dimensions, _, count, points, _ = BCC_HEADER.unpack_from(data)
+    if (sign, sizes, kind[:1], dimensions) != (b"BCC", 0x44, b"C", 3):
+        raise Damaged(f"{path}: is no BCC file of curves through points in 3 dimensions, with numbers of 4 bytes")
+    at, found, held = BCC_HEADER.size, [], 0
+    for number in range(count):
+        own = abs(struct.unpack_from("<i", data, at)[0]) if at + 4 <= len(data) else None
+        if own is None or at + 4 + 12 * own > len(data):
+            raise Damaged(f"{path}: is cut short in curve {number}")
+        curve = np.frombuffer(data, "<f4", 3 * own, at + 4).reshape(own, 3).astype(float)
+        found.append(np.vstack([curve, curve[:1]]) if data[at + 3] & 0x80 else curve)
+        at, held = at + 4 + 12 * own, held + own
+    if at != len(data) or held != points:
+        raise Damaged(f"{path}: its header counts {points} points in {count} curves, and it holds others")
+    return found
+
+
 def write(path, curves, radii=None, unit=1.0):
-    """Writes centrelines, m, for placement.kind = "file": .csv or .tsv with a row per point, .swc, .npz or .h5; `unit`: length of 1 in the file, m."""
+    """Writes centrelines, m, for placement.kind = "file": .csv or .tsv with a row per point, .swc, .npz, .h5 or .bcc; `unit`: length of 1 in the file, m.
+
+    BCC has no radii, and single precision; curves that end with their first point are closed there.
+    """
     path = Path(path)
     if path.suffix not in FORMATS:
         raise NotResults(f"{path}: a file of rods is one of {', '.join(FORMATS)}")
@@ -223,7 +255,9 @@ def write(path, curves, radii=None, unit=1.0):
     digits = 9 if all(np.asarray(curve).dtype == np.float32 for curve in curves) else 17
     points = points / unit
     part = path.with_name(f"part_{path.name}")
-    if path.suffix in (".npz", ".h5"):
+    if path.suffix == ".bcc":
+        part.write_bytes(_bcc(np.split(points, offsets[1:-1])))
+    elif path.suffix in (".npz", ".h5"):
         _write_arrays(part, {"points": points, "offsets": offsets} | ({} if values is None else {"radii": values}))
     else:
         if path.suffix == ".swc" and values is None:
@@ -231,6 +265,13 @@ def write(path, curves, radii=None, unit=1.0):
         part.write_text(_text(path.suffix, points, offsets, values, f"%.{digits}g"))
     part.replace(path)
     return path
+
+
+def _bcc(curves):
+    closed = [len(curve) > 2 and (curve[0] == curve[-1]).all() for curve in curves]
+    own = [curve[:-1] if ends else curve for curve, ends in zip(curves, closed)]
+    header = BCC_HEADER.pack(b"BCC", 0x44, b"C0", 3, 2, len(own), sum(map(len, own)), b"skein export")
+    return header + b"".join(struct.pack("<i", -len(curve) if ends else len(curve)) + curve.astype("<f4").tobytes() for curve, ends in zip(own, closed))
 
 
 def _write_arrays(path, arrays):

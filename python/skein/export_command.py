@@ -10,7 +10,7 @@ from .parser import Parser
 
 
 def parser():
-    p = Parser(prog="skein export", takes="a directory of results", description="Writes the rods of a frame as points: .csv or .tsv with a row per point, .swc, .npz or .h5. "
+    p = Parser(prog="skein export", takes="a directory of results", description="Writes the rods of a frame as points: .csv or .tsv with a row per point, .swc, .npz, .h5 or .bcc (without radii). "
                "Skein reads each with placement.kind = \"file\".",
                epilog="examples: skein export out/net --to net.csv | skein export out/net --group hair --time 0.5 --unit 1e-6 --to hair.swc")
     p.add_argument("out", type=Path, metavar="OUT", help="directory of a run's results")
@@ -40,7 +40,7 @@ def _export(given):
     curves, radii = group.centrelines(frame)
     write(given.to, curves, radii, given.unit)
     time = float(run.time[frame])
-    print(json.dumps({"file": str(given.to), "rods": len(curves), "time_s": time}, indent=2) if given.json else f"{given.to}: {len(curves)} rods at {time:.6g} s")
+    print(json.dumps({"file": str(given.to), "rods": len(curves), "time_s": time}, indent=2) if given.json else f"{given.to}: {len(curves)} rods at {time:.6g} s" + (", without radii, which BCC does not have" if given.to.suffix == ".bcc" else ""))
 
 
 def _group(run, name):

@@ -124,15 +124,16 @@ std::shared_ptr<const RodSource> open_rod_file(const std::string& directory, con
     std::error_code error;
     if (!std::filesystem::is_regular_file(path, error))
         throw InputError(fmt::format("{}: there is no rod file '{}'", rods.source, path));
-    const RodFileOptions options{rods.placement, rods.shape.elements};
+    const RodFileOptions options{rods.placement, rods.shape.elements, rods.shape.closed};
     const auto ends = [&](auto... endings) { return (path.ends_with(endings) || ...); };
     if (ends(".h5", ".hdf5")) return open_array_rods(open_hdf5_arrays(path), options);
     if (ends(".npz", ".npy")) return open_array_rods(open_numpy_arrays(path), options);
     if (ends(".swc")) return open_swc_rods(path, options);
+    if (ends(".bcc")) return open_bcc_rods(path, options);
     if (ends(".csv", ".tsv", ".txt")) return open_text_rods(path, options);
-    throw InputError(
-        fmt::format("{}: '{}' is not a rod file: its name must end in .h5, .hdf5, .npz, .npy, .csv, .tsv, .txt or .swc",
-                    rods.source, path));
+    throw InputError(fmt::format("{}: '{}' is not a rod file: its name must end in .h5, .hdf5, .npz, .npy, .csv, .tsv, "
+                                 ".txt, .swc or .bcc",
+                                 rods.source, path));
 }
 
 } // namespace skein

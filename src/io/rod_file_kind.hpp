@@ -67,6 +67,7 @@ private:
 struct RodFileOptions {
     const Placement& placement;
     std::int64_t elements; ///< of a rod
+    bool closed;           ///< rods are rings
 };
 
 /// A row per rod or, where the header has an id, per point.
@@ -74,5 +75,6 @@ std::shared_ptr<const RodSource> open_text_rods(const std::string& path, const R
 std::shared_ptr<const RodSource> open_csv_points(const CsvHeader& header, const RodFileOptions& options);
 std::shared_ptr<const RodSource> open_array_rods(std::unique_ptr<ArrayFile> file, const RodFileOptions& options);
 std::shared_ptr<const RodSource> open_swc_rods(const std::string& path, const RodFileOptions& options);
+std::shared_ptr<const RodSource> open_bcc_rods(const std::string& path, const RodFileOptions& options);
 
 } // namespace skein

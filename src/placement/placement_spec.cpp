@@ -31,9 +31,9 @@ void Placement::fields(FieldVisitor& f) {
              .at_least = 0},
             stagger);
     f.visit({.name = "file",
-             .text =
-                 "path relative to the scene; mask: PBM (P1) bitmap, each 1 carries a rod, the last row is y = 0; "
-                 "file: .h5, .npz, .npy, .csv, .tsv or .swc, with a row per rod or points along rods (docs/files.md)"},
+             .text = "path relative to the scene; mask: PBM (P1) bitmap, each 1 carries a rod, the last row is y = 0; "
+                     "file: .h5, .npz, .npy, .csv, .tsv, .swc or .bcc, with a row per rod or points along rods "
+                     "(docs/files.md)"},
             file);
     f.visit({.name = "origins", .unit = "m", .text = "list: start of every rod"}, origins);
     f.visit({.name = "tangents", .unit = "-", .text = "list: direction of each rod at its start; replaces `tangent`"},

@@ -4,6 +4,7 @@ read as the sound file is."""
 import io
 import json
 import re
+import struct
 import subprocess
 import unittest
 import zipfile
@@ -26,7 +27,7 @@ placement = {{kind = "file", file = "{name}"}}
 RODS = 5
 LEAST = 300
 # Places in a file that a message may name.
-PLACE = re.compile(r":\d+[:,]|:\d+: |row \d+|dataset '|array '|is damaged|cut short|no \.npz|as HDF5|contains no|'points'|'offsets'|holds|compressed|unknown|'normals'")
+PLACE = re.compile(r":\d+[:,]|:\d+: |row \d+|dataset '|array '|is damaged|cut short|'BCC'|of type|dimensions|floats of|curve \d+ is closed|behind its last curve|header counts|no \.npz|as HDF5|contains no|'points'|'offsets'|holds|compressed|unknown|'normals'")
 
 
 def curves(seed=4):
@@ -266,6 +267,42 @@ def array_cases():
         yield Case(f"two bytes of the header flipped, trial {trial}", "rods.npy", flipped.tobytes(), refused=False)
 
 
+def yarns(closed=(), counts=None, head=b"BCC\x44C0\x03\x02", curves_of=None, points_of=None, more=b"", rods=None):
+    """A binary curve collection: numbers of closed curves, and what its header and its counts say where they are wrong."""
+    rods = [numpy.asarray(c, "<f4") for c in (curves() if rods is None else rods)]
+    own = [len(c) for c in rods] if counts is None else counts
+    header = head + struct.pack("<QQ40s", len(rods) if curves_of is None else curves_of, sum(map(len, rods)) if points_of is None else points_of, b"a test")
+    return header + b"".join(struct.pack("<i", -n if k in closed else n) + c.tobytes() for k, (n, c) in enumerate(zip(own, rods))) + more
+
+
+def yarn_cases():
+    random = numpy.random.default_rng(7)
+    name, good = "yarns.bcc", yarns()
+    yield Case("as it is", name, good, sound=True)
+    yield Case("other curves through their points", name, yarns(head=b"BCC\x44C1\x03\x01"), sound=True)
+    for title, head in (("another signature", b"BCD\x44C0\x03\x02"), ("floats of 8 bytes", b"BCC\x48C0\x03\x02"), ("curves beside their points", b"BCC\x44B0\x03\x02"),
+                        ("2 dimensions", b"BCC\x44C0\x02\x02"), ("no type", b"BCC\x44\0\0\x03\x02")):
+        yield Case(title, name, yarns(head=head))
+    for many in (0, 4, 6, 2**31, 2**63, 2**64 - 1):
+        yield Case(f"{many} curves", name, yarns(curves_of=many))
+        yield Case(f"{many} points", name, yarns(points_of=many))
+    for count in (0, 1, 4, 6, 2**31 - 1, -2**31, -5):
+        yield Case(f"a count of {count}", name, yarns(counts=[count, 6, 7, 8, 9]))
+    yield Case("closed curves", name, yarns(closed=(1, 3)))
+    yield Case("bytes behind", name, yarns(more=b"\0\0\0\0"))
+    yield Case("one point", name, yarns(rods=[[[1, 2, 3]]]))
+    yield Case("a point twice", name, yarns(rods=[[[1, 2, 3], [1, 2, 3], [2, 2, 3]]]))
+    for value in (numpy.nan, numpy.inf, 3e38):
+        yield Case(f"{value} in a point", name, yarns(rods=[[[1, 2, 3], [1, value, 3], [2, 2, 3]]]))
+    for size in (0, 3, 40, 63, 64, 66, 0.5, 0.9, len(good) - 1):
+        yield Case(f"cut at {size}", name, good[:size if isinstance(size, int) else int(size * len(good))])
+    for trial in range(6):
+        flipped = numpy.frombuffer(good, numpy.uint8).copy()
+        flipped[random.integers(0, len(flipped), 3)] ^= 0x55
+        yield Case(f"three bytes flipped, trial {trial}", name, flipped.tobytes(), refused=False)
+        yield Case(f"noise, trial {trial}", name, random.integers(0, 256, 3000).astype(numpy.uint8).tobytes())
+
+
 class HostileRods(DriverTest):
     def check(self, case):
         (self.directory / case.name).write_bytes(case.data)
@@ -273,7 +310,7 @@ class HostileRods(DriverTest):
         return subprocess.run([SKEIN, "check", str(self.scene), "--json"], capture_output=True, text=True, errors="replace", timeout=60)
 
     def test_every_case_has_a_message_or_runs(self):
-        cases = [*text_cases(), *array_cases()]
+        cases = [*text_cases(), *array_cases(), *yarn_cases()]
         self.assertGreaterEqual(len(cases), LEAST)
         sound, refused = {}, 0
         for case in cases:

@@ -2,6 +2,7 @@
 
 import json
 import re
+import struct
 import unittest
 
 import h5py
@@ -102,6 +103,33 @@ class RodPoints(DriverTest):
         self.scene_of("rods.csv", elements=14)  # any number of elements
         self.run_skein("finer")
         self.assertEqual(self.frames("finer", "trajectory")["groups/traced/position"].shape[1:], (RODS, 15, 3))
+
+    def test_yarns(self):
+        """Open and closed curves of a BCC file, beside the same points in arrays."""
+        single = [numpy.asarray(curve, "<f4") for curve in self.curves]
+        angles = [numpy.arange(9 + k) * 2 * numpy.pi / (9 + k) for k in range(4)]
+        rings = [numpy.stack([0.1 * numpy.cos(a), 0.1 * numpy.sin(a), 0.02 * numpy.cos(2 * a) + k], axis=1).astype("<f4") for k, a in enumerate(angles)]
+        every = [(len(curve), curve) for curve in single] + [(-len(ring), ring) for ring in rings]
+        every = every[:3] + every[-2:] + every[3:-2]  # both kinds in turn
+        header = struct.pack("<3sB2sBBQQ40s", b"BCC", 0x44, b"C0", 3, 2, len(every), sum(abs(n) for n, _ in every), b"yarns")
+        (self.directory / "yarns.bcc").write_bytes(header + b"".join(struct.pack("<i", n) + points.tobytes() for n, points in every))
+        closed = [numpy.concatenate([ring, ring[:1]]) for n, ring in every if n < 0]
+        for name, curves_of, left, shape in (("open", single, "closed", ""), ("rings", closed, "open", ", closed = true")):
+            def scene_of(file, more=""):
+                self.scene_of(file, more, shape=shape)
+                if shape:
+                    self.scene.write_text(self.scene.read_text().replace('start = "clamped"\n', ""))
+
+            scene_of("yarns.bcc")
+            self.assertIn(f'placement.ignore = ["{left}"] leaves them out', self.skein_says("check", self.scene, expect=2).stderr)
+            numpy.savez(self.directory / "arrays.npz", points=numpy.concatenate(curves_of), offsets=numpy.concatenate([[0], numpy.cumsum([len(c) for c in curves_of])]))
+            digests = set()
+            for file, more in (("yarns.bcc", f', ignore = ["{left}"], unit = 0.5'), ("arrays.npz", ", unit = 0.5")):
+                scene_of(file, more)
+                for ranks in (1, 2):
+                    self.run_skein(f"{name}_{file}_{ranks}", ranks=ranks)
+                    digests.add(self.digest(f"{name}_{file}_{ranks}"))
+            self.assertEqual(len(digests), 1, digests)
 
     def test_equal_numbers_of_points(self):
         """One array of all rods, with the same rods as by offsets."""
