@@ -36,7 +36,9 @@ std::pair<double, double> FormulaTable::line(double x) const {
     }
     if (!(x > first)) return {std::isnan(x) ? x : value.front(), 0.0};
     if (x >= last) return {value.back(), 0.0};
-    const std::size_t i = to_index(std::upper_bound(at.begin(), at.end(), x) - at.begin());
+    std::size_t i = 1 + static_cast<std::size_t>((x - first) / (last - first) * static_cast<double>(at.size() - 1));
+    if (i >= at.size() || !(at[i - 1] <= x && x < at[i])) // points at equal distances need no search
+        i = to_index(std::upper_bound(at.begin(), at.end(), x) - at.begin());
     const double slope = (value[i] - value[i - 1]) / (at[i] - at[i - 1]);
     return {value[i - 1] + slope * (x - at[i - 1]), slope};
 }

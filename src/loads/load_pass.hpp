@@ -72,8 +72,12 @@ public:
         }
     }
     void renew(const RodTile<W>& rod) override {
-        if constexpr (binds && requires { load_.has_tables_of_places(); })
-            if (load_.has_tables_of_places()) tile_data_[rod.number] = load_.template bind<W>(rod);
+        if constexpr (binds && requires { load_.has_tables_of_places(); }) {
+            if (!load_.has_tables_of_places()) return;
+            auto& data = tile_data_[rod.number];
+            if constexpr (requires { load_.renew(rod, data); }) load_.renew(rod, data);
+            else data = load_.template bind<W>(rod);
+        }
     }
     void run(const RodTile<W>& rod, SlotLoad<W>* load, const Step& step) const override {
         const auto add = [&](const auto&... data) {

@@ -65,6 +65,10 @@ struct MuscleFormula {
         AlignedVector<Vec3<Pack<W>>> stiffness; ///< [node]: stiffness of its cell, N m^2; empty for formulas of moments
     };
     bool has_tables_of_places() const { return moment_.has_tables_of_places(); }
+    /// Values of places alone change with tables.
+    template <int W> void renew(const RodTile<W>& rod, TileData<W>& data) const {
+        data.places = place_values<W>(moment_, rod, false);
+    }
     template <int W> TileData<W> bind(const RodTile<W>& rod) const {
         TileData<W> data{place_values<W>(moment_, rod, false), {}, {}};
         for (int i = 0; i <= rod.n; ++i) {
