@@ -3,6 +3,7 @@
 #include "mechanics/rod_copies.hpp"
 #include "parallel/communicator.hpp"
 #include "partition/partition.hpp"
+#include "physics/contact/contact_interaction.hpp"
 #include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
 #include "scene/scene_file.hpp"
@@ -19,6 +20,7 @@
 #include <cmath>
 #include <functional>
 #include <optional>
+#include <set>
 #include <utility>
 
 namespace skein {
@@ -155,17 +157,54 @@ void Run::set_table(const std::string& name, std::span<const double> at, std::sp
     parts_->tables_are_new = true;
 }
 
+namespace {
+
+/// Reason why single rods cannot return to their start; empty: they can.
+std::string fault_of_restart(const Simulation& simulation) {
+    const World& world = simulation.world();
+    if (simulation.stages().any()) return "the scene has stages, which act on all rods at once";
+    const ContactInteraction* contacts = contacts_of(world.interactions());
+    for (const auto& one : world.interactions()) {
+        if (one->companion()) return "time.tolerance compares two runs of all rods";
+        if (one->couples() && one.get() != contacts) return "they feel a fluid, or walls that they move";
+    }
+    if (contacts && world.comm.size() > 1) return "on several ranks no rod that may touch others does";
+    return {};
+}
+
+/// Forgets the contacts of these bodies, and the lists that know where they were.
+void forget_contacts(World& world, const std::set<std::int64_t>& bodies) {
+    const ContactInteraction* contacts = contacts_of(world.interactions());
+    if (!contacts) return;
+    std::vector<SavedNumbers> kept = saved(world.interactions());
+    for (SavedNumbers& numbers : kept) {
+        if (numbers.name != contacts->saved_name()) continue;
+        std::vector<double> rows;
+        for (auto row = numbers.rows.begin(); row != numbers.rows.end();
+             row += static_cast<std::ptrdiff_t>(numbers.columns)) {
+            const auto is_of = [&](double end) {
+                return bodies.contains(world.exposure()->scene().gid_at(static_cast<std::int64_t>(end)));
+            };
+            if (!is_of(row[0]) && !is_of(row[1]))
+                rows.insert(rows.end(), row, row + static_cast<std::ptrdiff_t>(numbers.columns));
+        }
+        numbers.rows = std::move(rows);
+    }
+    restore(world.interactions(), kept);
+}
+
+} // namespace
+
 void Run::restart(std::size_t group, std::span<const std::int64_t> rods) {
     World& world = parts_->simulation.world();
-    const auto refuse = [&](const char* why) {
+    if (const std::string fault = fault_of_restart(parts_->simulation); !fault.empty())
         throw InputError(
-            fmt::format("rods of '{}' cannot return to their start: {}", world.groups.at(group).name(), why));
-    };
-    if (world.plan.coupling() != PhysicsPlan::Coupling::none) refuse("they feel other rods or a fluid");
-    if (parts_->simulation.stages().any()) refuse("the scene has stages, which act on all rods at once");
-    if (is_implicit(world.plan.integrator)) refuse("implicit steps carry strains over");
+            fmt::format("rods of '{}' cannot return to their start: {}", world.groups.at(group).name(), fault));
     std::vector<std::int64_t> wanted(rods.begin(), rods.end());
     std::sort(wanted.begin(), wanted.end());
+    std::set<std::int64_t> bodies;
+    for (const std::int64_t rod : wanted) bodies.insert(world.groups[group].first_gid() + rod);
+    forget_contacts(world, bodies);
     const auto local = world.rods().local();
     std::vector<Slot<1>> state(to_index(world.groups.at(group).slots()));
     for (std::size_t i = 0; i < local.size(); ++i) {
