@@ -38,6 +38,9 @@ class Tutorials(unittest.TestCase):
     def test_contact(self):
         self.typed("contact", ["out/cross/picture.png", "out/pile/series.png", "pile.gif"])
 
+    def test_traced(self):
+        self.typed("traced", ["out/dish/picture.png", "out/knit/picture.png", "tree.gif"])
+
 
 class Numbers(unittest.TestCase):
     PAGE = "The tip is at 0.183 m.\n\n```\nprint\n```\n\n```text\ntip 0.183 after ... s\n```\n"
