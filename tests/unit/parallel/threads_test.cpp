@@ -1,4 +1,6 @@
 #include "parallel/threads.hpp"
+
+#include "parallel/pieces.hpp"
 #include "skein/core/index.hpp"
 
 #include <gtest/gtest.h>
@@ -22,6 +24,35 @@ TEST_P(ThreadsTest, visit_every_item_once) {
     threads.for_each(visits.size(), [&](std::size_t i, int) { ++visits[i]; });
     for (const auto& count : visits) EXPECT_EQ(count, 1);
     threads.for_each(0, [](std::size_t, int) { FAIL(); });
+}
+
+TEST_P(ThreadsTest, share_pieces) {
+    const Threads threads(GetParam());
+    for (const Threads* team : {&threads, static_cast<const Threads*>(nullptr)}) {
+        std::vector<int> visits(1003, 0), pieces(11, 0);
+        in_pieces(team, visits.size(), 100,
+                  [&](std::size_t begin, std::size_t end, std::size_t thread, std::size_t piece) {
+                      EXPECT_LT(thread, threads_in(team));
+                      EXPECT_EQ(begin, 100 * piece);
+                      ++pieces[piece];
+                      for (std::size_t i = begin; i < end; ++i) ++visits[i];
+                  });
+        EXPECT_EQ(std::count(visits.begin(), visits.end(), 1), 1003);
+        EXPECT_EQ(std::count(pieces.begin(), pieces.end(), 1), 11);
+        in_pieces(team, 0, 100, [](std::size_t, std::size_t, std::size_t, std::size_t) { FAIL(); });
+    }
+}
+
+TEST_P(ThreadsTest, report_the_first_of_the_faults_of_pieces) {
+    const Threads threads(GetParam());
+    for (int trial = 0; trial < 20; ++trial) try {
+            in_pieces(&threads, 640, 10, [](std::size_t, std::size_t, std::size_t, std::size_t piece) {
+                if (piece % 9 == 4) throw std::runtime_error(std::to_string(piece));
+            });
+            FAIL();
+        } catch (const std::runtime_error& fault) {
+            EXPECT_STREQ(fault.what(), "4");
+        }
 }
 
 TEST_P(ThreadsTest, have_numbers_that_no_two_bear_at_a_time) {
