@@ -1,5 +1,6 @@
 #include "skein/placement/places.hpp"
 
+#include "core/fused.hpp"
 #include "core/hash.hpp"
 #include "core/rotation.hpp"
 #include "parallel/pieces.hpp"
@@ -119,27 +120,30 @@ struct Places::Tracer {
     /// the edges. d1 is given for every element, or is transported from the first element with least twist. Returns the
     /// frame at s = 0, where the half cell of a clamped end begins.
     Quaterniond trace(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals,
-                      const std::optional<Vec3d>& normal, bool closed, double* sizes) {
-        const std::size_t n = nodes.size() - 1;
-        double *const lengths = sizes, *const curvatures = sizes + n;
-        frames.clear();
-        for (std::size_t k = 0; k < n; ++k) {
-            const Vec3d edge = nodes[k + 1] - nodes[k];
-            lengths[k] = norm(edge);
-            const Vec3d d3 = unit(edge);
-            if (!element_normals.empty()) frames.push_back(frame_of(d3, element_normals[k]));
-            else if (k == 0) frames.push_back(frame_of(d3, normal));
-            else frames.push_back(frame_of(d3, carried(frames.back(), d3)));
-        }
-        if (closed && element_normals.empty()) spread_twist(frames, {lengths, n});
-        for (std::size_t k = 0; k + (closed ? 0 : 1) < n; ++k) {
-            const std::size_t next = (k + 1) % n;
-            const Vec3d curvature = (2 / (lengths[k] + lengths[next])) * relative_rotation(frames[next], frames[k]);
-            std::memcpy(curvatures + 3 * k, &curvature, sizeof curvature);
-        }
-        return rotation(-0.5 * lengths[0] * Vec3d{curvatures[0], curvatures[1], curvatures[2]}) * frames[0];
-    }
+                      const std::optional<Vec3d>& normal, bool closed, double* sizes);
 };
+
+SKEIN_FUSED Quaterniond Places::Tracer::trace(std::span<const Vec3d> nodes, std::span<const Vec3d> element_normals,
+                                              const std::optional<Vec3d>& normal, bool closed, double* sizes) {
+    const std::size_t n = nodes.size() - 1;
+    double *const lengths = sizes, *const curvatures = sizes + n;
+    frames.clear();
+    for (std::size_t k = 0; k < n; ++k) {
+        const Vec3d edge = nodes[k + 1] - nodes[k];
+        lengths[k] = norm(edge);
+        const Vec3d d3 = unit(edge);
+        if (!element_normals.empty()) frames.push_back(frame_of(d3, element_normals[k]));
+        else if (k == 0) frames.push_back(frame_of(d3, normal));
+        else frames.push_back(frame_of(d3, carried(frames.back(), d3)));
+    }
+    if (closed && element_normals.empty()) spread_twist(frames, {lengths, n});
+    for (std::size_t k = 0; k + (closed ? 0 : 1) < n; ++k) {
+        const std::size_t next = (k + 1) % n;
+        const Vec3d curvature = (2 / (lengths[k] + lengths[next])) * relative_rotation(frames[next], frames[k]);
+        std::memcpy(curvatures + 3 * k, &curvature, sizeof curvature);
+    }
+    return rotation(-0.5 * lengths[0] * Vec3d{curvatures[0], curvatures[1], curvatures[2]}) * frames[0];
+}
 
 Quaterniond frame_of(const Vec3d& tangent, const std::optional<Vec3d>& normal) {
     const Vec3d d3 = unit(tangent);
@@ -287,8 +291,9 @@ Vec3d Places::corner() const {
 }
 
 void Places::read(std::int64_t begin, std::int64_t end, const Threads* threads) {
-    constexpr std::int64_t block = 1 << 16;
+    constexpr std::int64_t most_nodes = 1 << 20; // in memory at once
     constexpr std::size_t piece = 1 << 9;
+    const std::int64_t block = std::max<std::int64_t>(most_nodes / static_cast<std::int64_t>(elements_ + 1), 1 << 10);
     const std::size_t rods = to_index(end - begin);
     held_.clear();
     origins_.resize(rods);

@@ -1,5 +1,7 @@
 #include "placement/resampling.hpp"
 
+#include "core/fused.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -24,7 +26,7 @@ double nearest_share(const Vec3d& p, const Vec3d& a, const Vec3d& b) {
 
 } // namespace
 
-void PointCurve::pass_through(std::span<const Vec3d> points) {
+SKEIN_FUSED void PointCurve::pass_through(std::span<const Vec3d> points) {
     points_ = points;
     const std::size_t pieces = points.size() - 1;
     chord_.resize(pieces);
@@ -80,7 +82,7 @@ void PointCurve::limit_tangents() {
     for (Vec3d& m : tangent_) m = limited(m);
 }
 
-Vec3d PointCurve::at(const Place& place) const {
+SKEIN_FUSED Vec3d PointCurve::at(const Place& place) const {
     const std::size_t i = place.piece;
     const double t = place.share;
     const Vec3d &a = tangent_[i], &b = tangent_[i + 1], &d = way_[i];
@@ -121,7 +123,7 @@ double PointCurve::share_of_length(std::size_t piece, double s) const {
     return t;
 }
 
-void PointCurve::cut(std::size_t elements, std::vector<Place>& places) const {
+SKEIN_FUSED void PointCurve::cut(std::size_t elements, std::vector<Place>& places) const {
     places.clear();
     places.push_back({0, 0.0});
     std::size_t piece = 0;
@@ -134,7 +136,7 @@ void PointCurve::cut(std::size_t elements, std::vector<Place>& places) const {
     places.push_back({arc_.size() - 1, 1.0});
 }
 
-double PointCurve::deviation(std::span<const Place> places, std::span<const Vec3d> nodes) const {
+SKEIN_FUSED double PointCurve::deviation(std::span<const Place> places, std::span<const Vec3d> nodes) const {
     double largest = 0; // square
     const auto take = [&](const Vec3d& a, const Vec3d& b) { largest = std::max(largest, dot(a - b, a - b)); };
     std::size_t piece = 0;

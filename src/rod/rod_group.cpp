@@ -1,5 +1,6 @@
 #include "skein/rod/rod_group.hpp"
 
+#include "core/fused.hpp"
 #include "core/memory.hpp"
 #include "core/share_text.hpp"
 #include "placement/packing.hpp"
@@ -336,7 +337,8 @@ void RodGroup::start_state(std::int64_t i, std::span<Slot<1>> out) const {
     start_state(origin(i), turned() ? places_.turn(i) : no_turn, turned(), out);
 }
 
-void RodGroup::start_state(const Vec3d& start, const Quaterniond& turn, bool turned, std::span<Slot<1>> out) const {
+SKEIN_FUSED void RodGroup::start_state(const Vec3d& start, const Quaterniond& turn, bool turned,
+                                       std::span<Slot<1>> out) const {
     const int n = elements();
     const Vec3d turning = spec_.shape.angular_velocity;
     const bool turns = !zero(turning);

@@ -1,5 +1,6 @@
 #include "skein/rod/start_shape.hpp"
 
+#include "core/fused.hpp"
 #include "core/rotation.hpp"
 #include "rod/sections.hpp"
 #include "skein/core/error.hpp"
@@ -33,7 +34,7 @@ void require_closed(const RodSpec& spec, double gap, double misfit) {
 
 } // namespace
 
-void StartShape::lay_out(const RodGroup& group) {
+SKEIN_FUSED void StartShape::lay_out(const RodGroup& group) {
     const RodSpec& spec = group.spec();
     const Shape& shape = spec.shape;
     const std::size_t n = group.element.size();
