@@ -31,8 +31,8 @@ std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest
         if (!rod.whole)
             rod.pieces = std::clamp((rod.elements + longest - 1) / longest, 1,
                                     std::min(lanes, std::max(1, rod.elements / least_rows)));
-    std::stable_sort(rods.begin(), rods.end(),
-                     [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); });
+    const auto longer = [](const PooledRod& a, const PooledRod& b) { return a.rows() > b.rows(); };
+    if (!std::is_sorted(rods.begin(), rods.end(), longer)) std::stable_sort(rods.begin(), rods.end(), longer);
     std::vector<AlongTile> tiles;
     std::vector<int> room;
     std::size_t open = 0; // earlier tiles are full
@@ -41,6 +41,7 @@ std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest
         while (t < tiles.size() && room[t] < rod.pieces) ++t;
         if (t == tiles.size()) {
             tiles.push_back({family, rod.rows(), {}});
+            tiles.back().parts.reserve(to_index(lanes / rod.pieces));
             room.push_back(lanes);
         }
         tiles[t].parts.push_back({rod.group, rod.pieces});
@@ -54,20 +55,20 @@ std::vector<AlongTile> pack(std::vector<PooledRod> rods, int family, int longest
 std::vector<AlongTile> best_packing(const std::vector<PooledRod>& rods, int family, int lanes, int threads) {
     const double total =
         std::accumulate(rods.begin(), rods.end(), 0.0, [](double sum, const PooledRod& r) { return sum + r.elements; });
-    std::vector<AlongTile> best;
+    Tiling best;
     double least = std::numeric_limits<double>::infinity();
     for (const double share : {1.0, 1.15, 1.3, 1.6, 2.0, 3.0, 4.0, 6.0, 8.0}) {
         const int longest =
             std::clamp(static_cast<int>(std::min(1e6, share * total / (lanes * threads))) + 1, least_rows, cached_rows);
-        std::vector<AlongTile> tiles = pack(rods, family, longest, lanes);
-        const double cost = tiling_cost({.across = {}, .along = tiles}, {}, lanes, threads);
+        Tiling tiles{.across = {}, .along = pack(rods, family, longest, lanes)};
+        const double cost = tiling_cost(tiles, {}, lanes, threads);
         if (cost < least) {
             least = cost;
             best = std::move(tiles);
         }
         if (longest == cached_rows) break;
     }
-    return best;
+    return std::move(best.along);
 }
 
 /// Tiling with these numbers of rods across.
@@ -116,7 +117,9 @@ Tiling choose_tiling(std::span<const TilingGroup> groups, int lanes, int threads
         return g.elements > cached_rows ? 0 : g.rods - g.rods % lanes;
     };
     Tiling best = with([](const TilingGroup& g) { return g.rods; });
-    if (mapping == Mapping::across || lanes == 1) return best;
+    const bool fixed =
+        std::all_of(groups.begin(), groups.end(), [](const TilingGroup& g) { return g.family < 0 || g.along_only; });
+    if (mapping == Mapping::across || lanes == 1 || fixed) return best;
     if (mapping == Mapping::along) return with(none);
     double least = tiling_cost(best, groups, lanes, threads);
     const auto consider = [&](Tiling other) {
