@@ -11,7 +11,7 @@ source "$(dirname "${BASH_SOURCE[0]}")/common.sh"
 
 packages=(
     g++ cmake make pkg-config                                              # compiler and build
-    openmpi-bin libopenmpi-dev libtbb-dev libhdf5-openmpi-dev              # ranks, threads, files
+    openmpi-bin libopenmpi-dev libtbb-dev libhdf5-openmpi-dev zlib1g-dev   # ranks, threads, files
     libcli11-dev libtomlplusplus-dev tao-pegtl-dev libfmt-dev nlohmann-json3-dev # command line, scenes, formulas, text
     libeigen3-dev libspectra-dev                                           # equilibria
     libfftw3-dev                                                           # fluid

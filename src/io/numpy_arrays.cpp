@@ -1,11 +1,14 @@
-// Arrays of NumPy's files: `.npy`, and `.npz`, which is a ZIP archive of them. Pickled objects are refused, so that no
-// file runs code.
+// Arrays of NumPy's files: `.npy`, and `.npz`, which is a ZIP archive of them. Compressed arrays are unpacked into
+// memory. Pickled objects are refused, so that no file runs code.
+#include "core/memory.hpp"
+#include "core/share_text.hpp"
 #include "io/array_file.hpp"
 #include "io/text_rows.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 
 #include <fmt/format.h>
+#include <zlib.h>
 
 #include <algorithm>
 #include <array>
@@ -13,7 +16,9 @@
 #include <charconv>
 #include <cstring>
 #include <fstream>
+#include <limits>
 #include <map>
+#include <memory>
 #include <optional>
 #include <span>
 
@@ -66,6 +71,8 @@ struct NumpyArray {
     bool swapped = false;  ///< the highest byte comes first
     std::uint64_t begin = 0;
     std::string fault; ///< why it cannot be read; empty: it can
+    /// Bytes of a compressed array's file, in which it begins at `begin`; null: it lies in the archive.
+    std::shared_ptr<const std::vector<char>> unpacked = {};
 };
 
 /// The value of a key in the header of an array, a Python dictionary of three entries; none where it is not there.
@@ -144,8 +151,16 @@ std::optional<std::uint64_t> bytes_of(const NumpyArray& array) {
     return bytes;
 }
 
-/// The array whose `.npy` lies at [begin, begin + length) of a file.
-NumpyArray read_array(ByteFile& file, std::uint64_t begin, std::uint64_t length) {
+/// Bytes in memory, read like those of a file.
+struct ByteList {
+    std::span<const char> bytes;
+    std::string text(std::uint64_t offset, std::uint64_t count) const {
+        return {bytes.data() + offset, bytes.data() + offset + count};
+    }
+};
+
+/// The array whose `.npy` lies at [begin, begin + length) of a file or of a list.
+template <class Bytes> NumpyArray read_array(Bytes& file, std::uint64_t begin, std::uint64_t length) {
     NumpyArray array;
     if (length < 12 || file.text(begin, 6) != "\x93NUMPY") {
         array.fault = "is no array of NumPy";
@@ -179,6 +194,43 @@ NumpyArray read_array(ByteFile& file, std::uint64_t begin, std::uint64_t length)
     return array;
 }
 
+/// Entry of a ZIP archive.
+struct ZipEntry {
+    std::string name;
+    std::uint64_t method; ///< 0: stored, 8: deflated
+    bool encrypted;
+    std::uint64_t local, packed, size; ///< place of its head, bytes in the archive, and of its content
+    std::uint64_t check;               ///< CRC-32 of the content
+    static constexpr std::uint64_t stored = 0, deflated = 8;
+};
+
+/// Content of a deflated entry; empty where its bytes are damaged.
+std::vector<char> inflated(std::span<char> packed, const ZipEntry& entry) {
+    std::vector<char> content(entry.size);
+    z_stream stream{};
+    if (inflateInit2(&stream, -MAX_WBITS) != Z_OK) return {};
+    constexpr std::size_t most = std::numeric_limits<uInt>::max();
+    std::size_t taken = 0, made = 0;
+    int status = Z_OK;
+    while (status == Z_OK) {
+        const std::size_t in = std::min(most, packed.size() - taken), out = std::min(most, content.size() - made);
+        stream.next_in = reinterpret_cast<Bytef*>(packed.data() + taken);
+        stream.next_out = reinterpret_cast<Bytef*>(content.data() + made);
+        stream.avail_in = static_cast<uInt>(in);
+        stream.avail_out = static_cast<uInt>(out);
+        status = inflate(&stream, Z_NO_FLUSH);
+        taken += in - stream.avail_in;
+        made += out - stream.avail_out;
+    }
+    inflateEnd(&stream);
+    if (status != Z_STREAM_END || made != content.size()) return {};
+    uLong check = crc32(0, nullptr, 0);
+    for (std::size_t at = 0; at < content.size(); at += most)
+        check = crc32(check, reinterpret_cast<const Bytef*>(content.data() + at),
+                      static_cast<uInt>(std::min(most, content.size() - at)));
+    return check == entry.check ? content : std::vector<char>();
+}
+
 /// Entries of a ZIP archive.
 class ZipDirectory {
 public:
@@ -193,7 +245,13 @@ public:
             const std::string text = file_.text(at + 46, name + extra);
             std::uint64_t packed = little(head, 20, 4), size = little(head, 24, 4), local = little(head, 42, 4);
             take_long_sizes(std::string_view(text).substr(name), {&size, &packed, &local});
-            f(text.substr(0, name), little(head, 10, 2), (little(head, 8, 2) & 1) != 0, local, packed);
+            f({.name = text.substr(0, name),
+               .method = little(head, 10, 2),
+               .encrypted = (little(head, 8, 2) & 1) != 0,
+               .local = local,
+               .packed = packed,
+               .size = size,
+               .check = little(head, 16, 4)});
             at += 46 + name + extra + comment;
         }
     }
@@ -293,9 +351,15 @@ public:
         std::vector<char> bytes;
         for (std::uint64_t done = 0; done < static_cast<std::uint64_t>(rows);) {
             const std::uint64_t some = std::min(at_once, static_cast<std::uint64_t>(rows) - done);
-            bytes.resize(some * row);
-            file.read(array.begin + (static_cast<std::uint64_t>(begin) + done) * row, bytes);
-            as_numbers(array, bytes, into + done * (row / array.bytes));
+            const std::uint64_t first = array.begin + (static_cast<std::uint64_t>(begin) + done) * row;
+            double* to = into + done * (row / array.bytes);
+            if (array.unpacked) {
+                as_numbers(array, std::span(*array.unpacked).subspan(first, some * row), to);
+            } else {
+                bytes.resize(some * row);
+                file.read(first, bytes);
+                as_numbers(array, bytes, to);
+            }
             done += some;
         }
     }
@@ -303,20 +367,38 @@ public:
 private:
     void read_archive(ByteFile& file) {
         ZipDirectory archive(file, path());
-        archive.for_each(
-            [&](std::string name, std::uint64_t method, bool encrypted, std::uint64_t local, std::uint64_t bytes) {
-                if (name.ends_with(".npy")) name.resize(name.size() - 4);
-                if (arrays_.contains(name)) refuse(fmt::format("has two arrays '{}'", shown(name)));
-                NumpyArray& array = arrays_[name];
-                if (method != 0) array.fault = "is compressed, which is not read: save it by numpy.savez";
-                else if (encrypted) array.fault = "is encrypted";
-                else array = entry(file, archive.data(local), bytes);
-            });
+        archive.for_each([&](const ZipEntry& one) {
+            std::string name = one.name;
+            if (name.ends_with(".npy")) name.resize(name.size() - 4);
+            if (arrays_.contains(name)) refuse(fmt::format("has two arrays '{}'", shown(name)));
+            NumpyArray& array = arrays_[name];
+            if (one.encrypted) array.fault = "is encrypted";
+            else if (one.method != ZipEntry::stored && one.method != ZipEntry::deflated)
+                array.fault = "is compressed by a method that is not read: save it by numpy.savez_compressed";
+            else array = entry(file, archive.data(one.local), one);
+        });
     }
-    NumpyArray entry(ByteFile& file, std::uint64_t begin, std::uint64_t bytes) const {
-        if (begin > file.size() || bytes > file.size() - begin)
+    NumpyArray entry(ByteFile& file, std::uint64_t begin, const ZipEntry& one) const {
+        constexpr std::uint64_t most_times = 1032; // which deflation makes of a byte
+        if (begin > file.size() || one.packed > file.size() - begin)
             refuse("has been cut short: an array lies beyond its end");
-        return read_array(file, begin, bytes);
+        if (one.method == ZipEntry::stored) return read_array(file, begin, one.packed);
+        NumpyArray array;
+        array.fault = "is damaged: it cannot be unpacked";
+        if (one.size / most_times > one.packed) return array;
+        if (const double free = free_memory(); static_cast<double>(one.size) > free) {
+            array.fault = fmt::format("is compressed and needs {} of memory, but {} are free",
+                                      bytes_text(static_cast<double>(one.size)), bytes_text(free));
+            return array;
+        }
+        std::vector<char> packed(one.packed);
+        file.read(begin, packed);
+        auto content = std::make_shared<const std::vector<char>>(inflated(packed, one));
+        if (content->empty()) return array;
+        const ByteList list{*content};
+        array = read_array(list, 0, content->size());
+        array.unpacked = std::move(content);
+        return array;
     }
 
     const NumpyArray& sound(const std::string& name) const {

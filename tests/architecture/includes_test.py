@@ -14,6 +14,7 @@ from pathlib import Path
 LIBRARIES = {
     r"mpi\.h": {"parallel", "io"},
     r"hdf5\.h": {"io"},
+    r"zlib\.h": {"io"},
     r"fftw3\.h": {"fluid"},
     r"petsc.*": {"fluid", "equilibrium", "parallel"},
     r"(Eigen|Spectra)/.*": {"equilibrium", "implicit", "studies"},

@@ -256,7 +256,18 @@ def array_cases():
     yield Case("a shape of no numbers", "rods.npy", whole.replace(b"(5, 5, 3)", b"(x, 5, 3)"))
     compressed = io.BytesIO()
     numpy.savez_compressed(compressed, **arrays())
-    yield Case("compressed", "rods.npz", compressed.getvalue())
+    packed_well = compressed.getvalue()
+    yield Case("compressed", "rods.npz", packed_well, sound=True)
+    for size in (0.2, 0.6, 0.95):
+        yield Case(f"compressed, cut at {size}", "rods.npz", packed_well[:int(size * len(packed_well))])
+    for at in (80, 120, 200, 300):  # in the data of the first array: the sum of its bytes tells
+        flipped = bytearray(packed_well)
+        flipped[at] ^= 0x10
+        yield Case(f"compressed, byte {at} flipped", "rods.npz", bytes(flipped))
+    bomb = bytearray(packed_well)
+    at = bomb.find(b"PK\x01\x02") + 24
+    bomb[at:at + 4] = b"\xf0\xff\xff\xff"
+    yield Case("compressed, of 4 GB by its list", "rods.npz", bytes(bomb))
     strange = io.BytesIO()
     with zipfile.ZipFile(strange, "w") as archive:
         archive.writestr("points.npy", b"no array")
