@@ -125,7 +125,7 @@ class Arms(unittest.TestCase):
 
     def test_what_cannot_return_to_its_start(self):
         staged = {"rods": [{"name": "rod", "material": {"density": 1000.0, "youngs_modulus": 1e6}, "section": {"radius": 1e-3}, "shape": {"length": 0.1, "elements": 4}}],
-                  "time": {"duration": 0.01}, "stage": [{"name": "first", "until": "time > 0.005"}, {"name": "second"}]}
+                  "time": {"duration": 0.01}, "stage": [{"name": "first", "until": "max_speed > 1.0"}, {"name": "second"}]}
         with skein.Simulation(skein.Scene("staged", **staged), threads=1) as run:
             with self.assertRaisesRegex(skein.RunFailed, "the scene has stages"): run["rod"].restart([0])
         with ReachArms(1, threads=1)._simulation as run:
