@@ -67,7 +67,8 @@ class Typed:
         checkout = self.home / "checkout"
         (checkout / "build/bin").mkdir(parents=True)
         (checkout / "build/bin/skein").symlink_to(skein)
-        (checkout / "python").symlink_to(pathlib.Path(root, "python"))
+        for folder in ("python", "apps"):
+            (checkout / folder).symlink_to(pathlib.Path(root, folder))
         self.place, self.environment = checkout, dict(os.environ, HOME=str(self.home), PYTHON=python)
 
     def close(self):
