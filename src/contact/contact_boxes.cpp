@@ -253,7 +253,8 @@ void Contacts::push_boxes(const Work& work, WorkArea& area) {
     for (auto i = first; i != last; ++i, ++c) {
         const auto [a, b] = list_.pair[*i];
         if (c->intersect) area.deep.push_back(*i);
-        if (work.tangent && work.bodies.owns_slot(a)) ++work.figures.near; // no zone tells which are
+        if ((work.tangent || scene_.meeting_zone > 0) && work.bodies.owns_slot(a))
+            ++work.figures.near; // no zone tells which are
         if (!c->touches) {
             if (status_[*i] & touching) end_contact(work, *i);
             continue;

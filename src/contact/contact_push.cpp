@@ -72,7 +72,8 @@ void Contacts::stiffen(const Work& work, std::uint32_t slot, const PointTangent&
 }
 
 /// Forces of pairs that touch, eight at a time: state, force, memory, loads on both elements in the order of pairs.
-template <bool tangents> class Contacts::TouchingForces {
+/// `zone`: pairs that are near enough to meet are among them, and act with slopes where these are wanted.
+template <bool zone> class Contacts::TouchingForces {
 public:
     TouchingForces(Contacts& contacts, const Work& work, const WorkArea& area)
         : contacts_(contacts), work_(work), area_(area), motion_(work.bodies.motion.data()),
@@ -97,16 +98,18 @@ public:
         fill(rows, force, s, t);
         const P overlap = now.radius_1 + now.radius_2 - now.distance;
         P counted = share;
-        if constexpr (tangents) counted = select(overlap > P(0.0), share, P(0.0)); // others are near enough to meet
-        const unsigned shared = bits_of(counted > P(0.0)); // near-parallel pairs may have no share
+        if constexpr (zone) counted = select(overlap > P(0.0), share, P(0.0)); // others are near enough to meet
+        const unsigned shared = bits_of(counted > P(0.0));                     // near-parallel pairs may have no share
         if (contacts_.remembers_) store(memory, eight, shared);
         const unsigned mine = add_loads(rows, eight, shared);
-        if constexpr (tangents) {
-            const ContactWeight<P> of_slope{select(overlap > P(0.0), weight.normal, P(1.0)), share};
-            auto slopes = contact_slopes<W>(contacts_.kinds_, law, now, work_.h, force, of_slope, elsewhere,
-                                            contacts_.scene_.meeting_zone);
-            slopes.tangential += turning_slope(force.normal, now);
-            add_tangents(now.normal, slopes, s, force.arm_1, t, force.arm_2, eight);
+        if constexpr (zone) {
+            if (work_.tangent) {
+                const ContactWeight<P> of_slope{select(overlap > P(0.0), weight.normal, P(1.0)), share};
+                auto slopes = contact_slopes<W>(contacts_.kinds_, law, now, work_.h, force, of_slope, elsewhere,
+                                                contacts_.scene_.meeting_zone);
+                slopes.tangential += turning_slope(force.normal, now);
+                add_tangents(now.normal, slopes, s, force.arm_1, t, force.arm_2, eight);
+            }
             work_.figures.near += std::popcount(mine);
         }
         sums.add(force, P(0.5) * overlap * inverse_radius, counted, mine);
@@ -254,7 +257,7 @@ void Contacts::push_touching(const Work& work, const WorkArea& area, Sums& sums)
     const auto push_all = [&](const auto& forces) {
         for (std::uint32_t i = 0; i < area.count; i += WorkArea::W) forces.push(i, sums);
     };
-    if (work.tangent) push_all(TouchingForces<true>(*this, work, area));
+    if (work.tangent || scene_.meeting_zone > 0) push_all(TouchingForces<true>(*this, work, area));
     else push_all(TouchingForces<false>(*this, work, area));
 }
 

@@ -63,9 +63,7 @@ public:
     }
     /// Contacts note pairs that a node could bring together in a part of a step.
     void share(Surroundings& around, std::span<const RodGroup>, std::span<const LocalRod>) const override {
-        if (!around.loads) return;
-        around.loads->has_tangents = true;
-        around.meeting_zone = way * radius_;
+        if (around.loads) around.meeting_zone = way * radius_;
     }
     std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
         return std::make_unique<ImplicitInteraction>(parts, parts.plan.automatic_dt ? tolerance_ : 0.0, length_,

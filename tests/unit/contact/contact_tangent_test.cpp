@@ -110,5 +110,31 @@ TEST(ContactTangents, AreThoseOfOneBodyAlone) {
     EXPECT_GT(touching, 300);
 }
 
+/// As steps of second order have them: pairs in the zone are counted, and loads are those without a zone.
+TEST(ContactTangents, AZoneAloneCountsPairs) {
+    static const Threads one(1);
+    constexpr double radius = 0.05;
+    for (const double gap : {-1e-5, 1e-3, 1e-2}) {
+        test::BodiesByHand rods;
+        const Vec3d nodes[] = {{-0.5, 0, 0}, {0.5, 0, 0}, {0, -0.5, 2 * radius + gap}, {0, 0.5, 2 * radius + gap}};
+        rods.add(std::span(nodes).first(2), radius);
+        rods.add(std::span(nodes).last(2), radius);
+        const Exposure bodies = rods.exposure();
+        Vec3d force[2];
+        for (const double zone : {0.0, 5e-3}) {
+            ContactScene scene = rods.scene(ContactLaw{.stiffness = 1e5});
+            scene.meeting_zone = zone;
+            Contacts contacts(std::move(scene), one);
+            SlotLoads out;
+            contacts.evaluate(bodies, 0, 1e-3, out);
+            EXPECT_TRUE(out.tangent.empty());
+            EXPECT_EQ(contacts.figures().near, zone > gap && zone > 0);
+            force[zone > 0] = gap < 0 ? Vec3d(out.load[0].force) : Vec3d{0, 0, 0};
+        }
+        EXPECT_EQ(norm(force[0] - force[1]), 0);
+        EXPECT_EQ(norm(force[0]) > 0, gap < 0);
+    }
+}
+
 } // namespace
 } // namespace skein
