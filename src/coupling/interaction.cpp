@@ -106,6 +106,8 @@ std::string invalid(const Interactions& all) { return first_of(all, &Interaction
 std::string cause(const Interactions& all) { return first_of(all, &Interaction::cause); }
 std::vector<std::string> remedies(const Interactions& all) { return first_of(all, &Interaction::remedies); }
 std::string likely_cause(const Interactions& all) { return first_of(all, &Interaction::likely_cause); }
+std::string tightest_pair(const Interactions& all) { return first_of(all, &Interaction::tightest_pair); }
+std::string fastest_body(const Interactions& all) { return first_of(all, &Interaction::fastest_body); }
 std::string advice(const Interactions& all) { return first_of(all, &Interaction::advice); }
 
 double step_limit(const Interactions& all) {

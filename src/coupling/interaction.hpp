@@ -103,6 +103,8 @@ public:
     virtual double way_in_a_part() const { return HUGE_VAL; }
     /// The longest part of a step in which loads that hold for it are stable as bodies are now, s. This rank alone.
     virtual double longest_part() const { return HUGE_VAL; }
+    /// The pair of bodies that limits it, in words; empty: none does. This rank alone.
+    virtual std::string tightest_pair() const { return {}; }
     /// True if end_step() must see every step, not only those before a coupling.
     virtual bool ends_every_step() const { return false; }
     /// After the kick: answers of walls and fluids. Collective where it couples.
@@ -118,6 +120,8 @@ public:
     /// The same by the pace of what moves, and the speed of the fastest node of this rank, m/s.
     virtual PaceControl* pace_control() { return nullptr; }
     virtual double fastest() const { return 0; }
+    /// The body with that node, or the wall, in words: "rod 3 moves".
+    virtual std::string fastest_body() const { return {}; }
     /// Second run that shows the error of the first; null: there is none.
     virtual Companion* companion() { return nullptr; }
 
@@ -203,6 +207,9 @@ bool ends_every_step(const Interactions& all);
 /// Shortest way in a part of any of them, m, and longest part, s.
 double way_in_a_part(const Interactions& all);
 double longest_part(const Interactions& all);
+/// The pair that sets it, and the body that sets fastest(), in words. This rank alone.
+std::string tightest_pair(const Interactions& all);
+std::string fastest_body(const Interactions& all);
 /// Control of the parts of steps, of the first that has one; null: none has.
 StepControl* step_control(const Interactions& all);
 PaceControl* pace_control(const Interactions& all);

@@ -156,9 +156,7 @@ void World::advance(std::int64_t until) {
             failure_ = fmt::format("step {} needs more than {} parts: a node moves at {:.3g} m/s", end.index,
                                    PaceControl::most_parts, fastest(interactions_));
         if (!valid && control && failure_.empty())
-            failure_ = fmt::format("step {} in {} parts {}", end.index, StepControl::most_parts,
-                                   companion(interactions_) ? "still has an error beyond time.tolerance"
-                                                            : "has corrections that do not converge");
+            failure_ = fmt::format("step {} in {} parts {}", end.index, StepControl::most_parts, obstacle_);
         going = (synchronous_ ? all_ranks_valid() : failure_.empty()) && !ended();
     }
 }
@@ -188,49 +186,61 @@ std::span<const Step> World::next_whole(std::int64_t until) {
 }
 
 bool World::step(std::span<const Step> steps, bool check) {
-    const auto timed = [&](Phase phase, auto&& work) {
-        const auto timing = timers.time(phase);
-        return work();
+    for (const auto& interaction : interactions_) interaction->begin(steps.front(), timers);
+    const auto end_step = [&](const Step& step) {
+        for (const auto& interaction : interactions_) interaction->end_step(step, timers);
     };
     const auto move_if_due = [&](const Step& step) {
         if (balance_.due()) move_bodies(step);
     };
     bool valid = true;
-    for (const auto& interaction : interactions_) interaction->begin(steps.front(), timers);
-    if (!neighbourhood_ && !ends_every_step(interactions_)) { // per tile: all steps, one pass after another
-        valid = timed(Phase::rods, [&] { return rods_->advance(steps, check); });
-        for (const auto& interaction : interactions_) interaction->end_step(steps.back(), timers);
-        return valid && (!check || invalid(interactions_).empty());
-    }
-    timed(Phase::rods, [&] { rods_->drift(steps.front()); });
-    for (std::size_t i = 0; i < steps.size(); ++i) {
-        if (neighbourhood_) add_loads(interactions_, *neighbourhood_, steps[i], timers, [&] { move_if_due(steps[i]); });
-        valid = timed(Phase::rods, [&] {
-            if (i + 1 == steps.size()) return rods_->kick(steps[i], check);
-            rods_->kick_and_drift(steps[i], steps[i + 1]);
-            return true;
-        });
-        for (const auto& interaction : interactions_) interaction->end_step(steps[i], timers);
+    if (neighbourhood_ || ends_every_step(interactions_)) {
+        valid = go_through(steps, check, move_if_due, end_step);
+    } else { // per tile: all steps, one pass after another
+        {
+            const auto timing = timers.time(Phase::rods);
+            valid = rods_->advance(steps, check);
+        }
+        end_step(steps.back());
     }
     return valid && (!check || invalid(interactions_).empty());
 }
 
-bool World::move(std::span<const Step> steps) {
+bool World::go_through(std::span<const Step> stages, bool check, const AtStage& at_rebuild, const AtStage& at_end) {
     const auto timed = [&](auto&& work) {
         const auto timing = timers.time(Phase::rods);
         return work();
     };
-    if (!neighbourhood_) return timed([&] { return rods_->advance(steps, true); });
     bool valid = true;
-    for (Step stage : steps) {
-        stage.ahead += delay_of_contacts(stage.dt, step_control(interactions_)->touching_rate());
-        timed([&] { rods_->drift(stage); });
-        if (stage.meets()) add_loads(interactions_, *neighbourhood_, stage.meeting(), timers);
-        valid = timed([&] { return rods_->kick(stage, true); }) && valid;
+    timed([&] { rods_->drift(stages.front()); });
+    for (std::size_t i = 0; i < stages.size(); ++i) {
+        const Step& stage = stages[i];
+        if (neighbourhood_ && stage.meets())
+            add_loads(interactions_, *neighbourhood_, stage.meeting(), timers, [&] {
+                if (at_rebuild) at_rebuild(stage);
+            });
+        valid = timed([&] {
+            if (i + 1 == stages.size()) return rods_->kick(stage, check);
+            rods_->kick_and_drift(stage, stages[i + 1]);
+            return true;
+        });
+        if (at_end) at_end(stage);
     }
+    return valid;
+}
+
+World::PartEnd World::move(std::span<const Step> steps) {
+    if (!neighbourhood_) {
+        const auto timing = timers.time(Phase::rods);
+        return rods_->advance(steps, true) ? PartEnd::done : PartEnd::not_converged;
+    }
+    std::vector<Step> stages(steps.begin(), steps.end());
+    for (Step& stage : stages) stage.ahead += delay_of_contacts(stage.dt, step_control(interactions_)->touching_rate());
+    if (!go_through(stages, true)) return PartEnd::not_converged;
     const double part = steps.back().dt;
-    const bool far = fastest(interactions_) * part > way_in_a_part(interactions_);
-    return valid && !far && part <= longest_part(interactions_) && invalid(interactions_).empty();
+    if (part > longest_part(interactions_)) return PartEnd::too_near; // it may throw bodies, too
+    if (fastest(interactions_) * part > way_in_a_part(interactions_)) return PartEnd::too_fast;
+    return invalid(interactions_).empty() ? PartEnd::done : PartEnd::invalid;
 }
 
 double World::delay_of_contacts(double part, double rate) const {
@@ -251,17 +261,41 @@ void World::go_back(std::size_t place) {
 }
 
 bool World::step_in_parts(std::int64_t parts) {
-    enum : std::int64_t { good, bad, stop };
-    std::int64_t found = good;
-    for (std::int64_t part = 0; part < parts && found == good;) {
+    PartEnd own = PartEnd::done, worst = PartEnd::done;
+    double length = 0;
+    for (std::int64_t part = 0; part < parts && worst == PartEnd::done;) {
         const auto steps = clock.next_in_parts(parts, part, neighbourhood_ ? 1 : Clock::largest_batch, together_);
         part += static_cast<std::int64_t>(steps.size() / scheme_of(plan.integrator).stages.size());
-        const bool valid = move(steps);
-        const bool stops = !coupled_ && part < parts && stop_requested(); // partners are within a step of theirs
-        found = comm.max(std::int64_t{stops ? stop : valid ? good : bad});
+        length = steps.back().dt;
+        own = move(steps);
+        if (!coupled_ && part < parts && stop_requested())
+            own = PartEnd::stopped; // partners are within a step of theirs
+        worst = static_cast<PartEnd>(comm.max(static_cast<std::int64_t>(own)));
     }
-    stopped_ = found == stop;
-    return found == good;
+    stopped_ = worst == PartEnd::stopped;
+    if (worst == PartEnd::done || stopped_) return !stopped_;
+    StepControl& control = *step_control(interactions_);
+    control.note_obstacle(worst == PartEnd::too_fast   ? StepControl::Obstacle::speed
+                          : worst == PartEnd::too_near ? StepControl::Obstacle::contact
+                                                       : StepControl::Obstacle::corrections);
+    if (!control.can_refine()) obstacle_ = comm.first_text(own == worst ? text_of(worst, length) : std::string());
+    return false;
+}
+
+std::string World::text_of(PartEnd end, double part) const {
+    switch (end) {
+    case PartEnd::too_fast:
+        return fmt::format("is too long: {} at {:.3g} m/s, and a part may take a node {:.3g} m far, near what it "
+                           "touches",
+                           fastest_body(interactions_), fastest(interactions_), way_in_a_part(interactions_));
+    case PartEnd::too_near:
+        return fmt::format("is too long: {}, which allows parts of {:.3g} s, not of {:.3g} s",
+                           tightest_pair(interactions_), longest_part(interactions_), part);
+    case PartEnd::invalid:
+        return fmt::format("fails: {}", invalid(interactions_));
+    default:
+        return "has corrections that do not converge";
+    }
 }
 
 bool World::step_at_pace(PaceControl& pace, bool check) {
@@ -341,6 +375,8 @@ World::StepEnd World::step_by_error(StepControl& control, Companion& companion) 
         }
         go_back(0);
         if (stopped_) return StepEnd::stopped;
+        if (valid) obstacle_ = "still has an error beyond time.tolerance";
+        if (valid) control.note_obstacle(StepControl::Obstacle::error);
         halved = valid;
         if (!control.refine()) return StepEnd::failed;
     }

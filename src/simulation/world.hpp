@@ -109,9 +109,18 @@ private:
     /// One step of the clock in parts that bodies go through at their pace. It fails where they are too fast.
     /// Collective.
     bool step_at_pace(PaceControl& pace, bool check);
-    /// Parts of a step, on this rank: false where one failed, or a body went too far for what it touches. Collective
-    /// where bodies interact.
-    bool move(std::span<const Step> steps);
+    using AtStage = std::function<void(const Step&)>;
+    /// Drift, loads and kick of stages, with what is due where partners are found again and after each of them. False
+    /// where `check` finds an invalid body of this rank after the last. Collective where bodies interact.
+    bool go_through(std::span<const Step> stages, bool check, const AtStage& at_rebuild = {},
+                    const AtStage& at_end = {});
+    /// Ends of a part of a step, the gravest last: a body that went too far for what it touches, bodies too near for a
+    /// part of this length, a state or corrections that failed.
+    enum class PartEnd : std::int64_t { done, too_fast, too_near, invalid, not_converged, stopped };
+    /// Parts of a step, on this rank. Collective where bodies interact.
+    PartEnd move(std::span<const Step> steps);
+    /// Reason why a part of this length, s, failed on this rank, in words.
+    std::string text_of(PartEnd end, double part) const;
     /// Time by which a part of a step takes contacts later than in its middle, s; `rate`: 1/s of the longest part that
     /// they are stable in. theory.md (148)
     double delay_of_contacts(double part, double rate) const;
@@ -149,6 +158,7 @@ private:
     bool always_moves_, synchronous_ = false, coupled_ = false, stopped_ = false;
     std::int64_t owners_ = 0;
     std::string failure_, near_limit_;
+    std::string obstacle_; ///< to the last step that no number of parts does, in words
     double undamped_share_ = 0;
     std::optional<double> solved_; ///< s
 };

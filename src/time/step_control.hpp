@@ -28,6 +28,11 @@ public:
         while (static_cast<double>(parts_) < parts && parts_ < limit_) parts_ *= 2;
         largest_ = std::max(largest_, parts_);
     }
+    bool can_refine() const { return 2 * parts_ <= limit_; }
+    /// What the last attempt failed by.
+    enum class Obstacle { corrections, error, contact, speed };
+    Obstacle obstacle() const { return obstacle_; }
+    void note_obstacle(Obstacle obstacle) { obstacle_ = obstacle; }
     /// Gives up at fewer parts than `most_parts`.
     void limit(std::int64_t most) { limit_ = most; }
 
@@ -68,6 +73,7 @@ private:
     double done_ = 0, sum_ = 0, most_ = 0, distance_ = 0, touching_rate_ = 0;
     double compared_ = 0,
            compared_change_ = 0; ///< local difference, and change of the distance, of the last comparison
+    Obstacle obstacle_ = Obstacle::corrections;
     double mark_ = 0, mark_most_ = 0, next_mark_most_ = 0; ///< largest distance about half as many steps ago, and when
 };
 

@@ -127,6 +127,19 @@ class ImplicitContact(DriverTest):
                 places = self.places("out")
                 self.assertGreater(places[9 + 4, 2], places[5, 2], "the middle of the upper one and the lower one below it")
 
+    def test_what_no_number_of_parts_does_is_named(self):
+        """A contact that is too stiff for a 2^20th of the step, and a rod that is too fast for it."""
+        fast = rod("top", origin=(0.06, -0.04, 0.01), tangent=(0.0, 1.0, 0.0), shape={"velocity": [0.0, 0.0, -1e9]})
+        for rods, stiffness, reason, cure in ((
+                [LOW, ACROSS], 1e16, r"step 1 in 1048576 parts is too long: rod 0 of '(low|top)' \(element \d\) and rod 0 of '(low|top)' \(element \d\) overlap by 8e-06 m, "
+                r"which allows parts of \S+ s, not of 9.54e-10 s", "contacts are too stiff"), (
+                [LOW, fast], 1e4, r"step 1 in 1048576 parts is too long: rod 0 of 'top' moves at 1e\+09 m/s", "something throws it")):
+            with self.subTest(reason=reason):
+                self.write({"rods": rods, "contact": law(stiffness, "none", **SPRING)}, {"duration": 0.01, "dt": 1e-3, "integrator": "implicit"})
+                done = self.run_skein("out", "--overwrite", "--no-checkpoint", expect=4)
+                self.assertRegex(done.stderr, reason)
+                self.assertIn(cure, done.stderr)
+
     def test_bits_do_not_depend_on_the_layout_and_restarts(self):
         many = self.heap(1e4, youngs_modulus=1e7) | {"damping": DAMPED}
         many["rods"].append(rod("sticks", elements=6, placement={"kind": "lattice", "counts": [3, 2], "spacing": [0.12, 2 * RADIUS - 1e-5], "origin": [0.0, 0.1, RADIUS], "tangent": [1.0, 0.0, 0.0]}))

@@ -252,6 +252,17 @@ double ContactInteraction::longest_part() const {
     return scheme_of(plan_.integrator).touching * std::min(step_limit(), planned_limit_);
 }
 
+std::string ContactInteraction::tightest_pair() const {
+    if (contacts_->figures().near == 0) return {};
+    const std::vector<Contact> all = contacts_->active(*exposure_);
+    const auto deepest = std::max_element(all.begin(), all.end(), [](const Contact& x, const Contact& y) {
+        return x.overlap / x.diameter < y.overlap / y.diameter;
+    });
+    if (deepest == all.end()) return "bodies are about to touch";
+    return fmt::format("{} and {} overlap by {:.3g} m", place_of(deepest->pair.a), place_of(deepest->pair.b),
+                       deepest->overlap);
+}
+
 double ContactInteraction::step_limit() const {
     double limit = HUGE_VAL;
     const ContactFigures f = contacts_->figures();

@@ -34,6 +34,7 @@ public:
     std::vector<std::string> remedies() const override { return remedies_; }
     double step_limit() const override;
     double longest_part() const override;
+    std::string tightest_pair() const override;
     Touch strongest_touch(std::int64_t gid) const override;
     std::span<OverlapWatch> overlaps() override { return {&overlap_, 1}; }
     std::vector<Figure> figures(const Sample&) const override;

@@ -25,7 +25,7 @@ double BedInteraction::now() const {
 }
 
 double BedInteraction::fastest() const {
-    return std::max(known_ ? *known_ : fastest_node(*rods_, groups_), fastest_wall(walls_.get()));
+    return std::max(known_ ? *known_ : fastest_node(*rods_, groups_).speed, fastest_wall(walls_.get()));
 }
 
 std::vector<Figure> BedInteraction::figures(const Sample&) const {

@@ -9,8 +9,8 @@
 
 namespace skein {
 
-double fastest_node(const Rods& rods, std::span<const RodGroup> groups) {
-    double most = 0;
+FastestNode fastest_node(const Rods& rods, std::span<const RodGroup> groups) {
+    FastestNode fastest;
     std::vector<Slot<1>> state;
     const auto local = rods.local();
     for (std::size_t i = 0; i < local.size(); ++i) {
@@ -19,10 +19,11 @@ double fastest_node(const Rods& rods, std::span<const RodGroup> groups) {
         rods.export_rod(i, state);
         for (const Slot<1>& s : state) {
             const double turning = group.strained() ? 0 : group.body()->reach * norm(lane(s.spin, 0));
-            most = std::max(most, norm(lane(s.velocity, 0)) + turning);
+            const double speed = norm(lane(s.velocity, 0)) + turning;
+            if (speed > fastest.speed) fastest = {speed, local[i].gid};
         }
     }
-    return most;
+    return fastest;
 }
 
 double fastest_wall(const Walls* walls) {

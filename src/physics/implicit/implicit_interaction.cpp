@@ -2,6 +2,7 @@
 
 #include "physics/implicit/body_speeds.hpp"
 #include "plan/plan.hpp"
+#include "rod/body_name.hpp"
 
 #include <fmt/format.h>
 
@@ -22,14 +23,38 @@ std::int64_t resolving_parts(const Plan& plan, double tolerance) {
 
 } // namespace
 
-ImplicitInteraction::ImplicitInteraction(const InteractionParts& parts, double tolerance, double length, bool remembers,
-                                         double way)
+ImplicitInteraction::ImplicitInteraction(const InteractionParts& parts, const Needs& needs)
     : comm_(parts.comm), rods_(&parts.rods),
-      control_(tolerance * length, parts.plan.steps, resolving_parts(parts.plan, tolerance)), companion_(remembers),
-      groups_(parts.groups), walls_(parts.around.walls), tolerance_(tolerance), length_(length), way_(way) {}
+      control_(needs.tolerance * needs.length, parts.plan.steps, resolving_parts(parts.plan, needs.tolerance)),
+      companion_(needs.remembers), groups_(parts.groups), walls_(parts.around.walls), tolerance_(needs.tolerance),
+      length_(needs.length), way_(needs.way) {}
 
 double ImplicitInteraction::fastest() const {
-    return std::isfinite(way_) ? std::max(fastest_node(*rods_, groups_), fastest_wall(walls_.get())) : 0;
+    return std::isfinite(way_) ? std::max(fastest_node(*rods_, groups_).speed, fastest_wall(walls_.get())) : 0;
+}
+
+std::string ImplicitInteraction::fastest_body() const {
+    if (!std::isfinite(way_)) return {};
+    const FastestNode node = fastest_node(*rods_, groups_);
+    return (fastest_wall(walls_.get()) > node.speed ? "a wall" : name_of_body(groups_, node.gid)) + " moves";
+}
+
+std::string ImplicitInteraction::advice() const {
+    using Obstacle = StepControl::Obstacle;
+    switch (control_.obstacle()) {
+    case Obstacle::contact:
+        return "contacts are too stiff for these steps: integrator = \"verlet\" or \"implicit_bed\", or a smaller "
+               "contact.stiffness, may do";
+    case Obstacle::speed:
+        return "something throws it, or it starts so fast: a softer load, a smaller velocity or a smaller time.dt may "
+               "do";
+    case Obstacle::error:
+        return "a larger time.tolerance, or a given time.dt, may do";
+    case Obstacle::corrections:
+        break;
+    }
+    return "an implicit step does not converge: integrator = \"implicit_damped\", a larger time.tolerance, or a given, "
+           "smaller time.dt may do";
 }
 
 void ImplicitInteraction::summarise(nlohmann::ordered_json& summary) const {

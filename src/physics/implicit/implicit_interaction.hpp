@@ -10,9 +10,13 @@ namespace skein {
 
 class ImplicitInteraction final : public Interaction {
 public:
-    /// `tolerance`: error of places that is asked for, over the length; 0: none. `length`: largest of the scene, m;
-    /// `remembers`: joints or walls do. `way`: of a node in a part of a step, m; HUGE_VAL where rods touch no others.
-    ImplicitInteraction(const InteractionParts& parts, double tolerance, double length, bool remembers, double way);
+    struct Needs {
+        double tolerance = 0;     ///< error of places that is asked for, over the length; 0: none
+        double length = 0;        ///< largest of the scene, m
+        bool remembers = false;   ///< joints or walls do
+        double way = HUGE_VAL;    ///< of a node in a part of a step, m; infinite where rods touch no others
+    };
+    ImplicitInteraction(const InteractionParts& parts, const Needs& needs);
 
     void rebind(const InteractionParts& parts) override {
         rods_ = &parts.rods;
@@ -20,6 +24,7 @@ public:
     }
     StepControl* step_control() override { return &control_; }
     double fastest() const override;
+    std::string fastest_body() const override;
     double way_in_a_part() const override { return way_; }
     void begin_stage() override { companion_.begin_stage(); }
     Companion* companion() override { return tolerance_ > 0 ? &companion_ : nullptr; }
@@ -28,10 +33,8 @@ public:
     }
     void summarise(nlohmann::ordered_json& summary) const override;
     std::string final_warning() const override;
-    std::string advice() const override {
-        return "an implicit step does not converge: integrator = \"implicit_damped\", a larger time.tolerance, or a "
-               "given, smaller time.dt may do";
-    }
+    /// By what the last attempt failed.
+    std::string advice() const override;
     std::string saved_name() const override { return "implicit"; }
     SavedNumbers saved() const override;
     void restore(const SavedNumbers& saved) override;

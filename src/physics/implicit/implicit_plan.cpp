@@ -66,8 +66,11 @@ public:
         if (around.loads) around.meeting_zone = way * radius_;
     }
     std::unique_ptr<Interaction> start(const InteractionParts& parts) const override {
-        return std::make_unique<ImplicitInteraction>(parts, parts.plan.automatic_dt ? tolerance_ : 0.0, length_,
-                                                     remembers_, touches_ ? way * radius_ : HUGE_VAL);
+        return std::make_unique<ImplicitInteraction>(
+            parts, ImplicitInteraction::Needs{.tolerance = parts.plan.automatic_dt ? tolerance_ : 0.0,
+                                              .length = length_,
+                                              .remembers = remembers_,
+                                              .way = touches_ ? way * radius_ : HUGE_VAL});
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.remove(PassPlace::drift);

@@ -143,5 +143,16 @@ TEST(StepControl, WithoutAToleranceFallsBackToWholeSteps) {
     EXPECT_EQ(control.parts(), 1);
 }
 
+TEST(StepControl, NamesWhatStopsIt) {
+    StepControl control(0);
+    control.limit(2);
+    EXPECT_TRUE(control.can_refine());
+    ASSERT_TRUE(control.refine());
+    EXPECT_FALSE(control.can_refine());
+    control.note_obstacle(StepControl::Obstacle::contact);
+    EXPECT_FALSE(control.refine());
+    EXPECT_EQ(control.obstacle(), StepControl::Obstacle::contact);
+}
+
 } // namespace
 } // namespace skein
