@@ -13,9 +13,13 @@ constexpr double least_gain = 1.0 / 64; ///< of scenes that forget errors
 constexpr double wary = 2;              ///< factor on the gain as a run begins
 } // namespace
 
-StepControl::StepControl(double tolerance, std::int64_t steps, std::int64_t enough)
-    : tolerance_(tolerance), steps_(static_cast<double>(std::max<std::int64_t>(1, steps))), enough_(enough),
-      parts_(tolerance > 0 ? 2 : 1) {}
+StepControl::StepControl(double tolerance, std::int64_t steps, std::int64_t enough, double fewest)
+    : tolerance_(tolerance), steps_(static_cast<double>(std::max<std::int64_t>(1, steps))),
+      parts_(tolerance > 0 ? 2 : 1) {
+    if (tolerance > 0) at_least(fewest);
+    fewest_ = parts_;
+    enough_ = std::max(enough, fewest_);
+}
 
 double StepControl::expected() const {
     if (done_ <= mark_) return most_;
@@ -61,7 +65,7 @@ void StepControl::note() { parts_ = std::max<std::int64_t>(1, parts_ / 2); }
 
 void StepControl::go_on(double local, double distance, bool known) {
     constexpr double margin = 6; // half as many parts have four times the error
-    const bool spare = known && parts_ > 2 && margin * local < allowed();
+    const bool spare = known && parts_ > fewest_ && margin * local < allowed();
     if (spare) parts_ /= 2;
     if (known) {
         interval_ = spare ? 1 : std::min<std::int64_t>(4, 2 * interval_);

@@ -18,7 +18,8 @@ public:
 
     /// `tolerance`: error of places in the whole run, m; 0: parts change only where corrections do not converge.
     /// `steps`: of the run. `enough`: parts that resolve all motion; no more are made for an error, which is reported.
-    explicit StepControl(double tolerance, std::int64_t steps = 1, std::int64_t enough = most_parts);
+    /// `fewest`: parts by which loads are seen, where there is a tolerance.
+    explicit StepControl(double tolerance, std::int64_t steps = 1, std::int64_t enough = most_parts, double fewest = 0);
 
     bool limited() const { return tolerance_ > 0; }
     std::int64_t parts() const { return parts_; }
@@ -69,7 +70,7 @@ private:
     void go_on(double local, double distance, bool known);
 
     double tolerance_, steps_;
-    std::int64_t enough_, parts_, largest_ = 1, interval_ = 1, wait_ = 0, limit_ = most_parts;
+    std::int64_t enough_ = most_parts, fewest_ = 1, parts_, largest_ = 1, interval_ = 1, wait_ = 0, limit_ = most_parts;
     double done_ = 0, sum_ = 0, most_ = 0, distance_ = 0, touching_rate_ = 0;
     double compared_ = 0,
            compared_change_ = 0; ///< local difference, and change of the distance, of the last comparison

@@ -242,6 +242,16 @@ class Implicit(DriverTest):
                         end = self.run_scene("out", scene, {"duration": duration, "tolerance": tolerance, "integrator": method})
                         self.assertLess(numpy.abs(end - explicit).max(), tolerance * LENGTH)
 
+    def test_a_drive_whose_period_divides_the_steps_is_seen(self):
+        """Steps of 0.05 s, at whose ends and middles the clamp is where it began."""
+        scene = {"rods": [rod(2e5, start="clamped", start_motion={"amplitude": [0.0, 0.0, 0.02], "period": 0.025})], "damping": [{"kind": "uniform", "rate": 20.0}]}
+        explicit = self.run_scene("explicit", scene, {"duration": 3.2})
+        for method in METHODS:
+            with self.subTest(method=method):
+                end = self.run_scene("out", scene, {"duration": 3.2, "divide": 0.05, "tolerance": 1e-2, "integrator": method})
+                self.assertLess(numpy.abs(end - explicit).max(), 1e-2 * LENGTH)
+                self.assertLess(self.summary("out")["implicit"]["largest_error"], 1e-2)
+
 
 if __name__ == "__main__":
     unittest.main()

@@ -13,6 +13,10 @@ namespace skein {
 
 namespace {
 
+/// Parts of the period of a drive. With two of them the companion may find the drive at its zeros alone, and with one
+/// both would find it the same at all times.
+constexpr double parts_in_a_period = 4;
+
 /// Parts so much shorter than the limit of explicit steps that these would keep the tolerance, too.
 std::int64_t resolving_parts(const Plan& plan, double tolerance) {
     constexpr auto most = static_cast<double>(StepControl::most_parts);
@@ -25,7 +29,8 @@ std::int64_t resolving_parts(const Plan& plan, double tolerance) {
 
 ImplicitInteraction::ImplicitInteraction(const InteractionParts& parts, const Needs& needs)
     : comm_(parts.comm), rods_(&parts.rods),
-      control_(needs.tolerance * needs.length, parts.plan.steps, resolving_parts(parts.plan, needs.tolerance)),
+      control_(needs.tolerance * needs.length, parts.plan.steps, resolving_parts(parts.plan, needs.tolerance),
+               parts_in_a_period * parts.plan.dt / needs.period),
       companion_(needs.remembers), groups_(parts.groups), walls_(parts.around.walls), tolerance_(needs.tolerance),
       length_(needs.length), way_(needs.way) {}
 

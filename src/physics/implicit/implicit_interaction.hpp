@@ -15,6 +15,7 @@ public:
         double length = 0;        ///< largest of the scene, m
         bool remembers = false;   ///< joints or walls do
         double way = HUGE_VAL;    ///< of a node in a part of a step, m; infinite where rods touch no others
+        double period = HUGE_VAL; ///< shortest of a drive, s
     };
     ImplicitInteraction(const InteractionParts& parts, const Needs& needs);
 

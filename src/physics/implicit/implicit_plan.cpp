@@ -8,6 +8,7 @@
 #include "physics/implicit/implicit_tables.hpp"
 #include "physics/implicit/step_filters.hpp"
 #include "physics/plan_input.hpp"
+#include "physics/wave_looker.hpp"
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
 #include "plan/plan_steps.hpp"
@@ -23,6 +24,15 @@ namespace skein {
 
 namespace {
 
+/// Shortest period that a load or a motion of an end has by its keys, s. Formulas have none.
+double shortest_period(const SceneSpec& scene) {
+    WaveLooker wave;
+    for (LoadSpec load : scene.loads) load.fields(wave); // fields() hands out references to change
+    for (const RodSpec& rods : scene.rods)
+        for (EndMotion motion : {rods.start_motion, rods.end_motion}) motion.fields(wave);
+    return wave.period;
+}
+
 /// Steps of a length that stability does not limit.
 class PlannedImplicitSteps final : public PhysicsPlan, public StartsInteraction, public SharesWithPasses {
 public:
@@ -32,6 +42,7 @@ public:
           tolerance_(in_fluid_ ? 0.0 : input.scene.time.tolerance),
           remembers_(!input.scene.walls.empty() ||
                      std::any_of(input.scene.joints.begin(), input.scene.joints.end(), remembers)) {
+        period_ = shortest_period(input.scene);
         for (const RodGroup& group : input.groups) radius_ = std::min(radius_, thinnest(group));
         for (const RodGroup& group : input.groups)
             length_ = std::max(length_, group.strained() ? group.spec().shape.length : 2 * group.body()->reach);
@@ -70,7 +81,8 @@ public:
             parts, ImplicitInteraction::Needs{.tolerance = parts.plan.automatic_dt ? tolerance_ : 0.0,
                                               .length = length_,
                                               .remembers = remembers_,
-                                              .way = touches_ ? way * radius_ : HUGE_VAL});
+                                              .way = touches_ ? way * radius_ : HUGE_VAL,
+                                              .period = period_});
     }
     void add_passes(GroupPlan& p, const RodGroup& group) const override {
         p.program.remove(PassPlace::drift);
@@ -122,6 +134,7 @@ private:
     bool in_fluid_, audited_, touches_;
     double tolerance_, length_ = 0; ///< of the length; m
     double radius_ = HUGE_VAL;      ///< of the thinnest element, m
+    double period_ = HUGE_VAL;      ///< shortest of a drive, s
     bool remembers_;                ///< joints or contacts with walls
 };
 

@@ -1,7 +1,7 @@
 #include "physics/rods/rotary_inertia.hpp"
 
-#include "core/field_looker.hpp"
 #include "physics/group_names.hpp"
+#include "physics/wave_looker.hpp"
 
 #include <fmt/format.h>
 
@@ -80,18 +80,6 @@ bool differs_by_rod(const RodSpec& rods) {
                         (!rods.hold.elements.empty() && rods.hold.axes.size() < 3);
     return turned && (rods.ends_slide() || partly);
 }
-
-/// Shortest period and wavelength among the keys of these names.
-class WaveLooker final : public FieldLooker {
-public:
-    using FieldLooker::visit;
-    void visit(const Field& f, double& x) override {
-        if (f.name == "period" && x != 0) period = std::min(period, std::abs(x));
-        if (f.name == "wavelength" && x != 0) wavelength = std::min(wavelength, std::abs(x));
-        if (f.name == "frequency" && x > 0) period = std::min(period, 1 / x);
-    }
-    double period = std::numeric_limits<double>::infinity(), wavelength = period;
-};
 
 } // namespace
 

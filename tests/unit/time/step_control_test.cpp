@@ -143,6 +143,15 @@ TEST(StepControl, WithoutAToleranceFallsBackToWholeSteps) {
     EXPECT_EQ(control.parts(), 1);
 }
 
+TEST(StepControl, MakesNoFewerPartsThanDrivesNeed) {
+    StepControl control(1e-3, 10, StepControl::most_parts, 5);
+    for (int step = 0; step < 4; ++step) {
+        EXPECT_EQ(control.parts(), 8);
+        control.note_compared(0, 0, 0); // no error: half as many would do
+    }
+    EXPECT_EQ(StepControl(0, 10, StepControl::most_parts, 5).parts(), 1) << "a given step stays";
+}
+
 TEST(StepControl, NamesWhatStopsIt) {
     StepControl control(0);
     control.limit(2);
