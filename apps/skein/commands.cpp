@@ -230,8 +230,8 @@ int plan_command(PlanArguments arguments, int& argc, char**& argv) {
             const bool compares = methods_are_compared(plan, scene, groups);
             if (compares || cost_is_measured(plan)) {
                 const MpiSession session(argc, argv); // of this process alone, as steps are made
+                if (cost_is_measured(plan)) measure_cost(plan, scene, groups, arguments.out);
                 if (compares) compare_methods(plan, scene, groups);
-                else measure_cost(plan, scene, groups, arguments.out);
             }
             print_result(arguments.json ? to_json(plan) : to_text(plan, all));
             return;

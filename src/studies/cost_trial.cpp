@@ -32,7 +32,17 @@ double touching_pairs(const World& world) {
     return 0;
 }
 
+/// Touching pairs per element.
+double touching_share(const World& world) { return touching_pairs(world) / static_cast<double>(world.plan.elements); }
+
 } // namespace
+
+double missing_pairs(const World& world) {
+    const auto* touch = world.plan.find<TouchPlan>();
+    if (!touch || touch->estimate.by.empty() || !contacts_of(world.interactions())) return 0;
+    const double share = touching_share(world);
+    return share < 0.5 * pairs_of_bed ? pairs_of_bed - share : 0;
+}
 
 bool cost_is_measured(const Plan& plan) {
     const bool beside_fluid = std::any_of(plan.physics.begin(), plan.physics.end(),
@@ -64,13 +74,13 @@ void measure_cost(Plan& plan, const SceneSpec& scene, std::vector<RodGroup> grou
         if (at_once < 64 && spent() * static_cast<double>(at_once) < 0.1 * least_seconds * static_cast<double>(made()))
             at_once *= 2;
     if (made() == 0) return;
-    const auto elements = static_cast<double>(plan.elements);
-    const double touching = touching_pairs(world) / elements, missing = elements * (pairs_of_bed - touching);
     plan.predicted_s = left * spent() / static_cast<double>(made());
-    plan.predicted_by = fmt::format("{}{}, {:.2g} pairs touch an element", counted(made(), "step"),
-                                    start.found ? fmt::format(" from {:.4g} s on", start_time) : "", touching);
-    if (!plan.find<TouchPlan>()->estimate.by.empty() && touching < 0.5 * pairs_of_bed)
-        plan.predicted_most_s = plan.predicted_s + 1e-9 * left * missing * ns_of_pair / threads.count();
+    plan.predicted_by =
+        fmt::format("{}{}, {:.2g} pairs touch an element", counted(made(), "step"),
+                    start.found ? fmt::format(" from {:.4g} s on", start_time) : "", touching_share(world));
+    if (const double missing = missing_pairs(world); missing > 0)
+        plan.predicted_most_s = plan.predicted_s + 1e-9 * left * missing * static_cast<double>(plan.elements) *
+                                                       ns_of_pair / threads.count();
 }
 
 } // namespace skein

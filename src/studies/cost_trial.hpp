@@ -13,6 +13,12 @@ namespace skein {
 /// True of a plan whose rods touch, on one rank, with no fluid beside them, and for which there is memory here.
 bool cost_is_measured(const Plan& plan);
 
+class World;
+
+/// Pairs per element that have yet to touch until each element touches one other; 0 where half of them do, and where
+/// nothing presses them together.
+double missing_pairs(const World& world);
+
 /// Replaces what the plan predicts by a measurement. `directory`: of results, whose newest checkpoint the steps go on
 /// from; empty: the scene's start. A bed that has yet to form gets a range, up to where each element touches one other.
 /// Steps on this process alone, after MPI has begun.

@@ -1,7 +1,7 @@
 #include "studies/method_trial.hpp"
 
+#include "core/memory.hpp"
 #include "parallel/threads.hpp"
-#include "physics/implicit/implicit_tables.hpp"
 #include "plan/method_costs.hpp"
 #include "plan/plan_words.hpp"
 #include "plan/stepping_cost.hpp"
@@ -9,6 +9,8 @@
 #include "simulation/world.hpp"
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
+#include "studies/touching_trial.hpp"
+#include "tiles/clusters.hpp"
 
 #include <fmt/format.h>
 
@@ -26,7 +28,10 @@ namespace {
 
 constexpr double least_predicted = 2; // s: what takes less begins at once
 constexpr double longest_trial = 1, share_of_run = 0.05;
-constexpr std::int64_t sampled_elements = 4000; // of a trial
+constexpr std::int64_t sampled_elements = 4000;        // of a trial
+constexpr std::int64_t most_joined_elements = 1000;    // of a copy: more may take longer than a trial for one step
+constexpr std::int64_t most_copied_elements = 300'000; // with lists or sizes of their own: a second to set up
+constexpr double share_of_memory = 0.25;               // share of what is free
 /// Core time of this thread: other programs may use the core too.
 double thread_seconds() {
     std::timespec now{};
@@ -34,33 +39,23 @@ double thread_seconds() {
     return static_cast<double>(now.tv_sec) + 1e-9 * static_cast<double>(now.tv_nsec);
 }
 
-/// Notes whether there are objections.
-class AnyObjection final : public Objections {
-public:
-    void add(std::string_view, const std::string&) override { any = true; }
-    bool given(std::string_view) const override { return false; }
-    bool any = false;
-};
-
-/// The scene with automatic steps of this integrator.
-SceneSpec with_integrator(SceneSpec scene, Integrator integrator) {
-    scene.time.integrator = integrator;
-    scene.time.dt = 0;
-    scene.time.force_dt = false;
-    return scene;
-}
-
 bool steps_either_way(const SceneSpec& scene, std::span<const RodGroup> groups) {
-    if (scene.time.relax || scene.fluid || groups.empty() || !scene.walls.empty() || has_rods_of_files(groups))
+    if (scene.time.relax || groups.empty() || (scene.fluid && rods_touch(scene))) return false;
+    if (!std::all_of(groups.begin(), groups.end(), [](const RodGroup& of) { return of.places().holds_all(); }))
         return false;
-    if (std::any_of(groups.begin(), groups.end(), [](const RodGroup& group) { return group.assembly() != nullptr; }))
-        return false;
-    AnyObjection objections;
-    ImplicitTables::check(with_integrator(scene, Integrator::implicit_damped), objections);
-    return !objections.any;
+    for (const AssemblyGroups& joined : assemblies_of(groups))
+        if (joined.elements_per_copy() > most_joined_elements) return false;
+    return accepts_integrator(with_integrator(scene, Integrator::implicit_damped));
 }
 
-/// A tile of rods of each group at equal distances in its list, of as many groups as a trial holds.
+/// True of a scene that can be tried as a whole on this process.
+bool whole_is_tried(const Plan& plan, const SceneSpec& scene) {
+    return plan.machine.ranks == 1 && plan.elements <= most_copied_elements && scene.start.from.empty() &&
+           plan.state_bytes < share_of_memory * free_memory();
+}
+
+/// A tile of rods of each group at equal distances in its list, of as many groups as a trial holds; of an assembly as
+/// many copies.
 struct SampledRods {
     std::vector<LocalRod> rods;
     std::vector<std::int64_t> counts; ///< by group
@@ -69,13 +64,17 @@ struct SampledRods {
 SampledRods sampled_rods(const Plan& plan, std::span<const RodGroup> groups) {
     SampledRods sample{{}, std::vector<std::int64_t>(groups.size(), 0)};
     std::int64_t elements = 0;
-    for (std::size_t g = 0; g < groups.size() && elements < sampled_elements; ++g) {
+    for (std::size_t g = 0; g < groups.size(); ++g) {
         const RodGroup& group = groups[g];
-        const std::int64_t all = group.count(), most = std::min<std::int64_t>(all, plan.machine.lanes);
-        sample.counts[g] = most;
-        elements += most * group.elements();
-        for (std::int64_t i = 0; i < most; ++i)
-            sample.rods.push_back({group.first_gid() + i * all / most, group.id(), i * all / most});
+        if (!group.assembly() && elements >= sampled_elements) continue;
+        const std::int64_t together = group.assembly() ? group.rods_per_copy() : 1, all = group.count() / together,
+                           most = std::min<std::int64_t>(all, plan.machine.lanes);
+        sample.counts[g] = most * together;
+        elements += most * together * group.elements();
+        for (std::int64_t i = 0; i < most * together; ++i) {
+            const std::int64_t rod = i / together * all / most * together + i % together;
+            sample.rods.push_back({group.first_gid() + rod, group.id(), rod});
+        }
     }
     return sample;
 }
@@ -248,30 +247,86 @@ std::optional<MethodCosts> trials(const Plan& of_explicit, const Plan& of_implic
     return costs;
 }
 
+/// The scene without its fluid, for the time of the rods in steps of this length, s.
+SceneSpec without_fluid(SceneSpec scene, double dt) {
+    scene.fluid.reset();
+    scene.obstacles.clear();
+    scene.fluid_outputs.clear();
+    scene.time.dt = dt;
+    scene.time.force_dt = !is_implicit(scene.time.integrator); // the fluid's inertia may allow for longer steps
+    return scene;
+}
+
+/// Costs in a fluid, of which the fluid's own part is that of its plan, and the rods' part is tried without it. Errors
+/// are due to the fluid's steps.
+std::optional<MethodCosts> costs_in_fluid(const Plan& of_explicit, const Plan& of_implicit, const SceneSpec& scene,
+                                          std::span<const RodGroup> groups) {
+    const double budget = 0.5 * std::min(longest_trial, share_of_run * of_explicit.predicted_s);
+    MethodCosts costs;
+    const auto cost_of = [&](const Plan& plan) -> std::optional<MethodCosts::Cost> {
+        const SceneSpec dry = without_fluid(with_integrator(scene, plan.integrator), plan.dt * plan.steps_at_once);
+        const Plan rods = make_plan(dry, groups, plan.machine);
+        Trial trial(rods, groups);
+        const double step = time_of_step(trial, budget);
+        if (step == 0) return std::nullopt;
+        double seconds = step * static_cast<double>(plan.steps) / plan.steps_at_once * trial.scale(rods);
+        for (const auto& one : plan.physics)
+            seconds += one->core_seconds(plan) / std::min(plan.machine.threads, plan.machine.cores);
+        costs.trial_s += trial.spent();
+        return MethodCosts::Cost{plan.integrator, seconds, 0};
+    };
+    const auto by_explicit = cost_of(of_explicit), by_implicit = cost_of(of_implicit);
+    if (!by_explicit || !by_implicit) return std::nullopt;
+    costs.of_explicit = *by_explicit;
+    costs.of_implicit = *by_implicit;
+    return costs;
+}
+
 } // namespace
 
 bool methods_are_compared(const Plan& plan, const SceneSpec& scene, std::span<const RodGroup> groups) {
-    return (is_implicit(plan.integrator) || plan.predicted_s >= least_predicted) && steps_either_way(scene, groups);
+    return (is_implicit(plan.integrator) || plan.predicted_s >= least_predicted) && steps_either_way(scene, groups) &&
+           (!rods_touch(scene) || whole_is_tried(plan, scene)) &&
+           (!has_rods_of_files(groups) || plan.elements <= most_copied_elements) &&
+           (!scene.fluid || plan.machine.ranks == 1);
 }
 
-void compare_methods(Plan& plan, const SceneSpec& scene, std::span<const RodGroup> groups) {
+namespace {
+
+std::optional<MethodCosts> costs_of(const Plan& plan, const SceneSpec& scene, std::span<const RodGroup> groups) {
+    if (rods_touch(scene)) return touching_costs(plan, scene, groups);
     Machine machine = plan.machine;
     if (machine.most_lanes > 0) machine.lanes = machine.most_lanes;
     const bool implicit = is_implicit(plan.integrator);
     const SceneSpec changed = with_integrator(scene, implicit ? Integrator::verlet : Integrator::implicit_damped);
+    const Plan other = make_plan(changed, groups, machine);
+    const Plan &of_explicit = implicit ? other : plan, &of_implicit = implicit ? plan : other;
+    if (of_explicit.predicted_s < least_predicted) return std::nullopt;
+    if (scene.fluid) return costs_in_fluid(of_explicit, of_implicit, scene, groups);
+    return trials(of_explicit, of_implicit, implicit ? scene : changed, groups);
+}
+
+} // namespace
+
+void compare_methods(Plan& plan, const SceneSpec& scene, std::span<const RodGroup> groups) {
     std::optional<MethodCosts> costs;
     try {
-        const Plan other = make_plan(changed, groups, machine);
-        const Plan &of_explicit = implicit ? other : plan, &of_implicit = implicit ? plan : other;
-        if (of_explicit.predicted_s < least_predicted) return;
-        costs = trials(of_explicit, of_implicit, implicit ? scene : changed, groups);
+        costs = costs_of(plan, scene, groups);
     } catch (const Error&) {
         return; // one of the methods refuses the scene
     }
     if (!costs) return;
-    if (const double now = (implicit ? costs->of_implicit : costs->of_explicit).seconds; std::isfinite(now)) {
-        plan.predicted_s = now;
-        plan.predicted_by = fmt::format("trials of {:.2g} s", costs->trial_s);
+    const double now = (is_implicit(plan.integrator) ? costs->of_implicit : costs->of_explicit).seconds;
+    if (plan.predicted_by.empty()) {
+        if (std::isfinite(now)) {
+            plan.predicted_s = now;
+            plan.predicted_by = fmt::format("trials of {:.2g} s", costs->trial_s);
+        }
+    } else if (plan.integrator == Integrator::implicit || plan.integrator == Integrator::implicit_damped) {
+        costs->of_implicit.seconds = plan.predicted_s; // in parts as they were made
+    } else if (plan.predicted_most_s == 0) { // more steps of this method have been timed, and no bed has yet to form
+        costs->of_explicit.seconds *= plan.predicted_s / now;
+        costs->of_implicit.seconds *= plan.predicted_s / now;
     }
     plan.methods = std::make_shared<const MethodCosts>(*costs);
 }

@@ -86,6 +86,7 @@ public:
 
     /// `allowed`: way in a part, m; HUGE_VAL: any.
     explicit PaceControl(double allowed) : allowed_(allowed) {}
+    double allowed() const { return allowed_; }
 
     void begin() { part_ = 0, parts_ = 1; }
     bool ended() const { return part_ == parts_; }

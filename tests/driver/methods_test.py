@@ -1,5 +1,6 @@
 """Comparison of explicit and implicit steps in the plan: what it says of thin and of soft rods, from either side, and that the run does not feel it."""
 
+import pathlib
 import unittest
 
 import numpy
@@ -7,6 +8,7 @@ import numpy
 from driver import DriverTest
 from scene_text import scene_text
 
+APPS = pathlib.Path(__file__).resolve().parents[2] / "apps"
 GRAVITY = [{"kind": "gravity"}]
 DAMPING = [{"kind": "uniform", "rate": 10.0}]
 
@@ -55,9 +57,26 @@ class Methods(DriverTest):
         error = numpy.linalg.norm(ends[30] - ends[480], axis=-1).max() / 0.1
         self.assertTrue(0.5 < told / error < 2, (told, error))
 
-    def test_short_runs_and_other_physics_are_not_compared(self):
+    def test_short_runs_are_not_compared(self):
         self.assertIsNone(self.pays(HAIR, duration=1e-3))
-        self.assertIsNone(self.pays(HAIR | {"contact": {"stiffness": 1e4}}, duration=2.0))
+
+    def test_joined_rods_and_rods_at_walls_are_compared(self):
+        first, second = (rod(4e-5, 0.1, 4e9, 50, name=name) for name in ("first", "second"))
+        threads = {"rods": [first, second | {"start": "free", "placement": {"origin": [0.1, 0.0, 0.0], "tangent": [0.0, 1.0, 0.0]}}],
+                   "joint": [{"kind": "fixed", "between": ["first", "second"], "at": [1.0, 0.0]}]}
+        floor = {"wall": [{"name": "floor", "kind": "plane", "point": [0.0, 0.0, -0.09], "stiffness": 10.0}]}
+        for name, tables in (("joined", HAIR | threads), ("wall", HAIR | floor)):
+            with self.subTest(name=name): self.assertEqual(self.pays(tables, duration=2.0), "implicit")
+
+    def test_rods_that_touch_are_compared_as_a_whole(self):
+        """By their own steps and by those of a bed: nests gain by these, snakes that move all the time do not."""
+        for scene, settings, integrator in (("nest/nest_110.toml", (), "implicit_bed"), ("nest/nest_110.toml", ("--set=time.integrator=implicit_bed", "--set=time.dt=2e-4"), "implicit_bed")):
+            with self.subTest(scene=scene, settings=settings):
+                self.scene = APPS / scene
+                methods = self.plan(*settings)["methods"]
+                self.assertEqual((methods["pays"], methods["implicit"]["integrator"], methods["explicit"]["integrator"]), ("implicit", integrator, "verlet"))
+        self.scene = APPS / "active_matter/pit_1024.toml"
+        self.assertNotEqual(self.plan()["methods"]["pays"], "implicit")
 
     def test_audited_runs_are_compared(self):
         self.assertEqual(self.pays(HAIR | {"output": {"audit": True, "series": 1.0}}, duration=2.0), "implicit")
