@@ -75,8 +75,8 @@ def methods():
     for name in ("implicit", "implicit_damped"):
         for parts in PARTS:
             yield f"{name}, {parts} steps", f'integrator = "{name}"\ndt = {{duration}}/{parts}', ""
-    for tolerance in TOLERANCES:
-        yield f"implicit_damped, tolerance = {tolerance:g}", f'integrator = "implicit_damped"\ntolerance = {tolerance}', ""
+        for tolerance in TOLERANCES:
+            yield f"{name}, tolerance = {tolerance:g}", f'integrator = "{name}"\ntolerance = {tolerance}', ""
 
 
 def scene_of(kind, time, inertia):
