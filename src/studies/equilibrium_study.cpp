@@ -15,8 +15,8 @@
 #include <fmt/ranges.h>
 
 #include <algorithm>
-#include <map>
 #include <cmath>
+#include <map>
 #include <numeric>
 #include <utility>
 
