@@ -123,8 +123,8 @@ std::vector<std::optional<Plan>> implicit_plans(const Plan& own, const Plan& by_
 
 /// Time of a whole run by implicit steps: in as many parts as the trial had, or as driven rods need.
 double seconds_by_steps(const Plan& plan, const Tried& tried, double driven) {
-    constexpr double pushed =
-        6; // speed of the fastest rod in a crowd over that of a free one (pit_1024: 0.14, 0.8 m/s)
+    // Speed of the fastest rod in a crowd over that of a free one; pit_1024: 0.14 and 0.8 m/s.
+    constexpr double pushed = 6;
     const double by_speed = std::exp2(std::ceil(std::log2(std::max(1.0, pushed * driven * plan.dt / tried.way))));
     return static_cast<double>(plan.steps) * std::max(tried.parts, by_speed) * tried.step_s;
 }

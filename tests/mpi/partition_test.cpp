@@ -151,7 +151,7 @@ public:
     explicit Helix(std::int64_t count) : count_(count) {}
     std::int64_t count() const override { return count_; }
     RodColumns columns() const override { return {.tangent = true}; }
-    RodRows read(std::int64_t begin, std::int64_t end) const override {
+    RodRows read(std::int64_t begin, std::int64_t end, const Threads*) const override {
         RodRows rows;
         for (std::int64_t i = begin; i < end; ++i) {
             rows.origins.push_back(origin(i));
