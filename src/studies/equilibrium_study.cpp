@@ -221,14 +221,15 @@ std::pair<std::int64_t, std::int64_t> size_of(const StaticScene& scene) {
     return {scene.world().comm.sum(pieces), scene.world().comm.sum(unknowns)};
 }
 
-/// Bodies that touch and still move at the start may be far from rest: names the fastest. Empty where none moves by a
-/// thousandth of its radius while the slowest rod swings.
+/// Bodies that touch or rub and still move at the start may be far from rest: names the fastest. Empty where none moves
+/// by a thousandth of its radius while the slowest rod swings.
 std::string text_of_motion(const StaticPiece& piece) {
     const StaticSystem& system = *piece.system;
     const double swing = 1 / std::sqrt(system.slow_eigenvalue());
     double fastest = 0;
     std::size_t of = 0;
-    for (std::size_t rod = 0; system.touches() && rod < system.rods().size(); ++rod)
+    const bool meets = system.touches() || system.rubs();
+    for (std::size_t rod = 0; meets && rod < system.rods().size(); ++rod)
         for (std::size_t s = system.first_slot(rod); s < system.first_slot(rod + 1); ++s) {
             const double speed = norm(lane(piece.state.slot[s].velocity, 0));
             if (speed <= fastest || speed * swing < 1e-3 * system.group(rod).element.front().radius) continue;
