@@ -39,6 +39,7 @@ constexpr Explained explained[] = {
     {" checkpoints; a segment to be computed again lies between two", "one-checkpoint"},
     {"stopped by a signal", "stopped"},
     {"went well: suspect this machine", "suspect-machine"},
+    {"no equilibrium was found", "no-equilibrium"},
     {"likely cause: dt is ", "strained"},
     {" supports a pull of at most E A", "pull-too-strong"},
     {" pass through each other at ", "pass-through"},
