@@ -76,8 +76,8 @@ std::optional<Tried> try_whole(const Plan& plan, std::span<const RodGroup> group
     return tried;
 }
 
-/// Largest speed that muscles and moved ends give rods, m/s; 0: the scene states none. It is asked for as in a fluid, so
-/// light that its own speeds do not count.
+/// Largest speed that muscles and moved ends give rods, m/s; 0: the scene states none. It is asked for as in a fluid,
+/// so light that its own speeds do not count.
 double driven_speed(SceneSpec scene, std::span<const RodGroup> groups) {
     scene.fluid.emplace();
     scene.fluid->density = std::numeric_limits<double>::min();

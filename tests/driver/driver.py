@@ -209,6 +209,44 @@ tangent = [0.0, 1.0, 0.0]
 """
 
 
+def disc_on_a_spring(cells, density, spring, duration):
+    """A disc of 1 m across in a box of 6 m, drawn by a spring of a modulus per length [N/m^2] to the middle; one layer of elements as thick as two cells or four."""
+    depth = 0.25
+    return f"""
+title = "disc on a spring"
+[time]
+duration = {duration}
+[fluid]
+cells = [{cells}, {cells}, {round(cells * depth / 6)}]
+spacing = {6 / cells}
+lower = [-3.0, -3.0, 0.0]
+density = 1.0
+viscosity = 0.01
+courant = 0.5
+expected_speed = 0.65
+largest_slip = 0
+[constants]
+k = {{ value = {spring!r}, unit = "N/m^2" }}
+[[rods]]
+name = "disc"
+[rods.material]
+density = {density}
+youngs_modulus = 1000.0
+[rods.section]
+radius = 0.5
+[rods.shape]
+length = {depth}
+elements = 2
+[rods.placement]
+origin = [0.1, 0.0, 0.0]
+[[load]]
+kind = "formula"
+force = ["-k*x", "-k*y", "0"]
+[output]
+series = 0.1
+"""
+
+
 BALL_IN_IT = """
 [[obstacle]]
 name = "ball"
@@ -335,6 +373,16 @@ class DriverTest(unittest.TestCase):
 
     def series(self, out):
         return numpy.genfromtxt(self.directory / out / "observables.csv", delimiter=",", names=True)
+
+    def assert_fluid_and_rods_keep_momentum(self, out):
+        """Both exchange some, and none is lost. Returns the series."""
+        series = self.series(out)
+        exchanged = max(abs(series[f"fluid_momentum_{axis}kg_ms"]).max() for axis in "xyz")
+        self.assertGreater(exchanged, 0.01, out)
+        for axis in "xyz":
+            kept = series[f"coupled_momentum_{axis}kg_ms"]
+            self.assertLess(abs(kept - kept[0]).max(), 1e-12 * max(exchanged, abs(kept[0])), f"{out}: {axis}")
+        return series
 
     def assert_same_series(self, out, whole, besides=()):
         """Bit for bit, but for energies of contacts, which every rank sums on its own before all do."""
