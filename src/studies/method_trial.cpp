@@ -10,7 +10,6 @@
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "studies/touching_trial.hpp"
-#include "tiles/clusters.hpp"
 
 #include <fmt/format.h>
 
@@ -29,7 +28,6 @@ namespace {
 constexpr double least_predicted = 2; // s: what takes less begins at once
 constexpr double longest_trial = 1, share_of_run = 0.05;
 constexpr std::int64_t sampled_elements = 4000;        // of a trial
-constexpr std::int64_t most_joined_elements = 1000;    // of a copy: more may take longer than a trial for one step
 constexpr std::int64_t most_copied_elements = 300'000; // with lists or sizes of their own: a second to set up
 constexpr double share_of_memory = 0.25;               // share of what is free
 /// Core time of this thread: other programs may use the core too.
@@ -43,8 +41,8 @@ bool steps_either_way(const SceneSpec& scene, std::span<const RodGroup> groups) 
     if (scene.time.relax || groups.empty() || (scene.fluid && rods_touch(scene))) return false;
     if (!std::all_of(groups.begin(), groups.end(), [](const RodGroup& of) { return of.places().holds_all(); }))
         return false;
-    for (const AssemblyGroups& joined : assemblies_of(groups))
-        if (joined.elements_per_copy() > most_joined_elements) return false;
+    if (std::any_of(groups.begin(), groups.end(), [](const RodGroup& of) { return of.assembly() != nullptr; }))
+        return false; // samples of assemblies are not tried yet
     return accepts_integrator(with_integrator(scene, Integrator::implicit_damped));
 }
 
@@ -54,8 +52,7 @@ bool whole_is_tried(const Plan& plan, const SceneSpec& scene) {
            plan.state_bytes < share_of_memory * free_memory();
 }
 
-/// A tile of rods of each group at equal distances in its list, of as many groups as a trial holds; of an assembly as
-/// many copies.
+/// A tile of rods of each group at equal distances in its list, of as many groups as a trial holds.
 struct SampledRods {
     std::vector<LocalRod> rods;
     std::vector<std::int64_t> counts; ///< by group
@@ -66,13 +63,12 @@ SampledRods sampled_rods(const Plan& plan, std::span<const RodGroup> groups) {
     std::int64_t elements = 0;
     for (std::size_t g = 0; g < groups.size(); ++g) {
         const RodGroup& group = groups[g];
-        if (!group.assembly() && elements >= sampled_elements) continue;
-        const std::int64_t together = group.assembly() ? group.rods_per_copy() : 1, all = group.count() / together,
-                           most = std::min<std::int64_t>(all, plan.machine.lanes);
-        sample.counts[g] = most * together;
-        elements += most * together * group.elements();
-        for (std::int64_t i = 0; i < most * together; ++i) {
-            const std::int64_t rod = i / together * all / most * together + i % together;
+        if (elements >= sampled_elements) break;
+        const std::int64_t most = std::min<std::int64_t>(group.count(), plan.machine.lanes);
+        sample.counts[g] = most;
+        elements += most * group.elements();
+        for (std::int64_t i = 0; i < most; ++i) {
+            const std::int64_t rod = i * group.count() / most;
             sample.rods.push_back({group.first_gid() + rod, group.id(), rod});
         }
     }
