@@ -4,21 +4,18 @@ namespace skein {
 
 namespace {
 
-void visit_surface(FieldVisitor& f, SurfaceKind& surface) {
+void visit_surfaces(FieldVisitor& f, ImmersionSpec& spec) {
     f.choice({.name = "body_surface",
               .unit = "",
               .text = "rigid bodies act on the fluid by markers, spread over three cells, or by sharp surfaces as "
                       "obstacles do; bodies with a part thinner than two cells have markers in any case"},
-             surface, surface_names);
-}
-
-void visit_rod_surface(FieldVisitor& f, SurfaceKind& surface) {
+             spec.body_surface, surface_names);
     f.choice({.name = "rod_surface",
               .unit = "",
               .text =
                   "rods act on the fluid by markers, or by sharp surfaces; rods with a part thinner than two cells, "
                   "closed rods and rods with sizes of their own have markers in any case"},
-             surface, surface_names);
+             spec.rod_surface, surface_names);
 }
 
 } // namespace
@@ -64,8 +61,7 @@ void ImmersionSpec::fields(FieldVisitor& f) {
          .at_least = 0,
          .at_most = 2},
         retraction);
-    visit_surface(f, body_surface);
-    visit_rod_surface(f, rod_surface);
+    visit_surfaces(f, *this);
     f.choice({.name = "coupling",
               .unit = "",
               .text =

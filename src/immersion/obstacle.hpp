@@ -75,7 +75,7 @@ struct Obstacle {
 
 private:
     double second() const { return second_radius > 0 ? second_radius : radius; }
-    /// Of a capsule or a box.
+    /// Part that a capsule or a box is.
     BodyShape::Part part() const;
 };
 

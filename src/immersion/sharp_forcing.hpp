@@ -57,9 +57,9 @@ public:
         return std::span(of_piece_).subspan(nodes_.first_piece(body),
                                             nodes_.first_piece(body + 1) - nodes_.first_piece(body));
     }
-    /// What an element of a rod would give the fluid in the stage that begins at its present rates, at its begin and
-    /// its end and about its axis, and by how much more for each of a velocity and of a spin about d1, d2, d3, over
-    /// density. theory.md (154)
+    /// Impulse that an element of a rod would give the fluid in the stage that begins at its present rates, at its
+    /// begin and its end and about its axis, and by how much more for each of a velocity and of a spin about d1, d2,
+    /// d3, over density. theory.md (154)
     struct Response {
         std::array<Vec3d, 2> given{}, drag{};          ///< m^4/s, m^3
         Vec3d turn_given{0, 0, 0}, turn_drag{0, 0, 0}; ///< m^5/s, m^5

@@ -61,16 +61,13 @@ struct SampledRods {
 SampledRods sampled_rods(const Plan& plan, std::span<const RodGroup> groups) {
     SampledRods sample{{}, std::vector<std::int64_t>(groups.size(), 0)};
     std::int64_t elements = 0;
-    for (std::size_t g = 0; g < groups.size(); ++g) {
+    for (std::size_t g = 0; g < groups.size() && elements < sampled_elements; ++g) {
         const RodGroup& group = groups[g];
-        if (elements >= sampled_elements) break;
-        const std::int64_t most = std::min<std::int64_t>(group.count(), plan.machine.lanes);
+        const std::int64_t all = group.count(), most = std::min<std::int64_t>(all, plan.machine.lanes);
         sample.counts[g] = most;
         elements += most * group.elements();
-        for (std::int64_t i = 0; i < most; ++i) {
-            const std::int64_t rod = i * group.count() / most;
-            sample.rods.push_back({group.first_gid() + rod, group.id(), rod});
-        }
+        for (std::int64_t i = 0; i < most; ++i)
+            sample.rods.push_back({group.first_gid() + i * all / most, group.id(), i * all / most});
     }
     return sample;
 }

@@ -30,7 +30,7 @@ public:
         largest_ = std::max(largest_, parts_);
     }
     bool can_refine() const { return 2 * parts_ <= limit_; }
-    /// What the last attempt failed by.
+    /// Cause of the last failed attempt.
     enum class Obstacle { corrections, error, contact, speed };
     Obstacle obstacle() const { return obstacle_; }
     void note_obstacle(Obstacle obstacle) { obstacle_ = obstacle; }

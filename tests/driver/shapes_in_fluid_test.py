@@ -7,21 +7,9 @@ import unittest
 
 import numpy
 
-from driver import DriverTest
+from driver import FLUID_OF_RODS, DriverTest
 
-HEAD = """
-title = "shapes in a fluid"
-[time]
-duration = 0.2
-[fluid]
-cells = [32, 24, 20]
-spacing = 0.1
-density = 2.0
-viscosity = 0.02
-courant = 0.5
-expected_speed = 1.0
-acceleration = [0.5, 0.0, 0.0]
-"""
+HEAD = 'title = "shapes in a fluid"\n[time]\nduration = 0.2\n' + FLUID_OF_RODS + "acceleration = [0.5, 0.0, 0.0]\n"
 SHAPES = """
 [[obstacle]]
 name = "pill"
