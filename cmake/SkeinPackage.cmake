@@ -20,7 +20,7 @@ set_target_properties(skein_library PROPERTIES OUTPUT_NAME skein EXPORT_NAME ske
 target_compile_features(skein_library PUBLIC cxx_std_20)
 # Packs are wider than the baseline's registers, which is no news; and multiply-adds are contracted where they are spelled fma().
 target_compile_options(skein_library INTERFACE $<$<CXX_COMPILER_ID:GNU>:-Wno-psabi> -ffp-contract=off)
-target_link_libraries(skein_library PRIVATE MPI::MPI_CXX TBB::tbb hdf5::hdf5 tomlplusplus::tomlplusplus fmt::fmt)
+target_link_libraries(skein_library PRIVATE MPI::MPI_CXX TBB::tbb hdf5::hdf5 ZLIB::ZLIB tomlplusplus::tomlplusplus fmt::fmt)
 
 # libskein.so for programs in other languages, and the header of its functions.
 add_library(skein_shared SHARED ${CMAKE_SOURCE_DIR}/src/simulation/c_interface.cpp)
