@@ -163,8 +163,15 @@ void World::advance(std::int64_t until) {
 
 World::StepEnd World::make(std::span<const Step> steps, bool check) {
     if (StepControl* control = step_control(interactions_)) return step_in_parts(*control, steps);
-    PaceControl* pace = pace_control(interactions_);
-    return (pace ? step_at_pace(*pace, check) : step(steps, check)) ? StepEnd::done : StepEnd::failed;
+    if (PaceControl* pace = pace_control(interactions_)) return step_at_pace(*pace, check);
+    parts_made_ += static_cast<std::int64_t>(steps.size());
+    return step(steps, check) ? StepEnd::done : StepEnd::failed;
+}
+
+std::int64_t World::parts_of_step() const {
+    const PaceControl* pace = pace_control(interactions_);
+    const StepControl* control = step_control(interactions_);
+    return pace ? pace->parts() : control ? control->parts() : 1;
 }
 
 void World::watch_limit() {
@@ -264,11 +271,14 @@ bool World::step_in_parts(std::int64_t parts) {
     PartEnd own = PartEnd::done, worst = PartEnd::done;
     double length = 0;
     for (std::int64_t part = 0; part < parts && worst == PartEnd::done;) {
-        const auto steps = clock.next_in_parts(parts, part, neighbourhood_ ? 1 : Clock::largest_batch, together_);
-        part += static_cast<std::int64_t>(steps.size() / scheme_of(plan.integrator).stages.size());
+        const bool one = neighbourhood_ || gives_up_; // at a time
+        const auto steps = clock.next_in_parts(parts, part, one ? 1 : Clock::largest_batch, together_);
+        const auto made = static_cast<std::int64_t>(steps.size() / scheme_of(plan.integrator).stages.size());
+        part += made;
+        parts_made_ += made;
         length = steps.back().dt;
         own = move(steps);
-        if (!coupled_ && part < parts && stop_requested())
+        if (part < parts && ((!coupled_ && stop_requested()) || gives_up()))
             own = PartEnd::stopped; // partners are within a step of theirs
         worst = static_cast<PartEnd>(comm.max(static_cast<std::int64_t>(own)));
     }
@@ -298,13 +308,15 @@ std::string World::text_of(PartEnd end, double part) const {
     }
 }
 
-bool World::step_at_pace(PaceControl& pace, bool check) {
+World::StepEnd World::step_at_pace(PaceControl& pace, bool check) {
     bool valid = true; // ranks stay together until all parts are made
     for (pace.begin(); !pace.ended(); pace.next()) {
-        if (!pace.choose(comm.max(fastest(interactions_)), plan.dt)) return false;
+        if (gives_up()) return StepEnd::stopped;
+        if (!pace.choose(comm.max(fastest(interactions_)), plan.dt)) return StepEnd::failed;
+        ++parts_made_;
         valid = step(clock.next_in_parts(pace.parts(), pace.part(), 1), check) && valid;
     }
-    return valid;
+    return valid ? StepEnd::done : StepEnd::failed;
 }
 
 World::StepEnd World::step_in_parts(StepControl& control, std::span<const Step> whole) {

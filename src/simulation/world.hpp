@@ -65,6 +65,13 @@ public:
     /// Steps that were made before. With `check`, false on all ranks where a body of some rank is invalid after the
     /// last. Collective.
     bool repeat(std::int64_t until, bool check);
+    /// Trials: advance() ends within a step, without failure, once this is true between its parts. The step is lost.
+    void give_up_when(std::function<bool()> gives_up) { gives_up_ = std::move(gives_up); }
+    bool gave_up() const { return gave_up_; }
+    /// Parts of steps made so far, those of failed attempts among them; of whole steps one each.
+    std::int64_t parts_made() const { return parts_made_; }
+    /// Parts that the present step is cut into, or the next one.
+    std::int64_t parts_of_step() const;
     /// True where something in the scene has ended the run.
     bool ended() const { return finished(interactions_); }
 
@@ -108,7 +115,7 @@ private:
     StepEnd step_in_parts(StepControl& control, std::span<const Step> whole);
     /// One step of the clock in parts that bodies go through at their pace. It fails where they are too fast.
     /// Collective.
-    bool step_at_pace(PaceControl& pace, bool check);
+    StepEnd step_at_pace(PaceControl& pace, bool check);
     using AtStage = std::function<void(const Step&)>;
     /// Drift, loads and kick of stages, with what is due where partners are found again and after each of them. False
     /// where `check` finds an invalid body of this rank after the last. Collective where bodies interact.
@@ -141,6 +148,8 @@ private:
     std::span<const Step> next_whole(std::int64_t until);
     /// Notes the first body of this rank that is near the limit of its step.
     void watch_limit();
+    /// True in a trial that takes too long.
+    bool gives_up() { return gives_up_ && (gave_up_ = gave_up_ || gives_up_()); }
     /// Meeting of all ranks after a batch: false on all as soon as one has failed.
     bool all_ranks_valid();
     void make_bodies(std::span<const LocalRod> owned);
@@ -155,8 +164,9 @@ private:
     Interactions interactions_;
     LoadBalance balance_;
     std::int64_t together_ = 1; ///< steps of the clock that are made as one, in parts
-    bool always_moves_, synchronous_ = false, coupled_ = false, stopped_ = false;
-    std::int64_t owners_ = 0;
+    bool always_moves_, synchronous_ = false, coupled_ = false, stopped_ = false, gave_up_ = false;
+    std::int64_t owners_ = 0, parts_made_ = 0;
+    std::function<bool()> gives_up_;
     std::string failure_, near_limit_;
     std::string obstacle_; ///< to the last step that no number of parts does, in words
     double undamped_share_ = 0;

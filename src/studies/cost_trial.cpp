@@ -64,19 +64,27 @@ void measure_cost(Plan& plan, const SceneSpec& scene, std::vector<RodGroup> grou
         world.advance(std::min(all, world.clock.done() + steps));
         return world.failure().empty() && world.clock.done() < all && !world.ended();
     };
-    if (!advance(1)) return; // the first list, in memory that no one has touched
-    const std::int64_t warm = world.clock.done();
-    const double began = wall_seconds();
+    double began = wall_seconds();
     const auto spent = [&] { return wall_seconds() - began; };
+    world.give_up_when([&] { return spent() > most_seconds; });
+    if (!advance(1)) return; // the first list, in memory that no one has touched
+    if (!world.gave_up()) began = wall_seconds();
+    const std::int64_t warm = world.clock.done(), warm_parts = world.gave_up() ? 0 : world.parts_made();
     const auto made = [&] { return world.clock.done() - warm; };
     std::int64_t at_once = 1; // steps between events cost less than steps with one each
-    while (advance(at_once) && spent() < most_seconds && (made() < least_steps || spent() < least_seconds))
+    while (!world.gave_up() && advance(at_once) && spent() < most_seconds &&
+           (made() < least_steps || spent() < least_seconds))
         if (at_once < 64 && spent() * static_cast<double>(at_once) < 0.1 * least_seconds * static_cast<double>(made()))
             at_once *= 2;
-    if (made() == 0) return;
-    plan.predicted_s = left * spent() / static_cast<double>(made());
+    const std::int64_t parts = world.parts_made() - warm_parts;
+    if (made() == 0 && !world.gave_up()) return;
+    const double of_step = world.gave_up()
+                               ? spent() * static_cast<double>(world.parts_of_step()) / static_cast<double>(parts)
+                               : spent() / static_cast<double>(made());
+    plan.predicted_s = left * of_step;
     plan.predicted_by =
-        fmt::format("{}{}, {:.2g} pairs touch an element", counted(made(), "step"),
+        fmt::format("{}{}, {:.2g} pairs touch an element",
+                    world.gave_up() ? counted(parts, "part") + " of a step" : counted(made(), "step"),
                     start.found ? fmt::format(" from {:.4g} s on", start_time) : "", touching_share(world));
     if (const double missing = missing_pairs(world); missing > 0)
         plan.predicted_most_s = plan.predicted_s + 1e-9 * left * missing * static_cast<double>(plan.elements) *

@@ -10,6 +10,7 @@
 #include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "studies/touching_trial.hpp"
+#include "tiles/clusters.hpp"
 
 #include <fmt/format.h>
 
@@ -28,6 +29,7 @@ namespace {
 constexpr double least_predicted = 2; // s: what takes less begins at once
 constexpr double longest_trial = 1, share_of_run = 0.05;
 constexpr std::int64_t sampled_elements = 4000;        // of a trial
+constexpr std::int64_t most_joined_elements = 1000;    // of a copy: more may take longer than a trial for one step
 constexpr std::int64_t most_copied_elements = 300'000; // with lists or sizes of their own: a second to set up
 constexpr double share_of_memory = 0.25;               // share of what is free
 /// Core time of this thread: other programs may use the core too.
@@ -41,8 +43,8 @@ bool steps_either_way(const SceneSpec& scene, std::span<const RodGroup> groups) 
     if (scene.time.relax || groups.empty() || (scene.fluid && rods_touch(scene))) return false;
     if (!std::all_of(groups.begin(), groups.end(), [](const RodGroup& of) { return of.places().holds_all(); }))
         return false;
-    if (std::any_of(groups.begin(), groups.end(), [](const RodGroup& of) { return of.assembly() != nullptr; }))
-        return false; // samples of assemblies are not tried yet
+    for (const AssemblyGroups& joined : assemblies_of(groups))
+        if (joined.elements_per_copy() > most_joined_elements) return false;
     return accepts_integrator(with_integrator(scene, Integrator::implicit_damped));
 }
 
@@ -61,13 +63,17 @@ struct SampledRods {
 SampledRods sampled_rods(const Plan& plan, std::span<const RodGroup> groups) {
     SampledRods sample{{}, std::vector<std::int64_t>(groups.size(), 0)};
     std::int64_t elements = 0;
-    for (std::size_t g = 0; g < groups.size() && elements < sampled_elements; ++g) {
+    for (std::size_t g = 0; g < groups.size(); ++g) {
         const RodGroup& group = groups[g];
-        const std::int64_t all = group.count(), most = std::min<std::int64_t>(all, plan.machine.lanes);
-        sample.counts[g] = most;
-        elements += most * group.elements();
-        for (std::int64_t i = 0; i < most; ++i)
-            sample.rods.push_back({group.first_gid() + i * all / most, group.id(), i * all / most});
+        if (!group.assembly() && elements >= sampled_elements) continue;
+        const std::int64_t together = group.assembly() ? group.rods_per_copy() : 1, all = group.count() / together,
+                           most = std::min<std::int64_t>(all, plan.machine.lanes);
+        sample.counts[g] = most * together;
+        elements += most * together * group.elements();
+        for (std::int64_t i = 0; i < most * together; ++i) {
+            const std::int64_t rod = i / together * all / most * together + i % together;
+            sample.rods.push_back({group.first_gid() + rod, group.id(), rod});
+        }
     }
     return sample;
 }
@@ -75,6 +81,7 @@ SampledRods sampled_rods(const Plan& plan, std::span<const RodGroup> groups) {
 /// Some rods of a scene that take steps, timed.
 class Trial {
 public:
+    explicit Trial(const PlannedMethod& method) : Trial(method.plan, method.groups) {}
     Trial(const Plan& plan, std::span<const RodGroup> groups)
         : sample_(sampled_rods(plan, groups)), threads_(1),
           world_(threads_, std::vector<RodGroup>(groups.begin(), groups.end()), on_one_thread(plan), sample_.rods) {}
@@ -90,14 +97,20 @@ public:
         const auto stages = static_cast<double>(scheme_of(world_.plan.integrator).stages.size());
         return 1e-9 * stages * stage_ns(world_.plan, sample_.counts, 1);
     }
-    /// Makes steps, at most up to `end`; false where the rods do not go on.
-    bool advance(std::int64_t steps, std::int64_t end) {
+    /// Makes steps, at most up to `end`, and for as long as `budget`, s, allows; false where the rods do not go on.
+    bool advance(std::int64_t steps, std::int64_t end, double budget) {
         const double began = thread_seconds();
+        world_.give_up_when([&] { return spent_ + thread_seconds() - began > budget; });
         world_.advance(std::min(end, world_.clock.done() + steps));
         spent_ += thread_seconds() - began;
-        return world_.failure().empty();
+        return world_.failure().empty() && !world_.gave_up();
     }
     double spent() const { return spent_; } ///< s
+    /// Time of a step in as many parts as the present one, without failed attempts, s.
+    double seconds_of_step() const {
+        return spent_ / static_cast<double>(std::max<std::int64_t>(1, world_.parts_made())) *
+               static_cast<double>(world_.parts_of_step());
+    }
     std::int64_t done() const { return world_.clock.done(); }
     /// Largest distance of a node from where another trial of the same rods has it, m.
     double distance_to(const Trial& other) const {
@@ -141,11 +154,11 @@ std::int64_t last_step_of_stage(const Plan& plan) {
 /// Core time of an explicit step of the trial, s; 0: the rods fail.
 double time_of_step(Trial& trial, double budget) {
     const std::int64_t end = last_step_of_stage(trial.world().plan);
-    if (!trial.advance(Clock::largest_batch, end)) return 0; // in memory that no one has touched
+    if (!trial.advance(Clock::largest_batch, end, budget)) return 0; // in memory that no one has touched
     const std::int64_t warm = trial.done();
     const double before = trial.spent();
     while (trial.done() < end && trial.spent() < budget)
-        if (!trial.advance(Clock::largest_batch, end)) return 0;
+        if (!trial.advance(Clock::largest_batch, end, budget)) return 0;
     return trial.done() > warm ? (trial.spent() - before) / static_cast<double>(trial.done() - warm)
                                : before / static_cast<double>(warm);
 }
@@ -182,8 +195,9 @@ std::optional<ImplicitCost> cost_by_tolerance(Trial& trial, double dt, double st
     std::vector<double> seconds, errors;
     double explicit_error = 0;
     while (trial.done() < end && trial.spent() < budget) {
-        if (!trial.advance(1, end)) {
-            if (most * part < plan.dt / dt * step) return std::nullopt; // more parts might pay
+        if (!trial.advance(1, end, 2 * budget)) {
+            const double least = std::max(most * part, trial.seconds_of_step());
+            if (least < plan.dt / dt * step) return std::nullopt; // more parts might pay
             return ImplicitCost{.seconds = std::numeric_limits<double>::infinity()};
         }
         const double h = plan.dt / static_cast<double>(control.parts());
@@ -197,17 +211,16 @@ std::optional<ImplicitCost> cost_by_tolerance(Trial& trial, double dt, double st
 }
 
 /// Steps of a given length. Others of half their length tell their error.
-std::optional<ImplicitCost> cost_of_given(Trial& trial, const SceneSpec& scene, std::span<const RodGroup> groups,
-                                          double dt, double budget) {
+std::optional<ImplicitCost> cost_of_given(Trial& trial, const SceneSpec& scene, double dt, double budget) {
     const Plan& plan = trial.world().plan;
     const std::int64_t end = last_step_of_stage(plan);
     SceneSpec finer = scene;
     finer.time.dt = 0.5 * plan.dt;
-    Trial half(make_plan(finer, groups, plan.machine), groups);
+    Trial half(make_plan(finer, trial.world().groups, plan.machine), trial.world().groups);
     std::vector<double> seconds;
     double error = 0;
     while (trial.done() < end && trial.spent() + half.spent() < budget) {
-        if (!trial.advance(1, end) || !half.advance(2, 2 * end)) return std::nullopt;
+        if (!trial.advance(1, end, 2 * budget) || !half.advance(2, 2 * end, 2 * budget)) return std::nullopt;
         error = std::max(error, 4.0 / 3 * trial.distance_to(half));
         seconds.push_back(trial.spent());
     }
@@ -219,18 +232,19 @@ std::optional<ImplicitCost> cost_of_given(Trial& trial, const SceneSpec& scene, 
                         .covered = covered};
 }
 
-std::optional<MethodCosts> trials(const Plan& of_explicit, const Plan& of_implicit, const SceneSpec& scene,
-                                  std::span<const RodGroup> groups) {
+/// `scene`: by implicit steps.
+std::optional<MethodCosts> trials(const PlannedMethod& first, const PlannedMethod& second, const SceneSpec& scene) {
+    const Plan &of_explicit = first.plan, &of_implicit = second.plan;
     const double budget = std::min(longest_trial, share_of_run * of_explicit.predicted_s);
-    Trial by_explicit(of_explicit, groups), by_implicit(of_implicit, groups);
+    Trial by_explicit(first), by_implicit(second);
     const double step = time_of_step(by_explicit, 0.1 * budget);
     if (step == 0) return std::nullopt;
     MethodCosts costs;
     costs.of_explicit = {of_explicit.integrator,
                          step * static_cast<double>(of_explicit.steps) * by_explicit.scale(of_explicit), 0};
-    const double left = 0.9 * budget, length = largest_length(groups);
+    const double left = 0.9 * budget, length = largest_length(first.groups);
     const auto cost = of_implicit.automatic_dt ? cost_by_tolerance(by_implicit, of_explicit.dt, step, left)
-                                               : cost_of_given(by_implicit, scene, groups, of_explicit.dt, left);
+                                               : cost_of_given(by_implicit, scene, of_explicit.dt, left);
     if (!cost) return std::nullopt;
     costs.of_implicit = {of_implicit.integrator, cost->seconds * by_implicit.scale(of_implicit),
                          of_implicit.automatic_dt ? scene.time.tolerance : cost->error / length};
@@ -252,14 +266,15 @@ SceneSpec without_fluid(SceneSpec scene, double dt) {
 
 /// Costs in a fluid, of which the fluid's own part is that of its plan, and the rods' part is tried without it. Errors
 /// are due to the fluid's steps.
-std::optional<MethodCosts> costs_in_fluid(const Plan& of_explicit, const Plan& of_implicit, const SceneSpec& scene,
-                                          std::span<const RodGroup> groups) {
-    const double budget = 0.5 * std::min(longest_trial, share_of_run * of_explicit.predicted_s);
+std::optional<MethodCosts> costs_in_fluid(const PlannedMethod& first, const PlannedMethod& second,
+                                          const SceneSpec& scene) {
+    const double budget = 0.5 * std::min(longest_trial, share_of_run * first.plan.predicted_s);
     MethodCosts costs;
-    const auto cost_of = [&](const Plan& plan) -> std::optional<MethodCosts::Cost> {
+    const auto cost_of = [&](const PlannedMethod& method) -> std::optional<MethodCosts::Cost> {
+        const Plan& plan = method.plan;
         const SceneSpec dry = without_fluid(with_integrator(scene, plan.integrator), plan.dt * plan.steps_at_once);
-        const Plan rods = make_plan(dry, groups, plan.machine);
-        Trial trial(rods, groups);
+        const Plan rods = make_plan(dry, method.groups, plan.machine);
+        Trial trial(rods, method.groups);
         const double step = time_of_step(trial, budget);
         if (step == 0) return std::nullopt;
         double seconds = step * static_cast<double>(plan.steps) / plan.steps_at_once * trial.scale(rods);
@@ -268,7 +283,7 @@ std::optional<MethodCosts> costs_in_fluid(const Plan& of_explicit, const Plan& o
         costs.trial_s += trial.spent();
         return MethodCosts::Cost{plan.integrator, seconds, 0};
     };
-    const auto by_explicit = cost_of(of_explicit), by_implicit = cost_of(of_implicit);
+    const auto by_explicit = cost_of(first), by_implicit = cost_of(second);
     if (!by_explicit || !by_implicit) return std::nullopt;
     costs.of_explicit = *by_explicit;
     costs.of_implicit = *by_implicit;
@@ -280,7 +295,7 @@ std::optional<MethodCosts> costs_in_fluid(const Plan& of_explicit, const Plan& o
 bool methods_are_compared(const Plan& plan, const SceneSpec& scene, std::span<const RodGroup> groups) {
     return (is_implicit(plan.integrator) || plan.predicted_s >= least_predicted) && steps_either_way(scene, groups) &&
            (!rods_touch(scene) || whole_is_tried(plan, scene)) &&
-           (!has_rods_of_files(groups) || plan.elements <= most_copied_elements) &&
+           ((!has_rods_of_files(groups) && assemblies_of(groups).empty()) || plan.elements <= most_copied_elements) &&
            (!scene.fluid || plan.machine.ranks == 1);
 }
 
@@ -292,11 +307,11 @@ std::optional<MethodCosts> costs_of(const Plan& plan, const SceneSpec& scene, st
     if (machine.most_lanes > 0) machine.lanes = machine.most_lanes;
     const bool implicit = is_implicit(plan.integrator);
     const SceneSpec changed = with_integrator(scene, implicit ? Integrator::verlet : Integrator::implicit_damped);
-    const Plan other = make_plan(changed, groups, machine);
-    const Plan &of_explicit = implicit ? other : plan, &of_implicit = implicit ? plan : other;
-    if (of_explicit.predicted_s < least_predicted) return std::nullopt;
-    if (scene.fluid) return costs_in_fluid(of_explicit, of_implicit, scene, groups);
-    return trials(of_explicit, of_implicit, implicit ? scene : changed, groups);
+    const PlannedMethod own(plan, groups), other(changed, groups, machine);
+    const PlannedMethod &of_explicit = implicit ? other : own, &of_implicit = implicit ? own : other;
+    if (of_explicit.plan.predicted_s < least_predicted) return std::nullopt;
+    if (scene.fluid) return costs_in_fluid(of_explicit, of_implicit, scene);
+    return trials(of_explicit, of_implicit, implicit ? scene : changed);
 }
 
 } // namespace

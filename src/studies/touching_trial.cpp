@@ -4,10 +4,12 @@
 #include "physics/fluid/stated_speeds.hpp"
 #include "physics/implicit/implicit_tables.hpp"
 #include "physics/loads/loads_with_formulas.hpp"
+#include "scene/make_groups.hpp"
 #include "scene/make_plan.hpp"
 #include "simulation/world.hpp"
 #include "skein/core/error.hpp"
 #include "studies/cost_trial.hpp"
+#include "tiles/clusters.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -45,34 +47,39 @@ struct Tried {
     std::int64_t steps = 0; ///< that were made
 };
 
-std::optional<Tried> try_whole(const Plan& plan, std::span<const RodGroup> groups, double budget) {
+std::optional<Tried> try_whole(const PlannedMethod& method, double budget) {
+    const Plan& plan = method.plan;
     const Threads threads(1); // more of them would wait for each other, on cores that others use too
-    World world(Communicator::alone(), threads, std::vector<RodGroup>(groups.begin(), groups.end()), plan,
+    World world(Communicator::alone(), threads, std::vector<RodGroup>(method.groups.begin(), method.groups.end()), plan,
                 Protocol::asynchronous, Balance::never);
     Tried tried;
-    const PaceControl* pace = pace_control(world.interactions());
-    StepControl* control = step_control(world.interactions());
-    const auto parts = [&] {
-        return pace ? pace->made() : control ? world.clock.done() * control->parts() : world.clock.done();
-    };
+    double began = process_seconds();
+    const auto spent = [&] { return process_seconds() - began; };
+    world.give_up_when([&] { return spent() > budget; });
     world.advance(1); // the first list, in memory that no one has touched
-    const double began = process_seconds();
-    const std::int64_t warm = parts();
-    std::int64_t at_once = 1; // steps between events cost less than steps with one each
-    while (world.failure().empty() && !world.ended() && world.clock.done() < plan.steps && tried.spent < budget) {
-        world.advance(std::min(plan.steps, world.clock.done() + at_once));
-        tried.spent = process_seconds() - began;
-        tried.speed = std::max(tried.speed, fastest(world.interactions()));
-        if (at_once < 64 && tried.spent < 0.05 * budget) at_once *= 2;
+    std::int64_t warm = 0;
+    if (!world.gave_up()) {
+        warm = world.parts_made();
+        began = process_seconds();
     }
-    if (!world.failure().empty() || parts() == warm) return std::nullopt;
+    std::int64_t at_once = 1; // steps between events cost less than steps with one each
+    const auto goes_on = [&] { return world.failure().empty() && !world.ended() && world.clock.done() < plan.steps; };
+    while (!world.gave_up() && goes_on() && spent() < budget) {
+        world.advance(std::min(plan.steps, world.clock.done() + at_once));
+        tried.speed = std::max(tried.speed, fastest(world.interactions()));
+        if (at_once < 64 && spent() < 0.05 * budget) at_once *= 2;
+    }
+    tried.spent = spent();
+    const std::int64_t made = world.parts_made();
+    if (!world.failure().empty() || made == warm) return std::nullopt;
     tried.steps = world.clock.done();
+    const PaceControl* pace = pace_control(world.interactions());
     const double forming = 1e-9 * ns_of_formed * missing_pairs(world) * static_cast<double>(plan.elements);
-    tried.step_s =
-        (tried.spent / static_cast<double>(parts() - warm) + (pace ? in_bed : 1.0) * forming) / threads.count();
-    tried.parts = static_cast<double>(parts()) / static_cast<double>(tried.steps);
+    tried.step_s = tried.spent / static_cast<double>(made - warm) + (pace ? in_bed : 1.0) * forming;
+    tried.parts = static_cast<double>(world.parts_of_step());
+    if (!world.gave_up()) tried.parts = static_cast<double>(made) / static_cast<double>(tried.steps);
     if (pace) tried.way = pace->allowed();
-    else if (control) tried.way = way_in_a_part(world.interactions());
+    else if (step_control(world.interactions())) tried.way = way_in_a_part(world.interactions());
     return tried;
 }
 
@@ -88,13 +95,13 @@ double driven_speed(SceneSpec scene, std::span<const RodGroup> groups) {
     return most;
 }
 
-/// The plan by this integrator with a step, s, or its automatic one; none where the scene is refused.
-std::optional<Plan> plan_by(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine,
-                            Integrator integrator, double dt = 0) {
+/// The scene by this integrator with a step, s, or its automatic one; none where it is refused.
+std::optional<PlannedMethod> plan_by(const SceneSpec& scene, std::span<const RodGroup> groups, const Machine& machine,
+                                     Integrator integrator, double dt = 0) {
     const SceneSpec changed = with_integrator(scene, integrator, dt);
     if (!accepts_integrator(changed)) return std::nullopt;
     try {
-        return make_plan(changed, groups, machine);
+        return PlannedMethod(changed, groups, machine);
     } catch (const Error&) {
         return std::nullopt;
     }
@@ -110,14 +117,18 @@ double longest_touching_part(const Plan& by_verlet, Integrator integrator) {
 }
 
 /// Implicit steps to compare with. Those of second order have the length that contacts allow, all the time.
-std::vector<std::optional<Plan>> implicit_plans(const Plan& own, const Plan& by_verlet, const SceneSpec& scene,
-                                                std::span<const RodGroup> groups) {
-    if (own.integrator == Integrator::implicit_bed) return {own};
+std::vector<std::optional<PlannedMethod>> implicit_plans(const Plan& own, const Plan& by_verlet, const SceneSpec& scene,
+                                                         std::span<const RodGroup> groups) {
+    std::vector<std::optional<PlannedMethod>> plans;
+    if (own.integrator == Integrator::implicit_bed) {
+        plans.emplace_back(std::in_place, own, groups);
+        return plans;
+    }
     const bool implicit = is_implicit(own.integrator);
     const Integrator integrator = implicit ? own.integrator : Integrator::implicit_damped;
     const double dt = std::min(longest_touching_part(by_verlet, integrator),
                                implicit ? own.dt : scene.time.duration / fewest_implicit_steps);
-    std::vector<std::optional<Plan>> plans{plan_by(scene, groups, own.machine, integrator, dt)};
+    plans.push_back(plan_by(scene, groups, own.machine, integrator, dt));
     if (!implicit) plans.push_back(plan_by(scene, groups, own.machine, Integrator::implicit_bed));
     return plans;
 }
@@ -158,27 +169,37 @@ bool rods_touch(const SceneSpec& scene) {
            std::any_of(scene.walls.begin(), scene.walls.end(), [](const Wall& wall) { return wall.servo.drives(); });
 }
 
+PlannedMethod::PlannedMethod(const SceneSpec& scene, std::span<const RodGroup> of_other, const Machine& machine)
+    : made(assemblies_of(of_other).empty() ? std::vector<RodGroup>() : make_groups(scene)),
+      groups(made.empty() ? of_other : std::span<const RodGroup>(made)), plan(make_plan(scene, groups, machine)) {}
+
+PlannedMethod::PlannedMethod(Plan of_own, std::span<const RodGroup> of_own_groups)
+    : groups(of_own_groups), plan(std::move(of_own)) {}
+
 std::optional<MethodCosts> touching_costs(const Plan& own, const SceneSpec& scene, std::span<const RodGroup> groups) {
     const bool implicit = is_implicit(own.integrator);
-    const auto other = implicit ? plan_by(scene, groups, own.machine, Integrator::verlet) : std::optional<Plan>(own);
-    if (!other || other->predicted_s < least_compared) return std::nullopt;
-    const double budget = std::min(longest_of_whole, share_of_whole * other->predicted_s);
-    const auto explicit_steps = try_whole(*other, groups, budget);
+    const auto of_explicit = implicit ? plan_by(scene, groups, own.machine, Integrator::verlet)
+                                      : std::optional<PlannedMethod>(std::in_place, own, groups);
+    if (!of_explicit || of_explicit->plan.predicted_s < least_compared) return std::nullopt;
+    const Plan& other = of_explicit->plan;
+    const double budget = std::min(longest_of_whole, share_of_whole * other.predicted_s);
+    const auto explicit_steps = try_whole(*of_explicit, budget);
     if (!explicit_steps) return std::nullopt;
     MethodCosts costs;
-    costs.of_explicit = {other->integrator, explicit_steps->step_s * static_cast<double>(other->steps), 0};
+    costs.of_explicit = {other.integrator, explicit_steps->step_s * static_cast<double>(other.steps), 0};
     costs.trial_s = explicit_steps->spent;
     const double driven = driven_speed(scene, groups);
     bool any = false;
-    for (const auto& plan : implicit_plans(own, *other, scene, groups)) {
-        const auto tried = plan ? try_whole(*plan, groups, budget) : std::nullopt;
+    for (const auto& method : implicit_plans(own, other, scene, groups)) {
+        const auto tried = method ? try_whole(*method, budget) : std::nullopt;
         if (!tried) continue;
-        const double seconds = seconds_by_steps(*plan, *tried, driven);
+        const Plan& plan = method->plan;
+        const double seconds = seconds_by_steps(plan, *tried, driven);
         costs.trial_s += tried->spent;
         if (any && seconds >= costs.of_implicit.seconds) continue;
         any = true;
-        costs.of_implicit = {plan->integrator, seconds, implicit && own.automatic_dt ? scene.time.tolerance : 0};
-        costs.covered = static_cast<double>(tried->steps) / static_cast<double>(plan->steps);
+        costs.of_implicit = {plan.integrator, seconds, implicit && own.automatic_dt ? scene.time.tolerance : 0};
+        costs.covered = static_cast<double>(tried->steps) / static_cast<double>(plan.steps);
     }
     return any ? std::optional(costs) : std::nullopt;
 }

@@ -60,15 +60,31 @@ class Methods(DriverTest):
     def test_short_runs_are_not_compared(self):
         self.assertIsNone(self.pays(HAIR, duration=1e-3))
 
-    def test_rods_at_walls_are_compared_and_joined_ones_are_not(self):
+    def test_joined_rods_and_rods_at_walls_are_compared(self):
         first, second = (rod(4e-5, 0.1, 4e9, 50, name=name) for name in ("first", "second"))
         threads = {"rods": [first, second | {"start": "free", "placement": {"origin": [0.1, 0.0, 0.0], "tangent": [0.0, 1.0, 0.0]}}],
                    "joint": [{"kind": "fixed", "between": ["first", "second"], "at": [1.0, 0.0]}]}
         floor = {"wall": [{"name": "floor", "kind": "plane", "point": [0.0, 0.0, -0.09], "stiffness": 10.0}]}
-        self.assertEqual(self.pays(HAIR | floor, duration=2.0), "implicit")
-        self.assertIsNone(self.pays(HAIR | threads, duration=2.0))
+        for name, tables in (("joined", HAIR | threads), ("wall", HAIR | floor)):
+            for integrator in ("verlet", "implicit_damped"):
+                with self.subTest(name=name, integrator=integrator): self.assertEqual(self.pays(tables, duration=2.0, integrator=integrator), "implicit")
+
+    def test_copies_of_assemblies_are_compared_on_any_lanes(self):
+        """Explicit steps lay the rods of a lone copy side by side, implicit ones in a lane of their own."""
         self.scene = APPS / "millipede/one_bot.toml"
-        self.assertNotIn("methods", self.plan("--set=time.duration=400"))
+        for lanes in ("1", "8"):
+            for integrator in ("verlet", "implicit_damped"):
+                with self.subTest(lanes=lanes, integrator=integrator):
+                    methods = self.plan("--set=time.duration=400", f"--set=time.integrator={integrator}", *(() if integrator == "verlet" else ("--set=time.dt=0.01",)), "--lanes", lanes)["methods"]
+                    self.assertEqual(methods["pays"], "explicit")
+
+    def test_a_trial_ends_within_a_step(self):
+        """Snakes in steps of 0.1 s: each has thousands of parts, more than plan() would wait for."""
+        self.scene = APPS.parent / "bench/scenes/snakes/bed_256.toml"
+        plan = self.plan("--set=time.duration=300", "--set=time.integrator=implicit_bed", "--set=time.dt=0.1")
+        self.assertEqual(plan["methods"]["pays"], "explicit")
+        self.assertLessEqual(plan["methods"]["covered"] * plan["steps"], 2)
+        self.assertGreater(plan["methods"]["implicit"]["predicted_s"], 100 * plan["methods"]["explicit"]["predicted_s"])
 
     def test_rods_that_touch_are_compared_as_a_whole(self):
         """By their own steps and by those of a bed: nests gain by these, snakes that move all the time do not."""
