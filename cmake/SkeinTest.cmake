@@ -58,11 +58,14 @@ set(SKEIN_MPI_ENVIRONMENT
   OMPI_MCA_hwloc_base_binding_policy=none OMPI_MCA_btl_vader_single_copy_mechanism=none OMPI_MCA_mpi_yield_when_idle=1
   HWLOC_COMPONENTS=-gl)
 
+# Tests of many cores start first (COST), and those of one core fill what they leave. In the order of their names they would wait until
+# all of one core are done, and then run one by one on half of the machine.
+
 # skein_mpi_run(<test name> RANKS <n> COMMAND ...): one ctest case of the label mpi.
 function(skein_mpi_run name)
   cmake_parse_arguments(ARG "" "RANKS" "COMMAND" ${ARGN})
   add_test(NAME ${name} COMMAND ${MPIEXEC_EXECUTABLE} ${MPIEXEC_NUMPROC_FLAG} ${ARG_RANKS} ${ARG_COMMAND})
-  set_tests_properties(${name} PROPERTIES LABELS mpi PROCESSORS ${ARG_RANKS} TIMEOUT 900 ENVIRONMENT "${SKEIN_MPI_ENVIRONMENT}")
+  set_tests_properties(${name} PROPERTIES LABELS mpi PROCESSORS ${ARG_RANKS} COST ${ARG_RANKS} TIMEOUT 900 ENVIRONMENT "${SKEIN_MPI_ENVIRONMENT}")
 endfunction()
 
 # skein_mpi_test(<name> SOURCES ... [DEPENDS ...]): GoogleTest cases on 1, 2, 3 and 4 ranks.
