@@ -30,6 +30,7 @@ constexpr double least_predicted = 2; // s: what takes less begins at once
 constexpr double longest_trial = 1, share_of_run = 0.05;
 constexpr std::int64_t sampled_elements = 4000;        // of a trial
 constexpr std::int64_t most_joined_elements = 1000;    // of a copy: more may take longer than a trial for one step
+constexpr std::int64_t most_joined_in_all = 10'000;    // of copies that touch: the same
 constexpr std::int64_t most_copied_elements = 300'000; // with lists or sizes of their own: a second to set up
 constexpr double share_of_memory = 0.25;               // share of what is free
 /// Core time of this thread: other programs may use the core too.
@@ -49,8 +50,9 @@ bool steps_either_way(const SceneSpec& scene, std::span<const RodGroup> groups) 
 }
 
 /// True of a scene that can be tried as a whole on this process.
-bool whole_is_tried(const Plan& plan, const SceneSpec& scene) {
-    return plan.machine.ranks == 1 && plan.elements <= most_copied_elements && scene.start.from.empty() &&
+bool whole_is_tried(const Plan& plan, const SceneSpec& scene, std::span<const RodGroup> groups) {
+    const std::int64_t most = assemblies_of(groups).empty() ? most_copied_elements : most_joined_in_all;
+    return plan.machine.ranks == 1 && plan.elements <= most && scene.start.from.empty() &&
            plan.state_bytes < share_of_memory * free_memory();
 }
 
@@ -294,7 +296,7 @@ std::optional<MethodCosts> costs_in_fluid(const PlannedMethod& first, const Plan
 
 bool methods_are_compared(const Plan& plan, const SceneSpec& scene, std::span<const RodGroup> groups) {
     return (is_implicit(plan.integrator) || plan.predicted_s >= least_predicted) && steps_either_way(scene, groups) &&
-           (!rods_touch(scene) || whole_is_tried(plan, scene)) &&
+           (!rods_touch(scene) || whole_is_tried(plan, scene, groups)) &&
            ((!has_rods_of_files(groups) && assemblies_of(groups).empty()) || plan.elements <= most_copied_elements) &&
            (!scene.fluid || plan.machine.ranks == 1);
 }
