@@ -423,10 +423,10 @@ class Solving(DriverTest):
         slope = (limits[1] - limits[0]) / 2e-5
         self.assertLess(abs(float(rows[1][RADIUS]) - slope), 1e-5 * slope)
         # In a short range the branch point is located to more digits.
-        near = ("--from", float(rows[0]["value"]) - 0.3, "--step", 0.005, "--by", RADIUS, "--of", "centre_z")
+        near = ("--from", float(rows[0]["value"]) - 0.1, "--step", 0.005, "--by", RADIUS, "--of", "centre_z")
         branches = []
         for radius in (0.01996, 0.02, 0.02004):
-            self.solve("path", f"near{radius}", "--along", PUSH, "--to", float(rows[0]["value"]) + 0.3, *near, "--set", f"{RADIUS}={radius}", text=ARCH)
+            self.solve("path", f"near{radius}", "--along", PUSH, "--to", float(rows[0]["value"]) + 0.1, *near, "--set", f"{RADIUS}={radius}", text=ARCH)
             branches.append(next(iter(self.rows(f"near{radius}", "critical_slopes.csv"))))
         at = [float(branch[f"{PUSH}[N/m]"]) for branch in branches]
         slope = (at[2] - at[0]) / 8e-5
@@ -497,7 +497,7 @@ class Solving(DriverTest):
 
     def test_a_path_that_was_stopped_goes_on(self):
         """By a signal, after some points."""
-        words = ("--along", "load.0.end.2", "--to", -0.03, "--step", 0.002, "--points", 2000)
+        words = ("--along", "load.0.end.2", "--to", -0.03, "--step", 0.002, "--points", 60)
         self.scene.write_text(COLUMN)
         command = [SKEIN, "path", self.scene, "--out", self.directory / "stopped", "--threads", 1, *words]
         running = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True)
