@@ -2,13 +2,16 @@
 
 #include "skein/core/index.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <span>
 
 #include <fmt/format.h>
 
 namespace skein {
 
-VectorOfTime::VectorOfTime(const FormulaScope& scope, const std::vector<std::string>& texts, std::string_view unit)
+VectorOfTime::VectorOfTime(const FormulaScope& scope, const std::vector<std::string>& texts, std::string_view unit,
+                           bool rods)
     : graph_(scope.tables) {
     if (!skein::faults(scope).empty()) return;
     if (texts.size() != 3) {
@@ -21,13 +24,21 @@ VectorOfTime::VectorOfTime(const FormulaScope& scope, const std::vector<std::str
         const auto read = read_formula(graph_, scope, texts[i], number, unit, faults_);
         if (!read) continue;
         value.push_back(read->node);
-        if ((graph_[read->node].changes & ~with_time) != 0)
-            faults_.push_back(
-                {{0, texts[i].size(), number}, "it may change with t alone: it is the same for all rods of the group"});
+        constexpr std::array allowed{Variable::t, Variable::rod};
+        if (graph_.varies_beyond(read->node, std::span(allowed).first(rods ? 2 : 1)))
+            faults_.push_back({{0, texts[i].size(), number},
+                               rods ? "it may change with t and rod alone"
+                                    : "it may change with t alone: it is the same for all rods of the group"});
     }
     if (!faults_.empty()) return;
     value_ = value;
     for (const int node : value_) rate_.push_back(graph_.derivative(node, Variable::t));
+    if (std::any_of(value_.begin(), value_.end(), [&](int i) { return (graph_[i].changes & with_place) != 0; })) {
+        std::vector<int> outputs = value_;
+        outputs.insert(outputs.end(), rate_.begin(), rate_.end());
+        by_rod_ = compiled(graph_, outputs);
+        if (!by_rod_) faults_.push_back({{}, "it needs too many values at once: use fewer terms"});
+    }
     try_times(scope.tried());
     for (std::size_t i = 0; i < faults_.size(); ++i)
         faults_[i].part.length = nth(texts, faults_[i].part.formula).size();
@@ -50,10 +61,11 @@ void VectorOfTime::try_times(const TimeSpan& span) {
     }
 }
 
-VectorOfTime::Point VectorOfTime::operator()(double time) const {
+VectorOfTime::Point VectorOfTime::operator()(double time, double rod) const {
     if (value_.empty()) return {};
     std::array<double, variables> at{};
     nth(at, Variable::t) = time;
+    nth(at, Variable::rod) = rod;
     const std::vector<double> all = graph_.values(at);
     const auto vector = [&](const std::vector<int>& nodes) {
         const auto of = [&](std::size_t i) { return nth(all, nodes[i]); };

@@ -1,10 +1,13 @@
-// Three formulas of time alone, with their rates: a prescribed quantity of a whole group, computed once a step.
+// Three formulas of time alone, with their rates: a prescribed quantity of a whole group, computed once a step. Or of
+// time and the number of a rod, for quantities of single rods.
 #pragma once
 
 #include "formula/formula.hpp"
+#include "formula/program.hpp"
 #include "skein/core/vec3.hpp"
 
 #include <array>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -15,13 +18,17 @@ class VectorOfTime {
 public:
     /// Reads formulas in the unit expected. Nothing is read where the names of the scope have faults; these are
     /// reported elsewhere.
-    VectorOfTime(const FormulaScope& scope, const std::vector<std::string>& texts, std::string_view unit);
+    /// `rods`: true where formulas may hold `rod`.
+    VectorOfTime(const FormulaScope& scope, const std::vector<std::string>& texts, std::string_view unit,
+                 bool rods = false);
 
     struct Point {
         Vec3d value{0, 0, 0}, rate{0, 0, 0}; ///< the rate is the derivative of the formula, 1/s
     };
-    /// Value and rate; 0 where there are faults.
-    Point operator()(double time) const;
+    /// Value and rate for a rod; 0 where there are faults.
+    Point operator()(double time, double rod = 0) const;
+    /// Program of the three values and their three rates where they change with the rod, null elsewhere.
+    const FormulaProgram* by_rod() const { return by_rod_ ? &*by_rod_ : nullptr; }
 
     /// True where component i is 0 at all times.
     bool vanishes(std::size_t i) const;
@@ -36,6 +43,7 @@ private:
     Graph graph_;
     std::vector<int> value_, rate_; ///< nodes, [3] or none
     std::vector<FormulaFault> faults_;
+    std::optional<FormulaProgram> by_rod_;
 };
 
 } // namespace skein

@@ -124,31 +124,31 @@ template <int W> SKEIN_INLINE Pack<W> angle_of(const Pack<W>& along, const Pack<
 } // namespace detail
 
 /// Force of a motor; `off`: distance from its position.
-template <int W>
-SKEIN_INLINE Pack<W> motor_force(const Motor& motor, const MotorNow& now, const Pack<W>& rate, const Pack<W>& off) {
+template <int W> SKEIN_INLINE Pack<W> motor_force(const Motor& motor, const MotorNow<Pack<W>>& now, const Pack<W>& rate,
+                                                  const Pack<W>& off) {
     using P = Pack<W>;
     P force(0.0);
     switch (motor.kind) {
     case MotorKind::none:
         break;
     case MotorKind::position:
-        force = P(-motor.stiffness) * off + P(motor.damping) * (P(now.rate) - rate);
+        force = P(-motor.stiffness) * off + P(motor.damping) * (now.rate - rate);
         break;
     case MotorKind::rate:
-        force = P(motor.damping) * (P(now.value) - rate);
+        force = P(motor.damping) * (now.value - rate);
         break;
     case MotorKind::force:
-        force = P(now.value);
+        force = now.value;
         break;
     }
     return motor.most > 0 ? detail::limited<W>(force, motor.most) : force;
 }
 
 /// A joint at a time: its laws, the motor, and the time since the last step.
-struct AxisAt {
+template <class P> struct AxisAt {
     const JointLaw& law;
     const AxisSpec &axis, &second;
-    MotorsNow now;
+    MotorsNow<P> now;
     double h; ///< s
     bool to_world;
     JointTime time = JointTime::staggered;
@@ -158,10 +158,10 @@ struct AxisAt {
 /// before, so dashpots are of second order; `lagging`: rate of the state, which is then that of half a step before.
 /// `off`: distance from the motor's position, of an angle but for whole turns. `figures`: of a copy half a step on,
 /// whose rate `lagging` is, and which takes the works up to there.
-template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const AxisAt& joint, const AxisSpec& axis,
-                                                                        const MotorNow& now, const Pack<W>& q,
-                                                                        const Pack<W>& lagging, const Pack<W>& off,
-                                                                        AxisMemory<Pack<W>>& memory, bool figures) {
+template <bool Turns, int W>
+SKEIN_INLINE AxisForce<Pack<W>> axis_force(const AxisAt<Pack<W>>& joint, const AxisSpec& axis,
+                                           const MotorNow<Pack<W>>& now, const Pack<W>& q, const Pack<W>& lagging,
+                                           const Pack<W>& off, AxisMemory<Pack<W>>& memory, bool figures) {
     using P = Pack<W>;
     const double h = joint.h;
     const bool staggered = joint.time == JointTime::staggered, remembers = !figures && joint.time != JointTime::trial;
@@ -197,7 +197,7 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
         lost += friction;
         if (remembers) memory.anchor = anchor;
     } else if (remembers) memory.anchor = at; // a branch may add friction
-    const P behind = at - P(now.value) - off; // whole turns that `off` does not count
+    const P behind = at - now.value - off;    // whole turns that `off` does not count
     const P distance = Turns ? detail::with_turns<W>(off, detail::rounded<W>(P(1 / detail::whole_turn) * behind)) : off;
     const P motor = motor_force<W>(axis.motor, now, rate, distance);
     if (joint.time == JointTime::trial) return {force + lost + motor, energy};
@@ -217,13 +217,14 @@ template <bool Turns, int W> SKEIN_INLINE AxisForce<Pack<W>> axis_force(const Ax
     return {force + lost + motor, energy};
 }
 
-/// Angle between two frames about an axis of the second one.
+/// Angle between two frames about an axis of the second one. c, t: cosine and sine of half the other angle.
 template <class P> struct TurnAbout {
     P angle, off;  ///< from 0, and from another angle; between -pi and pi
     Vec3<P> slope; ///< d angle/d turn of the second frame, body
 };
-template <int W> SKEIN_INLINE TurnAbout<Pack<W>>
-turn_about(const Quaternion<Pack<W>>& frame, const Quaternion<Pack<W>>& rest, const Vec3<Pack<W>>& axis, double other) {
+template <int W> SKEIN_INLINE TurnAbout<Pack<W>> turn_about(const Quaternion<Pack<W>>& frame,
+                                                            const Quaternion<Pack<W>>& rest, const Vec3<Pack<W>>& axis,
+                                                            const Pack<W>& c, const Pack<W>& t) {
     using P = Pack<W>;
     const P none(0.0), one(1.0);
     const Quaternion<P> r = frame * inverse(rest);
@@ -234,14 +235,13 @@ turn_about(const Quaternion<Pack<W>>& frame, const Quaternion<Pack<W>>& rest, co
         const Quaternion<P> unit{sign * cosine, {sign * sine, none, none}}, still{one, {none, none, none}};
         return relative_rotation(unit, still).x;
     };
-    const P c(std::cos(0.5 * other)), t(std::sin(0.5 * other));
     return {angle(r.w, s), angle(r.w * c + s * t, s * c - r.w * t), slope};
 }
 
 namespace detail {
 
 /// Adds what keeps two axes at right angles.
-template <int W> SKEIN_INLINE void add_universal(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+template <int W> SKEIN_INLINE void add_universal(const AxisAt<Pack<W>>& at, const JoinedElement<Pack<W>>& a,
                                                  const JoinedElement<Pack<W>>& b, JointLoad<Pack<W>>& load,
                                                  JointLoad<Pack<W>>& other, JointFigures<Pack<W>>* figures) {
     using P = Pack<W>;
@@ -256,7 +256,7 @@ template <int W> SKEIN_INLINE void add_universal(const AxisAt& at, const JoinedE
 }
 
 /// Adds the springs and dashpots along and about the axes of the first element.
-template <int W> SKEIN_INLINE void add_bushing(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+template <int W> SKEIN_INLINE void add_bushing(const AxisAt<Pack<W>>& at, const JoinedElement<Pack<W>>& a,
                                                const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
                                                JointLoad<Pack<W>>& load, JointLoad<Pack<W>>& other,
                                                JointFigures<Pack<W>>* figures) {
@@ -288,12 +288,12 @@ template <int W> SKEIN_INLINE void add_bushing(const AxisAt& at, const JoinedEle
 }
 
 /// Adds the couple about the axis of a hinge.
-template <int W> SKEIN_INLINE void add_turn(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+template <int W> SKEIN_INLINE void add_turn(const AxisAt<Pack<W>>& at, const JoinedElement<Pack<W>>& a,
                                             const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
                                             AxisMemory<Pack<W>>& memory, JointLoad<Pack<W>>& load,
                                             JointLoad<Pack<W>>& other, JointFigures<Pack<W>>* figures) {
     using P = Pack<W>;
-    const TurnAbout<P> now = turn_about<W>(b.director, rest * a.director, b.axis, at.now.value.x);
+    const TurnAbout<P> now = turn_about<W>(b.director, rest * a.director, b.axis, at.now.cosine, at.now.sine);
     const Vec3<P> slope = transpose_times(b.director, now.slope),
                   turning = transpose_times(b.director, b.spin) - transpose_times(a.director, a.spin);
     const AxisForce<P> q = axis_force<true, W>(at, at.axis, at.now.first(), now.angle, dot(slope, turning), now.off,
@@ -305,21 +305,21 @@ template <int W> SKEIN_INLINE void add_turn(const AxisAt& at, const JoinedElemen
 }
 
 /// Adds the couples about both axes of a universal joint.
-template <int W> SKEIN_INLINE void add_two_turns(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+template <int W> SKEIN_INLINE void add_two_turns(const AxisAt<Pack<W>>& at, const JoinedElement<Pack<W>>& a,
                                                  const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
                                                  AxesMemory<Pack<W>> memory, JointLoad<Pack<W>>& load,
                                                  JointLoad<Pack<W>>& other, JointFigures<Pack<W>>* figures) {
     using P = Pack<W>;
     const Vec3<P> n = transpose_times(a.director, a.axis), m = transpose_times(b.director, b.axis);
     const Vec3<P> turning = transpose_times(b.director, b.spin) - transpose_times(a.director, a.spin);
-    const auto add = [&](const AxisSpec& axis, const MotorNow& now, const Vec3<P>& about, const Vec3<P>& start,
+    const auto add = [&](const AxisSpec& axis, const MotorNow<Pack<W>>& now, const Vec3<P>& about, const Vec3<P>& start,
                          const Vec3<P>& moving, double sign, AxisMemory<P>& own) {
         const Vec3<P> across = cross(about, start);
         const P x = dot(moving, start), y = dot(moving, across);
         const Vec3<P> slope = (P(1.0) / (x * x + y * y)) * cross(moving, x * across - y * start);
         const P angle = P(sign) * angle_of<W>(x, y);
-        const AxisForce<P> q = axis_force<true, W>(at, axis, now, angle, dot(slope, turning), angle - P(now.value), own,
-                                                   figures != nullptr);
+        const AxisForce<P> q =
+            axis_force<true, W>(at, axis, now, angle, dot(slope, turning), angle - now.value, own, figures != nullptr);
         const Vec3<P> couple = q.force * slope;
         load.couple += a.director * (-couple);
         other.couple += b.director * couple;
@@ -340,12 +340,12 @@ template <int W> SKEIN_INLINE Vec3<Pack<W>> no_longer(const Vec3<Pack<W>>& v, do
 
 /// Couple of a spherical joint's motor on the second side, in its axes, as are `turn` of it against the first, and
 /// `rate`. n and u are its directions.
-template <int W> SKEIN_INLINE Vec3<Pack<W>> ball_motor(const AxisAt& at, const Quaternion<Pack<W>>& turn,
+template <int W> SKEIN_INLINE Vec3<Pack<W>> ball_motor(const AxisAt<Pack<W>>& at, const Quaternion<Pack<W>>& turn,
                                                        const Vec3<Pack<W>>& rate, const Vec3<Pack<W>>& n,
                                                        const Vec3<Pack<W>>& u) {
     using P = Pack<W>;
     const Motor& motor = at.axis.motor;
-    const auto own = [&](const Vec3d& v) { return P(v.x) * n + P(v.y) * u + P(v.z) * cross(n, u); };
+    const auto own = [&](const Vec3<P>& v) { return v.x * n + v.y * u + v.z * cross(n, u); };
     const auto carried = [&](const Vec3<P>& v) { return at.to_world ? v : turn * v; };
     const Vec3<P> value = own(at.now.value);
     Vec3<P> couple{};
@@ -368,7 +368,7 @@ template <int W> SKEIN_INLINE Vec3<Pack<W>> ball_motor(const AxisAt& at, const Q
 
 /// Adds the stops at the cone and the limits of the twist of a spherical joint about n, the axis in the second side.
 /// The dissipative part goes to `lost`.
-template <int W> SKEIN_INLINE void add_ball_stops(const AxisAt& at, const Quaternion<Pack<W>>& director,
+template <int W> SKEIN_INLINE void add_ball_stops(const AxisAt<Pack<W>>& at, const Quaternion<Pack<W>>& director,
                                                   const Quaternion<Pack<W>>& frame, const Vec3<Pack<W>>& n,
                                                   const Vec3<Pack<W>>& rate, Vec3<Pack<W>>& elastic,
                                                   Vec3<Pack<W>>& lost, Pack<W>& energy) {
@@ -385,13 +385,13 @@ template <int W> SKEIN_INLINE void add_ball_stops(const AxisAt& at, const Quater
         add(-at.law.cone, at.law.cone, angle_of<W>(dot(of_first, n), sine), (P(1.0) / max(sine, P(1e-150))) * about);
     }
     if (!at.axis.limits.empty()) {
-        const TurnAbout<P> twist = turn_about<W>(director, frame, n, 0.0);
+        const TurnAbout<P> twist = turn_about<W>(director, frame, n, P(1.0), P(0.0));
         add(at.axis.limits[0], at.axis.limits[1], twist.angle, twist.slope);
     }
 }
 
 /// Adds the couples of a spherical joint.
-template <int W> SKEIN_INLINE void add_ball(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+template <int W> SKEIN_INLINE void add_ball(const AxisAt<Pack<W>>& at, const JoinedElement<Pack<W>>& a,
                                             const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
                                             BallMemory<Pack<W>>& memory, JointLoad<Pack<W>>& load,
                                             JointLoad<Pack<W>>& other, JointFigures<Pack<W>>* figures) {
@@ -446,7 +446,7 @@ template <int W> SKEIN_INLINE void add_ball(const AxisAt& at, const JoinedElemen
 }
 
 /// Adds the forces of a slider, or of a distance.
-template <JointForm Form, int W> SKEIN_INLINE void add_way(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+template <JointForm Form, int W> SKEIN_INLINE void add_way(const AxisAt<Pack<W>>& at, const JoinedElement<Pack<W>>& a,
                                                            const JoinedElement<Pack<W>>& b, const Pack<W>& length,
                                                            AxisMemory<Pack<W>>& memory, JointLoad<Pack<W>>& load,
                                                            JointLoad<Pack<W>>& other, JointFigures<Pack<W>>* figures) {
@@ -458,7 +458,7 @@ template <JointForm Form, int W> SKEIN_INLINE void add_way(const AxisAt& at, con
     const Vec3<P> va = between(a.share_before, a.share, a.velocity, a.next_velocity) + cross(wa, ra),
                   vb = between(b.share_before, b.share, b.velocity, b.next_velocity) + cross(wb, rb);
     const auto along = [&](const P& way, const P& rate) {
-        return axis_force<false, W>(at, at.axis, at.now.first(), way, rate, way - P(at.now.value.x), memory,
+        return axis_force<false, W>(at, at.axis, at.now.first(), way, rate, way - at.now.value.x, memory,
                                     figures != nullptr);
     };
     const auto add = [&](const Vec3<P>& on_a, const Vec3<P>& lever_b) {
@@ -492,7 +492,7 @@ template <JointForm Form, int W> SKEIN_INLINE void add_way(const AxisAt& at, con
 
 /// Loads on the first element of a joint of this form; those on the second go to `other`.
 template <JointForm Form, int W>
-SKEIN_INLINE JointLoad<Pack<W>> form_load(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+SKEIN_INLINE JointLoad<Pack<W>> form_load(const AxisAt<Pack<W>>& at, const JoinedElement<Pack<W>>& a,
                                           const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
                                           const Pack<W>& length, AxesMemory<Pack<W>> memory, JointLoad<Pack<W>>& other,
                                           JointFigures<Pack<W>>* figures = nullptr) {

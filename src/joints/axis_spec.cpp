@@ -14,25 +14,37 @@ void Motor::use(const FormulaScope& names, bool turns) {
                              : kind == MotorKind::rate   ? (turns ? "rad/s" : "m/s")
                                                          : (turns ? "N m" : "N");
     formula = std::make_shared<VectorOfTime>(names, values.empty() ? std::vector<std::string>{value, "0", "0"} : values,
-                                             unit);
-    constexpr int times = 64;
-    for (int n = 0; n <= times; ++n)
-        if (const double size = std::abs(at(names.duration * n / times).value); std::isfinite(size))
-            largest = std::max(largest, size);
+                                             unit, true);
+    take_largest(names.duration, 0);
 }
+
+bool Motor::take_largest(double duration, double rod) {
+    if (!formula) return true;
+    constexpr int times = 64;
+    bool finite = true;
+    for (int n = 0; n <= times; ++n) {
+        const MotorsNow<double> now = vector_at(duration * n / times, rod);
+        const double size = std::abs(now.value.x);
+        if (std::isfinite(size)) largest = std::max(largest, size);
+        finite = finite && std::isfinite(size + now.value.y + now.value.z + norm(now.rate));
+    }
+    return finite;
+}
+
+const FormulaProgram* Motor::by_rod() const { return formula ? formula->by_rod() : nullptr; }
 
 const std::vector<FormulaFault>& Motor::faults() const {
     static const std::vector<FormulaFault> none;
     return formula ? formula->faults() : none;
 }
 
-MotorNow Motor::at(double time) const {
-    const VectorOfTime::Point now = (*formula)(time);
+MotorNow<double> Motor::at(double time, double rod) const {
+    const VectorOfTime::Point now = (*formula)(time, rod);
     return {now.value.x, now.rate.x};
 }
 
-MotorsNow Motor::vector_at(double time) const {
-    const VectorOfTime::Point now = (*formula)(time);
+MotorsNow<double> Motor::vector_at(double time, double rod) const {
+    const VectorOfTime::Point now = (*formula)(time, rod);
     return {now.value, now.rate};
 }
 
@@ -44,8 +56,9 @@ void Motor::fields(FieldVisitor& f) {
              kind, motor_names);
     f.visit({.name = "value",
              .unit = "rad, m, rad/s, m/s, N m or N",
-             .text = "formula of `t`: angle [rad] or displacement [m] from the start, rate, or couple [N m] or force "
-                     "[N]; a program can drive the tables in it"},
+             .text = "formula of `t` and `rod`, the number of the first side's rod in its group: angle [rad] or "
+                     "displacement [m] from the start, rate, or couple [N m] or force [N]; a program can drive the "
+                     "tables in it"},
             value);
     f.visit({.name = "values",
              .unit = "rad, rad/s or N m",

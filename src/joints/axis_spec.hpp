@@ -4,6 +4,7 @@
 #pragma once
 
 #include "skein/core/fields.hpp"
+#include "skein/core/vec3.hpp"
 
 #include <memory>
 #include <optional>
@@ -16,27 +17,27 @@ namespace skein {
 class VectorOfTime;
 struct FormulaScope;
 struct FormulaFault;
+struct FormulaProgram;
 
 enum class MotorKind { none, position, rate, force };
 inline constexpr std::string_view motor_names[] = {"none", "position", "rate", "force"};
 
-/// Motor at a time.
-struct MotorNow {
-    double value = 0, rate = 0;
-};
+/// Motor at a time, of a joint or of W joints side by side.
+template <class P> struct MotorNow { P value, rate; };
 /// Motors of a joint at a time: x and y of both axes of a universal joint, x of other free axes; of a spherical joint
 /// the vector, along its own directions, and the rate of turning that goes with it.
-struct MotorsNow {
-    Vec3d value{0, 0, 0}, rate{0, 0, 0};
+template <class P> struct MotorsNow {
+    Vec3<P> value{P(0.0), P(0.0), P(0.0)}, rate{P(0.0), P(0.0), P(0.0)};
+    P cosine{1.0}, sine{0.0}; ///< of half the first value, of joints that turn
 
-    MotorNow first() const { return {value.x, rate.x}; }
-    MotorNow second() const { return {value.y, rate.y}; }
+    MotorNow<P> first() const { return {value.x, rate.x}; }
+    MotorNow<P> second() const { return {value.y, rate.y}; }
 };
 
 /// Drives the free axis.                                                                        theory.md (73h)
 struct Motor {
     MotorKind kind = MotorKind::none;
-    std::string value;               ///< formula of t: position, rate or force
+    std::string value;               ///< formula of t and rod: position, rate or force
     std::vector<std::string> values; ///< of a spherical joint: rotation vector, rate or couple
     double stiffness = 0;            ///< position: force over the distance from it
     double damping = 0;              ///< position, rate: force over the difference of rates
@@ -48,9 +49,13 @@ struct Motor {
     /// Reads the formulas, which may hold these names, in the unit of `kind` for an angle or a way.
     void use(const FormulaScope& names, bool turns);
     const std::vector<FormulaFault>& faults() const;
-    MotorNow at(double time) const;
+    /// Null where all joints have the same motor.
+    const FormulaProgram* by_rod() const;
+    MotorNow<double> at(double time, double rod) const;
     /// Motor of a spherical joint at a time, in the axes of the assembly.
-    MotorsNow vector_at(double time) const;
+    MotorsNow<double> vector_at(double time, double rod) const;
+    /// Takes the values of a rod at times of a run into `largest`. False where one is not finite.
+    bool take_largest(double duration, double rod);
     void fields(FieldVisitor& f);
 };
 

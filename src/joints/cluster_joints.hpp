@@ -8,6 +8,7 @@
 #include "joints/joint_law.hpp"
 #include "joints/joint_list.hpp"
 #include "joints/joint_node_loads.hpp"
+#include "joints/motors_by_rod.hpp"
 #include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
@@ -46,6 +47,7 @@ public:
             add(joints[j]);
             if (tears(table)) tearing[j] = state_of_last();
         }
+        place_motors_in_memory();
         if (!junctions.empty())
             junctions_.emplace(
                 junctions, [&](int group, std::int64_t rod, int slot) { return place(groups, group, rod, slot); },
@@ -66,15 +68,30 @@ public:
         for (Run& run : runs_)
             if (run.spec.has_motor())
                 for (const Step& step : steps) {
-                    MotorsNow& motor = nth(run.motor, step.slot);
-                    motor = run.spec.motors_at(step.time);
-                    if (at_rest_) motor.rate = {0, 0, 0};
-                    if (ends_) nth(run.motor_at_end, step.slot) = run.spec.motors_at(step.end());
+                    nth(run.motor, step.slot) = run.motors.at(run.spec, step.time);
+                    if (ends_) nth(run.motor_at_end, step.slot) = run.motors.at(run.spec, step.end());
                 }
     }
     void use_ends() override { ends_ = true; }
     /// Motors hold the positions that they have at a time, and do not lead on.
     void hold_motors() { at_rest_ = true; }
+    void set_rods(P* memory, bool across, std::span<const std::int64_t> copies) const override {
+        for (const Run& run : runs_) {
+            if (!run.motors.any()) continue;
+            const std::size_t count = across ? run.end - run.first : run.end_pack - run.first_pack;
+            for (std::size_t i = 0; i < count; ++i) {
+                P rod(0.0);
+                for (int l = 0; l < lanes; ++l) {
+                    const std::size_t j =
+                        run.first + (across ? i : std::min(i * to_index(lanes) + to_index(l), run.end - run.first - 1));
+                    const std::int64_t copy = copies[across ? std::min(to_index(l), copies.size() - 1) : 0];
+                    const auto [group, first] = first_of_[j];
+                    rod.set(l, static_cast<double>(copy * nth(rods_of_, group) + first));
+                }
+                run.motors.place(rod, memory + run.first_place[across ? 0 : 1] + run.motors.places() * i);
+            }
+        }
+    }
     /// f(memory, that of further axes or null, table) for the joints of a copy that remember, across.
     template <class F> void for_memories(P* memory, F&& f) const {
         for (const Run& run : runs_)
@@ -87,7 +104,7 @@ public:
              bool across) const override {
         std::fill_n(load, across ? across_.slots : within_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_) {
-            const At at{slot, nth(run.motor, step.slot), step.dt, step.time, memory, load, JointTime::staggered};
+            const At at{slot, run.motor_of(step.slot), step.dt, step.time, memory, load, JointTime::staggered};
             if (across) (this->*run.across)(run, at);
             else (this->*run.within)(run, at);
         }
@@ -102,7 +119,7 @@ public:
                    JoinedLoad<W>* load) const override {
         std::fill_n(load, across_.slots, JoinedLoad<W>{});
         for (const Run& run : runs_)
-            (this->*run.across)(run, {slot, nth(run.motor, step.slot), step.dt, step.time, const_cast<P*>(memory), load,
+            (this->*run.across)(run, {slot, run.motor_of(step.slot), step.dt, step.time, const_cast<P*>(memory), load,
                                       JointTime::trial});
         if (junctions_)
             junctions_->add_loads(slot, moments, load, const_cast<P*>(memory), step.dt, true, JointTime::trial);
@@ -117,12 +134,13 @@ public:
                 const P& state = reinterpret_cast<const JointMemory<P>*>(memory + at)->state;
                 const bool ends = over && any(state < P(1.5)); // with the stage before
                 if (!ends && !std::all_of(memory + at, memory + at + run.numbers, is_zero)) continue;
+                const MotorsAtTime motors = run.motors.at(run.spec, step.begin);
                 Run alone = run;
                 alone.first = j;
                 alone.end = j + 1;
                 alone.first_memory = at;
-                (this->*run.across)(
-                    alone, {slot, run.spec.motors_at(step.begin), 0, step.begin, memory, load, JointTime::end});
+                alone.first_place[0] += run.motors.places() * (j - run.first);
+                (this->*run.across)(alone, {slot, &motors, 0, step.begin, memory, load, JointTime::end});
             }
         }
     }
@@ -130,7 +148,7 @@ public:
         for (const Run& run : runs_)
             if (run.numbers > 0)
                 (this->*run.across)(
-                    run, {slot, nth(run.motor_at_end, step.slot), step.dt, step.end(), memory, load, JointTime::end});
+                    run, {slot, run.motor_of(step.slot, true), step.dt, step.end(), memory, load, JointTime::end});
         if (junctions_ && junctions_->tears())
             junctions_->add_loads(slot, nullptr, load, memory, step.dt, true, JointTime::end);
     }
@@ -145,9 +163,7 @@ public:
         return all;
     }
 
-    std::size_t memory_packs(bool across) const override {
-        return runs_.empty() ? 0 : memory_end(runs_.back(), across);
-    }
+    std::size_t memory_packs(bool across) const override { return packs_[across ? 0 : 1]; }
     void append_memory(const P* memory, bool across, JoinedRod rod, std::vector<double>& numbers) const override {
         const std::size_t end = numbers.size() + memory_of_group_[to_index(rod.group)];
         for_memory(across, rod, [&](std::size_t first, std::size_t count, int lane) {
@@ -167,9 +183,9 @@ private:
     /// Slots, motor and memory at a step, and the loads to add to.
     struct At {
         const Slot<W>* slot;
-        MotorsNow motor;
-        double h;    ///< s, since the last step
-        double time; ///< s
+        const MotorsAtTime* motor; ///< null without motors
+        double h;                  ///< s, since the last step
+        double time;               ///< s
         P* memory;
         JoinedLoad<W>* load;
         JointTime state;
@@ -179,15 +195,17 @@ private:
         std::size_t table;
         JointSpec spec;
         Kernel across, within;
-        std::size_t first = 0, end = 0;                      ///< range of joints
-        std::size_t first_pack = 0, end_pack = 0;            ///< range of packs of W joints
-        std::size_t first_memory = 0, first_packed = 0;      ///< packs of memory, across and within
-        std::size_t numbers = 0, more = 0;                   ///< of a joint's memory; of them besides the first axis
-        std::array<MotorsNow, Clock::largest_batch> motor{}; ///< by slot of the step
-        std::array<MotorsNow, Clock::largest_batch> motor_at_end{}; ///< of implicit steps
+        MotorsByRod<W> motors;
+        std::size_t first = 0, end = 0;                 ///< range of joints
+        std::size_t first_pack = 0, end_pack = 0;       ///< range of packs of W joints
+        std::size_t first_memory = 0, first_packed = 0; ///< packs of memory, across and within
+        std::size_t numbers = 0, more = 0;              ///< of a joint's memory; of them besides the first axis
+        std::array<std::size_t, 2> first_place{};       ///< pack of values that change with the rod, likewise
+        std::vector<MotorsAtTime> motor;                ///< by slot of the step; empty: none
+        std::vector<MotorsAtTime> motor_at_end;         ///< of implicit steps
 
-        AxisAt laws(const At& at) const {
-            return {spec.law, spec.axis_law, spec.about_second, at.motor, at.h, spec.to_world(), at.state};
+        const MotorsAtTime* motor_of(int slot, bool at_end = false) const {
+            return motor.empty() ? nullptr : &nth(at_end ? motor_at_end : motor, slot);
         }
     };
     /// Slots of a joint's elements: their nodes, of a body twice the same.
@@ -217,6 +235,7 @@ private:
 
     void lay_out(const AssemblyGroups& assembly, std::size_t groups) {
         slots_of_.assign(groups, 0);
+        rods_of_.assign(groups, 0);
         is_body_.assign(groups, false);
         for (Layout* layout : {&across_, &within_}) {
             layout->first.assign(groups, 0);
@@ -226,6 +245,7 @@ private:
             const std::size_t g = to_index(group->id()), slots = to_index(group->slots());
             const std::int64_t rods = group->rods_per_copy(), tiles = tiles_within(rods, lanes);
             slots_of_[g] = slots;
+            rods_of_[g] = rods;
             is_body_[g] = !group->strained();
             for (const auto& [layout, count] : {std::pair(&across_, rods), std::pair(&within_, tiles)}) {
                 layout->first[g] = layout->slots;
@@ -253,7 +273,11 @@ protected:
 
 private:
     void open(std::size_t table, const JointSpec& spec) {
-        Run run{table, spec, nullptr, nullptr};
+        Run run{table, spec, nullptr, nullptr, MotorsByRod<W>(spec)};
+        if (spec.has_motor()) {
+            run.motor.resize(Clock::largest_batch);
+            run.motor_at_end.resize(Clock::largest_batch);
+        }
         if (!runs_.empty()) {
             run.first_memory = memory_end(runs_.back(), true);
             run.first_packed = memory_end(runs_.back(), false);
@@ -285,6 +309,29 @@ private:
     static bool is_over(const Run& run, double time) {
         constexpr double rounding = 1e-12;
         return run.spec.events.until > 0 && time >= (1 - rounding) * run.spec.events.until;
+    }
+    /// Values of motors that change with the rod lie behind the memory of all joints.
+    void place_motors_in_memory() {
+        for (std::size_t layout = 0; layout < 2; ++layout) {
+            packs_[layout] = runs_.empty() ? 0 : memory_end(runs_.back(), layout == 0);
+            for (Run& run : runs_) {
+                run.first_place[layout] = packs_[layout];
+                packs_[layout] +=
+                    run.motors.places() * (layout == 0 ? run.end - run.first : run.end_pack - run.first_pack);
+            }
+        }
+    }
+    /// Laws and motors of a run's joint i, or pack i of joints within.
+    template <bool Across> AxisAt<P> laws(const Run& run, const At& at, std::size_t i) const {
+        MotorsNow<P> motor;
+        if (at.motor) {
+            if (run.motors.any())
+                motor = run.motors.now(run.spec, *at.motor,
+                                       at.memory + run.first_place[Across ? 0 : 1] + run.motors.places() * i);
+            else motor = MotorsByRod<W>::spread(at.motor->same);
+            if (at_rest_ && at.state != JointTime::end) motor.rate = {P(0.0), P(0.0), P(0.0)};
+        }
+        return {run.spec.law, run.spec.axis_law, run.spec.about_second, motor, at.h, run.spec.to_world(), at.state};
     }
     /// Place of the memory of the last joint that was added.
     JointMemoryPlace state_of_last() const {
@@ -417,15 +464,15 @@ private:
     }
     /// Loads of a joint that may not be made yet, or have ended.
     template <JointForm Form, JointTurn Turn>
-    [[gnu::noinline]] static JointNodeLoads<P> event_loads(const Run& run, const At& at, JoinedElement<P> a,
-                                                           JoinedElement<P> b, const Quaternion<P>& rest,
-                                                           const P& length, P* packs) {
+    [[gnu::noinline]] static JointNodeLoads<P> event_loads(const Run& run, const AxisAt<P>& laws, const At& at,
+                                                           JoinedElement<P> a, JoinedElement<P> b,
+                                                           const Quaternion<P>& rest, const P& length, P* packs) {
         const P one(1.0);
         const JointEvents& events = run.spec.events;
         JointMemory<P>& memory = *reinterpret_cast<JointMemory<P>*>(packs);
         const AxesMemory<P> axes = axes_memory(packs, run.more);
         if (at.time < events.from) return {};
-        if (at.state == JointTime::trial) return tried_event_loads<Form, Turn>(run, at, a, b, memory, axes);
+        if (at.state == JointTime::trial) return tried_event_loads<Form, Turn>(run, laws, a, b, memory, axes);
         const Mask<W> fresh = memory.state < one;
         if (any(fresh)) { // of all copies at once; spare lanes after a restart too
             const JointRest<P> start{a.arm, a.axis, b.arm, b.axis, rest, length};
@@ -438,7 +485,6 @@ private:
         a.axis = memory.made.axis_a;
         b.arm = memory.made.arm_b;
         b.axis = memory.made.axis_b;
-        const AxisAt laws = run.laws(at);
         const AxisMemory<P> before = memory.axis;
         std::array<P, most_more_memory> more_before;
         std::copy_n(axes.more, run.more, more_before.begin());
@@ -461,7 +507,7 @@ private:
             JointFigures<P> figures;
             JointLoad<P> other;
             AxisMemory<P> last = before;
-            AxisAt laws_then = laws;
+            AxisAt<P> laws_then = laws;
             laws_then.h = 0;
             const AxesMemory<P> then{last, run.more > 0 ? more_before.data() : nullptr};
             if constexpr (Form == JointForm::spring)
@@ -477,10 +523,9 @@ private:
     }
 
     /// The same within an implicit step, in which joints are neither made nor ended.
-    template <JointForm Form, JointTurn Turn>
-    [[gnu::noinline]] static JointNodeLoads<P> tried_event_loads(const Run& run, const At& at, JoinedElement<P> a,
-                                                                 JoinedElement<P> b, const JointMemory<P>& memory,
-                                                                 const AxesMemory<P>& axes) {
+    template <JointForm Form, JointTurn Turn> [[gnu::noinline]] static JointNodeLoads<P>
+    tried_event_loads(const Run& run, const AxisAt<P>& laws, JoinedElement<P> a, JoinedElement<P> b,
+                      const JointMemory<P>& memory, const AxesMemory<P>& axes) {
         const Mask<W> holds = (memory.state > P(0.5)) & (memory.state < P(1.5));
         if (!any(holds)) return {};
         a.arm = memory.made.arm_a;
@@ -490,7 +535,7 @@ private:
         const JointNodeLoads<P> loads = [&] {
             if constexpr (Form == JointForm::spring)
                 return node_loads<Turn, true, true, W>(run.spec.law, a, b, memory.made.rest, memory.made.length);
-            else return node_loads<Form, W>(run.laws(at), a, b, memory.made.rest, memory.made.length, axes);
+            else return node_loads<Form, W>(laws, a, b, memory.made.rest, memory.made.length, axes);
         }();
         return select_packs<W>(holds, loads, JointNodeLoads<P>{});
     }
@@ -574,7 +619,7 @@ private:
             run, at,
             [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
                 __attribute__((always_inline)) {
-                    return node_loads<Form, W>(run.laws(at), a, b, rest, length,
+                    return node_loads<Form, W>(laws<Across>(run, at, i), a, b, rest, length,
                                                axes_memory(memory_of<Across>(run, at, i), run.more));
                 });
     }
@@ -583,7 +628,8 @@ private:
             run, at,
             [&](std::size_t i, const auto& a, const auto& b, const auto& rest, const P& length)
                 __attribute__((always_inline)) {
-                    return event_loads<Form, Turn>(run, at, a, b, rest, length, memory_of<Across>(run, at, i));
+                    return event_loads<Form, Turn>(run, laws<Across>(run, at, i), at, a, b, rest, length,
+                                                   memory_of<Across>(run, at, i));
                 });
     }
 
@@ -597,8 +643,10 @@ private:
     }
 
     bool world_ = false, at_rest_ = false, ends_ = false;
-    std::vector<std::size_t> slots_of_; ///< by group
-    std::vector<bool> is_body_;         ///< by group: its node has no next
+    std::vector<std::size_t> slots_of_;  ///< by group
+    std::vector<std::int64_t> rods_of_;  ///< by group, in a copy
+    std::array<std::size_t, 2> packs_{}; ///< of a cluster's memory, across and within
+    std::vector<bool> is_body_;          ///< by group: its node has no next
     Layout across_, within_;
     std::vector<Spare> spare_;
     std::vector<Run> runs_;

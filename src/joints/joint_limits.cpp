@@ -223,7 +223,8 @@ bool has_ended(std::span<const double> memory) {
 }
 
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
-                       const Slot<1>& b, const Slot<1>& b_next, double time, std::span<const double> memory) {
+                       const Slot<1>& b, const Slot<1>& b_next, double time, std::int64_t rod,
+                       std::span<const double> memory) {
     using P = Pack<1>;
     const JointConstants<double> c = constants_of(joint);
     const auto element = [](const Slot<1>& at, const Slot<1>& next, double share, double before, const Vec3d& arm,
@@ -267,9 +268,8 @@ JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>
     if (form_of(table) != JointForm::spring) {
         if (own.empty()) own.assign(memory_numbers(table), P(0.0)); // as before the first step
         JointLoad<P> other;
-        constexpr double no_first_step = 0;
-        const AxisAt at{table.law,     table.axis_law,  table.about_second, table.motors_at(time),
-                        no_first_step, table.to_world()};
+        const MotorsNow<P> motors = MotorsByRod<1>::spread(table.motors_at(time, static_cast<double>(rod)));
+        const AxisAt<P> at{table.law, table.axis_law, table.about_second, motors, 0, table.to_world()};
         const JointLoad<P> load = with_form(table, [&]<JointForm Form>() {
             return form_load<Form, 1>(at, first, second, rest, length,
                                       axes_memory(own.data(), more_memory_numbers(table)), other, &figures);

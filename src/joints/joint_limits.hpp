@@ -49,8 +49,9 @@ double star_energy(const Star& star,
 /// True of a joint with this memory that has come to an end.
 bool has_ended(std::span<const double> memory);
 /// Slots are node and next of the first element, then of the second, at `time`; a body has one slot twice. `memory`: of
-/// the joint; none: as before its first step.
+/// the joint; none: as before its first step. `rod`: number of the first side's rod in its group.
 JointState joint_state(const JointSpec& table, const Joint& joint, const Slot<1>& a, const Slot<1>& a_next,
-                       const Slot<1>& b, const Slot<1>& b_next, double time, std::span<const double> memory = {});
+                       const Slot<1>& b, const Slot<1>& b_next, double time, std::int64_t rod,
+                       std::span<const double> memory);
 
 } // namespace skein

@@ -290,6 +290,10 @@ private:
 
 } // namespace
 
+double rod_number(const Joint& joint, std::span<const RodGroup> groups, std::int64_t copy) {
+    return static_cast<double>(copy * nth(groups, joint.first.group).rods_per_copy() + joint.first.rod);
+}
+
 std::vector<std::size_t> joint_memory_of_groups(std::span<const JointSpec> tables, std::span<const Joint> joints,
                                                 std::size_t groups) {
     std::map<std::pair<int, std::int64_t>, std::size_t> of_rod;

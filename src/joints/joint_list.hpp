@@ -31,6 +31,8 @@ struct Joint {
     double rest_distance; ///< distance of the elements' centres at the start, m
 };
 
+/// Number of the rod on a joint's first side in its group, in a copy: `rod` of the formulas of motors.
+double rod_number(const Joint& joint, std::span<const RodGroup> groups, std::int64_t copy);
 /// Numbers of the memory of joints that a rod of a group is the first side of at most, by group of the scene: all of
 /// its rods have as many.
 std::vector<std::size_t> joint_memory_of_groups(std::span<const JointSpec> tables, std::span<const Joint> joints,

@@ -43,7 +43,7 @@ SKEIN_INLINE JointNodeLoads<Pack<W>> node_loads(const JointLaw& law, const Joine
 /// Loads of a joint with a law of its own, node by node. One piece of code for all that call it: it takes a while to
 /// compile.
 template <JointForm Form, int W>
-[[gnu::noinline]] JointNodeLoads<Pack<W>> node_loads(const AxisAt& at, const JoinedElement<Pack<W>>& a,
+[[gnu::noinline]] JointNodeLoads<Pack<W>> node_loads(const AxisAt<Pack<W>>& at, const JoinedElement<Pack<W>>& a,
                                                      const JoinedElement<Pack<W>>& b, const Quaternion<Pack<W>>& rest,
                                                      const Pack<W>& length, AxesMemory<Pack<W>> memory,
                                                      JointFigures<Pack<W>>* figures = nullptr) {

@@ -21,27 +21,28 @@ void JointSpec::use(const FormulaScope& names) {
     for (AxisSpec* law : {&axis_law, &about_second}) law->motor.use(names, turns_freely(kind));
 }
 
-MotorsNow JointSpec::motors_at(double time) const {
+MotorsNow<double> JointSpec::along_own_directions(const MotorsNow<double>& lab) const {
+    const Vec3d n = twist_axis(), u = across_twist(), w = cross(n, u);
+    // The turn of the world against the first is the opposite, and so are n and u.
+    const auto own = [&](const Vec3d& v) { return Vec3d{dot(n, v), dot(u, v), to_world() ? -dot(w, v) : dot(w, v)}; };
+    const Vec3d p = own(lab.value);
+    return {p, spin_of(-p, own(lab.rate))}; // in the axes of R(p)
+}
+
+MotorsNow<double> JointSpec::motors_at(double time, double rod) const {
     if (!has_motor()) return {};
-    if (kind == JointKind::spherical) {
-        const MotorsNow lab = axis_law.motor.vector_at(time);
-        const Vec3d n = twist_axis(), u = across_twist(), w = cross(n, u);
-        // The turn of the world against the first is the opposite, and so are n and u.
-        const auto own = [&](const Vec3d& v) {
-            return Vec3d{dot(n, v), dot(u, v), to_world() ? -dot(w, v) : dot(w, v)};
-        };
-        const Vec3d p = own(lab.value);
-        return {p, spin_of(-p, own(lab.rate))}; // in the axes of R(p)
-    }
-    MotorsNow now;
+    if (kind == JointKind::spherical) return along_own_directions(axis_law.motor.vector_at(time, rod));
+    MotorsNow<double> now;
     const auto set = [&](const Motor& motor, double Vec3d::*axis) {
         if (motor.kind == MotorKind::none) return;
-        const MotorNow one = motor.at(time);
+        const MotorNow<double> one = motor.at(time, rod);
         now.value.*axis = one.value;
         now.rate.*axis = one.rate;
     };
     set(axis_law.motor, &Vec3d::x);
     set(about_second.motor, &Vec3d::y);
+    now.cosine = std::cos(0.5 * now.value.x);
+    now.sine = std::sin(0.5 * now.value.x);
     return now;
 }
 

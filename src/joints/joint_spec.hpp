@@ -108,7 +108,12 @@ struct JointSpec {
     Vec3d across_twist() const;
     /// Reads the formulas of motors.
     void use(const FormulaScope& names);
-    MotorsNow motors_at(double time) const;
+    /// True where joints of different rods have motors of their own.
+    bool motors_by_rod() const { return axis_law.motor.by_rod() || about_second.motor.by_rod(); }
+    /// `rod`: number of the first side's rod in its group.
+    MotorsNow<double> motors_at(double time, double rod) const;
+    /// Turns the motor of a spherical joint from the axes of the assembly into its own directions.
+    MotorsNow<double> along_own_directions(const MotorsNow<double>& lab) const;
     bool to_world() const { return between.size() == 2 && between[1] == world_name; }
     void fields(FieldVisitor& f);
 

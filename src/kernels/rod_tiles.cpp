@@ -91,6 +91,7 @@ template <int W> RodTiles<W>::RodTiles(std::span<const RodGroup> groups, std::ve
     for (Cluster& cluster : clusters_) {
         most_joined = std::max(most_joined, cluster.slots);
         cluster.memory.assign(cluster.joints->memory_packs(cluster.across), Pack<W>(0.0));
+        set_rods(cluster);
         cluster.muscles = cluster.joints->wants_moments() &&
                           std::any_of(cluster.tiles.begin(), cluster.tiles.end(),
                                       [&](std::size_t t) { return !muscles_[tiles_[t].program].empty(); });
@@ -282,6 +283,14 @@ template <int W> bool RodTiles<W>::run(const StepPart& first, const StepPart& se
     return valid_;
 }
 
+template <int W> void RodTiles<W>::set_rods(const Cluster& cluster) const {
+    const RodTile<W>& first = tiles_[cluster.tiles.front()];
+    std::vector<std::int64_t> copies;
+    for (int l = 0; l < (cluster.across ? first.lanes : 1); ++l)
+        copies.push_back(first.index_of(l) / first.group->rods_per_copy());
+    cluster.joints->set_rods(cluster.memory.data(), cluster.across, copies);
+}
+
 template <int W> void RodTiles<W>::renew_formulas() {
     const std::size_t across = first_rod_.size();
     threads_.for_each(tiles_.size(), [&](std::size_t t, int) {
@@ -296,6 +305,7 @@ template <int W> void RodTiles<W>::renew_formulas() {
         }
         if (unlike) strands->settle(*unlike);
     });
+    threads_.for_each(clusters_.size(), [&](std::size_t c, int) { set_rods(clusters_[c]); });
 }
 
 template <int W> void RodTiles<W>::export_rod(std::size_t i, std::span<Slot<1>> out) const {

@@ -123,6 +123,8 @@ private:
         std::shared_ptr<ClusterStep<W>> step = nullptr; ///< of all its tiles as one; null: each by itself
         typename ClusterStep<W>::Tiles stepped = {};
     };
+    /// Joints of a cluster take the numbers of its rods.
+    void set_rods(const Cluster& cluster) const;
     /// Finds the clusters of the tiles across so far, which are in order and grouped by cluster.
     void find_clusters();
     /// Finds the clusters whose tiles step as one.

@@ -165,7 +165,9 @@ public:
         for (std::size_t n = 0; n < packs; ++n) joint_memory_[cluster->memory + n] = memory_[n][0];
     }
     std::size_t turning_motors() const override { return turning_.size(); }
-    Vec3d motor_angle(std::size_t i, double time) const override { return turning_[i].motors_at(time).value; }
+    Vec3d motor_angle(std::size_t i, double time) const override {
+        return turning_[i].first.motors_at(time, turning_[i].second).value;
+    }
     JointStiffness stiffest_joint() const override { return stiffest_; }
 
     bool rubs() const override { return !reference_.empty(); }
@@ -254,7 +256,8 @@ private:
         std::vector<std::size_t> joined;                ///< slots of the cluster that have partners
         int colours = 0;
         Slot<1> world;
-        const RodGroup* group;  ///< of its first rod
+        const RodGroup* group; ///< of its first rod
+        std::int64_t copy = 0;
         std::size_t memory = 0; ///< first number of its joints' memory
     };
 
@@ -308,14 +311,16 @@ private:
 
     // Clusters
 
+    static bool turns_to_angles(const JointSpec& table) {
+        return turns_freely(table.kind) && (table.axis_law.motor.kind == MotorKind::position ||
+                                            table.about_second.motor.kind == MotorKind::position);
+    }
     void make_clusters(const JointLists& lists, std::span<const RodGroup> groups, std::span<const LocalRod> owned) {
         for (const JointSpec& table : lists.tables) {
             joints_have_friction_ |= table.has_friction();
             stiffest_ = {std::max(stiffest_.along, table.law.stiffness),
                          std::max(stiffest_.about, table.law.torsional_stiffness)};
-            if (turns_freely(table.kind) && (table.axis_law.motor.kind == MotorKind::position ||
-                                             table.about_second.motor.kind == MotorKind::position))
-                turning_.push_back(table);
+            if (turns_to_angles(table) && !table.motors_by_rod()) turning_.emplace_back(table, 0.0);
         }
         std::map<std::pair<int, std::int64_t>, std::size_t> rod_of; // by group and index
         for (std::size_t i = 0; i < owned.size(); ++i) rod_of[{owned[i].group, owned[i].index}] = i;
@@ -332,6 +337,10 @@ private:
             for (std::int64_t copy = 0; copy < leader.assembly()->count(); ++copy) {
                 if (!rod_of.contains({leader.id(), copy * leader.rods_per_copy()})) continue;
                 add_cluster(assembly, copy, lists, joints, junctions, rod_of);
+                for (const Joint& joint : joints)
+                    if (const JointSpec& table = lists.tables[joint.table];
+                        turns_to_angles(table) && table.motors_by_rod())
+                        turning_.emplace_back(table, rod_number(joint, groups, copy));
             }
         }
     }
@@ -343,6 +352,7 @@ private:
             clusters_.empty() ? 0 : clusters_.back().memory + clusters_.back().joints->memory_packs(true);
         Cluster& cluster = clusters_.emplace_back();
         cluster.memory = memory;
+        cluster.copy = copy;
         cluster.joints = joints_.at(assembly.assembly).get();
         cluster.group = assembly.groups.front();
         cluster.world = world_of(*cluster.group, copy * cluster.group->rods_per_copy());
@@ -674,6 +684,7 @@ private:
         memory_.assign(packs, P(0.0));
         for (std::size_t n = 0; n < packs && !joint_memory_.empty(); ++n)
             memory_[n] = P(joint_memory_[cluster.memory + n]);
+        cluster.joints->set_rods(memory_.data(), true, {&cluster.copy, 1});
         for_axes(cluster, [&](auto& axis) {
             axis.steps = min(axis.steps, P(1.0));
             axis.interval = P(long_ago);
@@ -783,8 +794,8 @@ private:
     std::map<int, std::unique_ptr<JointsOfCluster<dual>>> joints_; ///< by assembly
     std::vector<Cluster> clusters_;
     JointStiffness stiffest_;
-    std::vector<JointSpec> turning_;   ///< tables with motors that turn their joints to angles
-    std::vector<double> joint_memory_; ///< by cluster, in a state before; empty: none is known
+    std::vector<std::pair<JointSpec, double>> turning_; ///< motors that turn joints to angles, and their rod
+    std::vector<double> joint_memory_;                  ///< by cluster, in a state before; empty: none is known
     std::vector<CommonNode> shared_;
     AlignedVector<Slot<dual>> slot_, cluster_slot_;
     AlignedVector<SlotLoad<dual>> load_;

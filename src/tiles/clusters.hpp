@@ -110,6 +110,9 @@ public:
     virtual void begin_step(const Slot<W>* slot, const Step& step, Pack<W>* memory, JoinedLoad<W>* load) const = 0;
     /// Joints remember a state that ends an implicit step. They are made, and come to an end.
     virtual void end_step(const Slot<W>* slot, const Step& step, Pack<W>* memory, JoinedLoad<W>* load) const = 0;
+    /// Takes the numbers of a cluster's copies, one a lane of a block, for motors whose formulas hold `rod`: at the
+    /// start, and again when their tables change.
+    virtual void set_rods(Pack<W>* memory, bool across, std::span<const std::int64_t> copies) const = 0;
     /// Packs of memory of a cluster, zero at the start.
     virtual std::size_t memory_packs(bool across) const = 0;
     /// Memory of the joints whose first side is a rod, for checkpoints.

@@ -115,7 +115,7 @@ JointsNow joints_now(const JointPlan& plan, std::span<const RodGroup> groups, co
                 if (tears(table) && has_ended(of_joint)) torn.insert({a, j, copy});
                 const JointState now =
                     joint_state(table, joint, first[k], first[std::min(k + 1, first.size() - 1)], second[l],
-                                second[std::min(l + 1, second.size() - 1)], at_time.time, of_joint);
+                                second[std::min(l + 1, second.size() - 1)], at_time.time, at->first.second, of_joint);
                 found.motor_works.push_back(now.motor_work);
                 found.losses.push_back(-now.lost_work);
                 found.energies.push_back(now.energy);

@@ -12,11 +12,13 @@
 #include "plan/plan.hpp"
 #include "plan/plan_line.hpp"
 #include "plan/plan_words.hpp"
+#include "skein/core/error.hpp"
 #include "skein/core/index.hpp"
 #include "tiles/clusters.hpp"
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 namespace skein {
@@ -84,6 +86,28 @@ std::vector<std::string> rigid_joints(std::span<const JointSpec> joints, std::sp
     return found;
 }
 
+/// Motors whose formulas hold `rod` are tried for each rod, of many copies for some.
+void take_motors_of_rods(JointLists& lists, std::span<const RodGroup> groups, double duration) {
+    constexpr std::int64_t most_copies = 1000;
+    const std::vector<AssemblyGroups> assemblies = assemblies_of(groups);
+    for (std::size_t a = 0; a < assemblies.size(); ++a) {
+        const std::int64_t copies = assemblies[a].groups.front()->assembly()->count(),
+                           tried = std::min(copies, most_copies);
+        for (const Joint& joint : lists.of_assembly[a]) {
+            JointSpec& table = lists.tables[joint.table];
+            for (std::int64_t n = 0; table.motors_by_rod() && n < tried; ++n) {
+                const double rod = rod_number(joint, groups, tried > 1 ? n * (copies - 1) / (tried - 1) : 0);
+                for (Motor* motor : {&table.axis_law.motor, &table.about_second.motor})
+                    if (!motor->take_largest(duration, rod))
+                        throw InputError(fmt::format("{}: the motor's value or rate is not finite for rod {:.0f} of "
+                                                     "'{}' at some time of the run: give its formula a value for "
+                                                     "each rod",
+                                                     table.source, rod, table.between[0]));
+            }
+        }
+    }
+}
+
 class PlannedJoints final : public PhysicsPlan, public JointPlan, public StartsInteraction, public SharesWithPasses {
 public:
     explicit PlannedJoints(const PlanInput& input) {
@@ -106,6 +130,7 @@ public:
             lists->of_assembly.push_back(joints_of(scene.joints, input.groups, of.assembly));
             for (const Joint& joint : lists->of_assembly.back()) ++p.joints_of_table[joint.table];
         }
+        take_motors_of_rods(*lists, input.groups, scene.time.duration);
         bounds_ = joint_bounds(lists->tables, lists->of_assembly, input.groups);
         joints = std::move(lists);
     }
