@@ -158,6 +158,7 @@ ContactLaw ContactLaw::resolved(double effective_mass) const {
     if (normal == ContactNormal::hertz && !(collision_speed > 0))
         throw InputError("contact: restitution of the hertz law wants a collision_speed, m/s, above 0");
     law.restitution = 0;
+    law.by_mass = true;
     if (normal == ContactNormal::linear) {
         const double z = restitution < 1 ? falling_root(restitution_of_share, restitution) : 0;
         const double z_w_t = z < 1   ? 2 * std::acos(z) / std::sqrt(1 - z * z)
@@ -183,14 +184,17 @@ ContactLaw ContactLaw::at(double time) const {
     if (time < soft_until) {
         law.stiffness = soft_stiffness;
         law.damping = soft_damping;
+        law.by_mass = false;
     }
     if (time < friction_from) law.static_friction = law.kinetic_friction = 0;
     return law;
 }
 
 ContactNumbers<double> ContactLaw::numbers() const {
-    return {stiffness,          damping,   static_friction, kinetic(), tangential_share * stiffness,
-            tangential_damping, slip_speed};
+    ContactNumbers<double> numbers{
+        stiffness, damping, static_friction, kinetic(), tangential_share * stiffness, tangential_damping, slip_speed};
+    numbers.by_mass = by_mass;
+    return numbers;
 }
 
 ContactLaw ContactLaw::sticking_at_limit() const {

@@ -47,6 +47,7 @@ template <class P> struct ContactNumbers {
     P compliance{};         ///< 1/k_h of the spring that regularised friction has for its step, m/N: set_spring
     P twice_step{};         ///< 2 h, s: likewise
     P stiffest_tangential{HUGE_VAL}; ///< of springs with memory, N/m: limit_springs
+    bool by_mass = false;            ///< stiffnesses and damping are proportional to the effective mass
 
     /// For a step h, s, of regularised friction on bodies of this mobility, 1/kg (contact_limits.hpp).
     void set_spring(double step, double mobility) {
@@ -97,6 +98,7 @@ struct ContactLaw {
     double restitution = 0;     ///< e; 0: stiffness and damping as they are
     double collision_time = 0;  ///< t_c, s
     double collision_speed = 0; ///< v, m/s
+    bool by_mass = false;       ///< k and c follow from a restitution, and are proportional to the effective mass
 
     void fields(FieldVisitor& f);
 

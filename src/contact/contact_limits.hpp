@@ -32,7 +32,7 @@ double slip_mobility(const RodGroup& group);
 
 /// Effective masses of a restitution, kg: of a whole rod or body, at a wall, and of two that collide. A rod meets a
 /// wall with an end, a body with all of its points or with four of them. Two bodies collide with their middles or end
-/// by end. Rods with sizes of their own collide with each other as if they had their group's mean mass.
+/// by end. Of a group of rods with sizes of their own: their mean.
 double body_mass(const RodGroup& group);
 double mass_at_wall(const RodGroup& group);
 double reduced_mass(const RodGroup& a, const RodGroup& b);

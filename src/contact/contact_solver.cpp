@@ -27,6 +27,15 @@ SelfGap self_gap(const RodGroup& group, const ContactSpec& spec) {
     return {.elements = static_cast<std::int32_t>(std::ceil(gap / shortest)) + 1, .ring = ring};
 }
 
+/// Largest mass of a rod over the mean of its group, which bounds the stiffness that a restitution gives to a pair; 1
+/// where the bodies of each group are alike.
+double heaviest_over_mean(const ContactScene& scene) {
+    double most = 1;
+    for (std::size_t g = 0; g < scene.own.size(); ++g)
+        for (const double mass : scene.own[g].mass) most = std::max(most, mass / scene.masses[g]);
+    return most;
+}
+
 } // namespace
 
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws,
@@ -45,13 +54,24 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
             widest = std::max(widest, radius);
         };
         scene.masses.push_back(body_mass(group));
-        if (group.heterogeneous()) scene.rules.own.resize(groups.size());
+        if (group.heterogeneous()) {
+            scene.rules.own.resize(groups.size());
+            scene.own.resize(groups.size());
+        }
         for_each_kind(group, [&](const RodGroup& kind, double bodies) {
-            if (group.heterogeneous()) scene.rules.own[to_index(group.id())].of_rod.push_back(self_gap(kind, spec));
+            if (group.heterogeneous()) {
+                scene.rules.own[to_index(group.id())].of_rod.push_back(self_gap(kind, spec));
+                OwnMasses& own = scene.own[to_index(group.id())];
+                own.mass.push_back(body_mass(kind));
+                own.slip_mobility.push_back(slip_mobility(kind));
+            }
             for (const ElementConstants& c : kind.element)
                 if (group.strained()) add(c.radius, bodies);
         });
-        if (group.heterogeneous()) scene.rules.own[to_index(group.id())].first_gid = group.first_gid();
+        if (group.heterogeneous()) {
+            scene.rules.own[to_index(group.id())].first_gid = group.first_gid();
+            scene.own[to_index(group.id())].first_gid = group.first_gid();
+        }
         if (!group.body()) continue;
         for (const BodyShape::Part& part : group.body()->part) add(part.radius, static_cast<double>(group.count()));
         if (!group.body()->has_boxes()) continue;
@@ -63,7 +83,19 @@ ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& 
     for (std::size_t i = 0; i < scene.laws.materials(); ++i)
         for (std::size_t j = 0; j < scene.laws.materials(); ++j)
             scene.largest_energy = std::max(scene.largest_energy, energy_at(scene.laws.between(i, j), 2 * widest));
+    scene.largest_energy *= heaviest_over_mean(scene);
     return scene;
+}
+
+ContactNumbers<double> ContactScene::for_bodies(ContactNumbers<double> numbers, const Window& a,
+                                                const Window& b) const {
+    if (own.empty() || !numbers.by_mass) return numbers;
+    const auto effective = [](double one, double two) { return 1 / (1 / one + 1 / two); };
+    const double share = effective(mass_of(a), mass_of(b)) / effective(nth(masses, a.group), nth(masses, b.group));
+    numbers.stiffness *= share;
+    numbers.damping *= share;
+    numbers.tangential_stiffness *= share;
+    return numbers;
 }
 
 void ContactSolver::evaluate(const Exposure& bodies, double time, double h, SlotLoads& loads) {

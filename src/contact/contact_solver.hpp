@@ -72,6 +72,12 @@ struct SavedContact {
     ContactMemory<double> memory; ///< lab
 };
 
+/// Masses, kg, and mobilities for springs of friction, 1/kg, of a group's rods that have sizes of their own.
+struct OwnMasses {
+    std::int64_t first_gid = 0;
+    std::vector<double> mass, slip_mobility; ///< by rod; none of equal bodies
+};
+
 /// Laws, gaps and sizes of the whole scene, the same in the solvers of all ranks.
 struct ContactScene {
     ContactLaws laws; ///< by pair of groups
@@ -82,9 +88,21 @@ struct ContactScene {
     double thinnest = 0;                     ///< radius of the thinnest element, m
     std::vector<double> masses;              ///< mass of a body, by group, kg
     std::vector<double> slip_mobility;       ///< by group, 1/kg: contact_limits.hpp
+    std::vector<OwnMasses> own;              ///< by group; no groups where the bodies of each are alike
     double largest_energy = 0; ///< energy of the stiffest normal spring between the widest elements one in another, J
     bool has_tangents = false; ///< loads come with their slopes: set_tangents()
     double meeting_zone = 0;   ///< gap of pairs that have slopes before they touch, m
+
+    double mass_of(const Window& w) const { return of_body(masses, &OwnMasses::mass, w); }
+    double slip_mobility_of(const Window& w) const { return of_body(slip_mobility, &OwnMasses::slip_mobility, w); }
+    /// Numbers of a law for two bodies of the groups that it is for: a restitution holds for their own masses.
+    ContactNumbers<double> for_bodies(ContactNumbers<double> numbers, const Window& a, const Window& b) const;
+
+private:
+    double of_body(const std::vector<double>& of_group, std::vector<double> OwnMasses::*of_rod, const Window& w) const {
+        if (own.empty() || (nth(own, w.group).*of_rod).empty()) return nth(of_group, w.group);
+        return nth(nth(own, w.group).*of_rod, w.gid - nth(own, w.group).first_gid);
+    }
 };
 /// `joined`: rules of elements of one copy of an assembly; null: none of them touch.
 ContactScene contact_scene(std::span<const RodGroup> groups, const ContactSpec& spec, ContactLaws laws,

@@ -332,13 +332,17 @@ std::vector<double> Contacts::work(const Exposure& bodies) const {
     return work;
 }
 
-/// Sets the springs of friction without memory for a step h, and limits those with memory in beds.
+/// Sets the spring of friction without memory for bodies of this mobility, and limits one with memory in beds.
+void Contacts::set_spring(ContactNumbers<double>& numbers, double mobility) const {
+    if (slips_always(kinds_.friction)) numbers.set_spring(spring_step_, mobility);
+    if (scene_.has_tangents) numbers.limit_springs(spring_step_, mobility, most_added_by_friction);
+}
+
+/// Sets the springs between bodies of groups for a step h.
 void Contacts::set_springs(double h) {
     const std::vector<double>& mobility = scene_.slip_mobility;
-    const auto set = [&](ContactNumbers<double>& numbers, double of_both) {
-        if (slips_always(kinds_.friction)) numbers.set_spring(h, of_both);
-        if (scene_.has_tangents) numbers.limit_springs(h, of_both, most_added_by_friction);
-    };
+    spring_step_ = h;
+    const auto set = [&](ContactNumbers<double>& numbers, double of_both) { set_spring(numbers, of_both); };
     if (mobility.empty() || laws_.materials() == 1)
         return set(numbers_[0], mobility.empty() ? 0 : 2 * *std::max_element(mobility.begin(), mobility.end()));
     for (std::size_t i = 0; i < laws_.materials(); ++i)
@@ -346,9 +350,18 @@ void Contacts::set_springs(double h) {
             set(numbers_[i * laws_.materials() + j], mobility[i] + mobility[j]);
 }
 
+ContactNumbers<double> Contacts::own_numbers(ContactNumbers<double> of_groups, const Window& a, const Window& b) const {
+    ContactNumbers<double> numbers = scene_.for_bodies(of_groups, a, b);
+    set_spring(numbers, scene_.slip_mobility_of(a) + scene_.slip_mobility_of(b));
+    return numbers;
+}
+
 void Contacts::begin(const Exposure& bodies, double time, double h, std::span<ExertedLoad> loads, bool may_repeat) {
     numbers_ = laws_.numbers(time);
-    if (slips_always(kinds_.friction) || scene_.has_tangents) set_springs(h);
+    const bool springs = slips_always(kinds_.friction) || scene_.has_tangents;
+    if (springs) set_springs(h);
+    own_numbers_ = !scene_.own.empty() && (springs || std::any_of(numbers_.begin(), numbers_.end(),
+                                                                  [](const auto& law) { return law.by_mass; }));
     time_ = time;
     side_changes_.clear();
     overlap_now_.clear();

@@ -216,6 +216,9 @@ private:
     struct Points;
     Points points(const Exposure& bodies, std::uint32_t pair) const;
     template <int W> ContactNumbers<Pack<W>> numbers(const Exposure& bodies, const Pair* pair) const;
+    /// Numbers for two bodies, where some rods have sizes of their own.
+    ContactNumbers<double> own_numbers(ContactNumbers<double> of_groups, const Window& a, const Window& b) const;
+    void set_spring(ContactNumbers<double>& numbers, double mobility) const;
 
     const ContactScene scene_;
     const ContactLaws& laws_ = scene_.laws;
@@ -224,6 +227,8 @@ private:
     bool remembers_;                              ///< contacts have memory to keep
     bool has_rings_;                              ///< among the groups
     std::vector<ContactNumbers<double>> numbers_; ///< now, as the laws are ordered
+    bool own_numbers_ = false;                    ///< some rods have numbers by their own masses
+    double spring_step_ = 0;                      ///< of springs of friction, s
     const Threads& threads_;
     BroadPhase search_;
     Candidates found_; ///< between search and settle

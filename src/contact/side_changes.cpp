@@ -126,7 +126,7 @@ std::optional<SideChange> Contacts::side_change(const Exposure& bodies, Pair pai
         nearest = least / reach;
     } else return {};
     const double speed = way / drift_, overlap = std::max(0.0, reach - before.distance),
-                 mass = 1 / (1 / scene_.masses[group_a] + 1 / scene_.masses[group_b]);
+                 mass = 1 / (1 / scene_.mass_of(bodies.at(a)) + 1 / scene_.mass_of(bodies.at(b)));
     return SideChange{pair, nearest, speed, half * mass * speed * speed + energy_at(law.at(time_), overlap),
                       2 * std::min(bodies.node[a].radius, bodies.node[b].radius)};
 }
@@ -148,7 +148,7 @@ std::optional<SideChange> Contacts::boxes_intersect(const Exposure& bodies, Pair
     const ExposedMotion &at_a = bodies.motion[a], &at_b = bodies.motion[b];
     const double speed = norm(at_a.velocity - at_b.velocity) + norm(at_a.spin) * norm(one.half) +
                          norm(at_b.spin) * norm(two.half),
-                 mass = 1 / (1 / scene_.masses[group_a] + 1 / scene_.masses[group_b]);
+                 mass = 1 / (1 / scene_.mass_of(bodies.at(a)) + 1 / scene_.mass_of(bodies.at(b)));
     return SideChange{pair, 0, speed, half * mass * speed * speed + energy_at(law.at(time_), one.radius + two.radius),
                       2 * std::min(one.radius, two.radius)};
 }

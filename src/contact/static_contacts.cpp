@@ -184,11 +184,11 @@ private:
                 {before, after},
                 bodies_.node[slot].radius};
     }
-    const ContactNumbers<double>& numbers_of(Pair pair) const {
+    ContactNumbers<double> numbers_of(Pair pair) const {
         const auto material = [&](std::uint32_t slot) { return to_index(bodies_.at(slot).group); };
         const std::size_t law =
             scene_.laws.materials() == 1 ? 0 : material(pair.a) * scene_.laws.materials() + material(pair.b);
-        return numbers_[law];
+        return scene_.for_bodies(numbers_[law], bodies_.at(pair.a), bodies_.at(pair.b));
     }
     bool respond_at(Pair pair, ContactResponse& response) const {
         const ContactElement<double> element[2] = {element_at(pair.a), element_at(pair.b)};

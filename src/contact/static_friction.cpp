@@ -164,12 +164,13 @@ void StaticFriction::add_slopes_of(Slopes by, const Exposure& bodies, std::span<
     const auto [a, b] = one.pair;
     const auto material = [&](std::uint32_t slot) { return to_index(bodies.at(slot).group); };
     const std::size_t law = scene_.laws.materials() == 1 ? 0 : material(a) * scene_.laws.materials() + material(b);
+    const ContactNumbers<double> of_pair = scene_.for_bodies(numbers[law], bodies.at(a), bodies.at(b));
     const ContactKinds kinds{scene_.laws.normal(), scene_.laws.friction()};
     const FrictionSpring<double> spring = slips_always(kinds.friction) ? FrictionSpring<double>{{0, 0, 0}, 0}
                                                                        : spring_before(bodies, attached, one, left);
     const double step = by == Slopes::by_rates ? 0 : long_step;
     if (attached[a].box || attached[b].box) {
-        auto [contact, element] = box_contact_at(bodies, attached, one.pair, state, then, kinds, numbers[law]);
+        auto [contact, element] = box_contact_at(bodies, attached, one.pair, state, then, kinds, of_pair);
         const bool joined = bodies.vertices[attached[a].box ? b : a] & (at_start | at_end);
         contact.weight = joined ? one.weight : 0;
         contact.spring = &spring;
@@ -194,10 +195,10 @@ void StaticFriction::add_slopes_of(Slopes by, const Exposure& bodies, std::span<
         broadcast<1>(bodies.node[a].position), broadcast<1>(bodies.node[a + 1].position - bodies.node[a].position),
         broadcast<1>(bodies.node[b].position), broadcast<1>(bodies.node[b + 1].position - bodies.node[b].position));
     const double pressed = -dot(one.force, one.normal), depth = std::max(one.overlap, 0.0),
-                 own = one.weight * numbers[law].stiffness * depth *
+                 own = one.weight * of_pair.stiffness * depth *
                        (scene_.laws.normal() == ContactNormal::hertz ? std::sqrt(depth) : 1.0);
     const RubbingContact contact{kinds,
-                                 numbers[law],
+                                 of_pair,
                                  one,
                                  spring,
                                  {nearest.s[0], nearest.t[0]},

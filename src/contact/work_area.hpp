@@ -220,10 +220,12 @@ template <int N>
 SKEIN_INLINE ContactNumbers<Pack<N>> Contacts::numbers(const Exposure& bodies, const Pair* pair) const {
     using Q = Pack<N>;
     auto all = numbers_[0].as<Q>();
-    if (laws_.materials() == 1) return all;
+    if (laws_.materials() == 1 && !own_numbers_) return all;
     for (int l = 0; l < N; ++l) {
-        const auto material = [&](std::uint32_t slot) { return to_index(bodies.at(slot).group); };
-        set_lane(all, l, numbers_[material(pair[l].a) * laws_.materials() + material(pair[l].b)]);
+        const Window &a = bodies.at(pair[l].a), &b = bodies.at(pair[l].b);
+        const std::size_t law = laws_.materials() == 1 ? 0 : to_index(a.group) * laws_.materials() + to_index(b.group);
+        if (own_numbers_) set_lane(all, l, own_numbers(numbers_[law], a, b));
+        else set_lane(all, l, numbers_[law]);
     }
     return all;
 }

@@ -29,6 +29,29 @@ template <class Row> std::vector<Row> rows_of(std::span<const std::byte> bytes) 
     return rows;
 }
 
+/// Least limit(rod, its law), s, of rods whose stiffness is proportional to their own masses. Beside a much heavier rod
+/// a rod meets twice the stiffness that two alike have, and moves alone: the limit is that of two alike.
+template <class Limit> double least_by_mass(const RodGroup& group, const ContactLaw& law, const Limit& limit) {
+    double least = HUGE_VAL;
+    const double mean = body_mass(group);
+    for_each_kind(group, [&](const RodGroup& kind, double) {
+        ContactLaw own = law;
+        own.stiffness *= body_mass(kind) / mean;
+        own.damping *= body_mass(kind) / mean;
+        least = std::min(least, limit(kind, own));
+    });
+    return least;
+}
+/// Limit at an overlap of a whole diameter, s.
+double limit_at_whole_overlap(const RodGroup& group, const ContactLaw& law) {
+    const ContactMobility of = contact_mobility(group);
+    return contact_limit(of, law, tangent_stiffness(law, of.diameter), 0, 1);
+}
+/// The limit at an overlap, over the diameter, over the one at a whole diameter.
+double limit_over_whole_overlap(const ContactLaw& law, double overlap) {
+    return law.normal == ContactNormal::linear ? 1 : 1 / std::sqrt(std::sqrt(std::max(overlap, 1e-12)));
+}
+
 } // namespace
 
 ContactInteraction::ContactInteraction(const InteractionParts& parts, const ContactPlan& contact)
@@ -42,9 +65,16 @@ ContactInteraction::ContactInteraction(const InteractionParts& parts, const Cont
     const std::size_t materials = laws.materials();
     for (std::size_t i = 0; i < materials * materials; ++i)
         soft_until_ = std::max(soft_until_, laws.between(i / materials, i % materials).soft_until);
-    for (std::size_t g = 0; g < groups_.size(); ++g)
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        const ContactLaw& law = laws.between(g, g);
+        const auto planned = [&](const RodGroup& group, const ContactLaw& own) {
+            return contact_time_limit(group, own, contact_.spec.overlap).dt;
+        };
+        const bool by_rod = groups_[g].heterogeneous() && law.by_mass;
+        own_limit_.push_back(by_rod ? least_by_mass(groups_[g], law, limit_at_whole_overlap) : 0);
         planned_limit_ =
-            std::min(planned_limit_, contact_time_limit(groups_[g], laws.between(g, g), contact_.spec.overlap).dt);
+            std::min(planned_limit_, by_rod ? least_by_mass(groups_[g], law, planned) : planned(groups_[g], law));
+    }
     contacts_->arrived_in(plan_.dt);
     overlap_ = {.of = "rods",
                 .allowed = contact_.spec.overlap,
@@ -266,8 +296,11 @@ std::string ContactInteraction::tightest_pair() const {
 double ContactInteraction::step_limit() const {
     double limit = HUGE_VAL;
     const ContactFigures f = contacts_->figures();
-    for (std::size_t g = 0; g < groups_.size(); ++g)
-        limit = std::min(limit, contact_limit(mobility_[g], contact_.laws.between(g, g), f.max_stiffness, 0, 1));
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        const ContactLaw& law = contact_.laws.between(g, g);
+        limit = std::min(limit, own_limit_[g] > 0 ? own_limit_[g] * limit_over_whole_overlap(law, f.max_overlap)
+                                                  : contact_limit(mobility_[g], law, f.max_stiffness, 0, 1));
+    }
     return std::min(limit, step_of_change_);
 }
 

@@ -100,6 +100,7 @@ private:
     std::int64_t all_rods_;
     std::unique_ptr<ContactSolver> contacts_;
     std::vector<ContactMobility> mobility_; ///< by group
+    std::vector<double> own_limit_;         ///< by group, s: of rods with laws by their own masses; 0 of others
     double planned_limit_ = HUGE_VAL;       ///< of explicit steps by contacts with the overlap that is allowed, s
     double soft_until_ = 0;                 ///< s; the last of the laws
     OverlapWatch overlap_;
