@@ -210,9 +210,13 @@ public:
             if (plan.groups[g].family == family) family_.push_back(&groups[g]);
         if (this->plan().program.template find<pass::Walls>())
             walls_ = std::make_shared<WallContactTiles<W>>(*around.walls, *family_.front());
+        if (this->plan().program.template find<pass::AuditBalance>())
+            audit_ = std::make_shared<EnergyBudget<W>>(*family_.front());
     }
     /// Contacts with walls of rods that are whole; null where none act.
     const std::shared_ptr<WallContactTiles<W>>& walls() const { return walls_; }
+    /// Energy budget of these rods; null without an audit.
+    const std::shared_ptr<EnergyBudget<W>>& audit() const { return audit_; }
     /// The plan that all of them have.
     const GroupPlan& plan() const { return plan_of(*family_.front()); }
 
@@ -254,6 +258,9 @@ public:
     Made operator()(const pass::Walls&) const {
         return std::make_unique<WallPass<W, RodNodes<W, Map>>>(around_.walls, *family_.front(), walls_);
     }
+    Made operator()(pass::AuditInner) const { return std::make_unique<AuditUnstrainedPass<W>>(audit_); }
+    Made operator()(pass::AuditLoads) const { return std::make_unique<AuditLoadsPass<W>>(audit_); }
+    Made operator()(pass::AuditBalance) const { return std::make_unique<AuditBalancePass<W>>(audit_, false); }
     template <class Other> Made operator()(const Other&) const {
         throw std::logic_error("a pass that looks at whole rods, in a family"); // see GroupProgram::lies_along
     }
@@ -265,6 +272,7 @@ private:
     const Surroundings& around_;
     std::vector<const RodGroup*> family_;
     std::shared_ptr<WallContactTiles<W>> walls_;
+    std::shared_ptr<EnergyBudget<W>> audit_;
 };
 
 } // namespace skein

@@ -182,7 +182,7 @@ template <int W> std::unique_ptr<Rods> make_rods_at(const Plan& plan, std::span<
     if (!tiling.along.empty())
         for (int family = 0; family < plan.families; ++family) {
             const AlongPassMaker<W> maker(plan, groups, family, around);
-            made.add(make_program<W>(maker.plan().program, maker), maker.walls(), nullptr, nullptr);
+            made.add(make_program<W>(maker.plan().program, maker), maker.walls(), nullptr, maker.audit());
         }
     for (const LocalRod& rod : owned)
         if (nth(plan.groups, rod.group).own_sizes == OwnSizes::apart) {

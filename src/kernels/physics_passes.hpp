@@ -89,10 +89,12 @@ struct AuditEnds {
 /// Audit: internal loads by themselves.
 struct AuditInner {
     static constexpr std::string_view name = "audit inner";
+    static bool lies_whole() { return true; }
 };
 /// Audit: all loads.
 struct AuditLoads {
     static constexpr std::string_view name = "audit loads";
+    static bool lies_whole() { return true; }
 };
 /// Audit: loads of the fluid.
 struct AuditMedium {
@@ -105,6 +107,7 @@ struct AuditMediumWork {
 /// Audit: what the step has done.
 struct AuditBalance {
     static constexpr std::string_view name = "audit balance";
+    static bool lies_whole() { return true; }
 };
 
 } // namespace pass

@@ -30,11 +30,19 @@ template <int W> struct EnergyBudget {
     struct Rates {
         Vec3<P> velocity, spin;
     };
+    /// Constants of a slot of rods that lie along, whole: 1 where a lane has a node or an element that is free, or
+    /// held.
+    struct LaneRow {
+        P free_node, held_node, free_element, held_element;
+        P half_mass;     ///< kg
+        Vec3<P> inertia; ///< kg m^2
+    };
     struct TileBudget {
         AlignedVector<SlotLoad<W>> inner, all; ///< loads that have an energy, and all loads, [n + 1]
         AlignedVector<SlotLoad<W>> medium;     ///< loads of the fluid, [n + 1]; none without it
         bool noted = false;                    ///< true while `all` holds the loads before contacts
         AlignedVector<Rates> before;           ///< rates before the kick, [n + 1]
+        AlignedVector<LaneRow> rows;           ///< of a tile along, [n + 1]
         P held_before{};         ///< kinetic energy of held nodes and elements before their walls moved, J
         P held_before_carried{}; ///< its part that the fluid carries, J
         P wall_power{};          ///< power of the couples of half cells on walls, W
@@ -78,7 +86,7 @@ template <int W> struct EnergyBudget {
         std::size_t sum = 0;
         for (const TileBudget& p : tiles)
             sum += sizeof(TileBudget) + p.inner.size() * (2 * sizeof(SlotLoad<W>) + sizeof(Rates)) +
-                   p.medium.size() * sizeof(SlotLoad<W>);
+                   p.medium.size() * sizeof(SlotLoad<W>) + p.rows.size() * sizeof(LaneRow);
         return sum;
     }
 
@@ -93,6 +101,23 @@ template <int W> struct EnergyBudget {
         return element_energy_of(broadcast<W>(scale(carried, nth(group_.element, k).inertia)), w);
     }
     /// Held directions of a node that slides: 1, and 0 in the free ones.
+    /// Constants of a tile's rods by lane, where they lie along as wholes.
+    static AlignedVector<LaneRow> rows_of(const RodTile<W>& rod) {
+        AlignedVector<LaneRow> rows(to_index(rod.n) + 1, LaneRow{});
+        for (int i = 0; i <= rod.n; ++i)
+            for (int l = 0; l < lanes_of<W>; ++l) {
+                const int k = rod.strands->slot(l, i);
+                if (k < 0) continue;
+                const RodGroup& group = rod.group_of(l);
+                LaneRow& row = nth(rows, i);
+                (group.holds_node(k) ? row.held_node : row.free_node).set(l, 1);
+                row.half_mass.set(l, 0.5 * nth(group.node_mass, k));
+                if (k == group.elements()) continue;
+                (group.holds_element(k) ? row.held_element : row.free_element).set(l, 1);
+                set_lane(row.inertia, l, nth(group.element, k).inertia);
+            }
+        return rows;
+    }
     Vec3<P> held_directions(int i) const { return broadcast<W>(Vec3d{1, 1, 1} - group_.free_directions(i)); }
     /// Kinetic energy of held nodes and elements, J.
     P held_energy(const RodTile<W>& rod) const {
@@ -127,14 +152,19 @@ private:
 template <int W> class AuditPass : public TilePass<W> {
 public:
     explicit AuditPass(std::shared_ptr<EnergyBudget<W>> budget) : budget_(std::move(budget)) {}
+    void expect(std::size_t tiles) override { budget_->tiles.resize(tiles); }
 
 protected:
     const EnergyBudget<W>& budget() const { return *budget_; }
     typename EnergyBudget<W>::TileBudget& of(const RodTile<W>& rod) const { return budget_->tiles[rod.number]; }
 
+    /// Makes room for a tile, once for all passes of the budget.
     void make_room(const RodTile<W>& rod) {
         const std::size_t slots = to_index(rod.last) + 1;
-        auto& tile = budget_->tiles.emplace_back();
+        if (budget_->tiles.size() <= rod.number) budget_->tiles.resize(rod.number + 1); // a pass without expect()
+        auto& tile = of(rod);
+        if (!tile.inner.empty()) return;
+        if (rod.strands) tile.rows = budget_->rows_of(rod);
         tile.inner.resize(slots);
         tile.all.resize(slots);
         tile.before.resize(slots);
@@ -149,14 +179,15 @@ protected:
                 const Vec3<Pack<W>> force = load[k].force - tile.all[at].force;
                 tile.inner[at].force += force;
                 tile.inner[at].couple += load[k].couple - tile.all[at].couple;
-                if (k == rod.n && rod.group->closed()) tile.inner[0].force += force;
+                if (k == rod.n && is_closed(rod)) tile.inner[0].force += force;
             }
             return true;
         }
         std::copy(load, load + rod.last + 1, tile.inner.begin());
-        if (rod.group->closed()) tile.inner[0].force += nth(tile.inner, rod.n).force;
+        if (is_closed(rod)) tile.inner[0].force += nth(tile.inner, rod.n).force;
         return false;
     }
+    static bool is_closed(const RodTile<W>& rod) { return !rod.strands && rod.group->closed(); }
 
     std::shared_ptr<EnergyBudget<W>> budget_;
 };
@@ -294,6 +325,7 @@ public:
         const EnergyBudget<W>& budget = this->budget();
         auto& tile = this->of(rod);
         tile.noted = false;
+        if (rod.strands) return balance_along(tile, rod, step);
         // Power of external loads, and of all loads on held and on free directions; gain of kinetic energy.
         P external(0.0), held(0.0), free(0.0), gained(0.0);
         const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after,
@@ -337,6 +369,35 @@ public:
     }
 
 private:
+    /// The same of rods that lie along, each in a lane; their ends do not move.
+    static void balance_along(typename EnergyBudget<W>::TileBudget& tile, const RodTile<W>& rod, const Step& step) {
+        using P = Pack<W>;
+        P external(0.0), free(0.0), gained(0.0);
+        const auto tally = [&](const Vec3<P>& all, const Vec3<P>& inner, const Vec3<P>& before, const Vec3<P>& after,
+                               const P& is_free, const P& is_held, const auto& energy) {
+            const Vec3<P> mean = P(0.5) * (before + after);
+            const Mask<W> moves = is_free > P(0.5), there = is_free + is_held > P(0.5);
+            external = select(there, external + dot(all - inner, mean), external);
+            free = select(moves, free + dot(all, mean), free);
+            gained = select(moves, gained + (energy(after) - energy(before)), gained);
+        };
+        for (int i = 0; i <= rod.n; ++i) {
+            const std::size_t at = to_index(i);
+            const auto& row = tile.rows[at];
+            tally(tile.all[at].force, tile.inner[at].force, tile.before[at].velocity, rod.slot[i].velocity,
+                  row.free_node, row.held_node, [&](const Vec3<P>& v) { return row.half_mass * dot(v, v); });
+        }
+        for (int k = 0; k < rod.n; ++k) {
+            const std::size_t at = to_index(k);
+            const auto& row = tile.rows[at];
+            tally(tile.all[at].couple, tile.inner[at].couple, tile.before[at].spin, rod.slot[k].spin, row.free_element,
+                  row.held_element, [&](const Vec3<P>& w) { return P(0.5) * dot(w, scale(row.inertia, w)); });
+        }
+        const P h(step.kick);
+        tile.loads = fma(h, external, tile.loads);
+        tile.dissipated = tile.dissipated + (h * free - gained);
+    }
+
     bool moving_;
 };
 

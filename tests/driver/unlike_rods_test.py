@@ -10,6 +10,7 @@ from scene_text import scene_text
 RADIUS, SPACING = 1e-3, 1.9e-3
 LAW = {"law": "hertz", "stiffness": 2e4, "damping": 0.05}
 ROUGH = LAW | {"friction": "memory", "static_friction": 0.3}
+BOUNCING = {"law": "hertz", "restitution": 0.4, "collision_time": 1e-3, "collision_speed": 0.1}
 
 
 def rows(count, seed=3):
@@ -24,21 +25,21 @@ def rows(count, seed=3):
 
 
 class UnlikeRods(DriverTest):
-    def write(self, count=43, file="rods.csv", **tables):
+    def write(self, count=43, file="rods.csv", start="free", **tables):
         names = "x,y,z,tx,ty,tz,length,radius"
         numpy.savetxt(self.directory / file, rows(count), delimiter=",", header=names, comments="", fmt="%.17g")
         group = {"name": "hairs", "material": {"density": 1200.0, "youngs_modulus": 1e6}, "section": {"radius": 5 * RADIUS}, "shape": {"length": 1.0, "elements": 8},
-                 "placement": {"kind": "file", "file": file}}
+                 "placement": {"kind": "file", "file": file}} | ({"start": start} if start != "free" else {})
         output = {"trajectory": 2e-3, "series": 1e-3, "precision": "double"} | tables.pop("output", {})
         scene = {"time": {"duration": 8e-3}, "rods": [group], "load": [{"kind": "gravity"}], "damping": [{"kind": "uniform", "rate": 10.0}], "contact": ROUGH,
                  "wall": [{"name": "dish", "kind": "plane"} | ROUGH], "output": output}
-        self.scene.write_text(scene_text(scene | tables))
+        self.scene.write_text(scene_text({key: value for key, value in (scene | tables).items() if value is not None}))
 
     def test_same_bits_however_they_are_run(self):
         joint = {"kind": "spherical", "between": ["hairs", "hairs"], "pairs": "listed", "first": [0, 7], "second": [1, 8], "at": [0.5, 0.2], "stiffness": 20.0}
         scenes = {"whole": {}, "rough": {"contact": LAW | {"friction": "regularised", "kinetic_friction": 0.3, "slip_speed": 1e-2},
                                          "wall": [{"name": "dish", "kind": "plane"} | LAW | {"friction": "regularised", "kinetic_friction": 0.3, "slip_speed": 1e-2}]},
-                  "apart": {"output": {"audit": True}}, "filtered": {"damping": [{"kind": "laplacian", "rate": 100.0, "order": 1}]},
+                  "audited": {"output": {"audit": True}}, "bouncing": {"contact": BOUNCING}, "filtered": {"damping": [{"kind": "laplacian", "rate": 100.0, "order": 1}]},
                   "joined": {"joint": [joint], "contact": ROUGH | {"joined": True}}}
         for name, tables in scenes.items():
             self.write(**tables)
@@ -51,6 +52,28 @@ class UnlikeRods(DriverTest):
                                                ("four", ("--lanes", "4"), {}), ("one", ("--lanes", "1"), {"ranks": 2}), ("two", ("--lanes", "2"), {})):
                     self.run_skein(out, "--overwrite", *arguments, **layout)
                     self.assertEqual(self.digest(out), summary["digest"], out)
+                    if name == "audited":
+                        numpy.testing.assert_array_equal(self.series(out).tolist(), self.series(name).tolist(), out)
+
+    def test_an_audit_closes(self):
+        """Works of loads, walls and damping of rods in lanes of one tile, clamped ones and free ones, are those of the same rods one by one."""
+        for start in ("free", "clamped"):
+            with self.subTest(start=start):
+                self.write(count=13, start=start, contact=None, wall=None, output={"audit": True})
+                self.run_skein("all", "--overwrite")
+                every = self.series("all")
+                self.assertLess(abs(every["energy_defectJ"]).max(), 1e-3 * abs(every["work_loadsJ"]).max())
+                self.assertGreater(abs(every["work_loadsJ"]).max(), 0)
+                text = (self.directory / "rods.csv").read_text().splitlines()
+                columns = ("work_loadsJ", "work_wallsJ", "dissipatedJ")
+                total = {column: 0.0 for column in columns}
+                dt = self.plan()["dt"]
+                for row in text[1:]:
+                    (self.directory / "rods.csv").write_text(f"{text[0]}\n{row}\n")
+                    self.run_skein("one", "--overwrite", "--set", f"time.dt={dt!r}")
+                    for column in columns: total[column] = total[column] + self.series("one")[column]
+                for column in columns:
+                    numpy.testing.assert_allclose(every[column], total[column], rtol=1e-9, atol=1e-12 * abs(every["work_loadsJ"]).max(), err_msg=column)
 
     def test_limits_are_those_of_the_smallest(self):
         """Contact and drag limit the step by the lightest rod: a file with one thinner rod has a shorter step, and the same as a file of that rod alone."""
