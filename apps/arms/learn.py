@@ -10,7 +10,7 @@ from pathlib import Path
 
 import numpy as np
 
-from skein.arms import MUSCLES, ReachArms
+from skein.arms import JOINTED, SCENE, ReachArms
 
 ACTIONS = 40        # of an episode
 TARGET = (0.15, 0.1, 0.25)  # m, from the foot
@@ -30,7 +30,7 @@ def evaluated(arms, weights):
 
 def learned(arms, generations, seed=1, told=print):
     """Weights of the mean policy, and (generation, mean, best) of the rewards."""
-    random, mean = np.random.default_rng(seed), np.zeros((MUSCLES, arms.single_observation_space.shape[0] + 1))
+    random, mean = np.random.default_rng(seed), np.zeros((arms.single_action_space.shape[0], arms.single_observation_space.shape[0] + 1))
     curve = []
     for generation in range(generations):
         half = random.normal(size=(arms.num_envs // 2, *mean.shape))
@@ -47,9 +47,10 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
     parser.add_argument("--arms", type=int, default=256)
     parser.add_argument("--generations", type=int, default=60)
+    parser.add_argument("--jointed", action="store_true", help="arms whose links are joined by hinges with motors, besides their muscles")
     parser.add_argument("--out", type=Path, default=Path("out/learn"))
     arguments = parser.parse_args()
-    _, curve = learned(ReachArms(arguments.arms), arguments.generations)
+    _, curve = learned(ReachArms(arguments.arms, scene=JOINTED if arguments.jointed else SCENE), arguments.generations)
     arguments.out.mkdir(parents=True, exist_ok=True)
     with open(arguments.out / "curve.csv", "w", newline="") as file:
         csv.writer(file).writerows([("generation", "mean", "best"), *curve])

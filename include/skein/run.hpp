@@ -124,9 +124,10 @@ public:
     /// there is no such table, or where points are none, not finite or do not rise.
     void set_table(const std::string& table, std::span<const double> at, std::span<const double> value);
     /// Returns these rods of a group to their start, with the memory of all that acts on them, while others go on.
-    /// Joined rods do so together: give all of a copy. Contacts of these rods are forgotten. Throws where rods feel a
-    /// fluid or walls that they move, in scenes with stages or time.tolerance, and where rods that may touch lie on
-    /// several ranks.
+    /// Joined rods do so together: give all of a copy. Contacts of these rods are forgotten. If rods may touch on
+    /// several ranks, all ranks call this together, and each may name any rods. In other scenes a rank returns those of
+    /// the named rods that it owns. Throws where rods feel a fluid or walls
+    /// that they move, and in scenes with stages or time.tolerance.
     void restart(std::size_t group, std::span<const std::int64_t> rods);
 
     /// Name of the [[stage]] under way; empty in scenes without.

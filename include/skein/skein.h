@@ -52,7 +52,8 @@ SKEIN_API const char* skein_contacts(skein_run* run);
 SKEIN_API int skein_drive(skein_run* run, const char* table, double until, double value);
 /* Puts `count` points in the place of a table's own: x rising, and values. */
 SKEIN_API int skein_set_table(skein_run* run, const char* table, const double* at, const double* value, int64_t count);
-/* Returns rods of a group, by number, to their start while others go on. */
+/* Returns rods of a group, by number, to their start while others go on. If rods may touch on several ranks, all ranks
+   call it together, and each may name any rods. In other scenes a rank returns those of the named rods that it owns. */
 SKEIN_API int skein_restart(skein_run* run, int group, const int64_t* rods, int64_t count);
 /* Number of a table's points, of which the first `count` are copied. */
 SKEIN_API int64_t skein_table(skein_run* run, const char* table, double* at, double* value, int64_t count);

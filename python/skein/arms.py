@@ -1,5 +1,5 @@
-"""Many soft arms at once that are to reach points, with the methods and shapes of Gymnasium's vector environments. Needs numpy alone; see arms.toml, beside
-this file."""
+"""Many soft arms at once that are to reach points, with the methods and shapes of Gymnasium's vector environments. Needs numpy alone; see arms.toml and jointed_arms.toml,
+beside this file."""
 
 import re
 from pathlib import Path
@@ -9,6 +9,7 @@ import numpy as np
 from .simulation import Simulation
 
 SCENE = Path(__file__).with_name("arms.toml")
+JOINTED = Path(__file__).with_name("jointed_arms.toml")  # with motors at the joints
 LINKS, AXES = 4, 2
 MUSCLES = LINKS * AXES
 STEP = 0.02     # s, between two actions
@@ -41,10 +42,10 @@ class Box:
 class ReachArms:
     """`num_envs` arms of four links, side by side in SIMD lanes, on threads and, under mpirun, on ranks, each of which has arms of its own.
 
-    Action of an arm: pulls of its eight muscles, -1 to 1, to which they come linearly until the next action. Observed: the ends of its links, the velocity of
+    Action of an arm: pulls of its eight muscles, -1 to 1, to which they come linearly until the next action; with scene = JOINTED of its three motors, too. Observed: the ends of its links, the velocity of
     its tip and its target, over its length. Reward: minus the tip's distance from the target, over the length, and 1 where it is near. An episode has
     EPISODE actions. An arm whose episode ends begins the next one in the same step (autoreset mode "SameStep"): `infos["final_obs"]` has what was observed last. `reward(tip, target, length)`: a function
-    in place of this one, of arrays by arm."""
+    in place of this one, of arrays by arm. `scene`: of one arm, with rods link_1 to link_4, a table "way" and, for each number of an action, tables "from_NAME" and "to_NAME" by `rod`."""
 
     metadata = {"render_modes": [], "autoreset_mode": "SameStep"}
     render_mode = None
@@ -52,20 +53,23 @@ class ReachArms:
     def __init__(self, num_envs=1, threads=0, scene=SCENE, reward=None, **keys):
         copies = f"origins = [{', '.join(['[0.0, 0.0, 0.0]'] * num_envs)}]"
         text, found = re.subn(r"origins = \[\[.*?\]\]", copies, Path(scene).read_text(), count=1)
+        self.actions = re.findall(r'^name = "to_(\w+)"', text, re.MULTILINE)
         if not found:
             raise ValueError(f"{scene}: the assembly has no 'origins' to copy")
+        if not self.actions:
+            raise ValueError(f"{scene}: no table is named to_NAME, which takes a number of each action")
         self._simulation = Simulation(text, threads, **keys)
         self._links = [self._simulation[f"link_{k}"] for k in range(1, LINKS + 1)]
         self.numbers = self._links[0].numbers  # of this rank's arms
         self.num_envs, self._all = len(self.numbers), num_envs
-        self.single_action_space, self.single_observation_space = Box(-1, 1, (MUSCLES,)), Box(-np.inf, np.inf, (3 * LINKS + 6,))
-        self.action_space, self.observation_space = Box(-1, 1, (self.num_envs, MUSCLES)), Box(-np.inf, np.inf, (self.num_envs, 3 * LINKS + 6))
+        self.single_action_space, self.single_observation_space = Box(-1, 1, (len(self.actions),)), Box(-np.inf, np.inf, (3 * LINKS + 6,))
+        self.action_space, self.observation_space = Box(-1, 1, (self.num_envs, len(self.actions))), Box(-np.inf, np.inf, (self.num_envs, 3 * LINKS + 6))
         self._batch = round(STEP / self._simulation.dt)
         self._foot = self._links[0].position[:, 0].copy()
         self._length = LINKS * float(np.linalg.norm(np.diff(self._links[0].position[0], axis=0), axis=1).sum())
         self._reward = reward or self._distance_reward
         self._random = [np.random.default_rng() for _ in self.numbers]
-        self._pull = np.zeros((self.num_envs, MUSCLES))
+        self._pull = np.zeros((self.num_envs, len(self.actions)))
         self._age = np.zeros(self.num_envs, int)
         self.targets = np.zeros((self.num_envs, 3))
 
@@ -100,13 +104,13 @@ class ReachArms:
         self._age[mask] = 0
 
     def _set_pulls(self, when, pulls):
-        by_number = np.zeros((self._all + 1, MUSCLES))  # a table has two points or more
+        by_number = np.zeros((self._all + 1, len(self.actions)))  # a table has two points or more
         by_number[self.numbers] = pulls
-        for muscle in range(MUSCLES):
-            self._simulation.set_table(f"{when}_{muscle // AXES + 1}{muscle % AXES + 1}", by_number[:, muscle])
+        for name, column in zip(self.actions, by_number.T):
+            self._simulation.set_table(f"{when}_{name}", column)
 
     def step(self, actions):
-        actions = np.clip(np.asarray(actions, float).reshape(self.num_envs, MUSCLES), -1, 1)
+        actions = np.clip(np.asarray(actions, float).reshape(self.num_envs, len(self.actions)), -1, 1)
         self._set_pulls("from", self._pull)
         self._set_pulls("to", actions)
         self._simulation.set_table("way", [0.0, 1.0], at=[self._simulation.time, self._simulation.after(self._batch)])

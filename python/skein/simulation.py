@@ -233,7 +233,8 @@ class SimulatedGroup:
         return view
 
     def restart(self, rods):
-        """Returns these rods to their start while others go on; joined rods together: all of a copy."""
+        """Returns these rods to their start while others go on; joined rods together: all of a copy. If rods may touch on several ranks, all ranks call it together, and
+        each may name any rods; in other scenes a rank returns those of the named rods that it owns."""
         numbers = np.ascontiguousarray(rods, np.int64)
         if library().skein_restart(self._simulation._run, self._number, numbers.ctypes.data_as(LONGS), len(numbers)):
             raise _failed()

@@ -19,6 +19,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <optional>
 #include <set>
 #include <utility>
@@ -43,13 +44,22 @@ Scene Scene::from_text(const std::string& toml, const std::vector<std::string>& 
     return Scene(parse_scene(name, toml, overrides));
 }
 
+namespace {
+/// Number of a rod among all bodies.
+std::int64_t body_of(const World& world, const LocalRod& rod) {
+    return nth(world.groups, rod.group).first_gid() + rod.index;
+}
+} // namespace
+
 struct Run::Parts {
     Parts(const SceneSpec& given, const RunSettings& settings)
         : comm(Communicator::world()), machine(machine_of(comm, settings.threads, settings.lanes)),
           threads(machine.threads), writes(!settings.out.empty()), scene(driven(given)),
           simulation(made(scene, settings, make_groups(scene))) {
         const Rods& rods = simulation.world().rods();
-        for (std::size_t i = 0; i < rods.local().size(); ++i) start_memory.push_back(rods.memory(i));
+        for (std::size_t i = 0; i < rods.local().size(); ++i)
+            if (std::vector<double> memory = rods.memory(i); !memory.empty())
+                start_memory[body_of(simulation.world(), rods.local()[i])] = std::move(memory);
     }
 
     /// The scene with tables that this run alone may lengthen.
@@ -76,8 +86,8 @@ struct Run::Parts {
     bool writes;
     SceneSpec scene;
     Simulation simulation;
-    bool tables_are_new = false;                   ///< formulas of places have not followed yet
-    std::vector<std::vector<double>> start_memory; ///< of the passes of own rods, at the start
+    bool tables_are_new = false;                              ///< formulas of places have not followed yet
+    std::map<std::int64_t, std::vector<double>> start_memory; ///< of the passes of rods owned at the start, by body
 };
 
 Run::Run(const Scene& scene, const RunSettings& settings) : parts_(std::make_unique<Parts>(*scene.spec_, settings)) {}
@@ -168,8 +178,36 @@ std::string fault_of_restart(const Simulation& simulation) {
         if (one->companion()) return "time.tolerance compares two runs of all rods";
         if (one->couples() && one.get() != contacts) return "they feel a fluid, or walls that they move";
     }
-    if (contacts && world.comm.size() > 1) return "on several ranks no rod that may touch others does";
     return {};
+}
+
+/// Bodies that some rank names, all of them on all ranks. Collective.
+std::set<std::int64_t> of_all_ranks(const Communicator& comm, const std::set<std::int64_t>& bodies) {
+    const std::vector<double> mine(bodies.begin(), bodies.end()); // whole numbers below 2^53
+    std::set<std::int64_t> all;
+    for (const double body : comm.all_gather(mine)) all.insert(static_cast<std::int64_t>(body));
+    return all;
+}
+
+/// Memory at the start of these bodies, which may have had other owners then. Collective.
+std::map<std::int64_t, std::vector<double>> memory_of(const Communicator& comm,
+                                                      const std::map<std::int64_t, std::vector<double>>& at_start,
+                                                      const std::set<std::int64_t>& bodies) {
+    std::vector<double> mine; // body, number of its numbers, and these
+    for (const auto& [body, numbers] : at_start) {
+        if (!bodies.contains(body)) continue;
+        mine.insert(mine.end(), {static_cast<double>(body), static_cast<double>(numbers.size())});
+        mine.insert(mine.end(), numbers.begin(), numbers.end());
+    }
+    const std::vector<double> all = comm.all_gather(mine);
+    std::map<std::int64_t, std::vector<double>> found;
+    for (std::size_t at = 0; at < all.size();) {
+        const auto first = all.begin() + static_cast<std::ptrdiff_t>(at + 2),
+                   end = first + static_cast<std::ptrdiff_t>(all[at + 1]);
+        found[static_cast<std::int64_t>(all[at])].assign(first, end);
+        at = static_cast<std::size_t>(end - all.begin());
+    }
+    return found;
 }
 
 /// Forgets the contacts of these bodies, and the lists that know where they were.
@@ -200,20 +238,26 @@ void Run::restart(std::size_t group, std::span<const std::int64_t> rods) {
     if (const std::string fault = fault_of_restart(parts_->simulation); !fault.empty())
         throw InputError(
             fmt::format("rods of '{}' cannot return to their start: {}", world.groups.at(group).name(), fault));
-    std::vector<std::int64_t> wanted(rods.begin(), rods.end());
-    std::sort(wanted.begin(), wanted.end());
     std::set<std::int64_t> bodies;
-    for (const std::int64_t rod : wanted) bodies.insert(world.groups[group].first_gid() + rod);
+    for (const std::int64_t rod : rods) bodies.insert(world.groups[group].first_gid() + rod);
+    std::map<std::int64_t, std::vector<double>> moved;
+    const auto* memory = &parts_->start_memory;
+    if (contacts_of(world.interactions()) && world.comm.size() > 1) { // rods that touch may change their owners
+        bodies = of_all_ranks(world.comm, bodies);
+        moved = memory_of(world.comm, parts_->start_memory, bodies);
+        memory = &moved;
+    }
     forget_contacts(world, bodies);
     const auto local = world.rods().local();
     std::vector<Slot<1>> state(to_index(world.groups.at(group).slots()));
     for (std::size_t i = 0; i < local.size(); ++i) {
-        if (to_index(local[i].group) != group || !std::binary_search(wanted.begin(), wanted.end(), local[i].index))
-            continue;
+        const std::int64_t body = body_of(world, local[i]);
+        if (to_index(local[i].group) != group || !bodies.contains(body)) continue;
         world.groups[group].start_state(local[i].index, state);
         world.rods().import_rod(i, state);
         world.rods().set_budget(i, {});
-        if (const auto& memory = parts_->start_memory[i]; !memory.empty()) world.rods().set_memory(i, memory);
+        if (const auto of_body = memory->find(body); of_body != memory->end())
+            world.rods().set_memory(i, of_body->second);
     }
 }
 

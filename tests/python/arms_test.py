@@ -1,14 +1,19 @@
 """skein.arms.ReachArms: the methods and shapes of a Gymnasium vector environment, each arm with the bits that it has alone, and arms that return to their start while others go on."""
 
+import pathlib
+import subprocess
+import sys
+import tempfile
 import unittest
 
 import numpy as np
 
-from package import skein  # noqa: F401
+from package import MPIRUN, ROOT, skein
 
-from skein.arms import EPISODE, MUSCLES, ReachArms
+from skein.arms import EPISODE, JOINTED, MUSCLES, ReachArms
 
 OBSERVED = 18
+MOTORS = 3
 UPRIGHT = np.outer([0.25, 0.5, 0.75, 1.0], [0, 0, 1]).ravel()  # ends of the links at the start, over the length
 
 
@@ -53,6 +58,37 @@ class Arms(unittest.TestCase):
         self.assertGreater(np.abs(together[-1] - together[-1, :1]).max(), 1e-3, "arms move apart")
         for arm in (0, 7, 10):
             np.testing.assert_array_equal(self.tips([arm], 4)[:, 0], together[:, arm], err_msg=f"arm {arm}")
+
+    def jointed_tips(self, arms, steps, back=()):
+        """Tips of jointed arms after each step, and the angles of their second hinges at the end. Arms `back` return to their start halfway, and begin again."""
+        environment = ReachArms(len(arms), threads=1, scene=JOINTED)
+        environment.reset(seed=1)
+        mask = np.isin(arms, back)
+        places = []
+        for step in range(steps):
+            if step == steps // 2 and mask.any(): environment.reset(options={"reset_mask": mask})
+            when = np.where(mask & (step >= steps // 2), step - steps // 2, step)
+            actions = 0.5 * np.sin(np.outer(1 + np.asarray(arms), np.arange(1, 1 + MOTORS + MUSCLES)) + 0.7 * when[:, None])
+            environment.step(actions)
+            places.append(environment._links[-1].position[:, -1].copy())
+        directions = [link.directors[:, at, 2] for link, at in ((environment._links[1], -1), (environment._links[2], 0))]
+        environment.close()
+        return np.array(places), np.arccos(np.clip((directions[0] * directions[1]).sum(axis=1), -1, 1)), 0.6 * actions[:, MUSCLES + 1]
+
+    def test_arms_with_motors_at_their_joints(self):
+        """Motors turn hinges towards the angles of the actions; each arm has the bits that it has alone; single arms return."""
+        environment = ReachArms(2, threads=1, scene=JOINTED)
+        self.assertEqual(environment.single_action_space.shape, (MUSCLES + MOTORS,))
+        environment.close()
+        together, angles, wanted = self.jointed_tips(range(11), 6)
+        self.assertGreater(np.abs(together[-1] - together[-1, :1]).max(), 1e-3, "arms move apart")
+        self.assertGreater(np.corrcoef(angles, np.abs(wanted))[0, 1], 0.8, "hinges follow their motors")
+        for arm in (0, 7, 10):
+            np.testing.assert_array_equal(self.jointed_tips([arm], 6)[0][:, 0], together[:, arm], err_msg=f"arm {arm}")
+        returned, _, _ = self.jointed_tips(range(11), 6, back=[4])
+        others = np.arange(11) != 4
+        np.testing.assert_array_equal(returned[:, others], together[:, others])
+        np.testing.assert_allclose(returned[3:, 4], together[:3, 4], rtol=0, atol=1e-12)
 
     def test_single_arms_return_to_their_start(self):
         environment = ReachArms(6, threads=1)
@@ -105,6 +141,38 @@ class Arms(unittest.TestCase):
             away, gone = self.return_of({"rods": [rods], "time": {"duration": 1.0, "dt": 1e-3, "integrator": integrator}, "load": [{"kind": "gravity"}]}, [1], 3)
             self.assertLess(away, 1e-11, integrator)
             self.assertGreater(gone, 1e-4)
+
+    def on_ranks(self, keys, back, ranks):
+        """Digest of all rods after some steps, the return of some, and more steps: on ranks, and in this process. In contact one rank names rods that others own."""
+        steps = 60
+        program = f"""
+import sys; sys.path.insert(0, {str(ROOT / "python")!r})
+import os, pathlib, skein
+rank = int(os.environ.get("OMPI_COMM_WORLD_RANK", 0))
+simulation = skein.Simulation(skein.Scene("ranks", **{keys!r}), threads=1).step({steps})
+simulation["rod"].restart({back!r} if rank == 0 or not {"contact" in keys} else [])
+pathlib.Path(sys.argv[1] + str(rank)).write_text(simulation.step({steps}).digest)
+"""
+        with tempfile.TemporaryDirectory() as folder:
+            subprocess.run([MPIRUN, "-n", str(ranks), sys.executable, "-c", program, folder + "/digest"], check=True, timeout=200)
+            found = {file.read_text() for file in pathlib.Path(folder).iterdir()}
+        with skein.Simulation(skein.Scene("alone", **keys), threads=1) as one:
+            one.step(steps)
+            one["rod"].restart(back)
+            self.assertEqual(found, {one.step(steps).digest})
+
+    def test_rods_return_on_several_ranks(self):
+        """Rods of a pile, whose owners are others than the rank that names them, and rods of implicit steps: the bits of one rank."""
+        rods = {"name": "rod", "material": {"density": 1000.0, "youngs_modulus": 1e6}, "section": {"radius": 1e-3}, "shape": {"length": 0.05, "elements": 5},
+                "placement": {"kind": "list", "origins": [[0.01 * k, 0.0, 0.0] if k < 4 else [-0.005, 0.01 * (k - 4) + 0.005, 0.0019] for k in range(8)],
+                              "tangents": [[0.0, 1.0, 0.0]] * 4 + [[1.0, 0.0, 0.0]] * 4}}
+        touching = {"rods": [rods], "time": {"duration": 1.0, "dt": 2e-6}, "load": [{"kind": "gravity"}],
+                    "contact": {"law": "linear", "stiffness": 20.0, "friction": "memory", "static_friction": 0.5},
+                    "wall": [{"name": "floor", "kind": "plane", "point": [0.0, 0.0, -0.00095], "law": "linear", "stiffness": 20.0, "friction": "memory", "static_friction": 0.5}]}
+        implicit = {"rods": [rods | {"start": "clamped"}], "time": {"duration": 1.0, "dt": 1e-3, "integrator": "implicit"}, "load": [{"kind": "gravity"}]}
+        for keys in (touching, implicit):
+            for ranks in (2, 3):
+                with self.subTest(integrator=keys["time"].get("integrator"), ranks=ranks): self.on_ranks(keys, [2, 5], ranks)
 
     def test_episodes_end_by_themselves(self):
         environment = ReachArms(2, threads=1)
