@@ -1,6 +1,7 @@
 """Centrelines of rods as lists of arrays: files of points, SWC trees, CSV, NumPy, HDF5 and BCC (docs/traced_files.md)."""
 
 import csv
+import re
 import struct
 from pathlib import Path
 
@@ -10,6 +11,7 @@ from .needs import Damaged, NotResults, reading
 
 FORMATS = (".csv", ".tsv", ".swc", ".npz", ".h5", ".bcc")
 NAMES_OF_RODS = ("filament", "fibre", "fiber", "track", "trace", "rod", "curve", "contour", "hair", "yarn", "id")
+LENGTHS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6, "\u00b5m": 1e-6, "\u03bcm": 1e-6, "nm": 1e-9}
 SWC = ("id", "type", "x", "y", "z", "radius", "parent")
 
 
@@ -155,7 +157,7 @@ def swc(path, group="sections", elements=8, unit=1e-6, joined=True, material=Non
 def read_centrelines(path, unit=1.0, id=None):
     """Centrelines of a file of points, as `write` and other programs make it: a list of arrays [points, 3], and radii [points] of each or None, m.
 
-    unit: length of 1 in the file, m; id: the column of a table that names the rod of a row, if it is none of the usual names. Rods of tables have the order in
+    unit: length of 1 in the file, m, where neither a column names its own, as "z[0.3 um]", nor an array "voxel" [3] does; id: the column of a table that names the rod of a row, if it is none of the usual names. Rods of tables have the order in
     which they appear; a coordinate that a table lacks is 0. Closed curves of a BCC file end with their first point. The program's own reader, which scenes use, checks more (docs/traced_files.md).
     """
     path = Path(path)
@@ -164,18 +166,24 @@ def read_centrelines(path, unit=1.0, id=None):
         return [unit * tree.points[rows] for rows in tree.sections], [unit * tree.radii[rows] for rows in tree.sections]
     if path.suffix == ".bcc":
         return [unit * curve for curve in _curves_of_bcc(path)], None
-    points, offsets, radii = _table_of(path, id) if path.suffix in (".csv", ".tsv", ".txt") else _arrays_of(path)
-    curves = np.split(unit * points, offsets[1:-1])
-    return curves, None if radii is None else np.split(unit * radii, offsets[1:-1])
+    points, offsets, radii = _table_of(path, id, unit) if path.suffix in (".csv", ".tsv", ".txt") else _arrays_of(path, unit)
+    return np.split(points, offsets[1:-1]), None if radii is None else np.split(radii, offsets[1:-1])
 
 
-def _table_of(path, id):
-    """Points, offsets and radii of a table with a row per point."""
+def _column(name, unit):
+    """Name of a column in small letters, and the length of 1 in it, m."""
+    found = re.fullmatch(r"(.*?)[ _]*\[ *([0-9.eE+-]*) *(\w+) *\]", name.strip())
+    if not found or found[3] not in LENGTHS: return name.strip().lower(), unit
+    return found[1].lower(), float(found[2] or 1) * LENGTHS[found[3]]
+
+
+def _table_of(path, id, unit):
+    """Points, m, offsets and radii of a table with a row per point."""
     with reading(path), path.open(newline="", encoding="utf-8-sig", errors="replace") as text:
         lines = [line for line in text if line.strip() and not line.startswith("#")]
         comma = next((mark for mark in "\t;," if lines and mark in lines[0]), ",")
         rows = list(csv.reader(lines, delimiter=comma, skipinitialspace=True))
-    names = [name.strip().lower() for name in rows[0]] if rows else []
+    names, units = zip(*(_column(name, unit) for name in rows[0])) if rows else ((), ())
     wanted = [id.lower()] if id else [stem + end for stem in NAMES_OF_RODS for end in ("", "_id")]
     column = next((names.index(name) for name in wanted if name in names), None)
     places = [next((names.index(name) for name in (axis, f"position_{axis}") if name in names), None) for axis in "xyz"]
@@ -185,8 +193,8 @@ def _table_of(path, id):
     by_rod = {}
     for number, row in enumerate(rows[1:], 2):
         try:
-            point = [0.0 if place is None else float(row[place]) for place in places]
-            by_rod.setdefault(row[column].strip(), []).append([*point, 0.0 if size is None else float(row[size]) / (2 if names[size] == "diameter" else 1)])
+            point = [0.0 if place is None else units[place] * float(row[place]) for place in places]
+            by_rod.setdefault(row[column].strip(), []).append([*point, 0.0 if size is None else units[size] * float(row[size]) / (2 if names[size] == "diameter" else 1)])
         except (ValueError, IndexError) as error:
             raise Damaged(f"{path}: row {number}: {error}") from None
     if not by_rod:
@@ -195,16 +203,16 @@ def _table_of(path, id):
     return table[:, :3], np.cumsum([0] + [len(rod) for rod in by_rod.values()]), None if size is None else table[:, 3]
 
 
-def _arrays_of(path):
+def _arrays_of(path, unit):
     """The same of NumPy and HDF5."""
     with reading(path):
         if path.suffix in (".npy", ".npz"):
             found = np.load(path)
-            arrays = {"points": found} if path.suffix == ".npy" else {name: found[name] for name in ("points", "offsets", "radii") if name in found}
+            arrays = {"points": found} if path.suffix == ".npy" else {name: found[name] for name in ("points", "offsets", "radii", "voxel") if name in found}
         elif path.suffix in (".h5", ".hdf5"):
             import h5py
             with h5py.File(path) as file:
-                arrays = {name: file[name][:] for name in ("points", "offsets", "radii") if name in file}
+                arrays = {name: file[name][:] for name in ("points", "offsets", "radii", "voxel") if name in file}
         else:
             raise NotResults(f"{path}: a file of centrelines is .csv, .tsv, .txt, .swc, .npy, .npz, .h5, .hdf5 or .bcc")
     points, radii = arrays.get("points"), arrays.get("radii")
@@ -213,7 +221,10 @@ def _arrays_of(path):
     offsets = arrays.get("offsets", np.arange(0, len(points.reshape(-1, 3)) + 1, points.shape[1]) if points.ndim == 3 else None)
     if offsets[0] != 0 or offsets[-1] != len(points.reshape(-1, 3)) or (np.diff(offsets) < 2).any():
         raise Damaged(f"{path}: offsets begin with 0, end with the number of points, and leave two points or more to each rod")
-    return points.reshape(-1, 3).astype(float), offsets, None if radii is None else radii.reshape(-1).astype(float)
+    voxel = np.asarray(arrays.get("voxel", [unit] * 3), float)
+    if voxel.shape != (3,) or not (voxel > 0).all():
+        raise Damaged(f"{path}: voxel has three lengths above 0, m")
+    return voxel * points.reshape(-1, 3).astype(float), offsets, None if radii is None else unit * radii.reshape(-1).astype(float)
 
 
 # "BCC", bytes of integers and floats, type of curves, dimensions, axis that points up, curves, points, text. Little-endian.

@@ -73,19 +73,21 @@ class Scene:
         self._tree.setdefault("rods", []).append(entry)
         return self
 
-    def rods_from(self, name, curves, radii=None, normals=None, unit=1.0, **keys):
+    def rods_from(self, name, curves, radii=None, normals=None, unit=1.0, voxel=None, **keys):
         """Adds a group of rods along centrelines: a list of arrays [points, 3], or one [rods, points, 3], which are resampled to shape.elements.
 
             scene.rods_from("filaments", traces, radii=0.2, unit=1e-6, material={...}, section={"radius": 2e-7}, shape={"length": 1e-5, "elements": 20})
 
-        radii: one for all, one per rod, or one per point; normals: d1 at the start [rods, 3], or at each point; unit: length of 1 in the arrays, m. An HDF5 file
-        beside the scene holds them.
+        radii: one for all, one per rod, or one per point; normals: d1 at the start [rods, 3], or at each point; unit: length of 1 in the arrays, m; voxel:
+        lengths of 1 in the points along x, y and z, m, where they differ. An HDF5 file beside the scene holds them.
         """
         from .centrelines import ragged
         points, offsets = ragged(curves)
         arrays = {"points": points, "offsets": offsets}
         if radii is not None:
             arrays["radii"] = ragged(curves, radii)
+        if voxel is not None:
+            arrays["voxel"] = np.broadcast_to(np.asarray(voxel, float), 3).copy()
         if normals is not None:
             at_start = np.ndim(normals[0]) == 1
             arrays["normal" if at_start else "normals"] = np.asarray(normals, float) if at_start else ragged(curves, normals, "normals", (3,))

@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 namespace skein {
@@ -98,7 +99,7 @@ class ArrayPointFile final : public PointFile {
 public:
     ArrayPointFile(std::unique_ptr<ArrayFile> file, const RodFileOptions& options)
         : PointFile(file->path(), options.elements, options.placement.unit), file_(std::move(file)) {
-        check_names(*file_, {"points", "offsets", "radii", "normal", "normals"}, options.placement);
+        check_names(*file_, {"points", "offsets", "radii", "normal", "normals", "voxel"}, options.placement);
         ragged_ = file_->has("offsets");
         const ArrayFile::Shape shape = file_->shape("points");
         const std::string wanted =
@@ -109,6 +110,7 @@ public:
         count_ = static_cast<std::int64_t>(shape[0]);
         if (ragged_) check_offsets(static_cast<std::int64_t>(shape[0]));
         if (count_ == 0) refuse("it contains no rods");
+        if (file_->has("voxel")) find_voxel(options.placement.unit);
         radii_ = has_along("radii", shape, 0);
         normals_ = has_along("normals", shape, 3);
         start_normals_ = file_->has("normal");
@@ -120,6 +122,18 @@ public:
     }
 
 private:
+    /// Lengths of a unit of points along x, y and z.
+    void find_voxel(double unit) {
+        const ArrayFile::Shape shape = file_->shape("voxel");
+        if (shape != ArrayFile::Shape{3}) refuse_shape(*file_, "voxel", shape, "[3]: a length along x, y and z, m");
+        double length[3];
+        file_->read("voxel", 0, 3, length);
+        for (const double one : length)
+            if (!(one > 0 && std::isfinite(one)))
+                refuse(fmt::format("{} 'voxel' has {:g}; lengths, m, are above 0", file_->word(), one));
+        stretch_ = Vec3d{length[0] / unit, length[1] / unit, length[2] / unit};
+    }
+
     /// True for an array that has a row of `components` (0: one number) for each point.
     bool has_along(const std::string& name, ArrayFile::Shape wanted, std::uint64_t components) const {
         if (!file_->has(name)) return false;
@@ -195,6 +209,8 @@ private:
         const auto numbers_of = [](std::vector<Vec3d>& vectors) { return reinterpret_cast<double*>(vectors.data()); };
         static_assert(sizeof(Vec3d) == 3 * sizeof(double));
         read("points", numbers_of(into.points));
+        if (stretch_)
+            for (Vec3d& point : into.points) point = scale(*stretch_, point);
         if (radii_) read("radii", into.radii.data());
         if (normals_) read("normals", numbers_of(into.normals));
         if (start_normals_) file_->read("normal", rod, rods, numbers_of(into.start_normals));
@@ -212,7 +228,8 @@ private:
 
     std::unique_ptr<ArrayFile> file_;
     bool ragged_ = false;
-    std::int64_t each_ = 0; ///< points of each rod, where they are alike
+    std::int64_t each_ = 0;        ///< points of each rod, where they are alike
+    std::optional<Vec3d> stretch_; ///< voxel over the unit of the scene
 };
 
 } // namespace

@@ -17,7 +17,7 @@ class CsvRodFile final : public RodFile {
 public:
     CsvRodFile(const CsvHeader& header, const RodFileOptions& options)
         : RodFile(header.path, options.placement.unit), header_(header) {
-        find_columns();
+        find_columns(options.placement.unit);
         TextLines lines(path_, header.past, header.line + 1);
         std::string_view line;
         while (lines.next(line)) {
@@ -33,7 +33,9 @@ private:
 
     static bool is_empty(std::string_view line) { return line.find_first_not_of(" \t") == std::string_view::npos; }
 
-    void find_columns() {
+    /// `given`: unit of columns without one, m.
+    void find_columns(double given) {
+        scale_.assign(header_.names.size(), 1);
         column_.assign(header_.names.size(), skipped);
         for (std::size_t c = 0; c < column_.size(); ++c) {
             const std::string& name = header_.plain[c];
@@ -46,6 +48,9 @@ private:
                     "unknown column '{}'; a row per rod has x, y, z and, if rods differ in them, tx, ty, tz, nx, ny, "
                     "nz, length, radius; a row per point has a column that names its rod, such as 'filament' or 'id'",
                     shown(header_.names[c])));
+            const std::size_t q = column_[c].first;
+            if (q == tangent || q == normal) header_.refuse_unit(c);
+            scale_[c] = header_.over(c, given);
         }
         for (std::size_t q = 0; q < std::size(quantities); ++q) {
             const auto axes =
@@ -78,7 +83,7 @@ private:
                 const std::optional<double> value = csv_number(cells[c]);
                 if (!value)
                     refuse(q, rod, fmt::format("'{}': {}", quantities[q].columns[axis], not_a_number(cells[c])));
-                numbers[q][to_index(rod - begin) * width(q) + axis] = *value;
+                numbers[q][to_index(rod - begin) * width(q) + axis] = scale_[c] * *value;
             }
         }
     }
@@ -90,6 +95,7 @@ private:
 
     CsvHeader header_;
     std::vector<std::pair<std::size_t, std::size_t>> column_;   ///< quantity and axis
+    std::vector<double> scale_;                                 ///< by column: number in the scene's unit over its own
     std::vector<std::pair<std::int64_t, std::int64_t>> blocks_; ///< offset and line at which each block begins
 };
 

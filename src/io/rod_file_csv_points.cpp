@@ -23,7 +23,7 @@ class CsvPointFile final : public PointFile {
 public:
     CsvPointFile(const CsvHeader& header, const RodFileOptions& options)
         : PointFile(header.path, options.elements, options.placement.unit), header_(header) {
-        find_columns();
+        find_columns(options.placement.unit);
         find_rows();
         sort_rows();
     }
@@ -37,7 +37,9 @@ private:
     static constexpr std::array<std::string_view, all> names = {"x", "y", "z", "radius", "nx", "ny", "nz"};
     static constexpr std::size_t most_runs = 1 << 24; // half a gigabyte of them
 
-    void find_columns() {
+    /// `given`: unit of columns without one, m.
+    void find_columns(double given) {
+        scale_.fill(1);
         column_.fill(CsvHeader::none);
         for (std::size_t c = 0; c < header_.plain.size(); ++c) {
             std::string_view name = header_.plain[c];
@@ -54,8 +56,11 @@ private:
                 header_.refuse(fmt::format("two columns for {}: '{}' and '{}'", *found, shown(header_.names[column]),
                                            shown(header_.names[c])));
             column = c;
-            if (diameter) radius_unit_ = 0.5;
+            const std::size_t q = to_index(found - names.begin());
+            if (q >= nx) header_.refuse_unit(c);
+            scale_[q] = (diameter ? 0.5 : 1) * header_.over(c, given);
         }
+        if (header_.id != CsvHeader::none) header_.refuse_unit(header_.id);
         for (const Quantity q : {x, y})
             if (column_[q] == CsvHeader::none) header_.refuse(fmt::format("column '{}' is missing", names[q]));
         const auto normals = std::count(column_.begin() + nx, column_.end(), CsvHeader::none);
@@ -170,10 +175,10 @@ private:
                 if (!number)
                     throw InputError(fmt::format("{}: {}: {}", lines.place(), shown(header_.names[column_[q]]),
                                                  not_a_number(cells[column_[q]])));
-                value[q] = *number;
+                value[q] = scale_[q] * *number;
             }
             points.points[at] = {value[x], value[y], value[z]};
-            if (radii_) points.radii[at] = radius_unit_ * value[radius];
+            if (radii_) points.radii[at] = value[radius];
             if (normals_) points.normals[at] = {value[nx], value[ny], value[nz]};
         }
     }
@@ -200,7 +205,7 @@ private:
 
     CsvHeader header_;
     std::array<std::size_t, all> column_{};
-    double radius_unit_ = 1;             ///< radius over the number in its column
+    std::array<double, all> scale_{};    ///< number in the unit of the scene over the number in the column
     std::vector<Run> runs_;              ///< by rod, and of a rod in the order of the file
     std::vector<std::size_t> first_run_; ///< of each rod, and their number
 };

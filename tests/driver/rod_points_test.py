@@ -104,6 +104,45 @@ class RodPoints(DriverTest):
         self.run_skein("finer")
         self.assertEqual(self.frames("finer", "trajectory")["groups/traced/position"].shape[1:], (RODS, 15, 3))
 
+    def test_units_of_columns_and_voxels(self):
+        """Columns with units of their own and voxels of unlike sides give the rods of plain metres; units that are none are refused."""
+        voxel = numpy.array([2.0**-10, 2.0**-11, 3 * 2.0**-12])  # exact but for the division by 3 along z
+        self.curves = [numpy.round(curve * [1, 1, 2.0**12 / 3]) * [1, 1, 3 * 2.0**-12] for curve in self.curves]
+        self.write("plain.h5")
+        self.scene_of("plain.h5")
+        self.run_skein("plain")
+        digest = self.digest("plain")
+        self.write("voxels.h5", points=numpy.concatenate(self.curves) / voxel, radii=1024 * numpy.concatenate(self.radii), voxel=voxel)
+        self.scene_of("voxels.h5", f", unit = {2.0**-10!r}")
+        self.run_skein("voxels")
+        self.assertEqual(self.digest("voxels"), digest)
+        names = f"filament,x[{voxel[0]!r} m],Y [{voxel[1]!r} m],z[{voxel[2]!r} m],diameter [m]".replace("np.float64(", "").replace(")", "")
+        rows = [f"{rod}," + ",".join(repr(float(x)) for x in (*point / voxel, 2 * radius))
+                for rod, (curve, radii) in enumerate(zip(self.curves, self.radii)) for point, radius in zip(curve, radii)]
+        for unit in ("", ", unit = 0.125"):  # of columns without one, and there are none
+            (self.directory / "columns.csv").write_text("\n".join([names, *rows]) + "\n")
+            self.scene_of("columns.csv", unit)
+            self.run_skein("columns", "--overwrite", ranks=2)
+            self.assertEqual(self.digest("columns"), digest)
+        short = [name + "\n" + "\n".join(rows) + "\n" for name in
+                 ("filament,x[um],y[um],z[0.3um],radius[nm]", "filament,x [ 1 \u00b5m ],y[\u03bcm],z[0.3 um],radius[nm]", "filament,x[1e-3 mm],y[1e-4cm],z[300 nm],radius[1e-9 m]")]
+        plans = set()
+        for text in short:
+            (self.directory / "columns.csv").write_text(text)
+            self.scene_of("columns.csv")
+            plans.add(round(self.plan()["dt"] * 1e13))
+        self.assertEqual(len(plans), 1, plans)
+        for name, told in (("x[furlong]", "the unit in brackets is none of m, cm"), ("x[um/s]", "is none of"), ("x[0 um]", "is none of"), ("x[-1 um]", "is none of"), ("x[nan um]", "is none of"),
+                           ("x[]", "is none of"), ("x[pm]", "is none of")):
+            (self.directory / "columns.csv").write_text(f"filament,{name},y,z,radius\n" + "\n".join(rows) + "\n")
+            self.assertIn(told, self.skein_says("check", self.scene, expect=2).stderr, name)
+        (self.directory / "columns.csv").write_text("id[um],x,y,z,radius\n" + "\n".join(rows) + "\n")
+        self.assertIn("is no length and has no unit", self.skein_says("check", self.scene, expect=2).stderr)
+        for bad, told in (([1.0, 1.0], "'voxel'"), ([1.0, 0.0, 1.0], "above 0"), ([1.0, numpy.nan, 1.0], "above 0")):
+            self.write("voxels.h5", voxel=numpy.array(bad))
+            self.scene_of("voxels.h5")
+            self.assertIn(told, self.skein_says("check", self.scene, expect=2).stderr)
+
     def test_yarns(self):
         """Open and closed curves of a BCC file, beside the same points in arrays."""
         single = [numpy.asarray(curve, "<f4") for curve in self.curves]

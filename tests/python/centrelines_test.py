@@ -73,6 +73,23 @@ class Centrelines(unittest.TestCase):
         np.testing.assert_array_equal(thick[1], [2, 2])
         self.assertIsNone(skein.read_centrelines(write(self.folder / "bare.csv", given))[1])
 
+    def test_units_of_columns_and_voxels(self):
+        """Columns name their units, and arrays the sides of a voxel; the program finds the same rods."""
+        table = self.folder / "voxels.csv"
+        table.write_text("filament,x[0.5 um],Y [um],z[2um],radius[nm]\na,2,4,1,300\na,20,4,1,300\na,40,8,2,250\n")
+        (curve,), (thick,) = skein.read_centrelines(table, unit=7.0)
+        np.testing.assert_allclose(curve, 1e-6 * np.array([[1, 4, 2], [10, 4, 2], [20, 8, 4]]), rtol=1e-14)
+        np.testing.assert_allclose(thick, [3e-7, 3e-7, 2.5e-7], rtol=1e-14)
+        scaled = [curve / [0.5e-6, 1e-6, 2e-6] for curve in ([np.array(curve)] * 2)]
+        np.savez(self.folder / "voxels.npz", points=np.stack(scaled), voxel=[0.5e-6, 1e-6, 2e-6], radii=np.full((2, 3), 0.3))
+        found, thick = skein.read_centrelines(self.folder / "voxels.npz", unit=1e-6)
+        np.testing.assert_allclose(found[1], curve, rtol=1e-14)
+        np.testing.assert_allclose(thick[1], 3e-7, rtol=1e-14)
+        given = [1e6 * np.array(one) for one in curves()]
+        plain = self.run_of(self.scene([1e-6 * one for one in given]), "plain")
+        voxels = self.run_of(self.scene([one * [2, 1, 4] for one in given], voxel=(0.5e-6, 1e-6, 0.25e-6)), "voxels")
+        np.testing.assert_allclose(voxels["filaments"].position[-1], plain["filaments"].position[-1], rtol=0, atol=1e-12)
+
     def test_files_that_are_refused(self):
         for name, text, words in (("a.csv", "x,y\n1,2\n", "names a column of rods"), ("b.csv", "id,x,y\n1,2,three\n", "row 2"), ("c.csv", "id,x,y\n", "no points"),
                                   ("d.csv", "id,x,y\n1,2\n", "row 2"), ("e.obj", "", "a file of centrelines is"), ("f.bcc", "BCC", "is cut short"), ("g.bcc", "B" * 80, "is no BCC file")):
