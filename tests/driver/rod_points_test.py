@@ -107,7 +107,7 @@ class RodPoints(DriverTest):
     def test_units_of_columns_and_voxels(self):
         """Columns with units of their own and voxels of unlike sides give the rods of plain metres; units that are none are refused."""
         voxel = numpy.array([2.0**-10, 2.0**-11, 3 * 2.0**-12])  # exact but for the division by 3 along z
-        self.curves = [numpy.round(curve * [1, 1, 2.0**12 / 3]) * [1, 1, 3 * 2.0**-12] for curve in self.curves]
+        for curve in self.curves: curve[:, 2] = numpy.round(curve[:, 2] * 2.0**12 / 3) * 3 * 2.0**-12
         self.write("plain.h5")
         self.scene_of("plain.h5")
         self.run_skein("plain")
