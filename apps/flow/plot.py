@@ -4,7 +4,8 @@
 Draws OUT_DIR/flow.png, vorticity across a plane of cells in the first and the last frame of output.fields, or of a slice of the scene, with obstacles in the last alone; with these
 OUT_DIR/forces.png, the forces on them, without OUT_DIR/energy.png, kinetic energy and what takes it. Prints mean forces, or how well the loss of energy and the
 dissipation agree. Of a scene with a vortex (vortices.py) OUT_DIR/vortex.png and how far it is from theory, of one with walls or an acceleration that swings (plates.py)
-OUT_DIR/profiles.png, of a cubic array of spheres (arrays.py) OUT_DIR/drag.png and how far its drag is from what is published. Needs numpy, h5py and matplotlib.
+OUT_DIR/profiles.png, of a cubic array of spheres (arrays.py) OUT_DIR/drag.png and how far its drag is from what is published,
+of an ellipsoid in a cube of periods (ellipsoids.py) OUT_DIR/drift.png and how far the mean velocity is from its closed form. Needs numpy, h5py and matplotlib.
 """
 
 import argparse
@@ -22,6 +23,7 @@ matplotlib.use("Agg")
 import matplotlib.pyplot as plt  # noqa: E402  (after the choice of Agg)
 
 import arrays  # noqa: E402
+import ellipsoids  # noqa: E402
 import plates  # noqa: E402
 import vortices  # noqa: E402
 from skein.own_file import OwnFile  # noqa: E402
@@ -142,6 +144,10 @@ def main():
     if array:
         arrays.draw_drag(rows, array, given.out_dir / "drag.png")
         print(given.out_dir / "drag.png")
+    ellipsoid = ellipsoids.read_ellipsoid(given.out_dir) if forced and not given.slice else None
+    if ellipsoid:
+        ellipsoids.draw_drift(rows, files, ellipsoid, given.out_dir / "drift.png")
+        print(given.out_dir / "drift.png")
     vortex = vortices.read_vortex(given.out_dir)
     if vortex:
         picture = given.out_dir / "vortex.png"

@@ -197,6 +197,20 @@ class Fluid(DriverTest):
         self.assertGreater((self.directory / "array/drag.png").stat().st_size, 10000)
         self.assertLess(abs(float(re.search(r"published 7.442, difference ([+-][\d.]+)%", done.stdout)[1])), 2)
 
+    def test_an_ellipsoid_turns_the_flow_as_in_theory(self):
+        """At two thirds of the cells of the scene. Spheres have the mobility of Hasimoto 1959: 1 - 2.837297 a/L + 4 pi/3 (a/L)^3, to fifth order."""
+        sys.path[:0] = [str(FLOW), str(FLOW.parents[1] / "python")]
+        self.addCleanup(lambda: sys.path.__delitem__(slice(0, 2)))
+        import ellipsoids
+
+        for size in (0.1, 0.2):
+            mobility = 2.0 * ellipsoids.mobility(numpy.eye(3) * 2.0 * size, 2.0) * 6 * numpy.pi * size
+            numpy.testing.assert_allclose(mobility, numpy.eye(3) * (1 - 2.837297 * size + 4 * numpy.pi / 3 * size**3), atol=1e-6)
+        figures = self.measured("tilted_ellipsoid.toml", "drift.png", "fluid.cells=[40,40,40]", "fluid.spacing=0.025")
+        along, across = (number for what, number in figures.items() if what.startswith("mean velocity along"))
+        self.assertLess(abs(along), 1)
+        self.assertLess(abs(across), 2.5)
+
     def test_fields_are_those_of_the_scene(self):
         """Means of faces at the middles of cells, and derivatives of what the scene says, to second order."""
         scene = FLUID[: FLUID.index("[[obstacle]]")] + FLUID[FLUID.index("[output]"):]
