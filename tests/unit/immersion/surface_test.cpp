@@ -131,5 +131,47 @@ TEST(SweptSurface, BentRodsAreTubes) {
     }
 }
 
+/// The nearest of all elements, each as a rod of its own: a wave, whose elements lie near places from several sides.
+TEST(SweptSurface, NoElementIsNearerThanTheOneFound) {
+    constexpr int n = 17;
+    constexpr double radius = 0.25;
+    const auto node = [](int i) { return Vec3d{0.3 * i, 0.8 * std::sin(0.9 * i), 0.2 * std::cos(1.3 * i)}; };
+    RodMotion m;
+    std::vector<SweptSurface::Element> elements;
+    for (int i = 0; i <= n; ++i) {
+        m.node.push_back(node(i) - node(0));
+        m.velocity.push_back({0, 0, 0});
+        if (i == n) break;
+        const Vec3d axis = node(i + 1) - node(i), t = (1 / norm(axis)) * axis, across = cross(t, Vec3d{0, 0, 1}),
+                    d1 = (1 / norm(across)) * across;
+        m.frame.push_back({d1, cross(t, d1), t});
+        m.spin.push_back({0, 0, 0});
+        elements.push_back({radius, radius, norm(axis)});
+    }
+    SweptSurface wave(SweptSection::ellipse, elements);
+    wave.put(m, m);
+    int compared = 0;
+    for (int p = 0; p < 400; ++p) {
+        const Vec3d at{-0.5 + 0.0153 * p, 1.5 * std::sin(0.37 * p), 0.7 * std::cos(0.51 * p)};
+        double least = HUGE_VAL; // from the polygon of nodes
+        std::size_t nearest = 0;
+        for (std::size_t k = 0; k < n; ++k) {
+            const Vec3d axis = m.node[k + 1] - m.node[k], off = at - m.node[k];
+            const double share = std::clamp(dot(off, axis) / dot(axis, axis), 0.0, 1.0),
+                         distance = norm(off - share * axis);
+            if (distance < least) {
+                least = distance;
+                nearest = k;
+            }
+        }
+        const SweptSurface::Foot foot = wave.nearest(at);
+        const auto flat = [](std::size_t k) { return k == 0 || k + 1 == n; }; // ends, whose faces may be nearer
+        if (flat(foot.element) || flat(nearest)) continue;
+        EXPECT_NEAR(norm(foot.off), least, 1e-12) << p;
+        ++compared;
+    }
+    EXPECT_GT(compared, 250);
+}
+
 } // namespace
 } // namespace skein
