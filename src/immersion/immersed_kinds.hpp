@@ -33,6 +33,8 @@ public:
     /// True for bodies and rods with sharp surfaces: all parts are two cells thick at least. Closed rods and rods of
     /// sizes of their own have markers.
     bool sharp(const RodGroup& group) const;
+    /// True if the scene asks for sharp surfaces of such groups.
+    bool asks_sharp(const RodGroup& group) const { return group.body() ? numbers_.sharp_bodies : numbers_.sharp_rods; }
     /// Markers and inertia of rod i of a group; of a group that is RodGroup::kind, those of its rod, whatever i. Any
     /// thread may ask.
     const Kind& of(const RodGroup& group, std::int64_t i) const;

@@ -118,8 +118,8 @@ class ShapesInFluid(DriverTest):
             'kind = "box"\nradius = 0.1\n': "'sides' [m] above 0 is needed",
             'kind = "box"\nsides = [0.5, 0.4, 0.3]\nradius = 0.2\n': "edges of 0.2 m in radius do not fit the shortest side of 0.3 m",
             'kind = "ellipsoid"\nhalf_axes = [0.5, 0.4, -0.3]\n': "'half_axes' [m] above 0 is needed",
-            'kind = "ellipsoid"\nhalf_axes = [0.5, 0.4, 0.03]\n': "a half axis of 0.03 m is too thin for cells of 0.1 m: at least 0.1 m",
-            'kind = "box"\nsides = [0.5, 0.4, 0.1]\n': "a half axis of 0.05 m is too thin for cells of 0.1 m: at least 0.1 m, or surface = \"markers\"",
+            'kind = "ellipsoid"\nhalf_axes = [0.5, 0.4, 0.03]\n': "half of its thickness, 0.03 m, is too thin for cells of 0.1 m: at least 0.1 m, or fluid.spacing = 0.03 at most",
+            'kind = "box"\nsides = [0.5, 0.4, 0.1]\n': "half of its thickness, 0.05 m, is too thin for cells of 0.1 m: at least 0.1 m, or fluid.spacing = 0.05 at most, or surface = \"markers\"",
             'kind = "mesh"\n': "'file' is needed for an obstacle of kind \"mesh\": .stl or .obj",
             'kind = "sphere"\nradius = 0.2\nlength = 0.1\n': "length",
             'kind = "capsule"\nradius = 0.2\naxis = [0.0, 0.0, 0.0]\n': "'axis' has no direction",
@@ -128,6 +128,14 @@ class ShapesInFluid(DriverTest):
         }.items():
             with self.subTest(keys=keys):
                 self.assertIn(words, self.says(it + keys))
+        walled = HEAD.replace("acceleration", 'along_x = "no_slip"\nacceleration') + OUTPUT
+        self.scene.write_text(walled + it.replace("[1.0, 1.0, 1.0]", "[4.0, 1.0, 1.0]") + 'kind = "sphere"\nradius = 0.3\n')
+        self.assertIn("obstacle 'it' at [4, 1, 1] m lies outside of the fluid, which reaches from [0, 0, 0] to [3.2, 2.4, 2] m: change its 'centre'",
+                      self.skein_says("check", self.scene, expect=2).stderr)
+        self.scene.write_text(walled + it.replace("[1.0, 1.0, 1.0]", "[3.4, 1.0, 1.0]") + 'kind = "sphere"\nradius = 0.3\n')
+        self.skein_says("check", self.scene)
+        for keys, words in {'delta = "four_point"': "'delta' has no use with sharp surfaces alone", "sweeps = 3": "'sweeps' has no use with sharp surfaces alone and an explicit scheme"}.items():
+            self.assertIn(words, self.says(it + f'kind = "sphere"\nradius = 0.3\n[immersion]\n{keys}\n'))
         marked = '[[obstacle]]\ncentre = [1.0, 1.0, 1.0]\nkind = "ellipsoid"\nhalf_axes = [0.5, 0.4, 0.3]\n'
         self.assertIn("an obstacle of kind \"ellipsoid\" has no markers: use surface = \"sharp\"", self.says(marked))
 

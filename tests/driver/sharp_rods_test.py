@@ -34,6 +34,15 @@ class SharpRods(DriverTest):
             turns = [abs(x[i]) for i in range(1, len(x) - 1) if (x[i] - x[i - 1]) * (x[i + 1] - x[i]) < 0]
             self.assertLess(turns[1], 0.65 * turns[0], (density, turns))
 
+    def test_notes_name_what_keeps_markers_and_what_is_known_of_thin_surfaces(self):
+        self.scene.write_text(SCENE)
+        self.assertIn("immersion.rod_surface = \"sharp\" does not apply, and these rods have markers: the thinnest part has", self.plan_text())
+        self.scene.write_text(disc_on_a_spring(48, 10.0, 1.0, 1.0).replace("radius = 0.5", "radius = 0.2") + '[immersion]\nrod_surface = "sharp"\n')
+        plan = self.plan_text()
+        self.assertIn("1.6 cells in half the thickness, too few for the fluid: drag of sharp surfaces was compared with known values from four cells in radius on; "
+                      "fluid.spacing = 0.05 gives four cells", plan)
+        self.assertNotIn("which the fluid sees about", plan)
+
     def test_same_bits_on_other_ranks_lanes_and_threads_and_after_a_stop(self):
         self.scene.write_text(SCENE.replace("duration = 0.4", "duration = 0.12"))
         self.run_skein("one")

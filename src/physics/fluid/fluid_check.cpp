@@ -152,8 +152,9 @@ void check_obstacles(const SceneSpec& scene, Objections& objections) {
                       : o.kind == ObstacleKind::ellipsoid ? "half_axes"
                       : o.kind == ObstacleKind::mesh      ? "unit"
                                                           : "radius",
-                      fmt::format("a half axis of {:g} m is too thin for cells of {:g} m: at least {:g} m{}", least,
-                                  fluid.spacing, cells * fluid.spacing,
+                      fmt::format("half of its thickness, {:g} m, is too thin for cells of {:g} m: at least {:g} m, or "
+                                  "fluid.spacing = {:.3g} at most{}",
+                                  least, fluid.spacing, cells * fluid.spacing, least / cells,
                                   o.is_sharp() && o.takes_markers() ? ", or surface = \"markers\"" : ""));
     }
 }
@@ -299,6 +300,13 @@ void check_margins(const SceneSpec& scene, Objections& table) {
 void check_immersion(const SceneSpec& scene, Objections& table) {
     if (!FluidTables::has_immersed(scene))
         table.unused({"delta", "forcing", "sweeps", "slip"}, "without [[obstacle]] or rods in a [fluid]");
+    const auto sharp = [](const Obstacle& o) { return o.is_sharp(); };
+    if (scene.fluid && scene.rods.empty() && !scene.obstacles.empty() &&
+        std::all_of(scene.obstacles.begin(), scene.obstacles.end(), sharp)) {
+        table.unused({"delta"}, "with sharp surfaces alone");
+        if (scene.fluid->scheme != FlowScheme::crank_nicolson)
+            table.unused({"sweeps", "slip"}, "with sharp surfaces alone and an explicit scheme");
+    }
     if (!scene.fluid || scene.rods.empty())
         table.unused({"retraction", "coupling", "inner_inertia"}, "without rods in a [fluid]");
     if (scene.immersion.coupling == RodCoupling::one_way)

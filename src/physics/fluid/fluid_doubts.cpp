@@ -15,6 +15,9 @@ namespace skein {
 namespace {
 
 constexpr double resolved = 2; // cells in a radius
+constexpr double compared = 4; // cells in a radius of sharp surfaces, from which on drags were compared
+constexpr std::string_view sharp_surfaces =
+    "drag of sharp surfaces was compared with known values from four cells in radius on";
 constexpr std::string_view flat_bodies =
     "at Re = 40 flat bodies of 1 cell in half the thickness have from 3 % too little to 6 % too much "
     "drag, those of 0.5 cells from 12 % too little to 35 % too much";
@@ -49,7 +52,27 @@ bool is_flat(const RodGroup& group, const FluidGrid& grid) {
     return flat;
 }
 
+/// Rods or bodies that keep markers although the scene asks for sharp surfaces, and the cure.
+std::string of_markers_in_place(const RodsInFluid& rods, double spacing) {
+    const std::string who = fmt::format("{}.{}: immersion.{}_surface = \"sharp\" does not apply, and {} markers",
+                                        rods.body ? "bodies" : "rods", rods.name, rods.body ? "body" : "rod",
+                                        rods.body ? "these bodies have" : "these rods have");
+    if (!rods.takes_sharp) return who + ": closed rods and rods with sizes of their own have no sharp surfaces";
+    return who + fmt::format(": the thinnest part has {:.3g} cells in half its thickness, below 1; fluid.spacing "
+                             "= {:.3g} at most",
+                             rods.least_axis, rods.least_axis * spacing);
+}
+
+/// Sharp surfaces thinner than those whose drag was compared.
+std::string of_thin_sharp(const RodsInFluid& rods, double spacing) {
+    return fmt::format("{}.{}: {:.3g} cells in half the thickness, too few for the fluid: {}; fluid.spacing = {:.3g} "
+                       "gives four cells",
+                       rods.body ? "bodies" : "rods", rods.name, rods.least_axis, sharp_surfaces,
+                       rods.least_axis * spacing / compared);
+}
+
 std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidGrid& grid) {
+    if (rods.sharp) return of_thin_sharp(rods, grid.h);
     const bool flat = is_flat(group, grid);
     double shortest = HUGE_VAL;
     for_each_kind(group,
@@ -84,6 +107,7 @@ std::string of_sharp_rods(const RodsInFluid& rods) {
 }
 
 std::string of_bodies(const RodsInFluid& bodies, double spacing) {
+    if (bodies.sharp) return of_thin_sharp(bodies, spacing);
     return fmt::format("bodies.{}: {:.3g} cells in half the thickness of a part, too few for the fluid: {}; "
                        "fluid.spacing = {:.3g} gives two cells",
                        bodies.name, bodies.least_axis, spheres, bodies.least_axis * spacing / resolved);
@@ -94,14 +118,15 @@ std::string of_obstacle(const Obstacle& o, double least, double spacing) {
     const bool sphere = o.kind == ObstacleKind::sphere,
                flat = !sphere && std::max(sides.x, sides.y) > 4 * least; // twice as wide as thick
     const std::string_view known =
-        o.is_sharp() ? "drag of sharp surfaces was compared with known values from four cells in radius on"
+        o.is_sharp() ? sharp_surfaces
         : sphere     ? spheres
         : flat       ? flat_bodies
                      : "at Re = 40 cylinders of 3.3 cells in radius have up to 7 % too little drag, those of 1.6 "
                        "cells 4 to 12 %, those of 1 cell twice their own";
     return fmt::format(
-        "obstacle '{}': {:.3g} cells in {} are too few for the fluid: {}; fluid.spacing = {:.3g} gives two cells",
-        o.name, least / spacing, flat ? "half the thickness" : "radius", known, least / resolved);
+        "obstacle '{}': {:.3g} cells in {} are too few for the fluid: {}; fluid.spacing = {:.3g} gives {} cells",
+        o.name, least / spacing, flat ? "half the thickness" : "radius", known,
+        least / (o.is_sharp() ? compared : resolved), o.is_sharp() ? "four" : "two");
 }
 
 } // namespace
@@ -120,6 +145,8 @@ std::vector<std::string> fluid_doubts(const FluidPlan& fluid, std::span<const Ro
         if (fluid.rods[g].least_axis < resolved * (1 - rounding))
             found.push_back(fluid.rods[g].body ? of_bodies(fluid.rods[g], h)
                                                : of_rods(fluid.rods[g], groups[g], fluid.constants.grid));
+    for (const RodsInFluid& rods : fluid.rods)
+        if (rods.asks_sharp && !rods.sharp) found.push_back(of_markers_in_place(rods, h));
     constexpr double light = 3, slender = 5; // density over the fluid's; length over thickness
     for (std::size_t g = 0; g < fluid.rods.size(); ++g) {
         const RodsInFluid& rods = fluid.rods[g];

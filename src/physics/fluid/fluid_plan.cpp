@@ -230,6 +230,8 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
     RodsInFluid rods{.name = group.name(),
                      .body = group.body() != nullptr,
                      .sharp = fluid.kinds->sharp(group),
+                     .asks_sharp = fluid.kinds->asks_sharp(group),
+                     .takes_sharp = group.body() || !(group.closed() || group.heterogeneous()),
                      .least_axis = HUGE_VAL,
                      .density_ratio = group.spec().material.density / fluid.constants.density};
     if (const BodyShape* body = group.body()) {
@@ -249,8 +251,27 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
     return rods;
 }
 
+/// Throws InputError for an obstacle at rest that no cell can meet.
+void stop_outside(const Obstacle& o, const FluidGrid& grid) {
+    if (o.moves()) return;
+    const Vec3d extent = o.shape()->extent();
+    const double reach = std::max({extent.x, extent.y, std::isfinite(extent.z) ? extent.z : 0});
+    const Vec3d upper = grid.upper();
+    for (int d = 0; d < 3; ++d) {
+        const double at = component_of(o.centre, d);
+        if (grid.periodic(d) || (at + reach > component_of(grid.lower, d) && at - reach < component_of(upper, d)))
+            continue;
+        throw InputError(fmt::format(
+            "{}: obstacle '{}' at [{:g}, {:g}, {:g}] m lies outside of the fluid, which reaches from [{:g}, "
+            "{:g}, {:g}] to [{:g}, {:g}, {:g}] m: change its 'centre', or 'lower' and 'cells' of [fluid]",
+            o.source, o.name, o.centre.x, o.centre.y, o.centre.z, grid.lower.x, grid.lower.y, grid.lower.z, upper.x,
+            upper.y, upper.z));
+    }
+}
+
 /// Obstacles with the triangles of their files.
-std::vector<Obstacle> obstacles_of(const SceneSpec& scene, double spacing) {
+std::vector<Obstacle> obstacles_of(const SceneSpec& scene, const FluidGrid& grid) {
+    const double spacing = grid.h;
     std::vector<Obstacle> all = scene.obstacles;
     const std::filesystem::path directory = std::filesystem::path(scene.file).parent_path();
     for (Obstacle& o : all) {
@@ -266,6 +287,7 @@ std::vector<Obstacle> obstacles_of(const SceneSpec& scene, double spacing) {
                 "{:g} m: at least two cells; 'unit' [m] is the length of 1 in the file",
                 o.source, o.name, o.file, o.sides_of_box().x, o.sides_of_box().y, o.sides_of_box().z, spacing));
     }
+    for (const Obstacle& o : all) stop_outside(o, grid);
     return all;
 }
 
@@ -277,7 +299,7 @@ FluidPlan plan_fluid(const PlanInput& input) {
     FluidPlan plan{.constants = fitted_fluid(scene).constants(),
                    .courant = scene.fluid->courant,
                    .velocity_formula = scene.fluid->velocity_formula,
-                   .obstacles = obstacles_of(scene, scene.fluid->spacing),
+                   .obstacles = obstacles_of(scene, fitted_fluid(scene).constants().grid),
                    .forcing = scene.immersion.numbers(scene.fluid->density),
                    .names = names_for_formulas(scene),
                    .outputs = {},

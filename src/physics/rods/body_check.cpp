@@ -39,7 +39,7 @@ void parts(const BodySpec& body, Objections& of_body) {
 void check_body(const RodSpec& spec, Objections& objections) {
     const BodySpec& body = *spec.body;
     if (spec.material.density == 0 && body.mass == 0)
-        objections.add("", "a body needs 'density' [kg/m^3] or 'mass' [kg]");
+        objections.add("", "a body needs 'density' [kg/m^3] or 'mass' [kg] above 0");
     if (spec.material.density > 0 && body.mass > 0)
         objections.add("mass", "'mass' has no use beside 'density', which says it");
     if (const std::size_t n = body.inertia.size(); n != 0 && n != 3 && n != 6)
