@@ -327,6 +327,10 @@ across = "y"
 at = 0.0
 fields = ["velocity", "pressure"]
 )toml"},
+    {"fluid_probe", R"toml([[fluid_probe]]
+name = "wake"
+at = [0.1, 0.1, 0.3]
+)toml"},
     {"probe", R"toml([[probe]]
 name = "tip"
 of = "arm"

@@ -261,6 +261,7 @@ SceneSpec without_fluid(SceneSpec scene, double dt) {
     scene.fluid.reset();
     scene.obstacles.clear();
     scene.fluid_outputs.clear();
+    scene.fluid_probes.clear();
     scene.time.dt = dt;
     scene.time.force_dt = !is_implicit(scene.time.integrator); // the fluid's inertia may allow for longer steps
     return scene;

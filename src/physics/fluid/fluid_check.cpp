@@ -208,6 +208,10 @@ void check_motion(const SceneSpec& scene, TableObjections& table) {
         if (scene.fluid_outputs[i].kind == FluidOutputKind::slice && scene.fluid_outputs[i].across == Direction::x)
             table.add(key, fmt::format("the output '{}' is of a slice across x, which would move with the box",
                                        scene.fluid_outputs[i].name));
+    for (const FluidProbeSpec& probe : scene.fluid_probes)
+        table.add(key, fmt::format("the fluid's probe '{}' stays where it is, and the box would leave it: use a "
+                                   "[[fluid_output]]",
+                                   probe.name));
 }
 
 void check_names(const FluidOutputSpec& spec, Objections& table) {
@@ -287,6 +291,27 @@ void check_outputs(const SceneSpec& scene, bool good_grid, Objections& objection
         if (spec.kind == FluidOutputKind::slice) check_slice(spec, grid, table);
         if (spec.kind == FluidOutputKind::box) check_box(spec, grid, table);
     }
+}
+
+void check_probes(const SceneSpec& scene, bool good_grid, Objections& objections) {
+    for (std::size_t i = 0; i < scene.fluid_probes.size(); ++i) {
+        const FluidProbeSpec& probe = scene.fluid_probes[i];
+        TableObjections table(objections, fmt::format("fluid_probe.{}", i));
+        if (!good_name(probe.name))
+            table.add("name", fmt::format("'{}' cannot name columns: use letters, digits, _ and -", probe.name));
+        for (std::size_t j = 0; j < i; ++j)
+            if (scene.fluid_probes[j].name == probe.name)
+                table.add("name", fmt::format("two probes of the fluid are named '{}'", probe.name));
+        if (!good_grid) continue;
+        const FluidGrid grid = scene.fluid->constants().grid;
+        const Vec3d upper = grid.upper();
+        if (!grid.holds(probe.at))
+            table.add("at", fmt::format("this place is outside of the fluid, which reaches from [{:g}, {:g}, {:g}] to "
+                                        "[{:g}, {:g}, {:g}] m",
+                                        grid.lower.x, grid.lower.y, grid.lower.z, upper.x, upper.y, upper.z));
+    }
+    if (!scene.fluid_probes.empty() && !(scene.output.series > 0))
+        objections.add("fluid_probe.0", "probes are columns of the time series: set output.series [s]");
 }
 
 /// Checks the margins that stand in place of a box.
@@ -381,6 +406,7 @@ void FluidTables::check(const SceneSpec& given, Objections& objections) {
     if (!scene.fluid) {
         check_unused("obstacle", scene.obstacles, "[fluid]", objections);
         check_unused("fluid_output", scene.fluid_outputs, "[fluid]", objections);
+        check_unused("fluid_probe", scene.fluid_probes, "[fluid]", objections);
         return;
     }
     const FluidSpec& fluid = *scene.fluid;
@@ -397,8 +423,9 @@ void FluidTables::check(const SceneSpec& given, Objections& objections) {
     check_scheme(fluid, table);
     check_obstacles(scene, objections);
     const auto& cells = fluid.cells;
-    check_outputs(scene, cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0,
-                  objections);
+    const bool good_grid = cells.size() == 3 && *std::min_element(cells.begin(), cells.end()) > 0 && fluid.spacing > 0;
+    check_outputs(scene, good_grid, objections);
+    check_probes(scene, good_grid, objections);
     if (!fluid.velocity_formula.empty()) {
         const StartVelocity start(fluid.velocity_formula, names_for_formulas(scene));
         add_faults("velocity_formula", start.faults(), table);

@@ -374,6 +374,17 @@ std::string FluidInteraction::invalid() const {
                      (groups_.empty() ? "; a smaller fluid.courant would do" : "");
 }
 
+void FluidInteraction::add_probes(std::vector<Figure>& all) const {
+    if (plan_.probes.empty()) return;
+    static constexpr std::array<std::string_view, 4> columns{"velocity_x[m/s]", "velocity_y[m/s]", "velocity_z[m/s]",
+                                                             "pressure[Pa]"};
+    for (const FluidProbeSpec& probe : plan_.probes) {
+        std::array<std::vector<double>, 4> terms = probe_terms(*flow_, probe.at);
+        for (std::size_t c = 0; c < columns.size(); ++c)
+            all.push_back({fmt::format("{}_{}", probe.name, columns[c]), Figure::Of::sum, std::move(terms[c])});
+    }
+}
+
 std::vector<Figure> FluidInteraction::figures(const Sample&) const {
     using Of = Figure::Of;
     const std::vector<FlowFigures> rows = flow_->figures();
@@ -397,6 +408,7 @@ std::vector<Figure> FluidInteraction::figures(const Sample&) const {
         {"fluid_max_divergence[1/s]", Of::largest, largest(&FlowFigures::divergence)},
         {"fluid_max_speed[m/s]", Of::largest, largest(&FlowFigures::speed)},
         {"fluid_steps[-]", Of::same, {static_cast<double>(steps_)}}};
+    add_probes(all);
     const auto only_of_steps = [&all] {
         for (Figure& figure : all) figure.of_steps = true;
         return std::move(all);

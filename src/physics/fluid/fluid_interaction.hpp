@@ -76,6 +76,8 @@ private:
     std::array<const double*, 3> velocities() const;
     /// Stage s of a step of the fluid that begins at 0, in steps of rods of dt.
     ForceBalance::Stage stage_of(int s, double dt) const;
+    /// Adds the columns of probes.
+    void add_probes(std::vector<Figure>& all) const;
     /// Counts f as Phase::fluid, and what of that was spent at markers as Phase::markers.
     template <class F> void timed(Timers& timers, F&& f);
     /// A stage that rods are about to begin, or have come to the end of.

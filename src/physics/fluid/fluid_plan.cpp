@@ -303,6 +303,7 @@ FluidPlan plan_fluid(const PlanInput& input) {
                    .forcing = scene.immersion.numbers(scene.fluid->density),
                    .names = names_for_formulas(scene),
                    .outputs = {},
+                   .probes = scene.fluid_probes,
                    .speed = {},
                    .retraction = scene.immersion.retraction,
                    .coupling = scene.immersion.coupling,

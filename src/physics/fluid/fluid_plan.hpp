@@ -2,6 +2,7 @@
 #pragma once
 
 #include "fluid/cell_samples.hpp"
+#include "fluid/fluid_probe.hpp"
 #include "formula/scope.hpp"
 #include "immersion/immersed_kinds.hpp"
 #include "immersion/immersion_spec.hpp"
@@ -78,6 +79,7 @@ struct FluidPlan {
     ForcingNumbers forcing;
     FormulaScope names; ///< that it may hold
     std::vector<FluidOutput> outputs;
+    std::vector<FluidProbeSpec> probes = {};
     FluidSpeed speed;
     double stated = 0;       ///< m/s, the largest speed of rods that the scene states; 0: none
     double largest_slip = 0; ///< over the largest speed, above which steps are shortened; 0: it does not count

@@ -137,6 +137,11 @@ std::string output_text(const FluidOutput& o, const FluidGrid& grid, std::int64_
     return fmt::format("{}: {}; {}; {}", what, joined(names_of(o), ", "), every(o.every, dt), bytes);
 }
 
+std::string probe_text(const FluidProbeSpec& probe) {
+    return fmt::format("'{}', velocity and pressure at [{:g}, {:g}, {:g}] m", probe.name, probe.at.x, probe.at.y,
+                       probe.at.z);
+}
+
 std::string fluid_steps_text(const FluidPlan& fluid, std::int64_t steps, double dt) {
     const double all = fluid.steps(steps, dt);
     if (fluid.speed.value == 0)
@@ -169,6 +174,8 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
                            {"every", o.every},
                            {"frames", frames_in(o, steps)},
                            {"most_frame_bytes", o.most_bytes(fluid.constants.grid)}});
+    nlohmann::ordered_json probes = nlohmann::ordered_json::array();
+    for (const FluidProbeSpec& p : fluid.probes) probes.push_back({{"name", p.name}, {"at", {p.at.x, p.at.y, p.at.z}}});
     nlohmann::ordered_json rods = nlohmann::ordered_json::array();
     for (const RodsInFluid& r : fluid.rods) rods.push_back({{"name", r.name}, {"markers", r.markers}});
     const FlowConstants& c = fluid.constants;
@@ -193,6 +200,7 @@ nlohmann::ordered_json fluid_json(const FluidPlan& fluid, std::int64_t steps, do
             {"ranks_across", fluid.across(ranks)},
             {"bytes_per_cell", fluid.bytes_per_cell(ranks)},
             {"outputs", outputs},
+            {"probes", probes},
             {"meets_rods_every", fluid.every},
             {"rods", rods},
             {"speed", fluid.speed.value},

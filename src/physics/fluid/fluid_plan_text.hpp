@@ -20,6 +20,7 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid);
 std::string obstacle_text(const Obstacle& obstacle, const FluidPlan& fluid);
 /// Output in a run of `steps` steps of dt, s.
 std::string output_text(const FluidOutput& output, const FluidGrid& grid, std::int64_t steps, double dt);
+std::string probe_text(const FluidProbeSpec& probe);
 std::string fluid_steps_text(const FluidPlan& fluid, std::int64_t steps, double dt);
 /// `cores`: that step it; `cores_per_node` 0: not known.
 std::string fluid_cost_text(const FluidPlan& fluid, std::int64_t steps, double dt, int cores, int cores_per_node);

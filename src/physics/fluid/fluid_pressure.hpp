@@ -1,4 +1,4 @@
-// Test for whether a run writes the pressure of its fluid.
+// Test for whether a run writes the pressure of its fluid, in files or columns.
 #pragma once
 
 #include "physics/fluid/fluid_plan.hpp"
@@ -8,9 +8,10 @@
 namespace skein {
 
 inline bool writes_pressure(const FluidPlan& fluid) {
-    return std::any_of(fluid.outputs.begin(), fluid.outputs.end(), [](const FluidOutput& output) {
-        return std::find(output.fields.begin(), output.fields.end(), CellField::pressure) != output.fields.end();
-    });
+    return !fluid.probes.empty() ||
+           std::any_of(fluid.outputs.begin(), fluid.outputs.end(), [](const FluidOutput& output) {
+               return std::find(output.fields.begin(), output.fields.end(), CellField::pressure) != output.fields.end();
+           });
 }
 
 } // namespace skein

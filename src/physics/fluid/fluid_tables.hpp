@@ -1,6 +1,7 @@
 // Tables of a scene about a fluid and the bodies in it.
 #pragma once
 
+#include "fluid/fluid_probe.hpp"
 #include "fluid/fluid_spec.hpp"
 #include "immersion/immersion_spec.hpp"
 #include "immersion/obstacle.hpp"
@@ -25,12 +26,14 @@ struct FluidTables {
     ImmersionSpec immersion;
     std::vector<Obstacle> obstacles;
     std::vector<FluidOutputSpec> fluid_outputs;
+    std::vector<FluidProbeSpec> fluid_probes;
 
     template <class Scene, class F> static void visit_tables(Scene& scene, F&& f) {
         f("fluid", scene.fluid);
         f("immersion", scene.immersion, has_immersed(scene));
         f("obstacle", scene.obstacles);
         f("fluid_output", scene.fluid_outputs);
+        f("fluid_probe", scene.fluid_probes);
     }
     /// Bodies are in a fluid.
     template <class Scene> static bool has_immersed(const Scene& scene) {

@@ -67,6 +67,7 @@ public:
         lines.push_back({"  meets rods", p.events_every > 1 ? meeting_text(*this, p) : "", "", {}});
         for (const FluidOutput& o : outputs)
             lines.push_back({"  output", output_text(o, constants.grid, p.steps, p.dt), "", {}});
+        for (const FluidProbeSpec& probe : probes) lines.push_back({"  probe", probe_text(probe), "", {}});
         lines.push_back({"  steps", fluid_steps_text(*this, p.steps, p.dt), "", {}});
         lines.push_back({"  memory", fmt::format("{:.0f} B per cell", bytes_per_cell(machine.ranks)), "", {}});
         lines.push_back({"  cost", fluid_cost_text(*this, p.steps, p.dt, cores, machine.cores_per_node), "", {}});
