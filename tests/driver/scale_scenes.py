@@ -216,7 +216,7 @@ SCENES = {
                "fluid_output": [{"name": "cut", "kind": "slice", "every": 0.1, "across": "z", "at": 0.08, "precision": "double"}, {"name": "part", "kind": "box", "every": 0.1, "lower": [0.0, -0.02, 0.01], "upper": [0.08, 0.06, 0.09]},
                                 {"name": "q", "kind": "blocks", "every": 0.1, "threshold": 0.5}, {"name": "v", "kind": "blocks", "every": 0.1, "criterion": "vorticity", "threshold": 0.5}],
                "fluid_probe": [{"name": "seen", "at": [0.05, 0.03, 0.02]}],
-               "output": {"fields": 0.1}, "immersion": {"delta": "four_point", "slip": 1e-4}}, 8),
+               "output": {"fields": 0.1, "series": 0.1}, "immersion": {"delta": "four_point", "slip": 1e-4}}, 8),
     "channel": ({"time": {"duration": 0.4}, "fluid": fluid(cells=(16, 16, 4), along_x="through", along_y="no_slip", inflow=[0.05, 0.0, 0.0], inflow_profile="parabolic", scheme="adams_bashforth"),
                  "obstacle": [{"name": "post", "kind": "cylinder", "centre": [0.05, 0.06, 0.0], "radius": 0.02, "second_radius": 0.015}]}, 8),
     "sharp": ({"time": {"duration": 0.4}, "fluid": fluid(velocity_formula=STIR, expected_speed=0.1),
