@@ -100,7 +100,7 @@ void ForceBalance::begin_stage(const Stage& stage, double lag, const Responses& 
         std::fill(load.begin(), load.end(), FluidLoad{});
         std::fill(received.begin(), received.end(), FluidImpulse{});
         add_responses(i, rod, responses, load);
-        if (rods_.is_sharp_rod(i)) add_sharp_responses(rod, of_sharp(i), load);
+        if (rods_.is_sharp_rod(i)) add_sharp_responses(i, rod, of_sharp(i), load);
         if (group_of(i).body()) {
             BodyStep& body = body_step_[loads_->first(i)];
             body.stage_frame = rod.frames[0];
@@ -148,8 +148,14 @@ void ForceBalance::add_responses(std::size_t i, const RodCopy& rod, const Respon
     });
 }
 
-void ForceBalance::add_sharp_responses(const RodCopy& rod, std::span<const SharpForcing::Response> responses,
-                                       std::span<FluidLoad> load) const {
+void ForceBalance::add_sharp_responses(std::size_t i, const RodCopy& rod,
+                                       std::span<const SharpForcing::Response> responses, std::span<FluidLoad> load) {
+    for (std::size_t k = 0; k < rod.state.size(); ++k) {
+        SlotStep& slot = step_[loads_->first(i) + k];
+        slot.stage_place = lane(rod.state[k].position, 0);
+        slot.stage_velocity = lane(rod.state[k].velocity, 0);
+        slot.shared = k < responses.size() ? fluid_.density * responses[k].shared : Vec3d{0, 0, 0};
+    }
     for (std::size_t k = 0; k < responses.size(); ++k) {
         const SharpForcing::Response& response = responses[k];
         for (std::size_t end = 0; end < 2; ++end) {
@@ -256,7 +262,25 @@ void ForceBalance::find_mean_velocities(double length, double lag, std::span<Vec
         rods_.for_markers(i, [&](std::size_t m, const RodMarker& marker) {
             velocities[m] = per_length * (ImmersedRods::place_of(marker, rod) - place_[m]);
         });
+        for (std::size_t k = 0; rods_.is_sharp_rod(i) && k < rod.state.size(); ++k) {
+            SlotStep& slot = step_[loads_->first(i) + k];
+            slot.gain = per_length * (lane(rod.state[k].position, 0) - slot.stage_place) - slot.stage_velocity;
+        }
     });
+}
+
+void ForceBalance::take_given(std::size_t i, std::span<const SharpForcing::GivenByElement> given) {
+    const std::size_t first = loads_->first(i);
+    for (std::size_t k = 0; k < given.size(); ++k) {
+        SlotExchange &start = exchange_[first + k], &end = exchange_[first + k + 1];
+        const auto& [whole, at_end] = given[k];
+        // Loads have the fluid's inertia at nodes, and the fluid has it between them: the difference stays with the
+        // rod.
+        const Vec3d kept = scale(step_[first + k].shared, step_[first + k].gain - step_[first + k + 1].gain);
+        start.residual_impulse -= fluid_.density * (whole.linear - at_end) + kept;
+        end.residual_impulse -= fluid_.density * at_end - kept;
+        start.residual_angular_impulse -= fluid_.density * whole.angular;
+    }
 }
 
 void ForceBalance::end_stage(std::span<const Vec3d> changes, const std::function<GivenBySurface(std::size_t i)>& given,
@@ -277,15 +301,7 @@ void ForceBalance::end_stage(std::span<const Vec3d> changes, const std::function
             slots[ImmersedRods::second_slot(marker, slots.size())].residual_impulse -= marker.along * given;
             slots[marker.element].residual_angular_impulse -= cross(off_[m], given);
         });
-        if (rods_.is_sharp_rod(i)) {
-            const auto of_elements = given_by_rod(i);
-            for (std::size_t k = 0; k < of_elements.size(); ++k) {
-                const auto& [whole, at_end] = of_elements[k];
-                slots[k].residual_impulse -= fluid_.density * (whole.linear - at_end);
-                slots[k + 1].residual_impulse -= fluid_.density * at_end;
-                slots[k].residual_angular_impulse -= fluid_.density * whole.angular;
-            }
-        }
+        if (rods_.is_sharp_rod(i)) take_given(i, given_by_rod(i));
         if (inertia_of(i).sharp) {
             const GivenBySurface by = given(i);
             slots.front().residual_impulse -= by.linear;

@@ -85,7 +85,8 @@ public:
     void begin_stage(const Stage& stage, double lag, const Responses& responses, const SharpResponses& of_sharp);
     /// Takes back what rods have received in the stage, which they begin once more.
     void forget_received();
-    /// Sets velocities of markers to their means over a stage of this length, s, at the end of which rods are.
+    /// Sets velocities of markers to their means over a stage of this length, s, at the end of which rods are, and
+    /// finds those of nodes of rods with sharp surfaces.
     void find_mean_velocities(double length, double lag, std::span<Vec3d> velocities);
     /// Advances D by (90), from the changes of velocity at markers, and what own body i has given by a sharp surface.
     void end_stage(std::span<const Vec3d> changes, const std::function<GivenBySurface(std::size_t i)>& given,
@@ -111,6 +112,10 @@ private:
         Vec3d spin{0, 0, 0};                ///< rad/s, body, at the begin of the step
         Vec3d own_impulse{0, 0, 0};         ///< N s, part of the stage's load that fluid and markers do not exert
         Vec3d own_angular_impulse{0, 0, 0}; ///< N m s, same part of the couple
+        Vec3d stage_place{0, 0, 0};         ///< m, of a rod with a sharp surface at the begin of the stage
+        Vec3d stage_velocity{0, 0, 0};      ///< m/s, of it then
+        Vec3d gain{0, 0, 0};                ///< m/s, its mean velocity in the stage less that
+        Vec3d shared{0, 0, 0};              ///< kg, drag of an element that the other end's velocity decides
         Vec3d impulse{0, 0, 0};             ///< N s, of a body with a sharp surface in the whole step
         Vec3d angular_impulse{0, 0, 0};     ///< N m s, of it, lab
     };
@@ -143,8 +148,10 @@ private:
     /// Momentum of the added mass of a slot that a step returns, N s.
     Vec3d returned(std::size_t i, std::size_t k, const Vec3d& mean) const;
     /// Adds the responses of the elements of a rod with a sharp surface to its loads.
-    void add_sharp_responses(const RodCopy& rod, std::span<const SharpForcing::Response> responses,
-                             std::span<FluidLoad> load) const;
+    void add_sharp_responses(std::size_t i, const RodCopy& rod, std::span<const SharpForcing::Response> responses,
+                             std::span<FluidLoad> load);
+    /// Takes what the elements of own rod i, which has a sharp surface, have given off its residual impulses.
+    void take_given(std::size_t i, std::span<const SharpForcing::GivenByElement> given);
     /// Gives each of the slots of shared nodes its part of a sum of theirs: members of SlotExchange or FluidLoad.
     template <class Slots, class Member> void share(Slots& of_slots, Member member) const;
     /// Gives bodies the loads of nodes at their places, and the residual impulses of these.

@@ -32,7 +32,8 @@ const ImmersedKinds::Kind& ImmersedKinds::of(const RodGroup& group, std::int64_t
     const RodGroup& own = group.kind(i);
     Kind kind{sharp(group) ? std::vector<RodMarker>() : rod_markers(own, grid_, numbers_.retraction), nullptr};
     if (numbers_.feels_fluid)
-        kind.inertia = sharp(group) ? std::make_shared<const InertiaInFluid>(own, numbers_.density, numbers_.has_inner)
+        kind.inertia = sharp(group) ? std::make_shared<const InertiaInFluid>(own, numbers_.density, numbers_.has_inner,
+                                                                             !group.body() && spans_box(own, grid_))
                                     : std::make_shared<const InertiaInFluid>(own, kind.markers, numbers_.density,
                                                                              numbers_.has_inner);
     kept = std::make_unique<const Kind>(std::move(kind));

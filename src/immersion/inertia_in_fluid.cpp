@@ -86,29 +86,25 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
         of_elements.push_back(shares(scale(turning[i], group.element[i].inv_inertia)));
 }
 
-InertiaInFluid::InertiaInFluid(const RodGroup& group, double density, bool has_inner)
+InertiaInFluid::InertiaInFluid(const RodGroup& group, double density, bool has_inner, bool spans)
     : density_ratio(density / group.spec().material.density) {
     if (const BodyShape* body = group.body()) take_sharp_body(*body, density, has_inner);
-    else take_sharp_rod(group, density, has_inner);
+    else take_sharp_rod(group, density, has_inner, spans);
 }
 
-/// Fluid moves with all of the rod, and about all of its axes.
-void InertiaInFluid::take_sharp_rod(const RodGroup& rods, double density, bool has_inner) {
-    // Its own motions of deformation may be faster than steps of the fluid. Returned at once, what is left of their
-    // added mass pumps them; the motion of its centre has all of it at once, (155).
-    constexpr double most = 0.25;
+/// Fluid moves with all of the rod, and about all of its axes. A plate has no edges along d2, so that no fluid moves
+/// with its turning about d1, and that about d3 moves the fluid along d2 alone.
+void InertiaInFluid::take_sharp_rod(const RodGroup& rods, double density, bool has_inner, bool spans) {
     std::vector<double> mass(rods.node_mass.size());
     for (std::size_t k = 0; has_inner && k < rods.element.size(); ++k)
         for (const std::size_t node : {k, k + 1}) mass[node] += 0.5 * density * rods.element[k].volume;
-    for (std::size_t i = 0; i < mass.size(); ++i) {
+    for (std::size_t i = 0; i < mass.size(); ++i)
         of_nodes.push_back(shares(rods.node_mass[i] > 0 ? mass[i] / rods.node_mass[i] : 0));
-        of_nodes.back().relaxation = std::min(of_nodes.back().relaxation, most);
-    }
     for (std::size_t k = 0; k < rods.element.size(); ++k) {
         const double across = rods.rotary_inertia_scale.empty() ? 1 : 1 / rods.rotary_inertia_scale[k];
-        of_elements.push_back(shares((has_inner ? density_ratio : 0) * Vec3d{across, across, 1}));
-        Vec3d& turning = of_elements.back().relaxation;
-        turning = {std::min(turning.x, most), std::min(turning.y, most), std::min(turning.z, most)};
+        const Vec3d& own = rods.element[k].inertia;
+        of_elements.push_back(shares((has_inner ? density_ratio : 0) *
+                                     (spans ? Vec3d{0, across, across * own.y / own.z} : Vec3d{across, across, 1})));
     }
 }
 

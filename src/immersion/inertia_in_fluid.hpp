@@ -34,8 +34,8 @@ public:
     /// Inertia of a group whose rods have these markers, ring after ring, in a fluid of that density, kg/m^3. With
     /// `inner` false rods bear all of their inertia, and the inner fluid's comes on top.
     InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner);
-    /// Inertia of bodies or rods with sharp surfaces.
-    InertiaInFluid(const RodGroup& group, double density, bool inner);
+    /// Inertia of bodies or rods with sharp surfaces. `spans`: rods are plates that span the box along d2.
+    InertiaInFluid(const RodGroup& group, double density, bool inner, bool spans);
 
     double density_ratio;           ///< density of the fluid over the rod's; displaced over own mass of a body
     InnerFluid inner;               ///< of a body; none of a rod
@@ -49,7 +49,7 @@ public:
 
 private:
     void take_sharp_body(const BodyShape& body, double density, bool has_inner);
-    void take_sharp_rod(const RodGroup& rods, double density, bool has_inner);
+    void take_sharp_rod(const RodGroup& rods, double density, bool has_inner, bool spans);
     void take_body(const BodyShape& body, std::span<const RodMarker> markers, double density, bool has_inner);
 };
 

@@ -111,7 +111,8 @@ void SharpForcing::add(const SharpNode& node, const Change& change, std::vector<
                                                        moment.z,
                                                        third * (squared.y + squared.z),
                                                        third * (squared.x + squared.z),
-                                                       third * (squared.x + squared.y)};
+                                                       third * (squared.x + squared.y),
+                                                       a * (1 - a) * change.share};
     for (std::size_t c = 0; c < own.size(); ++c) sums.back().number[c] += own[c];
 }
 
@@ -150,6 +151,7 @@ void SharpForcing::find_responses(const FlowStage& stage) {
             }
             here.turn_given += cell * Vec3d{sum[4], sum[5], sum[6]};
             here.turn_drag += cell * Vec3d{sum[7], sum[8], sum[9]};
+            here.shared += cell * along(c, sum[10]);
         }
     }
 }

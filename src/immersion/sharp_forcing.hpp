@@ -62,6 +62,7 @@ public:
     /// d3, over density. theory.md (154)
     struct Response {
         std::array<Vec3d, 2> given{}, drag{};          ///< m^4/s, m^3
+        Vec3d shared{0, 0, 0};                         ///< m^3: of drag, what the velocity of the other end decides
         Vec3d turn_given{0, 0, 0}, turn_drag{0, 0, 0}; ///< m^5/s, m^5
     };
     /// Finds the responses of all rods from the flow at the end of an explicit stage without bodies, which are at
@@ -97,7 +98,7 @@ private:
     static void add(const SharpNode& node, double change, std::vector<RowSum>& sums, bool next_row);
     /// The same of what Response has.
     struct ResponseSum {
-        static constexpr std::size_t columns = 10;
+        static constexpr std::size_t columns = 11;
         std::array<double, columns> number;
         std::uint32_t of; ///< 3 piece + component
     };

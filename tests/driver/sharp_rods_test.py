@@ -9,6 +9,48 @@ from driver import FLUID_OF_RODS, DriverTest, disc_on_a_spring, rods_in_a_fluid
 SCENE = ('title = "rods and a fluid"\n[time]\nduration = 0.4\n' + FLUID_OF_RODS + "largest_slip = 0\n" + rods_in_a_fluid((2.0, 2e3), (20.0, 1e4), [0.0, 1.0, 1.0])
          + '[immersion]\nrod_surface = "sharp"\n[output]\nseries = 0.02\ncheckpoint = 0.04\n')
 
+# As slender as that of FSI3, 4.1 cells thick, as heavy as the fluid; a force draws its end out of the plane in which the fluid flows around it.
+PLATE_IN_FLUID = """
+[fluid]
+cells = [96, 40, 1]
+spacing = 0.0048809523809523810
+density = 1000.0
+viscosity = 0.01
+along_y = "no_slip"
+courant = 0.8
+expected_speed = 6.0
+largest_slip = 0
+[immersion]
+rod_surface = "sharp"
+"""
+PLATE = """
+title = "plate"
+[time]
+duration = 0.1
+[[rods]]
+name = "plate"
+start = "clamped"
+[rods.material]
+density = 1000.0
+youngs_modulus = 6.6667e6
+[rods.section]
+kind = "rectangular"
+radius = 0.01
+radius_2 = 0.0024404761904761905
+[rods.shape]
+length = 0.351
+elements = 28
+[rods.placement]
+origin = [0.06, 0.1, 0.0024404761904761905]
+tangent = [1.0, 0.0, 0.0]
+[[load]]
+kind = "end_force"
+end = [0.0, 1e-4, 1e-4]
+[output]
+series = 0.01
+checkpoint = 0.01
+"""
+
 
 class SharpRods(DriverTest):
     def test_momentum_is_kept_whatever_rods_weigh(self):
@@ -42,6 +84,30 @@ class SharpRods(DriverTest):
         self.assertIn("1.6 cells in half the thickness, too few for the fluid: drag of sharp surfaces was compared with known values from four cells in radius on; "
                       "fluid.spacing = 0.05 gives four cells", plan)
         self.assertNotIn("which the fluid sees about", plan)
+
+    def test_slender_plates_as_heavy_as_the_fluid_do_not_shake(self):
+        """Short waves of nodes move less fluid than their loads count. Out of its plane the fluid adds no inertia, so a plate moves as without it."""
+        for density in (1000.0, 3000.0):
+            plate = PLATE.replace("density = 1000.0", f"density = {density}")
+            self.scene.write_text(plate)
+            self.run_skein(f"alone{density}")
+            self.scene.write_text(plate + PLATE_IN_FLUID)
+            self.run_skein(f"plate{density}")
+            alone, within = self.series(f"alone{density}"), self.series(f"plate{density}")
+            way = alone["centre_zm"][-1] - alone["centre_zm"][0]
+            self.assertLess(abs(within["centre_zm"][-1] - within["centre_zm"][0] - way), 0.05 * way, density)
+            self.assertLess(within["centre_ym"][-1] - within["centre_ym"][0], 0.5 * way, density)
+            self.assertLess(within["elastic_stretchJ"].max(), 2 * alone["elastic_stretchJ"].max() + 1e-9, density)
+
+    def test_plates_have_the_same_bits_on_other_ranks_lanes_and_threads_and_after_a_stop(self):
+        self.scene.write_text(PLATE.replace("duration = 0.1", "duration = 0.03") + PLATE_IN_FLUID)
+        self.run_skein("one")
+        self.run_skein("lanes", "--lanes", "2")
+        self.run_skein("threads", "--lanes", "1", threads=2)
+        self.run_skein("parts", "--until", "0.015")
+        self.run_skein("parts", ranks=2)
+        for out in ("lanes", "threads", "parts"):
+            self.assertEqual(self.digest(out), self.digest("one"), out)
 
     def test_same_bits_on_other_ranks_lanes_and_threads_and_after_a_stop(self):
         self.scene.write_text(SCENE.replace("duration = 0.4", "duration = 0.12"))

@@ -98,12 +98,33 @@ std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidG
     return text + cure;
 }
 
-/// Rods that bend while the fluid answers steps later. theory.md (155)
-std::string of_sharp_rods(const RodsInFluid& rods) {
+/// Deformations that move no fluid around a light rod, whose added inertia comes back later. theory.md (156)
+std::string of_light_rods(const RodsInFluid& rods) {
     return fmt::format(
-        "rods.{}: its density is {:.3g} times the fluid's, and its surface is sharp: slender rods lighter "
-        "than about three times the fluid may shake and break; immersion.rod_surface = \"markers\" holds there",
+        "rods.{}: its density is {:.3g} times the fluid's, and its surface is sharp: stretch and twist of "
+        "slender rods that are lighter than the fluid may grow slowly",
         rods.name, rods.density_ratio);
+}
+
+std::string of_ends_within(const RodsInFluid& rods, const Obstacle& o) {
+    return fmt::format("rods.{}: it has a sharp surface and begins within obstacle '{}', which has markers: they push "
+                       "the fluid within the rod, which may shorten without limit; obstacle.surface = \"sharp\" holds",
+                       rods.name, o.name);
+}
+
+/// The first obstacle with markers within which rods begin.
+const Obstacle* markers_around_start(const RodGroup& group, const std::vector<Obstacle>& obstacles) {
+    const Placement& placement = group.spec().placement;
+    const std::vector<Vec3d> starts =
+        placement.kind == PlacementKind::single ? std::vector{placement.origin} : placement.origins;
+    for (const Obstacle& o : obstacles) {
+        if (o.is_sharp()) continue;
+        const std::unique_ptr<Surface> shape = o.shape();
+        const Mat3d axes = o.axes_at(0);
+        for (const Vec3d& start : starts)
+            if (shape->distance(axes * (start - o.centre)) < 0) return &o;
+    }
+    return nullptr;
 }
 
 std::string of_bodies(const RodsInFluid& bodies, double spacing) {
@@ -147,13 +168,16 @@ std::vector<std::string> fluid_doubts(const FluidPlan& fluid, std::span<const Ro
                                                : of_rods(fluid.rods[g], groups[g], fluid.constants.grid));
     for (const RodsInFluid& rods : fluid.rods)
         if (rods.asks_sharp && !rods.sharp) found.push_back(of_markers_in_place(rods, h));
-    constexpr double light = 3, slender = 5; // density over the fluid's; length over thickness
+    constexpr double light = 1, slender = 5; // density over the fluid's; length over thickness
     for (std::size_t g = 0; g < fluid.rods.size(); ++g) {
         const RodsInFluid& rods = fluid.rods[g];
-        if (rods.body || !rods.sharp || !rods.feels_fluid || rods.density_ratio >= light) continue;
+        if (rods.body || !rods.sharp || !rods.feels_fluid) continue;
+        if (const Obstacle* o = markers_around_start(groups[g], fluid.obstacles))
+            found.push_back(of_ends_within(rods, *o));
         double length = 0;
         for (const ElementConstants& e : groups[g].element) length += e.rest_length;
-        if (length > slender * 2 * rods.least_axis * h) found.push_back(of_sharp_rods(rods));
+        if (rods.density_ratio < light * (1 - rounding) && length > slender * 2 * rods.least_axis * h)
+            found.push_back(of_light_rods(rods));
     }
     for (const Obstacle& o : fluid.obstacles) {
         const double least = o.least_axis();

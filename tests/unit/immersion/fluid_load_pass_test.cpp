@@ -47,7 +47,8 @@ TEST(FluidLoadPass, DragsWhatMovesAfterTheKick) {
             loads->load[k].turn_drag = positive();
             load[k] = {broadcast<1>(30 * vector()), broadcast<1>(vector()), Pack<1>(1.0)};
         }
-        FluidLoadPass<1>(loads, group, InertiaInFluid(group, {}, 1, false)).run(rod, load.data(), step);
+        FluidLoadPass<1>(loads, group, InertiaInFluid(group, std::vector<RodMarker>(), 1, false))
+            .run(rod, load.data(), step);
         KickPass<KickKind::undamped, 1>({KickConstants(group, {}, h)}).run(rod, load.data(), step);
         hold();
 
