@@ -186,7 +186,7 @@ Vec3d ForceBalance::returned(std::size_t i, std::size_t k, const Vec3d& mean) co
     const InertiaShares<double>& of_node = inertia_of(i).of_nodes[k];
     const double fraction = theta(of_node.relaxation);
     return fraction * exchange_[loads_->first(i) + k].added_momentum +
-           ((1 - fraction) * of_node.added * group_of(i).node_mass[k]) * mean; // theory.md (155)
+           ((1 - fraction) * of_node.added * group_of(i).node_mass[k]) * mean; // theory.md (156)
 }
 
 ForceBalance::BodyMomentum ForceBalance::inner_momentum(std::size_t i, const RodCopy& body) const {
@@ -274,8 +274,7 @@ void ForceBalance::take_given(std::size_t i, std::span<const SharpForcing::Given
     for (std::size_t k = 0; k < given.size(); ++k) {
         SlotExchange &start = exchange_[first + k], &end = exchange_[first + k + 1];
         const auto& [whole, at_end] = given[k];
-        // Loads have the fluid's inertia at nodes, and the fluid has it between them: the difference stays with the
-        // rod.
+        // Loads have the fluid's inertia at nodes, and the fluid has it between them. theory.md (155)
         const Vec3d kept = scale(step_[first + k].shared, step_[first + k].gain - step_[first + k + 1].gain);
         start.residual_impulse -= fluid_.density * (whole.linear - at_end) + kept;
         end.residual_impulse -= fluid_.density * at_end - kept;

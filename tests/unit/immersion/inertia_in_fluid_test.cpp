@@ -92,6 +92,20 @@ TEST(InertiaInFluid, TurnsWithAnElementWhereMarkersLieOffItsAxis) {
     EXPECT_NEAR(norm(displaced - inertia.density_ratio * own), 0, 1e-12 * norm(own));
 }
 
+TEST(InertiaInFluid, IsNoneWhereTurnsOfAPlateMoveNoFluid) {
+    constexpr double a = 0.5, b = 0.3;
+    const RodGroup plate = rod({"a plate", SectionKind::rectangular, a, b, 0.1, 20}, 0.9);
+    const double ratio = density / 0.9;
+    for (const bool spans : {false, true}) {
+        const InertiaInFluid inertia(plate, density, true, spans);
+        for (const InertiaShares<Vec3d>& e : inertia.of_elements) {
+            EXPECT_NEAR(e.displaced.x, spans ? 0 : ratio, 1e-12);
+            EXPECT_NEAR(e.displaced.y, ratio, 1e-12);
+            EXPECT_NEAR(e.displaced.z, spans ? ratio * a * a / (a * a + b * b) : ratio, 1e-12);
+        }
+    }
+}
+
 TEST(InertiaInFluid, IsNoneOfScaledRotaryInertia) {
     Example e = examples[0];
     const RodGroup plain = rod(e, 0.9);
