@@ -105,6 +105,7 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
     Foot best{.distance = HUGE_VAL};
     const std::size_t n = element_.size();
     const bool plate = section_ == SweptSection::plate;
+    const Vec3d& d2 = now_.frame[0].d2;
     Vec3d place = given;
     if (endless()) { // to the period of its nodes
         double& at = part_of(place, through_);
@@ -115,7 +116,7 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
     for (std::size_t k = 0; k < n; ++k) {
         const Vec3d &from = now_.node[k], axis = now_.node[k + 1] - from;
         Vec3d to_place = place - from;
-        if (plate) part_of(to_place, through_) = part_of(0.5 * axis, through_); // anywhere along d2 it is the same
+        if (plate) to_place += dot(0.5 * axis - to_place, d2) * d2; // all places along d2 are one
         const double share = dot(to_place, axis) / (length_[k] * length_[k]), of_last = std::exchange(before, share);
         if (norm(to_place - 0.5 * axis) - cover_[k] > best.distance) continue;
         const bool first = k == 0, last = k + 1 == n;
@@ -123,7 +124,7 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
         if (share > 1 && !last) continue;                    // a later one has it
         const double along = std::clamp(share, 0.0, 1.0);
         Vec3d off = to_place - along * axis;
-        if (plate) part_of(off, through_) = 0;
+        if (plate) off -= dot(off, d2) * d2;
         const Vec3d t = (1 / length_[k]) * axis;
         const Mat3d& frame = now_.frame[k];
         const double beyond = dot(off, t), end = endless() ? -HUGE_VAL
