@@ -69,8 +69,8 @@ CORNERS = numpy.array([[x, y, z] for z in (-15, 15) for y in (-20, 20) for x in 
 TRIANGLES = [[0, 2, 1], [1, 2, 3], [4, 5, 6], [5, 7, 6], [0, 1, 4], [1, 5, 4], [2, 6, 3], [3, 6, 7], [0, 4, 2], [2, 4, 6], [1, 3, 5], [3, 7, 5]]
 
 
-def stl(triangles):
-    return b" " * 80 + struct.pack("<I", len(triangles)) + b"".join(struct.pack("<12fH", 0, 0, 0, *CORNERS[t].ravel(), 0) for t in triangles)
+def stl(triangles, corners=CORNERS):
+    return b" " * 80 + struct.pack("<I", len(triangles)) + b"".join(struct.pack("<12fH", 0, 0, 0, *corners[t].ravel(), 0) for t in triangles)
 
 
 class ShapesInFluid(DriverTest):
@@ -101,6 +101,22 @@ class ShapesInFluid(DriverTest):
         for words in ("'pill', capsule of 3 x 3 x 6 cells, sharp surface, moves", "'stone', mesh of 12 triangles, of 5 x 4 x 3 cells, sharp surface, moves",
                       "'egg', ellipsoid of 6 x 4 x 3 cells", "'sheet', box of 0.2 x 5 x 6 cells, 20 markers"):
             self.assertIn(words, plan)
+
+    def test_a_mesh_that_changes_between_a_run_and_its_resume_is_refused(self):
+        stone = self.directory / "stone.stl"
+        self.run_skein("one", "--until", "0.1")
+        self.run_skein("parts", "--until", "0.05")
+        as_it_was = stone.read_bytes()
+        longer = CORNERS.copy()
+        longer[0, 0] -= 1
+        stone.write_bytes(stl(TRIANGLES, longer))
+        for ranks in (1, 2):
+            said = self.run_skein("parts", "--until", "0.1", expect=2, ranks=ranks).stderr
+            for words in ("obstacle 'stone'", "its mesh 'stone.stl' has changed since the checkpoint", "put that file back"):
+                self.assertIn(words, said)
+        stone.write_bytes(as_it_was)
+        self.run_skein("parts", "--until", "0.1")
+        self.assertEqual(self.digest("parts"), self.digest("one"))
 
     def test_a_mesh_of_a_box_is_that_box(self):
         keys = 'surface = "sharp"\ncentre = [1.0, 1.2, 1.0]\naxis = [0.2, -0.3, 1.0]\nvelocity = [0.5, 0.0, 0.0]\nangular_velocity = [0.0, 1.0, 0.5]\n'

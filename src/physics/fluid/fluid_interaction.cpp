@@ -1,9 +1,11 @@
 #include "physics/fluid/fluid_interaction.hpp"
 
+#include "core/hash.hpp"
 #include "core/two_digits.hpp"
 #include "fluid/pressure_gain.hpp"
 #include "fluid/start_velocity.hpp"
 #include "fluid/whole_planes.hpp"
+#include "immersion/triangle_mesh.hpp"
 #include "loads/gravity.hpp"
 #include "parallel/exact_sum.hpp"
 #include "physics/fluid/fluid_plan.hpp"
@@ -15,6 +17,7 @@
 #include "skein/core/index.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <numeric>
 
@@ -65,6 +68,37 @@ std::optional<FluidFace> face_beyond(const FluidGrid& box, const Vec3d& place, d
 std::vector<int> shares_of(FlowScheme scheme) {
     const StageParts parts = stage_parts(scheme);
     return {parts.part.begin(), parts.part.begin() + parts.count};
+}
+
+/// Numbers of the mesh of an obstacle in a checkpoint: digests of the name of its file and of its surface.
+constexpr std::size_t mesh_record = 2;
+std::array<double, mesh_record> record_of(const Obstacle& obstacle) {
+    const auto number = [](std::uint64_t digest) { return static_cast<double>(digest >> 12); }; // a double has it
+    const std::vector<double> name(obstacle.file.begin(), obstacle.file.end());
+    std::vector<double> surface;
+    for (const Vec3d& at : obstacle.mesh->points()) surface.insert(surface.end(), {at.x, at.y, at.z});
+    for (const TriangleMesh::Triangle& corners : obstacle.mesh->triangles())
+        surface.insert(surface.end(), corners.begin(), corners.end());
+    return {number(hash_numbers(0, name)), number(hash_numbers(1, surface))};
+}
+
+/// Refuses a mesh that is another one than that of the checkpoint, though its file has the same name. Returns the
+/// numbers behind those of meshes.
+std::span<const double> after_meshes(std::span<const double> numbers, const std::vector<Obstacle>& obstacles) {
+    for (const Obstacle& o : obstacles) {
+        if (!o.mesh) continue;
+        if (numbers.size() < mesh_record)
+            throw IoError("the fluid of a checkpoint differs from the fluid of the scene");
+        const auto own = record_of(o);
+        if (numbers[0] == own[0] && numbers[1] != own[1])
+            throw InputError(
+                fmt::format("{}: obstacle '{}': its mesh '{}' has changed since the checkpoint: a run goes "
+                            "on with the mesh that it began with; put that file back, or begin again in "
+                            "another directory",
+                            o.source, o.name, o.file));
+        numbers = numbers.subspan(mesh_record);
+    }
+    return numbers;
 }
 
 std::unique_ptr<FlowSolver> make_flow(const InteractionParts& parts, const FluidPlan& plan) {
@@ -443,6 +477,11 @@ std::vector<Figure> FluidInteraction::figures(const Sample&) const {
 SavedNumbers FluidInteraction::saved() const {
     WholeState state(comm_, *flow_);
     std::vector<double> numbers{static_cast<double>(steps_), flow_->time(), bodies_ ? slip() : 0, last_length_};
+    for (const Obstacle& o : plan_.obstacles)
+        if (o.mesh) {
+            const auto of_mesh = record_of(o);
+            numbers.insert(numbers.end(), of_mesh.begin(), of_mesh.end());
+        }
     if (plan_.follows_rods) {
         numbers.push_back(static_cast<double>(moved_));
         numbers.push_back(middle_at_start_.value_or(0));
@@ -477,6 +516,7 @@ SavedNumbers FluidInteraction::saved() const {
 }
 
 void FluidInteraction::restore(const SavedNumbers& kept) {
+    auto more = after_meshes(std::span(kept.numbers).subspan(4), plan_.obstacles);
     WholeState state(comm_, *flow_);
     const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
     std::vector<double> gain;
@@ -499,7 +539,6 @@ void FluidInteraction::restore(const SavedNumbers& kept) {
     flow_->refresh(kept.numbers.at(1));
     slip_before_ = kept.numbers.at(2);
     last_length_ = kept.numbers.at(3);
-    auto more = std::span(kept.numbers).subspan(4);
     if (plan_.follows_rods) {
         move_box_to(static_cast<std::int64_t>(more[0]));
         middle_at_start_ = steps_ > 0 ? std::optional(more[1]) : std::nullopt;
