@@ -92,8 +92,8 @@ std::span<const double> after_meshes(std::span<const double> numbers, const std:
         const auto own = record_of(o);
         if (numbers[0] == own[0] && numbers[1] != own[1])
             throw InputError(
-                fmt::format("{}: obstacle '{}': its mesh '{}' has changed since the checkpoint: a run goes "
-                            "on with the mesh that it began with; put that file back, or begin again in "
+                fmt::format("{}: obstacle '{}': its mesh '{}' has changed since the checkpoint: a run "
+                            "continues with the mesh that it began with; put that file back, or begin again in "
                             "another directory",
                             o.source, o.name, o.file));
         numbers = numbers.subspan(mesh_record);
