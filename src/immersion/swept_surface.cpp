@@ -101,8 +101,9 @@ double SweptSurface::from_section(const Half& half, double y1, double y2, double
     return q > 0 ? (q - 1) * q / std::hypot(x / a, y / b) : -std::min(a, b); // of second order in the distance
 }
 
+// Feet on far elements are not looked for. The element whose middle is nearest comes first, so that few others are
+// left.
 SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
-    Foot best{.distance = HUGE_VAL};
     const std::size_t n = element_.size();
     const bool plate = section_ == SweptSection::plate;
     const Vec3d& d2 = now_.frame[0].d2;
@@ -112,18 +113,28 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
         const double way = part_of(now_.node[n], through_), period = std::abs(way), from = std::min(0.0, way);
         at -= std::floor((at - from) / period) * period;
     }
-    double before = 1; // way along the element before in its lengths
-    for (std::size_t k = 0; k < n; ++k) {
-        const Vec3d &from = now_.node[k], axis = now_.node[k + 1] - from;
-        Vec3d to_place = place - from;
-        if (plate) to_place += dot(0.5 * axis - to_place, d2) * d2; // all places along d2 are one
-        const double share = dot(to_place, axis) / (length_[k] * length_[k]), of_last = std::exchange(before, share);
-        if (norm(to_place - 0.5 * axis) - cover_[k] > best.distance) continue;
+    const auto to_place = [&](std::size_t k) { // from the begin of an element
+        const Vec3d off = place - now_.node[k];
+        if (!plate) return off;
+        const Vec3d middle = 0.5 * (now_.node[k + 1] - now_.node[k]);
+        return off + dot(middle - off, d2) * d2; // all places along d2 are one
+    };
+    const auto squared_to_middle = [&](std::size_t k) {
+        const Vec3d off = to_place(k) - 0.5 * (now_.node[k + 1] - now_.node[k]);
+        return off.x * off.x + off.y * off.y + off.z * off.z;
+    };
+    const auto share_of = [&](std::size_t k) { // in lengths of the element
+        return dot(to_place(k), now_.node[k + 1] - now_.node[k]) / (length_[k] * length_[k]);
+    };
+    Foot best{.distance = HUGE_VAL};
+    const auto take_nearer = [&](std::size_t k) {
+        const Vec3d axis = now_.node[k + 1] - now_.node[k];
+        const double share = share_of(k);
         const bool first = k == 0, last = k + 1 == n;
-        if (share < 0 && !first && !(of_last > 1)) continue; // the element before has it
-        if (share > 1 && !last) continue;                    // a later one has it
+        if (share < 0 && !first && !(share_of(k - 1) > 1)) return; // the element before has it
+        if (share > 1 && !last) return;                            // a later one has it
         const double along = std::clamp(share, 0.0, 1.0);
-        Vec3d off = to_place - along * axis;
+        Vec3d off = to_place(k) - along * axis;
         if (plate) off -= dot(off, d2) * d2;
         const Vec3d t = (1 / length_[k]) * axis;
         const Mat3d& frame = now_.frame[k];
@@ -136,7 +147,18 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
                                                end > 0 || endless() ? 0 : beyond),
                      distance = std::hypot(std::max(of_section, 0.0), std::max(end, 0.0)) +
                                 std::min(std::max(of_section, end), 0.0);
-        if (distance < best.distance) best = {static_cast<std::uint32_t>(k), along, off, distance};
+        if (distance < best.distance || (distance == best.distance && k < best.element))
+            best = {static_cast<std::uint32_t>(k), along, off, distance};
+    };
+    std::size_t begin = 0;
+    double least = HUGE_VAL;
+    for (std::size_t k = 0; k < n; ++k)
+        if (const double squared = squared_to_middle(k); squared < least) least = squared, begin = k;
+    take_nearer(begin);
+    for (std::size_t k = 0; k < n; ++k) {
+        constexpr double rounding = 1e-9;
+        const double reach = (best.distance + cover_[k]) * (1 + rounding);
+        if (k != begin && reach >= 0 && squared_to_middle(k) <= reach * reach) take_nearer(k);
     }
     return best;
 }
