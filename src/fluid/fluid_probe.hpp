@@ -1,7 +1,7 @@
 // Probes of a fluid: velocity and pressure at single places, as columns of the time series.
 #pragma once
 
-#include "fluid/cell_fields.hpp"
+#include "fluid/flow.hpp"
 #include "skein/core/fields.hpp"
 
 #include <array>
