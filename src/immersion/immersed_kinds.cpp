@@ -9,7 +9,7 @@ namespace skein {
 bool ImmersedKinds::sharp(const RodGroup& group) const {
     const BodyShape* const body = group.body();
     if (!body) {
-        if (!numbers_.sharp_rods || group.closed() || group.heterogeneous()) return false;
+        if (!numbers_.sharp_rods || group.heterogeneous()) return false;
         const bool plate = spans_box(group, grid_);
         for (std::size_t k = 0; k < group.element.size(); ++k) {
             const HalfAxes half = half_axes(group, k);

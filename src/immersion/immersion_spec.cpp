@@ -14,7 +14,7 @@ void visit_surfaces(FieldVisitor& f, ImmersionSpec& spec) {
               .unit = "",
               .text =
                   "rods act on the fluid by markers, or by sharp surfaces; rods with a part thinner than two cells, "
-                  "closed rods and rods with sizes of their own have markers in any case"},
+                  "and rods with sizes of their own, have markers in any case"},
              spec.rod_surface, surface_names);
 }
 

@@ -98,6 +98,10 @@ void InertiaInFluid::take_sharp_rod(const RodGroup& rods, double density, bool h
     std::vector<double> mass(rods.node_mass.size());
     for (std::size_t k = 0; has_inner && k < rods.element.size(); ++k)
         for (const std::size_t node : {k, k + 1}) mass[node] += 0.5 * density * rods.element[k].volume;
+    if (rods.closed()) {
+        mass.front() += mass.back();
+        mass.back() = 0;
+    }
     for (std::size_t i = 0; i < mass.size(); ++i)
         of_nodes.push_back(shares(rods.node_mass[i] > 0 ? mass[i] / rods.node_mass[i] : 0));
     for (std::size_t k = 0; k < rods.element.size(); ++k) {

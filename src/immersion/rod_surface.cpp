@@ -92,7 +92,7 @@ int direction_across(const RodGroup& group, const FluidGrid& grid) {
 
 /// Direction along which rods are as long as a periodic box; -1: none.
 int direction_through(const RodGroup& group, const FluidGrid& grid) {
-    if (!group.spec().placement.tangents.empty()) return -1;
+    if (!group.spec().placement.tangents.empty() || group.closed()) return -1;
     double length = 0;
     for (const ElementConstants& e : group.element) length += e.rest_length;
     const Vec3d tangent = unit(group.spec().placement.tangent);

@@ -63,7 +63,12 @@ void SweptSurface::put(RodMotion begin, RodMotion end) {
         to_end_[k + 1] = to_end_[k] + length_[k];
     }
     const double all = to_end_[n];
-    for (double& way : to_end_) way = std::min(way, all - way);
+    constexpr double rounding = 1e-9;
+    const bool ring = norm(now_.node[n] - now_.node[0]) < rounding * all;
+    for (double& way : to_end_) way = ring ? HUGE_VAL : std::min(way, all - way); // a ring has no end
+    if (ring)
+        of_node_[0] = of_node_[n] = {0.5 * (of_node_[0].along_d1 + of_node_[n].along_d1),
+                                     0.5 * (of_node_[0].along_d2 + of_node_[n].along_d2)};
     lower_ = upper_ = now_.node[0];
     for (std::size_t k = 0; k < n; ++k) {
         const Half from = half_at(k, 0), to = half_at(k, 1);
@@ -113,6 +118,7 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
         const double way = part_of(now_.node[n], through_), period = std::abs(way), from = std::min(0.0, way);
         at -= std::floor((at - from) / period) * period;
     }
+    const bool ring = to_end_[0] > 0, ends = !ring && !endless();
     const auto to_place = [&](std::size_t k) { // from the begin of an element
         const Vec3d off = place - now_.node[k];
         if (!plate) return off;
@@ -130,15 +136,15 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
     const auto take_nearer = [&](std::size_t k) {
         const Vec3d axis = now_.node[k + 1] - now_.node[k];
         const double share = share_of(k);
-        const bool first = k == 0, last = k + 1 == n;
-        if (share < 0 && !first && !(share_of(k - 1) > 1)) return; // the element before has it
-        if (share > 1 && !last) return;                            // a later one has it
+        const bool first = !ring && k == 0, last = !ring && k + 1 == n;
+        if (share < 0 && !first && !(share_of(k > 0 ? k - 1 : n - 1) > 1)) return; // the element before has it
+        if (share > 1 && !last) return;                                            // a later one has it
         const double along = std::clamp(share, 0.0, 1.0);
         Vec3d off = to_place(k) - along * axis;
         if (plate) off -= dot(off, d2) * d2;
         const Vec3d t = (1 / length_[k]) * axis;
         const Mat3d& frame = now_.frame[k];
-        const double beyond = dot(off, t), end = endless() ? -HUGE_VAL
+        const double beyond = dot(off, t), end = !ends ? -HUGE_VAL
                                                  : (first && share < 0) || (last && share > 1)
                                                      ? std::abs(beyond)
                                                      : -((1 - along) * to_end_[k] + along * to_end_[k + 1]);

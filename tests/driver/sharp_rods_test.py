@@ -51,6 +51,37 @@ series = 0.01
 checkpoint = 0.01
 """
 
+# A tube closed to a ring about an axis of symmetry of the box.
+EDGE, CORNER = 0.15, math.pi / 8
+RING = f"""
+title = "ring"
+[time]
+duration = 0.4
+{FLUID_OF_RODS}largest_slip = 0
+[[rods]]
+name = "ring"
+[rods.material]
+density = 2.0
+youngs_modulus = 1e4
+[rods.section]
+radius = 0.12
+[rods.shape]
+length = {16 * EDGE}
+elements = 16
+closed = true
+rest_curvature = [{CORNER / EDGE!r}, 0.0, 0.0]
+velocity = [1.0, 0.0, 0.0]
+[rods.placement]
+origin = [1.6, {1.2 + EDGE / 2 / math.sin(CORNER / 2)!r}, 1.0]
+normal = [1.0, 0.0, 0.0]
+[immersion]
+rod_surface = "sharp"
+[output]
+series = 0.02
+trajectory = 0.1
+checkpoint = 0.04
+"""
+
 
 class SharpRods(DriverTest):
     def test_momentum_is_kept_whatever_rods_weigh(self):
@@ -98,6 +129,23 @@ class SharpRods(DriverTest):
             self.assertLess(abs(within["centre_zm"][-1] - within["centre_zm"][0] - way), 0.05 * way, density)
             self.assertLess(within["centre_ym"][-1] - within["centre_ym"][0], 0.5 * way, density)
             self.assertLess(within["elastic_stretchJ"].max(), 2 * alone["elastic_stretchJ"].max() + 1e-9, density)
+
+    def test_rings_have_no_seam(self):
+        self.scene.write_text(RING)
+        self.assertEqual(self.plan_text().count("a sharp surface"), 1)
+        self.run_skein("one")
+        self.assert_fluid_and_rods_keep_momentum("one")
+        x = self.frames("one", "trajectory")["groups/ring/position"][-1, 0, :16, 0]
+        self.assertGreater(x.min(), 1.65)
+        for node in range(8):  # opposite ones, of which 0 closes the ring
+            self.assertLess(abs(x[node] - x[node + 8]), 1e-3 * abs(x[node] - 1.6), x)
+        self.scene.write_text(RING.replace("duration = 0.4", "duration = 0.08").replace("trajectory = 0.1", "trajectory = 0.02"))
+        self.run_skein("short")
+        self.run_skein("rows", "--set", "fluid.ranks_across=2", "--lanes", "2", ranks=4)
+        self.run_skein("parts", "--until", "0.04")
+        self.run_skein("parts", threads=2)
+        for out in ("rows", "parts"):
+            self.assertEqual(self.digest(out), self.digest("short"), out)
 
     def test_plates_have_the_same_bits_on_other_ranks_lanes_and_threads_and_after_a_stop(self):
         self.scene.write_text(PLATE.replace("duration = 0.1", "duration = 0.03") + PLATE_IN_FLUID)
