@@ -10,7 +10,6 @@ from scene_text import scene_text
 RADIUS, SPACING = 1e-3, 1.9e-3
 LAW = {"law": "hertz", "stiffness": 2e4, "damping": 0.05}
 ROUGH = LAW | {"friction": "memory", "static_friction": 0.3}
-AUDITED = ("work_loadsJ", "work_wallsJ", "dissipatedJ", "energy_defectJ")
 BOUNCING = {"law": "hertz", "restitution": 0.4, "collision_time": 1e-3, "collision_speed": 0.1}
 
 
@@ -54,7 +53,8 @@ class UnlikeRods(DriverTest):
                     self.run_skein(out, "--overwrite", *arguments, **layout)
                     self.assertEqual(self.digest(out), summary["digest"], out)
                     if name == "audited":
-                        for column in AUDITED: numpy.testing.assert_array_equal(self.series(out)[column], self.series(name)[column], f"{out}: {column}")
+                        for column in set(self.series(name).dtype.names) - {"rebuilds"}:  # of lists, which each rank makes for itself
+                            numpy.testing.assert_array_equal(self.series(out)[column], self.series(name)[column], f"{out}: {column}")
 
     def test_an_audit_closes(self):
         """Works of loads, walls and damping of rods in lanes of one tile, clamped ones and free ones, are those of the same rods one by one."""
