@@ -30,8 +30,8 @@ public:
         std::vector<RodMarker> markers;                ///< empty at a sharp surface
         std::shared_ptr<const InertiaInFluid> inertia; ///< null where rods do not feel the fluid
     };
-    /// True for bodies and rods with sharp surfaces: all parts are two cells thick at least. Closed rods and rods of
-    /// sizes of their own have markers.
+    /// True for bodies and rods with sharp surfaces: all parts are two cells thick at least. Rods of sizes of
+    /// their own have markers.
     bool sharp(const RodGroup& group) const;
     /// True if the scene asks for sharp surfaces of such groups.
     bool asks_sharp(const RodGroup& group) const { return group.body() ? numbers_.sharp_bodies : numbers_.sharp_rods; }

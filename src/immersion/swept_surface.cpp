@@ -129,8 +129,11 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
         const Vec3d off = to_place(k) - 0.5 * (now_.node[k + 1] - now_.node[k]);
         return off.x * off.x + off.y * off.y + off.z * off.z;
     };
-    const auto share_of = [&](std::size_t k) { // in lengths of the element
-        return dot(to_place(k), now_.node[k + 1] - now_.node[k]) / (length_[k] * length_[k]);
+    const auto share_of = [&](std::size_t k) { // in lengths of the element, within the plane of a plate
+        Vec3d axis = now_.node[k + 1] - now_.node[k];
+        if (!plate) return dot(to_place(k), axis) / (length_[k] * length_[k]);
+        axis -= dot(axis, d2) * d2;
+        return dot(to_place(k), axis) / dot(axis, axis);
     };
     Foot best{.distance = HUGE_VAL};
     const auto take_nearer = [&](std::size_t k) {

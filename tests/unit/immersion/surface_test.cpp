@@ -4,9 +4,12 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>
+#include <utility>
+#include <vector>
 
 namespace skein {
 namespace {
@@ -132,6 +135,17 @@ TEST(SweptSurface, BentRodsAreTubes) {
 }
 
 /// The nearest of all elements, each as a rod of its own: a wave, whose elements lie near places from several sides.
+/// Distance of a place from a polygon, and the element of it that is nearest.
+std::pair<double, std::size_t> from_polygon(const std::vector<Vec3d>& node, const Vec3d& at) {
+    std::pair<double, std::size_t> least{HUGE_VAL, 0};
+    for (std::size_t k = 0; k + 1 < node.size(); ++k) {
+        const Vec3d axis = node[k + 1] - node[k], off = at - node[k];
+        const double share = std::clamp(dot(off, axis) / dot(axis, axis), 0.0, 1.0);
+        least = std::min(least, {norm(off - share * axis), k});
+    }
+    return least;
+}
+
 TEST(SweptSurface, NoElementIsNearerThanTheOneFound) {
     constexpr int n = 17;
     constexpr double radius = 0.25;
@@ -153,20 +167,42 @@ TEST(SweptSurface, NoElementIsNearerThanTheOneFound) {
     int compared = 0;
     for (int p = 0; p < 400; ++p) {
         const Vec3d at{-0.5 + 0.0153 * p, 1.5 * std::sin(0.37 * p), 0.7 * std::cos(0.51 * p)};
-        double least = HUGE_VAL; // from the polygon of nodes
-        std::size_t nearest = 0;
-        for (std::size_t k = 0; k < n; ++k) {
-            const Vec3d axis = m.node[k + 1] - m.node[k], off = at - m.node[k];
-            const double share = std::clamp(dot(off, axis) / dot(axis, axis), 0.0, 1.0),
-                         distance = norm(off - share * axis);
-            if (distance < least) {
-                least = distance;
-                nearest = k;
-            }
-        }
+        const auto [least, nearest] = from_polygon(m.node, at);
         const SweptSurface::Foot foot = wave.nearest(at);
         const auto flat = [](std::size_t k) { return k == 0 || k + 1 == n; }; // ends, whose faces may be nearer
         if (flat(foot.element) || flat(nearest)) continue;
+        EXPECT_NEAR(norm(foot.off), least, 1e-12) << p;
+        ++compared;
+    }
+    EXPECT_GT(compared, 250);
+}
+
+TEST(SweptSurface, FeetOnPlatesThatLeanAreNearestWithinTheirPlane) {
+    constexpr int n = 17;
+    RodMotion m;
+    std::vector<SweptSurface::Element> elements;
+    std::vector<Vec3d> in_plane;
+    const auto node = [](int i) { return Vec3d{0.3 * i, 0.5 * std::sin(0.9 * i), 0.25 * std::sin(0.7 * i)}; };
+    for (int i = 0; i <= n; ++i) {
+        m.node.push_back(node(i) - node(0));
+        m.velocity.push_back({0, 0, 0});
+        in_plane.push_back({m.node.back().x, m.node.back().y, 0});
+        if (i == n) break;
+        const Vec3d axis = node(i + 1) - node(i), d2{0, 0, 1}, along = axis - dot(axis, d2) * d2,
+                    t = (1 / norm(along)) * along;
+        m.frame.push_back({cross(d2, t), d2, t});
+        m.spin.push_back({0, 0, 0});
+        elements.push_back({0.1, 1.0, norm(axis)});
+    }
+    SweptSurface plate(SweptSection::plate, elements);
+    plate.put(m, m);
+    int compared = 0;
+    for (int p = 0; p < 400; ++p) {
+        const Vec3d at{0.3 + 0.012 * p, 0.9 * std::sin(0.37 * p), 0.5 * std::cos(0.51 * p)};
+        const auto [least, nearest] = from_polygon(in_plane, {at.x, at.y, 0});
+        const SweptSurface::Foot foot = plate.nearest(at);
+        const auto end = [](std::size_t k) { return k == 0 || k + 1 == n; };
+        if (end(foot.element) || end(nearest)) continue;
         EXPECT_NEAR(norm(foot.off), least, 1e-12) << p;
         ++compared;
     }
