@@ -57,7 +57,7 @@ std::string of_markers_in_place(const RodsInFluid& rods, double spacing) {
     const std::string who = fmt::format("{}.{}: immersion.{}_surface = \"sharp\" does not apply, and {} markers",
                                         rods.body ? "bodies" : "rods", rods.name, rods.body ? "body" : "rod",
                                         rods.body ? "these bodies have" : "these rods have");
-    if (!rods.takes_sharp) return who + ": closed rods and rods with sizes of their own have no sharp surfaces";
+    if (!rods.takes_sharp) return who + ": rods with sizes of their own have no sharp surfaces";
     return who + fmt::format(": the thinnest part has {:.3g} cells in half its thickness, below 1; fluid.spacing "
                              "= {:.3g} at most",
                              rods.least_axis, rods.least_axis * spacing);

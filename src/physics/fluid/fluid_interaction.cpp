@@ -82,8 +82,8 @@ std::array<double, mesh_record> record_of(const Obstacle& obstacle) {
     return {number(hash_numbers(0, name)), number(hash_numbers(1, surface))};
 }
 
-/// Refuses a mesh that is another one than that of the checkpoint, though its file has the same name. Returns the
-/// numbers behind those of meshes.
+/// Refuses a mesh that is another one than that of the checkpoint, though its file has the same name. A fluid has no
+/// branches, so obstacles are those of the checkpoint. Returns the numbers behind those of meshes.
 std::span<const double> after_meshes(std::span<const double> numbers, const std::vector<Obstacle>& obstacles) {
     for (const Obstacle& o : obstacles) {
         if (!o.mesh) continue;
@@ -516,7 +516,9 @@ SavedNumbers FluidInteraction::saved() const {
 }
 
 void FluidInteraction::restore(const SavedNumbers& kept) {
-    auto more = after_meshes(std::span(kept.numbers).subspan(4), plan_.obstacles);
+    constexpr std::size_t of_clock = 4; // steps, time, slip and length of the last step
+    if (kept.numbers.size() < of_clock) throw IoError("the fluid of a checkpoint differs from the fluid of the scene");
+    auto more = after_meshes(std::span(kept.numbers).subspan(of_clock), plan_.obstacles);
     WholeState state(comm_, *flow_);
     const PlaneExchange exchange(comm_, plan_.constants.grid, flow_->pencils(), 0);
     std::vector<double> gain;

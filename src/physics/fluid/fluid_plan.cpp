@@ -231,7 +231,7 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
                      .body = group.body() != nullptr,
                      .sharp = fluid.kinds->sharp(group),
                      .asks_sharp = fluid.kinds->asks_sharp(group),
-                     .takes_sharp = group.body() || !(group.closed() || group.heterogeneous()),
+                     .takes_sharp = group.body() || !group.heterogeneous(),
                      .least_axis = HUGE_VAL,
                      .density_ratio = group.spec().material.density / fluid.constants.density};
     if (const BodyShape* body = group.body()) {

@@ -61,7 +61,7 @@ struct RodsInFluid {
     bool body = false;
     bool sharp = false;                   ///< a sharp surface in place of markers
     bool asks_sharp = false;              ///< the scene asks for it
-    bool takes_sharp = true;              ///< closed rods and rods with sizes of their own do not
+    bool takes_sharp = true;              ///< rods with sizes of their own do not
     std::int64_t markers = 0;             ///< of a rod or body
     double least_axis = 0, most_axis = 0; ///< half axes of sections or parts, over the spacing
     double density_ratio = 0;             ///< over the fluid's
