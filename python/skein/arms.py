@@ -91,11 +91,9 @@ class ReachArms:
 
     def _begin(self, mask):
         """Arms of the mask at their start, with new targets and no pull."""
-        if not mask.any():
-            return
         if self._simulation.steps_done:
             for link in self._links:
-                link.restart(self.numbers[mask])
+                link.restart(self.numbers[mask])  # on all ranks, as arms may touch those of others
         for arm in np.flatnonzero(mask):
             away = self._random[arm].normal(size=3)
             away[2] = abs(away[2])
@@ -124,7 +122,8 @@ class ReachArms:
         observed = self._observed()
         if truncated.any():
             infos |= {"final_obs": observed, "_final_obs": truncated}
-            self._begin(truncated)
+        self._begin(truncated)
+        if truncated.any():
             observed = self._observed()
         return observed, rewards, np.zeros(self.num_envs, bool), truncated, infos
 

@@ -170,11 +170,16 @@ def read_centrelines(path, unit=1.0, id=None):
     return np.split(points, offsets[1:-1]), None if radii is None else np.split(radii, offsets[1:-1])
 
 
-def _column(name, unit):
+def _column(path, name, unit):
     """Name of a column in small letters, and the length of 1 in it, m."""
     found = re.fullmatch(r"(.*?)[ _]*\[ *([0-9.eE+-]*) *(\w+) *\]", name.strip())
     if not found or found[3] not in LENGTHS: return name.strip().lower(), unit
-    return found[1].lower(), float(found[2] or 1) * LENGTHS[found[3]]
+    try:
+        size = float(found[2] or 1)
+    except ValueError:
+        size = 0
+    if not 0 < size < float("inf"): raise Damaged(f"{path}: column '{name.strip()}': its unit is no length above 0, such as [um] or [0.3 um]")
+    return found[1].lower(), size * LENGTHS[found[3]]
 
 
 def _table_of(path, id, unit):
@@ -183,7 +188,7 @@ def _table_of(path, id, unit):
         lines = [line for line in text if line.strip() and not line.startswith("#")]
         comma = next((mark for mark in "\t;," if lines and mark in lines[0]), ",")
         rows = list(csv.reader(lines, delimiter=comma, skipinitialspace=True))
-    names, units = zip(*(_column(name, unit) for name in rows[0])) if rows else ((), ())
+    names, units = zip(*(_column(path, name, unit) for name in rows[0])) if rows else ((), ())
     wanted = [id.lower()] if id else [stem + end for stem in NAMES_OF_RODS for end in ("", "_id")]
     column = next((names.index(name) for name in wanted if name in names), None)
     places = [next((names.index(name) for name in (axis, f"position_{axis}") if name in names), None) for axis in "xyz"]

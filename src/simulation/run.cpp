@@ -247,6 +247,7 @@ void Run::restart(std::size_t group, std::span<const std::int64_t> rods) {
         moved = memory_of(world.comm, parts_->start_memory, bodies);
         memory = &moved;
     }
+    if (bodies.empty()) return;
     forget_contacts(world, bodies);
     const auto local = world.rods().local();
     std::vector<Slot<1>> state(to_index(world.groups.at(group).slots()));
