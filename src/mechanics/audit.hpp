@@ -100,7 +100,6 @@ template <int W> struct EnergyBudget {
         const Vec3d carried = Vec3d{1, 1, 1} - nth(kicked.of_elements, k);
         return element_energy_of(broadcast<W>(scale(carried, nth(group_.element, k).inertia)), w);
     }
-    /// Held directions of a node that slides: 1, and 0 in the free ones.
     /// Constants of a tile's rods by lane, where they lie along as wholes.
     static AlignedVector<LaneRow> rows_of(const RodTile<W>& rod) {
         AlignedVector<LaneRow> rows(to_index(rod.n) + 1, LaneRow{});
@@ -118,6 +117,7 @@ template <int W> struct EnergyBudget {
             }
         return rows;
     }
+    /// Held directions of a node that slides: 1, and 0 in the free ones.
     Vec3<P> held_directions(int i) const { return broadcast<W>(Vec3d{1, 1, 1} - group_.free_directions(i)); }
     /// Kinetic energy of held nodes and elements, J.
     P held_energy(const RodTile<W>& rod) const {

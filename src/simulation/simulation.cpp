@@ -46,8 +46,8 @@ void refuse_repeated_columns(std::span<const std::string> names) {
     std::set<std::string> seen;
     for (const std::string& column : names)
         if (const std::string name = column.substr(0, column.find('[')); !seen.insert(name).second)
-            throw InputError(fmt::format("the time series has two columns '{}': give the [[probe]], [[joint]] or "
-                                         "[[wall]] of one another 'name'",
+            throw InputError(fmt::format("the time series has two columns '{}': give the [[probe]], "
+                                         "[[fluid_probe]], [[joint]], [[wall]] or [[obstacle]] of one another 'name'",
                                          name));
 }
 

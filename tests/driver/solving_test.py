@@ -497,7 +497,7 @@ class Solving(DriverTest):
 
     def test_a_path_that_was_stopped_goes_on(self):
         """By a signal, after some points."""
-        words = ("--along", "load.0.end.2", "--to", -0.03, "--step", 0.002, "--points", 60)
+        words = ("--along", "load.0.end.2", "--to", -0.03, "--step", 0.002, "--points", 300)
         self.scene.write_text(COLUMN)
         command = [SKEIN, "path", self.scene, "--out", self.directory / "stopped", "--threads", 1, *words]
         running = subprocess.Popen([str(word) for word in command], stdout=subprocess.PIPE, text=True)

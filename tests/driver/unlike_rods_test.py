@@ -58,7 +58,7 @@ class UnlikeRods(DriverTest):
                             numpy.testing.assert_array_equal(self.series(out)[column], self.series(name)[column], f"{out}: {column}")
 
     def test_an_audit_closes(self):
-        """Works of loads, walls and damping of rods in lanes of one tile, clamped ones and free ones, are those of the same rods one by one."""
+        """Works of loads and damping of rods in lanes of one tile, clamped ones and free ones, are those of the same rods one by one."""
         for start in ("free", "clamped"):
             with self.subTest(start=start):
                 self.write(count=13, start=start, contact=None, wall=None, output={"audit": True})
