@@ -21,6 +21,12 @@ Vec3d rotated(const Vec3d& v, const Vec3d& turn) {
 double& part_of(Vec3d& v, int d) { return d == 0 ? v.x : d == 1 ? v.y : v.z; }
 double part_of(const Vec3d& v, int d) { return d == 0 ? v.x : d == 1 ? v.y : v.z; }
 
+/// Takes a place by whole periods to between 0 and `way`, whose size is a period.
+void put_within(double& place, double way) {
+    const double period = std::abs(way), from = std::min(0.0, way);
+    place -= std::floor((place - from) / period) * period;
+}
+
 } // namespace
 
 RodMotion RodMotion::after(double time) const {
@@ -113,11 +119,7 @@ SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
     const bool plate = section_ == SweptSection::plate;
     const Vec3d& d2 = now_.frame[0].d2;
     Vec3d place = given;
-    if (endless()) { // to the period of its nodes
-        double& at = part_of(place, through_);
-        const double way = part_of(now_.node[n], through_), period = std::abs(way), from = std::min(0.0, way);
-        at -= std::floor((at - from) / period) * period;
-    }
+    if (endless()) put_within(part_of(place, through_), part_of(now_.node[n], through_));
     const bool ring = to_end_[0] > 0, ends = !ring && !endless();
     const auto to_place = [&](std::size_t k) { // from the begin of an element
         const Vec3d off = place - now_.node[k];
