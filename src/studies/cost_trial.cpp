@@ -76,7 +76,7 @@ void measure_cost(Plan& plan, const SceneSpec& scene, std::vector<RodGroup> grou
            (made() < least_steps || spent() < least_seconds))
         if (at_once < 64 && spent() * static_cast<double>(at_once) < 0.1 * least_seconds * static_cast<double>(made()))
             at_once *= 2;
-    const std::int64_t parts = world.parts_made() - warm_parts;
+    const std::int64_t parts = std::max<std::int64_t>(1, world.parts_made() - warm_parts);
     if (made() == 0 && !world.gave_up()) return;
     const double of_step = world.gave_up()
                                ? spent() * static_cast<double>(world.parts_of_step()) / static_cast<double>(parts)

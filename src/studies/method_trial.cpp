@@ -102,7 +102,7 @@ public:
     /// Makes steps, at most up to `end`, and for as long as `budget`, s, allows; false where the rods do not go on.
     bool advance(std::int64_t steps, std::int64_t end, double budget) {
         const double began = thread_seconds();
-        world_.give_up_when([&] { return spent_ + thread_seconds() - began > budget; });
+        world_.give_up_when([this, began, budget] { return spent_ + thread_seconds() - began > budget; });
         world_.advance(std::min(end, world_.clock.done() + steps));
         spent_ += thread_seconds() - began;
         return world_.failure().empty() && !world_.gave_up();

@@ -296,10 +296,11 @@ std::vector<Obstacle> obstacles_of(const SceneSpec& scene, const FluidGrid& grid
 FluidPlan plan_fluid(const PlanInput& input) {
     const SceneSpec& scene = input.scene;
     const std::span<const RodGroup> groups = input.groups;
-    FluidPlan plan{.constants = fitted_fluid(scene).constants(),
+    const FlowConstants constants = fitted_fluid(scene).constants();
+    FluidPlan plan{.constants = constants,
                    .courant = scene.fluid->courant,
                    .velocity_formula = scene.fluid->velocity_formula,
-                   .obstacles = obstacles_of(scene, fitted_fluid(scene).constants().grid),
+                   .obstacles = obstacles_of(scene, constants.grid),
                    .forcing = scene.immersion.numbers(scene.fluid->density),
                    .names = names_for_formulas(scene),
                    .outputs = {},
