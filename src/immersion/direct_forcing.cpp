@@ -28,6 +28,7 @@ void DirectForcing::settle(const FlowStage& stage) {
         for (std::size_t m = begin; m < end; ++m) {
             Vec3d& w = weight_[m];
             w = grid_.holds(markers_.place[m]) ? Vec3d{inverse(w.x), inverse(w.y), inverse(w.z)} : Vec3d{0, 0, 0};
+            if (!markers_.share.empty()) w = markers_.share[m] * w;
         }
     });
     settled_ = true;

@@ -104,8 +104,8 @@ private:
     bool moves_, settled_ = false;
     MarkerPlanes planes_;
     Markers markers_;
-    /// Weight of a marker by component: 1 over the change that a change of 1 at all markers makes at it. It is 0 beyond
-    /// walls, where there is no fluid.
+    /// Weight of a marker by component: its share over the change that a change of 1 at all markers makes at it. It is
+    /// 0 beyond walls, where there is no fluid.
     std::vector<Vec3d> weight_;
     std::vector<Vec3d> velocity_;            ///< velocity of the fluid at markers, m/s
     std::vector<Vec3d> slip_;                ///< marker's velocity minus the fluid's, m/s

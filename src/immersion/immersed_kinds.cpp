@@ -6,21 +6,27 @@
 
 namespace skein {
 
-bool ImmersedKinds::sharp(const RodGroup& group) const {
-    const BodyShape* const body = group.body();
-    if (!body) {
-        if (!numbers_.sharp_rods || group.heterogeneous()) return false;
-        const bool plate = spans_box(group, grid_);
-        for (std::size_t k = 0; k < group.element.size(); ++k) {
-            const HalfAxes half = half_axes(group, k);
-            if (std::min(half.along_d1, plate ? half.along_d1 : half.along_d2) < grid_.h) return false;
-        }
-        return true;
+bool ImmersedKinds::sharp_body(const BodyShape& body) const {
+    return numbers_.sharp_bodies && std::all_of(body.part.begin(), body.part.end(), [&](const BodyShape::Part& part) {
+               return part.radius + std::min({part.half.x, part.half.y, part.half.z}) >= grid_.h;
+           });
+}
+
+ImmersedKinds::Kind ImmersedKinds::kind_of(const RodGroup& own) const {
+    Kind kind;
+    if (const BodyShape* const body = own.body()) kind.sharp = sharp_body(*body);
+    else if (numbers_.sharp_rods) {
+        kind.sharp_shares = sharp_shares(own, grid_);
+        kind.sharp = !kind.sharp_shares.empty();
     }
-    if (!numbers_.sharp_bodies) return false;
-    return std::all_of(body->part.begin(), body->part.end(), [&](const BodyShape::Part& part) {
-        return part.radius + std::min({part.half.x, part.half.y, part.half.z}) >= grid_.h;
-    });
+    if (!kind.sharp || !own.body()) kind.markers = rod_markers(own, grid_, numbers_.retraction, kind.sharp_shares);
+    if (!numbers_.feels_fluid) return kind;
+    if (kind.sharp && own.body())
+        kind.inertia = std::make_shared<const InertiaInFluid>(*own.body(), numbers_.density, numbers_.has_inner);
+    else
+        kind.inertia = std::make_shared<const InertiaInFluid>(own, kind.markers, numbers_.density, numbers_.has_inner,
+                                                              kind.sharp_shares, spans_box(own, grid_));
+    return kind;
 }
 
 const ImmersedKinds::Kind& ImmersedKinds::of(const RodGroup& group, std::int64_t i) const {
@@ -29,14 +35,7 @@ const ImmersedKinds::Kind& ImmersedKinds::of(const RodGroup& group, std::int64_t
     const std::lock_guard lock(mutex_);
     std::unique_ptr<const Kind>& kept = kinds_[{group.id(), rod}];
     if (kept) return *kept;
-    const RodGroup& own = group.kind(i);
-    Kind kind{sharp(group) ? std::vector<RodMarker>() : rod_markers(own, grid_, numbers_.retraction), nullptr};
-    if (numbers_.feels_fluid)
-        kind.inertia = sharp(group) ? std::make_shared<const InertiaInFluid>(own, numbers_.density, numbers_.has_inner,
-                                                                             !group.body() && spans_box(own, grid_))
-                                    : std::make_shared<const InertiaInFluid>(own, kind.markers, numbers_.density,
-                                                                             numbers_.has_inner);
-    kept = std::make_unique<const Kind>(std::move(kind));
+    kept = std::make_unique<const Kind>(kind_of(group.kind(i)));
     return *kept;
 }
 

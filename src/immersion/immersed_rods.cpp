@@ -11,24 +11,18 @@ ImmersedRods::ImmersedRods(std::span<const RodGroup> groups, const Rods& rods,
                            std::shared_ptr<const ImmersedKinds> kinds)
     : groups_(groups), rods_(&rods), kinds_(std::move(kinds)) {
     std::int64_t first = 0;
-    const auto markers = [&](const RodGroup& group, std::int64_t i) {
-        return static_cast<std::int64_t>(kinds_->of(group, i).markers.size());
-    };
-    for (const RodGroup& group : groups_) {
+    for (std::size_t g = 0; g < groups_.size(); ++g) {
+        const RodGroup& group = groups_[g];
         OfGroup& of = groups_in_scene_.emplace_back(OfGroup{first, {}, 0});
-        const bool sharp = kinds_->sharp(group);
-        first_sharp_.push_back(sharp ? static_cast<std::int64_t>(groups_of_sharp_.size()) : -1);
-        if (sharp) groups_of_sharp_.resize(groups_of_sharp_.size() + to_index(group.count()), first_sharp_.size() - 1);
-        has_markers_ |= !sharp;
-        has_sharp_rods_ |= sharp && !group.body();
-        if (!group.heterogeneous()) {
-            of.of_each = markers(group, 0);
-            first += group.count() * of.of_each;
-            continue;
-        }
         for (std::int64_t i = 0; i < group.count(); ++i) {
-            of.before.push_back(first - of.first);
-            first += markers(group, i);
+            const ImmersedKinds::Kind& kind = kinds_->of(group, i);
+            if (kind.sharp) sharp_.push_back({g, i});
+            has_markers_ |= !kind.markers.empty();
+            has_sharp_rods_ |= kind.sharp && !group.body();
+            has_parts_ |= kind.sharp && !kind.markers.empty();
+            of.of_each = static_cast<std::int64_t>(kind.markers.size());
+            if (group.heterogeneous()) of.before.push_back(first - of.first);
+            first += of.of_each;
         }
     }
     rebind(rods);
@@ -41,23 +35,27 @@ void ImmersedRods::rebind(const Rods& rods) {
     before_.assign(1, 0);
     constants_.clear();
     kind_.clear();
+    sharp_number_.clear();
     for (const LocalRod& rod : rods.local()) {
         const RodGroup& group = nth(groups_, rod.group);
         constants_.push_back(&group.kind(rod.index));
         kind_.push_back(&kinds_->of(group, rod.index));
         before_.push_back(before_.back() + kind_.back()->markers.size());
+        const OfScene own{to_index(rod.group), rod.index};
+        const auto found = std::lower_bound(sharp_.begin(), sharp_.end(), own);
+        sharp_number_.push_back(found != sharp_.end() && *found == own ? found - sharp_.begin() : -1);
     }
 }
 
-std::int64_t ImmersedRods::sharp_number(std::size_t i) const {
-    const LocalRod& own = rods_->local()[i];
-    const std::int64_t first = nth(first_sharp_, own.group);
-    return first < 0 ? -1 : first + own.index;
+SweptSurface ImmersedRods::swept_surface_of(std::size_t sharp, const FluidGrid& grid) const {
+    const auto [group, index] = sharp_[sharp];
+    return swept_surface(constants_of_sharp(sharp), grid, kinds_->of(groups_[group], index).sharp_shares);
 }
 
 void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const {
     const std::size_t others = markers.count();
     markers.resize(others + before_.back());
+    if (has_parts_) markers.share.resize(markers.count(), 1);
     read(lag, [&](int, std::size_t i, const RodCopy& rod) {
         const LocalRod& own = rods_->local()[i];
         const std::int64_t first = first_identity + nth(groups_in_scene_, own.group).of_rod(own.index);
@@ -71,6 +69,7 @@ void ImmersedRods::place(double lag, std::uint32_t first_body, std::int64_t firs
                 along(marker, lane(from.velocity, 0), lane(to.velocity, 0)) + cross(turning, off_axis(marker, frame));
             markers.identity[at] = first + static_cast<std::int64_t>(m - before_[i]);
             markers.body[at] = first_body + static_cast<std::uint32_t>(own.group);
+            if (has_parts_) markers.share[at] = marker.share;
         });
     });
 }

@@ -26,16 +26,20 @@ public:
     std::size_t count() const { return before_.back(); }
     /// True if some rod or body of the scene has markers.
     bool has_markers() const { return has_markers_; }
-    /// True if some rod, which is no rigid body, has a sharp surface.
+    /// True if some rod, which is no rigid body, has a sharp surface somewhere.
     bool has_sharp_rods() const { return has_sharp_rods_; }
-    bool is_sharp_rod(std::size_t i) const { return sharp_number(i) >= 0 && !constants(i).body(); }
+    /// True if local()[i] is one.
+    bool is_sharp_rod(std::size_t i) const { return kind_[i]->sharp && !constants(i).body(); }
     /// Bodies and rods of the scene with sharp surfaces.
-    std::size_t sharp_bodies() const { return groups_of_sharp_.size(); }
-    /// Group of a body with a sharp surface.
-    const RodGroup& group_of_sharp(std::size_t sharp) const { return groups_[groups_of_sharp_[sharp]]; }
-    std::size_t group_number_of_sharp(std::size_t sharp) const { return groups_of_sharp_[sharp]; }
+    std::size_t sharp_bodies() const { return sharp_.size(); }
+    /// Group of a body with a sharp surface, its constants, and its surface.
+    std::size_t group_number_of_sharp(std::size_t sharp) const { return sharp_[sharp].group; }
+    const RodGroup& constants_of_sharp(std::size_t sharp) const {
+        return groups_[sharp_[sharp].group].kind(sharp_[sharp].index);
+    }
+    SweptSurface swept_surface_of(std::size_t sharp, const FluidGrid& grid) const;
     /// Number of local()[i] among the bodies with sharp surfaces; -1: it is none.
-    std::int64_t sharp_number(std::size_t i) const;
+    std::int64_t sharp_number(std::size_t i) const { return sharp_number_[i]; }
     /// Appends markers of rods as they are now; positions lag behind rates by `lag` [s].
     void place(double lag, std::uint32_t first_body, std::int64_t first_identity, Markers& markers) const;
     /// Calls f(m, marker) for the markers of local()[i], m being their number among count().
@@ -82,13 +86,20 @@ private:
         std::int64_t of_rod(std::int64_t i) const { return first + (before.empty() ? i * of_each : nth(before, i)); }
     };
     std::vector<OfGroup> groups_in_scene_;
-    std::vector<std::int64_t> first_sharp_;    ///< by group: of its bodies with sharp surfaces; -1: it has none
-    std::vector<std::size_t> groups_of_sharp_; ///< by body with a sharp surface
-    bool has_markers_ = false, has_sharp_rods_ = false;
+    /// Rod or body of the scene.
+    struct OfScene {
+        std::size_t group;
+        std::int64_t index;
+
+        auto operator<=>(const OfScene&) const = default;
+    };
+    std::vector<OfScene> sharp_; ///< those with sharp surfaces, in their order
+    bool has_markers_ = false, has_sharp_rods_ = false, has_parts_ = false;
     std::vector<std::size_t> all_;                 ///< numbers of own rods
     std::vector<std::size_t> before_;              ///< by own rod: markers of own rods before it
     std::vector<const RodGroup*> constants_;       ///< by own rod
     std::vector<const ImmersedKinds::Kind*> kind_; ///< by own rod
+    std::vector<std::int64_t> sharp_number_;       ///< by own rod
 };
 
 } // namespace skein

@@ -105,10 +105,10 @@ Immersion::Immersion(const Communicator& comm, const Threads& threads, const Flu
         obstacle_markers_ += static_cast<std::int64_t>(about_centre_.back().size());
     }
     for (std::size_t b = 0; has_sharp_bodies() && b < rods_->sharp_bodies(); ++b) {
-        const RodGroup& group = rods_->group_of_sharp(b);
         sharp.push_back({.moves = true});
-        if (group.body()) sharp.back().surface = std::make_unique<PartsSurface>(*group.body());
-        else sharp.back().swept = std::make_unique<SweptSurface>(swept_surface(group, grid_));
+        if (const BodyShape* body = rods_->constants_of_sharp(b).body())
+            sharp.back().surface = std::make_unique<PartsSurface>(*body);
+        else sharp.back().swept = std::make_unique<SweptSurface>(rods_->swept_surface_of(b, grid_));
     }
     if (sharp.empty()) return;
     surfaces_.emplace(comm, threads, grid, numbers.kinematic_viscosity, std::move(sharp), across);
@@ -171,7 +171,7 @@ std::vector<Immersion::SharpMotion> Immersion::present_motions() const {
 
 void Immersion::set_motion(std::size_t sharp, const SharpMotion& begin, const SharpMotion& end) {
     const std::size_t body = sharp_.size() + sharp;
-    if (rods_->group_of_sharp(sharp).body()) surfaces_->set_motion(body, begin.body, end.body);
+    if (rods_->constants_of_sharp(sharp).body()) surfaces_->set_motion(body, begin.body, end.body);
     else surfaces_->set_motion(body, begin.body.place, begin.rod, end.body.place, end.rod);
 }
 
@@ -194,7 +194,7 @@ void Immersion::take_motions() {
     if (!has_sharp_bodies()) return;
     std::vector<SharpMotion> now = present_motions();
     for (std::size_t b = 0; b < now.size(); ++b) {
-        if (balance_ && ahead_ > 0 && !rods_->group_of_sharp(b).body())
+        if (balance_ && ahead_ > 0 && !rods_->constants_of_sharp(b).body())
             now[b].rod.take_means(at_begin_[b].rod, now[b].body.place - at_begin_[b].body.place, ahead_);
         set_motion(b, at_begin_[b], now[b]);
     }

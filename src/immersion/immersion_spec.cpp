@@ -12,9 +12,8 @@ void visit_surfaces(FieldVisitor& f, ImmersionSpec& spec) {
              spec.body_surface, surface_names);
     f.choice({.name = "rod_surface",
               .unit = "",
-              .text =
-                  "rods act on the fluid by markers, or by sharp surfaces; rods with a part thinner than two cells, "
-                  "and rods with sizes of their own, have markers in any case"},
+              .text = "rods act on the fluid by markers, or by sharp surfaces if some part of them is two cells thick; "
+                      "parts thinner than a cell have markers in any case"},
              spec.rod_surface, surface_names);
 }
 

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace skein {
 
@@ -46,18 +47,36 @@ std::vector<Ring> rings_of(std::span<const RodMarker> markers, std::span<const d
     return rings;
 }
 
-} // namespace
+/// Inertia of displaced fluid, of nodes, kg, and of elements about d1, d2, d3, kg m^2.
+struct Displaced {
+    std::vector<double> mass;
+    std::vector<Vec3d> turning;
+};
 
-InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner)
-    : density_ratio(density / group.spec().material.density) {
-    if (const BodyShape* body = group.body()) {
-        take_body(*body, markers, density, inner);
-        return;
-    }
-    std::vector<double> mass(group.node_mass.size()), begin(1, 0);
-    std::vector<Vec3d> turning(group.element.size());
+/// Own inertia of an element about d1, d2 and d3 without what `rotary_inertia_for_dt` adds, kg m^2.
+Vec3d unscaled_inertia(const RodGroup& group, std::size_t k) {
+    const Vec3d& own = group.element[k].inertia;
+    const double scaled = group.rotary_inertia_scale.empty() ? 1 : group.rotary_inertia_scale[k];
+    return {own.x / scaled, own.y / scaled, own.z};
+}
+
+/// Adds what sharp surfaces move, `share` of an element. Fluid moves with all of it, and about all of its axes. A plate
+/// has no edges along d2, so that no fluid moves with its turning about d1, and that about d3 moves the fluid along d2
+/// alone.
+void add_within(const RodGroup& group, std::size_t k, double density, double share, bool spans, Displaced& all) {
+    const double half = share * (0.5 * density * group.element[k].volume);
+    all.mass[k] += half;
+    all.mass[k + 1] += half;
+    const Vec3d own = unscaled_inertia(group, k);
+    all.turning[k] += (share * (density / group.spec().material.density)) * (spans ? Vec3d{0, own.y, own.y} : own);
+}
+
+/// Adds what rings of markers move, but for the parts of elements that sharp surfaces move.
+void add_around(const RodGroup& group, std::span<const RodMarker> markers, double density,
+                const std::function<double(std::size_t element)>& sharp, Displaced& all) {
+    std::vector<double> begin(1, 0);
     for (const ElementConstants& e : group.element) begin.push_back(begin.back() + e.rest_length);
-    const std::vector<Ring> rings = inner ? rings_of(markers, begin) : std::vector<Ring>();
+    const std::vector<Ring> rings = rings_of(markers, begin);
     std::size_t k = 0;
     for (std::size_t r = 0; r < rings.size(); ++r) {
         const Ring& ring = rings[r];
@@ -66,54 +85,47 @@ InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker>
                      to = last ? begin.back() : 0.5 * (ring.place + rings[r + 1].place);
         for (; k < group.element.size() && begin[k] < to; ++k) { // elements around the ring
             const ElementConstants& e = group.element[k];
-            const double share = (std::min(to, begin[k + 1]) - std::max(from, begin[k])) / e.rest_length,
-                         scaled = group.rotary_inertia_scale.empty() ? 1 : group.rotary_inertia_scale[k];
-            mass[ring.element] += (1 - ring.along) * share * density * e.volume;
-            mass[ring.element + 1] += ring.along * share * density * e.volume;
-            turning[ring.element] += (share * density_ratio) * Vec3d{ring.off_d2 ? e.inertia.x / scaled : 0,
-                                                                     ring.off_d1 ? e.inertia.y / scaled : 0,
-                                                                     ring.off_d1 || ring.off_d2 ? e.inertia.z : 0};
+            const double share =
+                (1 - sharp(k)) * ((std::min(to, begin[k + 1]) - std::max(from, begin[k])) / e.rest_length);
+            const Vec3d own = unscaled_inertia(group, k);
+            all.mass[ring.element] += (1 - ring.along) * share * density * e.volume;
+            all.mass[ring.element + 1] += ring.along * share * density * e.volume;
+            all.turning[ring.element] +=
+                (share * (density / group.spec().material.density)) *
+                Vec3d{ring.off_d2 ? own.x : 0, ring.off_d1 ? own.y : 0, ring.off_d1 || ring.off_d2 ? own.z : 0};
             if (begin[k + 1] > to) break; // the next ring has the rest of this element
         }
     }
+}
+
+} // namespace
+
+InertiaInFluid::InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner,
+                               std::span<const double> sharp, bool spans)
+    : density_ratio(density / group.spec().material.density) {
+    if (const BodyShape* body = group.body()) {
+        take_body(*body, markers, density, inner);
+        return;
+    }
+    Displaced fluid{std::vector<double>(group.node_mass.size()), std::vector<Vec3d>(group.element.size())};
+    const auto sharp_share = [&](std::size_t k) { return sharp.empty() ? 0 : 0.5 * (sharp[k] + sharp[k + 1]); };
+    if (inner) {
+        for (std::size_t k = 0; k < group.element.size(); ++k)
+            if (const double share = sharp_share(k); share > 0) add_within(group, k, density, share, spans, fluid);
+        add_around(group, markers, density, sharp_share, fluid);
+    }
+    std::vector<double>& mass = fluid.mass;
     if (group.closed()) {
         mass.front() += mass.back();
         mass.back() = 0;
     }
     for (std::size_t i = 0; i < mass.size(); ++i)
         of_nodes.push_back(shares(group.node_mass[i] > 0 ? mass[i] / group.node_mass[i] : 0));
-    for (std::size_t i = 0; i < turning.size(); ++i)
-        of_elements.push_back(shares(scale(turning[i], group.element[i].inv_inertia)));
+    for (std::size_t i = 0; i < fluid.turning.size(); ++i)
+        of_elements.push_back(shares(scale(fluid.turning[i], group.element[i].inv_inertia)));
 }
 
-InertiaInFluid::InertiaInFluid(const RodGroup& group, double density, bool has_inner, bool spans)
-    : density_ratio(density / group.spec().material.density) {
-    if (const BodyShape* body = group.body()) take_sharp_body(*body, density, has_inner);
-    else take_sharp_rod(group, density, has_inner, spans);
-}
-
-/// Fluid moves with all of the rod, and about all of its axes. A plate has no edges along d2, so that no fluid moves
-/// with its turning about d1, and that about d3 moves the fluid along d2 alone.
-void InertiaInFluid::take_sharp_rod(const RodGroup& rods, double density, bool has_inner, bool spans) {
-    std::vector<double> mass(rods.node_mass.size());
-    for (std::size_t k = 0; has_inner && k < rods.element.size(); ++k)
-        for (const std::size_t node : {k, k + 1}) mass[node] += 0.5 * density * rods.element[k].volume;
-    if (rods.closed()) {
-        mass.front() += mass.back();
-        mass.back() = 0;
-    }
-    for (std::size_t i = 0; i < mass.size(); ++i)
-        of_nodes.push_back(shares(rods.node_mass[i] > 0 ? mass[i] / rods.node_mass[i] : 0));
-    for (std::size_t k = 0; k < rods.element.size(); ++k) {
-        const double across = rods.rotary_inertia_scale.empty() ? 1 : 1 / rods.rotary_inertia_scale[k];
-        const Vec3d& own = rods.element[k].inertia;
-        of_elements.push_back(shares((has_inner ? density_ratio : 0) *
-                                     (spans ? Vec3d{0, across, across * own.y / own.z} : Vec3d{across, across, 1})));
-    }
-}
-
-void InertiaInFluid::take_sharp_body(const BodyShape& body, double density, bool has_inner) {
-    sharp = true;
+InertiaInFluid::InertiaInFluid(const BodyShape& body, double density, bool has_inner) : sharp(true) {
     const DisplacedVolume displaced = displaced_volume(body);
     const AddedInertia around = added_inertia(displaced);
     const double mass = density * displaced.volume;

@@ -3,12 +3,14 @@
 #pragma once
 
 #include "core/principal_axes.hpp"
-#include "immersion/rod_surface.hpp"
+#include "skein/rod/rod_group.hpp"
 
 #include <span>
 #include <vector>
 
 namespace skein {
+
+struct RodMarker;
 
 /// Shares of an inertia of a rod: of one number, or of all three components.
 template <class T> struct InertiaShares {
@@ -32,10 +34,12 @@ struct InnerFluid {
 class InertiaInFluid {
 public:
     /// Inertia of a group whose rods have these markers, ring after ring, in a fluid of that density, kg/m^3. With
-    /// `inner` false rods bear all of their inertia, and the inner fluid's comes on top.
-    InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner);
-    /// Inertia of bodies or rods with sharp surfaces. `spans`: rods are plates that span the box along d2.
-    InertiaInFluid(const RodGroup& group, double density, bool inner, bool spans);
+    /// `inner` false rods bear all of their inertia, and the inner fluid's comes on top. `sharp`: sharp_shares() of the
+    /// surface, empty if it has none. `spans`: rods are plates that span the box along d2.
+    InertiaInFluid(const RodGroup& group, std::span<const RodMarker> markers, double density, bool inner,
+                   std::span<const double> sharp = {}, bool spans = false);
+    /// Inertia of bodies with sharp surfaces.
+    InertiaInFluid(const BodyShape& body, double density, bool inner);
 
     double density_ratio;           ///< density of the fluid over the rod's; displaced over own mass of a body
     InnerFluid inner;               ///< of a body; none of a rod
@@ -48,8 +52,6 @@ public:
     double least_effective() const;
 
 private:
-    void take_sharp_body(const BodyShape& body, double density, bool has_inner);
-    void take_sharp_rod(const RodGroup& rods, double density, bool has_inner, bool spans);
     void take_body(const BodyShape& body, std::span<const RodMarker> markers, double density, bool has_inner);
 };
 

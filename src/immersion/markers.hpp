@@ -13,6 +13,7 @@ struct Markers {
     std::vector<Vec3d> place, velocity; ///< m, m/s, lab
     std::vector<std::int64_t> identity; ///< number among markers of all ranks, which orders sums
     std::vector<std::uint32_t> body;
+    std::vector<double> share; ///< of the action there, whose rest a sharp surface has; empty: all have all of it
 
     std::size_t count() const { return place.size(); }
     void resize(std::size_t n) {
@@ -26,6 +27,7 @@ struct Markers {
         velocity.clear();
         identity.clear();
         body.clear();
+        share.clear();
     }
 };
 

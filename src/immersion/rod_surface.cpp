@@ -109,20 +109,45 @@ int direction_through(const RodGroup& group, const FluidGrid& grid) {
 
 bool spans_box(const RodGroup& group, const FluidGrid& grid) { return direction_across(group, grid) >= 0; }
 
-SweptSurface swept_surface(const RodGroup& group, const FluidGrid& grid) {
+std::vector<double> sharp_shares(const RodGroup& group, const FluidGrid& grid) {
+    const bool plate = spans_box(group, grid), ring = group.closed();
+    const std::size_t last = group.element.size() - 1;
+    std::vector<double> half; // of elements, cells
+    for (std::size_t k = 0; k <= last; ++k) {
+        const HalfAxes axes = half_axes(group, k);
+        half.push_back(std::min(axes.along_d1, plate ? axes.along_d1 : axes.along_d2) / grid.h);
+    }
+    if (*std::max_element(half.begin(), half.end()) < thick_for_sharp) return {};
+    std::vector<double> shares;
+    for (std::size_t i = 0; i <= last + 1; ++i) {
+        const double before = half[i > 0 ? i - 1 : ring ? last : 0], after = half[i <= last ? i : ring ? 0 : last];
+        shares.push_back(
+            std::clamp((0.5 * (before + after) - thin_for_sharp) / (all_sharp - thin_for_sharp), 0.0, 1.0));
+    }
+    return shares;
+}
+
+SweptSurface swept_surface(const RodGroup& group, const FluidGrid& grid, std::vector<double> sharp) {
     std::vector<SweptSurface::Element> elements;
     for (std::size_t k = 0; k < group.element.size(); ++k) {
         const HalfAxes half = half_axes(group, k);
         elements.push_back({half.along_d1, half.along_d2, group.element[k].rest_length});
     }
     const bool rectangular = group.spec().section.kind == SectionKind::rectangular;
-    if (const int across = direction_across(group, grid); across >= 0)
-        return {SweptSection::plate, std::move(elements), across};
-    return {rectangular ? SweptSection::rectangle : SweptSection::ellipse, std::move(elements),
-            direction_through(group, grid)};
+    const int across = direction_across(group, grid);
+    const double near = 3 * grid.h; // nodes are cut within 1.75 cells, and look one further
+    return SweptSurface({.section = across >= 0   ? SweptSection::plate
+                                    : rectangular ? SweptSection::rectangle
+                                                  : SweptSection::ellipse,
+                         .elements = std::move(elements),
+                         .through = across >= 0 ? across : direction_through(group, grid),
+                         .shares = std::move(sharp),
+                         .near = near,
+                         .closed = group.closed()});
 }
 
-std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid, double retraction) {
+std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid, double retraction,
+                                   std::span<const double> sharp) {
     const double spacing = grid.h;
     if (const BodyShape* body = group.body()) return body_markers(*body, spacing, retraction);
     const bool rectangular = group.spec().section.kind == SectionKind::rectangular, spans = spans_box(group, grid);
@@ -130,7 +155,13 @@ std::vector<RodMarker> rod_markers(const RodGroup& group, const FluidGrid& grid,
     std::vector<RodMarker> markers;
     const auto add = [&](double s, double off_d1, double off_d2) {
         const auto [element, along] = rod.at(s);
-        markers.push_back({static_cast<std::uint32_t>(element), along, off_d1, off_d2});
+        const double share = sharp.empty() ? 1 : 1 - ((1 - along) * sharp[element] + along * sharp[element + 1]);
+        if (share > 0)
+            markers.push_back({.element = static_cast<std::uint32_t>(element),
+                               .along = along,
+                               .off_d1 = off_d1,
+                               .off_d2 = off_d2,
+                               .share = share});
     };
     /// Adds markers across the rod from -half to half, `off` from its axis in the other direction.
     const auto line = [&](double s, double half, bool along_d1, double off = 0) {

@@ -53,8 +53,9 @@ template <class Give> double SharpForcing::velocity_after(std::span<const SharpN
     const SharpNode& node = nodes[n];
     const double before = nth(stage.velocity, node.component)[node.at];
     if (node.excess == SharpNode::inside) {
-        give(node, Change{node.velocity - before, 1});
-        return node.velocity;
+        const double given = node.share * (node.velocity - before);
+        give(node, Change{given, node.share});
+        return node.share == 1 ? node.velocity : before + given;
     }
     const std::size_t first = n;
     double closed = node.closed;
@@ -70,15 +71,18 @@ template <class Give> double SharpForcing::velocity_after(std::span<const SharpN
         sum += carried(nodes[m]) + exchange * pull_of(nodes[m], stage.scratch);
     }
     const double u = sum / weight; // theory.md (139)
+    double after = u;
     for (std::size_t m = first; m <= n; ++m) {
         const SharpNode& one = nodes[m];
-        const double given =
+        const double whole =
             first == n ? u - before : carried(one) + exchange * (pull_of(one, stage.scratch) - one.excess * u);
-        give(one, Change{given, (per_closed * one.closed +
-                                 exchange * (one.excess - one.ahead[0] - one.ahead[1] - one.ahead[2])) /
-                                    weight});
+        give(one, Change{one.share * whole, one.share *
+                                                (per_closed * one.closed +
+                                                 exchange * (one.excess - one.ahead[0] - one.ahead[1] - one.ahead[2])) /
+                                                weight});
+        after -= (1 - one.share) * whole; // markers have the rest, (158)
     }
-    return u;
+    return after;
 }
 
 void SharpForcing::act_on(std::span<const SharpNode> nodes, const FlowStage& stage, std::vector<RowSum>& sums) const {
@@ -173,7 +177,8 @@ template <class Body> void SharpForcing::for_nodes(Body&& body) const {
 }
 
 double SharpForcing::slack(const SharpNode& node) const {
-    return node.excess == SharpNode::inside ? 0 : h_ * h_ / (viscosity_ * stage_dt_ * node.excess);
+    const double whole = node.excess == SharpNode::inside ? 0 : h_ * h_ / (viscosity_ * stage_dt_ * node.excess);
+    return whole / node.share + (1 / node.share - 1); // (158)
 }
 
 void SharpForcing::list_nodes() {
@@ -210,10 +215,10 @@ void SharpForcing::add_held_forces(const FlowStage& stage) {
 void SharpForcing::find_slips(const FlowStage& stage) {
     stage_dt_ = stage.dt;
     for_nodes([&](std::size_t n, const SharpNode& node) {
-        const double u = nth(stage.velocity, node.component)[node.at];
-        slip_[n] = node.excess == SharpNode::inside
-                       ? node.velocity - u
-                       : pull_of(node, stage.velocity) / node.excess - u - slack(node) * stage.dt * held_.values()[n].x;
+        const double u = nth(stage.velocity, node.component)[node.at],
+                     aim =
+                         node.excess == SharpNode::inside ? node.velocity : pull_of(node, stage.velocity) / node.excess;
+        slip_[n] = aim - u - slack(node) * stage.dt * held_.values()[n].x;
     });
 }
 
@@ -234,9 +239,8 @@ void SharpForcing::find_response(const FlowStage& stage) {
         const double change = nth(stage.scratch, node.component)[node.at];
         SharpNode relative = node; // without the body's velocity
         relative.pull = 0;
-        response_[n] = node.excess == SharpNode::inside
-                           ? change
-                           : change - pull_of(relative, stage.scratch) / node.excess + slack(node) * push_[n];
+        const double aim = node.excess == SharpNode::inside ? 0 : pull_of(relative, stage.scratch) / node.excess;
+        response_[n] = change - aim + slack(node) * push_[n];
     });
 }
 

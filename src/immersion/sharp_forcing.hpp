@@ -123,7 +123,7 @@ private:
     void list_nodes();
     /// body(number in the list, node) for all nodes, by threads.
     template <class Body> void for_nodes(Body&& body) const;
-    /// h^2 over viscosity, excess and length of the stage; 0 within bodies.
+    /// h^2 over viscosity, excess and length of the stage, 0 within bodies, and more where markers have a share.
     double slack(const SharpNode& node) const;
 
     Communicator comm_;

@@ -66,11 +66,17 @@ private:
         };
         return {along(0), along(1), along(2)};
     }
-    double distance(const Image& image, const Vec3d& place) const {
+    /// Distance of a place from a body's surface, m, and the share of its action there.
+    struct Seen {
+        double distance, share = 1;
+    };
+    Seen seen(const Image& image, const Vec3d& place) const {
         const SharpBody& body = all_.bodies_[image.body];
-        return body.swept ? body.swept->nearest(place).distance
-                          : body.surface->distance(all_.now_[image.body].axes * place);
+        if (!body.swept) return {body.surface->distance(all_.now_[image.body].axes * place)};
+        const SweptSurface::Foot foot = body.swept->nearest(place);
+        return {foot.distance, body.swept->share(foot)};
     }
+    double distance(const Image& image, const Vec3d& place) const { return seen(image, place).distance; }
     /// Normal of a body's surface towards the fluid, by differences of the distance over a spacing.
     Vec3d normal(const Image& image, const Vec3d& place) const {
         const auto along = [&](const Vec3d& half) {
@@ -110,8 +116,13 @@ private:
         take(rod->velocity(foot), rod->velocity_before(foot));
         one.arm = foot.off;
         one.along = foot.along;
+        one.share = rod->share(foot);
         one.piece += foot.element;
         return one;
+    }
+    void put_within(int i, const Image& image) {
+        const SharpNode one = node(i, image);
+        if (one.share > 0) out_.push_back(one);
     }
     void put(int i, const Cut& cut, bool again) {
         SharpNode one = node(i, *cut.image);
@@ -156,15 +167,17 @@ private:
     }
     void add(int i) {
         if (on_wall(i)) return;
-        if (const Image* within = inside_of(i)) return out_.push_back(node(i, *within));
+        if (const Image* within = inside_of(i)) return put_within(i, *within);
         cuts_.clear();
         for (std::size_t m = 0; m < near_.size(); ++m) {
             if (!has(m, i) || (known_[m].has(i) && !known_[m].within)) continue;
             const Image* const image = near_[m];
             const Vec3d at = place(*image, i);
-            const double d = distance(*image, at) / h_;
+            const Seen from = seen(*image, at);
+            const double d = from.distance / h_;
             known_[m] = stretch_from(m, i, d);
-            if (d < reach) cuts_.push_back({image, d, d > closed ? normal(*image, at) : Vec3d{0, 0, 0}, {}});
+            if (d < reach && from.share > 0)
+                cuts_.push_back({image, d, d > closed ? normal(*image, at) : Vec3d{0, 0, 0}, {}});
         }
         for (Cut& cut : cuts_)
             if (cut.distance > closed)
@@ -173,7 +186,7 @@ private:
                                               [](const Cut& a, const Cut& b) { return a.distance < b.distance; });
         if (nearest == cuts_.end()) return;
         if (std::any_of(cuts_.begin(), cuts_.end(), [](const Cut& c) { return c.weights.closed(); })) {
-            out_.push_back(node(i, *nearest->image));
+            put_within(i, *nearest->image);
             return;
         }
         constexpr double nothing = 1e-12; // rounding of weights at nodes that no surface cuts

@@ -48,6 +48,7 @@ struct SharpNode {
     double gain = 0;        ///< of the body's velocity here in the stage, m/s
     Vec3d arm;              ///< from the body's origin, or from the axis of a rod, m
     double along = 0;       ///< share of the element of a rod
+    double share = 1;       ///< of its action, whose rest markers have
     std::array<double, 3> ahead{};
     std::uint32_t body;
     std::uint32_t piece; ///< number among the pieces of all bodies

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <utility>
 
 namespace skein {
@@ -49,10 +50,19 @@ void RodMotion::take_means(const RodMotion& begin, const Vec3d& way, double time
     }
 }
 
-SweptSurface::SweptSurface(SweptSection section, std::vector<Element> elements, int through)
-    : section_(section), through_(through), element_(std::move(elements)) {
-    for (std::size_t i = 0; i <= element_.size(); ++i) {
-        const Element &a = element_[i > 0 ? i - 1 : 0], &b = element_[std::min(i, element_.size() - 1)];
+SweptSurface::SweptSurface(Rod rod)
+    : section_(rod.section), element_(std::move(rod.elements)), through_(rod.through), shares_(std::move(rod.shares)),
+      near_(rod.near), closed_(rod.closed), all_(element_.size()) {
+    std::iota(all_.begin(), all_.end(), 0u);
+    if (std::all_of(shares_.begin(), shares_.end(), [](double share) { return share == 1; })) shares_.clear();
+    const std::size_t last = element_.size() - 1;
+    for (std::size_t i = 0; i <= last + 1; ++i) {
+        const Element &a = element_[i > 0     ? i - 1
+                                    : closed_ ? last
+                                              : 0],
+                      &b = element_[i <= last ? i
+                                    : closed_ ? 0
+                                              : last];
         of_node_.push_back({0.5 * (a.along_d1 + b.along_d1), 0.5 * (a.along_d2 + b.along_d2)});
     }
 }
@@ -69,25 +79,38 @@ void SweptSurface::put(RodMotion begin, RodMotion end) {
         to_end_[k + 1] = to_end_[k] + length_[k];
     }
     const double all = to_end_[n];
-    constexpr double rounding = 1e-9;
-    const bool ring = norm(now_.node[n] - now_.node[0]) < rounding * all;
-    for (double& way : to_end_) way = ring ? HUGE_VAL : std::min(way, all - way); // a ring has no end
-    if (ring)
-        of_node_[0] = of_node_[n] = {0.5 * (of_node_[0].along_d1 + of_node_[n].along_d1),
-                                     0.5 * (of_node_[0].along_d2 + of_node_[n].along_d2)};
-    lower_ = upper_ = now_.node[0];
+    for (double& way : to_end_) way = closed_ ? HUGE_VAL : std::min(way, all - way); // a ring has no end
+    lower_ = {HUGE_VAL, HUGE_VAL, HUGE_VAL};
+    upper_ = -lower_;
     for (std::size_t k = 0; k < n; ++k) {
         const Half from = half_at(k, 0), to = half_at(k, 1);
         const double most = std::max(std::hypot(from.along_d1, from.along_d2), std::hypot(to.along_d1, to.along_d2));
         cover_[k] = 0.5 * length_[k] + most;
+        if (has_part() && shares_[k] == 0 && shares_[k + 1] == 0) continue;
         for (const Vec3d& p : {now_.node[k], now_.node[k + 1]}) {
             lower_ = {std::min(lower_.x, p.x - most), std::min(lower_.y, p.y - most), std::min(lower_.z, p.z - most)};
             upper_ = {std::max(upper_.x, p.x + most), std::max(upper_.y, p.y + most), std::max(upper_.z, p.z + most)};
         }
     }
-    if (through_ < 0) return;
-    part_of(lower_, through_) = -HUGE_VAL;
-    part_of(upper_, through_) = HUGE_VAL;
+    if (through_ >= 0) {
+        part_of(lower_, through_) = -HUGE_VAL;
+        part_of(upper_, through_) = HUGE_VAL;
+    }
+    middle_.resize(n);
+    per_share_.resize(n);
+    for (std::size_t k = 0; k < n; ++k) {
+        middle_[k] = in_cubes(0.5 * (now_.node[k] + now_.node[k + 1]));
+        Vec3d axis = now_.node[k + 1] - now_.node[k];
+        if (section_ == SweptSection::plate) axis -= dot(axis, now_.frame[0].d2) * now_.frame[0].d2;
+        per_share_[k] = (1 / dot(axis, axis)) * axis;
+    }
+    if (near_ > 0) cubes_.fill(middle_, cover_, near_);
+}
+
+Vec3d SweptSurface::in_cubes(const Vec3d& place) const {
+    if (section_ != SweptSection::plate) return place;
+    const Mat3d& frame = now_.frame[0]; // all places along d2 are one
+    return {dot(place, frame.d1), dot(place, frame.d3), 0};
 }
 
 SweptSurface::Half SweptSurface::half_at(std::size_t k, double along) const {
@@ -112,66 +135,64 @@ double SweptSurface::from_section(const Half& half, double y1, double y2, double
     return q > 0 ? (q - 1) * q / std::hypot(x / a, y / b) : -std::min(a, b); // of second order in the distance
 }
 
+SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
+    Vec3d place = given;
+    if (endless()) put_within(part_of(place, through_), part_of(now_.node[element_.size()], through_));
+    if (near_ > 0)
+        if (const auto some = cubes_.at(in_cubes(place)); !some.empty())
+            if (const Foot found = nearest_of(some, place); found.distance <= near_) return found;
+    return nearest_of(all_, place);
+}
+
 // Feet on far elements are not looked for. The element whose middle is nearest comes first, so that few others are
 // left.
-SweptSurface::Foot SweptSurface::nearest(const Vec3d& given) const {
-    const std::size_t n = element_.size();
-    const bool plate = section_ == SweptSection::plate;
-    const Vec3d& d2 = now_.frame[0].d2;
-    Vec3d place = given;
-    if (endless()) put_within(part_of(place, through_), part_of(now_.node[n], through_));
-    const bool ring = to_end_[0] > 0, ends = !ring && !endless();
-    const auto to_place = [&](std::size_t k) { // from the begin of an element
-        const Vec3d off = place - now_.node[k];
-        if (!plate) return off;
-        const Vec3d middle = 0.5 * (now_.node[k + 1] - now_.node[k]);
-        return off + dot(middle - off, d2) * d2; // all places along d2 are one
-    };
-    const auto squared_to_middle = [&](std::size_t k) {
-        const Vec3d off = to_place(k) - 0.5 * (now_.node[k + 1] - now_.node[k]);
+SweptSurface::Foot SweptSurface::nearest_of(std::span<const std::uint32_t> elements, const Vec3d& place) const {
+    const Vec3d at = in_cubes(place);
+    const auto squared_to_middle = [&](std::uint32_t k) {
+        const Vec3d off = at - middle_[k];
         return off.x * off.x + off.y * off.y + off.z * off.z;
     };
-    const auto share_of = [&](std::size_t k) { // in lengths of the element, within the plane of a plate
-        Vec3d axis = now_.node[k + 1] - now_.node[k];
-        if (!plate) return dot(to_place(k), axis) / (length_[k] * length_[k]);
-        axis -= dot(axis, d2) * d2;
-        return dot(to_place(k), axis) / dot(axis, axis);
-    };
-    Foot best{.distance = HUGE_VAL};
-    const auto take_nearer = [&](std::size_t k) {
-        const Vec3d axis = now_.node[k + 1] - now_.node[k];
-        const double share = share_of(k);
-        const bool first = !ring && k == 0, last = !ring && k + 1 == n;
-        if (share < 0 && !first && !(share_of(k > 0 ? k - 1 : n - 1) > 1)) return; // the element before has it
-        if (share > 1 && !last) return;                                            // a later one has it
-        const double along = std::clamp(share, 0.0, 1.0);
-        Vec3d off = to_place(k) - along * axis;
-        if (plate) off -= dot(off, d2) * d2;
-        const Vec3d t = (1 / length_[k]) * axis;
-        const Mat3d& frame = now_.frame[k];
-        const double beyond = dot(off, t), end = !ends ? -HUGE_VAL
-                                                 : (first && share < 0) || (last && share > 1)
-                                                     ? std::abs(beyond)
-                                                     : -((1 - along) * to_end_[k] + along * to_end_[k + 1]);
-        const Vec3d across = off - beyond * t;
-        const double of_section = from_section(half_at(k, along), dot(across, frame.d1), dot(across, frame.d2),
-                                               end > 0 || endless() ? 0 : beyond),
-                     distance = std::hypot(std::max(of_section, 0.0), std::max(end, 0.0)) +
-                                std::min(std::max(of_section, end), 0.0);
-        if (distance < best.distance || (distance == best.distance && k < best.element))
-            best = {static_cast<std::uint32_t>(k), along, off, distance};
-    };
-    std::size_t begin = 0;
+    std::uint32_t begin = elements.front();
     double least = HUGE_VAL;
-    for (std::size_t k = 0; k < n; ++k)
+    for (const std::uint32_t k : elements)
         if (const double squared = squared_to_middle(k); squared < least) least = squared, begin = k;
-    take_nearer(begin);
-    for (std::size_t k = 0; k < n; ++k) {
+    Foot best{.distance = HUGE_VAL};
+    take_nearer(begin, place, best);
+    for (const std::uint32_t k : elements) {
         constexpr double rounding = 1e-9;
         const double reach = (best.distance + cover_[k]) * (1 + rounding);
-        if (k != begin && reach >= 0 && squared_to_middle(k) <= reach * reach) take_nearer(k);
+        if (k != begin && reach >= 0 && squared_to_middle(k) <= reach * reach) take_nearer(k, place, best);
     }
     return best;
+}
+
+void SweptSurface::take_nearer(std::size_t k, const Vec3d& place, Foot& best) const {
+    const std::size_t n = element_.size();
+    const bool ends = !closed_ && !endless(), first = !closed_ && k == 0, last = !closed_ && k + 1 == n;
+    const auto share_of = [&](std::size_t of) { return dot(place - now_.node[of], per_share_[of]); };
+    const Vec3d axis = now_.node[k + 1] - now_.node[k];
+    const double share = share_of(k);
+    if (share < 0 && !first && !(share_of(k > 0 ? k - 1 : n - 1) > 1)) return; // the element before has it
+    if (share > 1 && !last) return;                                            // a later one has it
+    const double along = std::clamp(share, 0.0, 1.0);
+    Vec3d off = (place - now_.node[k]) - along * axis;
+    if (section_ == SweptSection::plate) { // all places along d2 are one
+        const Vec3d& d2 = now_.frame[0].d2;
+        off -= dot(off, d2) * d2;
+    }
+    const Vec3d t = (1 / length_[k]) * axis;
+    const Mat3d& frame = now_.frame[k];
+    const double beyond = dot(off, t), end = !ends ? -HUGE_VAL
+                                             : (first && share < 0) || (last && share > 1)
+                                                 ? std::abs(beyond)
+                                                 : -((1 - along) * to_end_[k] + along * to_end_[k + 1]);
+    const Vec3d across = off - beyond * t;
+    const double of_section = from_section(half_at(k, along), dot(across, frame.d1), dot(across, frame.d2),
+                                           end > 0 || endless() ? 0 : beyond),
+                 distance = std::hypot(std::max(of_section, 0.0), std::max(end, 0.0)) +
+                            std::min(std::max(of_section, end), 0.0);
+    if (distance < best.distance || (distance == best.distance && k < best.element))
+        best = {static_cast<std::uint32_t>(k), along, off, distance};
 }
 
 Vec3d SweptSurface::velocity_of(const RodMotion& motion, const Foot& foot) const {

@@ -2,9 +2,11 @@
 // theory.md (152), (153)
 #pragma once
 
+#include "immersion/element_cubes.hpp"
 #include "skein/core/vec3.hpp"
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 namespace skein {
@@ -33,9 +35,16 @@ public:
     struct Element {
         double along_d1, along_d2, rest_length;
     };
-    /// `through`: direction along which it spans a periodic box, as a plate along d2 or a cylinder along its axis; -1:
-    /// none.
-    SweptSurface(SweptSection section, std::vector<Element> elements, int through = -1);
+    struct Rod {
+        SweptSection section;
+        std::vector<Element> elements;
+        int through = -1; ///< direction along which it spans a periodic box, as a plate along d2 or a cylinder along
+                          ///< its axis; -1: none
+        std::vector<double> shares = {}; ///< of its action on the fluid, by node; empty: all of it
+        double near = 0;                 ///< m, distance within which most feet are asked for; 0: none
+        bool closed = false;
+    };
+    explicit SweptSurface(Rod rod);
 
     std::size_t elements() const { return element_.size(); }
     void put(RodMotion begin, RodMotion end);
@@ -48,11 +57,18 @@ public:
         double distance = 0; ///< of the place from the surface, m, above 0 in the fluid
     };
     Foot nearest(const Vec3d& place) const;
+    /// True if markers have a part of its action.
+    bool has_part() const { return !shares_.empty(); }
+    /// Share of its action on the fluid there.
+    double share(const Foot& foot) const {
+        if (!has_part()) return 1;
+        return (1 - foot.along) * shares_[foot.element] + foot.along * shares_[foot.element + 1];
+    }
     /// Velocity of the point of the rod there, m/s, at the end and the begin of the stage.
     Vec3d velocity(const Foot& foot) const { return velocity_of(now_, foot); }
     Vec3d velocity_before(const Foot& foot) const { return velocity_of(before_, foot); }
     const Mat3d& frame(std::size_t element) const { return now_.frame[element]; }
-    /// Corners of a box that holds it, m, from the first node; infinite where it spans the box.
+    /// Corners of a box that holds what acts, m, from the first node; infinite where it spans the box.
     const Vec3d& lower() const { return lower_; }
     const Vec3d& upper() const { return upper_; }
 
@@ -65,16 +81,28 @@ private:
     /// Distance from the surface of a section, m, `beyond` its plane at a joint.
     double from_section(const Half& half, double y1, double y2, double beyond) const;
     Vec3d velocity_of(const RodMotion& motion, const Foot& foot) const;
+    /// Place from the first node in coordinates of cubes; plates have two.
+    Vec3d in_cubes(const Vec3d& place) const;
+    Foot nearest_of(std::span<const std::uint32_t> elements, const Vec3d& place) const;
+    /// Takes the foot on an element if it has one, and if it is nearer than `best`.
+    void take_nearer(std::size_t k, const Vec3d& place, Foot& best) const;
 
     bool endless() const { return through_ >= 0 && section_ != SweptSection::plate; }
 
     SweptSection section_;
-    int through_;
     std::vector<Element> element_;
+    int through_;
+    std::vector<double> shares_; ///< by node; empty: all are 1
+    double near_;
+    bool closed_;
     std::vector<Half> of_node_; ///< at rest
     RodMotion before_, now_;
     std::vector<double> length_, to_end_; ///< by element and node: length and way along the rod to its nearer end, m
     std::vector<double> cover_;           ///< by element: radius of a ball about its middle that holds it, m
+    std::vector<Vec3d> middle_;           ///< by element, in coordinates of cubes, m
+    std::vector<Vec3d> per_share_;        ///< by element, 1/m: times the way from its first node, the share of the foot
+    std::vector<std::uint32_t> all_;      ///< numbers of all elements
+    ElementCubes cubes_;
     Vec3d lower_{0, 0, 0}, upper_{0, 0, 0};
 };
 

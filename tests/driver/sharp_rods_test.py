@@ -4,10 +4,15 @@ the fluid lets them."""
 import math
 import unittest
 
+import numpy
+
 from driver import FLUID_OF_RODS, DriverTest, disc_on_a_spring, rods_in_a_fluid
 
 SCENE = ('title = "rods and a fluid"\n[time]\nduration = 0.4\n' + FLUID_OF_RODS + "largest_slip = 0\n" + rods_in_a_fluid((2.0, 2e3), (20.0, 1e4), [0.0, 1.0, 1.0])
          + '[immersion]\nrod_surface = "sharp"\n[output]\nseries = 0.02\ncheckpoint = 0.04\n')
+
+# From four cells of thickness to less than one, where it has markers.
+TAPERED = SCENE.replace("radius_2 = 0.2\n", "radius_2 = 0.2\ntaper = 0.08\n")
 
 # As slender as that of FSI3, 4.1 cells thick, as heavy as the fluid; a force draws its end out of the plane in which the fluid flows around it.
 PLATE_IN_FLUID = """
@@ -51,6 +56,39 @@ series = 0.01
 checkpoint = 0.01
 """
 
+# Rods of their own sizes: two with sharp surfaces, one of which tapers, and one too thin for it.
+OF_OWN_SIZES = f"""
+title = "rods of their own sizes"
+[time]
+duration = 0.4
+{FLUID_OF_RODS}largest_slip = 0
+[[rods]]
+name = "own"
+[rods.material]
+density = 2.0
+youngs_modulus = 2e3
+[rods.section]
+radius = 0.1
+taper = 0.6
+[rods.shape]
+length = 1.0
+elements = 6
+velocity = [0.5, 0.3, 0.2]
+[rods.placement]
+kind = "file"
+file = "rods.csv"
+[immersion]
+rod_surface = "sharp"
+[output]
+series = 0.02
+checkpoint = 0.04
+"""
+SIZES = """x,y,z,tx,ty,tz,length,radius
+0.5,0.6,0.4,0.6,0.0,0.8,1.2,0.3
+1.9,1.8,0.5,0.0,0.0,1.0,0.9,0.16
+2.6,0.4,0.3,0.0,0.6,0.8,1.0,0.06
+"""
+
 # A tube closed to a ring about an axis of symmetry of the box.
 EDGE, CORNER = 0.15, math.pi / 8
 RING = f"""
@@ -83,15 +121,21 @@ checkpoint = 0.04
 """
 
 
+SCENES = {"thick": SCENE, "tapered": TAPERED, "own": OF_OWN_SIZES}
+
+
 class SharpRods(DriverTest):
     def test_momentum_is_kept_whatever_rods_weigh(self):
         """Beside thin rods, which have markers."""
-        for density in (0.02, 1.0, 2.0, 20.0, 2000.0):
-            self.scene.write_text(SCENE.replace("density = 2.0\nyoungs_modulus", f"density = {density}\nyoungs_modulus"))
-            self.assertEqual(self.plan_text().count("a sharp surface"), 1)
-            self.run_skein(f"rods{density}")
-            series = self.assert_fluid_and_rods_keep_momentum(f"rods{density}")
-            self.assertLess(series["max_speedms"].max(), 2.5, density)
+        (self.directory / "rods.csv").write_text(SIZES)
+        for name, scene in SCENES.items():
+            for density in (0.02, 1.0, 2.0, 20.0, 2000.0) if name == "thick" else (0.02, 2000.0):
+                with self.subTest(rods=name, density=density):
+                    self.scene.write_text(scene.replace("density = 2.0\nyoungs_modulus", f"density = {density}\nyoungs_modulus"))
+                    self.assertEqual(self.plan_text().count("cells, a sharp surface"), 1)
+                    self.run_skein(f"{name}{density}")
+                    series = self.assert_fluid_and_rods_keep_momentum(f"{name}{density}")
+                    self.assertLess(series["max_speedms"].max(), 2.5)
 
     def test_light_discs_on_springs_swing_with_their_own_inertia(self):
         """Eight cells across. The spring has a circular frequency of 1/s with the disc and its displaced fluid; the boundary layer adds 0.7 to 0.9 times that
@@ -109,7 +153,7 @@ class SharpRods(DriverTest):
 
     def test_notes_name_what_keeps_markers_and_what_is_known_of_thin_surfaces(self):
         self.scene.write_text(SCENE)
-        self.assertIn("immersion.rod_surface = \"sharp\" does not apply, and these rods have markers: the thinnest part has", self.plan_text())
+        self.assertIn("immersion.rod_surface = \"sharp\" does not apply, and these rods have markers: the thickest part has", self.plan_text())
         self.scene.write_text(disc_on_a_spring(48, 10.0, 1.0, 1.0).replace("radius = 0.5", "radius = 0.2") + '[immersion]\nrod_surface = "sharp"\n')
         plan = self.plan_text()
         self.assertIn("1.6 cells in half the thickness, too few for the fluid: drag of sharp surfaces was compared with known values from four cells in radius on; "
@@ -132,7 +176,7 @@ class SharpRods(DriverTest):
 
     def test_rings_have_no_seam(self):
         self.scene.write_text(RING)
-        self.assertEqual(self.plan_text().count("a sharp surface"), 1)
+        self.assertEqual(self.plan_text().count("cells, a sharp surface"), 1)
         self.run_skein("one")
         self.assert_fluid_and_rods_keep_momentum("one")
         x = self.frames("one", "trajectory")["groups/ring/position"][-1, 0, :16, 0]
@@ -158,15 +202,31 @@ class SharpRods(DriverTest):
             self.assertEqual(self.digest(out), self.digest("one"), out)
 
     def test_same_bits_on_other_ranks_lanes_and_threads_and_after_a_stop(self):
-        self.scene.write_text(SCENE.replace("duration = 0.4", "duration = 0.12"))
-        self.run_skein("one")
-        self.run_skein("rows", "--set", "fluid.ranks_across=2", ranks=4)
-        self.run_skein("lanes", "--lanes", "2")
-        self.run_skein("threads", "--lanes", "1", threads=2)
-        self.run_skein("parts", "--until", "0.05")
-        self.run_skein("parts", ranks=2)
-        for out in ("rows", "lanes", "threads", "parts"):
-            self.assertEqual(self.digest(out), self.digest("one"), out)
+        (self.directory / "rods.csv").write_text(SIZES)
+        for name, scene in SCENES.items():
+            with self.subTest(rods=name):
+                self.scene.write_text(scene.replace("duration = 0.4", "duration = 0.12"))
+                self.run_skein(f"{name}_one")
+                self.run_skein(f"{name}_rows", "--set", "fluid.ranks_across=2", ranks=4)
+                self.run_skein(f"{name}_lanes", "--lanes", "2")
+                self.run_skein(f"{name}_threads", "--lanes", "1", threads=2)
+                self.run_skein(f"{name}_parts", "--until", "0.05")
+                self.run_skein(f"{name}_parts", ranks=2)
+                for out in ("rows", "lanes", "threads", "parts"):
+                    self.assertEqual(self.digest(f"{name}_{out}"), self.digest(f"{name}_one"), out)
+
+    def test_rods_that_taper_act_by_markers_where_they_are_thin(self):
+        """Also where forces at nodes and markers persist from step to step."""
+        self.scene.write_text(TAPERED)
+        plan = self.plan_text()
+        self.assertRegex(plan, r"a sharp surface along \d\d(\.\d)? % of the rods, and \d+ markers a rod, on")
+        self.assertRegex(plan, r"rods.thick: \d+(\.\d+)? % of their length, down to 0.313 cells in half the thickness, is too thin for a sharp surface and acts by markers")
+        forces = []
+        for scheme in ("rk3", "crank_nicolson"):
+            self.scene.write_text(TAPERED.replace("courant = 0.4", f'courant = 0.1\nscheme = "{scheme}"').replace("[immersion]", '[immersion]\ncoupling = "one_way"'))
+            self.run_skein(scheme)
+            forces.append(numpy.array([self.series(scheme)[f"thick_fluid_force_{d}N"][5:].mean() for d in "xyz"]))
+        self.assertLess(numpy.linalg.norm(forces[1] - forces[0]), 0.06 * numpy.linalg.norm(forces[0]), forces)
 
 
 if __name__ == "__main__":

@@ -57,10 +57,10 @@ std::string of_markers_in_place(const RodsInFluid& rods, double spacing) {
     const std::string who = fmt::format("{}.{}: immersion.{}_surface = \"sharp\" does not apply, and {} markers",
                                         rods.body ? "bodies" : "rods", rods.name, rods.body ? "body" : "rod",
                                         rods.body ? "these bodies have" : "these rods have");
-    if (!rods.takes_sharp) return who + ": rods with sizes of their own have no sharp surfaces";
-    return who + fmt::format(": the thinnest part has {:.3g} cells in half its thickness, below 1; fluid.spacing "
+    const double half = rods.body ? rods.least_axis : rods.thickest;
+    return who + fmt::format(": the {} part has {:.3g} cells in half its thickness, below 1; fluid.spacing "
                              "= {:.3g} at most",
-                             rods.least_axis, rods.least_axis * spacing);
+                             rods.body ? "thinnest" : "thickest", half, half * spacing);
 }
 
 /// Sharp surfaces thinner than those whose drag was compared.
@@ -71,8 +71,18 @@ std::string of_thin_sharp(const RodsInFluid& rods, double spacing) {
                        rods.least_axis * spacing / compared);
 }
 
+/// Rods whose thin parts have markers beside a sharp surface.
+std::string of_thin_parts(const RodsInFluid& rods, double spacing) {
+    return fmt::format(
+        "rods.{}: {:.3g} % of their length, down to {:.3g} cells in half the thickness, is too thin for a "
+        "sharp surface and acts by markers, over three cells; fluid.spacing = {:.3g} gives a sharp "
+        "surface all along",
+        rods.name, 100 * (1 - rods.sharp), rods.least_axis, rods.least_axis * spacing / all_sharp);
+}
+
 std::string of_rods(const RodsInFluid& rods, const RodGroup& group, const FluidGrid& grid) {
-    if (rods.sharp) return of_thin_sharp(rods, grid.h);
+    if (rods.sharp == 1) return of_thin_sharp(rods, grid.h);
+    if (rods.sharp > 0) return of_thin_parts(rods, grid.h);
     const bool flat = is_flat(group, grid);
     double shortest = HUGE_VAL;
     for_each_kind(group,
@@ -128,7 +138,7 @@ const Obstacle* markers_around_start(const RodGroup& group, const std::vector<Ob
 }
 
 std::string of_bodies(const RodsInFluid& bodies, double spacing) {
-    if (bodies.sharp) return of_thin_sharp(bodies, spacing);
+    if (bodies.sharp == 1) return of_thin_sharp(bodies, spacing);
     return fmt::format("bodies.{}: {:.3g} cells in half the thickness of a part, too few for the fluid: {}; "
                        "fluid.spacing = {:.3g} gives two cells",
                        bodies.name, bodies.least_axis, spheres, bodies.least_axis * spacing / resolved);
@@ -167,11 +177,11 @@ std::vector<std::string> fluid_doubts(const FluidPlan& fluid, std::span<const Ro
             found.push_back(fluid.rods[g].body ? of_bodies(fluid.rods[g], h)
                                                : of_rods(fluid.rods[g], groups[g], fluid.constants.grid));
     for (const RodsInFluid& rods : fluid.rods)
-        if (rods.asks_sharp && !rods.sharp) found.push_back(of_markers_in_place(rods, h));
+        if (rods.asks_sharp && rods.sharp == 0) found.push_back(of_markers_in_place(rods, h));
     constexpr double light = 1, slender = 5; // density over the fluid's; length over thickness
     for (std::size_t g = 0; g < fluid.rods.size(); ++g) {
         const RodsInFluid& rods = fluid.rods[g];
-        if (rods.body || !rods.sharp || !rods.feels_fluid) continue;
+        if (rods.body || rods.sharp == 0 || !rods.feels_fluid) continue;
         if (const Obstacle* o = markers_around_start(groups[g], fluid.obstacles))
             found.push_back(of_ends_within(rods, *o));
         double length = 0;

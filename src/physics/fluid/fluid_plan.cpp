@@ -203,7 +203,8 @@ CellBox cells_of(const FluidOutputSpec& spec, const FluidGrid& grid) {
 namespace {
 
 /// Half axes of a group's sections, and how markers lie on them.
-void add_sections(const RodGroup& group, const FluidPlan& fluid, RodsInFluid& rods) {
+void add_sections(const RodGroup& group, const ImmersedKinds::Kind& in_fluid, const FluidPlan& fluid,
+                  RodsInFluid& rods) {
     const double h = fluid.constants.grid.h, retraction = fluid.retraction * h;
     const bool spans = spans_box(group, fluid.constants.grid);
     for (std::size_t k = 0; k < group.element.size(); ++k) {
@@ -211,10 +212,23 @@ void add_sections(const RodGroup& group, const FluidPlan& fluid, RodsInFluid& ro
         const double across = spans ? axes.along_d1 : axes.along_d2; // a plate is as thick as it is along d1
         rods.least_axis = std::min({rods.least_axis, axes.along_d1 / h, across / h});
         rods.most_axis = std::max({rods.most_axis, axes.along_d1 / h, across / h});
+        rods.thickest = std::max(rods.thickest, std::min(axes.along_d1, across) / h);
+        if (in_fluid.sharp && in_fluid.sharp_shares[k] == 1 && in_fluid.sharp_shares[k + 1] == 1) continue;
         const SectionMarkers kind =
             spans ? plate_markers(axes.along_d1, h, retraction) : section_markers(axes, h, retraction);
         nth(rods.has, kind) = true;
     }
+}
+
+/// Share of a rod's length that acts by a sharp surface; of a body, 0 or 1.
+double sharp_part(const RodGroup& group, const ImmersedKinds::Kind& in_fluid) {
+    if (!in_fluid.sharp || group.body()) return in_fluid.sharp ? 1 : 0;
+    double sharp = 0, length = 0;
+    for (std::size_t k = 0; k < group.element.size(); ++k) {
+        length += group.element[k].rest_length;
+        sharp += 0.5 * (in_fluid.sharp_shares[k] + in_fluid.sharp_shares[k + 1]) * group.element[k].rest_length;
+    }
+    return sharp / length;
 }
 
 /// Half thicknesses of a body's parts.
@@ -229,9 +243,7 @@ void add_parts(const BodyShape& body, double spacing, RodsInFluid& rods) {
 RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
     RodsInFluid rods{.name = group.name(),
                      .body = group.body() != nullptr,
-                     .sharp = fluid.kinds->sharp(group),
                      .asks_sharp = fluid.kinds->asks_sharp(group),
-                     .takes_sharp = group.body() || !group.heterogeneous(),
                      .least_axis = HUGE_VAL,
                      .density_ratio = group.spec().material.density / fluid.constants.density};
     if (const BodyShape* body = group.body()) {
@@ -241,13 +253,15 @@ RodsInFluid rods_in_fluid(const RodGroup& group, const FluidPlan& fluid) {
     rods.feels_fluid = fluid.coupling == RodCoupling::two_way;
     double markers = 0, all = 0;
     for_each_kind(group, [&](const RodGroup& kind, double count) {
-        if (!group.body()) add_sections(kind, fluid, rods);
         const ImmersedKinds::Kind& in_fluid = fluid.kinds->of(kind, 0);
+        if (!group.body()) add_sections(kind, in_fluid, fluid, rods);
         markers += count * static_cast<double>(in_fluid.markers.size());
+        rods.sharp += count * sharp_part(kind, in_fluid);
         all += count;
         if (rods.feels_fluid) rods.least_inertia = std::min(rods.least_inertia, in_fluid.inertia->least_effective());
     });
     rods.markers = std::lround(markers / all);
+    rods.sharp = rods.markers > 0 ? rods.sharp / all : 1; // without rounding
     return rods;
 }
 

@@ -59,11 +59,11 @@ struct FluidSpeed {
 struct RodsInFluid {
     std::string name;
     bool body = false;
-    bool sharp = false;                   ///< a sharp surface in place of markers
-    bool asks_sharp = false;              ///< the scene asks for it
-    bool takes_sharp = true;              ///< rods with sizes of their own do not
+    bool asks_sharp = false;              ///< the scene asks for sharp surfaces in place of markers
+    double sharp = 0;                     ///< share of the length of rods, or of bodies, that has them
     std::int64_t markers = 0;             ///< of a rod or body
     double least_axis = 0, most_axis = 0; ///< half axes of sections or parts, over the spacing
+    double thickest = 0;                  ///< half the thickness of the thickest section, over the spacing
     double density_ratio = 0;             ///< over the fluid's
     std::array<bool, 3> has{};            ///< by SectionMarkers, of rods
     double least_inertia = 1;             ///< that kicks feel, over the rod's

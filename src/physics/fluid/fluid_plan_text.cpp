@@ -94,13 +94,15 @@ std::string rods_in_fluid_text(const RodsInFluid& rods, const FluidPlan& fluid) 
                   "{:.4g} times as heavy as the fluid, which they feel: kicks have {:.3g} of their inertia at least",
                   rods.density_ratio, rods.least_inertia)
             : "they do not feel the fluid";
-    if (rods.sharp)
+    if (rods.sharp == 1)
         return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, a sharp surface; {}", rods.name, rods.least_axis,
                            rods.most_axis, feel);
     const std::string by =
         fluid.forcing.penalty() ? "springs and dampers" : fmt::format("{} sweeps", fluid.forcing.sweeps);
-    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {} markers a {}, on {}; {}; {}", rods.name,
-                       rods.least_axis, rods.most_axis, rods.markers, one, joined(as, ", "), feel, by);
+    const std::string sharp =
+        rods.sharp > 0 ? fmt::format("a sharp surface along {:.3g} % of the rods, and ", 100 * rods.sharp) : "";
+    return fmt::format("'{}', half axes of {:.3g} to {:.3g} cells, {}{} markers a {}, on {}; {}; {}", rods.name,
+                       rods.least_axis, rods.most_axis, sharp, rods.markers, one, joined(as, ", "), feel, by);
 }
 
 namespace {

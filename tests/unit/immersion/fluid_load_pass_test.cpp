@@ -1,6 +1,7 @@
 // Drag of a fluid on slots that holds and bearings leave some motions: it is that of the rates after the kick, and the
 // fluid receives the opposite of it.
 #include "immersion/fluid_load_pass.hpp"
+#include "immersion/rod_surface.hpp"
 #include "mechanics/bearing.hpp"
 #include "rod/held.hpp"
 #include "support/rods_for_tests.hpp"

@@ -1,5 +1,6 @@
 // Fluid within rods bears its own inertia, all of it and no more, where markers move it.
 #include "immersion/inertia_in_fluid.hpp"
+#include "immersion/rod_surface.hpp"
 
 #include <gtest/gtest.h>
 
@@ -64,6 +65,29 @@ TEST(InertiaInFluid, SharesOfSlotsAddUpToTheDisplacedFluid) {
     }
 }
 
+/// Surfaces that are sharp along a part of a rod have its displaced fluid there, and markers the rest.
+TEST(InertiaInFluid, SharesOfMarkersAndSharpSurfacesAddUp) {
+    for (const Example& e : examples) {
+        const RodGroup group = rod(e, 0.9);
+        FluidGrid grid;
+        grid.h = e.spacing;
+        grid.cells = {40, 40, 40};
+        const std::size_t nodes = group.node_mass.size();
+        for (const double end : {0.0, 0.3, 1.0}) {
+            std::vector<double> sharp(nodes);
+            for (std::size_t i = 0; i < nodes; ++i)
+                sharp[i] = std::clamp(1 - 3 * static_cast<double>(i) / static_cast<double>(nodes), end, 1.0);
+            const std::vector<RodMarker> markers = rod_markers(group, grid, 0.4 * e.spacing, sharp);
+            EXPECT_EQ(markers.empty(), end == 1) << e.name;
+            const InertiaInFluid inertia(group, markers, density, true, sharp);
+            double of_slots = 0, displaced = 0;
+            for (std::size_t k = 0; k < nodes; ++k) of_slots += inertia.of_nodes[k].displaced * group.node_mass[k];
+            for (const ElementConstants& c : group.element) displaced += density * c.volume;
+            EXPECT_NEAR(of_slots, displaced, 1e-12 * displaced) << e.name << " " << end;
+        }
+    }
+}
+
 TEST(InertiaInFluid, TurnsWithAnElementWhereMarkersLieOffItsAxis) {
     for (const Example& e : examples) {
         const RodGroup group = rod(e, 0.9);
@@ -97,7 +121,7 @@ TEST(InertiaInFluid, IsNoneWhereTurnsOfAPlateMoveNoFluid) {
     const RodGroup plate = rod({"a plate", SectionKind::rectangular, a, b, 0.1, 20}, 0.9);
     const double ratio = density / 0.9;
     for (const bool spans : {false, true}) {
-        const InertiaInFluid inertia(plate, density, true, spans);
+        const InertiaInFluid inertia(plate, {}, density, true, std::vector<double>(plate.node_mass.size(), 1), spans);
         for (const InertiaShares<Vec3d>& e : inertia.of_elements) {
             EXPECT_NEAR(e.displaced.x, spans ? 0 : ratio, 1e-12);
             EXPECT_NEAR(e.displaced.y, ratio, 1e-12);

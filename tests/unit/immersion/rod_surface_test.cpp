@@ -158,5 +158,38 @@ TEST(RodSurface, FollowsATaper) {
     }
 }
 
+/// From 3 cells of half the thickness to 0.06. Markers begin where a part is one cell thick.
+TEST(RodSurface, IsSharpDownToOneCellOfThickness) {
+    const double h = 0.05, retraction = 0.02;
+    const RodGroup group = rod(SectionKind::elliptic, 0.3, 0.15, 2, 0.02);
+    const std::vector<double> sharp = sharp_shares(group, grid_of(h));
+    ASSERT_EQ(sharp.size(), 21U);
+    const auto half_thickness = [&](double s) { return 0.15 * (1 - 0.49 * s) / h; };
+    for (std::size_t i = 1; i < 20; ++i) { // sections of end nodes are those of their elements
+        const double half = half_thickness(0.1 * static_cast<double>(i));
+        EXPECT_NEAR(sharp[i], std::clamp((half - 0.25) / 0.25, 0.0, 1.0), 1e-9) << i;
+        if (i > 1) EXPECT_LE(sharp[i], sharp[i - 1]) << i;
+    }
+    EXPECT_EQ(sharp.front(), 1);
+    EXPECT_EQ(sharp.back(), 0);
+    const std::vector<RodMarker> all = rod_markers(group, grid_of(h), retraction),
+                                 some = rod_markers(group, grid_of(h), retraction, sharp);
+    std::size_t kept = 0;
+    for (const RodMarker& m : all) {
+        const double share = 1 - ((1 - m.along) * sharp[m.element] + m.along * sharp[m.element + 1]);
+        if (share == 0) continue;
+        ASSERT_LT(kept, some.size());
+        EXPECT_EQ(some[kept].element, m.element);
+        EXPECT_EQ(some[kept].off_d1, m.off_d1);
+        EXPECT_DOUBLE_EQ(some[kept].share, share);
+        ++kept;
+    }
+    EXPECT_EQ(kept, some.size());
+    EXPECT_GT(kept, 0U);
+    EXPECT_LT(kept, all.size());
+    EXPECT_TRUE(sharp_shares(rod(SectionKind::elliptic, 0.3, 0.049, 2), grid_of(h)).empty());
+    EXPECT_FALSE(sharp_shares(rod(SectionKind::elliptic, 0.3, 0.051, 2), grid_of(h)).empty());
+}
+
 } // namespace
 } // namespace skein

@@ -2,6 +2,8 @@
 #include "immersion/surface.hpp"
 #include "immersion/swept_surface.hpp"
 
+#include "skein/core/index.hpp"
+
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -51,8 +53,8 @@ struct Straight {
         return m;
     }
     SweptSurface surface(SweptSection section, double other) const {
-        SweptSurface s(section, std::vector<SweptSurface::Element>(static_cast<std::size_t>(elements),
-                                                                   {radius, other, length / elements}));
+        SweptSurface s({section, std::vector<SweptSurface::Element>(static_cast<std::size_t>(elements),
+                                                                    {radius, other, length / elements})});
         s.put(motion(), motion());
         return s;
     }
@@ -124,7 +126,7 @@ TEST(SweptSurface, BentRodsAreTubes) {
     }
     const double rest = norm(m.node[1]);
     for (const SweptSection section : {SweptSection::ellipse, SweptSection::plate}) {
-        SweptSurface tube(section, std::vector<SweptSurface::Element>(n, {radius, radius, rest}));
+        SweptSurface tube({section, std::vector<SweptSurface::Element>(n, {radius, radius, rest})});
         tube.put(m, m);
         for (const double angle : {0.3, 0.61, 1.2})
             for (const double away : {-0.9, -0.4, 0.2, 0.45, 0.8}) {
@@ -162,7 +164,7 @@ TEST(SweptSurface, NoElementIsNearerThanTheOneFound) {
         m.spin.push_back({0, 0, 0});
         elements.push_back({radius, radius, norm(axis)});
     }
-    SweptSurface wave(SweptSection::ellipse, elements);
+    SweptSurface wave({SweptSection::ellipse, elements});
     wave.put(m, m);
     int compared = 0;
     for (int p = 0; p < 400; ++p) {
@@ -175,6 +177,52 @@ TEST(SweptSurface, NoElementIsNearerThanTheOneFound) {
         ++compared;
     }
     EXPECT_GT(compared, 250);
+}
+
+/// A wave of straight elements, or a ring of them, whose frames have d2 as near to z as they can.
+RodMotion wave_or_ring(bool ring, int n) {
+    const auto node = [&](int i) {
+        const double a = 2 * std::numbers::pi * (i % n) / n;
+        return ring ? Vec3d{std::cos(a), std::sin(a), 0.2 * std::cos(3 * a)}
+                    : Vec3d{0.3 * i, 0.8 * std::sin(0.9 * i), 0.2 * std::cos(1.3 * i)};
+    };
+    RodMotion m;
+    for (int i = 0; i <= n; ++i) {
+        m.node.push_back(node(i) - node(0));
+        m.velocity.push_back({0, 0, 0});
+        if (i == n) break;
+        const Vec3d t = unit(node(i + 1) - node(i)), d1 = unit(cross(t, Vec3d{0, 0, 1}));
+        m.frame.push_back({d1, cross(t, d1), t});
+        m.spin.push_back({0, 0, 0});
+    }
+    return m;
+}
+
+TEST(SweptSurface, CubesOfElementsFindTheSameFeet) {
+    constexpr int n = 24;
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> any(-1, 1);
+    for (const bool ring : {false, true})
+        for (const SweptSection section : {SweptSection::ellipse, SweptSection::rectangle, SweptSection::plate}) {
+            const RodMotion m = wave_or_ring(ring, n);
+            std::vector<SweptSurface::Element> elements;
+            for (int k = 0; k < n; ++k)
+                elements.push_back({0.1 + 0.002 * k, 0.15, norm(m.node[to_index(k) + 1] - m.node[to_index(k)])});
+            SweptSurface all({.section = section, .elements = elements, .closed = ring}),
+                near({.section = section, .elements = elements, .near = 0.15, .closed = ring});
+            all.put(m, m);
+            near.put(m, m);
+            int close = 0;
+            for (int p = 0; p < 4000; ++p) {
+                const Vec3d at = m.node[to_index(p % n)] + 0.6 * Vec3d{any(random), any(random), any(random)};
+                const SweptSurface::Foot one = all.nearest(at), other = near.nearest(at);
+                EXPECT_EQ(one.element, other.element) << p;
+                EXPECT_EQ(one.along, other.along) << p;
+                EXPECT_EQ(one.distance, other.distance) << p;
+                close += one.distance < 0.15;
+            }
+            EXPECT_GT(close, 400);
+        }
 }
 
 TEST(SweptSurface, FeetOnPlatesThatLeanAreNearestWithinTheirPlane) {
@@ -194,7 +242,7 @@ TEST(SweptSurface, FeetOnPlatesThatLeanAreNearestWithinTheirPlane) {
         m.spin.push_back({0, 0, 0});
         elements.push_back({0.1, 1.0, norm(axis)});
     }
-    SweptSurface plate(SweptSection::plate, elements);
+    SweptSurface plate({SweptSection::plate, elements});
     plate.put(m, m);
     int compared = 0;
     for (int p = 0; p < 400; ++p) {
